@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# The demonstration: sets up what is missing, then runs launch/demo.launch. Ends with 0 only if the demonstration succeeded.
+#
+#     ./scripts/demo.sh                 both drives, then the table
+#     ./scripts/demo.sh stay:=true      leaves everything running afterwards; Ctrl+C ends it
+#     ./scripts/demo.sh ARG:=VALUE ...  any argument of demo.launch (roslaunch --ros-args tb3_labs demo.launch lists them)
+set -euo pipefail
+PATH=/usr/bin:/bin:$PATH    # ROS's own tools, not those of a conda or pyenv
+source "$(dirname -- "${BASH_SOURCE[0]}")/setup.sh" || exit 1
+
+# The demonstration brings its own master: on another one there may be a real robot, which would drive too.
+address=${ROS_MASTER_URI#*://} address=${address%%/*}
+if timeout 2 bash -c ": <>/dev/tcp/${address%:*}/${address##*:}" 2>/dev/null; then
+  echo "tb3_labs: a ROS master is running at $ROS_MASTER_URI already; end it first, or set ROS_MASTER_URI=http://localhost:11312" >&2
+  exit 1
+fi
+
+# roslaunch ends with 0 whatever its nodes did: the demonstration's node leaves its status in a file.
+mkdir -p "$ROS_LOG_DIR"
+run=$(mktemp -d "$ROS_LOG_DIR/demo.XXXXXX")
+trap 'rm -rf "$run"' EXIT
+touch "$run/status"
+mkfifo "$run/output"
+
+# The nodes write into a pipe here: without this their lines would come late, and in another order.
+export PYTHONUNBUFFERED=1
+
+# Job control: roslaunch in a process group of its own gets each signal once, from the keyboard or sent to this script.
+set -m
+# roslaunch's own chatter is left out, also its red words when the demonstration's node ends, which is how it should end.
+sed -uE '/REQUIRED process .* has died/,/^=+/d; /^(.\[1m)?(\.\.\. logging to|started roslaunch server|auto-starting new master|process\[|ROS_MASTER_URI=|setting \/run_id|started core service|shutting down processing monitor|\.\.\. shutting down|done.?|\[[^] ]+\] killing on exit)/d' <"$run/output" &
+filter=$!
+roslaunch --disable-title --skip-log-check --no-summary tb3_labs demo.launch "status_file:=$run/status" "$@" </dev/null >"$run/output" 2>&1 &
+launch=$!
+# SIGTERM ends roslaunch and its nodes as Ctrl+C does, but without a traceback when it has only just started.
+interrupted=
+trap 'interrupted=yes; kill -TERM $launch 2>/dev/null || true' INT TERM HUP
+while kill -0 $launch 2>/dev/null; do wait $launch 2>/dev/null || true; done
+wait $filter 2>/dev/null || true
+
+if ! read -r status <"$run/status" || ! [[ $status =~ ^[0-9]+$ ]]; then
+  status=1
+  [ -n "$interrupted" ] || echo "tb3_labs: the demonstration ended without a result; logs: $ROS_LOG_DIR/latest" >&2
+fi
+exit "$status"

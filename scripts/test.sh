@@ -1,0 +1,122 @@
+#!/usr/bin/env bash
+# Proves the package: sets up what is missing, lints, builds, runs all tests. The last line is `N passed, N failed`
+# (and `, N skipped`); the exit status is 0 only if nothing failed and every test file really ran tests.
+#
+#     ./scripts/test.sh              everything
+#     ./scripts/test.sh unit         the core only (pytest)
+#     ./scripts/test.sh ros          the nodes only (rostest)
+#     ./scripts/test.sh NAME ...     only the tests whose name contains NAME, such as a file in test/ros
+#     ./scripts/test.sh -l           list the names
+#     -j N, in front                 N tests at a time (1)
+#
+# pytest with options of its own: source scripts/setup.sh, then python3 -m pytest -p no:cacheprovider test/unit ...
+set -euo pipefail
+PATH=/usr/bin:/bin:$PATH    # ROS's own tools, not those of a conda or pyenv
+
+# Tests shall see neither a robot on the network nor this user's settings.
+unset ROS_MASTER_URI ROS_IP ROS_NAMESPACE ROSCONSOLE_FORMAT ROSCONSOLE_CONFIG_FILE TURTLEBOT3_MODEL PYTEST_ADDOPTS PYTHONOPTIMIZE
+unset ROS_HOME ROS_LOG_DIR
+export ROS_HOSTNAME=localhost
+
+jobs=1
+if [ "${1:-}" = -j ]; then jobs=${2:?'-j: a number is missing'}; shift 2; fi
+[[ $jobs =~ ^[1-9][0-9]*$ ]] || { echo "tb3_labs: -j: not a number: $jobs" >&2; exit 2; }
+
+export TB3_LABS_TESTS=1
+source "$(dirname -- "${BASH_SOURCE[0]}")/setup.sh" || exit 1
+ws=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.ws" && pwd -P)
+results=$ws/build/test_results log=$ws/test.log
+export TMPDIR=$ws/tmp
+rm -rf "$TMPDIR" "$results"    # a former run's results would count again
+mkdir -p "$TMPDIR" "$results"
+
+# catkin's tests as ctest knows them: _ctest_tb3_labs_<kind>_<name>, kind = pytest, rostest or roslaunch-check.
+pattern=
+for name; do
+  case $name in
+    -l) (cd "$ws/build" && ctest -N) | sed -n 's/^ *Test *#[0-9]*: _ctest_tb3_labs_/  /p'; exit 0 ;;
+    -*) echo "tb3_labs: unknown option $name (see the top of scripts/test.sh)" >&2; exit 2 ;;
+    unit) name=_pytest_unit ;;
+    ros) name=_rostest_ ;;
+    *) name=$(sed 's/[][\\.*^$+?(){}|]/\\&/g' <<<"${name##*/}") ;;
+  esac
+  pattern+=${pattern:+|}$name
+done
+
+lint=none
+if [ -z "$pattern" ]; then
+  lint=failed
+  if command -v catkin_lint >/dev/null; then
+    # It ends with 0 also when it found no package.
+    mkdir -p "$ws/lint"
+    ln -sfn "${ws%/*}" "$ws/lint/tb3_labs"    # it wants a folder with the package's name
+    catkin_lint -W2 --strict --offline "$ws/lint/tb3_labs" >"$ws/lint.log" 2>&1 || true
+    if grep -q 'checked 1 packages and found 0 problems' "$ws/lint.log"; then lint=passed; else grep -v 'rosdep\|unknown dependencies' "$ws/lint.log"; fi
+  fi
+  echo "catkin_lint: $lint"
+fi
+
+# ctest rather than `catkin_make run_tests`: the same tests, but a failure is in the exit status, and it shows progress.
+started=$SECONDS ctest_status=0
+(cd "$ws/build" && ctest --no-tests=error --output-on-failure -j "$jobs" ${pattern:+-R "$pattern"}) 2>&1 </dev/null |
+  tee "$log" | sed -un 's/^ *\([0-9]*\/[0-9]*\) Test *#[0-9]*: _ctest_tb3_labs_/\1 /p; /^No tests were found/p' || ctest_status=$?
+echo "$((SECONDS - started)) s; full output: $log"
+
+python3 - "$results" "$ctest_status" "$lint" "$log" <<'PYTHON'
+"""Counts every test case once, shows what failed, prints the closing line."""
+import pathlib
+import re
+import sys
+import xml.etree.ElementTree as ET
+
+folder, ctest_status, lint, log = pathlib.Path(sys.argv[1]), int(sys.argv[2]), sys.argv[3], pathlib.Path(sys.argv[4])
+passed, failed, skipped = int(lint == 'passed'), int(lint == 'failed'), 0
+explained = set()    # result files that say what failed
+nodes_of = {}        # rostest's result file -> its test nodes' result files
+
+
+def fail(stem, name, text):
+    global failed
+    failed += 1
+    explained.add(stem)
+    print('\nFAILED %s: %s' % (stem, name))
+    print('\n'.join('  | ' + line for line in text.strip().splitlines()[-20:]))
+
+
+for file in sorted(folder.rglob('*.xml')):
+    try:
+        cases = list(ET.parse(str(file)).getroot().iter('testcase'))
+    except ET.ParseError as error:
+        fail(file.stem, 'unreadable result', str(error))
+        continue
+    if not cases:
+        fail(file.stem, 'no test ran', '')
+    # A test node's own cases are in rosunit-NODE.xml; rostest-FILE.xml only says whether each node ended in time.
+    is_rostest = file.stem.startswith('rostest-')
+    for case in cases:
+        name = case.get('name', '')
+        bad = [r for r in case if r.tag in ('failure', 'error')]
+        if is_rostest:
+            result = 'rosunit-' + re.sub('^test', '', name)
+            if any(result in results for results in nodes_of.values()):
+                fail(file.stem, name, 'this test-name is in two .test files: one result overwrites the other')
+            nodes_of.setdefault(file.stem, []).append(result)
+        if bad:
+            fail(file.stem, '%s.%s' % (case.get('classname', ''), name), '%s\n%s' % (bad[0].get('message') or '', bad[0].text or ''))
+        elif any(r.tag == 'skipped' for r in case):
+            skipped += 1
+        elif not is_rostest:
+            passed += 1
+
+# What ctest calls failed and no result file explains, such as a crash on the way out.
+for kind, name in re.findall(r'_ctest_tb3_labs_(pytest|rostest|roslaunch-check)_(\S+) \.*\*\*\*', log.read_text(errors='replace')):
+    stem = '%s-%s' % (kind, re.sub(r'\.test$', '', name)) if kind != 'roslaunch-check' else '%s_%s' % (kind, name)
+    if not explained.intersection([stem] + nodes_of.get(stem, [])):
+        fail(stem, 'ended badly; see the full output', '')
+if ctest_status and not failed:
+    fail('ctest', 'ended with %d; see the full output' % ctest_status, '')
+if not failed and not passed - int(lint == 'passed') + skipped:
+    fail('ctest', 'no test ran', '')
+print('%d passed, %d failed%s' % (passed, failed, ', %d skipped' % skipped if skipped else ''))
+sys.exit(1 if failed else 0)
+PYTHON

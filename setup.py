@@ -1,0 +1,9 @@
+# For catkin only (catkin_python_setup); do not run it by hand.
+from setuptools import setup
+
+from catkin_pkg.python_setup import generate_distutils_setup
+
+setup(**generate_distutils_setup(
+    packages=['tb3_labs', 'tb3_labs.ros'],
+    package_dir={'': 'src'},
+))
