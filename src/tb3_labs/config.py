@@ -1,0 +1,63 @@
+"""Settings that describe and check themselves.
+
+A configuration is a frozen dataclass whose fields are made by :func:`setting`. Its default,
+unit, bounds and meaning then stand in one place: the dataclass refuses a bad value with one
+sentence, and the bridge reads ROS parameters, documents and retunes them from the same fields.
+
+    @dataclass(frozen=True)
+    class TurnConfig(Config):
+        max_rate: float = setting(1.5, 'fastest turn', unit='rad/s', low=0.0)
+"""
+import math
+from dataclasses import dataclass, field, fields
+
+
+def setting(default, meaning, unit='', low=None, high=None, choices=None):
+    """A dataclass field with its meaning, its unit and its closed bounds."""
+    return field(default=default, metadata={
+        'meaning': meaning, 'unit': unit, 'low': low, 'high': high, 'choices': choices})
+
+
+@dataclass(frozen=True)
+class Config:
+    """Base of all configurations: checks every field made by :func:`setting`."""
+
+    def __post_init__(self):
+        for item in fields(self):
+            if 'meaning' in item.metadata:
+                object.__setattr__(self, item.name, _checked(item, getattr(self, item.name)))
+
+
+def _checked(item, value):
+    """`value` as the field's own type; ``ValueError`` names field, value and what is valid."""
+    wanted = type(item.default)
+    valid = bounds_in_words(item)
+    # bool is an int to Python, but "has_control: 2" and "rate: true" are both mistakes.
+    if wanted is float and isinstance(value, int) and not isinstance(value, bool):
+        value = float(value)
+    if type(value) is not wanted:
+        raise ValueError('{} = {!r} is not valid: {}'.format(item.name, value, valid))
+    rule = item.metadata
+    if wanted is float and not math.isfinite(value):
+        raise ValueError('{} = {!r} is not valid: {}'.format(item.name, value, valid))
+    too_low = rule['low'] is not None and value < rule['low']
+    too_high = rule['high'] is not None and value > rule['high']
+    if too_low or too_high or (rule['choices'] and value not in rule['choices']):
+        raise ValueError('{} = {!r} is not valid: {}'.format(item.name, value, valid))
+    return value
+
+
+def bounds_in_words(item):
+    """What a field takes, as a phrase: 'a number from 0 to 10 rad/s'."""
+    rule = item.metadata
+    if rule['choices']:
+        return 'one of ' + ', '.join(str(choice) for choice in rule['choices'])
+    kind = {bool: 'true or false', float: 'a number', int: 'a whole number', str: 'text'}[
+        type(item.default)]
+    if rule['low'] is not None and rule['high'] is not None:
+        kind += ' from {:g} to {:g}'.format(rule['low'], rule['high'])
+    elif rule['low'] is not None:
+        kind += ' of at least {:g}'.format(rule['low'])
+    elif rule['high'] is not None:
+        kind += ' of at most {:g}'.format(rule['high'])
+    return kind + (' ' + rule['unit'] if rule['unit'] else '')

@@ -1,0 +1,123 @@
+"""Follows the robot in a local frame that can be declared anew at any moment.
+
+IMU and odometry arrive in any order, at rates of their own. A *fix* is the robot's pose at the
+instant of one odometry message, with the IMU's yaw interpolated to its stamp. A *reset* takes
+both at the instant at which it was asked for, so it is as exact while the robot spins as at
+rest; it is carried out as soon as both sensors have passed that instant.
+
+Units: metres, radians, seconds on the receiver's clock (`now`); the caller provides the time.
+"""
+import math
+from dataclasses import dataclass
+from typing import Optional
+
+from tb3_labs.history import SensorHistory
+from tb3_labs.local_frame import LocalFrame
+from tb3_labs.se2 import Pose2
+
+
+@dataclass(frozen=True)
+class Fix:
+    """The robot's pose at one odometry message's `stamp` [s, sender's clock]."""
+
+    stamp: float
+    odom_T_base: Pose2
+    local_T_base: Pose2
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The robot as a controller wants it: pose in ``local`` now, and measured speeds."""
+
+    pose: Pose2
+    linear: float     # [m/s], from the wheels
+    angular: float    # [rad/s], from the gyro
+
+
+@dataclass
+class Reset:
+    """One declaration; `stamp`, `before` and `after` are filled in when it is carried out."""
+
+    declared: Pose2
+    asked_at: float                  # [s, receiver's clock]
+    stamp: Optional[float] = None    # the same instant [s, sender's clock]
+    before: Optional[Pose2] = None
+    after: Optional[Pose2] = None
+
+    @property
+    def done(self):
+        """True once the new frame is in force."""
+        return self.after is not None
+
+
+class Localizer:
+    """Takes samples in, answers with poses in the local frame."""
+
+    def __init__(self):
+        #: The LocalFrame in force; None before the first pair of samples.
+        self.frame = None
+        self._history = SensorHistory()
+        self._resets = []
+        self._imu = None
+        self._odometry = None
+
+    def on_imu(self, sample, now):
+        """Take an ImuSample in. Returns the resets that were carried out by it."""
+        self._imu = (sample, now)
+        self._history.add_imu(sample, now)
+        return self._carry_out_resets()
+
+    def on_odometry(self, sample, now):
+        """Take an OdometrySample in. Returns the resets that were carried out by it."""
+        self._odometry = (sample, now)
+        self._history.add_odometry(sample, now)
+        return self._carry_out_resets()
+
+    def take_fix(self):
+        """The newest Fix that was not taken yet, or None. The first one is at (0, 0, 0)."""
+        pair = self._history.take_pair()
+        if pair is None:
+            return None
+        odometry, imu_yaw = pair
+        if self.frame is None:
+            self.frame = LocalFrame.declared(Pose2(), odometry.pose, imu_yaw)
+        return Fix(odometry.stamp, odometry.pose, self.frame.pose(odometry.pose, imu_yaw))
+
+    def reset(self, declared, now):
+        """Declare that the robot is at `declared` in local at `now`. Returns the Reset to watch."""
+        reset = Reset(declared, now)
+        self._resets.append(reset)
+        return reset
+
+    def give_up(self, reset):
+        """Forget a Reset that has not been carried out: the old frame stays."""
+        if reset in self._resets:
+            self._resets.remove(reset)
+
+    def motion(self, now):
+        """The robot's Motion at `now`, carried on from the newest samples; None before them."""
+        if self.frame is None:
+            return None
+        imu, imu_arrival = self._imu
+        odometry, odometry_arrival = self._odometry
+        heading = self.frame.heading(imu.yaw + imu.yaw_rate * (now - imu_arrival))
+        place = self.frame.pose(odometry.pose, imu.yaw)
+        driven = odometry.linear * (now - odometry_arrival)
+        pose = Pose2(place.x + driven * math.cos(heading), place.y + driven * math.sin(heading),
+                     heading)
+        return Motion(pose, odometry.linear, imu.yaw_rate)
+
+    def _carry_out_resets(self):
+        done = []
+        for reset in list(self._resets):
+            instant = self._history.at(reset.asked_at)
+            if instant is None:
+                continue
+            reset.stamp, odom_T_base, imu_yaw = instant
+            if self.frame is not None:
+                reset.before = self.frame.pose(odom_T_base, imu_yaw)
+            self.frame = LocalFrame.declared(reset.declared, odom_T_base, imu_yaw)
+            reset.after = reset.declared
+            self._resets.remove(reset)
+            done.append(reset)
+        return done

@@ -1,0 +1,39 @@
+"""Quaternion <-> yaw: the one place where this package touches quaternions.
+
+squaternion is w-first and checks nothing: with the parts in another order it answers a
+plausible wrong angle, an all-zero quaternion gives yaw 0, one of norm 2 a wrong yaw. So the
+parts are keywords here, and what cannot be the attitude of a robot on a floor is refused.
+
+Units: radians. Source: squaternion (PyPI), REP-103 for the axes.
+"""
+import math
+
+from squaternion import Quaternion
+
+#: A real TurtleBot3 sends norms of 0.999996; further off than this is no rounding.
+NORM_TOLERANCE = 0.05
+#: A robot that drives does not lean further; parts in a wrong order do.
+MAX_TILT = math.radians(45.0)
+
+
+def yaw_from_quaternion(*, w, x, y, z):
+    """Heading [rad], (-pi, pi], of a robot that stands on a floor.
+
+    Raises ``ValueError``, saying why, for NaN, infinity, a norm that is not 1, and a tilt of
+    more than 45 degrees.
+    """
+    norm = math.sqrt(w * w + x * x + y * y + z * z)
+    if not abs(norm - 1.0) <= NORM_TOLERANCE:  # "not <=" also catches NaN
+        raise ValueError('quaternion has norm {:.3g}, not 1'.format(norm))
+    roll, pitch, yaw = Quaternion(w / norm, x / norm, y / norm, z / norm).to_euler()
+    if abs(roll) > MAX_TILT or abs(pitch) > MAX_TILT:
+        raise ValueError('quaternion is tilted by roll {:.0f}, pitch {:.0f} deg: no robot on its '
+                         'wheels (or its parts are in the wrong order)'.format(
+                             math.degrees(roll), math.degrees(pitch)))
+    return math.pi if yaw <= -math.pi else yaw
+
+
+def quaternion_from_yaw(yaw):
+    """(w, x, y, z) of a heading [rad]."""
+    quaternion = Quaternion.from_euler(0.0, 0.0, yaw)
+    return quaternion.w, quaternion.x, quaternion.y, quaternion.z

@@ -1,0 +1,26 @@
+"""What the robot's two sensors say, without ROS.
+
+Units: seconds, metres, radians. `stamp` is the sender's clock, which may be off by a second.
+"""
+from dataclasses import dataclass
+
+from tb3_labs.se2 import Pose2
+
+
+@dataclass(frozen=True)
+class ImuSample:
+    """One message of the IMU: heading in a frame of its own and the gyro's rate."""
+
+    stamp: float
+    yaw: float            # [rad], (-pi, pi]
+    yaw_rate: float       # [rad/s]
+
+
+@dataclass(frozen=True)
+class OdometrySample:
+    """One message of the wheels' odometry: pose and speed in the `odom` frame."""
+
+    stamp: float
+    pose: Pose2           # odom_T_base
+    linear: float         # forward speed [m/s]
+    angular: float        # [rad/s]; a spike of 2 pi times the rate at each +/-180 deg crossing

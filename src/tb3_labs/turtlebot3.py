@@ -1,0 +1,57 @@
+"""The robots' numbers, each with its source.
+
+Units: metres, radians, seconds. Sources: ROBOTIS OpenCR firmware 1.2.6 (`turtlebot3_core` and
+its motor driver), the Dynamixel XL430/XM430 manuals. The data sheets' 0.22 m/s and 2.84 rad/s
+for the Burger are rounded up: its wheels stop at 61 rpm.
+"""
+import math
+from dataclasses import dataclass
+
+#: Encoder steps per turn of a wheel.
+TICKS_PER_TURN = 4096
+#: Goal velocities are sent to the motors in whole steps of 0.229 rpm, cut towards zero.
+MOTOR_SPEED_STEP = 0.229 * 2.0 * math.pi / 60.0
+#: The firmware applies the newest command, and sends odometry, this often [1/s].
+CONTROL_RATE = 30.0
+#: Without a command for this long the wheels are commanded to zero [s].
+COMMAND_TIMEOUT = 0.5
+
+
+@dataclass(frozen=True)
+class RobotModel:
+    """One kind of TurtleBot3. Speeds are what the firmware clips a command to."""
+
+    name: str
+    wheel_radius: float       # [m]
+    wheel_separation: float   # between the wheels' middles [m]
+    motor_rpm: float          # fastest turn of a wheel [1/min]
+    max_linear: float         # [m/s]
+    max_angular: float        # [rad/s]
+    body_radius: float        # a circle about the wheels' axle that holds the robot [m]
+
+    @property
+    def half_track(self):
+        """From the robot's centre to a wheel [m]."""
+        return self.wheel_separation / 2.0
+
+    @property
+    def max_wheel_speed(self):
+        """Fastest speed of a wheel's rim [m/s]; bounds |v| + half_track |w|."""
+        return self.wheel_radius * self.motor_rpm * 2.0 * math.pi / 60.0
+
+
+MODELS = {
+    'burger': RobotModel('burger', 0.033, 0.160, 61.0, 0.2108, 2.635, 0.105),
+    'waffle': RobotModel('waffle', 0.033, 0.287, 77.0, 0.26, 1.82, 0.220),
+    'waffle_pi': RobotModel('waffle_pi', 0.033, 0.287, 77.0, 0.26, 1.82, 0.220),
+}
+DEFAULT_MODEL = 'burger'
+
+
+def robot_model(name):
+    """The model called `name` (as in ``TURTLEBOT3_MODEL``); ``ValueError`` for an unknown one."""
+    try:
+        return MODELS[name]
+    except KeyError:
+        raise ValueError('TURTLEBOT3_MODEL = {!r} is not valid: one of {}'.format(
+            name, ', '.join(MODELS))) from None
