@@ -1,0 +1,87 @@
+"""Messages <-> the core's types. The only file that reads or fills quaternion fields.
+
+A message that cannot be true (NaN, infinity, a quaternion that is none) raises ``ValueError``.
+"""
+import math
+
+import rospy
+from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped, Twist
+
+from tb3_labs.quaternions import quaternion_from_yaw, yaw_from_quaternion
+from tb3_labs.se2 import Pose2
+from tb3_labs.sensors import ImuSample, OdometrySample
+
+
+def yaw_of(orientation):
+    """Heading [rad] of a geometry_msgs/Quaternion."""
+    return yaw_from_quaternion(w=orientation.w, x=orientation.x, y=orientation.y, z=orientation.z)
+
+
+def to_quaternion(yaw):
+    """geometry_msgs/Quaternion of a heading [rad]."""
+    w, x, y, z = quaternion_from_yaw(yaw)
+    return Quaternion(x=x, y=y, z=z, w=w)
+
+
+def to_pose2(pose):
+    """The planar part of a geometry_msgs/Pose."""
+    return _finite(Pose2(pose.position.x, pose.position.y, yaw_of(pose.orientation)))
+
+
+def transform_to_pose2(transform):
+    """The planar part of a geometry_msgs/Transform."""
+    return _finite(Pose2(transform.translation.x, transform.translation.y,
+                         yaw_of(transform.rotation)))
+
+
+def to_imu_sample(message):
+    """A sensor_msgs/Imu as the core sees it."""
+    return _finite(ImuSample(message.header.stamp.to_sec(), yaw_of(message.orientation),
+                             message.angular_velocity.z), message.angular_velocity.z)
+
+
+def to_odometry_sample(message):
+    """A nav_msgs/Odometry as the core sees it."""
+    twist = message.twist.twist
+    return _finite(OdometrySample(message.header.stamp.to_sec(), to_pose2(message.pose.pose),
+                                  twist.linear.x, twist.angular.z),
+                   twist.linear.x, twist.angular.z)
+
+
+def to_pose_stamped(pose, frame, stamp):
+    """geometry_msgs/PoseStamped of a Pose2; `stamp` in seconds."""
+    message = PoseStamped()
+    message.header.frame_id = frame
+    message.header.stamp = rospy.Time.from_sec(stamp)
+    message.pose.position.x = pose.x
+    message.pose.position.y = pose.y
+    message.pose.orientation = to_quaternion(pose.yaw)
+    return message
+
+
+def to_transform(parent_T_child, parent, child, stamp):
+    """geometry_msgs/TransformStamped of a Pose2; `stamp` in seconds."""
+    message = TransformStamped()
+    message.header.frame_id = parent
+    message.header.stamp = rospy.Time.from_sec(stamp)
+    message.child_frame_id = child
+    message.transform.translation.x = parent_T_child.x
+    message.transform.translation.y = parent_T_child.y
+    message.transform.rotation = to_quaternion(parent_T_child.yaw)
+    return message
+
+
+def to_twist(linear, angular):
+    """geometry_msgs/Twist of a forward speed [m/s] and a rate of turn [rad/s]."""
+    message = Twist()
+    message.linear.x = linear
+    message.angular.z = angular
+    return message
+
+
+def _finite(value, *numbers):
+    if isinstance(value, Pose2):
+        numbers = (value.x, value.y, value.yaw)
+    if not all(math.isfinite(number) for number in numbers):
+        raise ValueError('a number is not finite: {}'.format(value))
+    return value

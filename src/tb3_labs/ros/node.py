@@ -1,0 +1,77 @@
+"""How every node of this package starts, fails and ends.
+
+A bad configuration is one fatal line and exit status 1. An exception inside a callback ends
+the node: rospy alone would print a traceback and let the robot drive on with its last command.
+The zero velocity on the way out is :mod:`tb3_labs.ros.cmd_vel`'s shutdown hook.
+"""
+import functools
+import os
+import sys
+import traceback
+
+import rospy
+
+_failures = []
+
+
+def run(name, make_node):
+    """Initialise node `name`, build it by ``make_node()``, spin; exits the process."""
+    rospy.init_node(name)
+    try:
+        node = make_node()
+    except ValueError as problem:
+        rospy.logfatal('%s', problem)
+        rospy.signal_shutdown('bad configuration')
+        sys.exit(1)
+    rospy.spin()
+    del node
+    sys.exit(1 if _failures else 0)
+
+
+def guarded(callback):
+    """`callback`, except that an exception in it ends the node with one fatal line."""
+    @functools.wraps(callback)
+    def call(*args, **kwargs):
+        try:
+            return callback(*args, **kwargs)
+        except rospy.ServiceException:
+            raise  # a refusal, which rospy hands to the caller
+        except rospy.ROSException:
+            if not rospy.is_shutdown():  # publishing on the way out is no failure
+                raise
+        except Exception as problem:  # whatever it is, the robot must not drive on
+            where = traceback.extract_tb(sys.exc_info()[2])[-1]
+            rospy.logdebug('%s', traceback.format_exc())
+            end('{}: {} ({} line {})'.format(type(problem).__name__, problem,
+                                             os.path.basename(where.filename), where.lineno))
+    return call
+
+
+def end(failure=''):
+    """End this node; with a `failure` by one fatal line and exit status 1."""
+    if failure:
+        _failures.append(failure)
+        rospy.logfatal('%s', failure)
+    rospy.signal_shutdown(failure or 'done')
+
+
+def subscribe(topic, kind, callback, read=None):
+    """A guarded subscriber of the newest message.
+
+    `read` turns the message into what `callback` wants; where it raises ``ValueError`` the message
+    is dropped with one warning a second. A large receive buffer goes with queue_size=1: when the
+    node is late, what is stale is dropped.
+    """
+    def handle(message):
+        if read is None:
+            callback(message)
+            return
+        try:
+            value = read(message)
+        except ValueError as problem:
+            rospy.logwarn_throttle(1.0, 'bad message on {} dropped: {}'.format(topic, problem))
+            return
+        callback(value)
+
+    return rospy.Subscriber(topic, kind, guarded(handle), queue_size=1, buff_size=65536,
+                            tcp_nodelay=True)

@@ -1,0 +1,42 @@
+"""ROS parameters read into the core's configurations.
+
+Names, defaults, units and bounds stand in the configuration's fields and nowhere else. A bad
+value raises ``ValueError`` with one sentence that names parameter, value and what is valid;
+:func:`tb3_labs.ros.node.run` turns it into one fatal line and an exit status.
+"""
+import os
+from dataclasses import fields
+
+import rospy
+
+from tb3_labs.turtlebot3 import DEFAULT_MODEL, robot_model
+
+
+def read_config(*kinds, of=None):
+    """One instance of each configuration class in `kinds`, from the node's ``~`` parameters.
+
+    A private parameter that belongs to none of them is most likely misspelt: it is warned of.
+    An empty text means "not given": so a launch file can pass on an argument that nobody set,
+    without a second copy of the default. `of` names another node, whose parameters are read.
+    """
+    given = rospy.get_param(of or '~', {})
+    known = set()
+    configs = []
+    for kind in kinds:
+        names = [item.name for item in fields(kind)]
+        known.update(names)
+        try:
+            configs.append(kind(**{
+                name: given[name] for name in names if given.get(name, '') != ''}))
+        except ValueError as problem:
+            raise ValueError('parameter {}/{}'.format(of or rospy.get_name(), problem)) from None
+    for name in () if of else sorted(set(given) - known - {'model'}):
+        rospy.logwarn('parameter %s/%s is unknown and ignored; known here: %s',
+                      rospy.get_name(), name, ', '.join(sorted(known)))
+    return configs[0] if len(configs) == 1 else configs
+
+
+def read_model():
+    """The robot's numbers, by ``~model`` or TURTLEBOT3_MODEL in the environment."""
+    return robot_model(rospy.get_param('~model', '') or os.environ.get('TURTLEBOT3_MODEL')
+                       or DEFAULT_MODEL)

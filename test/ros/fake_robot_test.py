@@ -1,0 +1,182 @@
+#!/usr/bin/env python3
+"""The embedded robot's node on simulated time: topics, frames, firmware, faults."""
+import math
+import threading
+import time
+import unittest
+
+import rospy
+import rostest
+from dynamic_reconfigure import DynamicReconfigureCallbackException
+from dynamic_reconfigure.client import Client
+from geometry_msgs.msg import PoseStamped, Twist
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import Empty
+from tf2_msgs.msg import TFMessage
+
+from tb3_labs.angles import wrap
+from tb3_labs.ros.conversions import to_pose2, to_twist, yaw_of
+
+TOPICS = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'ground_truth': PoseStamped,
+          '/tf': TFMessage}
+DEADLINE = 10.0  # of a wait, wall clock [s]
+
+
+class FakeRobotTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.heard = {topic: [] for topic in TOPICS}
+        for topic, kind in TOPICS.items():
+            rospy.Subscriber(topic, kind, cls.heard[topic].append)
+        cls.commands = rospy.Publisher('cmd_vel', Twist, queue_size=1)
+        cls.resets = rospy.Publisher('reset', Empty, queue_size=1)
+        cls.live = Client('turtlebot3', timeout=DEADLINE)
+
+    def setUp(self):
+        self.wait('all topics', lambda: all(self.heard.values()))
+        self.wait('the robot listens', lambda: self.commands.get_num_connections()
+                  and self.resets.get_num_connections())
+        self.wait_for_rest()
+
+    def wait(self, what, condition):
+        deadline = time.monotonic() + DEADLINE
+        while not condition():
+            self.assertLess(time.monotonic(), deadline, 'waited in vain for: ' + what)
+            time.sleep(0.005)
+
+    def wait_for_rest(self):
+        self.wait('rest', lambda: abs(self.last('odom').twist.twist.linear.x) < 1e-6
+                  and abs(self.last('imu').angular_velocity.z) < 0.01)
+
+    def last(self, topic):
+        return self.heard[topic][-1]
+
+    def stamps(self, topic):
+        return [message.header.stamp.to_sec() for message in self.heard[topic]]
+
+    def drive(self, linear, angular, until, what):
+        """Commands at 50 Hz, wall clock, until a condition holds."""
+        stop = threading.Event()
+
+        def send():
+            while not stop.wait(0.02):
+                self.commands.publish(to_twist(linear, angular))
+        sender = threading.Thread(target=send)
+        sender.start()
+        try:
+            self.wait(what, until)
+        finally:
+            stop.set()
+            sender.join()
+
+    def test_frames_are_in_the_namespace(self):
+        self.assertEqual(self.last('imu').header.frame_id, 'robot3/imu_link')
+        odom, transform = self.last('odom'), self.last('/tf').transforms[0]
+        for message in odom, transform:
+            self.assertEqual(message.header.frame_id, 'robot3/odom')
+            self.assertEqual(message.child_frame_id, 'robot3/base_footprint')
+        self.assertEqual(self.last('ground_truth').header.frame_id, 'world')
+        self.assertEqual(self.last('joint_states').name, ['wheel_left_joint', 'wheel_right_joint'])
+
+    def test_imu_is_level_and_its_covariances_are_known(self):
+        message = self.last('imu')
+        self.assertAlmostEqual(message.linear_acceleration.z, 9.81, delta=0.01)
+        for covariance in (message.orientation_covariance, message.angular_velocity_covariance,
+                           message.linear_acceleration_covariance):
+            self.assertTrue(all(covariance[k] > 0.0 for k in (0, 4, 8)))
+
+    def test_tf_is_the_odometry(self):
+        def both():
+            odom = self.last('odom')
+            return odom, [t.transforms[0] for t in self.heard['/tf']
+                          if t.transforms[0].header.stamp == odom.header.stamp]
+        self.wait('tf of the same stamp', lambda: both()[1])
+        odom, transforms = both()
+        self.assertEqual(transforms[0].transform.rotation, odom.pose.pose.orientation)
+        self.assertEqual(transforms[0].transform.translation.x, odom.pose.pose.position.x)
+
+    def test_one_command_lasts_half_a_second(self):
+        start = self.stamps('odom')[-1]
+        self.commands.publish(to_twist(0.1, 0.0))
+        self.wait('motion', lambda: self.last('odom').twist.twist.linear.x > 0.05)
+        self.wait_for_rest()
+        moving = [m.header.stamp.to_sec() for m in list(self.heard['odom'])
+                  if m.header.stamp.to_sec() > start and m.twist.twist.linear.x > 0.05]
+        # Up to 33 ms to the board's next tick at the end, and 33 ms of odometry at either side.
+        self.assertAlmostEqual(moving[-1] - moving[0], 0.5, delta=0.08)
+
+    def test_spike_at_half_a_turn(self):
+        if abs(yaw_of(self.last('imu').orientation)) < math.radians(140):
+            self.drive(0.0, 1.5, lambda: math.radians(140) < yaw_of(
+                self.last('imu').orientation) < math.radians(175), 'heading 140 deg')
+            self.wait_for_rest()
+        seen = len(self.heard['odom'])
+        direction = math.copysign(1.0, yaw_of(self.last('imu').orientation))
+        self.drive(0.0, direction * 1.0, lambda: any(
+            abs(m.twist.twist.angular.z) > 100.0 for m in self.heard['odom'][seen:]), 'a spike')
+        self.wait_for_rest()
+        spikes = [m.twist.twist.angular.z for m in self.heard['odom'][seen:]
+                  if abs(m.twist.twist.angular.z) > 10.0]
+        self.assertEqual(len(spikes), 1)
+        self.assertAlmostEqual(spikes[0], -direction * 2 * math.pi * 30, delta=3.0)
+
+    def test_odometry_is_the_truth_while_nothing_slips(self):
+        seen = len(self.heard['ground_truth'])
+        truth = to_pose2(self.last('ground_truth').pose)
+        odom = to_pose2(self.last('odom').pose.pose)
+        self.drive(0.1, 0.3, lambda: to_pose2(
+            self.last('ground_truth').pose).distance_to(truth) > 0.2, '0.2 m')
+        self.wait_for_rest()
+        self.assertGreater(len(self.heard['ground_truth']), seen + 50)
+        moved = truth.inverse() @ to_pose2(self.last('ground_truth').pose)
+        reported = odom.inverse() @ to_pose2(self.last('odom').pose.pose)
+        # One sample's displacement may be taken backwards (the spike): 2 x 3.3 mm.
+        self.assertLess(moved.distance_to(reported), 0.009)
+        self.assertLess(abs(wrap(moved.yaw - reported.yaw)), math.radians(0.1))
+
+    def test_reset_zeroes_the_odometry_and_leaves_the_imu(self):
+        self.drive(0.1, 0.3, lambda: to_pose2(
+            self.last('odom').pose.pose).distance_to(self.start()) > 0.05, '0.05 m')
+        self.wait_for_rest()
+        imu_yaw, seen = yaw_of(self.last('imu').orientation), len(self.heard['odom'])
+        self.resets.publish(Empty())
+        self.wait('zero', lambda: abs(self.last('odom').pose.pose.position.x) < 1e-6
+                  and abs(self.last('odom').pose.pose.position.y) < 1e-6)
+        pause = self.stamps('odom')[seen - 1:]
+        longest = max(b - a for a, b in zip(pause, pause[1:]))
+        self.assertAlmostEqual(longest, 512 / 200, delta=0.1)
+        self.assertLess(abs(yaw_of(self.last('odom').pose.pose.orientation)), math.radians(0.1))
+        self.wait('imu', lambda: self.stamps('imu')[-1] >= pause[-1])
+        self.assertAlmostEqual(yaw_of(self.last('imu').orientation), imu_yaw, delta=0.01)
+
+    def start(self):
+        return to_pose2(self.heard['odom'][0].pose.pose)
+
+    def test_a_fault_is_switched_while_it_runs(self):
+        self.live.update_configuration({'imu_silent': True})
+        last = self.stamps('odom')[-1]
+        self.wait('odometry goes on', lambda: self.stamps('odom')[-1] > last + 1.0)
+        self.assertLess(self.stamps('imu')[-1], last + 0.2)
+        self.live.update_configuration({'imu_silent': False})
+        self.wait('imu', lambda: self.stamps('imu')[-1] > last + 1.0)
+
+    def test_a_bad_setting_is_refused_and_changes_nothing(self):
+        with self.assertRaises(DynamicReconfigureCallbackException):
+            self.live.update_configuration({'slip': 7.0, 'imu_silent': True})
+        last = self.stamps('imu')[-1]
+        self.wait('imu', lambda: self.stamps('imu')[-1] > last + 0.5)
+        self.assertEqual(self.live.get_configuration(DEADLINE)['slip'], 0.0)
+
+    def test_a_command_that_is_not_finite_is_dropped(self):
+        before = self.last('odom').pose.pose.position
+        for bad in math.nan, math.inf:
+            self.commands.publish(to_twist(bad, 0.0))
+        last = self.stamps('odom')[-1]
+        self.wait('odometry goes on', lambda: self.stamps('odom')[-1] > last + 0.5)
+        self.assertEqual(self.last('odom').pose.pose.position, before)
+
+
+if __name__ == '__main__':
+    rospy.init_node('fake_robot_test')
+    rostest.rosrun('tb3_labs', 'fake_robot', FakeRobotTest)
