@@ -1,0 +1,179 @@
+#!/usr/bin/env python3
+"""Drives to a goal in a local frame that can be declared anew while it runs.
+
+Subscribes
+    imu                    sensor_msgs/Imu
+    odom                   nav_msgs/Odometry
+    ctrl_relinq            std_msgs/Bool: True = this node may drive
+    move_base_simple/goal  geometry_msgs/PoseStamped: a goal
+    initialpose            geometry_msgs/PoseWithCovarianceStamped: a reset
+Publishes
+    cmd_vel                geometry_msgs/Twist, only while driving, one zero at the end
+    local_pose             geometry_msgs/PoseStamped, frame local, with each odometry message
+    local_path             nav_msgs/Path, frame local
+    goal_state             std_msgs/String, latched: the state, or why the goal was given up
+    goal_marker            visualization_msgs/MarkerArray
+    /tf                    odom -> local
+Services
+    reset_pose             tb3_labs/ResetPose [m, deg]: the robot is here, now, in local
+    set_pose               tb3_labs/SetInitialPose: the same, by the handout's own call
+Action
+    move2goal              move_base_msgs/MoveBaseAction
+Parameters
+    ~goal_x, ~goal_y, ~goal_yaw_deg, ~has_control: see StartConfig below
+    ~law, ~allow_reverse, tolerances and limits: see tb3_labs/drive_laws.py, DriveConfig
+    ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
+"""
+import math
+import threading
+from dataclasses import dataclass
+
+import rospy
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu
+from std_msgs.msg import Bool
+
+from tb3_labs.config import Config, setting
+from tb3_labs.drive_laws import DriveConfig, make_law
+from tb3_labs.navigator import Navigator
+from tb3_labs.ros.cmd_vel import CmdVel
+from tb3_labs.ros.conversions import to_imu_sample, to_odometry_sample
+from tb3_labs.ros.display import LocalDisplay
+from tb3_labs.ros.drive_log import DriveLog
+from tb3_labs.ros.frames import frame
+from tb3_labs.ros.goals import GoalInterfaces
+from tb3_labs.ros.node import run, subscribe
+from tb3_labs.ros.parameters import read_config, read_model
+from tb3_labs.ros.pose_frames import PoseFrames
+from tb3_labs.ros.resets import ResetInterfaces
+from tb3_labs.ros.watchdog import Watchdog
+from tb3_labs.se2 import Pose2
+
+#: A goal farther away than this is a mistake, most likely in the unit [m].
+MAX_GOAL_DISTANCE = 100.0
+#: A reset answers within a second, whatever happens [s].
+RESET_TIMEOUT = 0.8
+
+
+@dataclass(frozen=True)
+class StartConfig(Config):
+    """What the node does at its start."""
+
+    goal_x: float = setting(-0.61, 'first goal, in the local frame', 'm',
+                            -MAX_GOAL_DISTANCE, MAX_GOAL_DISTANCE)
+    goal_y: float = setting(0.61, 'first goal, in the local frame', 'm',
+                            -MAX_GOAL_DISTANCE, MAX_GOAL_DISTANCE)
+    goal_yaw_deg: float = setting(0.0, 'heading at the first goal', 'deg', -360.0, 360.0)
+    has_control: bool = setting(False, 'may drive from the start, without ctrl_relinq')
+
+
+class MoveToGoal:
+    """Glue between ROS and the navigator."""
+
+    def __init__(self):
+        start, drive = read_config(StartConfig, DriveConfig)
+        self._navigator = Navigator(make_law(drive, read_model()), start.has_control)
+        self._navigator.set_goal(
+            Pose2(start.goal_x, start.goal_y, math.radians(start.goal_yaw_deg)))
+        self._changed = threading.Condition()    # guards the navigator
+        self._frames = PoseFrames(frame('local'), frame('odom'))
+        self._cmd_vel = CmdVel()
+        self._display = LocalDisplay(frame('local'))
+        self._log = DriveLog(self._navigator, frame('local'), drive.distance_tolerance)
+        self._goals = GoalInterfaces(self._set_goal, self._cancel)
+        ResetInterfaces(self._reset, self._to_local, frame('local'))
+        self._watchdog = Watchdog(self._tick)
+        subscribe('imu', Imu, self._on_imu, to_imu_sample)
+        subscribe('odom', Odometry, self._on_odometry, to_odometry_sample)
+        subscribe('ctrl_relinq', Bool, self._on_ctrl_relinq)
+
+    def _on_imu(self, sample):
+        with self._changed:
+            self._report(self._navigator.on_imu(sample, rospy.get_time()))
+        self._show_fix()
+        self._tick()
+
+    def _on_odometry(self, sample):
+        with self._changed:
+            self._report(self._navigator.on_odometry(sample, rospy.get_time()))
+        self._show_fix()
+
+    def _on_ctrl_relinq(self, message):
+        with self._changed:
+            if self._navigator.set_control(message.data) and not message.data:
+                self._cmd_vel.stop()
+            self._log.update(rospy.get_time())
+
+    def _tick(self):
+        """Send the command that is due; report the end of a drive."""
+        with self._changed:
+            now = rospy.get_time()
+            if not self._navigator.due(now):
+                return
+            machine = self._navigator.machine
+            was_active, goal = machine.active, machine.goal
+            command = self._navigator.command(now)
+            if command is None:
+                self._cmd_vel.stop()
+                self._watchdog.sleep()
+            else:
+                self._cmd_vel.drive(command.linear, command.angular)
+                self._watchdog.wake()
+            self._log.update(now)
+            ended, failure = was_active and not machine.active, machine.failure
+        if ended and failure:
+            self._goals.failed(goal, failure)
+        elif ended:
+            self._goals.reached(goal)
+
+    def _show_fix(self):
+        with self._changed:
+            fix = self._navigator.localizer.take_fix()
+            if fix is None:
+                return
+            shown = self._display.show(fix, self._navigator.localizer.frame.odom_T_local,
+                                       self._frames.odom)
+        self._goals.feedback(shown)
+
+    def _reset(self, declared):
+        """The robot is at `declared` (Pose2 in local) now; ``ValueError`` if that is refused."""
+        with self._changed:
+            now = rospy.get_time()
+            complaint = self._navigator.sensor_complaint(now)
+            if complaint:
+                raise ValueError('{}: is the robot running? The old frame stays'.format(complaint))
+            reset = self._navigator.localizer.reset(declared, now)
+            if not self._changed.wait_for(lambda: reset.done, RESET_TIMEOUT):
+                self._navigator.localizer.give_up(reset)
+                raise ValueError('imu and odom fell silent. The old frame stays')
+            return reset
+
+    def _report(self, resets):
+        """Resets that were just carried out: say so, and wake who waits for them."""
+        for reset in resets:
+            self._display.forget_path()
+            rospy.loginfo('Local pose set to %s', reset.after)
+            self._changed.notify_all()
+
+    def _to_local(self, header, pose, also_local=('map',)):
+        with self._changed:
+            local = self._navigator.localizer.frame
+        return self._frames.to_local(header, pose, local and local.odom_T_local, also_local)
+
+    def _set_goal(self, header, pose):
+        goal = self._to_local(header, pose, also_local=())
+        if math.hypot(goal.x, goal.y) > MAX_GOAL_DISTANCE:
+            raise ValueError('({}) is farther than {:.0f} m from the local origin; goals are in '
+                             'metres'.format(goal, MAX_GOAL_DISTANCE))
+        with self._changed:
+            self._navigator.set_goal(goal)
+        return goal
+
+    def _cancel(self):
+        with self._changed:
+            self._navigator.machine.give_up('canceled')
+            self._cmd_vel.stop()
+
+
+if __name__ == '__main__':
+    run('move_to_goal', MoveToGoal)

@@ -1,0 +1,196 @@
+"""How to move in each state of a drive to a goal: the handout's law and a precise one.
+
+Units: metres, radians, seconds; poses in the local frame. Sources: LabLaw is the Transformation
+lab's handout, number by number; PreciseLaw brakes by :mod:`tb3_labs.approach`.
+"""
+import math
+from dataclasses import dataclass
+
+from tb3_labs.angles import continuous, difference, wrap
+from tb3_labs.approach import Approach, DelayEstimate
+from tb3_labs.config import Config, setting
+from tb3_labs.goal import LawStep
+from tb3_labs.motion import Twist2, proportional, saturate
+from tb3_labs.se2 import Pose2
+
+
+@dataclass(frozen=True)
+class DriveConfig(Config):
+    """How to drive to a goal."""
+
+    law: str = setting('precise', "precise, or lab for the handout's own law",
+                       choices=('precise', 'lab'))
+    allow_reverse: bool = setting(False, 'drive backwards where that is the shorter way')
+    distance_tolerance: float = setting(0.01, 'how near counts as there', unit='m',
+                                        low=0.002, high=1.0)
+    angle_tolerance_deg: float = setting(0.5, 'how near counts as faced', unit='deg',
+                                         low=0.2, high=45.0)
+    max_linear: float = setting(0.26, "fastest drive; the robot's own limit holds as well",
+                                unit='m/s', low=0.02, high=1.0)
+    max_angular: float = setting(1.5, "fastest turn; the robot's own limit holds as well",
+                                 unit='rad/s', low=0.1, high=5.0)
+    linear_acceleration: float = setting(1.5, 'speeding up and braking', unit='m/s^2',
+                                         low=0.05, high=5.0)
+    angular_acceleration: float = setting(12.0, 'speeding up and braking of a turn',
+                                          unit='rad/s^2', low=0.5, high=40.0)
+
+
+def make_law(config, model):
+    """The law that `config` (DriveConfig) asks for, for a turtlebot3.RobotModel."""
+    return LabLaw(model) if config.law == 'lab' else PreciseLaw(config, model)
+
+
+class LabLaw:
+    """The handout's law: proportional turns, a straight line at constant speed."""
+
+    period = 0.1                  # [s]: 10 Hz
+    ROTATE_TO_GOAL_GAIN = 0.3     # [rad/s per rad]
+    ROTATE_TO_FINAL_GAIN = 0.5    # [rad/s per rad]
+    ANGLE_TOLERANCE = 0.05        # [rad]
+    FORWARD_SPEED = 0.15          # [m/s]
+    DISTANCE_TOLERANCE = 0.15     # [m]
+
+    def __init__(self, model):
+        self._model = model
+
+    def start(self, pose, goal):
+        """The handout's law remembers nothing."""
+
+    def rotate_to_goal(self, motion, goal, dt):
+        """Turn towards the goal."""
+        error = difference(motion.pose.bearing_to(goal), motion.pose.yaw)
+        if motion.pose.distance_to(goal) < self.DISTANCE_TOLERANCE:
+            error = 0.0           # already there: which way it lies means nothing
+        return self._turn(error, self.ROTATE_TO_GOAL_GAIN)
+
+    def move_forward(self, motion, goal, dt):
+        """Straight on until near the goal."""
+        distance = motion.pose.distance_to(goal)
+        return LawStep(Twist2(self.FORWARD_SPEED, 0.0), distance,
+                       distance < self.DISTANCE_TOLERANCE)
+
+    def rotate_to_final(self, motion, goal, dt):
+        """Turn to the heading asked for."""
+        return self._turn(difference(goal.yaw, motion.pose.yaw), self.ROTATE_TO_FINAL_GAIN)
+
+    def shortfall(self, pose, goal):
+        """The handout is content with where it stopped."""
+        return ''
+
+    def _turn(self, error, gain):
+        rate = proportional(error, gain, fastest=self._model.max_angular)
+        return LawStep(Twist2(0.0, rate), error, abs(error) < self.ANGLE_TOLERANCE)
+
+
+class PreciseLaw:
+    """As fast as the limits allow, stopping where it should.
+
+    Turns and the way along the line are each an Approach. While driving, the robot follows the
+    straight line from where it started to the goal: it looks at a point of the line a little
+    ahead, and turns towards it.
+    """
+
+    period = 0.02                 # [s]: the firmware takes a command every 33 ms
+    #: Nearer than this to facing along the line, driving begins: the braking turn ends on the way.
+    FACING = 0.1                  # [rad]
+    #: The drive ends where the robot would come to rest this far ahead of the goal.
+    STOP_AHEAD = 0.0005           # [m]
+    #: How far ahead on the line the robot looks: large is calm, small is strict.
+    LOOK_AHEAD = 0.20             # [m]
+    #: A robot that turns slower than this rests.
+    REST_RATE = 0.03              # [rad/s]
+    #: It has settled when it rested inside the tolerance for this long.
+    SETTLING_TIME = 0.06          # [s]
+
+    def __init__(self, config, model):
+        self._config = config
+        self._model = model
+        self._max_linear = min(config.max_linear, model.max_linear)
+        self._max_angular = min(config.max_angular, model.max_angular)
+        delay = DelayEstimate()
+        self._turning = Approach(config.angular_acceleration, gain=20.0, slowest=0.04,
+                                 close_enough=0.003, delay=delay)
+        self._driving = Approach(config.linear_acceleration, gain=20.0, slowest=0.015,
+                                 close_enough=0.0005, delay=delay)
+        self._angle_tolerance = math.radians(config.angle_tolerance_deg)
+
+    def start(self, pose, goal):
+        """Choose the way: the line to the goal, and which end of the robot goes first."""
+        self._line = pose.bearing_to(goal)
+        self._there = pose.distance_to(goal) <= 0.5 * self._config.distance_tolerance
+        backwards = wrap(self._line + math.pi)
+        self._reverse = self._config.allow_reverse and (
+            _turns(pose.yaw, backwards, goal.yaw) < _turns(pose.yaw, self._line, goal.yaw))
+        self._begin_turn(pose, backwards if self._reverse else self._line)
+        self._driving.start()
+        self._final = False
+        self._rested_for = 0.0
+
+    def rotate_to_goal(self, motion, goal, dt):
+        """Turn to face along the line, braking so that the turn would end there."""
+        if self._there:
+            return LawStep(Twist2(), 0.0, True)
+        rate = self._turn(motion, dt)
+        return self._step(0.0, rate, self._error, abs(self._error) < self.FACING)
+
+    def move_forward(self, motion, goal, dt):
+        """Along the line to the goal, the heading held; ends where it would come to rest there.
+
+        Only where a late command let the robot slip through by more than the tolerance, it backs
+        up straight.
+        """
+        ahead, aside = self._on_line(motion.pose, goal)
+        direction = -1.0 if self._reverse else 1.0
+        speed = self._driving.step(ahead, direction * motion.linear, self._max_linear, dt)
+        at_rest = self._driving.at_rest
+        through = at_rest < -0.8 * self._config.distance_tolerance
+        speed = direction * (speed if through else max(0.0, speed))
+        look = wrap(self._line + math.atan2(-aside, self.LOOK_AHEAD))
+        self._face = wrap(look + math.pi) if self._reverse else look
+        rate = self._turn(motion, dt)
+        return self._step(speed, rate, ahead,
+                          self._there or at_rest <= self.STOP_AHEAD and not through)
+
+    def rotate_to_final(self, motion, goal, dt):
+        """Turn to the heading asked for; ends settled: inside the tolerance and at rest."""
+        if not self._final:
+            self._final = True
+            self._begin_turn(motion.pose, goal.yaw)
+        rate = self._turn(motion, dt)
+        rests = abs(self._error) <= self._angle_tolerance and (
+            abs(motion.angular) <= self.REST_RATE)
+        self._rested_for = self._rested_for + dt if rests else 0.0
+        return self._step(0.0, rate, self._error, self._rested_for >= self.SETTLING_TIME)
+
+    def shortfall(self, pose, goal):
+        """Where the robot stopped outside the tolerance, by how much."""
+        distance = pose.distance_to(goal)
+        if distance <= self._config.distance_tolerance:
+            return ''
+        return 'stopped {:.0f} mm from the goal (tolerance {:.0f} mm)'.format(
+            1000.0 * distance, 1000.0 * self._config.distance_tolerance)
+
+    def _begin_turn(self, pose, face):
+        self._face = face
+        self._error = difference(face, pose.yaw)
+        self._turning.start()
+
+    def _turn(self, motion, dt):
+        """The rate of turn that ends facing `_face`, kept to the way round it began with."""
+        self._error = continuous(self._face - motion.pose.yaw, self._error)
+        return self._turning.step(self._error, motion.angular, self._max_angular, dt)
+
+    def _on_line(self, pose, goal):
+        """(way left along the line, offset to its left) [m]."""
+        goal_T_line = Pose2(goal.x, goal.y, self._line)
+        place = goal_T_line.inverse() @ pose
+        return -place.x, place.y
+
+    def _step(self, linear, angular, remaining, finished):
+        return LawStep(saturate(Twist2(linear, angular), self._max_linear,
+                                self._max_angular, self._model), remaining, finished)
+
+
+def _turns(start, face, final):
+    """Angle turned in all when a drive faces `face` on its way from heading to heading [rad]."""
+    return abs(difference(face, start)) + abs(difference(final, face))

@@ -1,0 +1,71 @@
+"""The one way this package drives and stops a robot.
+
+Whoever drives publishes commands; whoever stops, for whatever reason, publishes exactly one zero
+and is then silent, so that another node may drive. The zero is also sent, and seen off the
+machine, when the node shuts down (Ctrl+C, SIGTERM, an exception that ended it).
+"""
+import math
+import threading
+import time
+
+import rospy
+from geometry_msgs.msg import Twist
+
+from tb3_labs.ros.conversions import to_twist
+
+#: Longest wait for the last zero to leave the process [s].
+DELIVERY_TIME = 0.15
+
+
+class CmdVel:
+    """Publishes `cmd_vel` (geometry_msgs/Twist)."""
+
+    def __init__(self):
+        self._lock = threading.Lock()
+        self._driving = False
+        self._closed = False
+        self._publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
+        rospy.on_shutdown(self._close)
+
+    def drive(self, linear, angular):
+        """Send one command: forward speed [m/s], rate of turn [rad/s]."""
+        if not (math.isfinite(linear) and math.isfinite(angular)):
+            raise ValueError('command ({}, {}) is not finite'.format(linear, angular))
+        with self._lock:
+            if not self._closed:
+                self._driving = True
+                self._publisher.publish(to_twist(linear, angular))
+
+    def stop(self):
+        """One zero if this node was driving; nothing otherwise. True if a zero was sent."""
+        with self._lock:
+            return self._stop()
+
+    def _stop(self):
+        was_driving = self._driving
+        if was_driving:
+            self._driving = False
+            self._publisher.publish(to_twist(0.0, 0.0))
+        return was_driving
+
+    def _close(self):
+        with self._lock:
+            self._closed = True
+            sent = self._messages_sent()
+            if self._stop():
+                self._wait_until_sent(sent)
+
+    def _messages_sent(self):
+        """Messages written to each subscriber so far, by rospy's own bus statistics."""
+        return {link[0]: link[2] for link in self._publisher.impl.get_stats()[2]}
+
+    def _wait_until_sent(self, before):
+        """rospy queues messages and drops the queue at shutdown: wait until the zero is written."""
+        deadline = time.monotonic() + DELIVERY_TIME
+        while time.monotonic() < deadline:
+            now = self._messages_sent()
+            if all(now.get(link, count + 1) > count for link, count in before.items()):
+                break
+            time.sleep(0.002)
+        # A command that was under way when we counted would have been taken for the zero.
+        time.sleep(0.01)

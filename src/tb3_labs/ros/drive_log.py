@@ -1,0 +1,88 @@
+"""A drive in words: in the terminal, as `goal_state`, and above the goal in RViz.
+
+`goal_state` is one of the four states, or begins with 'waiting', 'stopped' or 'gave up'.
+"""
+import math
+
+import rospy
+from geometry_msgs.msg import PoseStamped
+from std_msgs.msg import String
+
+from tb3_labs.goal import GoalState
+from tb3_labs.ros.conversions import to_pose_stamped
+from tb3_labs.ros.markers import GoalMarker
+
+#: Between two lines of progress [s].
+PROGRESS_PERIOD = 1.0
+#: The states in which the robot drives.
+DRIVING = [state.name for state in GoalState if state is not GoalState.GOAL_REACHED]
+
+
+class DriveLog:
+    """Says what changed since it was last asked; call :meth:`update` with the navigator locked."""
+
+    def __init__(self, navigator, local_frame, tolerance):
+        self._navigator = navigator
+        self._frame = local_frame
+        self._tolerance = tolerance
+        self._state = rospy.Publisher('goal_state', String, queue_size=10, latch=True)
+        self._goal = rospy.Publisher('current_goal', PoseStamped, queue_size=1, latch=True)
+        self._marker = GoalMarker(local_frame)
+        self._said = None
+        self._begun = None        # the attempt that began last,
+        self._begun_at = 0.0      # and when
+        self._progress_at = 0.0
+
+    def update(self, now):
+        """Report a new state at once, and progress once a second while the robot drives."""
+        machine = self._navigator.machine
+        state = self._state_in_words()
+        present = (machine.attempt, machine.goal, state)
+        if present != self._said:
+            if machine.begun and (self._said is None or machine.attempt != self._begun):
+                self._begun, self._begun_at = machine.attempt, now
+            self._said = present
+            self._announce(state, now)
+            self._state.publish(state)
+            self._goal.publish(to_pose_stamped(machine.goal, self._frame, now))
+            self._marker.show(machine.goal, self._tolerance, state)
+            self._progress_at = now
+        elif state in DRIVING and abs(now - self._progress_at) >= PROGRESS_PERIOD:
+            self._progress_at = now
+            rospy.loginfo('%s: %s to go', state, self._to_go(now))
+
+    def _state_in_words(self):
+        """What `goal_state` says."""
+        machine = self._navigator.machine
+        if machine.failure:
+            return 'gave up: ' + machine.failure
+        if not machine.active:
+            return machine.state.name
+        if not self._navigator.has_control:
+            return 'waiting for control'
+        if self._navigator.hold_reason:
+            return '{}: {}'.format('stopped' if machine.begun else 'waiting',
+                                   self._navigator.hold_reason)
+        return machine.state.name if machine.begun else 'waiting for imu and odom'
+
+    def _announce(self, state, now):
+        """Say a new state in the terminal."""
+        machine = self._navigator.machine
+        if machine.failure:
+            rospy.logwarn('Goal (%s) given up: %s', machine.goal, machine.failure)
+        elif not machine.active:
+            rospy.loginfo('Goal reached! %s off, after %.1f s', self._to_go(now),
+                          now - self._begun_at)
+        elif state in DRIVING:
+            if self._begun_at == now:
+                rospy.loginfo('Goal (%s): %s to go', machine.goal, self._to_go(now))
+            rospy.loginfo('%s', state)
+        elif state.startswith('stopped'):
+            rospy.logwarn('%s', state.capitalize())
+        else:
+            hint = ' (True on ctrl_relinq)' if state == 'waiting for control' else ''
+            rospy.loginfo('Goal (%s): %s%s', machine.goal, state, hint)
+
+    def _to_go(self, now):
+        distance, angle = self._navigator.machine.errors(self._navigator.localizer.motion(now).pose)
+        return '{:.3f} m and {:.1f} deg'.format(distance, abs(math.degrees(angle)))

@@ -1,0 +1,53 @@
+"""Poses that people send, in whatever frame, as poses in the local frame."""
+import threading
+
+import rospy
+import tf2_ros
+
+from tb3_labs.ros.conversions import to_pose2, transform_to_pose2
+
+#: Longest wait for a transform [s].
+TF_TIMEOUT = 1.0
+
+
+class PoseFrames:
+    """Turns a stamped pose into a Pose2 in ``local``.
+
+    tf is only listened to from the first pose in a frame that needs it: nearly all poses come in
+    `local` or `odom`, which need none.
+    """
+
+    def __init__(self, local, odom):
+        self.local = local
+        self.odom = odom
+        self._tf = None
+        self._lock = threading.Lock()
+
+    def to_local(self, header, pose, odom_T_local, also_local=()):
+        """The Pose2 in local of a geometry_msgs/Pose with `header`.
+
+        An empty frame, `local`, and the frames `also_local` mean the local frame itself.
+        ``ValueError`` says why a pose is refused.
+        """
+        frame = header.frame_id.lstrip('/')
+        pose2 = to_pose2(pose)
+        if frame in ('', self.local, 'local') or frame in also_local:
+            return pose2
+        if odom_T_local is None:
+            raise ValueError('no local frame yet: nothing was heard from imu and odom')
+        if frame in (self.odom, 'odom'):
+            return odom_T_local.inverse() @ pose2
+        return odom_T_local.inverse() @ self._odom_T(frame) @ pose2
+
+    def _odom_T(self, frame):
+        with self._lock:
+            if self._tf is None:
+                self._tf = tf2_ros.Buffer()
+                self._listener = tf2_ros.TransformListener(self._tf)
+        try:
+            transform = self._tf.lookup_transform(self.odom, frame, rospy.Time(0),
+                                                  rospy.Duration(TF_TIMEOUT))
+        except tf2_ros.TransformException as problem:
+            raise ValueError('frame {!r} is unknown; known here: {}, {} and what tf knows '
+                             '({})'.format(frame, self.local, self.odom, problem)) from None
+        return transform_to_pose2(transform.transform)

@@ -1,0 +1,64 @@
+"""The three ways to say "the robot is here, now": two services and RViz's 2D Pose Estimate."""
+import math
+
+import rospy
+from geometry_msgs.msg import PoseWithCovarianceStamped
+
+from tb3_labs.ros.conversions import to_pose_stamped
+from tb3_labs.ros.node import guarded, subscribe
+from tb3_labs.se2 import Pose2
+from tb3_labs.srv import (
+    ResetPose, ResetPoseResponse, SetInitialPose, SetInitialPoseResponse)
+
+
+class ResetInterfaces:
+    """Offers `reset_pose`, `set_pose` and `initialpose`.
+
+    `reset(pose)` carries out a reset to a Pose2 in local and returns the localizer.Reset;
+    `to_local(header, pose)` reads a stamped pose. Both raise ``ValueError`` with the reason of a
+    refusal.
+    """
+
+    def __init__(self, reset, to_local, local_frame):
+        self._reset = reset
+        self._to_local = to_local
+        self._local_frame = local_frame
+        rospy.Service('reset_pose', ResetPose, guarded(self._on_reset_pose))
+        rospy.Service('set_pose', SetInitialPose, self._on_set_pose)
+        subscribe('initialpose', PoseWithCovarianceStamped, self._on_initialpose)
+
+    def _on_reset_pose(self, request):
+        declared = Pose2(request.x, request.y, math.radians(request.yaw_deg))
+        response = ResetPoseResponse()
+        try:
+            if not declared.is_finite():
+                raise ValueError('x, y and yaw_deg must be finite numbers, not {}, {}, {}'.format(
+                    request.x, request.y, request.yaw_deg))
+            reset = self._reset(declared)
+        except ValueError as problem:
+            rospy.logwarn('Reset refused: %s', problem)
+            response.message = str(problem)
+            return response
+        response.success = True
+        response.message = 'Local pose set to {}'.format(reset.after)
+        if reset.before is not None:
+            response.before = to_pose_stamped(reset.before, self._local_frame, reset.stamp)
+        response.after = to_pose_stamped(reset.after, self._local_frame, reset.stamp)
+        return response
+
+    def _on_set_pose(self, request):
+        try:
+            self._declare(request.pose)
+        except ValueError as problem:
+            rospy.logwarn('Reset refused: %s', problem)
+            raise rospy.ServiceException(str(problem)) from None
+        return SetInitialPoseResponse()
+
+    def _on_initialpose(self, message):
+        try:
+            self._declare(message)
+        except ValueError as problem:
+            rospy.logwarn('Reset refused: %s', problem)
+
+    def _declare(self, stamped):
+        self._reset(self._to_local(stamped.header, stamped.pose.pose))

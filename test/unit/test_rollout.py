@@ -1,0 +1,117 @@
+"""Whole drives on the embedded robot, judged by its true pose."""
+import math
+import random
+import statistics
+from concurrent.futures import ProcessPoolExecutor
+
+import pytest
+
+from tb3_labs.drive_laws import DriveConfig
+from tb3_labs.rollout import drive, time_bound
+from tb3_labs.se2 import Pose2
+from tb3_labs.simulator import SimulatorConfig
+from tb3_labs.turtlebot3 import robot_model
+
+BURGER = robot_model('burger')
+LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
+
+
+def random_drive(number):
+    """(bound [s], Drive) of one drive with everything drawn at random, `number` being the seed."""
+    rng = random.Random(number)
+
+    def angle():
+        return rng.uniform(-180.0, 180.0)
+
+    declared = Pose2(rng.uniform(-2.0, 2.0), rng.uniform(-2.0, 2.0), math.radians(angle()))
+    goal = declared @ Pose2(rng.uniform(-1.5, 1.5), rng.uniform(-1.5, 1.5), math.radians(angle()))
+    robot = SimulatorConfig(
+        start_x=rng.uniform(-5.0, 5.0), start_y=rng.uniform(-5.0, 5.0), start_yaw_deg=angle(),
+        imu_offset_deg=angle(), imu_rate=100.0, imu_noise_deg=rng.choice([0.0, 0.005, 0.02]),
+        gyro_noise=rng.choice([0.0, 0.001, 0.005]), command_latency=rng.choice([0.0, 0.02, 0.05]),
+        seed=number)
+    return time_bound(declared, goal, BURGER, math.inf, 1.5), drive(goal, robot, declared=declared)
+
+
+def test_a_thousand_random_drives_all_arrive_within_the_limits():
+    with ProcessPoolExecutor() as pool:
+        drives = list(pool.map(random_drive, range(1000), chunksize=25))
+    assert [(n, d.failure) for n, (_, d) in enumerate(drives) if not d.reached] == []
+    for _, d in drives:
+        assert d.max_linear <= 0.2108 + 1e-9
+        assert d.max_angular <= 1.5 + 1e-9
+        assert d.max_wheel <= 0.2109
+        assert d.overrun <= 0.005      # never through the goal
+    distances = [d.distance_error for _, d in drives]
+    angles = [abs(math.degrees(d.angle_error)) for _, d in drives]
+    assert statistics.median(distances) <= 0.005 and max(distances) <= 0.010
+    assert statistics.median(angles) <= 0.3 and max(angles) <= 0.5
+
+
+@pytest.mark.parametrize('model, bound', [('burger', 5.88)])
+def test_bound_of_the_labs_goal(model, bound):
+    # (b (135 + 135 deg) + 0.8627 m) / V; see FIRMWARE facts of the Burger
+    assert time_bound(Pose2(), LAB_GOAL, robot_model(model)) == pytest.approx(bound, abs=0.005)
+
+
+def test_bound_backwards_and_with_the_labs_turn_limit():
+    assert time_bound(Pose2(), LAB_GOAL, BURGER, reverse=True) == pytest.approx(4.69, abs=0.005)
+    assert time_bound(Pose2(), LAB_GOAL, BURGER, max_angular=1.5) == pytest.approx(7.23, abs=0.005)
+
+
+def test_the_labs_goal_is_reached_in_little_more_than_the_least_time():
+    result = drive(LAB_GOAL, SimulatorConfig(start_yaw_deg=170.0, imu_offset_deg=140.0))
+    assert result.reached
+    assert result.time <= 1.12 * 7.234
+
+
+def test_reverse_takes_the_shorter_way():
+    forward = drive(LAB_GOAL, SimulatorConfig())
+    either = drive(LAB_GOAL, SimulatorConfig(), DriveConfig(allow_reverse=True))
+    assert either.reached
+    assert forward.time - either.time == pytest.approx(math.pi / 1.5, abs=0.3)
+
+
+def test_the_handouts_law_stops_short_and_takes_its_time():
+    result = drive(LAB_GOAL, SimulatorConfig(), DriveConfig(law='lab'))
+    assert result.reached
+    assert 0.13 <= result.distance_error <= 0.15
+    assert 24.0 <= result.time <= 28.0
+
+
+@pytest.mark.parametrize('heading', [0.0, 90.0, 179.9, -179.9, 180.0])
+@pytest.mark.parametrize('offset', [0.0, 59.1, 180.0])
+def test_awkward_headings_do_not_matter(heading, offset):
+    result = drive(LAB_GOAL, SimulatorConfig(start_yaw_deg=heading, imu_offset_deg=offset,
+                                             imu_rate=100.0))
+    assert result.reached
+    assert result.distance_error <= 0.010
+    assert abs(math.degrees(result.angle_error)) <= 0.5
+
+
+def test_a_far_goal():
+    result = drive(Pose2(-3.0, 3.0, math.pi / 2.0), SimulatorConfig(imu_offset_deg=-34.6))
+    assert result.reached
+    assert result.distance_error <= 0.010
+
+
+@pytest.mark.parametrize('model', ['waffle', 'waffle_pi'])
+def test_other_models(model):
+    result = drive(LAB_GOAL, SimulatorConfig(model=model))
+    assert result.reached
+    assert result.distance_error <= 0.010
+    assert result.max_linear <= 0.26 and result.max_angular <= 1.5
+
+
+def test_goals_that_are_there_already_or_only_to_be_turned_to():
+    here = drive(Pose2(0.0, 0.0, 0.0), SimulatorConfig())
+    assert here.reached and here.time < 1.0
+    turn = drive(Pose2(0.0, 0.0, math.pi), SimulatorConfig())
+    assert turn.reached and turn.distance_error < 0.003
+
+
+def test_a_stuck_robot_is_given_up_within_two_seconds():
+    result = drive(LAB_GOAL, SimulatorConfig(motor_lag=2.0, wheel_mismatch=0.0, slip=1.0))
+    assert not result.reached
+    assert 'does not move' in result.failure or 'missed' in result.failure
+    assert result.time <= 2.5
