@@ -1,0 +1,139 @@
+#!/usr/bin/env python3
+"""The Transformation lab's demonstration, judged by the embedded robot's true pose.
+
+Gives move_to_goal control, lets it drive to its goal, resets the local frame where the robot
+stands, lets it drive again, and prints what was asked, what was reached, and how far that truly
+was off. Exit status 0 only if both drives ended inside the tolerance.
+
+Subscribes
+    goal_state    std_msgs/String: what move_to_goal does
+    current_goal  geometry_msgs/PoseStamped: where it drives to
+    local_pose    geometry_msgs/PoseStamped: where it believes to be
+    ground_truth  geometry_msgs/PoseStamped: where the robot is
+Publishes
+    ctrl_relinq   std_msgs/Bool, latched: True
+Calls
+    reset_pose    tb3_labs/ResetPose
+Parameters: see DemoConfig below; the limits are read from move_to_goal's own parameters.
+"""
+import math
+import threading
+from dataclasses import dataclass
+
+import rospy
+from geometry_msgs.msg import PoseStamped
+from std_msgs.msg import Bool, String
+
+from tb3_labs.angles import difference
+from tb3_labs.config import Config, setting
+from tb3_labs.drive_laws import DriveConfig
+from tb3_labs.ros.conversions import to_pose2
+from tb3_labs.ros.node import end, guarded, run
+from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.parameters import read_config, read_model
+from tb3_labs.rollout import time_bound
+from tb3_labs.se2 import Pose2
+from tb3_labs.srv import ResetPose
+
+
+@dataclass(frozen=True)
+class DemoConfig(Config):
+    """What counts as a good demonstration."""
+
+    drives: int = setting(2, 'how many drives, with a reset between them', low=1, high=100)
+    distance_tolerance: float = setting(0.01, 'true error at the goal', 'm', 0.0, 10.0)
+    angle_tolerance_deg: float = setting(0.5, 'true error of the heading', 'deg', 0.0, 180.0)
+    timeout: float = setting(120.0, 'longest drive', 's', 1.0, 3600.0)
+    stay: bool = setting(False, 'say what to try next instead of ending')
+    status_file: str = setting('', 'file for the exit status, since roslaunch has none')
+
+
+#: Longest wait for the robot and the node at the start [s].
+START_TIMEOUT = 30.0
+
+ROW = '{:8}  {:>25}  {:>25}  {:>18}  {:>8}  {:>8}   {}'
+HEADER = ROW.format('', 'asked', 'believed to be at', 'truly off by', 'time', 'at least', '')
+
+WHAT_NEXT = """
+Everything is left running. In a second terminal, after `source scripts/setup.sh`, try:
+  rosservice call /reset_pose -- 0 0 0                 the robot is at the origin, now: it drives again
+  rostopic echo /local_pose/pose                       where it believes to be
+  rostopic pub -1 /ctrl_relinq std_msgs/Bool false     take control away (true gives it back)
+Ctrl+C here ends everything."""
+
+
+class Demo:
+    """Watches move_to_goal drive; runs in a thread of its own, since it waits."""
+
+    def __init__(self):
+        self._config = read_config(DemoConfig)
+        drive = read_config(DriveConfig, of='move_to_goal')
+        self._reverse = drive.allow_reverse
+        self._model = read_model()
+        self._limits = drive.max_linear, drive.max_angular
+        self._observer = Observer()
+        self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1, latch=True)
+        self._observer.watch('goal_state', String, lambda message: message.data)
+        for topic in ('current_goal', 'local_pose', 'ground_truth'):
+            self._observer.watch(topic, PoseStamped, lambda message: to_pose2(message.pose))
+        threading.Thread(target=guarded(self._run), daemon=True).start()
+
+    def _run(self):
+        for topic in ('local_pose', 'ground_truth'):
+            self._observer.wait_for(topic, seconds=START_TIMEOUT)
+        rows, good = [], True
+        for number in range(1, self._config.drives + 1):
+            rospy.loginfo('--- Drive %d of %d ---', number, self._config.drives)
+            row, success = self._drive(number)
+            rows.append(row)
+            good = good and success
+        print('\n'.join(['', HEADER] + rows), flush=True)
+        if self._config.status_file:
+            with open(self._config.status_file, 'w') as status:
+                status.write('{}\n'.format(0 if good else 1))
+        if self._config.stay:
+            print(WHAT_NEXT, flush=True)
+        else:
+            end('' if good else 'a drive ended outside the tolerance')
+
+    def _drive(self, number):
+        """One drive from a fresh origin: (row of the table, was it good)."""
+        observer = self._observer
+        world_T_local = observer.latest('ground_truth')
+        observer.forget('goal_state')
+        if number > 1:
+            answer = rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0)
+            if not answer.success:
+                raise RuntimeError('reset_pose: ' + answer.message)
+        self._control.publish(True)
+        observer.wait_for('goal_state', lambda state: state == 'ROTATE_TO_GOAL', START_TIMEOUT)
+        begun = rospy.get_time()
+        state = observer.wait_for('goal_state', is_over, self._config.timeout)
+        seconds = rospy.get_time() - begun
+        goal = observer.latest('current_goal')
+        reached = world_T_local.inverse() @ observer.latest('ground_truth')
+        off = reached.distance_to(goal)
+        turned_off = abs(math.degrees(difference(reached.yaw, goal.yaw)))
+        good = (state == 'GOAL_REACHED' and off <= self._config.distance_tolerance
+                and turned_off <= self._config.angle_tolerance_deg)
+        bound = time_bound(Pose2(), goal, self._model, *self._limits, reverse=self._reverse)
+        return ROW.format('drive {}'.format(number), in_short(goal),
+                          in_short(observer.latest('local_pose')),
+                          '{:.1f} mm {:.2f} deg'.format(1000.0 * off, turned_off),
+                          '{:.2f} s'.format(seconds), '{:.2f} s'.format(bound),
+                          'ok' if good else 'NOT GOOD: ' + state), good
+
+
+def is_over(state):
+    """Is this `goal_state` the end of a drive?"""
+    return state == 'GOAL_REACHED' or state.startswith('gave up')
+
+
+def in_short(pose):
+    """A pose as a cell of the table."""
+    return '{:.3f} {:.3f} m {:.1f} deg'.format(
+        pose.x, pose.y, round(math.degrees(pose.yaw), 1) + 0.0)  # not -0.0
+
+
+if __name__ == '__main__':
+    run('demo', Demo)
