@@ -83,7 +83,8 @@ class FakeTurtlebot3:
 
     def _end(self):
         self._ending.set()
-        self._thread.join()
+        if threading.current_thread() is not self._thread:
+            self._thread.join()
 
     @staticmethod
     def _publisher(topic, kind):

@@ -6,7 +6,9 @@ The zero velocity on the way out is :mod:`tb3_labs.ros.cmd_vel`'s shutdown hook.
 """
 import functools
 import os
+import signal
 import sys
+import threading
 import traceback
 
 import rospy
@@ -14,18 +16,39 @@ import rospy
 _failures = []
 
 
+class _Interrupted(BaseException):
+    """SIGINT or SIGTERM; not an Exception, so that no handler on the way up takes it for one."""
+
+
 def run(name, make_node):
-    """Initialise node `name`, build it by ``make_node()``, spin; exits the process."""
-    rospy.init_node(name)
+    """Initialise node `name`, build it by ``make_node()``, wait for the end; exits the process.
+
+    rospy's own signal handlers shut down in the middle of whatever the main thread is doing, and
+    hang where that holds one of rospy's locks. Here a signal is an exception in the main thread:
+    it unwinds first, then the node shuts down once.
+    """
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _interrupt)
+    node = None
     try:
+        rospy.init_node(name, disable_signals=True)
+        over = threading.Event()
+        # after all of on_shutdown's hooks, by which the last zero velocity is out
+        rospy.core.add_preshutdown_hook(lambda reason: over.set())
         node = make_node()
+        over.wait()
     except ValueError as problem:
-        rospy.logfatal('%s', problem)
-        rospy.signal_shutdown('bad configuration')
-        sys.exit(1)
-    rospy.spin()
+        end(str(problem))
+    except _Interrupted:
+        rospy.signal_shutdown('signal')
     del node
     sys.exit(1 if _failures else 0)
+
+
+def _interrupt(_number, _frame):
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)  # one is enough; a second must not cut the end short
+    raise _Interrupted
 
 
 def guarded(callback):
