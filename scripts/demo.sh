@@ -3,6 +3,7 @@
 #
 #     ./scripts/demo.sh                 both drives, then the table
 #     ./scripts/demo.sh stay:=true      leaves everything running afterwards; Ctrl+C ends it
+#     ./scripts/demo.sh rviz:=false     without RViz, which opens if it is installed and there is a screen
 #     ./scripts/demo.sh ARG:=VALUE ...  any argument of demo.launch (roslaunch --ros-args tb3_labs demo.launch lists them)
 set -euo pipefail
 PATH=/usr/bin:/bin:$PATH    # ROS's own tools, not those of a conda or pyenv
@@ -14,6 +15,17 @@ if timeout 2 bash -c ": <>/dev/tcp/${address%:*}/${address##*:}" 2>/dev/null; th
   echo "tb3_labs: a ROS master is running at $ROS_MASTER_URI already; end it first, or set ROS_MASTER_URI=http://localhost:11312" >&2
   exit 1
 fi
+
+# A screen is one that lets us in: DISPLAY may be left over from another user or session.
+has_screen() {
+  [ -n "${DISPLAY:-}" ] && timeout 5 python3 2>/dev/null - <<'PYTHON'
+import ctypes
+open_display = ctypes.CDLL('libX11.so.6').XOpenDisplay
+open_display.restype = ctypes.c_void_p
+raise SystemExit(not open_display(None))
+PYTHON
+}
+if [[ " $*" != *' rviz:='* ]] && command -v rviz >/dev/null && has_screen; then set -- rviz:=true "$@"; fi
 
 # roslaunch ends with 0 whatever its nodes did: the demonstration's node leaves its status in a file.
 mkdir -p "$ROS_LOG_DIR"
@@ -27,8 +39,11 @@ export PYTHONUNBUFFERED=1
 
 # Job control: roslaunch in a process group of its own gets each signal once, from the keyboard or sent to this script.
 set -m
-# roslaunch's own chatter is left out, also its red words when the demonstration's node ends, which is how it should end.
-sed -uE '/REQUIRED process .* has died/,/^=+/d; /^(.\[1m)?(\.\.\. logging to|started roslaunch server|auto-starting new master|process\[|ROS_MASTER_URI=|setting \/run_id|started core service|shutting down processing monitor|\.\.\. shutting down|done.?|\[[^] ]+\] killing on exit)/d' <"$run/output" &
+# roslaunch's own chatter is left out, also its red words when the demonstration's node ends, which is how it should end;
+# and RViz's, of which the last two come with Debian's.
+sed -uE '/REQUIRED process .* has died/,/^=+/d
+  /^(.\[[0-9]+m)?(\[rviz-[0-9]+\] process has finished cleanly|log file: .*\/rviz-[0-9]+\*\.log|QStandardPaths: |\[rospack\] Error: no such package media_export|\[librospack\]: error while executing command)/d
+  /^(.\[1m)?(\.\.\. logging to|started roslaunch server|auto-starting new master|process\[|ROS_MASTER_URI=|setting \/run_id|started core service|shutting down processing monitor|\.\.\. shutting down|done.?|\[[^] ]+\] killing on exit)/d' <"$run/output" &
 filter=$!
 roslaunch --disable-title --skip-log-check --no-summary tb3_labs demo.launch "status_file:=$run/status" "$@" </dev/null >"$run/output" 2>&1 &
 launch=$!

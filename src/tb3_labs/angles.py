@@ -31,7 +31,6 @@ def continuous(angle, previous):
 
 
 def compass_degrees(yaw):
-    """`yaw` in radians as the lab's heading: degrees in [0, 360)."""
-    heading = math.degrees(yaw) % 360.0
-    # A tiny negative yaw rounds up to 360.0 in floating point.
-    return 0.0 if heading >= 360.0 else heading
+    """`yaw` in radians as the lab's heading: degrees in [0, 360), also when printed by %f."""
+    heading = math.degrees(wrap(yaw)) % 360.0
+    return 0.0 if heading >= 360.0 - 5e-7 else heading

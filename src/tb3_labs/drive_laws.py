@@ -29,9 +29,9 @@ class DriveConfig(Config):
                                 unit='m/s', low=0.02, high=1.0)
     max_angular: float = setting(1.5, "fastest turn; the robot's own limit holds as well",
                                  unit='rad/s', low=0.1, high=5.0)
-    linear_acceleration: float = setting(1.5, 'speeding up and braking', unit='m/s^2',
+    linear_acceleration: float = setting(2.0, 'speeding up and braking', unit='m/s^2',
                                          low=0.05, high=5.0)
-    angular_acceleration: float = setting(12.0, 'speeding up and braking of a turn',
+    angular_acceleration: float = setting(16.0, 'speeding up and braking of a turn',
                                           unit='rad/s^2', low=0.5, high=40.0)
 
 

@@ -86,8 +86,12 @@ class SensorHistory:
     def __init__(self):
         self._imu = Track(_yaw_between)
         self._odometry = Track(interpolate)
-        self._unpaired = None
+        self._unpaired = deque()
         self._delays = deque(maxlen=DELAYS)
+        self._last_stamp = {}
+        self._stepped_at = None
+        #: Counts how often the history was started anew; instants of different epochs don't compare.
+        self.epoch = 0
         #: False once the sender's stamps turned out to be unusable.
         self.uses_stamps = True
 
@@ -99,40 +103,56 @@ class SensorHistory:
         """Remember an OdometrySample that arrived at `arrival` [s, receiver's clock]."""
         time = self._time_of(self._odometry, sample.stamp, arrival)
         self._odometry.add(time, sample.pose)
-        self._unpaired = (time, sample)
+        self._unpaired.append((time, sample))
+        while self._unpaired[0][0] < time - MEMORY:
+            self._unpaired.popleft()
 
     def take_pair(self):
         """The newest (OdometrySample, IMU yaw at its stamp) that was not taken yet, or None."""
-        if self._unpaired is None or self._imu.newest < self._unpaired[0]:
-            return None
-        time, sample = self._unpaired
-        self._unpaired = None
-        yaw = self._imu.at(time)
-        return None if yaw is None else (sample, yaw)
+        pair = None
+        while self._unpaired and self._unpaired[0][0] <= self._imu.newest:
+            time, sample = self._unpaired.popleft()
+            yaw = self._imu.at(time)
+            pair = pair if yaw is None else (sample, yaw)
+        return pair
 
-    def at(self, now):
-        """The Instant at `now` [s, receiver's clock]; None where it is not known (yet)."""
-        if not self._delays:
-            return None
-        stamp = now - median(self._delays)
+    def stamp_of(self, now):
+        """`now` [s, receiver's clock] on the sender's clock; None before the first sample."""
+        return now - median(self._delays) if self._delays else None
+
+    def at(self, stamp):
+        """The Instant at `stamp` [s, sender's clock]; None where it is not known (yet)."""
         pose, yaw = self._odometry.at(stamp), self._imu.at(stamp)
         return None if pose is None or yaw is None else Instant(stamp, pose, yaw)
 
     def _time_of(self, track, stamp, arrival):
         """When a sample was measured, on the time axis of the tracks."""
-        if self.uses_stamps and (stamp <= 0.0 or stamp == track.newest):
-            self.uses_stamps = False
-            self._start_anew()
-        time = stamp if self.uses_stamps else arrival
-        delay = arrival - time
-        clock_stepped = self._delays and abs(delay - self._delays[-1]) > CLOCK_STEP
-        if clock_stepped or time < track.newest:
-            self._start_anew()
-        self._delays.append(delay)
-        return time
+        if self.uses_stamps and (stamp <= 0.0 or stamp == self._last_stamp.get(track)):
+            self._give_up_stamps()
+        self._last_stamp[track] = stamp
+        delay = arrival - stamp
+        stepped = self._delays and abs(delay - self._delays[-1]) > CLOCK_STEP
+        if self.uses_stamps and (stepped or stamp < track.newest):
+            if self._stepped_at is not None and abs(arrival - self._stepped_at) < CLOCK_STEP:
+                self._give_up_stamps()   # not one clock that stepped: two that disagree
+            else:
+                self._stepped_at = arrival
+                self._start_anew()
+        if self.uses_stamps:
+            self._delays.append(delay)
+            return stamp
+        if arrival < track.newest:
+            self._start_anew()           # the receiver's own clock went back
+        self._delays.append(0.0)
+        return arrival
+
+    def _give_up_stamps(self):
+        self.uses_stamps = False
+        self._start_anew()
 
     def _start_anew(self):
         self._imu.clear()
         self._odometry.clear()
-        self._unpaired = None
+        self._unpaired.clear()
         self._delays.clear()
+        self.epoch += 1

@@ -36,11 +36,12 @@ class Motion:
 
 @dataclass
 class Reset:
-    """One declaration; `stamp`, `before` and `after` are filled in when it is carried out."""
+    """One declaration; `before` and `after` are filled in when it is carried out."""
 
     declared: Pose2
     asked_at: float                  # [s, receiver's clock]
-    stamp: Optional[float] = None    # the same instant [s, sender's clock]
+    stamp: Optional[float]           # the same instant [s, sender's clock]; None: no sample yet
+    epoch: int                       # of the history in which `stamp` counts
     before: Optional[Pose2] = None
     after: Optional[Pose2] = None
 
@@ -85,7 +86,7 @@ class Localizer:
 
     def reset(self, declared, now):
         """Declare that the robot is at `declared` in local at `now`. Returns the Reset to watch."""
-        reset = Reset(declared, now)
+        reset = Reset(declared, now, self._history.stamp_of(now), self._history.epoch)
         self._resets.append(reset)
         return reset
 
@@ -110,13 +111,19 @@ class Localizer:
     def _carry_out_resets(self):
         done = []
         for reset in list(self._resets):
-            instant = self._history.at(reset.asked_at)
+            if reset.stamp is None:
+                reset.stamp, reset.epoch = (
+                    self._history.stamp_of(reset.asked_at), self._history.epoch)
+            if reset.epoch != self._history.epoch:
+                self._resets.remove(reset)   # the clocks changed: its instant is lost
+                continue
+            instant = self._history.at(reset.stamp)
             if instant is None:
                 continue
-            reset.stamp, odom_T_base, imu_yaw = instant
             if self.frame is not None:
-                reset.before = self.frame.pose(odom_T_base, imu_yaw)
-            self.frame = LocalFrame.declared(reset.declared, odom_T_base, imu_yaw)
+                reset.before = self.frame.pose(instant.odom_T_base, instant.imu_yaw)
+            self.frame = LocalFrame.declared(
+                reset.declared, instant.odom_T_base, instant.imu_yaw)
             reset.after = reset.declared
             self._resets.remove(reset)
             done.append(reset)

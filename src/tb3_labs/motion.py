@@ -15,8 +15,8 @@ class Twist2(NamedTuple):
 
 
 def clamp(value, low, high):
-    """`value` brought into [low, high]."""
-    return max(low, min(high, value))
+    """`value` brought into [low, high]; NaN stays NaN, where min and max would make it a limit."""
+    return value if math.isnan(value) else max(low, min(high, value))
 
 
 def proportional(error, gain, slowest=0.0, fastest=math.inf):

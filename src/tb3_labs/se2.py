@@ -55,7 +55,7 @@ class Pose2:
 
     def bearing_to(self, other):
         """Direction of `other` from here, in the parent frame [rad], (-pi, pi]."""
-        return math.atan2(other.y - self.y, other.x - self.x)
+        return wrap(math.atan2(other.y - self.y, other.x - self.x))
 
     def is_finite(self):
         """False where any of the three numbers is NaN or infinite."""

@@ -1,4 +1,4 @@
-"""What others may see of a drive: the pose and the path in the local frame, and the frame."""
+"""What others may see of a drive: pose and path in the local frame, the frame, the robot."""
 import math
 
 import rospy
@@ -7,6 +7,9 @@ from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 
 from tb3_labs.ros.conversions import to_pose_stamped, to_transform
+from tb3_labs.ros.frames import frame
+from tb3_labs.ros.markers import RobotMarker
+from tb3_labs.ros.parameters import read_model
 
 #: A new point of the path after this way [m] or turn [rad];
 PATH_STEP = 0.02
@@ -25,6 +28,7 @@ class LocalDisplay:
         self._pose = rospy.Publisher('local_pose', PoseStamped, queue_size=1)
         self._path = rospy.Publisher('local_path', Path, queue_size=1, latch=True)
         self._tf = tf2_ros.TransformBroadcaster()
+        self._robot = RobotMarker(frame('base_footprint'), read_model().body_radius)
         self._points = []
         self._path_sent = -math.inf
 

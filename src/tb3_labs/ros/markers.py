@@ -1,12 +1,17 @@
-"""The goal as RViz shows it: an arrow, the tolerance as a disc, the state in words."""
+"""What RViz cannot draw by itself.
+
+The goal: an arrow, the tolerance as a disc, the state in words. The robot: its size, its heading.
+"""
 import rospy
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from tb3_labs.ros.conversions import to_pose_stamped
+from tb3_labs.se2 import Pose2
 
+BLUE = ColorRGBA(r=0.25, g=0.6, b=1.0, a=1.0)
 ORANGE = ColorRGBA(r=1.0, g=0.55, b=0.0, a=1.0)
-PALE_ORANGE = ColorRGBA(r=1.0, g=0.55, b=0.0, a=0.35)
+PALE_YELLOW = ColorRGBA(r=1.0, g=0.95, b=0.6, a=0.6)
 WHITE = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 
 
@@ -18,18 +23,37 @@ class GoalMarker:
         self._publisher = rospy.Publisher('goal_marker', MarkerArray, queue_size=1, latch=True)
 
     def show(self, goal, tolerance, words):
-        """Draw the Pose2 `goal` with its tolerance [m] and a line of text above it."""
-        arrow = self._marker(0, Marker.ARROW, goal, ORANGE, (0.20, 0.03, 0.03))
-        disc = self._marker(1, Marker.CYLINDER, goal, PALE_ORANGE,
+        """Draw the Pose2 `goal` with its tolerance [m] and a line of text below it."""
+        arrow = self._marker(0, goal, Marker.ARROW, ORANGE, (0.20, 0.03, 0.03))
+        disc = self._marker(1, goal, Marker.CYLINDER, PALE_YELLOW,
                             (2.0 * tolerance, 2.0 * tolerance, 0.005))
-        text = self._marker(2, Marker.TEXT_VIEW_FACING, goal, WHITE, (0.0, 0.0, 0.08))
-        text.pose.position.z = 0.25
-        text.text = words
+        text = self._marker(2, goal, Marker.TEXT_VIEW_FACING, WHITE, (0.0, 0.0, 0.08))
+        disc.pose.position.z, text.pose.position.z = 0.02, 0.25
+        text.text = 4 * '\n' + words    # centred: empty lines keep it off the goal, seen from above
         self._publisher.publish(MarkerArray(markers=[arrow, disc, text]))
 
-    def _marker(self, number, kind, pose, color, scale):
-        marker = Marker(type=kind, action=Marker.ADD, ns='goal', id=number, color=color)
-        stamped = to_pose_stamped(pose, self._frame, 0.0)
-        marker.header, marker.pose = stamped.header, stamped.pose
-        marker.scale.x, marker.scale.y, marker.scale.z = scale
-        return marker
+    def _marker(self, number, goal, *looks):
+        return _marker('goal', number, self._frame, goal, *looks)
+
+
+class RobotMarker:
+    """Publishes `robot_marker` (latched) once: it rides on the robot's own frame."""
+
+    def __init__(self, frame, radius):
+        """`radius` [m] of the body."""
+        body = _marker('robot', 0, frame, Pose2(), Marker.CYLINDER, BLUE,
+                       (2.0 * radius, 2.0 * radius, 0.1))
+        nose = _marker('robot', 1, frame, Pose2(), Marker.ARROW, WHITE, (1.2 * radius, 0.03, 0.03))
+        body.pose.position.z, nose.pose.position.z = 0.05, 0.12
+        self._publisher = rospy.Publisher('robot_marker', MarkerArray, queue_size=1, latch=True)
+        self._publisher.publish(MarkerArray(markers=[body, nose]))
+
+
+def _marker(namespace, number, frame, pose, kind, color, scale):
+    """A marker that moves with its frame."""
+    marker = Marker(type=kind, action=Marker.ADD, ns=namespace, id=number, color=color,
+                    frame_locked=True)
+    stamped = to_pose_stamped(pose, frame, 0.0)
+    marker.header, marker.pose = stamped.header, stamped.pose
+    marker.scale.x, marker.scale.y, marker.scale.z = scale
+    return marker

@@ -1,0 +1,201 @@
+#!/usr/bin/env python3
+"""The local pose of the real node on recorded and on contrived sensor streams."""
+import bisect
+import math
+import os
+import time
+import unittest
+from concurrent.futures import ThreadPoolExecutor
+
+import rosbag
+import rospkg
+import rospy
+import rostest
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Imu
+
+from tb3_labs.ros.conversions import to_pose2, to_quaternion
+from tb3_labs.ros.observer import Observer
+from tb3_labs.srv import ResetPose
+
+#: Times real time at which a recording is played.
+SPEED = 8.0
+
+
+def recordings():
+    """The folder of the recordings; default: ../shared/recordings from the project's root."""
+    root = os.path.dirname(os.path.realpath(os.path.join(
+        rospkg.RosPack().get_path('tb3_labs'), 'package.xml')))
+    return os.environ.get('TB3_LABS_RECORDINGS', os.path.join(root, '..', 'shared', 'recordings'))
+
+
+def yaw(q):
+    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+
+
+def degrees_apart(a, b):
+    return abs(math.degrees(math.remainder(a - b, 2.0 * math.pi)))
+
+
+class SensorStreamsTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        cls.seen = Observer()
+        cls.seen.watch('local_pose', PoseStamped,
+                       lambda message: (message.header.stamp, to_pose2(message.pose)))
+        cls.clock = rospy.Publisher('/clock', Clock, queue_size=100)
+        cls.imu = rospy.Publisher('imu', Imu, queue_size=100)
+        cls.odom = rospy.Publisher('odom', Odometry, queue_size=100)
+        rospy.wait_for_service('reset_pose', 20.0)
+        cls.reset_pose = rospy.ServiceProxy('reset_pose', ResetPose)
+        cls.seen.wait_until(lambda: all(p.get_num_connections() for p in (
+            cls.clock, cls.imu, cls.odom)), 20.0, 'connections')
+        cls.caller = ThreadPoolExecutor(2)
+        cls.now = 1000.0
+
+    def send(self, *messages):
+        """One tick of the clock, then messages, each handed over before the next is sent."""
+        type(self).now += 0.005
+        self.clock.publish(rospy.Time.from_sec(self.now))
+        for message in messages:
+            (self.imu if isinstance(message, Imu) else self.odom).publish(message)
+            time.sleep(0.001)
+
+    def imu_at(self, stamp, heading):
+        message = Imu()
+        message.header.stamp = rospy.Time.from_sec(stamp)
+        message.orientation = to_quaternion(heading)
+        return message
+
+    def odom_at(self, stamp, x, y, heading):
+        message = Odometry()
+        message.header.stamp = rospy.Time.from_sec(stamp)
+        message.header.frame_id = 'odom'
+        message.pose.pose.position.x, message.pose.pose.position.y = x, y
+        message.pose.pose.orientation = to_quaternion(heading)
+        return message
+
+    def check_order(self, order):
+        """A robot that turns at 2.6 rad/s while its odometry moves along a line, in closed form."""
+        start, offset = self.now + 100.0, 1.2     # a sender's clock that is 100 s ahead
+        for k in range(120):
+            t = 0.025 * k
+            stamp = start + t
+            imu = self.imu_at(stamp, 2.6 * t + offset)
+            odom = self.odom_at(stamp, 0.2 * t, 0.0, 2.6 * t)
+            if order == 'imu first':
+                self.send(imu, odom)
+            elif order == 'odom first':
+                self.send(odom, imu)
+            elif order == 'imu between':
+                # never at the odometry's stamp: the middle of two is only right if interpolated
+                self.send(odom, self.imu_at(stamp + 0.0125, 2.6 * (t + 0.0125) + offset))
+            type(self).now += 0.020
+
+        def of_this_stream():
+            return [sample for _, sample in self.seen.all('local_pose')
+                    if start <= sample[0].to_sec() <= stamp]
+        self.seen.wait_until(lambda: len(of_this_stream()) > 100, 10.0, 'poses')
+        poses = of_this_stream()
+        stamps = [pose[0].to_sec() for pose in poses]
+        self.assertEqual(stamps, sorted(stamps))
+        # relative to the first pose of the stream, in whatever local frame is in force
+        first = poses[0][1]
+        for stamp, (_, pose) in zip(stamps, poses):
+            moved, elapsed = first.inverse() @ pose, stamp - stamps[0]
+            self.assertLess(degrees_apart(moved.yaw, 2.6 * elapsed), 0.05)
+            self.assertLess(abs(math.hypot(moved.x, moved.y) - 0.2 * elapsed), 1e-4)
+
+    def test_imu_first(self):
+        self.check_order('imu first')
+
+    def test_odometry_first(self):
+        self.check_order('odom first')
+
+    def test_imu_never_at_the_odometrys_stamp(self):
+        self.check_order('imu between')
+
+    def play(self, name, resets=()):
+        """Play a recording, calling reset_pose at the given seconds.
+
+        Returns the raw odometry {stamp: (x, y, yaw)}, the raw IMU {stamp: yaw}, and the replies.
+        """
+        path = os.path.join(recordings(), name)
+        if not os.path.exists(path):
+            self.skipTest('no recording {}: set TB3_LABS_RECORDINGS'.format(path))
+        self.seen.forget('local_pose')
+        odometry, imu, calls, resets = {}, {}, [], list(resets)
+        with rosbag.Bag(path) as bag:
+            begun, wall, base = bag.get_start_time(), time.monotonic(), self.now + 200.0
+            for topic, message, arrival in bag.read_messages(topics=['/imu', '/odom']):
+                played = arrival.to_sec() - begun
+                time.sleep(max(0.0, wall + played / SPEED - time.monotonic()))
+                type(self).now = base + played
+                self.clock.publish(rospy.Time.from_sec(self.now))
+                stamp = message.header.stamp.to_sec()
+                if topic == '/imu':
+                    imu[stamp] = yaw(message.orientation)
+                    self.imu.publish(message)
+                else:
+                    pose = message.pose.pose
+                    odometry[stamp] = (pose.position.x, pose.position.y, yaw(pose.orientation))
+                    self.odom.publish(message)
+                if resets and played > resets[0][0]:
+                    # in a thread: it is answered when later messages have come
+                    _, declared = resets.pop(0)
+                    calls.append(self.caller.submit(self.reset_pose, *declared))
+        return odometry, imu, [call.result(10.0) for call in calls]
+
+    def check_against(self, odometry, imu, reply, declared, until=math.inf):
+        """Every pose after the reset against the transform of the raw recording itself."""
+        start = reply.after.header.stamp.to_sec()
+        x0, y0, yaw0 = self.interpolated(odometry, start)
+        imu0, = self.interpolated({stamp: (value,) for stamp, value in imu.items()}, start)
+        turn = math.radians(declared[2]) - yaw0
+        checked = 0
+        for _, (stamp, pose) in self.seen.all('local_pose'):
+            stamp = stamp.to_sec()
+            if not start < stamp < until:
+                continue
+            x, y, _ = odometry[stamp]
+            expected_x = declared[0] + math.cos(turn) * (x - x0) - math.sin(turn) * (y - y0)
+            expected_y = declared[1] + math.sin(turn) * (x - x0) + math.cos(turn) * (y - y0)
+            self.assertLess(math.hypot(pose.x - expected_x, pose.y - expected_y), 0.001)
+            heading = math.radians(declared[2]) + imu[stamp] - imu0
+            self.assertLess(degrees_apart(pose.yaw, heading), 0.2)
+            checked += 1
+        return checked
+
+    @staticmethod
+    def interpolated(table, stamp):
+        """The row of {stamp: row} at a stamp between two; the last number of a row is an angle."""
+        stamps = sorted(table)
+        after = bisect.bisect_left(stamps, stamp)
+        low, high = stamps[after - 1], stamps[after]
+        share = (stamp - low) / (high - low)
+        row = [a + share * (b - a) for a, b in zip(table[low], table[high])]
+        row[-1] = table[low][-1] + share * math.remainder(
+            table[high][-1] - table[low][-1], 2.0 * math.pi)
+        return row
+
+    def test_a_real_drive_with_resets_on_the_way(self):
+        first, second = (0.0, 0.0, 0.0), (1.5, -2.0, 120.0)
+        odometry, imu, replies = self.play('burger_drive.bag', [(5.0, first), (30.0, second)])
+        self.assertEqual([reply.success for reply in replies], [True, True])
+        again = replies[1].after.header.stamp.to_sec()
+        self.assertGreater(self.check_against(odometry, imu, replies[0], first, again), 300)
+        self.assertGreater(self.check_against(odometry, imu, replies[1], second), 400)
+
+    def test_a_real_robot_at_rest(self):
+        declared = (0.2, 0.1, -45.0)
+        odometry, imu, replies = self.play('burger_static.bag', [(2.0, declared)])
+        self.assertTrue(replies[0].success, replies[0].message)
+        self.assertGreater(self.check_against(odometry, imu, replies[0], declared), 400)
+
+
+if __name__ == '__main__':
+    rospy.init_node('sensor_streams_test')
+    rostest.rosrun('tb3_labs', 'sensor_streams', SensorStreamsTest)

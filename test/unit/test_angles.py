@@ -1,0 +1,119 @@
+"""Angles: both ends of the interval, many turns, what is not a number."""
+import math
+
+import pytest
+from hypothesis import assume, example, given
+from hypothesis import strategies as st
+
+from known_motion import angle_between
+from tb3_labs.angles import TURN, compass_degrees, continuous, difference, wrap
+
+PI = math.pi
+ANGLES = st.floats(-1e4, 1e4)
+
+
+@pytest.mark.parametrize('angle, expected', [
+    (0.0, 0.0), (1.0, 1.0), (PI, PI), (-PI, PI), (PI / 2, PI / 2), (-PI / 2, -PI / 2),
+    (1.5 * PI, -PI / 2), (-1.5 * PI, PI / 2), (TURN, 0.0), (-TURN, 0.0), (4 * TURN, 0.0),
+    (PI + 1e-9, -PI + 1e-9), (-PI - 1e-9, PI - 1e-9), (100 * TURN + 1.0, 1.0)])
+def test_wrap(angle, expected):
+    assert wrap(angle) == pytest.approx(expected, abs=1e-12)
+
+
+def test_half_a_turn_is_exactly_pi_from_both_sides():
+    assert wrap(PI) == wrap(-PI) == difference(PI, 0.0) == difference(0.0, PI) == PI
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+@example(PI)
+@example(-PI)
+def test_wrap_ends_in_its_interval_and_wrapping_again_changes_nothing(angle):
+    once = wrap(angle)
+    assert -PI < once <= PI
+    assert wrap(once) == once
+
+
+@given(ANGLES, st.integers(-1000, 1000))
+def test_whole_turns_do_not_change_a_direction(angle, turns):
+    assert angle_between(wrap(angle + turns * 2 * PI), angle) < 1e-8
+
+
+@given(st.floats(-3.14159, 3.14159))
+def test_what_is_inside_the_interval_stays_exactly_as_it_is(angle):
+    assert wrap(angle) == angle
+
+
+@pytest.mark.parametrize('angle', [math.inf, -math.inf])
+@pytest.mark.parametrize('function', [wrap, compass_degrees])
+def test_infinity_is_refused(function, angle):
+    with pytest.raises(ValueError):
+        function(angle)
+
+
+def test_nan_stays_nan():
+    for value in (wrap(math.nan), compass_degrees(math.nan), difference(math.nan, 1.0),
+                  difference(1.0, math.nan), continuous(math.nan, 1.0)):
+        assert math.isnan(value)
+
+
+@pytest.mark.parametrize('target, start, expected', [
+    (10, 350, 20), (350, 10, -20), (-170, 170, 20), (170, -170, -20), (90, 0, 90), (0, 90, -90),
+    (180, 0, 180), (-180, 0, 180), (0, 180, 180), (45, 45, 0), (720, 0, 0)])
+def test_difference_goes_the_short_way(target, start, expected):
+    turn = difference(math.radians(target), math.radians(start))
+    assert math.degrees(turn) == pytest.approx(expected, abs=1e-9)
+
+
+@given(ANGLES, ANGLES)
+def test_difference_leads_from_start_to_target(target, start):
+    turn = difference(target, start)
+    assert -PI < turn <= PI
+    assert angle_between(start + turn, target) < 1e-9
+
+
+@given(ANGLES, ANGLES)
+def test_difference_there_and_back_cancel(target, start):
+    assume(abs(difference(target, start)) < PI - 1e-9)
+    assert difference(target, start) == pytest.approx(-difference(start, target), abs=1e-9)
+
+
+@given(st.floats(-20.0, 20.0), st.lists(st.floats(-3.1, 3.1), max_size=30))
+def test_continuous_follows_any_turning_with_less_than_half_a_turn_between_samples(start, turns):
+    truth = followed = start
+    for turn in turns:
+        truth += turn
+        sensor = math.atan2(math.sin(truth), math.cos(truth))
+        followed = continuous(sensor, followed)
+        assert followed == pytest.approx(truth, abs=1e-9)
+
+
+@pytest.mark.parametrize('previous', [0.0, 3.0, -3.0, 100.0])
+def test_continuous_rests_where_it_is(previous):
+    assert continuous(previous, previous) == previous
+
+
+@pytest.mark.parametrize('yaw_deg, heading', [
+    (0, 0), (90, 90), (180, 180), (-180, 180), (-90, 270), (-1, 359), (360, 0), (-360, 0),
+    (720, 0), (450, 90)])
+def test_compass(yaw_deg, heading):
+    assert compass_degrees(math.radians(yaw_deg)) == pytest.approx(heading, abs=1e-9)
+
+
+@given(st.floats(-100.0, 100.0))
+def test_compass_tells_the_direction(yaw):
+    assert angle_between(math.radians(compass_degrees(yaw)), yaw) < 1e-7
+
+
+@given(st.floats(-100.0, 100.0))
+@example(-1e-17)
+@example(-5e-324)
+@example(-TURN)
+@example(-2e-16)
+def test_compass_is_never_360(yaw):
+    assert 0.0 <= compass_degrees(yaw) < 360.0
+
+
+@pytest.mark.parametrize('yaw', [-1e-16, -1e-12, -1e-9, -5e-9, TURN - 5e-9])
+def test_the_labs_line_never_shows_360(yaw):
+    line = 'Current heading is %f degrees.' % compass_degrees(yaw)
+    assert line == 'Current heading is 0.000000 degrees.'

@@ -1,0 +1,251 @@
+"""What both sensors said at one instant: orders of arrival, gaps, and clocks that misbehave."""
+import math
+import random
+from dataclasses import replace
+
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from known_motion import SteadyRobot, Truth, angle_between, assert_pose
+from tb3_labs.history import MAX_GAP, MEMORY, SensorHistory, Track
+from tb3_labs.sensors import ImuSample
+
+SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(1 - 2j, 0.3), imu_offset=-1.8,
+                       clock_ahead=0.775)
+
+
+def add(history, arrival, sample):
+    (history.add_imu if isinstance(sample, ImuSample) else history.add_odometry)(sample, arrival)
+
+
+def pairs_of(history, messages):
+    """[(odometry sample, IMU yaw)] of a history that is asked after each message."""
+    pairs = []
+    for arrival, sample in messages:
+        add(history, arrival, sample)
+        pairs.append(history.take_pair())
+    return [pair for pair in pairs if pair is not None]
+
+
+def assert_right(pairs, robot, stamped_off=0.0, radians=1e-6):
+    """Each pair's yaw is the IMU's own at the instant at which the odometry was measured."""
+    assert pairs
+    for odometry, yaw in pairs:
+        truth = robot.imu(odometry.stamp - stamped_off - robot.clock_ahead).yaw
+        assert angle_between(yaw, truth) <= radians
+
+
+def assert_instant(instant, robot, now, ahead=None, seconds=1e-6, radians=1e-6):
+    """Both sensors as they were at the instant's stamp, which is `now` on the sender's clock."""
+    time = instant.stamp - (robot.clock_ahead if ahead is None else ahead)
+    assert abs(time - now) <= seconds
+    assert_pose(instant.odom_T_base, robot.odometry_start.then(*robot.moved(time)), 1e-9, radians)
+    assert angle_between(instant.imu_yaw, robot.imu(time).yaw) <= radians
+
+
+def restamped(messages, new_stamp):
+    return [(arrival, replace(sample, stamp=new_stamp(arrival, sample.stamp)))
+            for arrival, sample in messages]
+
+
+# One track ----------------------------------------------------------------------------------------
+
+def straight_track(*times):
+    """A track whose value is ten times the time."""
+    track = Track(lambda start, end, fraction: start + fraction * (end - start))
+    for time in times:
+        track.add(time, 10.0 * time)
+    return track
+
+
+@pytest.mark.parametrize('time, value', [
+    (1.0, 10.0), (1.1, 11.0), (1.2, 12.0), (1.15, 11.5), (1.01, 10.1), (0.999, None),
+    (1.201, None), (-math.inf, None), (math.inf, None), (math.nan, None)])
+def test_a_track_knows_what_lies_between_its_samples(time, value):
+    found = straight_track(1.0, 1.1, 1.2).at(time)
+    assert found == (value if value is None else pytest.approx(value))
+
+
+@pytest.mark.parametrize('gap, known', [(MAX_GAP, True), (MAX_GAP + 0.01, False), (4.3, False)])
+def test_nothing_is_interpolated_over_a_dropout(gap, known):
+    track = straight_track(-0.1, 0.0, gap)
+    assert (track.at(gap / 2) is not None) is known
+    assert track.at(gap) == pytest.approx(10.0 * gap)
+
+
+def test_a_track_forgets_what_is_old():
+    track = straight_track(*(k / 10 for k in range(100)))
+    assert track.at(9.9 - MEMORY - 0.11) is None
+    assert track.at(9.9 - MEMORY + 0.11) == pytest.approx(10.0 * (9.9 - MEMORY + 0.11))
+
+
+def test_an_empty_track_knows_nothing():
+    track = straight_track(1.0)
+    track.clear()
+    assert track.at(1.0) is None
+    assert track.newest == straight_track().newest == -math.inf
+
+
+# Pairs: order of arrival --------------------------------------------------------------------------
+
+LATE = [0.0, 0.004, 0.02, 0.05, 0.1, 0.25]
+
+
+@pytest.mark.parametrize('imu_late, odometry_late', [(late, 0.0) for late in LATE] + [
+    (0.0, late) for late in LATE])
+def test_the_order_of_arrival_does_not_matter(imu_late, odometry_late):
+    """One source may be several samples ahead of the other, all the time."""
+    messages = SPINNING.messages(0.0, 3.0, imu_delay=lambda: imu_late,
+                                 odometry_delay=lambda: odometry_late)
+    pairs = pairs_of(SensorHistory(), messages)
+    assert_right(pairs, SPINNING)
+    assert len(pairs) >= 80
+    stamps = [odometry.stamp for odometry, _ in pairs]
+    assert stamps == sorted(set(stamps))
+
+
+@pytest.mark.parametrize('rate', [2.6, -2.6])
+@pytest.mark.parametrize('imu_rate', [20.0, 118.0, 200.0])
+def test_the_yaw_between_two_samples_goes_the_short_way_through_half_a_turn(rate, imu_rate):
+    robot = replace(SPINNING, angular=rate)
+    pairs = pairs_of(SensorHistory(), robot.messages(0.0, 5.0, imu_rate))
+    assert len(pairs) > 140
+    assert_right(pairs, robot)
+
+
+def test_a_pair_is_taken_once():
+    history = SensorHistory()
+    add(history, 0.0, SPINNING.imu(0.0))
+    add(history, 0.0, SPINNING.odometry(0.0))
+    assert history.take_pair() is not None
+    assert history.take_pair() is None
+    add(history, 0.1, SPINNING.imu(0.1))
+    assert history.take_pair() is None
+
+
+def test_of_several_that_wait_the_newest_is_taken():
+    history = SensorHistory()
+    for time in (0.0, 0.1, 0.2, 0.3):
+        add(history, time, SPINNING.imu(time))
+    for time in (0.1, 0.2):
+        add(history, time, SPINNING.odometry(time))
+    assert history.take_pair()[0] == SPINNING.odometry(0.2)
+    assert history.take_pair() is None
+
+
+@pytest.mark.parametrize('silent', [0.4, 1.0, 4.3])
+def test_no_pair_is_made_up_while_the_imu_is_silent(silent):
+    begin, end = 2.0, 2.0 + silent
+    messages = [(arrival, sample) for arrival, sample in SPINNING.messages(0.0, 8.0)
+                if not (isinstance(sample, ImuSample) and begin < arrival < end)]
+    pairs = pairs_of(SensorHistory(), messages)
+    assert_right(pairs, SPINNING)
+    times = [odometry.stamp - SPINNING.clock_ahead for odometry, _ in pairs]
+    assert not [time for time in times if begin + 0.01 < time < end - 0.01]
+    assert max(times) > 7.9
+
+
+# Both at one instant ------------------------------------------------------------------------------
+
+def test_nothing_is_known_before_both_have_spoken():
+    history = SensorHistory()
+    assert history.at(history.stamp_of(0.0)) is None and history.take_pair() is None
+    add(history, 0.0, SPINNING.imu(0.0))
+    assert history.at(history.stamp_of(0.0)) is None and history.take_pair() is None
+    add(history, 0.0, SPINNING.odometry(0.0))
+    assert_instant(history.at(history.stamp_of(0.0)), SPINNING, 0.0)
+
+
+def test_an_instant_is_known_once_both_have_passed_it():
+    history = SensorHistory()
+    for time in (0.0, 0.1, 0.2):
+        add(history, time, SPINNING.imu(time))
+        add(history, time, SPINNING.odometry(time))
+    add(history, 0.3, SPINNING.imu(0.3))
+    assert history.at(history.stamp_of(0.25)) is None
+    add(history, 0.3, SPINNING.odometry(0.3))
+    assert_instant(history.at(history.stamp_of(0.25)), SPINNING, 0.25)
+
+
+@given(st.floats(0.0, 1e6), st.floats(1.1, 2.0))
+@example(0.775, 1.5)
+def test_the_senders_clock_may_be_off_by_anything(ahead, now):
+    robot, history = replace(SPINNING, clock_ahead=ahead), SensorHistory()
+    for arrival, sample in robot.messages(0.5, 2.05, 50.0):
+        add(history, arrival, sample)
+    assert_instant(history.at(history.stamp_of(now)), robot, now)
+
+
+@pytest.mark.parametrize('drift', [1e-4, -1e-4, 0.0])
+def test_a_clock_that_runs_slow_or_fast_is_followed(drift):
+    """Ten minutes, the sender's clock 100 ppm off, each message up to 10 ms late."""
+    chance, history = random.Random(1), SensorHistory()
+    for k in range(600 * 20):
+        time = k / 20
+        for sample in (SPINNING.imu(time), SPINNING.odometry(time)):
+            stamped = replace(sample, stamp=sample.stamp - drift * time)
+            add(history, time + chance.uniform(0.0, 0.01), stamped)
+        if k % 200 == 199:
+            ahead = SPINNING.clock_ahead - drift * time
+            assert_instant(history.at(history.stamp_of(time - 0.1)), SPINNING, time - 0.1, ahead, 0.01, 1e-4)
+
+
+# Stamps that cannot be used -----------------------------------------------------------------------
+
+@pytest.mark.parametrize('useless', [
+    lambda arrival, stamp: 0.0,
+    lambda arrival, stamp: -1.0,
+    lambda arrival, stamp: 1234.5])
+@pytest.mark.parametrize('whose', ['imu', 'odometry', 'both'])
+def test_arrival_takes_the_place_of_stamps_of_zero_or_standing_still(useless, whose):
+    def stamp(sample, arrival):
+        spoilt = whose == 'both' or (whose == 'imu') == isinstance(sample, ImuSample)
+        return useless(arrival, sample.stamp) if spoilt else sample.stamp
+
+    history = SensorHistory()
+    for arrival, sample in SPINNING.messages(0.0, 2.0):
+        add(history, arrival, replace(sample, stamp=stamp(sample, arrival)))
+    assert not history.uses_stamps
+    assert_instant(history.at(history.stamp_of(1.55)), SPINNING, 1.55, ahead=0.0)
+
+
+def test_pairs_go_on_where_all_stamps_are_zero():
+    messages = restamped(SPINNING.messages(0.0, 2.0), lambda arrival, stamp: 0.0)
+    pairs = pairs_of(SensorHistory(), messages)
+    assert len(pairs) > 50
+
+
+@pytest.mark.parametrize('step', [5.0, -5.0, 1.5, -1.5, -0.2, 0.5, 3600.0])
+def test_a_step_of_the_senders_clock_starts_anew(step):
+    robot = replace(SPINNING, clock_ahead=10000.0)
+    messages = restamped(robot.messages(0.0, 6.0),
+                         lambda arrival, stamp: stamp + (step if arrival > 3.0 else 0.0))
+    before = [message for message in messages if message[0] <= 3.0]
+    after = messages[len(before):]
+    history = SensorHistory()
+    assert_right(pairs_of(history, before), robot)
+    pairs = pairs_of(history, after)
+    assert history.uses_stamps
+    assert len(pairs) >= 85
+    assert_right(pairs, robot, stamped_off=step)
+    assert_instant(history.at(history.stamp_of(5.55)), robot, 5.55, robot.clock_ahead + step)
+
+
+def test_a_single_stamp_that_goes_back_is_survived():
+    messages = SPINNING.messages(0.0, 4.0)
+    arrival, sample = messages[300]
+    messages[300] = (arrival, replace(sample, stamp=sample.stamp - 0.05))
+    history = SensorHistory()
+    pairs = pairs_of(history, messages)
+    assert len(pairs) >= 110
+    assert_instant(history.at(history.stamp_of(3.9)), SPINNING, 3.9)
+
+
+def test_late_messages_are_no_new_clock():
+    """A network that held everything back for 0.9 s, then delivers it at once."""
+    messages = [(3.0 if 2.1 < arrival < 3.0 else arrival, sample)
+                for arrival, sample in SPINNING.messages(0.0, 4.0)]
+    history = SensorHistory()
+    assert_right(pairs_of(history, messages), SPINNING)
+    assert_instant(history.at(history.stamp_of(2.7)), SPINNING, 2.7)

@@ -1,0 +1,316 @@
+"""Fixes and resets of a robot whose true motion is known, its messages late and in any order."""
+import math
+import random
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from known_motion import SteadyRobot, Truth, angle_between, as_pose2, assert_pose
+from tb3_labs.localizer import Localizer
+from tb3_labs.sensors import ImuSample
+from tb3_labs.se2 import Pose2
+
+SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(4.8 - 0.3j, -1.8),
+                       imu_offset=math.radians(140.6), clock_ahead=0.775)
+RESTING = replace(SPINNING, angular=0.0)
+CURVING = replace(SPINNING, linear=0.1, angular=1.0)
+STRAIGHT = replace(SPINNING, linear=0.2, angular=0.0)
+DECLARED = Truth(1 - 2j, 2.5)
+ZERO = Truth(0j, 0.0)
+
+
+def late(seed, most=0.004):
+    """A delay drawn at random for each message, short enough to keep each source's order."""
+    chance = random.Random(seed)
+    return lambda: chance.uniform(0.0, most)
+
+
+def feed(localizer, messages):
+    """(fixes, resets carried out) of a localizer that hears `messages`."""
+    fixes, resets = [], []
+    for arrival, sample in messages:
+        take = localizer.on_imu if isinstance(sample, ImuSample) else localizer.on_odometry
+        resets += take(sample, arrival)
+        fix = localizer.take_fix()
+        if fix is not None:
+            fixes.append(fix)
+    return fixes, resets
+
+
+def until(messages, time):
+    return [message for message in messages if message[0] <= time]
+
+
+def after(messages, time):
+    return [message for message in messages if message[0] > time]
+
+
+def assert_fixes(fixes, robot, declared, since, metres=1e-4, radians=1e-6):
+    """Every fix is `declared` times the true motion since the instant `since`."""
+    assert fixes
+    for fix in fixes:
+        time = fix.stamp - robot.clock_ahead
+        assert_pose(fix.odom_T_base, robot.odometry_start.then(*robot.moved(time)))
+        assert_pose(fix.local_T_base, declared.then(*robot.motion_between(since, time)),
+                    metres, radians)
+
+
+def drive_with_a_reset(robot, asked_at, declared=DECLARED, end=4.0, **delays):
+    """(localizer, reset, fixes after it) of a drive with one reset."""
+    messages = robot.messages(0.0, end, **delays)
+    localizer = Localizer()
+    feed(localizer, until(messages, asked_at))
+    reset = localizer.reset(as_pose2(declared), asked_at)
+    fixes, resets = feed(localizer, after(messages, asked_at))
+    assert resets == [reset] and reset.done
+    return localizer, reset, [fix for fix in fixes
+                              if fix.stamp - robot.clock_ahead > asked_at + 0.01]
+
+
+# Fixes --------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('robot', [RESTING, STRAIGHT, CURVING, SPINNING])
+def test_the_first_fix_is_the_origin(robot):
+    fixes, _ = feed(Localizer(), robot.messages(0.0, 8.0))
+    assert len(fixes) == 241
+    assert_pose(fixes[0].local_T_base, ZERO)
+    assert_fixes(fixes, robot, ZERO, since=0.0)
+
+
+@given(st.builds(SteadyRobot, st.floats(-0.3, 0.3), st.floats(-2.6, 2.6),
+                 st.builds(Truth, st.builds(complex, st.floats(-9, 9), st.floats(-9, 9)),
+                           st.floats(-4, 4)),
+                 st.floats(-4, 4), st.floats(0.001, 1e6)),
+       st.booleans())
+@settings(max_examples=30)
+def test_any_robot_and_whichever_message_comes_first(robot, imu_first):
+    lag = 0.07
+    messages = robot.messages(0.0, 2.0, imu_delay=lambda: 0.0 if imu_first else lag,
+                              odometry_delay=lambda: lag if imu_first else 0.0)
+    fixes, _ = feed(Localizer(), messages)
+    assert len(fixes) >= 50
+    assert_fixes(fixes, robot, ZERO, since=fixes[0].stamp - robot.clock_ahead, radians=1e-5)
+
+
+def test_nothing_is_known_before_both_sensors_have_spoken():
+    for only in (SPINNING.imu, SPINNING.odometry):
+        localizer = Localizer()
+        fixes, _ = feed(localizer, [(k / 10, only(k / 10)) for k in range(20)])
+        assert fixes == [] and localizer.motion(2.0) is None and localizer.frame is None
+
+
+@pytest.mark.parametrize('silent', [ImuSample, object])
+def test_a_dropout_of_one_or_both_leaves_the_frame_as_it_was(silent):
+    messages = [(arrival, sample) for arrival, sample in CURVING.messages(0.0, 8.0)
+                if not (isinstance(sample, silent) and 2.0 < arrival < 6.3)]
+    fixes, _ = feed(Localizer(), messages)
+    times = [fix.stamp - CURVING.clock_ahead for fix in fixes]
+    assert not [time for time in times if 2.01 < time < 6.29]
+    assert max(times) > 7.9
+    assert_fixes(fixes, CURVING, ZERO, since=0.0)
+
+
+@pytest.mark.parametrize('step', [5.0, -5.0])
+def test_a_step_of_the_robots_clock_leaves_the_frame_as_it_was(step):
+    robot = replace(CURVING, clock_ahead=1000.0)
+    messages = robot.messages(0.0, 2.0) + [
+        (arrival, replace(sample, stamp=sample.stamp + step))
+        for arrival, sample in after(robot.messages(0.0, 6.0), 2.0)]
+    localizer = Localizer()
+    fixes, _ = feed(localizer, until(messages, 4.0))
+    assert_fixes(fixes[:60], robot, ZERO, since=0.0)
+    assert len(fixes) >= 115
+    assert_pose(fixes[-1].local_T_base, Truth(*robot.moved(fixes[-1].stamp - 1000.0 - step)))
+    reset = localizer.reset(as_pose2(DECLARED), 4.011)
+    fixes, _ = feed(localizer, after(messages, 4.0))
+    assert reset.done
+    moved = robot.motion_between(4.011, fixes[-1].stamp - 1000.0 - step)
+    assert_pose(fixes[-1].local_T_base, DECLARED.then(*moved), 1e-4, 1e-6)
+
+
+# Resets -------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('robot', [RESTING, STRAIGHT, CURVING, SPINNING])
+@pytest.mark.parametrize('declared', [ZERO, DECLARED, Truth(-0.61 + 0.61j, -math.pi)])
+def test_the_declared_pose_holds_from_the_instant_at_which_it_was_asked_for(robot, declared):
+    asked_at = 2.0123
+    _, reset, fixes = drive_with_a_reset(robot, asked_at, declared)
+    assert_pose(reset.before, Truth(*robot.moved(asked_at)), 1e-4, 1e-6)
+    assert reset.after == as_pose2(declared)
+    assert len(fixes) >= 58
+    assert_fixes(fixes, robot, declared, asked_at)
+
+
+@pytest.mark.parametrize('seed', range(10))
+@pytest.mark.parametrize('robot', [RESTING, SPINNING, replace(SPINNING, angular=-2.6)])
+def test_a_reset_while_spinning_is_as_exact_as_at_rest(robot, seed):
+    """Messages come up to 4 ms late; how late, nobody but the sender's clock can tell."""
+    asked_at = random.Random(seed).uniform(1.0, 2.0)
+    localizer, reset, fixes = drive_with_a_reset(robot, asked_at, imu_delay=late(seed),
+                                                 odometry_delay=late(seed + 100))
+    measured_at = reset.stamp - robot.clock_ahead
+    assert asked_at - 0.004 <= measured_at <= asked_at
+    assert_fixes(fixes, robot, DECLARED, measured_at, metres=1e-9)
+    # Place and heading were taken at one and the same instant.
+    frame = localizer.frame
+    assert angle_between(frame.imu_yaw_of_x - frame.odom_T_local.yaw, robot.imu_offset) < 1e-7
+
+
+@pytest.mark.parametrize('imu_late, odometry_late', [
+    (0.0, 0.02), (0.02, 0.0), (0.0, 0.2), (0.2, 0.0), (0.1, 0.1)])
+def test_a_reset_waits_for_the_later_sensor(imu_late, odometry_late):
+    asked_at = 2.0
+    _, reset, fixes = drive_with_a_reset(SPINNING, asked_at, imu_delay=lambda: imu_late,
+                                         odometry_delay=lambda: odometry_late)
+    measured_at = reset.stamp - SPINNING.clock_ahead
+    assert asked_at - 0.2001 <= measured_at <= asked_at + 1e-6
+    assert_fixes(fixes[8:], SPINNING, DECLARED, measured_at, metres=1e-9)
+
+
+def test_a_reset_is_carried_out_as_soon_as_both_have_passed_it():
+    localizer = Localizer()
+    feed(localizer, SPINNING.messages(0.0, 1.0, 20.0, 20.0))
+    reset = localizer.reset(Pose2(), 1.01)
+    assert localizer.on_imu(SPINNING.imu(1.05), 1.05) == [] and not reset.done
+    assert localizer.on_odometry(SPINNING.odometry(1.05), 1.05) == [reset] and reset.done
+    assert localizer.on_imu(SPINNING.imu(1.1), 1.1) == []
+
+
+def test_a_thousand_resets_in_ten_seconds_each_see_the_one_before():
+    chance, localizer = random.Random(3), Localizer()
+    messages = SPINNING.messages(0.0, 12.0)
+    feed(localizer, until(messages, 1.0))
+    declared, asked_at, done, heard = [ZERO], [0.0], [], 1.0
+    for k in range(1000):
+        now = 1.0 + k / 100 + 0.0031
+        done += feed(localizer, [m for m in messages if heard < m[0] <= now])[1]
+        heard = now
+        declared.append(Truth(complex(chance.uniform(-5, 5), chance.uniform(-5, 5)),
+                              chance.uniform(-3, 3)))
+        asked_at.append(now)
+        localizer.reset(as_pose2(declared[-1]), now)
+    fixes, rest = feed(localizer, after(messages, asked_at[-1]))
+    done += rest
+    assert [reset.asked_at for reset in done] == asked_at[1:]
+    for k, reset in enumerate(done):
+        moved = SPINNING.motion_between(asked_at[k], asked_at[k + 1])
+        assert_pose(reset.before, declared[k].then(*moved), 1e-9, 1e-6)
+    assert_fixes(fixes[2:], SPINNING, declared[-1], asked_at[-1], metres=1e-9)
+
+
+def test_a_thousand_resets_to_where_the_robot_is_move_nothing():
+    robot, localizer = replace(SPINNING, angular=1.0), Localizer()
+    messages = robot.messages(0.0, 11.5)
+    fixes = feed(localizer, until(messages, 1.0))[0]
+    for k in range(1000):
+        now = 1.0 + k / 100
+        localizer.reset(as_pose2(Truth(*robot.moved(now))), now)
+        fixes += feed(localizer, [m for m in messages if now < m[0] <= now + 0.01])[0]
+    assert len(fixes) > 290
+    assert_fixes(fixes, robot, ZERO, since=0.0, metres=1e-9)
+
+
+def test_several_resets_that_wait_are_carried_out_in_order():
+    localizer = Localizer()
+    feed(localizer, SPINNING.messages(0.0, 1.0, 20.0, 20.0))
+    asked = [localizer.reset(Pose2(k, 0.0, 0.0), 1.01 + 0.01 * k) for k in range(3)]
+    localizer.on_imu(SPINNING.imu(1.05), 1.05)
+    assert localizer.on_odometry(SPINNING.odometry(1.05), 1.05) == asked
+    assert_pose(asked[1].before, Truth(0j, 2.6 * 0.01), radians=1e-6)
+    fixes, _ = feed(localizer, after(SPINNING.messages(0.0, 2.0, 20.0, 20.0), 1.05))
+    assert_fixes(fixes, SPINNING, Truth(2 + 0j, 0.0), since=1.03, metres=1e-9)
+
+
+def test_a_reset_in_a_dropout_is_never_guessed():
+    messages = [m for m in SPINNING.messages(0.0, 4.0) if not 1.0 < m[0] < 1.5]
+    localizer = Localizer()
+    feed(localizer, until(messages, 1.0))
+    reset = localizer.reset(as_pose2(DECLARED), 1.2)
+    fixes, resets = feed(localizer, after(messages, 1.0))
+    assert resets == [] and not reset.done
+    assert_fixes(fixes, SPINNING, ZERO, since=0.0)
+
+
+@pytest.mark.parametrize('asked_at', [2.0, 2.1, 2.24])
+@pytest.mark.parametrize('stall', [0.3, 0.5, 0.9, 1.2, 3.0])
+def test_a_reset_asked_for_while_the_network_stalls_is_exact_or_not_carried_out(stall, asked_at):
+    """Nothing is lost: what was held back from 2.0 s on is delivered at once."""
+    messages = [(2.0 + stall if 2.0 < arrival < 2.0 + stall else arrival, sample)
+                for arrival, sample in SPINNING.messages(0.0, 8.0)]
+    localizer = Localizer()
+    feed(localizer, until(messages, asked_at))
+    reset = localizer.reset(as_pose2(DECLARED), asked_at)
+    fixes, _ = feed(localizer, after(messages, asked_at))
+    if reset.done:
+        assert_fixes(fixes[-30:], SPINNING, DECLARED, asked_at)
+    else:
+        assert_fixes(fixes[-30:], SPINNING, ZERO, since=0.0)
+    assert reset.done or stall > 1.0
+
+
+@pytest.mark.parametrize('step', [5.0, -5.0])
+def test_a_reset_that_waits_while_the_clock_steps_is_never_carried_out_at_another_instant(step):
+    robot, asked_at, localizer = replace(CURVING, clock_ahead=1000.0), 2.0, Localizer()
+    messages = robot.messages(0.0, 9.0)
+    feed(localizer, until(messages, asked_at))
+    reset = localizer.reset(as_pose2(DECLARED), asked_at)
+    fixes, _ = feed(localizer, [(arrival, replace(sample, stamp=sample.stamp + step))
+                                for arrival, sample in after(messages, asked_at)])
+    since, declared = (asked_at, DECLARED) if reset.done else (0.0, ZERO)
+    assert_fixes(fixes, replace(robot, clock_ahead=1000.0 + step), declared, since)
+
+
+def test_a_reset_that_was_given_up_changes_nothing():
+    localizer = Localizer()
+    messages = SPINNING.messages(0.0, 3.0)
+    feed(localizer, until(messages, 1.0))
+    reset = localizer.reset(as_pose2(DECLARED), 1.0)
+    localizer.give_up(reset)
+    localizer.give_up(reset)
+    fixes, resets = feed(localizer, after(messages, 1.0))
+    assert resets == [] and not reset.done
+    assert_fixes(fixes, SPINNING, ZERO, since=0.0)
+
+
+def test_a_reset_may_be_the_first_frame():
+    localizer, odometry, imu = Localizer(), SPINNING.odometry, SPINNING.imu
+    localizer.on_imu(imu(0.0), 0.0)
+    localizer.on_odometry(odometry(0.0), 0.0)
+    reset = localizer.reset(as_pose2(DECLARED), 0.05)
+    localizer.on_imu(imu(0.1), 0.1)
+    assert localizer.on_odometry(odometry(0.1), 0.1) == [reset]
+    assert reset.before is None and reset.done
+    assert_pose(localizer.take_fix().local_T_base, DECLARED.then(0j, 2.6 * 0.05), radians=1e-6)
+
+
+def test_resets_work_on_arrival_times_where_stamps_are_zero():
+    messages = [(arrival, replace(sample, stamp=0.0))
+                for arrival, sample in SPINNING.messages(0.0, 4.0)]
+    localizer = Localizer()
+    feed(localizer, until(messages, 2.0))
+    reset = localizer.reset(as_pose2(DECLARED), 2.001)
+    feed(localizer, after(messages, 2.0))
+    assert reset.done
+    assert_pose(localizer.motion(4.0).pose,
+                DECLARED.then(*SPINNING.motion_between(2.001, 4.0)), 1e-9, 1e-6)
+
+
+# Motion -------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('robot', [RESTING, STRAIGHT, SPINNING])
+@pytest.mark.parametrize('later', [0.0, 0.004, 0.1])
+def test_motion_carries_the_newest_samples_on(robot, later):
+    localizer = Localizer()
+    feed(localizer, robot.messages(0.0, 3.0))
+    motion = localizer.motion(3.0 + later)
+    assert_pose(motion.pose, Truth(*robot.moved(3.0 + later)), radians=1e-6)
+    assert (motion.linear, motion.angular) == (robot.linear, robot.angular)
+
+
+def test_the_speed_of_turning_is_the_gyros_not_the_odometrys_spike():
+    localizer = Localizer()
+    feed(localizer, SPINNING.messages(0.0, 1.0))
+    localizer.on_odometry(replace(SPINNING.odometry(1.05), angular=-143.6), 1.05)
+    assert localizer.motion(1.05).angular == 2.6

@@ -1,0 +1,110 @@
+"""Quaternions of a robot on a floor, and the mistakes squaternion does not notice."""
+import math
+
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from known_motion import angle_between
+from tb3_labs.quaternions import quaternion_from_yaw, yaw_from_quaternion
+
+YAWS = st.floats(-math.pi, math.pi)
+AWKWARD = [0.0, -0.0, math.pi, -math.pi, math.pi / 2, -math.pi / 2, 1e-12, -1e-12]
+
+
+def about_z(yaw):
+    """(w, x, y, z) from the definition: half the angle about the upright axis."""
+    return math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)
+
+
+def then_tilted(yaw, tilt, axis):
+    """(w, x, y, z) of a robot that faces `yaw` and leans by `tilt` about its own x or y."""
+    w, _, _, z = about_z(yaw)
+    c, s = math.cos(tilt / 2), math.sin(tilt / 2)
+    return (w * c, w * s, z * s, z * c) if axis == 'x' else (w * c, -z * s, w * s, z * c)
+
+
+def yaw_of(quaternion, scale=1.0):
+    w, x, y, z = (scale * part for part in quaternion)
+    return yaw_from_quaternion(w=w, x=x, y=y, z=z)
+
+
+def assert_yaw(quaternion, yaw, scale=1.0):
+    found = yaw_of(quaternion, scale)
+    assert angle_between(found, yaw) < 1e-7
+    assert -math.pi < found <= math.pi
+
+
+@given(st.one_of(YAWS, st.sampled_from(AWKWARD)))
+def test_there_and_back(yaw):
+    assert quaternion_from_yaw(yaw) == pytest.approx(about_z(yaw), abs=1e-12)
+    assert_yaw(quaternion_from_yaw(yaw), yaw)
+
+
+@given(st.floats(-50.0, 50.0))
+def test_any_number_of_turns(yaw):
+    assert_yaw(quaternion_from_yaw(yaw), yaw)
+
+
+@given(st.one_of(YAWS, st.sampled_from(AWKWARD)))
+def test_a_quaternion_and_its_negative_are_the_same_attitude(yaw):
+    assert_yaw(about_z(yaw), yaw)
+    assert_yaw(about_z(yaw), yaw, scale=-1.0)
+
+
+@pytest.mark.parametrize('w', [0.0, -0.0])
+@pytest.mark.parametrize('z', [1.0, -1.0])
+def test_half_a_turn_is_plus_pi(w, z):
+    assert yaw_from_quaternion(w=w, x=0.0, y=0.0, z=z) == math.pi
+
+
+@given(YAWS, st.sampled_from([0.999996, 0.96, 1.04]))
+def test_a_norm_that_is_nearly_one_does_not_bend_the_angle(yaw, norm):
+    assert_yaw(about_z(yaw), yaw, scale=norm)
+
+
+@given(YAWS, st.sampled_from([0.0, 1e-300, 0.5, 0.94, 1.06, 2.0, 1e200, math.inf, math.nan]))
+@example(math.pi / 2, 2.0)
+def test_a_norm_that_is_not_one_is_refused(yaw, norm):
+    with pytest.raises(ValueError, match='norm'):
+        yaw_of(about_z(yaw), scale=norm)
+
+
+@pytest.mark.parametrize('part', 'wxyz')
+@pytest.mark.parametrize('bad', [math.nan, math.inf, -math.inf])
+def test_each_part_must_be_a_number(part, bad):
+    parts = dict(w=1.0, x=0.0, y=0.0, z=0.0)
+    parts[part] = bad
+    with pytest.raises(ValueError, match='norm'):
+        yaw_from_quaternion(**parts)
+
+
+@given(st.floats(math.radians(46), math.radians(134)), st.sampled_from([1, -1]))
+def test_ros_order_mistaken_for_w_first_is_refused(yaw, side):
+    w, x, y, z = about_z(side * yaw)
+    with pytest.raises(ValueError, match='order'):
+        yaw_from_quaternion(w=x, x=y, y=z, z=w)
+
+
+@given(st.floats(math.radians(46), math.radians(134)), st.sampled_from([1, -1]))
+def test_w_first_mistaken_for_ros_order_is_refused(yaw, side):
+    w, x, y, z = about_z(side * yaw)
+    with pytest.raises(ValueError, match='order'):
+        yaw_from_quaternion(x=w, y=x, z=y, w=z)
+
+
+def test_the_parts_must_be_named():
+    with pytest.raises(TypeError):
+        yaw_from_quaternion(1.0, 0.0, 0.0, 0.0)
+
+
+@given(YAWS, st.floats(-40.0, 40.0), st.sampled_from('xy'))
+def test_a_ramp_does_not_hide_the_heading(yaw, tilt_deg, axis):
+    assert_yaw(then_tilted(yaw, math.radians(tilt_deg), axis), yaw)
+
+
+@given(YAWS, st.floats(50.0, 310.0), st.sampled_from('xy'))
+def test_a_robot_on_its_side_is_refused(yaw, tilt_deg, axis):
+    # Over 130 deg of pitch is the same attitude as a roll over, so no tilt here is below 45 deg.
+    with pytest.raises(ValueError, match='roll'):
+        yaw_of(then_tilted(yaw, math.radians(tilt_deg), axis))

@@ -1,0 +1,169 @@
+"""Two drives of a real TurtleBot3 through the localizer, against the recordings themselves.
+
+What is expected is computed here from the raw messages: the odometry's displacement turned back
+by the odometry's yaw at the reset, and the difference of the IMU's yaws.
+"""
+import math
+import os
+import pathlib
+
+import numpy as np
+import pytest
+
+from known_motion import angle_between
+from tb3_labs.localizer import Localizer
+from tb3_labs.se2 import Pose2
+from tb3_labs.sensors import ImuSample, OdometrySample
+
+rosbag = pytest.importorskip('rosbag', reason='rosbag cannot be imported')
+
+FOLDER = pathlib.Path(os.environ.get('TB3_LABS_RECORDINGS') or
+                      pathlib.Path(__file__).resolve().parents[3] / 'shared' / 'recordings')
+METRES, RADIANS = 0.001, math.radians(0.2)
+
+
+class Recording:
+    """The raw messages of a bag as arrays, each column by name; yaws unwrapped."""
+
+    def __init__(self, path):
+        self.imu, self.odometry, self.arrivals = [], [], []
+        with rosbag.Bag(str(path)) as bag:
+            for topic, message, arrival in bag.read_messages(['/imu', '/odom']):
+                arrival, stamp = arrival.to_sec(), message.header.stamp.to_sec()
+                if topic == '/imu':
+                    self.imu.append((stamp, _yaw(message.orientation)))
+                    self.arrivals.append((arrival, ImuSample(
+                        *self.imu[-1], message.angular_velocity.z)))
+                else:
+                    pose, twist = message.pose.pose, message.twist.twist
+                    self.odometry.append((stamp, pose.position.x, pose.position.y,
+                                          _yaw(pose.orientation)))
+                    self.arrivals.append((arrival, OdometrySample(
+                        stamp, Pose2(*self.odometry[-1][1:]), twist.linear.x, twist.angular.z)))
+        self.imu, self.odometry = np.array(self.imu), np.array(self.odometry)
+        for table in self.imu, self.odometry:
+            table[:, -1] = np.unwrap(table[:, -1])
+
+    def at(self, stamp):
+        """(x, y, odometry's yaw, IMU's yaw) at an instant of the robot's clock."""
+        x, y, yaw = (np.interp(stamp, self.odometry[:, 0], column)
+                     for column in self.odometry[:, 1:].T)
+        return x, y, yaw, np.interp(stamp, self.imu[:, 0], self.imu[:, 1])
+
+    def expected(self, declared, reset_stamp, stamp):
+        """(x, y, yaw) in local: the declared pose, then what the recording did since."""
+        x0, y0, yaw0, imu0 = self.at(reset_stamp)
+        x, y, _, imu = self.at(stamp)
+        forward = math.cos(yaw0) * (x - x0) + math.sin(yaw0) * (y - y0)
+        left = -math.sin(yaw0) * (x - x0) + math.cos(yaw0) * (y - y0)
+        cos, sin = math.cos(declared.yaw), math.sin(declared.yaw)
+        return (declared.x + cos * forward - sin * left, declared.y + sin * forward + cos * left,
+                declared.yaw + imu - imu0)
+
+
+def _yaw(q):
+    """Heading of a quaternion, by the formula for the z-y-x angles."""
+    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+
+
+@pytest.fixture(scope='module', params=['burger_drive', 'burger_static'])
+def recording(request):
+    return _load(request.param)
+
+
+@pytest.fixture(scope='module')
+def drive():
+    return _load('burger_drive')
+
+
+def _load(name, loaded={}):
+    path = FOLDER / (name + '.bag')
+    if not path.exists():
+        pytest.skip('no recording {}: set TB3_LABS_RECORDINGS'.format(path))
+    if name not in loaded:
+        loaded[name] = Recording(path)
+    return loaded[name]
+
+
+def replay(recording, asked=()):
+    """(fixes, resets) of a localizer, `asked` being [(time of the recorder, declared pose)]."""
+    localizer, waiting, resets, fixes = Localizer(), list(asked), [], []
+    for arrival, sample in recording.arrivals:
+        while waiting and waiting[0][0] <= arrival:
+            resets.append(localizer.reset(waiting[0][1], waiting.pop(0)[0]))
+        if isinstance(sample, ImuSample):
+            localizer.on_imu(sample, arrival)
+        else:
+            localizer.on_odometry(sample, arrival)
+        fix = localizer.take_fix()
+        if fix is not None:
+            fixes.append(fix)
+    return fixes, resets
+
+
+def assert_follows(recording, fixes, declared, reset_stamp):
+    """Position within 1 mm, heading within 0.2 deg of the transform of the recording."""
+    assert fixes
+    for fix in fixes:
+        x, y, yaw = recording.expected(declared, reset_stamp, fix.stamp)
+        pose = fix.local_T_base
+        assert math.hypot(pose.x - x, pose.y - y) <= METRES, (fix, x, y)
+        assert angle_between(pose.yaw, yaw) <= RADIANS, (fix, yaw)
+
+
+def assert_instant(recording, reset):
+    """A reset's stamp is its own instant on the robot's clock, as well as delays tell."""
+    delays = [arrival - sample.stamp for arrival, sample in recording.arrivals
+              if abs(arrival - reset.asked_at) < 3.0]
+    assert min(delays) <= reset.asked_at - reset.stamp <= max(delays)
+
+
+def fixes_between(fixes, begin, end=math.inf):
+    return [fix for fix in fixes if begin <= fix.stamp < end]
+
+
+def test_the_initial_frame(recording):
+    fixes, _ = replay(recording)
+    assert len(fixes) >= 0.95 * len(recording.odometry)
+    assert_follows(recording, fixes, Pose2(), fixes[0].stamp)
+
+
+@pytest.mark.parametrize('declared', [Pose2(), Pose2(1.0, -2.0, 2.5), Pose2(-0.61, 0.61, math.pi)])
+@pytest.mark.parametrize('seconds', [5.0, 11.1, 23.45])
+def test_a_reset_on_the_way(recording, declared, seconds):
+    asked_at = recording.arrivals[0][0] + seconds
+    fixes, (reset,) = replay(recording, [(asked_at, declared)])
+    assert_instant(recording, reset)
+    before, after = fixes_between(fixes, 0.0, reset.stamp), fixes_between(fixes, reset.stamp + 0.2)
+    assert_follows(recording, before, Pose2(), fixes[0].stamp)
+    assert_follows(recording, after, declared, reset.stamp)
+
+
+@pytest.mark.parametrize('offset', [-0.06, -0.02, 0.0, 0.02, 0.06])
+def test_a_reset_while_the_imu_crosses_half_a_turn(drive, offset):
+    crossing, = np.flatnonzero(np.diff(np.floor((drive.imu[:, 1] + math.pi) / (2.0 * math.pi))))
+    arrival = next(arrival for arrival, sample in drive.arrivals
+                   if isinstance(sample, ImuSample) and sample.stamp == drive.imu[crossing, 0])
+    declared = Pose2(0.3, 0.2, -1.0)
+    fixes, (reset,) = replay(drive, [(arrival + offset, declared)])
+    assert_instant(drive, reset)
+    assert_follows(drive, fixes_between(fixes, reset.stamp + 0.2), declared, reset.stamp)
+
+
+def test_a_reset_every_second(drive):
+    start = drive.arrivals[0][0]
+    asked = [(start + 1.0 + k, Pose2(0.1 * k, -0.2 * k, 0.3 * k)) for k in range(60)]
+    fixes, resets = replay(drive, asked)
+    assert all(reset.done for reset in resets)
+    for reset, following in zip(resets, resets[1:]):
+        assert_follows(drive, fixes_between(fixes, reset.stamp + 0.2, following.stamp),
+                       reset.declared, reset.stamp)
+
+
+def test_what_the_recordings_readme_says(drive):
+    """The raw numbers themselves, so that a wrong reading of them would show."""
+    way = np.hypot(*np.diff(drive.odometry[:, 1:3], axis=0).T).sum()
+    assert way == pytest.approx(4.46, abs=0.01)
+    assert drive.odometry[0, 1:] == pytest.approx((-0.64, -0.57, math.radians(-105.6)), abs=0.005)
+    _, _, odometry_yaw, imu_yaw = drive.at(drive.imu[0, 0] + 10.0)
+    assert angle_between(imu_yaw - odometry_yaw, math.radians(140.56)) < math.radians(0.5)

@@ -1,0 +1,187 @@
+"""Poses in the plane: the laws of the group, and the handout's formulas on numbers."""
+import math
+from dataclasses import FrozenInstanceError
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from known_motion import angle_between
+from tb3_labs.se2 import Pose2, interpolate, rotation_matrix
+
+PI = math.pi
+IDENTITY = Pose2()
+NASTY = [
+    IDENTITY, Pose2(1.0, 2.0, 0.0), Pose2(0.0, 0.0, PI), Pose2(0.0, 0.0, -PI),
+    Pose2(-0.61, 0.61, PI / 2), Pose2(4.8, -0.3, -PI / 2), Pose2(1e6, -1e6, 1.0),
+    Pose2(1e-12, -1e-12, 1e-12), Pose2(3.0, -4.0, PI - 1e-12), Pose2(-3.0, 4.0, -PI + 1e-12),
+    Pose2(-0.0, -0.0, -0.0), Pose2(1.0, 1.0, 7.5 * PI), Pose2(0.5, 0.0, -6.0 * PI)]
+NUMBERS = st.floats(-100.0, 100.0)
+POSES = st.one_of(st.sampled_from(NASTY), st.builds(Pose2, NUMBERS, NUMBERS, NUMBERS))
+
+
+def matrix(pose):
+    """The pose as a homogeneous matrix, from the definition of a rotation."""
+    return np.array([[math.cos(pose.yaw), -math.sin(pose.yaw), pose.x],
+                     [math.sin(pose.yaw), math.cos(pose.yaw), pose.y],
+                     [0.0, 0.0, 1.0]])
+
+
+def assert_same(pose, other, rel=1e-9):
+    """Equal, measured by the size of the numbers that went in."""
+    scale = 1.0 + abs(other.x) + abs(other.y)
+    assert abs(pose.x - other.x) <= rel * scale, (pose, other)
+    assert abs(pose.y - other.y) <= rel * scale, (pose, other)
+    assert angle_between(pose.yaw, other.yaw) <= rel, (pose, other)
+
+
+def assert_matrix(pose, expected, size):
+    np.testing.assert_allclose(matrix(pose), expected, atol=1e-12 * (1.0 + size))
+    assert -PI < pose.yaw <= PI
+
+
+def size(*poses):
+    return sum(abs(pose.x) + abs(pose.y) for pose in poses)
+
+
+# The group ----------------------------------------------------------------------------------------
+
+@given(POSES, POSES)
+def test_chaining_multiplies_matrices(a, b):
+    assert_matrix(a @ b, matrix(a) @ matrix(b), size(a, b))
+
+
+@given(POSES)
+def test_the_inverse_inverts_the_matrix(pose):
+    assert_matrix(pose.inverse(), np.linalg.inv(matrix(pose)), size(pose))
+
+
+@given(POSES)
+def test_identity_and_inverse(pose):
+    assert_same(pose @ IDENTITY, pose)
+    assert_same(IDENTITY @ pose, pose)
+    for nothing in (pose @ pose.inverse(), pose.inverse() @ pose):
+        assert abs(nothing.x) + abs(nothing.y) <= 1e-12 * (1.0 + size(pose))
+        assert angle_between(nothing.yaw, 0.0) <= 1e-12
+    assert_same(pose.inverse().inverse(), pose)
+
+
+@given(POSES, POSES, POSES)
+def test_chaining_is_associative(a, b, c):
+    one, other = (a @ b) @ c, a @ (b @ c)
+    assert math.hypot(one.x - other.x, one.y - other.y) <= 1e-12 * (1.0 + size(a, b, c))
+    assert angle_between(one.yaw, other.yaw) <= 1e-12
+
+
+def test_order_matters():
+    step, turn = Pose2(1.0, 0.0, 0.0), Pose2(0.0, 0.0, PI / 2)
+    assert_same(turn @ step, Pose2(0.0, 1.0, PI / 2))
+    assert_same(step @ turn, Pose2(1.0, 0.0, PI / 2))
+
+
+def test_four_sides_of_a_square_end_where_they_began():
+    side = Pose2(1.0, 0.0, PI / 2)
+    assert_same(side @ side, Pose2(1.0, 1.0, PI))
+    assert_same(side @ side @ side @ side, IDENTITY)
+
+
+@pytest.mark.parametrize('yaw', [PI, -PI, 3 * PI, -3 * PI])
+def test_half_a_turn_is_plus_pi(yaw):
+    assert (Pose2(0.0, 0.0, yaw) @ IDENTITY).yaw == pytest.approx(PI)
+    assert Pose2(0.0, 0.0, yaw).inverse().yaw == pytest.approx(PI)
+
+
+# Points -------------------------------------------------------------------------------------------
+
+def test_the_handouts_formulas():
+    """B stands at (1, 2) in A, turned a quarter to the left: B's x axis is A's y axis."""
+    a_T_b = Pose2(1.0, 2.0, PI / 2)
+    p_b, p_a = [[0.0, 0.0], [3.0, 0.0], [0.0, 3.0]], [[1.0, 2.0], [1.0, 5.0], [-2.0, 2.0]]
+    np.testing.assert_allclose(a_T_b.act(p_b), p_a, atol=1e-12)
+    np.testing.assert_allclose(a_T_b.inverse().act(p_a), p_b, atol=1e-12)
+
+
+@pytest.mark.parametrize('theta, image_of_x', [
+    (0.0, (1, 0)), (PI / 2, (0, 1)), (PI, (-1, 0)), (-PI / 2, (0, -1)), (PI / 6, (3**0.5 / 2, 0.5))])
+def test_rotation_is_counter_clockwise(theta, image_of_x):
+    np.testing.assert_allclose(rotation_matrix(theta) @ (1.0, 0.0), image_of_x, atol=1e-12)
+
+
+@given(POSES, POSES, st.lists(st.tuples(NUMBERS, NUMBERS), min_size=1, max_size=5))
+def test_acting_one_after_the_other_is_acting_with_the_chain(a, b, points):
+    np.testing.assert_allclose((a @ b).act(points), a.act(b.act(points)),
+                               atol=1e-12 * (1000.0 + size(a, b)))
+
+
+@pytest.mark.parametrize('shape', [(2,), (0, 2), (1, 2), (5, 2), (3, 4, 2)])
+def test_many_points_are_each_point_for_itself(shape):
+    pose = Pose2(0.3, -0.4, 2.0)
+    points = np.random.default_rng(1).normal(size=shape)
+    before = points.copy()
+    moved = pose.act(points)
+    assert moved.shape == shape
+    np.testing.assert_array_equal(points, before)
+    expected = [(matrix(pose) @ (x, y, 1.0))[:2] for x, y in points.reshape(-1, 2)]
+    np.testing.assert_allclose(moved.reshape(-1, 2), np.reshape(expected, (-1, 2)), atol=1e-12)
+
+
+def test_whole_numbers_are_points_too():
+    assert Pose2(0.5, 0.0, 0.0).act([[1, 2]]).tolist() == [[1.5, 2.0]]
+
+
+# Distances, directions ----------------------------------------------------------------------------
+
+@pytest.mark.parametrize('x, y, bearing_deg', [
+    (1, 0, 0), (1, 1, 45), (0, 1, 90), (-1, 1, 135), (-1, 0, 180), (-1, -1, -135), (0, -1, -90)])
+def test_bearing_and_distance_are_in_the_parent_frame(x, y, bearing_deg):
+    here = Pose2(4.8, -0.3, 1.0)
+    there = Pose2(4.8 + x, -0.3 + y, -2.0)
+    assert math.degrees(here.bearing_to(there)) == pytest.approx(bearing_deg)
+    assert here.distance_to(there) == pytest.approx(math.sqrt(x * x + y * y))
+
+
+@pytest.mark.parametrize('y', [0.0, -0.0, -1e-17])
+def test_straight_behind_is_plus_pi(y):
+    assert IDENTITY.bearing_to(Pose2(-1.0, y)) == PI
+
+
+def test_the_distance_to_itself_is_exactly_zero():
+    assert all(pose.distance_to(pose) == 0.0 for pose in NASTY)
+
+
+# Between two poses --------------------------------------------------------------------------------
+
+@given(POSES, POSES)
+def test_interpolation_begins_and_ends_at_its_ends(start, end):
+    assert_same(interpolate(start, end, 0.0), start)
+    assert math.hypot(interpolate(start, end, 1.0).x - end.x,
+                      interpolate(start, end, 1.0).y - end.y) <= 1e-12 * (1.0 + size(start, end))
+    assert angle_between(interpolate(start, end, 1.0).yaw, end.yaw) <= 1e-9
+
+
+@pytest.mark.parametrize('start_deg, end_deg, quarter_deg', [
+    (0, 40, 10), (40, 0, 30), (170, -150, 180), (-150, 170, -160), (-170, 170, -175),
+    (178, -178, 179), (-178, 178, -179)])
+def test_interpolation_turns_the_short_way(start_deg, end_deg, quarter_deg):
+    between = interpolate(Pose2(0.0, 8.0, math.radians(start_deg)),
+                          Pose2(4.0, 0.0, math.radians(end_deg)), 0.25)
+    assert_same(between, Pose2(1.0, 6.0, math.radians(quarter_deg)))
+
+
+# Small things -------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('bad', [math.nan, math.inf, -math.inf])
+def test_is_finite(bad):
+    assert all(pose.is_finite() for pose in NASTY)
+    assert not any(Pose2(*(bad if k == place else 0.0 for k in range(3))).is_finite()
+                   for place in range(3))
+
+
+def test_a_pose_cannot_be_changed_by_mistake():
+    with pytest.raises(FrozenInstanceError):
+        IDENTITY.x = 1.0
+
+
+def test_people_read_metres_and_degrees():
+    assert str(Pose2(-0.61, 0.61, PI / 2)) == 'x=-0.610, y=0.610, yaw=90.0 deg'

@@ -1,0 +1,63 @@
+"""The robots' numbers against motors, gears and the firmware's tables."""
+import math
+from itertools import product
+
+import pytest
+
+from tb3_labs.turtlebot3 import (
+    COMMAND_TIMEOUT, CONTROL_RATE, DEFAULT_MODEL, MODELS, MOTOR_SPEED_STEP, TICKS_PER_TURN,
+    robot_model)
+
+
+def rim_speed(rpm, radius=0.033):
+    return rpm / 60.0 * 2.0 * math.pi * radius
+
+
+def test_the_firmwares_constants():
+    assert 2.0 * math.pi / TICKS_PER_TURN == pytest.approx(0.001533981, abs=5e-10)
+    assert MOTOR_SPEED_STEP == pytest.approx(0.0239809, abs=1e-6)   # 0.229 rpm in rad/s
+    assert (CONTROL_RATE, COMMAND_TIMEOUT) == (30.0, 0.5)
+
+
+def test_the_burgers_limits_are_its_motors():
+    burger = robot_model('burger')
+    assert burger.max_wheel_speed == pytest.approx(rim_speed(61.0))
+    assert burger.max_linear == pytest.approx(0.2108, abs=1e-9)
+    assert burger.max_linear == pytest.approx(burger.max_wheel_speed, abs=5e-5)
+    assert burger.max_angular == pytest.approx(rim_speed(61.0) / 0.080, abs=1e-3)
+    assert burger.max_linear < 0.22 and burger.max_angular < 2.84
+
+
+@pytest.mark.parametrize('name', ['waffle', 'waffle_pi'])
+def test_the_waffles(name):
+    waffle = robot_model(name)
+    assert (waffle.max_linear, waffle.max_angular) == (0.26, 1.82)
+    assert waffle.max_wheel_speed == pytest.approx(rim_speed(77.0))
+
+
+@pytest.mark.parametrize('name, separation', [
+    ('burger', 0.160), ('waffle', 0.287), ('waffle_pi', 0.287)])
+def test_geometry(name, separation):
+    model = MODELS[name]
+    assert model.name == name
+    assert (model.wheel_radius, model.wheel_separation) == (0.033, separation)
+    assert model.half_track == separation / 2.0
+    assert model.body_radius > model.half_track
+
+
+@pytest.mark.parametrize('model, limit', product(MODELS.values(), ['max_linear', 'max_angular']))
+def test_each_limit_alone_is_within_what_a_wheel_can_do(model, limit):
+    rim = getattr(model, limit) * (model.half_track if limit == 'max_angular' else 1.0)
+    assert rim <= model.max_wheel_speed * 1.0002
+
+
+def test_the_usual_robot_is_a_burger():
+    assert robot_model(DEFAULT_MODEL) is MODELS['burger']
+
+
+@pytest.mark.parametrize('name', ['', 'Burger', 'turtlebot4', None])
+def test_an_unknown_robot_is_refused_with_the_names_that_are_known(name):
+    with pytest.raises(ValueError) as refusal:
+        robot_model(name)
+    for word in ('TURTLEBOT3_MODEL', repr(name), 'burger', 'waffle', 'waffle_pi'):
+        assert word in str(refusal.value)
