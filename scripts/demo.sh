@@ -25,7 +25,7 @@ open_display.restype = ctypes.c_void_p
 raise SystemExit(not open_display(None))
 PYTHON
 }
-if [[ " $*" != *' rviz:='* ]] && command -v rviz >/dev/null && has_screen; then set -- rviz:=true "$@"; fi
+if [[ " $*" != *' rviz:='* ]] && rospack find rviz >/dev/null 2>&1 && has_screen; then set -- rviz:=true "$@"; fi
 
 # roslaunch ends with 0 whatever its nodes did: the demonstration's node leaves its status in a file.
 mkdir -p "$ROS_LOG_DIR"

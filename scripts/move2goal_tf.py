@@ -20,22 +20,19 @@ Services
 Action
     move2goal              move_base_msgs/MoveBaseAction
 Parameters
-    ~goal_x, ~goal_y, ~goal_yaw_deg, ~has_control: see StartConfig below
-    ~law, ~allow_reverse, tolerances and limits: see tb3_labs/drive_laws.py, DriveConfig
+    ~goal_x, ~goal_y [m], ~goal_yaw_deg, ~has_control: see NavigatorConfig in tb3_labs.navigator
+    ~law, ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.drive_laws
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
-import math
 import threading
-from dataclasses import dataclass
 
 import rospy
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool
 
-from tb3_labs.config import Config, setting
 from tb3_labs.drive_laws import DriveConfig, make_law
-from tb3_labs.navigator import Navigator
+from tb3_labs.navigator import Navigator, NavigatorConfig
 from tb3_labs.ros.cmd_vel import CmdVel
 from tb3_labs.ros.conversions import to_imu_sample, to_odometry_sample
 from tb3_labs.ros.display import LocalDisplay
@@ -47,34 +44,18 @@ from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.pose_frames import PoseFrames
 from tb3_labs.ros.resets import ResetInterfaces
 from tb3_labs.ros.watchdog import Watchdog
-from tb3_labs.se2 import Pose2
 
-#: A goal farther away than this is a mistake, most likely in the unit [m].
-MAX_GOAL_DISTANCE = 100.0
 #: A reset answers within a second, whatever happens [s].
 RESET_TIMEOUT = 0.8
-
-
-@dataclass(frozen=True)
-class StartConfig(Config):
-    """What the node does at its start."""
-
-    goal_x: float = setting(-0.61, 'first goal, in the local frame', 'm',
-                            -MAX_GOAL_DISTANCE, MAX_GOAL_DISTANCE)
-    goal_y: float = setting(0.61, 'first goal, in the local frame', 'm',
-                            -MAX_GOAL_DISTANCE, MAX_GOAL_DISTANCE)
-    goal_yaw_deg: float = setting(0.0, 'heading at the first goal', 'deg', -360.0, 360.0)
-    has_control: bool = setting(False, 'may drive from the start, without ctrl_relinq')
 
 
 class MoveToGoal:
     """Glue between ROS and the navigator."""
 
     def __init__(self):
-        start, drive = read_config(StartConfig, DriveConfig)
+        start, drive = read_config(NavigatorConfig, DriveConfig)
         self._navigator = Navigator(make_law(drive, read_model()), start.has_control)
-        self._navigator.set_goal(
-            Pose2(start.goal_x, start.goal_y, math.radians(start.goal_yaw_deg)))
+        self._navigator.set_goal(start.goal)
         self._changed = threading.Condition()    # guards the navigator
         self._frames = PoseFrames(frame('local'), frame('odom'))
         self._cmd_vel = CmdVel()
@@ -136,7 +117,7 @@ class MoveToGoal:
         self._goals.feedback(shown)
 
     def _reset(self, declared):
-        """The robot is at `declared` (Pose2 in local) now; ``ValueError`` if that is refused."""
+        """The robot is at `declared` (in local) now; ``ValueError`` if that is refused."""
         with self._changed:
             now = rospy.get_time()
             complaint = self._navigator.sensor_complaint(now)
@@ -162,9 +143,6 @@ class MoveToGoal:
 
     def _set_goal(self, header, pose):
         goal = self._to_local(header, pose, also_local=())
-        if math.hypot(goal.x, goal.y) > MAX_GOAL_DISTANCE:
-            raise ValueError('({}) is farther than {:.0f} m from the local origin; goals are in '
-                             'metres'.format(goal, MAX_GOAL_DISTANCE))
         with self._changed:
             self._navigator.set_goal(goal)
         return goal

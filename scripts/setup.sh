@@ -91,7 +91,8 @@ if [ -r $noetic/setup.bash ]; then
 else
   run_packages=(make g++ python3-venv python3-numpy python3-setuptools catkin rosbash ros-core
     ros-message-generation libgeometry-msgs-dev ros-std-msgs ros-geometry-msgs
-    python3-rospy python3-rosbag python3-actionlib python3-dynamic-reconfigure python3-tf2-ros)
+    python3-rospy python3-rosbag python3-actionlib python3-tf2-ros
+    python3-dynamic-reconfigure libdynamic-reconfigure-config-init-mutex-dev)    # dynparam wants its package.xml
   for p in actionlib geometry move-base nav rosgraph sensor std tf2 visualization; do run_packages+=("python3-$p-msgs"); done
   test_packages=(python3-pytest python3-hypothesis python3-rostest librostest-dev catkin-lint)
   dynparam=/usr/lib/dynamic_reconfigure/dynparam

@@ -54,10 +54,12 @@ def bounds_in_words(item):
         return 'one of ' + ', '.join(str(choice) for choice in rule['choices'])
     kind = {bool: 'true or false', float: 'a number', int: 'a whole number', str: 'text'}[
         type(item.default)]
-    if rule['low'] is not None and rule['high'] is not None:
-        kind += ' from {:g} to {:g}'.format(rule['low'], rule['high'])
-    elif rule['low'] is not None:
-        kind += ' of at least {:g}'.format(rule['low'])
-    elif rule['high'] is not None:
-        kind += ' of at most {:g}'.format(rule['high'])
+    low, high = (bound if isinstance(bound, int) or bound is None else '{:g}'.format(bound)
+                 for bound in (rule['low'], rule['high']))
+    if low is not None and high is not None:
+        kind += ' from {} to {}'.format(low, high)
+    elif low is not None:
+        kind += ' of at least {}'.format(low)
+    elif high is not None:
+        kind += ' of at most {}'.format(high)
     return kind + (' ' + rule['unit'] if rule['unit'] else '')

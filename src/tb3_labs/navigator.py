@@ -6,13 +6,38 @@ node has control, both sensors are fresh, and there is a goal left to drive to.
 
 Units: seconds on the receiver's clock (`now`), metres, radians; poses in the local frame.
 """
+import math
+from dataclasses import dataclass
+
+from tb3_labs.angles import wrap
+from tb3_labs.config import Config, setting
 from tb3_labs.freshness import Freshness, complaints
 from tb3_labs.goal import GoalMachine
 from tb3_labs.localizer import Localizer
 from tb3_labs.motion import clamp
+from tb3_labs.se2 import Pose2
 
+#: A goal farther away than this is a mistake, most likely in the unit [m].
+MAX_GOAL_DISTANCE = 100.0
 #: After a silence of the sensors up to this long the drive goes on by itself [s].
 RESUME_TIME = 2.0
+
+
+@dataclass(frozen=True)
+class NavigatorConfig(Config):
+    """What `move_to_goal` begins with."""
+
+    goal_x: float = setting(-0.61, 'first goal, in the local frame', 'm',
+                            -MAX_GOAL_DISTANCE, MAX_GOAL_DISTANCE)
+    goal_y: float = setting(0.61, 'first goal, in the local frame', 'm',
+                            -MAX_GOAL_DISTANCE, MAX_GOAL_DISTANCE)
+    goal_yaw_deg: float = setting(0.0, 'heading at the first goal', 'deg', -360.0, 360.0)
+    has_control: bool = setting(False, 'may drive from the start, without ctrl_relinq')
+
+    @property
+    def goal(self):
+        """The first goal as a Pose2 in local."""
+        return Pose2(self.goal_x, self.goal_y, wrap(math.radians(self.goal_yaw_deg)))
 
 
 class Navigator:
@@ -44,7 +69,10 @@ class Navigator:
         return self._restart_after(self.localizer.on_odometry(sample, now))
 
     def set_goal(self, goal):
-        """A new goal, in place of any other."""
+        """A new goal (Pose2 in local), in place of any other; ``ValueError`` if it is too far."""
+        if math.hypot(goal.x, goal.y) > MAX_GOAL_DISTANCE:
+            raise ValueError('({}) is farther than {:.0f} m from the local origin; goals are in '
+                             'metres'.format(goal, MAX_GOAL_DISTANCE))
         self.machine.set_goal(goal)
         self._pause()
 

@@ -43,6 +43,14 @@ def assert_pose(pose, truth, metres=1e-9, radians=1e-9):
     assert -math.pi < pose.yaw <= math.pi
 
 
+def held_back(messages, begin, end):
+    """The messages of a network that stalls, then delivers what it held back, source by source."""
+    late = [(end, sample) for arrival, sample in messages if begin < arrival < end]
+    late.sort(key=lambda message: isinstance(message[1], OdometrySample))
+    return ([message for message in messages if message[0] <= begin] + late +
+            [message for message in messages if message[0] >= end])
+
+
 @dataclass(frozen=True)
 class SteadyRobot:
     """Drives one arc for ever: constant speed and rate of turn, exact sensors."""

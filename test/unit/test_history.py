@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from known_motion import SteadyRobot, Truth, angle_between, assert_pose
+from known_motion import SteadyRobot, Truth, angle_between, assert_pose, held_back
 from tb3_labs.history import MAX_GAP, MEMORY, SensorHistory, Track
 from tb3_labs.sensors import ImuSample
 
@@ -34,6 +34,12 @@ def assert_right(pairs, robot, stamped_off=0.0, radians=1e-6):
     for odometry, yaw in pairs:
         truth = robot.imu(odometry.stamp - stamped_off - robot.clock_ahead).yaw
         assert angle_between(yaw, truth) <= radians
+
+
+def instant_at(history, now):
+    """The Instant at `now` on the receiver's clock."""
+    stamp = history.stamp_of(now)
+    return None if stamp is None else history.at(stamp)
 
 
 def assert_instant(instant, robot, now, ahead=None, seconds=1e-6, radians=1e-6):
@@ -150,11 +156,11 @@ def test_no_pair_is_made_up_while_the_imu_is_silent(silent):
 
 def test_nothing_is_known_before_both_have_spoken():
     history = SensorHistory()
-    assert history.at(history.stamp_of(0.0)) is None and history.take_pair() is None
+    assert instant_at(history, 0.0) is None and history.take_pair() is None
     add(history, 0.0, SPINNING.imu(0.0))
-    assert history.at(history.stamp_of(0.0)) is None and history.take_pair() is None
+    assert instant_at(history, 0.0) is None and history.take_pair() is None
     add(history, 0.0, SPINNING.odometry(0.0))
-    assert_instant(history.at(history.stamp_of(0.0)), SPINNING, 0.0)
+    assert_instant(instant_at(history, 0.0), SPINNING, 0.0)
 
 
 def test_an_instant_is_known_once_both_have_passed_it():
@@ -163,9 +169,9 @@ def test_an_instant_is_known_once_both_have_passed_it():
         add(history, time, SPINNING.imu(time))
         add(history, time, SPINNING.odometry(time))
     add(history, 0.3, SPINNING.imu(0.3))
-    assert history.at(history.stamp_of(0.25)) is None
+    assert instant_at(history, 0.25) is None
     add(history, 0.3, SPINNING.odometry(0.3))
-    assert_instant(history.at(history.stamp_of(0.25)), SPINNING, 0.25)
+    assert_instant(instant_at(history, 0.25), SPINNING, 0.25)
 
 
 @given(st.floats(0.0, 1e6), st.floats(1.1, 2.0))
@@ -174,7 +180,7 @@ def test_the_senders_clock_may_be_off_by_anything(ahead, now):
     robot, history = replace(SPINNING, clock_ahead=ahead), SensorHistory()
     for arrival, sample in robot.messages(0.5, 2.05, 50.0):
         add(history, arrival, sample)
-    assert_instant(history.at(history.stamp_of(now)), robot, now)
+    assert_instant(instant_at(history, now), robot, now)
 
 
 @pytest.mark.parametrize('drift', [1e-4, -1e-4, 0.0])
@@ -188,7 +194,8 @@ def test_a_clock_that_runs_slow_or_fast_is_followed(drift):
             add(history, time + chance.uniform(0.0, 0.01), stamped)
         if k % 200 == 199:
             ahead = SPINNING.clock_ahead - drift * time
-            assert_instant(history.at(history.stamp_of(time - 0.1)), SPINNING, time - 0.1, ahead, 0.01, 1e-4)
+            now = time - 0.1
+            assert_instant(instant_at(history, now), SPINNING, now, ahead, 0.01, 1e-4)
 
 
 # Stamps that cannot be used -----------------------------------------------------------------------
@@ -207,7 +214,13 @@ def test_arrival_takes_the_place_of_stamps_of_zero_or_standing_still(useless, wh
     for arrival, sample in SPINNING.messages(0.0, 2.0):
         add(history, arrival, replace(sample, stamp=stamp(sample, arrival)))
     assert not history.uses_stamps
-    assert_instant(history.at(history.stamp_of(1.55)), SPINNING, 1.55, ahead=0.0)
+    assert_instant(instant_at(history, 1.55), SPINNING, 1.55, ahead=0.0)
+
+
+def test_a_stamp_of_zero_is_seen_at_once():
+    history = SensorHistory()
+    add(history, 5.0, replace(SPINNING.odometry(5.0), stamp=0.0))
+    assert not history.uses_stamps
 
 
 def test_pairs_go_on_where_all_stamps_are_zero():
@@ -216,20 +229,34 @@ def test_pairs_go_on_where_all_stamps_are_zero():
     assert len(pairs) > 50
 
 
+@pytest.mark.parametrize('imu_late', [0.0, 0.02])
 @pytest.mark.parametrize('step', [5.0, -5.0, 1.5, -1.5, -0.2, 0.5, 3600.0])
-def test_a_step_of_the_senders_clock_starts_anew(step):
+def test_a_step_of_the_senders_clock_starts_anew(step, imu_late):
     robot = replace(SPINNING, clock_ahead=10000.0)
-    messages = restamped(robot.messages(0.0, 6.0),
-                         lambda arrival, stamp: stamp + (step if arrival > 3.0 else 0.0))
-    before = [message for message in messages if message[0] <= 3.0]
-    after = messages[len(before):]
+    messages = restamped(robot.messages(0.0, 6.0, imu_delay=lambda: imu_late),
+                         lambda arrival, stamp: stamp + (step if stamp > 10003.03 else 0.0))
     history = SensorHistory()
-    assert_right(pairs_of(history, before), robot)
-    pairs = pairs_of(history, after)
+    assert_right(pairs_of(history, [m for m in messages if m[0] <= 3.03]), robot)
+    pairs_of(history, [m for m in messages if 3.03 < m[0] <= 3.1])
+    pairs = pairs_of(history, [m for m in messages if m[0] > 3.1])
     assert history.uses_stamps
     assert len(pairs) >= 85
     assert_right(pairs, robot, stamped_off=step)
-    assert_instant(history.at(history.stamp_of(5.55)), robot, 5.55, robot.clock_ahead + step)
+    now = 5.55
+    assert_instant(instant_at(history, now), robot, now, robot.clock_ahead + step, imu_late + 1e-6)
+
+
+@pytest.mark.parametrize('step', [5.0, -5.0])
+@pytest.mark.parametrize('silent', [0.0, 6.0])
+def test_instants_are_known_at_once_after_a_step_of_the_clock(step, silent):
+    """Also where the clock stepped back by less than the silence: its stamps only went ahead."""
+    robot, history = replace(SPINNING, clock_ahead=1000.0), SensorHistory()
+    for arrival, sample in robot.messages(0.0, 3.0):
+        add(history, arrival, sample)
+    for arrival, sample in robot.messages(3.01 + silent, 3.2 + silent):
+        add(history, arrival, replace(sample, stamp=sample.stamp + step))
+    now = 3.1 + silent
+    assert_instant(instant_at(history, now), robot, now, 1000.0 + step)
 
 
 def test_a_single_stamp_that_goes_back_is_survived():
@@ -239,13 +266,26 @@ def test_a_single_stamp_that_goes_back_is_survived():
     history = SensorHistory()
     pairs = pairs_of(history, messages)
     assert len(pairs) >= 110
-    assert_instant(history.at(history.stamp_of(3.9)), SPINNING, 3.9)
+    assert_instant(instant_at(history, 3.9), SPINNING, 3.9)
 
 
-def test_late_messages_are_no_new_clock():
-    """A network that held everything back for 0.9 s, then delivers it at once."""
-    messages = [(3.0 if 2.1 < arrival < 3.0 else arrival, sample)
-                for arrival, sample in SPINNING.messages(0.0, 4.0)]
+@pytest.mark.parametrize('stall', [0.9, 1.5, 4.0])
+def test_late_messages_are_no_new_clock(stall):
+    end = 2.1 + stall
+    messages = held_back(SPINNING.messages(0.0, end + 1.0), 2.1, end)
     history = SensorHistory()
     assert_right(pairs_of(history, messages), SPINNING)
-    assert_instant(history.at(history.stamp_of(2.7)), SPINNING, 2.7)
+    assert history.uses_stamps
+    assert_instant(instant_at(history, end + 0.7), SPINNING, end + 0.7)
+
+
+@pytest.mark.parametrize('apart', [5.0, -5.0, 1e9])
+def test_two_clocks_that_disagree_are_no_use(apart):
+    """Odometry stamped by another machine: arrival is what the two have in common."""
+    history = SensorHistory()
+    for arrival, sample in SPINNING.messages(0.0, 4.0):
+        if not isinstance(sample, ImuSample):
+            sample = replace(sample, stamp=sample.stamp + apart)
+        add(history, arrival, replace(sample, stamp=sample.stamp + 10.0))
+    assert not history.uses_stamps
+    assert_instant(instant_at(history, 3.5), SPINNING, 3.5, ahead=0.0)

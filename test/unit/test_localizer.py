@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from known_motion import SteadyRobot, Truth, angle_between, as_pose2, assert_pose
+from known_motion import SteadyRobot, Truth, angle_between, as_pose2, assert_pose, held_back
 from tb3_labs.localizer import Localizer
 from tb3_labs.sensors import ImuSample
 from tb3_labs.se2 import Pose2
@@ -237,8 +237,7 @@ def test_a_reset_in_a_dropout_is_never_guessed():
 @pytest.mark.parametrize('stall', [0.3, 0.5, 0.9, 1.2, 3.0])
 def test_a_reset_asked_for_while_the_network_stalls_is_exact_or_not_carried_out(stall, asked_at):
     """Nothing is lost: what was held back from 2.0 s on is delivered at once."""
-    messages = [(2.0 + stall if 2.0 < arrival < 2.0 + stall else arrival, sample)
-                for arrival, sample in SPINNING.messages(0.0, 8.0)]
+    messages = held_back(SPINNING.messages(0.0, 8.0), 2.0, 2.0 + stall)
     localizer = Localizer()
     feed(localizer, until(messages, asked_at))
     reset = localizer.reset(as_pose2(DECLARED), asked_at)
@@ -302,10 +301,11 @@ def test_resets_work_on_arrival_times_where_stamps_are_zero():
 @pytest.mark.parametrize('robot', [RESTING, STRAIGHT, SPINNING])
 @pytest.mark.parametrize('later', [0.0, 0.004, 0.1])
 def test_motion_carries_the_newest_samples_on(robot, later):
-    localizer = Localizer()
-    feed(localizer, robot.messages(0.0, 3.0))
-    motion = localizer.motion(3.0 + later)
-    assert_pose(motion.pose, Truth(*robot.moved(3.0 + later)), radians=1e-6)
+    """The IMU was last heard at 3.02 s, the odometry at 3.0 s."""
+    now = 3.02 + later
+    localizer, _, _ = drive_with_a_reset(robot, 2.0, end=3.02)
+    motion = localizer.motion(now)
+    assert_pose(motion.pose, DECLARED.then(*robot.motion_between(2.0, now)), radians=1e-6)
     assert (motion.linear, motion.angular) == (robot.linear, robot.angular)
 
 
@@ -313,4 +313,6 @@ def test_the_speed_of_turning_is_the_gyros_not_the_odometrys_spike():
     localizer = Localizer()
     feed(localizer, SPINNING.messages(0.0, 1.0))
     localizer.on_odometry(replace(SPINNING.odometry(1.05), angular=-143.6), 1.05)
-    assert localizer.motion(1.05).angular == 2.6
+    motion = localizer.motion(1.06)
+    assert motion.angular == 2.6
+    assert_pose(motion.pose, Truth(0j, 2.6 * 1.06), radians=1e-6)

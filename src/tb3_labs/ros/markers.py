@@ -42,9 +42,10 @@ class RobotMarker:
     def __init__(self, frame, radius):
         """`radius` [m] of the body."""
         body = _marker('robot', 0, frame, Pose2(), Marker.CYLINDER, BLUE,
-                       (2.0 * radius, 2.0 * radius, 0.1))
+                       (2.0 * radius, 2.0 * radius, 0.005))
         nose = _marker('robot', 1, frame, Pose2(), Marker.ARROW, WHITE, (1.2 * radius, 0.03, 0.03))
-        body.pose.position.z, nose.pose.position.z = 0.05, 0.12
+        # On the floor, so that nothing is hidden from above; the nose over all.
+        body.pose.position.z, nose.pose.position.z = -0.01, 0.1
         self._publisher = rospy.Publisher('robot_marker', MarkerArray, queue_size=1, latch=True)
         self._publisher.publish(MarkerArray(markers=[body, nose]))
 
