@@ -1,30 +1,21 @@
 """The last moments of both sensors, and what both said at one instant.
 
-Instants are told by the sender's header stamps: they give intervals well, but come from the
-robot's clock, which may be a second off. The usual delay between stamp and arrival translates the
-receiver's "now" into that clock. Where stamps cannot be used (zero, standing still) arrival times
-take their place for both sensors.
-
-Units: seconds, metres, radians. Edge cases: a step of the sender's clock, either way, starts the
-history anew; over a gap of more than `MAX_GAP` nothing is interpolated; order of arrival between
-the two sensors does not matter.
+Units: seconds on the sender's clock (see :mod:`tb3_labs.sender_clock`), metres, radians. Edge cases:
+a new epoch of that clock starts the history anew; over a gap of more than `MAX_GAP` nothing is
+interpolated; order of arrival between the two sensors does not matter.
 """
 from bisect import bisect_left
 from collections import deque
-from statistics import median
 from typing import NamedTuple
 
 from tb3_labs.angles import difference, wrap
+from tb3_labs.sender_clock import SenderClock
 from tb3_labs.se2 import Pose2, interpolate
 
 #: How much is remembered [s].
 MEMORY = 1.5
 #: Longest silence over which motion is taken to be even [s].
 MAX_GAP = 0.3
-#: A stamp this far from where the last ones lay is a new clock [s].
-CLOCK_STEP = 1.0
-#: The usual delay is the median of this many.
-DELAYS = 101
 
 
 class Track:
@@ -87,21 +78,16 @@ class SensorHistory:
         self._imu = Track(_yaw_between)
         self._odometry = Track(interpolate)
         self._unpaired = deque()
-        self._delays = deque(maxlen=DELAYS)
-        self._last_stamp = {}
-        self._stepped_at = None
-        #: Counts how often the history was started anew; instants of different epochs don't compare.
-        self.epoch = 0
-        #: False once the sender's stamps turned out to be unusable.
-        self.uses_stamps = True
+        #: The SenderClock by which samples are ordered.
+        self.clock = SenderClock()
 
     def add_imu(self, sample, arrival):
         """Remember an ImuSample that arrived at `arrival` [s, receiver's clock]."""
-        self._imu.add(self._time_of(self._imu, sample.stamp, arrival), sample.yaw)
+        self._imu.add(self._time_of('imu', sample, arrival), sample.yaw)
 
     def add_odometry(self, sample, arrival):
         """Remember an OdometrySample that arrived at `arrival` [s, receiver's clock]."""
-        time = self._time_of(self._odometry, sample.stamp, arrival)
+        time = self._time_of('odometry', sample, arrival)
         self._odometry.add(time, sample.pose)
         self._unpaired.append((time, sample))
         while self._unpaired[0][0] < time - MEMORY:
@@ -116,43 +102,16 @@ class SensorHistory:
             pair = pair if yaw is None else (sample, yaw)
         return pair
 
-    def stamp_of(self, now):
-        """`now` [s, receiver's clock] on the sender's clock; None before the first sample."""
-        return now - median(self._delays) if self._delays else None
-
     def at(self, stamp):
         """The Instant at `stamp` [s, sender's clock]; None where it is not known (yet)."""
         pose, yaw = self._odometry.at(stamp), self._imu.at(stamp)
         return None if pose is None or yaw is None else Instant(stamp, pose, yaw)
 
-    def _time_of(self, track, stamp, arrival):
-        """When a sample was measured, on the time axis of the tracks."""
-        if self.uses_stamps and (stamp <= 0.0 or stamp == self._last_stamp.get(track)):
-            self._give_up_stamps()
-        self._last_stamp[track] = stamp
-        delay = arrival - stamp
-        stepped = self._delays and abs(delay - self._delays[-1]) > CLOCK_STEP
-        if self.uses_stamps and (stepped or stamp < track.newest):
-            if self._stepped_at is not None and abs(arrival - self._stepped_at) < CLOCK_STEP:
-                self._give_up_stamps()   # not one clock that stepped: two that disagree
-            else:
-                self._stepped_at = arrival
-                self._start_anew()
-        if self.uses_stamps:
-            self._delays.append(delay)
-            return stamp
-        if arrival < track.newest:
-            self._start_anew()           # the receiver's own clock went back
-        self._delays.append(0.0)
-        return arrival
-
-    def _give_up_stamps(self):
-        self.uses_stamps = False
-        self._start_anew()
-
-    def _start_anew(self):
-        self._imu.clear()
-        self._odometry.clear()
-        self._unpaired.clear()
-        self._delays.clear()
-        self.epoch += 1
+    def _time_of(self, source, sample, arrival):
+        epoch = self.clock.epoch
+        time = self.clock.time_of(source, sample.stamp, arrival)
+        if self.clock.epoch != epoch:
+            self._imu.clear()
+            self._odometry.clear()
+            self._unpaired.clear()
+        return time

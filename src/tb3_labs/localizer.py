@@ -86,7 +86,7 @@ class Localizer:
 
     def reset(self, declared, now):
         """Declare that the robot is at `declared` in local at `now`. Returns the Reset to watch."""
-        reset = Reset(declared, now, self._history.stamp_of(now), self._history.epoch)
+        reset = Reset(declared, now, self._history.clock.stamp_of(now), self._history.clock.epoch)
         self._resets.append(reset)
         return reset
 
@@ -113,8 +113,8 @@ class Localizer:
         for reset in list(self._resets):
             if reset.stamp is None:
                 reset.stamp, reset.epoch = (
-                    self._history.stamp_of(reset.asked_at), self._history.epoch)
-            if reset.epoch != self._history.epoch:
+                    self._history.clock.stamp_of(reset.asked_at), self._history.clock.epoch)
+            if reset.epoch != self._history.clock.epoch:
                 self._resets.remove(reset)   # the clocks changed: its instant is lost
                 continue
             instant = self._history.at(reset.stamp)

@@ -38,7 +38,7 @@ def assert_right(pairs, robot, stamped_off=0.0, radians=1e-6):
 
 def instant_at(history, now):
     """The Instant at `now` on the receiver's clock."""
-    stamp = history.stamp_of(now)
+    stamp = history.clock.stamp_of(now)
     return None if stamp is None else history.at(stamp)
 
 
@@ -213,14 +213,14 @@ def test_arrival_takes_the_place_of_stamps_of_zero_or_standing_still(useless, wh
     history = SensorHistory()
     for arrival, sample in SPINNING.messages(0.0, 2.0):
         add(history, arrival, replace(sample, stamp=stamp(sample, arrival)))
-    assert not history.uses_stamps
+    assert not history.clock.uses_stamps
     assert_instant(instant_at(history, 1.55), SPINNING, 1.55, ahead=0.0)
 
 
 def test_a_stamp_of_zero_is_seen_at_once():
     history = SensorHistory()
     add(history, 5.0, replace(SPINNING.odometry(5.0), stamp=0.0))
-    assert not history.uses_stamps
+    assert not history.clock.uses_stamps
 
 
 def test_pairs_go_on_where_all_stamps_are_zero():
@@ -239,7 +239,7 @@ def test_a_step_of_the_senders_clock_starts_anew(step, imu_late):
     assert_right(pairs_of(history, [m for m in messages if m[0] <= 3.03]), robot)
     pairs_of(history, [m for m in messages if 3.03 < m[0] <= 3.1])
     pairs = pairs_of(history, [m for m in messages if m[0] > 3.1])
-    assert history.uses_stamps
+    assert history.clock.uses_stamps
     assert len(pairs) >= 85
     assert_right(pairs, robot, stamped_off=step)
     now = 5.55
@@ -275,7 +275,7 @@ def test_late_messages_are_no_new_clock(stall):
     messages = held_back(SPINNING.messages(0.0, end + 1.0), 2.1, end)
     history = SensorHistory()
     assert_right(pairs_of(history, messages), SPINNING)
-    assert history.uses_stamps
+    assert history.clock.uses_stamps
     assert_instant(instant_at(history, end + 0.7), SPINNING, end + 0.7)
 
 
@@ -287,5 +287,5 @@ def test_two_clocks_that_disagree_are_no_use(apart):
         if not isinstance(sample, ImuSample):
             sample = replace(sample, stamp=sample.stamp + apart)
         add(history, arrival, replace(sample, stamp=sample.stamp + 10.0))
-    assert not history.uses_stamps
+    assert not history.clock.uses_stamps
     assert_instant(instant_at(history, 3.5), SPINNING, 3.5, ahead=0.0)
