@@ -269,7 +269,7 @@ class Move2GoalTest(unittest.TestCase):
         self.assertEqual(self.action.get_state(), GoalStatus.SUCCEEDED)
         self.assertGreater(len(feedback), 10)
         self.assertEqual(feedback[-1].base_position.header.frame_id, 'local')
-        self.assert_pose(to_pose2(feedback[-1].base_position.pose), Pose2(0.3, 0.0, 0.0))
+        self.assert_pose(to_pose2(feedback[-1].base_position.pose), Pose2(0.3, 0.0, 0.0), 0.1, 5.0)
 
     def test_cancel_stops_and_a_newer_goal_replaces(self):
         self.reset()
