@@ -99,6 +99,7 @@ class Demo:
     def _drive(self, number):
         """One drive from a fresh origin: (row of the table, was it good)."""
         observer = self._observer
+        observer.wait_for_rest('ground_truth')
         world_T_local = observer.latest('ground_truth')
         observer.forget('goal_state')
         if number > 1:
@@ -110,6 +111,7 @@ class Demo:
         begun = rospy.get_time()
         state = observer.wait_for('goal_state', is_over, self._config.timeout)
         seconds = rospy.get_time() - begun
+        observer.wait_for_rest('ground_truth')
         goal = observer.latest('current_goal')
         reached = world_T_local.inverse() @ observer.latest('ground_truth')
         off = reached.distance_to(goal)

@@ -145,12 +145,14 @@ class MoveToGoal:
         goal = self._to_local(header, pose, also_local=())
         with self._changed:
             self._navigator.set_goal(goal)
+            self._log.update(rospy.get_time())
         return goal
 
     def _cancel(self):
         with self._changed:
             self._navigator.machine.give_up('canceled')
             self._cmd_vel.stop()
+            self._log.update(rospy.get_time())
 
 
 if __name__ == '__main__':

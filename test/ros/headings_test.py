@@ -82,10 +82,7 @@ class HeadingsTest(unittest.TestCase):
             self.assert_near(truth, LAB_GOAL, 0.010 + (0.015 if robot == 'robot1' else 0.0), 0.5)
 
     def wait_for_rest(self, robot):
-        def rests():
-            recent = self.seen.all(robot + '/ground_truth', rospy.get_time() - 0.3)
-            return len(recent) > 5 and recent[0][1][1] == recent[-1][1][1]
-        self.seen.wait_until(rests, 20.0, 'rest')
+        self.seen.wait_for_rest(robot + '/ground_truth', lambda sample: sample[1])
 
     def test_reset_while_spinning_is_as_exact_as_at_rest(self):
         for sign in (1.0, -1.0):

@@ -70,12 +70,7 @@ class Move2GoalTest(unittest.TestCase):
         self.control.publish(yes)
 
     def wait_for_rest(self):
-        def rests():
-            recent = self.seen.all('ground_truth', rospy.get_time() - 0.3)
-            poses = [pose for _, (_, pose) in recent]
-            return len(poses) > 5 and poses[0].distance_to(poses[-1]) < 1e-5 and abs(
-                difference(poses[-1].yaw, poses[0].yaw)) < 1e-5
-        self.seen.wait_until(rests, 20.0, 'rest')
+        self.seen.wait_for_rest('ground_truth', lambda sample: sample[1])
 
     def reset(self, x=0.0, y=0.0, yaw_deg=0.0):
         """Declare a pose; the true local_T_world from then on, by the reply's own instant."""
@@ -271,19 +266,24 @@ class Move2GoalTest(unittest.TestCase):
         self.assertEqual(feedback[-1].base_position.header.frame_id, 'local')
         self.assert_pose(to_pose2(feedback[-1].base_position.pose), Pose2(0.3, 0.0, 0.0), 0.1, 5.0)
 
+    def drive_by_action(self, goal):
+        """Send an action goal; returns when the robot is on its way."""
+        self.seen.forget('goal_state')
+        self.action.send_goal(self.goal(goal))
+        self.seen.wait_until(lambda: self.action.get_state() == GoalStatus.ACTIVE, 10.0, 'active')
+        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.1)
+
     def test_cancel_stops_and_a_newer_goal_replaces(self):
         self.reset()
         self.give_control(True)
-        self.action.send_goal(self.goal(Pose2(2.0, 0.0, 0.0)))
-        self.seen.wait_for('goal_state', lambda state: state == 'MOVE_FORWARD')
+        self.drive_by_action(Pose2(2.0, 0.0, 0.0))
         self.action.cancel_goal()
         self.assertTrue(self.action.wait_for_result(rospy.Duration(20.0)))
         self.assertEqual(self.action.get_state(), GoalStatus.PREEMPTED)
         self.wait_for_rest()
         self.assertEqual(self.seen.latest('cmd_vel'), (0.0, 0.0))
-        self.action.send_goal(self.goal(Pose2(2.0, 0.0, 0.0)))
-        self.seen.wait_for('goal_state', lambda state: state == 'MOVE_FORWARD')
-        self.set_goal(self.seen.latest('local_pose')[1])
+        self.drive_by_action(Pose2(2.0, 0.0, 0.0))
+        self.goals.publish(to_pose_stamped(self.seen.latest('local_pose')[1], 'local', 0.0))
         self.assertTrue(self.action.wait_for_result(rospy.Duration(20.0)))
         self.assertEqual(self.action.get_state(), GoalStatus.PREEMPTED)
         self.assertIn('newer', self.action.get_goal_status_text())

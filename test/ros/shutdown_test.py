@@ -50,17 +50,16 @@ class ShutdownTest(unittest.TestCase):
                  ('_has_control:=maybe', 'has_control', 'true or false'),
                  ('_law:=fast', 'law', 'precise, lab'),
                  ('_model:=vacuum', 'vacuum', 'burger, waffle, waffle_pi')]
-        for parameter, name, valid in cases:
-            self.seen.forget('cmd_vel')
-            rospy.delete_param('move_to_goal') if rospy.has_param('move_to_goal') else None
-            node = self.start('_has_control:=true', parameter)
-            self.assertEqual(node.wait(10.0), 1, parameter)
+        self.seen.forget('cmd_vel')
+        nodes = [self.start('_has_control:=true', '__name:=bad{}'.format(number), parameter)
+                 for number, (parameter, _, _) in enumerate(cases)]
+        for node, (parameter, name, valid) in zip(nodes, cases):
+            self.assertEqual(node.wait(20.0), 1, parameter)
             lines = [line for line in node.stdout.read().splitlines() if line.strip()]
             self.assertEqual(len(lines), 1, lines)
             for word in ('FATAL', name, valid):
                 self.assertIn(word, lines[0])
-            self.assertEqual(self.seen.all('cmd_vel'), [])
-        rospy.delete_param('move_to_goal')
+        self.assertEqual(self.seen.all('cmd_vel'), [])
 
     def test_a_misspelt_parameter_is_warned_of(self):
         node = self.start('_gaol_x:=1.0')

@@ -223,6 +223,21 @@ def test_a_stamp_of_zero_is_seen_at_once():
     assert not history.clock.uses_stamps
 
 
+def test_stamps_that_become_zero_on_the_way():
+    robot, history = replace(SPINNING, clock_ahead=-1000.0), SensorHistory()
+    for arrival, sample in robot.messages(2000.0, 2002.3):
+        add(history, arrival, sample if arrival < 2002.0 else replace(sample, stamp=0.0))
+    assert_instant(instant_at(history, 2002.2), robot, 2002.2, ahead=0.0)
+
+
+def test_the_receivers_clock_goes_back_where_stamps_are_zero():
+    turned, history = replace(SPINNING, imu_offset=1.0), SensorHistory()
+    messages = SPINNING.messages(0.0, 3.0) + turned.messages(2.0, 2.6)
+    for arrival, sample in restamped(messages, lambda arrival, stamp: 0.0):
+        add(history, arrival, sample)
+    assert_instant(instant_at(history, 2.5), turned, 2.5, ahead=0.0)
+
+
 def test_pairs_go_on_where_all_stamps_are_zero():
     messages = restamped(SPINNING.messages(0.0, 2.0), lambda arrival, stamp: 0.0)
     pairs = pairs_of(SensorHistory(), messages)
@@ -251,10 +266,12 @@ def test_a_step_of_the_senders_clock_starts_anew(step, imu_late):
 def test_instants_are_known_at_once_after_a_step_of_the_clock(step, silent):
     """Also where the clock stepped back by less than the silence: its stamps only went ahead."""
     robot, history = replace(SPINNING, clock_ahead=1000.0), SensorHistory()
-    for arrival, sample in robot.messages(0.0, 3.0):
+    for arrival, sample in robot.messages(0.0, 3.0) + [(3.002, robot.odometry(3.002))]:
         add(history, arrival, sample)
-    for arrival, sample in robot.messages(3.01 + silent, 3.2 + silent):
-        add(history, arrival, replace(sample, stamp=sample.stamp + step))
+    pairs = pairs_of(history, restamped(robot.messages(3.01 + silent, 3.2 + silent),
+                                        lambda arrival, stamp: stamp + step))
+    assert len(pairs) >= 5
+    assert_right(pairs, robot, stamped_off=step)
     now = 3.1 + silent
     assert_instant(instant_at(history, now), robot, now, 1000.0 + step)
 

@@ -28,7 +28,7 @@ class LocalDisplay:
         self._pose = rospy.Publisher('local_pose', PoseStamped, queue_size=1)
         self._path = rospy.Publisher('local_path', Path, queue_size=1, latch=True)
         self._tf = tf2_ros.TransformBroadcaster()
-        self._robot = RobotMarker(frame('base_footprint'), read_model().body_radius)
+        RobotMarker(frame('base_footprint'), read_model().body_radius)
         self._points = []
         self._path_sent = -math.inf
 

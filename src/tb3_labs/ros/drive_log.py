@@ -36,8 +36,10 @@ class DriveLog:
     def update(self, now):
         """Report a new state at once, and progress once a second while the robot drives."""
         machine = self._navigator.machine
-        state = self._state_in_words()
+        state = self._state_in_words(now)
         present = (machine.attempt, machine.goal, state)
+        if state is None:
+            return
         if present != self._said:
             if machine.begun and (self._said is None or machine.attempt != self._begun):
                 self._begun, self._begun_at = machine.attempt, now
@@ -51,8 +53,8 @@ class DriveLog:
             self._progress_at = now
             rospy.loginfo('%s: %s to go', state, self._to_go(now))
 
-    def _state_in_words(self):
-        """What `goal_state` says."""
+    def _state_in_words(self, now):
+        """What `goal_state` says; None in the moment before the first command."""
         machine = self._navigator.machine
         if machine.failure:
             return 'gave up: ' + machine.failure
@@ -60,10 +62,12 @@ class DriveLog:
             return machine.state.name
         if not self._navigator.has_control:
             return 'waiting for control'
+        if not machine.begun:
+            complaint = self._navigator.sensor_complaint(now)
+            return 'waiting: ' + complaint if complaint else None
         if self._navigator.hold_reason:
-            return '{}: {}'.format('stopped' if machine.begun else 'waiting',
-                                   self._navigator.hold_reason)
-        return machine.state.name if machine.begun else 'waiting for imu and odom'
+            return 'stopped: ' + self._navigator.hold_reason
+        return machine.state.name
 
     def _announce(self, state, now):
         """Say a new state in the terminal."""

@@ -2,12 +2,19 @@
 
 The goal: an arrow, the tolerance as a disc, the state in words. The robot: its size, its heading.
 """
+import threading
+import time
+
 import rospy
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from tb3_labs.ros.conversions import to_pose_stamped
+from tb3_labs.ros.node import guarded
 from tb3_labs.se2 import Pose2
+
+#: Markers are sent again after this time [s, wall clock].
+PERIOD = 1.0
 
 BLUE = ColorRGBA(r=0.25, g=0.6, b=1.0, a=1.0)
 ORANGE = ColorRGBA(r=1.0, g=0.55, b=0.0, a=1.0)
@@ -16,11 +23,11 @@ WHITE = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 
 
 class GoalMarker:
-    """Publishes `goal_marker` (latched), whenever goal or words change."""
+    """Publishes `goal_marker`, at once when goal or words change."""
 
     def __init__(self, frame):
         self._frame = frame
-        self._publisher = rospy.Publisher('goal_marker', MarkerArray, queue_size=1, latch=True)
+        self._markers = _Markers('goal_marker')
 
     def show(self, goal, tolerance, words):
         """Draw the Pose2 `goal` with its tolerance [m] and a line of text below it."""
@@ -30,14 +37,14 @@ class GoalMarker:
         text = self._marker(2, goal, Marker.TEXT_VIEW_FACING, WHITE, (0.0, 0.0, 0.08))
         disc.pose.position.z, text.pose.position.z = 0.02, 0.25
         text.text = 4 * '\n' + words    # centred: empty lines keep it off the goal, seen from above
-        self._publisher.publish(MarkerArray(markers=[arrow, disc, text]))
+        self._markers.show(arrow, disc, text)
 
     def _marker(self, number, goal, *looks):
         return _marker('goal', number, self._frame, goal, *looks)
 
 
 class RobotMarker:
-    """Publishes `robot_marker` (latched) once: it rides on the robot's own frame."""
+    """Publishes `robot_marker`, which rides on the robot's own frame."""
 
     def __init__(self, frame, radius):
         """`radius` [m] of the body."""
@@ -46,8 +53,25 @@ class RobotMarker:
         nose = _marker('robot', 1, frame, Pose2(), Marker.ARROW, WHITE, (1.2 * radius, 0.03, 0.03))
         # On the floor, so that nothing is hidden from above; the nose over all.
         body.pose.position.z, nose.pose.position.z = -0.01, 0.1
-        self._publisher = rospy.Publisher('robot_marker', MarkerArray, queue_size=1, latch=True)
-        self._publisher.publish(MarkerArray(markers=[body, nose]))
+        _Markers('robot_marker').show(body, nose)
+
+
+class _Markers:
+    """Sends its markers again and again: RViz drops those whose frame it does not know yet."""
+
+    def __init__(self, topic):
+        self._publisher = rospy.Publisher(topic, MarkerArray, queue_size=1, latch=True)
+        self._shown = MarkerArray()
+        threading.Thread(target=guarded(self._run), name=topic, daemon=True).start()
+
+    def show(self, *markers):
+        self._shown = MarkerArray(markers=markers)
+        self._publisher.publish(self._shown)
+
+    def _run(self):
+        while not rospy.is_shutdown():
+            time.sleep(PERIOD)
+            self._publisher.publish(self._shown)
 
 
 def _marker(namespace, number, frame, pose, kind, color, scale):

@@ -1,26 +1,36 @@
 """Watches topics for code that waits: the demonstration and the tests."""
 import threading
 import time
+from collections import deque
 
 import rospy
 
+from tb3_labs.angles import difference
 from tb3_labs.ros.node import subscribe
 
 
+#: So much of each topic is kept: minutes, not hours.
+KEPT = 20000
+#: A pose that changed by less than this in so long rests [m], [rad], [s].
+REST_WAY = 1e-5
+REST_TURN = 1e-5
+REST_TIME = 0.3
+
+
 class Observer:
-    """Keeps everything that arrives on the topics it watches, and waits for conditions.
+    """Keeps what arrives on the topics it watches, and waits for conditions.
 
     Times of arrival are ROS time [s]; deadlines are wall time, so that a simulated clock which
     stands still cannot hang anybody.
     """
 
     def __init__(self):
-        self._changed = threading.Condition()
+        self._changed = threading.Condition(threading.RLock())
         self._seen = {}
 
     def watch(self, topic, kind, read=None):
         """Keep what arrives on `topic`; `read` turns each message into what is kept."""
-        self._seen[topic] = []
+        self._seen[topic] = deque(maxlen=KEPT)
 
         def keep(value):
             with self._changed:
@@ -48,6 +58,14 @@ class Observer:
         return self.wait_until(
             lambda: self._seen[topic] and condition(self._seen[topic][-1][1]),
             seconds, topic) and self.latest(topic)
+
+    def wait_for_rest(self, topic, pose_of=lambda value: value, seconds=20.0):
+        """Wait until the poses on `topic` no longer change; `pose_of` reads a Pose2 from a value."""
+        def rests():
+            recent = [pose_of(value) for _, value in self.all(topic, rospy.get_time() - REST_TIME)]
+            return len(recent) > 5 and recent[0].distance_to(recent[-1]) < REST_WAY and abs(
+                difference(recent[-1].yaw, recent[0].yaw)) < REST_TURN
+        self.wait_until(rests, seconds, 'rest on ' + topic)
 
     def wait_until(self, condition, seconds=20.0, what='a condition'):
         """Wait until `condition()` holds; RuntimeError after `seconds` of wall time."""
