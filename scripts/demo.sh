@@ -35,7 +35,7 @@ touch "$run/status"
 mkfifo "$run/output"
 
 # The nodes write into a pipe here: without this their lines would come late, and in another order.
-export PYTHONUNBUFFERED=1
+export PYTHONUNBUFFERED=1 ROSCONSOLE_FORMAT=${ROSCONSOLE_FORMAT:-'[${severity}] ${message}'}
 
 # Job control: roslaunch in a process group of its own gets each signal once, from the keyboard or sent to this script.
 set -m

@@ -6,8 +6,8 @@
 #     TB3_LABS_TESTS=1            in front of either: also what the tests need
 #
 # Works on Debian 12 and on Ubuntu 20.04 with ROS Noetic. It installs the system packages that are missing (root or
-# sudo), and makes everything else in the folder .ws of the repository: a Python environment with squaternion, a catkin
-# workspace whose src/tb3_labs links to the repository's files, logs. Deleting .ws undoes it. When nothing is missing it
+# sudo), and makes everything else in the folder build/.ws of the repository: a Python environment with squaternion, a catkin
+# workspace whose src/tb3_labs links to the repository's files, logs. Deleting build undoes it. When nothing is missing it
 # takes well under a second; a change of Python code needs no build.
 #
 # The shell starts from a clean slate: PYTHONPATH and other workspaces' paths are dropped, because a conda, a pyenv or
@@ -22,7 +22,7 @@ _tb3_labs_shell() {
   local -; set +euo pipefail    # the caller's options come back at the end of the function; catkin's files need these
   local here repo ws
   here=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P) || return 1
-  repo=${here%/*} ws=${here%/*}/.ws
+  repo=${here%/*} ws=${here%/*}/build/.ws
   bash "$here/setup.sh" || return 1
 
   unset PYTHONPATH PYTHONHOME CMAKE_PREFIX_PATH ROS_PACKAGE_PATH ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION
@@ -74,7 +74,9 @@ fail_log() { tail -n 15 "$log" | sed 's/^/  | /' >&2; fail "$* (all of it: $log)
 trap 'fail "the set-up failed in line $LINENO of scripts/setup.sh"' ERR    # never without a word
 
 here=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P)
-repo=${here%/*} ws=${here%/*}/.ws log=${here%/*}/.ws/setup.log
+# Two names, since rosrun leaves out a package's `build` and roslaunch hidden folders: a clone inside another workspace
+# keeps working there.
+repo=${here%/*} ws=${here%/*}/build/.ws log=${here%/*}/build/.ws/setup.log
 noetic=/opt/ros/noetic
 requirement=squaternion
 
@@ -210,10 +212,10 @@ build() {
   rm -rf "$ws/build.stamp" "$ws/devel/lib/tb3_labs"    # relays of nodes that are gone would stay otherwise
   venv_stamp >"$ws/build.place"
   # The package's folder holds a link to each entry of the repository. One link to the whole would be a loop through
-  # .ws, in which rosrun finds each node twice.
+  # build, in which rosrun finds each node twice.
   rm -rf "$ws/src/tb3_labs"
   mkdir -p "$ws/src/tb3_labs"
-  ln -s "$repo"/* "$ws/src/tb3_labs"
+  find "$repo" -mindepth 1 -maxdepth 1 ! -name '.*' ! -name build -exec ln -s -t "$ws/src/tb3_labs" {} +
   touch "$ws/CATKIN_IGNORE"    # a clone inside another workspace: catkin shall not look in here
   if ! (
     if [ -r $noetic/setup.bash ]; then set +u; source $noetic/setup.bash; fi

@@ -24,7 +24,7 @@ if [ "${1:-}" = -j ]; then jobs=${2:?'-j: a number is missing'}; shift 2; fi
 
 export TB3_LABS_TESTS=1
 source "$(dirname -- "${BASH_SOURCE[0]}")/setup.sh" || exit 1
-ws=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.ws" && pwd -P)
+ws=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../build/.ws" && pwd -P)
 results=$ws/build/test_results log=$ws/test.log
 export TMPDIR=$ws/tmp
 rm -rf "$TMPDIR" "$results"    # a former run's results would count again
@@ -49,7 +49,7 @@ if [ -z "$pattern" ]; then
   if command -v catkin_lint >/dev/null; then
     # It ends with 0 also when it found no package.
     mkdir -p "$ws/lint"
-    ln -sfn "${ws%/*}" "$ws/lint/tb3_labs"    # it wants a folder with the package's name
+    ln -sfn "${ws%/build/.ws}" "$ws/lint/tb3_labs"    # it wants a folder with the package's name
     catkin_lint -W2 --strict --offline "$ws/lint/tb3_labs" >"$ws/lint.log" 2>&1 || true
     if grep -q 'checked 1 packages and found 0 problems' "$ws/lint.log"; then lint=passed; else grep -v 'rosdep\|unknown dependencies' "$ws/lint.log"; fi
   fi

@@ -273,6 +273,14 @@ def test_a_reset_that_was_given_up_changes_nothing():
     assert_fixes(fixes, SPINNING, ZERO, since=0.0)
 
 
+def test_a_reset_asked_for_before_the_first_message_is_never_guessed():
+    localizer = Localizer()
+    reset = localizer.reset(as_pose2(DECLARED), 0.5)
+    fixes, resets = feed(localizer, SPINNING.messages(1.0, 3.0))
+    assert resets == [] and not reset.done
+    assert_fixes(fixes, SPINNING, ZERO, since=1.0)
+
+
 def test_a_reset_may_be_the_first_frame():
     localizer, odometry, imu = Localizer(), SPINNING.odometry, SPINNING.imu
     localizer.on_imu(imu(0.0), 0.0)

@@ -80,7 +80,8 @@ def test_line_and_parabola_meet_without_a_step_or_a_kink(deceleration, gain):
 @given(st.floats(1e-3, 20.0), DECELERATIONS, GAINS)
 def test_following_the_profile_needs_no_more_than_the_deceleration(way, deceleration, gain):
     h = 1e-6 * way
-    before, after = braking_speed(way + h, deceleration, gain), braking_speed(way, deceleration, gain)
+    before = braking_speed(way + h, deceleration, gain)
+    after = braking_speed(way, deceleration, gain)
     needed = (before ** 2 - after ** 2) / (2.0 * h)
     assert needed <= deceleration * (1 + 1e-4)
 

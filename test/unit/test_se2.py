@@ -103,7 +103,8 @@ def test_the_handouts_formulas():
 
 
 @pytest.mark.parametrize('theta, image_of_x', [
-    (0.0, (1, 0)), (PI / 2, (0, 1)), (PI, (-1, 0)), (-PI / 2, (0, -1)), (PI / 6, (3**0.5 / 2, 0.5))])
+    (0.0, (1, 0)), (PI / 2, (0, 1)), (PI, (-1, 0)), (-PI / 2, (0, -1)),
+    (PI / 6, (3**0.5 / 2, 0.5))])
 def test_rotation_is_counter_clockwise(theta, image_of_x):
     np.testing.assert_allclose(rotation_matrix(theta) @ (1.0, 0.0), image_of_x, atol=1e-12)
 

@@ -10,7 +10,6 @@ from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.node import guarded
 from tb3_labs.se2 import Pose2
 
 #: Markers are sent again after this time [s, wall clock].
@@ -62,7 +61,7 @@ class _Markers:
     def __init__(self, topic):
         self._publisher = rospy.Publisher(topic, MarkerArray, queue_size=1, latch=True)
         self._shown = MarkerArray()
-        threading.Thread(target=guarded(self._run), name=topic, daemon=True).start()
+        threading.Thread(target=self._run, name=topic, daemon=True).start()
 
     def show(self, *markers):
         self._shown = MarkerArray(markers=markers)
@@ -71,7 +70,10 @@ class _Markers:
     def _run(self):
         while not rospy.is_shutdown():
             time.sleep(PERIOD)
-            self._publisher.publish(self._shown)
+            try:
+                self._publisher.publish(self._shown)
+            except rospy.ROSException:  # closed: the node is on its way out
+                return
 
 
 def _marker(namespace, number, frame, pose, kind, color, scale):
