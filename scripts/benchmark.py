@@ -63,7 +63,8 @@ def main(drives):
                 '{:.2f} / {:.2f} deg'.format(*median_and_worst(
                     [abs(math.degrees(d.angle_error)) for _, d in good])),
                 '{:.1f} / {:.1f} s'.format(*median_and_worst([d.time for _, d in good])),
-                '{:.3f} / {:.3f}'.format(*median_and_worst([d.time / bound for bound, d in good]))), flush=True)
+                '{:.3f} / {:.3f}'.format(*median_and_worst(
+                    [d.time / bound for bound, d in good]))), flush=True)
 
 
 if __name__ == '__main__':

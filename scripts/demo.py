@@ -56,7 +56,7 @@ HEADER = ROW.format('', 'asked', 'believed to be at', 'truly off by', 'time', 'a
 
 WHAT_NEXT = """
 Everything is left running. In a second terminal, after `source scripts/setup.sh`, try:
-  rosservice call /reset_pose -- 0 0 0                 the robot is at the origin, now: it drives again
+  rosservice call /reset_pose -- 0 0 0                 it is at the origin, now: it drives again
   rostopic echo /local_pose/pose                       where it believes to be
   rostopic pub -1 /ctrl_relinq std_msgs/Bool false     take control away (true gives it back)
 Ctrl+C here ends everything."""

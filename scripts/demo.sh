@@ -40,9 +40,9 @@ export PYTHONUNBUFFERED=1 ROSCONSOLE_FORMAT=${ROSCONSOLE_FORMAT:-'[${severity}] 
 # Job control: roslaunch in a process group of its own gets each signal once, from the keyboard or sent to this script.
 set -m
 # roslaunch's own chatter is left out, also its red words when the demonstration's node ends, which is how it should end;
-# and RViz's, of which the last two come with Debian's.
+# and what RViz, Debian's rospack and a rosdep without data say on every start.
 sed -uE '/REQUIRED process .* has died/,/^=+/d
-  /^(.\[[0-9]+m)?(\[rviz-[0-9]+\] process has finished cleanly|log file: .*\/rviz-[0-9]+\*\.log|QStandardPaths: |\[rospack\] Error: no such package media_export|\[librospack\]: error while executing command)/d
+  /^(.\[[0-9]+m)?(\[rviz-[0-9]+\] process has finished cleanly|log file: .*\/rviz-[0-9]+\*\.log|QStandardPaths: |the rosdep view is empty: |\[rospack\] Error: no such package media_export|\[librospack\]: error while executing command)/d
   /^(.\[1m)?(\.\.\. logging to|started roslaunch server|auto-starting new master|process\[|ROS_MASTER_URI=|setting \/run_id|started core service|shutting down processing monitor|\.\.\. shutting down|done.?|\[[^] ]+\] killing on exit)/d' <"$run/output" &
 filter=$!
 roslaunch --disable-title --skip-log-check --no-summary tb3_labs demo.launch "status_file:=$run/status" "$@" </dev/null >"$run/output" 2>&1 &

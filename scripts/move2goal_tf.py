@@ -12,7 +12,8 @@ Publishes
     local_pose             geometry_msgs/PoseStamped, frame local, with each odometry message
     local_path             nav_msgs/Path, frame local
     goal_state             std_msgs/String, latched: the state, or why the goal was given up
-    goal_marker            visualization_msgs/MarkerArray
+    current_goal           geometry_msgs/PoseStamped, frame local, latched
+    goal_marker, robot_marker   visualization_msgs/MarkerArray
     /tf                    odom -> local
 Services
     reset_pose             tb3_labs/ResetPose [m, deg]: the robot is here, now, in local
@@ -60,7 +61,7 @@ class MoveToGoal:
         self._frames = PoseFrames(frame('local'), frame('odom'))
         self._cmd_vel = CmdVel()
         self._display = LocalDisplay(frame('local'))
-        self._log = DriveLog(self._navigator, frame('local'), drive.distance_tolerance)
+        self._log = DriveLog(self._navigator, frame('local'))
         self._goals = GoalInterfaces(self._set_goal, self._cancel)
         ResetInterfaces(self._reset, self._to_local, frame('local'))
         self._watchdog = Watchdog(self._tick)
@@ -126,7 +127,7 @@ class MoveToGoal:
             reset = self._navigator.localizer.reset(declared, now)
             if not self._changed.wait_for(lambda: reset.done, RESET_TIMEOUT):
                 self._navigator.localizer.give_up(reset)
-                raise ValueError('imu and odom fell silent. The old frame stays')
+                raise ValueError('imu and odom said nothing of that instant. The old frame stays')
             return reset
 
     def _report(self, resets):

@@ -48,7 +48,7 @@ class LabLaw:
     ROTATE_TO_FINAL_GAIN = 0.5    # [rad/s per rad]
     ANGLE_TOLERANCE = 0.05        # [rad]
     FORWARD_SPEED = 0.15          # [m/s]
-    DISTANCE_TOLERANCE = 0.15     # [m]
+    distance_tolerance = 0.15     # [m]
 
     def __init__(self, model):
         self._model = model
@@ -59,7 +59,7 @@ class LabLaw:
     def rotate_to_goal(self, motion, goal, dt):
         """Turn towards the goal."""
         error = difference(motion.pose.bearing_to(goal), motion.pose.yaw)
-        if motion.pose.distance_to(goal) < self.DISTANCE_TOLERANCE:
+        if motion.pose.distance_to(goal) < self.distance_tolerance:
             error = 0.0           # already there: which way it lies means nothing
         return self._turn(error, self.ROTATE_TO_GOAL_GAIN)
 
@@ -67,7 +67,7 @@ class LabLaw:
         """Straight on until near the goal."""
         distance = motion.pose.distance_to(goal)
         return LawStep(Twist2(self.FORWARD_SPEED, 0.0), distance,
-                       distance < self.DISTANCE_TOLERANCE)
+                       distance < self.distance_tolerance)
 
     def rotate_to_final(self, motion, goal, dt):
         """Turn to the heading asked for."""
@@ -103,6 +103,7 @@ class PreciseLaw:
     SETTLING_TIME = 0.06          # [s]
 
     def __init__(self, config, model):
+        self.distance_tolerance = config.distance_tolerance
         self._config = config
         self._model = model
         self._max_linear = min(config.max_linear, model.max_linear)
@@ -117,7 +118,7 @@ class PreciseLaw:
     def start(self, pose, goal):
         """Choose the way: the line to the goal, and which end of the robot goes first."""
         self._line = pose.bearing_to(goal)
-        self._there = pose.distance_to(goal) <= 0.5 * self._config.distance_tolerance
+        self._there = pose.distance_to(goal) <= 0.5 * self.distance_tolerance
         backwards = wrap(self._line + math.pi)
         self._reverse = self._config.allow_reverse and (
             _turns(pose.yaw, backwards, goal.yaw) < _turns(pose.yaw, self._line, goal.yaw))
@@ -143,7 +144,7 @@ class PreciseLaw:
         direction = -1.0 if self._reverse else 1.0
         speed = self._driving.step(ahead, direction * motion.linear, self._max_linear, dt)
         at_rest = self._driving.at_rest
-        through = at_rest < -0.8 * self._config.distance_tolerance
+        through = at_rest < -0.8 * self.distance_tolerance
         speed = direction * (speed if through else max(0.0, speed))
         look = wrap(self._line + math.atan2(-aside, self.LOOK_AHEAD))
         self._face = wrap(look + math.pi) if self._reverse else look
@@ -165,10 +166,10 @@ class PreciseLaw:
     def shortfall(self, pose, goal):
         """Where the robot stopped outside the tolerance, by how much."""
         distance = pose.distance_to(goal)
-        if distance <= self._config.distance_tolerance:
+        if distance <= self.distance_tolerance:
             return ''
         return 'stopped {:.0f} mm from the goal (tolerance {:.0f} mm)'.format(
-            1000.0 * distance, 1000.0 * self._config.distance_tolerance)
+            1000.0 * distance, 1000.0 * self.distance_tolerance)
 
     def _begin_turn(self, pose, face):
         self._face = face

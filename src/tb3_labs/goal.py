@@ -51,7 +51,7 @@ class GoalMachine:
 
     `law` has ``start(pose, goal)`` and, for each driving state, a method named like the state in
     lower case: ``(motion, goal, dt) -> LawStep``; besides ``shortfall(pose, goal)``, '' or what is
-    wrong with the pose in which the last of them ended.
+    wrong with the pose in which the last of them ended, and ``distance_tolerance`` [m].
     """
 
     def __init__(self, law):

@@ -1,6 +1,6 @@
 """The last moments of both sensors, and what both said at one instant.
 
-Units: seconds on the sender's clock (see :mod:`tb3_labs.sender_clock`), metres, radians. Edge cases:
+Units: seconds on the sender's clock (:mod:`tb3_labs.sender_clock`), metres, radians. Edge cases:
 a new epoch of that clock starts the history anew; over a gap of more than `MAX_GAP` nothing is
 interpolated; order of arrival between the two sensors does not matter.
 """

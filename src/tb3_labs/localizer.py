@@ -75,7 +75,10 @@ class Localizer:
         return self._carry_out_resets()
 
     def take_fix(self):
-        """The newest Fix that was not taken yet, or None. The first one is at (0, 0, 0)."""
+        """The newest Fix that was not taken yet, or None.
+
+        The first one is at (0, 0, 0), unless a reset came before it.
+        """
         pair = self._history.take_pair()
         if pair is None:
             return None
@@ -96,7 +99,10 @@ class Localizer:
             self._resets.remove(reset)
 
     def motion(self, now):
-        """The robot's Motion at `now`, carried on from the newest samples; None before them."""
+        """The robot's Motion at `now`, carried on from the newest samples; None before them.
+
+        However old they are: the caller checks that they are fresh.
+        """
         if self.frame is None:
             return None
         imu, imu_arrival = self._imu

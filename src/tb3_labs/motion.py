@@ -20,7 +20,10 @@ def clamp(value, low, high):
 
 
 def proportional(error, gain, slowest=0.0, fastest=math.inf):
-    """The handouts' law: gain x error, its size kept in [slowest, fastest]."""
+    """The handouts' law: gain x error, its size kept in [slowest, fastest].
+
+    It moves at `slowest` at an error of 0 as well: whoever uses it stops by a tolerance first.
+    """
     return math.copysign(clamp(abs(gain * error), slowest, fastest), error)
 
 
@@ -38,17 +41,11 @@ def braking_speed(remaining, deceleration, gain):
     return math.copysign(math.sqrt(deceleration * (2.0 * distance - meeting)), remaining)
 
 
-def slew(target, previous, acceleration, dt):
-    """`target`, approached from `previous` by at most acceleration x dt."""
-    step = acceleration * dt
-    return clamp(target, previous - step, previous + step)
-
-
 def saturate(twist, max_linear, max_angular, model):
     """`twist` within the limits asked for and those of the robot (a turtlebot3.RobotModel).
 
-    Where both together ask too much of a wheel, both are scaled alike: the path stays the same
-    curve, only slower.
+    Each is clipped on its own first. Where both together then ask too much of a wheel, both are
+    scaled alike: the curve stays the same, only slower.
     """
     linear_limit = min(max_linear, model.max_linear)
     angular_limit = min(max_angular, model.max_angular)

@@ -13,7 +13,7 @@ NEAR = math.radians(0.5)
 
 
 def approach_to(remaining, delay, lag=0.05, fastest=1.5, learned=None):
-    """Drive one axis; (way left at rest, greatest overshoot, time to stay near 0, fastest command)."""
+    """(way left at rest, greatest overshoot, time until it stays near 0, fastest command)."""
     learned = learned or DelayEstimate()
     approach = Approach(12.0, gain=20.0, slowest=0.04, close_enough=0.003, delay=learned)
     commands = deque([0.0] * round(delay / TICK))

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.motion import Twist2, braking_speed, clamp, proportional, saturate, slew
+from tb3_labs.motion import Twist2, braking_speed, clamp, proportional, saturate
 from tb3_labs.turtlebot3 import MODELS
 
 BURGER = MODELS['burger']
@@ -90,31 +90,6 @@ def test_far_from_the_end_the_whole_deceleration_is_used():
     assert braking_speed(100.0, 2.0, 1000.0) == pytest.approx(20.0, rel=1e-6)
 
 
-# Slew ---------------------------------------------------------------------------------------------
-
-@pytest.mark.parametrize('target, previous, expected', [
-    (1.0, 0.0, 0.2), (-1.0, 0.0, -0.2), (1.0, -1.0, -0.8), (-1.0, 1.0, 0.8), (0.1, 0.0, 0.1),
-    (0.5, 0.5, 0.5), (0.0, 0.1, 0.0)])
-def test_slew(target, previous, expected):
-    assert slew(target, previous, acceleration=2.0, dt=0.1) == pytest.approx(expected)
-
-
-@given(SPEEDS, SPEEDS, st.floats(0.0, 100.0))
-def test_no_time_changes_no_speed(target, previous, acceleration):
-    assert slew(target, previous, acceleration, dt=0.0) == previous
-
-
-@given(SPEEDS, SPEEDS, st.floats(0.1, 100.0), st.floats(0.001, 1.0))
-def test_slew_arrives_when_physics_says(target, previous, acceleration, dt):
-    speed = previous
-    for _ in range(math.ceil(min(200, abs(target - previous) / (acceleration * dt)))):
-        after = slew(target, speed, acceleration, dt)
-        assert abs(after - speed) <= acceleration * dt * (1 + 1e-9) + 1e-12
-        speed = after
-    reached = abs(target - previous) <= 200 * acceleration * dt
-    assert (speed == pytest.approx(target, abs=1e-9)) or not reached
-
-
 # Limits -------------------------------------------------------------------------------------------
 
 def wheels(twist, model):
@@ -160,7 +135,6 @@ def test_a_robot_told_not_to_move_does_not():
     lambda: clamp(NAN, -1.0, 1.0),
     lambda: proportional(NAN, 0.1, 0.5, 1.5),
     lambda: braking_speed(NAN, 1.0, 1.0),
-    lambda: slew(NAN, 0.0, 1.0, 0.1),
     lambda: saturate(Twist2(NAN, 0.0), 0.2, 1.5, BURGER).linear,
     lambda: saturate(Twist2(0.0, NAN), 0.2, 1.5, BURGER).angular])
 def test_nan_never_becomes_a_speed(law):

@@ -21,10 +21,9 @@ DRIVING = [state.name for state in GoalState if state is not GoalState.GOAL_REAC
 class DriveLog:
     """Says what changed since it was last asked; call :meth:`update` with the navigator locked."""
 
-    def __init__(self, navigator, local_frame, tolerance):
+    def __init__(self, navigator, local_frame):
         self._navigator = navigator
         self._frame = local_frame
-        self._tolerance = tolerance
         self._state = rospy.Publisher('goal_state', String, queue_size=10, latch=True)
         self._goal = rospy.Publisher('current_goal', PoseStamped, queue_size=1, latch=True)
         self._marker = GoalMarker(local_frame)
@@ -47,7 +46,7 @@ class DriveLog:
             self._announce(state, now)
             self._state.publish(state)
             self._goal.publish(to_pose_stamped(machine.goal, self._frame, now))
-            self._marker.show(machine.goal, self._tolerance, state)
+            self._marker.show(machine.goal, machine.law.distance_tolerance, state)
             self._progress_at = now
         elif state in DRIVING and abs(now - self._progress_at) >= PROGRESS_PERIOD:
             self._progress_at = now

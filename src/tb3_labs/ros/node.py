@@ -60,7 +60,8 @@ def guarded(callback):
         except rospy.ServiceException:
             raise  # a refusal, which rospy hands to the caller
         except rospy.ROSException:
-            if not rospy.is_shutdown():  # publishing on the way out is no failure
+            # publishing on the way out, when the topics are closing, is no failure
+            if not rospy.core.is_shutdown_requested():
                 raise
         except Exception as problem:  # whatever it is, the robot must not drive on
             where = traceback.extract_tb(sys.exc_info()[2])[-1]

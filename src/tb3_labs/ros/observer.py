@@ -60,7 +60,7 @@ class Observer:
             seconds, topic) and self.latest(topic)
 
     def wait_for_rest(self, topic, pose_of=lambda value: value, seconds=20.0):
-        """Wait until the poses on `topic` no longer change; `pose_of` reads a Pose2 from a value."""
+        """Wait until the poses on `topic` rest; `pose_of` reads a Pose2 from a value."""
         def rests():
             recent = [pose_of(value) for _, value in self.all(topic, rospy.get_time() - REST_TIME)]
             return len(recent) > 5 and recent[0].distance_to(recent[-1]) < REST_WAY and abs(
