@@ -83,7 +83,8 @@ class Move2GoalTest(unittest.TestCase):
         answer = self.reset_pose(x, y, yaw_deg)
         self.assertTrue(answer.success, answer.message)
         instant = answer.after.header.stamp.to_sec()
-        self.seen.wait_until(lambda: self.seen.latest('ground_truth')[0] > instant, 5.0, 'truth')
+        self.seen.wait_until(lambda: all(self.seen.latest(topic)[0] > instant for topic in (
+            'ground_truth', 'local_pose')), 5.0, 'poses after the reset')
         return Pose2(x, y, math.radians(yaw_deg)) @ self.truth_at(instant).inverse()
 
     def truth_at(self, instant):
