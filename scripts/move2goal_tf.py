@@ -72,8 +72,8 @@ class MoveToGoal:
     def _on_imu(self, sample):
         with self._changed:
             self._report(self._navigator.on_imu(sample, rospy.get_time()))
-        self._show_fix()
         self._tick()
+        self._show_fix()
 
     def _on_odometry(self, sample):
         with self._changed:
