@@ -73,8 +73,12 @@ class Approach:
         #: What would remain if the robot were told to stop now.
         self.at_rest = math.inf
 
-    def step(self, remaining, speed, fastest, dt):
-        """The speed to command, given the way left and the measured speed, `dt` after the last."""
+    def step(self, remaining, speed, fastest, dt, backwards_from=0.0):
+        """The speed to command, given the way left and the measured speed, `dt` after the last.
+
+        It goes backwards only where it would come to rest beyond zero by more than
+        `backwards_from`; short of that it commands a stop.
+        """
         if self._start_remaining is None:
             self._start_remaining = remaining
         self._now += dt
@@ -83,7 +87,8 @@ class Approach:
         self._follow_motors(dt)
         self.at_rest = remaining - self._motor_speed * MOTOR_LAG - self._travel_under_way()
         wanted = 0.0
-        if abs(self.at_rest) > self._close_enough:
+        if self.at_rest > self._close_enough or (
+                self.at_rest < -max(self._close_enough, backwards_from)):
             size = abs(braking_speed(self.at_rest, self._acceleration, self._gain))
             wanted = math.copysign(clamp(size, min(self._slowest, fastest), fastest), self.at_rest)
         self._send(self._slewed(wanted, dt))

@@ -97,7 +97,8 @@ class PreciseLaw:
     STOP_AHEAD = 0.0005           # [m]
     #: How far ahead on the line the robot looks: large is calm, small is strict.
     LOOK_AHEAD = 0.20             # [m]
-    #: A robot that turns slower than this rests.
+    #: A robot that is slower than both of these rests.
+    REST_SPEED = 0.01             # [m/s]
     REST_RATE = 0.03              # [rad/s]
     #: It has settled when it rested inside the tolerance for this long.
     SETTLING_TIME = 0.06          # [s]
@@ -137,20 +138,21 @@ class PreciseLaw:
     def move_forward(self, motion, goal, dt):
         """Along the line to the goal, the heading held; ends where it would come to rest there.
 
-        Only where a late command let the robot slip through by more than the tolerance, it backs
-        up straight.
+        Only where a late command let the robot slip through, it waits for rest, and backs up
+        straight if that is outside the tolerance.
         """
         ahead, aside = self._on_line(motion.pose, goal)
         direction = -1.0 if self._reverse else 1.0
-        speed = self._driving.step(ahead, direction * motion.linear, self._max_linear, dt)
+        outside = 0.8 * self.distance_tolerance
+        speed = direction * self._driving.step(ahead, direction * motion.linear,
+                                               self._max_linear, dt, backwards_from=outside)
         at_rest = self._driving.at_rest
-        through = at_rest < -0.8 * self.distance_tolerance
-        speed = direction * (speed if through else max(0.0, speed))
+        slips = at_rest < -0.3 * self.distance_tolerance and abs(motion.linear) > self.REST_SPEED
         look = wrap(self._line + math.atan2(-aside, self.LOOK_AHEAD))
         self._face = wrap(look + math.pi) if self._reverse else look
         rate = self._turn(motion, dt)
-        return self._step(speed, rate, ahead,
-                          self._there or at_rest <= self.STOP_AHEAD and not through)
+        arrived = -outside <= at_rest <= self.STOP_AHEAD and not slips
+        return self._step(speed, rate, ahead, self._there or arrived)
 
     def rotate_to_final(self, motion, goal, dt):
         """Turn to the heading asked for; ends settled: inside the tolerance and at rest."""

@@ -90,3 +90,23 @@ def test_delay_estimate_stays_within_bounds():
     for _ in range(100):
         estimate.measured(-1.0)
     assert estimate.seconds == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize('stall, backs_up', [(0.0, False), (0.2, True)])
+def test_a_command_that_comes_late_is_made_good_backwards(stall, backs_up):
+    """The drive to a goal, with the last 2 cm driven at the speed of one late command."""
+    approach = Approach(2.0, gain=20.0, slowest=0.015, close_enough=0.0005, delay=DelayEstimate())
+    remaining, speed, time, held, lowest = 0.5, 0.0, 0.0, None, 0.0
+    while time < 6.0:
+        command = approach.step(remaining, speed, 0.2108, TICK, backwards_from=0.008)
+        if held is None and remaining < 0.02:
+            held = (time + stall, command)
+        if held and time < held[0]:
+            command = held[1]
+        share = math.exp(-TICK / 0.05)
+        remaining -= command * TICK + (speed - command) * 0.05 * (1.0 - share)
+        speed = command + (speed - command) * share
+        time, lowest = time + TICK, min(lowest, speed)
+    assert abs(remaining) <= 0.009
+    assert abs(speed) < 1e-3
+    assert (lowest < -0.01) is backs_up

@@ -122,3 +122,20 @@ def test_shortfall_names_both_numbers():
     assert law.shortfall(Pose2(0.0, 0.0099), Pose2()) == ''
     assert law.shortfall(Pose2(0.0, 0.0301), Pose2()) == (
         'stopped 30 mm from the goal (tolerance 10 mm)')
+
+
+def test_a_robot_that_slips_through_the_goal_has_not_arrived_before_it_rests():
+    goal = Pose2(1.0, 0.0, 0.0)
+    for linear, arrived in ((0.1, False), (0.0, True)):
+        law = PreciseLaw(DriveConfig(), BURGER)
+        law.start(Pose2(), goal)
+        assert law.move_forward(at(1.005, 0.0, 0.0, linear), goal, 0.02).finished is arrived
+
+
+def test_a_robot_that_rests_beyond_the_tolerance_backs_up_straight():
+    law = PreciseLaw(DriveConfig(), BURGER)
+    goal = Pose2(1.0, 0.0, 0.0)
+    law.start(Pose2(), goal)
+    step = law.move_forward(at(1.015, 0.0, 0.0), goal, 0.02)
+    assert not step.finished
+    assert step.command.linear < 0.0 and step.command.angular == 0.0

@@ -11,13 +11,16 @@ import rospy
 
 from tb3_labs.turtlebot3 import DEFAULT_MODEL, robot_model
 
+#: What a launch file passes on for an argument that nobody set.
+NOT_GIVEN = 'default'
+
 
 def read_config(*kinds, of=None):
     """One instance of each configuration class in `kinds`, from the node's ``~`` parameters.
 
     A private parameter that belongs to none of them is most likely misspelt: it is warned of.
-    An empty text means "not given": so a launch file can pass on an argument that nobody set,
-    without a second copy of the default. `of` names another node, whose parameters are read.
+    The word "default" means "not given": so a launch file can pass on an argument that nobody set,
+    without a second copy of the number. `of` names another node, whose parameters are read.
     """
     given = rospy.get_param(of or '~', {})
     known = set()
@@ -27,7 +30,7 @@ def read_config(*kinds, of=None):
         known.update(names)
         try:
             configs.append(kind(**{
-                name: given[name] for name in names if given.get(name, '') != ''}))
+                name: given[name] for name in names if given.get(name, NOT_GIVEN) != NOT_GIVEN}))
         except ValueError as problem:
             raise ValueError('parameter {}/{}'.format(of or rospy.get_name(), problem)) from None
     for name in () if of else sorted(set(given) - known - {'model'}):
@@ -38,5 +41,6 @@ def read_config(*kinds, of=None):
 
 def read_model():
     """The robot's numbers, by ``~model`` or TURTLEBOT3_MODEL in the environment."""
-    return robot_model(rospy.get_param('~model', '') or os.environ.get('TURTLEBOT3_MODEL')
-                       or DEFAULT_MODEL)
+    given = rospy.get_param('~model', NOT_GIVEN)
+    return robot_model(os.environ.get('TURTLEBOT3_MODEL') or DEFAULT_MODEL
+                       if given == NOT_GIVEN else given)
