@@ -39,9 +39,11 @@ _tb3_labs_shell() {
 
   case ${ROS_MASTER_URI:-} in
     '' | http://localhost | http://localhost[:/]* | http://127.*)
-      [ -n "${ROS_IP:-}${ROS_HOSTNAME:-}" ] || export ROS_HOSTNAME=localhost ;;
+      [ -n "${ROS_IP:-}${ROS_HOSTNAME:-}" ] || export ROS_HOSTNAME=localhost
+      if [ "${ROS_HOSTNAME:-}" = localhost ]; then export ROS_ETC_DIR=${ROS_ETC_DIR:-$ws/etc}; fi ;;
     *)
       if [ "${ROS_HOSTNAME:-}" = localhost ]; then unset ROS_HOSTNAME; fi    # left by an earlier `source`
+      if [ "${ROS_ETC_DIR:-}" = "$ws/etc" ]; then unset ROS_ETC_DIR; fi
       if [ -z "${ROS_IP:-}${ROS_HOSTNAME:-}" ]; then
         ROS_IP=$("$ws/venv/bin/python3" - "$ROS_MASTER_URI" 2>/dev/null <<'PYTHON'
 import socket, sys, urllib.parse
@@ -216,6 +218,18 @@ build() {
   rm -rf "$ws/src/tb3_labs"
   mkdir -p "$ws/src/tb3_labs"
   find "$repo" -mindepth 1 -maxdepth 1 ! -name '.*' ! -name build -exec ln -s -t "$ws/src/tb3_labs" {} +
+  # The master alone, without rosout: that C++ node keeps a port open to the network whatever ROS_HOSTNAME says. Nodes
+  # publish /rosout all the same.
+  mkdir -p "$ws/etc"
+  ln -sfn /etc/ros/rosdep "$ws/etc/rosdep"
+  cat >"$ws/etc/roscore.xml" <<'XML'
+<launch>
+  <group ns="/">
+    <param name="rosversion" command="rosversion roslaunch"/>
+    <param name="rosdistro" command="rosversion -d"/>
+  </group>
+</launch>
+XML
   touch "$ws/CATKIN_IGNORE"    # a clone inside another workspace: catkin shall not look in here
   if ! (
     if [ -r $noetic/setup.bash ]; then set +u; source $noetic/setup.bash; fi
