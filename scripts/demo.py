@@ -51,14 +51,15 @@ class DemoConfig(Config):
 #: Longest wait for the robot and the node at the start [s].
 START_TIMEOUT = 30.0
 
-ROW = '{:8}  {:>25}  {:>25}  {:>18}  {:>8}  {:>8}   {}'
-HEADER = ROW.format('', 'asked', 'believed to be at', 'truly off by', 'time', 'at least', '')
+ROW = '{:7} {:>17} {:>17} {:>16} {:>14}  {}'  # fits a terminal of 80 columns
+HEADER = ROW.format('', 'asked [m, m, deg]', 'believed to be at', 'truly off by',
+                    'time, at best', '').rstrip()
 
 WHAT_NEXT = """
-Everything is left running. In a second terminal, after `source scripts/setup.sh`, try:
-  rosservice call /reset_pose -- 0 0 0                 it is at the origin, now: it drives again
-  rostopic echo /local_pose/pose                       where it believes to be
-  rostopic pub -1 /ctrl_relinq std_msgs/Bool false     take control away (true gives it back)
+Everything is left running. In a second terminal, source scripts/setup.sh, then:
+  rosservice call /reset_pose -- 0 0 0        here is the origin: drive again
+  rosrun tb3_labs send_goal.py 1 1 90         another goal
+  rostopic echo /local_pose/pose              where it believes to be
 Ctrl+C here ends everything."""
 
 
@@ -122,7 +123,7 @@ class Demo:
         return ROW.format('drive {}'.format(number), in_short(goal),
                           in_short(observer.latest('local_pose')),
                           '{:.1f} mm {:.2f} deg'.format(1000.0 * off, turned_off),
-                          '{:.2f} s'.format(seconds), '{:.2f} s'.format(bound),
+                          '{:.2f}, {:.2f} s'.format(seconds, bound),
                           'ok' if good else 'NOT GOOD: ' + state), good
 
 
@@ -133,7 +134,7 @@ def is_over(state):
 
 def in_short(pose):
     """A pose as a cell of the table."""
-    return '{:.3f} {:.3f} m {:.1f} deg'.format(
+    return '{:.3f} {:.3f} {:.1f}'.format(
         pose.x, pose.y, round(math.degrees(pose.yaw), 1) + 0.0)  # not -0.0
 
 
