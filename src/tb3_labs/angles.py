@@ -8,6 +8,8 @@ a compass heading is in [0, 360) and never shows 360.0. NaN stays NaN, infinity 
 import math
 
 TURN = 2.0 * math.pi
+#: Half a step of a 32-bit number below 360, and a little [deg].
+ROUNDING = 1.6e-5
 
 
 def wrap(angle):
@@ -31,6 +33,9 @@ def continuous(angle, previous):
 
 
 def compass_degrees(yaw):
-    """`yaw` in radians as the lab's heading: degrees in [0, 360), also when printed by %f."""
+    """`yaw` in radians as the lab's heading: degrees in [0, 360).
+
+    What would round up to 360, printed by %f or sent as a 32-bit number, is 0.
+    """
     heading = math.degrees(wrap(yaw)) % 360.0
-    return 0.0 if heading >= 360.0 - 5e-7 else heading
+    return 0.0 if heading >= 360.0 - ROUNDING else heading

@@ -1,0 +1,108 @@
+#!/usr/bin/env python3
+"""What imu_sub prints and publishes, against the embedded robot's true heading."""
+import math
+import re
+import signal
+import subprocess
+import unittest
+
+import rospy
+import rostest
+from geometry_msgs.msg import PoseStamped, Twist
+from sensor_msgs.msg import Imu
+from std_msgs.msg import Float32
+
+from tb3_labs.ros.conversions import to_pose2, to_twist
+from tb3_labs.ros.observer import Observer
+
+LINE = re.compile(r'Current heading is (\d+\.\d{6}) degrees\.$')
+
+
+class ImuSubTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        cls.seen = Observer()
+        cls.seen.watch('heading', Float32, lambda message: message.data)
+        cls.seen.watch('bad/heading', Float32)
+        cls.seen.watch('ground_truth', PoseStamped, lambda message: to_pose2(message.pose))
+        cls.wheels = rospy.Publisher('cmd_vel', Twist, queue_size=1)
+        cls.bad = rospy.Publisher('bad/imu', Imu, queue_size=1)
+        cls.seen.wait_for('ground_truth')
+
+    def start(self, *arguments):
+        node = subprocess.Popen(['rosrun', 'tb3_labs', 'imu_sub.py'] + list(arguments), text=True,
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                start_new_session=True)
+        self.addCleanup(lambda: node.poll() is None and node.kill())
+        return node
+
+    def end(self, node):
+        """Ctrl+C; the lines the node printed."""
+        node.send_signal(signal.SIGINT)
+        output, _ = node.communicate(timeout=10.0)
+        self.assertEqual(node.returncode, 0)
+        return output.splitlines()
+
+    def run_for(self, messages, *arguments):
+        """The lines of a node that heard so many messages, and the headings it published."""
+        self.seen.forget('heading')
+        node = self.start(*arguments)
+        self.seen.wait_until(lambda: len(self.seen.all('heading')) >= messages, 20.0, 'headings')
+        lines = self.end(node)
+        return lines, [heading for _, heading in self.seen.all('heading')]
+
+    def true_heading(self):
+        """What the IMU of this robot shows [deg]: the true heading and its offset."""
+        return math.degrees(self.seen.latest('ground_truth').yaw) + 20.0
+
+    def test_prints_at_most_ten_lines_a_second_and_publishes_every_message(self):
+        lines, headings = self.run_for(400)      # two seconds
+        self.assertTrue(18 <= len(lines) - 1 <= 25, len(lines))
+        truth = self.true_heading()
+        for heading in [float(LINE.search(line).group(1)) for line in lines[:-1]] + headings:
+            self.assertLess(abs(math.remainder(heading - truth, 360.0)), 0.1)
+        self.assertTrue(lines[-1].endswith('Shutting down the IMU subscriber'), lines[-1])
+
+    def test_every_message_is_printed_if_asked_for(self):
+        lines, headings = self.run_for(200, '_max_rate:=0', '__name:=every')
+        self.assertAlmostEqual(len(lines) - 1, len(headings), delta=40)
+
+    def test_headings_of_a_turning_robot_stay_below_360(self):
+        node = self.start('__name:=turning')
+        self.seen.forget('heading')
+        self.seen.wait_for('heading')
+        turned = 0.0
+        last = self.seen.latest('ground_truth').yaw
+        rate = rospy.Rate(30)
+        while turned < 2.2 * math.pi:
+            self.wheels.publish(to_twist(0.0, 2.0))
+            rate.sleep()
+            now = self.seen.latest('ground_truth').yaw
+            turned, last = turned + math.remainder(now - last, 2.0 * math.pi), now
+        self.wheels.publish(to_twist(0.0, 0.0))
+        self.seen.wait_for_rest('ground_truth')
+        truth = self.true_heading()
+        self.seen.wait_for('heading', lambda heading: abs(
+            math.remainder(heading - truth, 360.0)) < 0.2, 5.0)
+        headings = [heading for _, heading in self.seen.all('heading')]
+        self.assertTrue(all(0.0 <= heading < 360.0 for heading in headings))
+        self.assertTrue(min(headings) < 5.0 and max(headings) > 355.0)
+        self.end(node)
+
+    def test_a_bad_quaternion_is_one_warning_and_no_number(self):
+        node = self.start('imu:=bad/imu', 'heading:=bad/heading', '__name:=bad')
+        self.seen.wait_until(self.bad.get_num_connections, 20.0, 'the node')
+        for _ in range(20):
+            self.bad.publish(Imu())
+        deadline = rospy.get_time() + 0.5
+        self.seen.wait_until(lambda: rospy.get_time() > deadline)
+        lines = self.end(node)
+        self.assertEqual(len(lines), 2, lines)
+        self.assertIn('bad message on imu dropped: quaternion has norm 0', lines[0])
+        self.assertEqual(self.seen.all('bad/heading'), [])
+
+
+if __name__ == '__main__':
+    rospy.init_node('imu_sub_test')
+    rostest.rosrun('tb3_labs', 'imu_sub_test', ImuSubTest)
