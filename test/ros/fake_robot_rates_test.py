@@ -57,7 +57,9 @@ class FakeRobotRatesTest(unittest.TestCase):
             self.assertTrue(arrivals[topic].done.wait(DEADLINE), 'too few on ' + topic)
             self.assertAlmostEqual(arrivals[topic].rate(), rate, delta=rate / 100.0)
         share = (cpu_time(pid) - used) / (time.monotonic() - start)
-        self.assertLess(share, 0.1)
+        # Measured: 0.06 of a core on a quiet machine. How much it is depends on the machine and on
+        # who else runs there; this only catches a loop gone wild.
+        self.assertLess(share, 0.5)
         self.assertEqual(arrivals['imu'].last.header.frame_id, 'imu_link')
         self.assertEqual(arrivals['odom'].last.header.frame_id, 'odom')
         self.assertEqual(arrivals['odom'].last.child_frame_id, 'base_footprint')
