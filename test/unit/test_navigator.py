@@ -88,15 +88,8 @@ def test_silent_sensors_stop_the_drive_in_time_and_say_which(lost):
     for name in lost:
         setattr(robot, name, False)
     before = robot.now
-    while True:
-        robot.now += 0.01
-        if robot.imu:
-            robot.navigator.on_imu(ImuSample(robot.now, 1.0, 0.0), robot.now)
-        if robot.odom:
-            robot.navigator.on_odometry(
-                OdometrySample(robot.now, Pose2(1.0, 2.0, 0.3), 0.0, 0.0), robot.now)
-        if robot.navigator.due(robot.now) and robot.navigator.command(robot.now) is None:
-            break
+    while None not in robot.run(0.01):
+        pass
     assert robot.now - before <= 0.3
     assert all(name in robot.navigator.hold_reason for name in lost)
     assert ('imu' in robot.navigator.hold_reason) is ('imu' in lost)
