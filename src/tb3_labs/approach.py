@@ -7,8 +7,9 @@ with the way that would remain if the robot were commanded to stop *now*:
 
     remaining - speed * motor lag - (travel of the commands still under way)
 
-How long commands are under way is learned: at steady speed, the travel commanded since the start
-exceeds the travel measured by exactly speed * (delay + lag).
+Both are learned. At steady speed, the travel commanded since the start exceeds the travel measured
+by exactly speed * (delay + lag); and a gyro shows when the first command arrived, which is the
+delay alone.
 
 Units: radians or metres for `remaining`, per second for speeds; seconds. Works for either sign.
 """
@@ -18,47 +19,68 @@ from collections import deque
 from tb3_labs.motion import braking_speed, clamp
 from tb3_labs.turtlebot3 import CONTROL_RATE
 
-#: Time constant with which the motors follow a new speed [s].
-MOTOR_LAG = 0.05
+#: Time constant with which the motors follow a new speed, until it was measured [s].
+FIRST_LAG = 0.05
 #: Delay assumed until one was measured [s]: half a control period of the firmware, a tick of ours,
 #: and a quiet network.
 FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
-#: No measured delay is believed beyond this [s].
+#: No measured response is believed beyond these [s].
 MAX_DELAY = 0.4
-#: The delay is measured where the speed follows the command this closely (share of the command),
+MAX_LAG = 0.15
+#: Share of each new measurement in an estimate.
+LEARNING = 0.2
+#: The response is measured where the speed follows the command this closely (share of it),
 STEADY = 0.08
 #: after the command was the same for this long [s],
 STEADY_TIME = 0.12
 #: and before gain errors of the motors add up [s after the start].
 LEARNING_TIME = 1.5
-#: Braking may be this much harder than the profile plans, to follow it in spite of disturbance.
-BRAKING_RESERVE = 2.0
+#: A robot that is faster than this has begun to move [rad/s].
+ONSET = 0.03
+#: Braking is planned with this share of the acceleration; the rest is left to follow the plan in
+#: spite of disturbance.
+PLANNED_BRAKING = 0.5
 
 
-class DelayEstimate:
-    """How long a command is under way [s]; shared by approaches to the same robot."""
+class Response:
+    """How late and how lazily a robot obeys; shared by the approaches to the same robot."""
 
-    def __init__(self, first=FIRST_DELAY):
-        self.seconds = first
+    def __init__(self, delay=FIRST_DELAY, lag=FIRST_LAG):
+        #: How long a command is under way, and the time constant of the motors, together [s].
+        self.total = delay + lag
+        #: The time constant alone [s].
+        self.lag = lag
 
-    def measured(self, seconds):
-        """Take a new measurement in, smoothed."""
-        self.seconds += 0.2 * (clamp(seconds, 0.0, MAX_DELAY) - self.seconds)
+    @property
+    def delay(self):
+        """How long a command is under way [s]."""
+        return max(0.0, self.total - self.lag)
+
+    def measured(self, total, onset=None):
+        """Take a new measurement in: delay and lag together, and the delay alone if known [s]."""
+        total = clamp(total, 0.0, MAX_DELAY)
+        self.total += LEARNING * (total - self.total)
+        if onset is not None:
+            self.lag += LEARNING * (clamp(total - onset, 0.0, MAX_LAG) - self.lag)
 
 
 class Approach:
     """One axis (turning or driving) that comes to rest where `remaining` is zero."""
 
-    def __init__(self, acceleration, gain, slowest, close_enough, delay):
+    def __init__(self, acceleration, gain, slowest, close_enough, response,
+                 speed_is_prompt=False):
         """`slowest`: floor speed that carries the last bit, since motors do not turn at any
         small speed; `close_enough`: predicted rest this near to zero needs no further command,
-        so that the floor never hunts about the goal; `delay`: a DelayEstimate.
+        so that the floor never hunts about the goal; `response`: the
+        robot's Response; `speed_is_prompt`: the measured speed is that of this moment (a gyro's), not a mean over the last control
+        period (odometry's), which while braking is always too high.
         """
         self._acceleration = acceleration
         self._gain = gain
         self._slowest = slowest
         self._close_enough = close_enough
-        self._delay = delay
+        self._response = response
+        self._speed_is_prompt = speed_is_prompt
         self.start()
 
     def start(self):
@@ -70,8 +92,15 @@ class Approach:
         self._commanded_travel = 0.0
         self._motor_speed = 0.0
         self._start_remaining = None
+        self._first_sent = None
+        self._onset = None            # from the first command until the robot moved
         #: What would remain if the robot were told to stop now.
         self.at_rest = math.inf
+
+    def extend(self, by):
+        """What remains has grown by `by`: another goal, on the way to the first."""
+        if self._start_remaining is not None:
+            self._start_remaining += by
 
     def step(self, remaining, speed, fastest, dt, backwards_from=0.0):
         """The speed to command, given the way left and the measured speed, `dt` after the last.
@@ -83,28 +112,25 @@ class Approach:
             self._start_remaining = remaining
         self._now += dt
         self._commanded_travel += self._command * dt
-        self._learn_delay(self._start_remaining - remaining, speed)
-        self._follow_motors(dt)
-        self.at_rest = remaining - self._motor_speed * MOTOR_LAG - self._travel_under_way()
+        self._learn_response(self._start_remaining - remaining, speed, dt)
+        self._follow_motors(speed, dt)
+        coasting = self._motor_speed * self._response.lag
+        self.at_rest = remaining - coasting - self._travel_under_way()
         wanted = 0.0
         if self.at_rest > self._close_enough or (
                 self.at_rest < -max(self._close_enough, backwards_from)):
-            size = abs(braking_speed(self.at_rest, self._acceleration, self._gain))
+            size = abs(braking_speed(self.at_rest, PLANNED_BRAKING * self._acceleration,
+                                     self._gain))
             wanted = math.copysign(clamp(size, min(self._slowest, fastest), fastest), self.at_rest)
-        self._send(self._slewed(wanted, dt))
+        change = self._acceleration * dt
+        self._send(clamp(wanted, self._command - change, self._command + change))
         return self._command
-
-    def _slewed(self, wanted, dt):
-        """`wanted` within the acceleration; slowing down is allowed a reserve."""
-        speeding_up = self._acceleration * dt
-        slowing_down = BRAKING_RESERVE * speeding_up
-        down = slowing_down if self._command > 0.0 else speeding_up
-        up = slowing_down if self._command < 0.0 else speeding_up
-        return clamp(wanted, self._command - down, self._command + up)
 
     def _send(self, command):
         if command != self._command:
             self._same_since = self._now
+            if self._first_sent is None:
+                self._first_sent = self._now
         self._command = command
         self._sent.append((self._now, command))
         while self._sent[0][0] < self._now - MAX_DELAY - 1.0:
@@ -113,7 +139,7 @@ class Approach:
     def _travel_under_way(self):
         """Travel of what was commanded within the last delay."""
         travel, until = 0.0, self._now
-        horizon = self._now - self._delay.seconds
+        horizon = self._now - self._response.delay
         for time, command in reversed(self._sent):
             if until <= horizon:
                 break
@@ -121,23 +147,25 @@ class Approach:
             until = time
         return travel
 
-    def _follow_motors(self, dt):
-        """Predict the speed of the motors: the command of one delay ago, with their lag.
-
-        A measured speed would do as well, were it not older than that: odometry's is a mean over
-        a control period, and while braking always too high.
-        """
-        horizon = self._now - self._delay.seconds
+    def _follow_motors(self, speed, dt):
+        """The speed of the motors now: measured, or predicted from the command of one delay ago."""
+        if self._speed_is_prompt:
+            self._motor_speed = speed
+            return
+        horizon = self._now - self._response.delay
         arrived = 0.0
         for time, command in reversed(self._sent):
             if time <= horizon:
                 arrived = command
                 break
-        self._motor_speed += (arrived - self._motor_speed) * -math.expm1(-dt / MOTOR_LAG)
+        share = -math.expm1(-dt / max(self._response.lag, 1e-6))
+        self._motor_speed += share * (arrived - self._motor_speed)
 
-    def _learn_delay(self, travelled, speed):
+    def _learn_response(self, travelled, speed, dt):
+        if self._speed_is_prompt and self._onset is None and self._first_sent is not None and (
+                abs(speed) > ONSET):
+            self._onset = self._now - 0.5 * dt - self._first_sent    # since the last look
         steady = (self._now - self._same_since > STEADY_TIME and self._command != 0.0
                   and abs(speed - self._command) < STEADY * abs(self._command))
         if steady and self._now < LEARNING_TIME:
-            outstanding = (self._commanded_travel - travelled) / speed
-            self._delay.measured(outstanding - MOTOR_LAG)
+            self._response.measured((self._commanded_travel - travelled) / speed, self._onset)

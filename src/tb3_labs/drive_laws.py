@@ -6,12 +6,12 @@ lab's handout, number by number; PreciseLaw brakes by :mod:`tb3_labs.approach`.
 import math
 from dataclasses import dataclass
 
-from tb3_labs.angles import continuous, difference, wrap
-from tb3_labs.approach import Approach, DelayEstimate
+from tb3_labs.angles import difference, wrap
+from tb3_labs.approach import Approach, Response
 from tb3_labs.config import Config, setting
-from tb3_labs.goal import LawStep
-from tb3_labs.motion import Twist2, proportional, saturate
+from tb3_labs.motion import LawStep, Twist2, proportional, saturate
 from tb3_labs.se2 import Pose2
+from tb3_labs.turning import PreciseTurn
 
 
 @dataclass(frozen=True)
@@ -29,10 +29,10 @@ class DriveConfig(Config):
                                 unit='m/s', low=0.02, high=1.0)
     max_angular: float = setting(1.5, "fastest turn; the robot's own limit holds as well",
                                  unit='rad/s', low=0.1, high=5.0)
-    linear_acceleration: float = setting(2.0, 'speeding up and braking', unit='m/s^2',
-                                         low=0.05, high=5.0)
-    angular_acceleration: float = setting(16.0, 'speeding up and braking of a turn',
-                                          unit='rad/s^2', low=0.5, high=40.0)
+    linear_acceleration: float = setting(4.0, 'speeding up; half of it for braking',
+                                         unit='m/s^2', low=0.1, high=10.0)
+    angular_acceleration: float = setting(32.0, 'speeding up a turn; half of it for braking',
+                                          unit='rad/s^2', low=1.0, high=80.0)
 
 
 def make_law(config, model):
@@ -85,23 +85,20 @@ class LabLaw:
 class PreciseLaw:
     """As fast as the limits allow, stopping where it should.
 
-    Turns and the way along the line are each an Approach. While driving, the robot follows the
-    straight line from where it started to the goal: it looks at a point of the line a little
-    ahead, and turns towards it.
+    Turns are a PreciseTurn each, the way along the line is an Approach. While driving, the robot
+    follows the straight line from where it started to the goal: it looks at a point of the line a
+    little ahead, and turns towards it.
     """
 
-    period = 0.02                 # [s]: the firmware takes a command every 33 ms
+    period = PreciseTurn.period
     #: Nearer than this to facing along the line, driving begins: the braking turn ends on the way.
     FACING = 0.1                  # [rad]
     #: The drive ends where the robot would come to rest this far ahead of the goal.
     STOP_AHEAD = 0.0005           # [m]
     #: How far ahead on the line the robot looks: large is calm, small is strict.
     LOOK_AHEAD = 0.20             # [m]
-    #: A robot that is slower than both of these rests.
+    #: A robot that is slower than this does not drive.
     REST_SPEED = 0.01             # [m/s]
-    REST_RATE = 0.03              # [rad/s]
-    #: It has settled when it rested inside the tolerance for this long.
-    SETTLING_TIME = 0.06          # [s]
 
     def __init__(self, config, model):
         self.distance_tolerance = config.distance_tolerance
@@ -109,12 +106,11 @@ class PreciseLaw:
         self._model = model
         self._max_linear = min(config.max_linear, model.max_linear)
         self._max_angular = min(config.max_angular, model.max_angular)
-        delay = DelayEstimate()
-        self._turning = Approach(config.angular_acceleration, gain=20.0, slowest=0.04,
-                                 close_enough=0.003, delay=delay)
+        response = Response()
+        self._turning = PreciseTurn(self._max_angular, config.angular_acceleration,
+                                    math.radians(config.angle_tolerance_deg), response)
         self._driving = Approach(config.linear_acceleration, gain=20.0, slowest=0.015,
-                                 close_enough=0.0005, delay=delay)
-        self._angle_tolerance = math.radians(config.angle_tolerance_deg)
+                                 close_enough=0.0005, response=response)
 
     def start(self, pose, goal):
         """Choose the way: the line to the goal, and which end of the robot goes first."""
@@ -126,14 +122,13 @@ class PreciseLaw:
         self._begin_turn(pose, backwards if self._reverse else self._line)
         self._driving.start()
         self._final = False
-        self._rested_for = 0.0
 
     def rotate_to_goal(self, motion, goal, dt):
         """Turn to face along the line, braking so that the turn would end there."""
         if self._there:
             return LawStep(Twist2(), 0.0, True)
-        rate = self._turn(motion, dt)
-        return self._step(0.0, rate, self._error, abs(self._error) < self.FACING)
+        turn = self._turn(motion, dt)
+        return self._step(0.0, turn, turn.remaining, abs(turn.remaining) < self.FACING)
 
     def move_forward(self, motion, goal, dt):
         """Along the line to the goal, the heading held; ends where it would come to rest there.
@@ -149,21 +144,17 @@ class PreciseLaw:
         at_rest = self._driving.at_rest
         slips = at_rest < -0.3 * self.distance_tolerance and abs(motion.linear) > self.REST_SPEED
         look = wrap(self._line + math.atan2(-aside, self.LOOK_AHEAD))
-        self._face = wrap(look + math.pi) if self._reverse else look
-        rate = self._turn(motion, dt)
+        self._turning.aim(wrap(look + math.pi) if self._reverse else look)
         arrived = -outside <= at_rest <= self.STOP_AHEAD and not slips
-        return self._step(speed, rate, ahead, self._there or arrived)
+        return self._step(speed, self._turn(motion, dt), ahead, self._there or arrived)
 
     def rotate_to_final(self, motion, goal, dt):
         """Turn to the heading asked for; ends settled: inside the tolerance and at rest."""
         if not self._final:
             self._final = True
             self._begin_turn(motion.pose, goal.yaw)
-        rate = self._turn(motion, dt)
-        rests = abs(self._error) <= self._angle_tolerance and (
-            abs(motion.angular) <= self.REST_RATE)
-        self._rested_for = self._rested_for + dt if rests else 0.0
-        return self._step(0.0, rate, self._error, self._rested_for >= self.SETTLING_TIME)
+        turn = self._turn(motion, dt)
+        return self._step(0.0, turn, turn.remaining, turn.finished)
 
     def shortfall(self, pose, goal):
         """Where the robot stopped outside the tolerance, by how much."""
@@ -174,14 +165,10 @@ class PreciseLaw:
             1000.0 * distance, 1000.0 * self.distance_tolerance)
 
     def _begin_turn(self, pose, face):
-        self._face = face
-        self._error = difference(face, pose.yaw)
-        self._turning.start()
+        self._turning.start(pose.yaw, difference(face, pose.yaw))
 
     def _turn(self, motion, dt):
-        """The rate of turn that ends facing `_face`, kept to the way round it began with."""
-        self._error = continuous(self._face - motion.pose.yaw, self._error)
-        return self._turning.step(self._error, motion.angular, self._max_angular, dt)
+        return self._turning.step(motion.pose.yaw, motion.angular, dt)
 
     def _on_line(self, pose, goal):
         """(way left along the line, offset to its left) [m]."""
@@ -189,9 +176,10 @@ class PreciseLaw:
         place = goal_T_line.inverse() @ pose
         return -place.x, place.y
 
-    def _step(self, linear, angular, remaining, finished):
-        return LawStep(saturate(Twist2(linear, angular), self._max_linear,
-                                self._max_angular, self._model), remaining, finished)
+    def _step(self, linear, turn, remaining, finished):
+        both = Twist2(linear, turn.command.angular)
+        return LawStep(saturate(both, self._max_linear, self._max_angular, self._model),
+                       remaining, finished)
 
 
 def _turns(start, face, final):

@@ -10,23 +10,10 @@ Units: metres, radians, seconds. Poses are in the local frame. Edge case: after 
 failure there is no command at all, not a zero.
 Source: the Transformation lab's handout.
 """
-import math
-from dataclasses import dataclass
 from enum import Enum
-from typing import NamedTuple
 
 from tb3_labs.angles import difference
-from tb3_labs.motion import Twist2
-
-#: The robot counts as stuck when it did not get on for this long [s],
-STALL_TIME = 1.5
-#: "getting on" being at least this much [m or rad].
-STALL_STEP = 0.004
-#: The goal counts as missed when what remains grows again by this much: more than a hiccup of the
-#: network lets the robot overshoot, half a second at full speed [m or rad].
-AWAY_LIMIT = 0.8
-#: A robot that is faster than this moves [m/s or rad/s].
-MOVING = 0.005
+from tb3_labs.progress import Progress
 
 
 class GoalState(Enum):
@@ -38,20 +25,12 @@ class GoalState(Enum):
     GOAL_REACHED = 'GOAL_REACHED'
 
 
-class LawStep(NamedTuple):
-    """What a law answers: the command, what remains in this state [m or rad], is it finished."""
-
-    command: Twist2
-    remaining: float
-    finished: bool
-
-
 class GoalMachine:
     """One robot, one goal at a time.
 
     `law` has ``start(pose, goal)`` and, for each driving state, a method named like the state in
-    lower case: ``(motion, goal, dt) -> LawStep``; besides ``shortfall(pose, goal)``, '' or what is
-    wrong with the pose in which the last of them ended, and ``distance_tolerance`` [m].
+    lower case: ``(motion, goal, dt) -> motion.LawStep``; besides ``shortfall(pose, goal)``, '' or what
+    is wrong with the pose in which the last of them ended, and ``distance_tolerance`` [m].
     """
 
     def __init__(self, law):
@@ -123,27 +102,3 @@ class GoalMachine:
     def _enter(self, state):
         self.state = state
         self._progress = Progress()
-
-
-class Progress:
-    """Notices in one state that the robot does not get on, or gets away from its goal."""
-
-    def __init__(self):
-        self._least = math.inf
-        self._stalled_for = 0.0
-
-    def complaint(self, remaining, motion, dt):
-        """'' or what is wrong, given what remains now [m or rad], the measured Motion and the time
-        since the last look [s].
-        """
-        remaining = abs(remaining)
-        if remaining <= self._least - STALL_STEP:
-            self._least = remaining
-            self._stalled_for = 0.0
-            return ''
-        self._stalled_for += dt
-        if remaining <= self._least + AWAY_LIMIT and self._stalled_for <= STALL_TIME:
-            return ''
-        if abs(motion.linear) > MOVING or abs(motion.angular) > MOVING:
-            return 'the robot moves, but no longer nearer to its goal: it has missed it'
-        return 'the robot does not move although it is told to (stuck, or motors off?)'

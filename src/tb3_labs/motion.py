@@ -14,6 +14,14 @@ class Twist2(NamedTuple):
     angular: float = 0.0
 
 
+class LawStep(NamedTuple):
+    """What a law answers: the command, what remains to go [m or rad], and is it finished."""
+
+    command: Twist2
+    remaining: float
+    finished: bool
+
+
 def clamp(value, low, high):
     """`value` brought into [low, high]; NaN stays NaN, where min and max would make it a limit."""
     return value if math.isnan(value) else max(low, min(high, value))

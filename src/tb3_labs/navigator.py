@@ -11,16 +11,14 @@ from dataclasses import dataclass
 
 from tb3_labs.angles import wrap
 from tb3_labs.config import Config, setting
-from tb3_labs.freshness import Freshness, complaints
+from tb3_labs.freshness import Freshness, SensorWatch, Sight
 from tb3_labs.goal import GoalMachine
 from tb3_labs.localizer import Localizer
-from tb3_labs.motion import clamp
+from tb3_labs.pace import Pace
 from tb3_labs.se2 import Pose2
 
 #: A goal farther away than this is a mistake, most likely in the unit [m].
 MAX_GOAL_DISTANCE = 100.0
-#: After a silence of the sensors up to this long the drive goes on by itself [s].
-RESUME_TIME = 2.0
 
 
 @dataclass(frozen=True)
@@ -47,14 +45,10 @@ class Navigator:
         self.localizer = Localizer()
         self.machine = GoalMachine(law)
         self.has_control = has_control
-        #: Why the robot stands although it has control and a goal; '' while it does not.
-        self.hold_reason = ''
-        self._period = law.period
+        self._pace = Pace(law.period)
         self._imu = Freshness('imu')
         self._odometry = Freshness('odom')
-        self._last_step = None
-        self._next_step = 0.0
-        self._lost_at = None
+        self._sensors = SensorWatch(self._imu, self._odometry)
 
     # -- what comes in
 
@@ -88,54 +82,46 @@ class Navigator:
 
     def sensor_complaint(self, now):
         """What is wrong with the sensors, in words; '' while both are fresh."""
-        return complaints((self._imu, self._odometry), now)
+        return self._sensors.complaint(now)
+
+    @property
+    def hold_reason(self):
+        """Why the robot stands although it has control and a goal; '' while it does not."""
+        return self._sensors.hold_reason
 
     # -- what comes out
 
     def due(self, now):
         """Is it time for :meth:`command`? At the law's own rate, and whenever a sensor is lost."""
-        return (now >= self._next_step or now < self._next_step - self._period
-                or not (self._imu.is_fresh(now) and self._odometry.is_fresh(now)))
+        return self._pace.due(now) or not self._sensors.are_fresh(now)
 
     def command(self, now):
         """The Twist2 to send now, or None: silence."""
-        # at the law's rate on average, but neither catching up nor running ahead
-        self._next_step = clamp(self._next_step + self._period,
-                                now + 0.5 * self._period, now + self._period)
         if not (self.has_control and self.machine.active):
             self._pause()
-            return None
-        if not self._sensors_allow(now):
-            return None
-        motion = self.localizer.motion(now)
-        if motion is None:
-            return None
-        dt = 0.0 if self._last_step is None else max(0.0, now - self._last_step)
-        self._last_step = now
-        return self.machine.step(motion, dt)
+        elif self._sensors_allow(now):
+            motion = self.localizer.motion(now)
+            if motion is not None:
+                return self.machine.step(motion, self._pace.step(now))
+        self._pace.skip(now)
+        return None
 
     def _sensors_allow(self, now):
-        complaint = self.sensor_complaint(now)
-        if complaint:
-            self._last_step = None
-            self.hold_reason = complaint
-            if self._lost_at is None:
-                self._lost_at = now
+        sight = self._sensors.look(now)
+        if sight is Sight.SILENT:
+            self._pace.pause()
             return False
-        if self._lost_at is not None:
-            lost_for = now - self._lost_at
-            self._lost_at, self.hold_reason = None, ''
-            if 0.0 <= lost_for <= RESUME_TIME or not self.machine.begun:
-                self.machine.restart()
-            else:
-                self.machine.give_up('sensors were silent for {:.1f} s'.format(lost_for))
+        if sight is Sight.BACK_SOON or (sight is Sight.BACK_LATE and not self.machine.begun):
+            self.machine.restart()
+        elif sight is Sight.BACK_LATE:
+            self.machine.give_up('sensors were silent for {:.1f} s'.format(
+                self._sensors.silent_for))
         return self.machine.active
 
     def _pause(self):
         """The robot stands, or is in other hands: the next command starts afresh."""
-        self._last_step = None
-        self._lost_at = None
-        self.hold_reason = ''
+        self._pace.pause()
+        self._sensors.pause()
 
     def _restart_after(self, resets):
         if resets:

@@ -1,29 +1,45 @@
-"""One drive from start to rest, in pure Python: the navigator on the embedded robot.
+"""One motion from start to rest, in pure Python: a node's core on the embedded robot.
 
 Faster than real time by orders of magnitude; the benchmark and the tests judge by it. What is
-judged is the robot's true pose, never what the navigator believes.
+judged is the robot's true pose, never what the core believes.
 
 Units: seconds, metres, radians.
 """
 import math
 from dataclasses import dataclass
 
-from tb3_labs.angles import difference
+from tb3_labs.angles import continuous, difference
+from tb3_labs.arbiter import Driver
 from tb3_labs.drive_laws import DriveConfig, make_law
 from tb3_labs.goal import GoalState
+from tb3_labs.lab_controller import LabController
 from tb3_labs.motion import Twist2
 from tb3_labs.navigator import Navigator
 from tb3_labs.se2 import Pose2
 from tb3_labs.sensors import ImuSample
 from tb3_labs.simulator import Simulator
+from tb3_labs.turning import TurnConfig, make_turn
 from tb3_labs.turtlebot3 import robot_model
 
 
 #: Between two looks at the robot's true pose [s].
 LOOK_PERIOD = 0.02
+TURN_LOOK_PERIOD = 0.005
+#: A robot that does not move for this long has come to rest for good [s].
+SETTLED_TIME = 0.5
 #: A robot that is slower than this is at rest [m/s], [rad/s].
 REST_LINEAR = 0.001
 REST_ANGULAR = 0.01
+
+
+@dataclass(frozen=True)
+class SpotTurn:
+    """How a turn on the spot went; true angles, against the robot's real heading."""
+
+    turned: float           # [rad], counted over whole turns
+    time: float             # from the first command to rest [s]
+    overshoot: float        # farthest beyond the goal [rad]; 0 if never
+    fastest: float          # [rad/s], commanded
 
 
 @dataclass(frozen=True)
@@ -62,19 +78,18 @@ def drive(goal, robot_config, drive_config=DriveConfig(), declared=Pose2(), give
     model = robot_model(robot_config.model)
     robot = Simulator(robot_config)
     navigator = Navigator(make_law(drive_config, model), has_control=True)
-    _run(robot, navigator, 0.2)
+    _navigate(robot, navigator, 0.2)
     navigator.localizer.reset(declared, robot.now)
-    _run(robot, navigator, 0.5)
+    _navigate(robot, navigator, 0.5)
     local_T_world = declared @ robot.truth.inverse()
     navigator.set_goal(goal)
     begun = robot.now
     along = Pose2(goal.x, goal.y, declared.bearing_to(goal)).inverse() @ local_T_world
     commands, overrun = [], -math.inf
     while navigator.machine.active and robot.now - begun < give_up_after:
-        commands += _run(robot, navigator, LOOK_PERIOD)
+        commands += _navigate(robot, navigator, LOOK_PERIOD)
         overrun = max(overrun, (along @ robot.truth).x)
-    while _moves(robot):
-        robot.step(LOOK_PERIOD)
+    _come_to_rest(robot)
     here = local_T_world @ robot.truth
     return Drive(
         navigator.machine.state is GoalState.GOAL_REACHED, navigator.machine.failure,
@@ -83,26 +98,67 @@ def drive(goal, robot_config, drive_config=DriveConfig(), declared=Pose2(), give
         max(abs(linear) + model.half_track * abs(angular) for linear, angular in commands), overrun)
 
 
+def turns(degrees, robot_config, turn_config=TurnConfig(), wait=0.3):
+    """Let a robot make several turns on the spot, one after the other; a SpotTurn for each."""
+    robot = Simulator(robot_config)
+    controller = LabController(make_turn(turn_config, robot_model(robot_config.model)))
+    _control(robot, controller, wait)
+    return [_turn(robot, controller, asked) for asked in degrees]
+
+
+def _turn(robot, controller, degrees):
+    start = yaw = robot.truth.yaw
+    begun = resting_since = robot.now
+    goal, sign = math.radians(degrees), math.copysign(1.0, degrees)
+    commands, overshoot = [], 0.0
+    controller.ask(degrees, robot.now)
+    while controller.driver is Driver.TURN or robot.now - resting_since < SETTLED_TIME:
+        commands += _control(robot, controller, TURN_LOOK_PERIOD)
+        yaw = continuous(robot.truth.yaw, yaw)
+        overshoot = max(overshoot, sign * (yaw - start - goal))
+        if _moves(robot):
+            resting_since = robot.now
+    return SpotTurn(yaw - start, resting_since - begun, overshoot,
+                    max(abs(angular) for _, angular in commands))
+
+
+def _come_to_rest(robot):
+    while _moves(robot):
+        robot.step(LOOK_PERIOD)
+
+
 def _moves(robot):
     linear, angular = robot.true_velocity
     return abs(linear) > REST_LINEAR or abs(angular) > REST_ANGULAR
 
 
-def _run(robot, navigator, seconds):
-    """Let time pass; each sample goes to the navigator when it arrives, its commands to the robot.
+def _navigate(robot, navigator, seconds):
+    """Let time pass for a drive; returns the commands."""
+    def hear(sample):
+        if isinstance(sample, ImuSample):
+            navigator.on_imu(sample, robot.now)
+        else:
+            navigator.on_odometry(sample, robot.now)
+        navigator.localizer.take_fix()
+    return _run(robot, navigator, hear, seconds)
 
-    Returns the commands.
-    """
+
+def _control(robot, controller, seconds):
+    """Let time pass for a turn; returns the commands."""
+    def hear(sample):
+        if isinstance(sample, ImuSample):
+            controller.on_imu(sample, robot.now)
+    return _run(robot, controller, hear, seconds)
+
+
+def _run(robot, driver, hear, seconds):
+    """Each sample is heard when it arrives, and what `driver` then commands goes to the robot."""
     commands = []
     end = robot.now + seconds
     while robot.now < end:
         for sample in robot.step(min(1.0 / robot.config.imu_rate, end - robot.now)):
-            if isinstance(sample, ImuSample):
-                navigator.on_imu(sample, robot.now)
-            else:
-                navigator.on_odometry(sample, robot.now)
-            navigator.localizer.take_fix()
-            if navigator.due(robot.now):
-                commands.append(navigator.command(robot.now) or Twist2())
+            hear(sample)
+            if driver.due(robot.now):
+                commands.append(driver.command(robot.now) or Twist2())
                 robot.command(*commands[-1])
     return commands

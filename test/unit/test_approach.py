@@ -6,16 +6,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.approach import FIRST_DELAY, MAX_DELAY, Approach, DelayEstimate
+from tb3_labs.approach import (
+    FIRST_DELAY, FIRST_LAG, MAX_DELAY, MAX_LAG, Approach, Response)
 
 TICK = 0.02
 NEAR = math.radians(0.5)
 
 
-def approach_to(remaining, delay, lag=0.05, fastest=1.5, learned=None):
+def approach_to(remaining, delay, lag=0.05, fastest=1.5, learned=None, prompt=False):
     """(way left at rest, greatest overshoot, time until it stays near 0, fastest command)."""
-    learned = learned or DelayEstimate()
-    approach = Approach(12.0, gain=20.0, slowest=0.04, close_enough=0.003, delay=learned)
+    learned = learned or Response()
+    approach = Approach(24.0, gain=20.0, slowest=0.04, close_enough=0.003, response=learned,
+                        speed_is_prompt=prompt)
     commands = deque([0.0] * round(delay / TICK))
     speed, overshoot, time, near_at, greatest, still = 0.0, 0.0, 0.0, 0.0, 0.0, 0
     sign = math.copysign(1.0, remaining)
@@ -24,7 +26,7 @@ def approach_to(remaining, delay, lag=0.05, fastest=1.5, learned=None):
         greatest = max(greatest, abs(commands[-1]))
         command = commands.popleft()
         # first-order lag, exact over one tick
-        share = math.exp(-TICK / lag)
+        share = math.exp(-TICK / lag) if lag else 0.0
         travelled = command * TICK + (speed - command) * lag * (1.0 - share)
         speed = command + (speed - command) * share
         remaining -= travelled
@@ -36,9 +38,10 @@ def approach_to(remaining, delay, lag=0.05, fastest=1.5, learned=None):
     return remaining, overshoot, near_at, greatest
 
 
-@given(st.floats(0.02, 7.0), st.sampled_from([1.0, -1.0]), st.sampled_from([0.0, 0.02, 0.04]))
-def test_comes_to_rest_at_zero_from_either_side(size, sign, delay):
-    left, overshoot, _, greatest = approach_to(sign * size, delay)
+@given(st.floats(0.02, 7.0), st.sampled_from([1.0, -1.0]), st.sampled_from([0.0, 0.02, 0.04]),
+       st.booleans())
+def test_comes_to_rest_at_zero_from_either_side(size, sign, delay, prompt):
+    left, overshoot, _, greatest = approach_to(sign * size, delay, prompt=prompt)
     assert abs(left) <= 0.006
     assert overshoot <= NEAR
     assert greatest <= 1.5
@@ -46,15 +49,51 @@ def test_comes_to_rest_at_zero_from_either_side(size, sign, delay):
 
 @pytest.mark.parametrize('delay', [0.0, 0.04, 0.1, 0.2])
 def test_learns_how_long_commands_are_under_way(delay):
-    learned = DelayEstimate()
+    learned = Response()
     approach_to(3.0, delay, learned=learned)
-    assert learned.seconds == pytest.approx(delay, abs=0.002)
+    assert learned.delay == pytest.approx(delay, abs=0.002)
+
+
+@pytest.mark.parametrize('delay', [0.04, 0.1])
+@pytest.mark.parametrize('lag', [0.0, 0.02, 0.1])
+def test_a_gyro_tells_the_delay_from_the_lag_of_the_motors(delay, lag):
+    learned = Response()
+    approach_to(3.0, delay, lag=lag, learned=learned, prompt=True)
+    # a look at every tick sees the robot begin to move half a tick late or early
+    assert learned.lag == pytest.approx(lag, abs=0.5 * TICK + 0.002)
+    assert learned.total == pytest.approx(delay + lag, abs=0.002)
+
+
+@pytest.mark.parametrize('lag', [0.0, 0.02, 0.05, 0.1])
+def test_stops_well_whatever_the_lag_once_it_is_learned(lag):
+    learned = Response()
+    approach_to(3.0, 0.06, lag=lag, learned=learned, prompt=True)
+    left, overshoot, _, _ = approach_to(1.57, 0.06, lag=lag, learned=learned, prompt=True)
+    assert abs(left) <= 0.006
+    assert overshoot <= math.radians(1.0)
+
+
+def test_a_goal_that_moves_on_the_way_confuses_neither_the_stop_nor_what_is_learned():
+    learned = Response()
+    approach = Approach(24.0, gain=20.0, slowest=0.04, close_enough=0.003, response=learned,
+                        speed_is_prompt=True)
+    remaining, speed = 1.5, 0.0
+    for tick in range(200):
+        if tick == 30:
+            remaining += 1.0
+            approach.extend(1.0)
+        command = approach.step(remaining, speed, 1.5, TICK)
+        share = math.exp(-TICK / 0.05)
+        remaining -= command * TICK + (speed - command) * 0.05 * (1.0 - share)
+        speed = command + (speed - command) * share
+    assert abs(remaining) <= 0.006 and abs(speed) < 1e-3
+    assert learned.total == pytest.approx(0.05, abs=0.002)
 
 
 def test_a_learned_delay_prevents_the_overshoot_that_ignorance_causes():
-    learned = DelayEstimate(0.16)
+    learned = Response(delay=0.16)
     _, with_knowledge, _, _ = approach_to(0.3, 0.16, learned=learned)
-    _, without, _, _ = approach_to(0.3, 0.16, learned=DelayEstimate(0.0))
+    _, without, _, _ = approach_to(0.3, 0.16, learned=Response(delay=0.0))
     assert with_knowledge < math.radians(1.0) < without
 
 
@@ -65,37 +104,39 @@ def test_takes_little_more_than_the_least_time():
 
 
 def test_zero_remaining_moves_nothing():
-    approach = Approach(12.0, gain=20.0, slowest=0.04, close_enough=0.003, delay=DelayEstimate())
+    approach = Approach(12.0, gain=20.0, slowest=0.04, close_enough=0.003, response=Response())
     assert [approach.step(0.0, 0.0, 1.5, TICK) for _ in range(5)] == [0.0] * 5
 
 
 def test_acceleration_is_bounded():
-    approach = Approach(12.0, gain=20.0, slowest=0.04, close_enough=0.003, delay=DelayEstimate())
+    approach = Approach(12.0, gain=20.0, slowest=0.04, close_enough=0.003, response=Response())
     commands = [approach.step(3.0, 0.0, 1.5, TICK) for _ in range(4)]
     assert commands == pytest.approx([0.24, 0.48, 0.72, 0.96])
 
 
 def test_dt_of_zero_changes_nothing():
-    approach = Approach(12.0, gain=20.0, slowest=0.04, close_enough=0.003, delay=DelayEstimate())
+    approach = Approach(12.0, gain=20.0, slowest=0.04, close_enough=0.003, response=Response())
     approach.step(3.0, 0.0, 1.5, TICK)
     assert approach.step(3.0, 0.0, 1.5, 0.0) == pytest.approx(0.24)
 
 
-def test_delay_estimate_stays_within_bounds():
-    estimate = DelayEstimate()
-    assert estimate.seconds == FIRST_DELAY
+def test_what_is_learned_stays_within_bounds():
+    response = Response()
+    assert (response.delay, response.lag) == (pytest.approx(FIRST_DELAY), FIRST_LAG)
     for _ in range(100):
-        estimate.measured(5.0)
-    assert estimate.seconds == pytest.approx(MAX_DELAY)
-    for _ in range(100):
-        estimate.measured(-1.0)
-    assert estimate.seconds == pytest.approx(0.0, abs=1e-6)
+        response.measured(5.0, onset=0.0)
+    assert response.total == pytest.approx(MAX_DELAY)
+    assert response.lag == pytest.approx(MAX_LAG)
+    for _ in range(200):
+        response.measured(-1.0, onset=1.0)
+    assert response.total == pytest.approx(0.0, abs=1e-6)
+    assert response.delay == pytest.approx(0.0, abs=1e-6)
 
 
 @pytest.mark.parametrize('stall, backs_up', [(0.0, False), (0.2, True)])
 def test_a_command_that_comes_late_is_made_good_backwards(stall, backs_up):
     """The drive to a goal, with the last 2 cm driven at the speed of one late command."""
-    approach = Approach(2.0, gain=20.0, slowest=0.015, close_enough=0.0005, delay=DelayEstimate())
+    approach = Approach(2.0, gain=20.0, slowest=0.015, close_enough=0.0005, response=Response())
     remaining, speed, time, held, lowest = 0.5, 0.0, 0.0, None, 0.0
     while time < 6.0:
         command = approach.step(remaining, speed, 0.2108, TICK, backwards_from=0.008)

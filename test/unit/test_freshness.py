@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from tb3_labs.freshness import SENSOR_TIMEOUT, Freshness, complaints
+from tb3_labs.freshness import SENSOR_TIMEOUT, Freshness, SensorWatch
 
 
 def heard_at(time, name='imu', timeout=0.25):
@@ -51,5 +51,5 @@ def test_the_usual_timeout_is_5_cm_of_a_burger_at_full_speed():
 
 def test_complaints_name_each_silent_source_and_how_long():
     imu, odom, joy = heard_at(10.0, 'imu'), heard_at(8.74, 'odom'), Freshness('joy')
-    assert complaints([imu, odom, joy], 10.0) == 'no odom for 1.3 s, no joy yet'
-    assert complaints([imu], 10.1) == complaints([], 10.0) == ''
+    assert SensorWatch(imu, odom, joy).complaint(10.0) == 'no odom for 1.3 s, no joy yet'
+    assert SensorWatch(imu).complaint(10.1) == SensorWatch().complaint(10.0) == ''

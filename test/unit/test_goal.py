@@ -3,9 +3,10 @@ import math
 
 import pytest
 
-from tb3_labs.goal import STALL_TIME, GoalMachine, GoalState, LawStep
+from tb3_labs.goal import GoalMachine, GoalState
 from tb3_labs.localizer import Motion
-from tb3_labs.motion import Twist2
+from tb3_labs.motion import LawStep, Twist2
+from tb3_labs.progress import STALL_TIME
 from tb3_labs.se2 import Pose2
 
 GOAL = Pose2(1.0, 0.0, 0.5)

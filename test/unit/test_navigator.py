@@ -3,9 +3,9 @@ import math
 
 import pytest
 
-from tb3_labs.drive_laws import DriveConfig, make_law
-from tb3_labs.freshness import SENSOR_TIMEOUT
-from tb3_labs.navigator import RESUME_TIME, Navigator
+from tb3_labs.drive_laws import DriveConfig, PreciseLaw, make_law
+from tb3_labs.freshness import RESUME_TIME, SENSOR_TIMEOUT
+from tb3_labs.navigator import Navigator
 from tb3_labs.se2 import Pose2
 from tb3_labs.sensors import ImuSample, OdometrySample
 from tb3_labs.turtlebot3 import robot_model
@@ -64,8 +64,9 @@ def test_control_lost_silences_and_control_back_begins_anew():
     robot.navigator.set_control(True)
     commands = robot.run(0.1)
     assert None not in commands
-    # from standing: the first command is no step
-    assert abs(commands[0].angular) < 0.3
+    # from standing: the first command is what the acceleration allows in one period
+    assert abs(commands[0].angular) == pytest.approx(
+        DriveConfig().angular_acceleration * PreciseLaw.period)
 
 
 def test_commands_come_at_the_laws_own_rate():

@@ -1,0 +1,237 @@
+"""Everything `controller` decides, without ROS: turns beside the mouse, and who drives.
+
+Samples, mouse and turns go in with the time of their arrival; :meth:`LabController.command` says
+what to send. None means: be silent (after one zero, if the robot was being driven).
+
+Units: seconds on the receiver's clock (`now`), radians, m/s; turns are asked for in degrees.
+"""
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from tb3_labs.angles import continuous
+from tb3_labs.arbiter import Driver, Event, who_drives
+from tb3_labs.freshness import Freshness, SensorWatch, Sight
+from tb3_labs.motion import Twist2
+from tb3_labs.pace import Pace
+from tb3_labs.progress import Progress
+from tb3_labs.teleop import mouse_twist
+
+#: An active mouse that is silent for this long is lost [s].
+MOUSE_TIMEOUT = 0.2
+#: A robot that turns faster than this while nobody here drives is driven by another [rad/s].
+DRIVEN_RATE = 0.1
+#: A robot that turns slower than this rests, and its turn can be judged [rad/s].
+REST_RATE = 0.03
+#: While the IMU was silent the robot cannot have turned farther than this by itself [rad].
+MAX_BLIND_TURN = 1.0
+
+
+class News(NamedTuple):
+    """Something to tell the user; `warning` where it is not what was asked for."""
+
+    text: str
+    warning: bool
+
+
+@dataclass
+class Turn:
+    """One turn, from the moment it was asked for until it is judged."""
+
+    asked: float                  # [rad]
+    begun_at: float               # [s]
+    goal: float                   # [rad], continuous yaw
+    progress: Progress = field(default_factory=Progress)
+
+
+class LabController:
+    """One robot that turns by the IMU and drives by the mouse."""
+
+    def __init__(self, law):
+        """`law`: a turning.LabTurn or turning.PreciseTurn."""
+        self.driver = Driver.NOBODY
+        self._law = law
+        self._pace = Pace(law.period)
+        self._imu = Freshness('imu')
+        self._sensors = SensorWatch(self._imu)
+        self._rate = 0.0
+        self._yaw = None          # continuous over whole turns
+        self._turn = None         # the Turn that is driven, or waits for rest to be judged,
+        self._carried = 0.0       # and what the one before left undone
+        self._mouse = Freshness('mouse', MOUSE_TIMEOUT)
+        self._mouse_active = False
+        self._mouse_lost = False  # and not yet seen in the middle again
+        self._mouse_twist = Twist2()
+        self._mouse_is_new = False
+        self._news = []
+
+    # -- what comes in
+
+    def on_imu(self, sample, now):
+        """Take an ImuSample in."""
+        yaw = sample.yaw if self._yaw is None else continuous(sample.yaw, self._yaw)
+        if self.driver is Driver.TURN and not self._imu.is_fresh(now) and (
+                abs(yaw - self._yaw) > MAX_BLIND_TURN):
+            self._happens(Event.TURN_OVER, 'the heading jumped by {:.0f} degrees while the IMU was '
+                          'silent'.format(math.degrees(yaw - self._yaw)))
+        self._imu.heard(now)
+        self._yaw, self._rate = yaw, sample.yaw_rate
+        if self.driver is Driver.TURN:
+            return
+        if self._turn is not None and abs(self._rate) <= REST_RATE:
+            self._judge_turn(now)
+        elif self._turn is None and abs(self._rate) > DRIVEN_RATE:
+            self._carried = 0.0
+
+    def on_mouse(self, active, x, y, now):
+        """Take a message of the mouse in; ``ValueError`` for a position that is none."""
+        twist = mouse_twist(x, y)
+        centred = twist == Twist2()
+        self._mouse.heard(now)
+        if not active or centred:
+            self._mouse_lost = False
+        if not active:
+            self._release_mouse('the mouse was deactivated')
+        elif not self._mouse_lost:
+            self._activate_mouse()
+            self._mouse_twist, self._mouse_is_new = twist, True
+            self._happens(Event.MOUSE_CENTRED if centred else Event.MOUSE_MOVED,
+                          'the mouse took over')
+
+    def ask(self, degrees, now):
+        """Turn by so many degrees, left positive; ``ValueError`` with the reason of a refusal.
+
+        While a turn is going on, the precise law moves its goal by so much; the handout's begins
+        anew from where the robot looks.
+        """
+        angle = math.radians(degrees)
+        under_way = self.driver is Driver.TURN and self._law.extends
+        whole = self._turn.goal - self._yaw + angle if under_way else angle
+        if not abs(whole) <= self._law.MAX_ANGLE + 1e-9:    # nor NaN
+            raise ValueError('cannot turn by {:g} degrees: {}'.format(
+                math.degrees(whole), self._law.MAX_ANGLE_IN_WORDS))
+        if self.driver is Driver.MOUSE:
+            raise ValueError('cannot turn: the mouse is driving; move it to the middle of the '
+                             'screen, or scroll up, then ask again')
+        complaint = self._sensors.complaint(now)
+        if complaint:
+            raise ValueError('cannot turn: {} (is the robot running?)'.format(complaint))
+        if under_way:
+            self._law.extend(angle)
+            self._turn = Turn(self._turn.asked + angle, self._turn.begun_at,
+                              self._turn.goal + angle)
+        else:
+            self._begin_turn(angle, now)
+        self._tell('Turning {:g} degrees'.format(round(math.degrees(self._turn.asked), 6)))
+        self._happens(Event.TURN_ASKED)
+
+    # -- what comes out
+
+    def take_news(self):
+        """What has happened since the last call, a list of News."""
+        news, self._news = self._news, []
+        return news
+
+    @property
+    def watched(self):
+        """Must somebody look at the clock, even if no message arrives?"""
+        return self.driver is not Driver.NOBODY or self._mouse_active
+
+    def due(self, now):
+        """Is it time for :meth:`command`?"""
+        if self._mouse_is_new or self._mouse_is_lost(now):
+            return True
+        return self.driver is Driver.TURN and (
+            self._pace.due(now) or not self._sensors.are_fresh(now))
+
+    def command(self, now):
+        """The Twist2 to send now, or None: silence."""
+        self._mouse_is_new = False
+        if self._mouse_is_lost(now):
+            self._mouse_lost = True
+            self._release_mouse('{}: move it to the middle of the screen to use it again'.format(
+                self._mouse.complaint(now)))
+        if self.driver is Driver.MOUSE:
+            return self._mouse_twist
+        if self.driver is Driver.TURN and self._sensors_allow(now):
+            return self._turn_on(self._pace.step(now))
+        self._pace.skip(now)
+        return None
+
+    # -- turns
+
+    def _begin_turn(self, angle, now):
+        if self._turn is not None and self.driver is not Driver.TURN:
+            self._judge_turn(now)
+        self._turn = Turn(angle, now, self._yaw + self._carried + angle)
+        self._start_law()
+
+    def _start_law(self):
+        """Begin, or go on after a stop, from where the robot looks."""
+        self._law.start(self._yaw, self._turn.goal - self._yaw)
+        self._turn.progress = Progress()
+        self._pace.pause()
+        self._sensors.pause()
+
+    def _sensors_allow(self, now):
+        sight = self._sensors.look(now)
+        if sight is Sight.SILENT:
+            if self._pace.running:
+                self._tell('Stopped: ' + self._sensors.hold_reason, warning=True)
+            self._pace.pause()
+        elif sight is Sight.BACK_SOON:
+            self._tell('Going on: the IMU is back')
+            self._start_law()
+        elif sight is Sight.BACK_LATE:
+            self._happens(Event.TURN_OVER, 'the IMU was silent for {:.1f} s'.format(
+                self._sensors.silent_for))
+        return self.driver is Driver.TURN and sight is not Sight.SILENT
+
+    def _turn_on(self, dt):
+        step = self._law.step(self._yaw, self._rate, dt)
+        failure = '' if step.finished else self._turn.progress.complaint(
+            step.remaining, Twist2(0.0, self._rate), dt)
+        if not step.finished and not failure:
+            return step.command
+        self._happens(Event.TURN_OVER, failure)
+        return None
+
+    def _judge_turn(self, now):
+        """A turn is over and the robot at rest: how well did it go?"""
+        error = self._turn.goal - self._yaw
+        self._tell('Turned {:.1f} degrees: {:.2f} degrees {} after {:.1f} s'.format(
+            math.degrees(self._turn.asked - error), abs(math.degrees(error)),
+            'short' if error * self._turn.asked > 0.0 else 'too far', now - self._turn.begun_at))
+        self._carried = error if self._law.carries_error else 0.0
+        self._turn = None
+
+    # -- the mouse, and who drives
+
+    def _mouse_is_lost(self, now):
+        return self._mouse_active and not self._mouse.is_fresh(now)
+
+    def _activate_mouse(self):
+        if not self._mouse_active:
+            self._mouse_active = True
+            self._tell('The mouse is active: it drives outside the middle of the screen; scroll '
+                       'up to stop')
+
+    def _release_mouse(self, reason):
+        if self._mouse_active:
+            self._mouse_active = False
+            self._tell(reason[0].upper() + reason[1:])
+            self._happens(Event.MOUSE_RELEASED, reason)
+
+    def _happens(self, event, reason=''):
+        """The rule of the arbiter; a turn that ends by it for a `reason` has been given up."""
+        before, self.driver = self.driver, who_drives(self.driver, event)
+        if self.driver is Driver.MOUSE:
+            self._carried = 0.0
+        if before is Driver.TURN and self.driver is not Driver.TURN and reason:
+            self._tell('Turn given up {:.0f} degrees before its end: {}'.format(
+                abs(math.degrees(self._turn.goal - self._yaw)), reason), warning=True)
+            self._turn = None
+            self._carried = 0.0
+
+    def _tell(self, text, warning=False):
+        self._news.append(News(text, warning))

@@ -1,0 +1,39 @@
+"""When is the next command due, and how long ago was the last one?
+
+Units: seconds on the caller's clock (`now`). Edge cases: a clock that goes back makes a command
+due; the first step, and the first after a pause, counts as one period.
+"""
+from tb3_labs.motion import clamp
+
+
+class Pace:
+    """Steps at `period` on average, neither catching up nor running ahead."""
+
+    def __init__(self, period):
+        self._period = period
+        self._next = 0.0
+        self._last = None
+
+    @property
+    def running(self):
+        """True from a step to the next pause."""
+        return self._last is not None
+
+    def due(self, now):
+        """Is it time for the next step?"""
+        return now >= self._next or now < self._next - self._period
+
+    def step(self, now):
+        """Take a step; returns the time since the last one [s]."""
+        self.skip(now)
+        dt = self._period if self._last is None else max(0.0, now - self._last)
+        self._last = now
+        return dt
+
+    def skip(self, now):
+        """Nothing to do this time."""
+        self._next = clamp(self._next + self._period, now + 0.5 * self._period, now + self._period)
+
+    def pause(self):
+        """The robot stands, or is in other hands: the next step starts afresh."""
+        self._last = None

@@ -1,0 +1,145 @@
+"""A turn on the spot by the IMU: the IMU lab's law and a precise one.
+
+Units: radians, counter-clockwise positive; the lab's own constants are in degrees, as in the
+handout. A turn is asked for as an angle, not as a heading: 180 and -180 are two turns, and 360 is
+one all the way round. Only the handout's law cannot tell them apart.
+Source: LabTurn is the IMU lab's handout, number by number; PreciseTurn brakes by
+:mod:`tb3_labs.approach`.
+"""
+import math
+from dataclasses import dataclass
+
+from tb3_labs.angles import continuous, difference
+from tb3_labs.approach import Approach, Response
+from tb3_labs.config import Config, setting
+from tb3_labs.motion import LawStep, Twist2, proportional
+
+#: What the keyboard calls a turn [deg].
+WORDS = {'l': 90.0, 'r': -90.0, 'b': 180.0}
+
+
+def degrees_of(text):
+    """The turn that `text` asks for [deg]: a word, or a number; else ``ValueError``."""
+    try:
+        return WORDS[text] if text in WORDS else float(text)
+    except ValueError:
+        raise ValueError('{!r} is not valid: l (90 degrees left), r (90 right), b (180, about '
+                         'turn), a number of degrees (left positive), q (quit)'.format(
+                             text[:20])) from None
+
+
+@dataclass(frozen=True)
+class TurnConfig(Config):
+    """How to turn."""
+
+    law: str = setting('precise', "precise, or lab for the handout's own law",
+                       choices=('precise', 'lab'))
+    k_hdg: float = setting(0.1, "lab: rate of turn for each degree that is left", 'rad/s',
+                           low=0.001, high=10.0)
+    hdg_tol: float = setting(10.0, 'lab: the turn is over this near to its goal', 'deg',
+                             low=0.1, high=45.0)
+    min_ang_z: float = setting(0.5, 'lab: slowest turn', 'rad/s', low=0.0, high=5.0)
+    max_ang_z: float = setting(1.5, "fastest turn; the robot's own limit holds as well", 'rad/s',
+                               low=0.1, high=5.0)
+    tolerance_deg: float = setting(0.3, 'precise: how near counts as turned', 'deg',
+                                   low=0.2, high=45.0)
+    angular_acceleration: float = setting(32.0, 'precise: speeding up; half of it for braking',
+                                          'rad/s^2', low=1.0, high=80.0)
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.min_ang_z > self.max_ang_z:
+            raise ValueError('min_ang_z = {:g} is not valid: a number up to max_ang_z, which is '
+                             '{:g} rad/s'.format(self.min_ang_z, self.max_ang_z))
+
+
+def make_turn(config, model):
+    """The turn that `config` (TurnConfig) asks for, for a turtlebot3.RobotModel."""
+    if config.law == 'lab':
+        return LabTurn(config, model)
+    return PreciseTurn(min(config.max_ang_z, model.max_angular), config.angular_acceleration,
+                       math.radians(config.tolerance_deg), Response())
+
+
+class LabTurn:
+    """The handout's law: proportional, clamped, over inside the tolerance.
+
+    It knows the goal as a heading alone and goes there the short way round; it stops as soon as
+    it is inside the tolerance, so it ends short by most of that.
+    """
+
+    period = 0.1    # [s]: 10 Hz
+    MAX_ANGLE = math.pi
+    MAX_ANGLE_IN_WORDS = "the handout's law goes the short way round, at most 180"
+    #: Every turn is counted from where the robot looks when it is asked, also during another.
+    extends = False
+    carries_error = False
+
+    def __init__(self, config, model):
+        self._gain = config.k_hdg
+        self._tolerance = config.hdg_tol
+        self._slowest = min(config.min_ang_z, model.max_angular)
+        self._fastest = min(config.max_ang_z, model.max_angular)
+
+    def start(self, yaw, angle):
+        """Turn by `angle`, beginning at `yaw`."""
+        self._goal = yaw + angle
+
+    def step(self, yaw, rate, dt):
+        """What to command, facing `yaw`."""
+        error = math.degrees(difference(self._goal, yaw))
+        command = proportional(error, self._gain, self._slowest, self._fastest)
+        return LawStep(Twist2(0.0, command), math.radians(error), abs(error) < self._tolerance)
+
+
+class PreciseTurn:
+    """As fast as the limits allow, the way round that was asked for, at rest at the end.
+
+    Also turns a drive to its goal, see :mod:`tb3_labs.drive_laws`.
+    """
+
+    period = 0.02    # [s]: the firmware takes a command every 33 ms
+    MAX_ANGLE = 200.0 * math.pi
+    MAX_ANGLE_IN_WORDS = 'a number from -36000 to 36000'
+    #: A turn during another moves its goal; one after another makes up for what that left undone.
+    extends = True
+    carries_error = True
+    #: A robot that turns slower than this rests [rad/s].
+    REST_RATE = 0.03
+    #: It has settled when it rested inside the tolerance for this long [s].
+    SETTLING_TIME = 0.06
+
+    def __init__(self, fastest, acceleration, tolerance, response):
+        """[rad/s], [rad/s^2], [rad]; `response` is the robot's approach.Response."""
+        self._fastest = fastest
+        self._tolerance = tolerance
+        self._approach = Approach(acceleration, gain=20.0, slowest=0.04, close_enough=0.003,
+                                  response=response, speed_is_prompt=True)
+
+    def start(self, yaw, angle):
+        """Turn by `angle`, beginning at `yaw`, with a robot that stands."""
+        self._face = yaw + angle
+        #: The angle that is left; it keeps the way round, also over many turns.
+        self.remaining = angle
+        self._rested_for = 0.0
+        self._approach.start()
+
+    def extend(self, angle):
+        """Turn by `angle` more (or less): from the goal, while the robot is on its way there."""
+        self._face += angle
+        self.remaining += angle
+        self._approach.extend(angle)
+
+    def aim(self, face):
+        """Face another heading from now on, the short way from the last one."""
+        self._face = face
+
+    def step(self, yaw, rate, dt):
+        """What to command, facing `yaw` and turning at `rate`, `dt` after the last step; finished
+        when settled: at rest inside the tolerance."""
+        self.remaining = continuous(self._face - yaw, self.remaining)
+        command = self._approach.step(self.remaining, rate, self._fastest, dt)
+        rests = abs(self.remaining) <= self._tolerance and abs(rate) <= self.REST_RATE
+        self._rested_for = self._rested_for + dt if rests else 0.0
+        return LawStep(Twist2(0.0, command), self.remaining,
+                       self._rested_for >= self.SETTLING_TIME)

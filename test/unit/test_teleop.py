@@ -1,0 +1,28 @@
+"""Mouse positions into velocities, by the numbers of the handout."""
+import math
+
+import pytest
+
+from tb3_labs.teleop import mouse_twist
+
+
+@pytest.mark.parametrize('x, y, linear, angular', [
+    (0.0, 0.0, 0.0, 0.0),
+    (0.25, -0.25, 0.0, 0.0),          # the dead zone is closed
+    (0.26, 0.0, 0.0, -0.13),          # right is clockwise
+    (-0.5, 0.0, 0.0, 0.25),           # left is counter-clockwise
+    (0.0, 0.5, 0.25, 0.0),            # up is forward
+    (0.1, -1.0, -0.5, 0.0),           # straight back, although not quite in the middle
+    (-1.0, 1.0, 0.5, 0.5),
+    (1.7, -3.0, -0.5, -0.5),          # beyond the edge of the screen is its edge
+])
+def test_mouse(x, y, linear, angular):
+    twist = mouse_twist(x, y)
+    assert twist.linear == pytest.approx(linear)
+    assert twist.angular == pytest.approx(angular)
+
+
+@pytest.mark.parametrize('x, y', [(math.nan, 0.0), (0.0, math.inf), (-math.inf, math.nan)])
+def test_a_position_that_is_none_is_refused(x, y):
+    with pytest.raises(ValueError, match='not finite'):
+        mouse_twist(x, y)

@@ -1,0 +1,113 @@
+"""Turns on the spot: both laws by the numbers, and from the keyboard's words."""
+import math
+from dataclasses import replace
+
+import pytest
+
+from tb3_labs.rollout import turns
+from tb3_labs.simulator import SimulatorConfig
+from tb3_labs.turning import LabTurn, TurnConfig, degrees_of, make_turn
+from tb3_labs.turtlebot3 import robot_model
+
+BURGER = robot_model('burger')
+LAB = TurnConfig(law='lab')
+ROBOT = SimulatorConfig(imu_offset_deg=-105.5, imu_drift_deg_per_min=1.0, command_latency=0.05)
+STARTS = [0.0, 90.0, 179.0, -179.0]
+
+
+@pytest.mark.parametrize('text, degrees', [
+    ('l', 90.0), ('r', -90.0), ('b', 180.0), ('45', 45.0), ('-30.5', -30.5), ('+7', 7.0)])
+def test_words_of_the_keyboard(text, degrees):
+    assert degrees_of(text) == degrees
+
+
+@pytest.mark.parametrize('text', ['', 'x', 'left', 'l r', '9o', '\x1b[A', 'l' * 1000])
+def test_other_words_are_answered_with_what_is_valid(text):
+    with pytest.raises(ValueError) as problem:
+        degrees_of(text)
+    answer = str(problem.value)
+    assert all(word in answer for word in ('l (90', 'r (90', 'b (180', 'number of degrees', 'q'))
+    assert '\n' not in answer and len(answer) < 200
+
+
+@pytest.mark.parametrize('error_deg, rate', [
+    (90.0, 1.5), (15.0, 1.5), (12.0, 1.2), (10.5, 1.05),    # 0.1 rad/s per degree, at most 1.5
+    (-11.0, -1.1), (-179.0, -1.5)])
+def test_the_handouts_law(error_deg, rate):
+    turn = LabTurn(LAB, BURGER)
+    turn.start(0.3, math.radians(error_deg))
+    step = turn.step(0.3, 0.0, 0.1)
+    assert step.command == (0.0, pytest.approx(rate))
+    assert not step.finished
+
+
+def test_the_handouts_floor_is_half_a_radian_per_second():
+    turn = LabTurn(replace(LAB, hdg_tol=1.0), BURGER)
+    turn.start(0.0, math.radians(-3.0))
+    assert turn.step(0.0, 0.0, 0.1).command.angular == -0.5
+
+
+def test_the_handouts_tolerance_ends_the_turn():
+    turn = LabTurn(LAB, BURGER)
+    turn.start(0.0, math.radians(90.0))
+    assert not turn.step(math.radians(79.99), 0.0, 0.1).finished
+    assert turn.step(math.radians(80.01), 0.0, 0.1).finished
+
+
+def test_the_handouts_law_goes_the_short_way_round():
+    turn = LabTurn(LAB, BURGER)
+    turn.start(math.radians(179.0), math.radians(90.0))
+    turned = math.radians(-170.0)       # 11 degrees on, across 180
+    assert turn.step(turned, 0.0, 0.1).remaining == pytest.approx(math.radians(79.0))
+
+
+@pytest.mark.parametrize('start', STARTS)
+@pytest.mark.parametrize('degrees', [90.0, -90.0, 180.0, -180.0])
+@pytest.mark.parametrize('motor_lag', [0.0, 0.05])
+def test_precise_turns_end_where_they_should(start, degrees, motor_lag):
+    turn, = turns([degrees], replace(ROBOT, start_yaw_deg=start, motor_lag=motor_lag))
+    assert math.degrees(turn.turned) == pytest.approx(degrees, abs=0.5)
+    assert math.degrees(turn.overshoot) < 1.0
+    assert turn.fastest <= 1.5
+    least = math.radians(abs(degrees)) / 1.5
+    assert least < turn.time < 1.6 * least
+
+
+@pytest.mark.parametrize('degrees', [1.0, -5.0, 30.0, -270.0, 360.0, 720.0, -1.0])
+def test_any_number_of_degrees(degrees):
+    turn, = turns([degrees], ROBOT)
+    assert math.degrees(turn.turned) == pytest.approx(degrees, abs=0.5)
+
+
+@pytest.mark.parametrize('word', [90.0, -90.0, 180.0])
+def test_turns_do_not_add_up_their_errors(word):
+    # a robot whose law stops short every time: the tolerance is wide
+    config = TurnConfig(tolerance_deg=2.0)
+    total = 8 * word
+    made = turns([word] * 8, ROBOT, config)
+    assert math.degrees(sum(turn.turned for turn in made)) == pytest.approx(total, abs=0.5)
+
+
+def test_waffle_turns_as_well_within_its_limits():
+    turn, = turns([-90.0], replace(ROBOT, model='waffle'), TurnConfig(max_ang_z=5.0))
+    assert math.degrees(turn.turned) == pytest.approx(-90.0, abs=0.5)
+    assert turn.fastest <= 1.82
+
+
+def test_the_handouts_law_ends_short_where_nothing_is_late():
+    prompt = SimulatorConfig(motor_lag=0.0)
+    for degrees in (90.0, -90.0):
+        turn, = turns([degrees], prompt, LAB)
+        short = 90.0 - abs(math.degrees(turn.turned))
+        # inside 10 degrees at a look each 0.1 s, at 1 rad/s or less
+        assert 10.0 - math.degrees(0.1 * 1.0) - math.degrees(1.0 / 30.0) - 0.5 < short < 10.0
+
+
+def test_limits_that_contradict_each_other_are_refused():
+    with pytest.raises(ValueError, match='min_ang_z = 1.5.*max_ang_z, which is 1'):
+        TurnConfig(min_ang_z=1.5, max_ang_z=1.0)
+
+
+def test_laws_are_chosen_by_name():
+    assert isinstance(make_turn(LAB, BURGER), LabTurn)
+    assert not isinstance(make_turn(TurnConfig(), BURGER), LabTurn)
