@@ -5,7 +5,8 @@ went on sending one sample with new stamps for half a minute).
 """
 import math
 import random
-from dataclasses import replace
+
+from tb3_labs.sensors import with_stamp
 
 #: Shortest and longest dropout [s].
 DROPOUT = (0.3, 4.3)
@@ -45,7 +46,7 @@ class SensorFaults:
             return []
         if self._frozen and samples:
             self._kept = self._kept or samples[0]
-            samples = [replace(self._kept, stamp=sample.stamp) for sample in samples]
+            samples = [with_stamp(self._kept, sample.stamp) for sample in samples]
         if self._dropouts.rate:
             samples = [sample for sample in samples if not self._dropouts.cover(sample.stamp)]
         return samples

@@ -29,8 +29,8 @@ class GoalMachine:
     """One robot, one goal at a time.
 
     `law` has ``start(pose, goal)`` and, for each driving state, a method named like the state in
-    lower case: ``(motion, goal, dt) -> motion.LawStep``; besides ``shortfall(pose, goal)``, '' or what
-    is wrong with the pose in which the last of them ended, and ``distance_tolerance`` [m].
+    lower case: ``(motion, goal, dt) -> motion.LawStep``; besides ``shortfall(pose, goal)``, '' or
+    what is wrong with the pose in which the last of them ended, and ``distance_tolerance`` [m].
     """
 
     def __init__(self, law):

@@ -8,7 +8,8 @@ Units: seconds, radians. Noise: a Burger at rest shows 0.0008 rad/s and a few 0.
 sample to the next.
 """
 import math
-import random
+
+import numpy as np
 
 from tb3_labs.angles import TURN
 from tb3_labs.sensors import ImuSample
@@ -19,7 +20,7 @@ class ImuModel:
 
     def __init__(self, offset, seed):
         self._error = offset
-        self._random = random.Random(seed).random
+        self._noise = _pairs_of_normal_numbers(seed)
         self._yaw_noise = self._rate_noise = self._drift = 0.0
 
     def configure(self, yaw_noise, rate_noise, drift):
@@ -34,16 +35,15 @@ class ImuModel:
         """An ImuSample at each of `stamps`, none before `now`.
 
         `motion` is :meth:`tb3_labs.drivetrain.Drivetrain.turning` at `now`. This loop runs for
-        every IMU sample and makes the simulation fast or slow: local names, no calls.
+        every IMU sample and makes the simulation fast or slow: local names, few calls.
         """
         yaw_now, steady_rate, fading_rate, lag = motion
         yaw_now += self._error
         steady_rate += self._drift
         yaw_noise, rate_noise = self._yaw_noise, self._rate_noise
-        uniform, remainder, sqrt, log, cos, sin, exp = (
-            self._random, math.remainder, math.sqrt, math.log, math.cos, math.sin, math.exp)
+        remainder, exp = math.remainder, math.exp
         samples = []
-        for stamp in stamps:
+        for stamp, (first, second) in zip(stamps, self._noise):
             dt = stamp - now
             yaw = yaw_now + steady_rate * dt
             rate = steady_rate
@@ -51,10 +51,14 @@ class ImuModel:
                 fading = fading_rate * exp(-dt / lag)
                 yaw += lag * (fading_rate - fading)
                 rate += fading
-            # Box and Muller: two independent normal numbers.
-            size = sqrt(-2.0 * log(1.0 - uniform()))
-            direction = TURN * uniform()
-            yaw = remainder(yaw + yaw_noise * size * cos(direction), TURN)
+            yaw = remainder(yaw + yaw_noise * first, TURN)
             samples.append(ImuSample(stamp, yaw if yaw > -math.pi else math.pi,
-                                     rate + rate_noise * size * sin(direction)))
+                                     rate + rate_noise * second))
         return samples
+
+
+def _pairs_of_normal_numbers(seed):
+    """Independent standard normal numbers without end, two by two."""
+    generator = np.random.default_rng(seed)
+    while True:
+        yield from generator.standard_normal((1000, 2)).tolist()

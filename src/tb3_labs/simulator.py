@@ -111,6 +111,7 @@ class Simulator:
 
         self._commands = deque()    # under way
         self._command = Command(-math.inf, 0.0, 0.0)
+        self._obeyed = None         # (forward speed, rate of turn) that the motors follow
         self._on_the_wire = []      # samples, oldest first
         self._busy_until = -math.inf
         self._resetting = False
@@ -187,6 +188,7 @@ class Simulator:
             self._resetting = True
             self._busy_until = self._now + self._config.reset_pause
             if not self._config.reset_runs_on:
+                self._obeyed = None
                 self._drivetrain.set_goals(0.0, 0.0)
 
     def step(self, dt):
@@ -237,7 +239,9 @@ class Simulator:
         _, linear, angular = self._command
         if stamp - self._command.arrival > COMMAND_TIMEOUT:
             linear = angular = 0.0
-        self._drivetrain.set_goals(*motor_speeds(linear, angular, self._model))
+        if (linear, angular) != self._obeyed:
+            self._obeyed = linear, angular
+            self._drivetrain.set_goals(*motor_speeds(linear, angular, self._model))
 
     def _measure_imu(self, end):
         """Every IMU sample that is due before `end`."""

@@ -25,6 +25,12 @@ def mouse_twist(x, y):
     return Twist2(_scaled(y), _scaled(-x))
 
 
+def screen_position(pixel_x, pixel_y, width, height):
+    """A pixel (counted from the top left corner) as a position on a screen of that size."""
+    return (clamp(2.0 * pixel_x / max(width - 1, 1) - 1.0, -1.0, 1.0),
+            clamp(1.0 - 2.0 * pixel_y / max(height - 1, 1), -1.0, 1.0))
+
+
 def _scaled(position):
     if abs(position) <= MOUSE_DEAD_ZONE:
         return 0.0

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from known_motion import SteadyRobot, Truth, angle_between, assert_pose, held_back
 from tb3_labs.history import MAX_GAP, MEMORY, SensorHistory, Track
-from tb3_labs.sensors import ImuSample
+from tb3_labs.sensors import ImuSample, with_stamp
 
 SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(1 - 2j, 0.3), imu_offset=-1.8,
                        clock_ahead=0.775)
@@ -51,7 +51,7 @@ def assert_instant(instant, robot, now, ahead=None, seconds=1e-6, radians=1e-6):
 
 
 def restamped(messages, new_stamp):
-    return [(arrival, replace(sample, stamp=new_stamp(arrival, sample.stamp)))
+    return [(arrival, with_stamp(sample, new_stamp(arrival, sample.stamp)))
             for arrival, sample in messages]
 
 
@@ -190,7 +190,7 @@ def test_a_clock_that_runs_slow_or_fast_is_followed(drift):
     for k in range(600 * 20):
         time = k / 20
         for sample in (SPINNING.imu(time), SPINNING.odometry(time)):
-            stamped = replace(sample, stamp=sample.stamp - drift * time)
+            stamped = with_stamp(sample, sample.stamp - drift * time)
             add(history, time + chance.uniform(0.0, 0.01), stamped)
         if k % 200 == 199:
             ahead = SPINNING.clock_ahead - drift * time
@@ -212,7 +212,7 @@ def test_arrival_takes_the_place_of_stamps_of_zero_or_standing_still(useless, wh
 
     history = SensorHistory()
     for arrival, sample in SPINNING.messages(0.0, 2.0):
-        add(history, arrival, replace(sample, stamp=stamp(sample, arrival)))
+        add(history, arrival, with_stamp(sample, stamp(sample, arrival)))
     assert not history.clock.uses_stamps
     assert_instant(instant_at(history, 1.55), SPINNING, 1.55, ahead=0.0)
 
@@ -226,7 +226,7 @@ def test_a_stamp_of_zero_is_seen_at_once():
 def test_stamps_that_become_zero_on_the_way():
     robot, history = replace(SPINNING, clock_ahead=-1000.0), SensorHistory()
     for arrival, sample in robot.messages(2000.0, 2002.3):
-        add(history, arrival, sample if arrival < 2002.0 else replace(sample, stamp=0.0))
+        add(history, arrival, sample if arrival < 2002.0 else with_stamp(sample, 0.0))
     assert_instant(instant_at(history, 2002.2), robot, 2002.2, ahead=0.0)
 
 
@@ -279,7 +279,7 @@ def test_instants_are_known_at_once_after_a_step_of_the_clock(step, silent):
 def test_a_single_stamp_that_goes_back_is_survived():
     messages = SPINNING.messages(0.0, 4.0)
     arrival, sample = messages[300]
-    messages[300] = (arrival, replace(sample, stamp=sample.stamp - 0.05))
+    messages[300] = (arrival, with_stamp(sample, sample.stamp - 0.05))
     history = SensorHistory()
     pairs = pairs_of(history, messages)
     assert len(pairs) >= 110
@@ -310,7 +310,7 @@ def test_two_clocks_that_disagree_are_no_use(apart):
     history = SensorHistory()
     for arrival, sample in SPINNING.messages(0.0, 4.0):
         if not isinstance(sample, ImuSample):
-            sample = replace(sample, stamp=sample.stamp + apart)
-        add(history, arrival, replace(sample, stamp=sample.stamp + 10.0))
+            sample = with_stamp(sample, sample.stamp + apart)
+        add(history, arrival, with_stamp(sample, sample.stamp + 10.0))
     assert not history.clock.uses_stamps
     assert_instant(instant_at(history, 3.5), SPINNING, 3.5, ahead=0.0)

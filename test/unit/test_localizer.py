@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from known_motion import SteadyRobot, Truth, angle_between, as_pose2, assert_pose, held_back
 from tb3_labs.localizer import Localizer
-from tb3_labs.sensors import ImuSample
+from tb3_labs.sensors import ImuSample, with_stamp
 from tb3_labs.se2 import Pose2
 
 SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(4.8 - 0.3j, -1.8),
@@ -116,7 +116,7 @@ def test_a_dropout_of_one_or_both_leaves_the_frame_as_it_was(silent):
 def test_a_step_of_the_robots_clock_leaves_the_frame_as_it_was(step):
     robot = replace(CURVING, clock_ahead=1000.0)
     messages = robot.messages(0.0, 2.0) + [
-        (arrival, replace(sample, stamp=sample.stamp + step))
+        (arrival, with_stamp(sample, sample.stamp + step))
         for arrival, sample in after(robot.messages(0.0, 6.0), 2.0)]
     localizer = Localizer()
     fixes, _ = feed(localizer, until(messages, 4.0))
@@ -255,7 +255,7 @@ def test_a_reset_that_waits_while_the_clock_steps_is_never_carried_out_at_anothe
     messages = robot.messages(0.0, 9.0)
     feed(localizer, until(messages, asked_at))
     reset = localizer.reset(as_pose2(DECLARED), asked_at)
-    fixes, _ = feed(localizer, [(arrival, replace(sample, stamp=sample.stamp + step))
+    fixes, _ = feed(localizer, [(arrival, with_stamp(sample, sample.stamp + step))
                                 for arrival, sample in after(messages, asked_at)])
     since, declared = (asked_at, DECLARED) if reset.done else (0.0, ZERO)
     assert_fixes(fixes, replace(robot, clock_ahead=1000.0 + step), declared, since)
@@ -293,7 +293,7 @@ def test_a_reset_may_be_the_first_frame():
 
 
 def test_resets_work_on_arrival_times_where_stamps_are_zero():
-    messages = [(arrival, replace(sample, stamp=0.0))
+    messages = [(arrival, with_stamp(sample, 0.0))
                 for arrival, sample in SPINNING.messages(0.0, 4.0)]
     localizer = Localizer()
     feed(localizer, until(messages, 2.0))

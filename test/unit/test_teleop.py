@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from tb3_labs.teleop import mouse_twist
+from tb3_labs.teleop import mouse_twist, screen_position
 
 
 @pytest.mark.parametrize('x, y, linear, angular', [
@@ -26,3 +26,10 @@ def test_mouse(x, y, linear, angular):
 def test_a_position_that_is_none_is_refused(x, y):
     with pytest.raises(ValueError, match='not finite'):
         mouse_twist(x, y)
+
+
+@pytest.mark.parametrize('pixel, position', [
+    ((0, 0), (-1.0, 1.0)), ((1919, 1079), (1.0, -1.0)), ((1919, 0), (1.0, 1.0)),
+    ((959.5, 539.5), (0.0, 0.0)), ((2500, -3), (1.0, 1.0))])
+def test_pixels_are_scaled_over_the_whole_screen(pixel, position):
+    assert screen_position(*pixel, 1920, 1080) == pytest.approx(position)

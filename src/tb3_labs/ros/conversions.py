@@ -25,13 +25,13 @@ def to_quaternion(yaw):
 
 def to_pose2(pose):
     """The planar part of a geometry_msgs/Pose."""
-    return _finite(Pose2(pose.position.x, pose.position.y, yaw_of(pose.orientation)))
+    return _finite_pose(Pose2(pose.position.x, pose.position.y, yaw_of(pose.orientation)))
 
 
 def transform_to_pose2(transform):
     """The planar part of a geometry_msgs/Transform."""
-    return _finite(Pose2(transform.translation.x, transform.translation.y,
-                         yaw_of(transform.rotation)))
+    return _finite_pose(Pose2(transform.translation.x, transform.translation.y,
+                              yaw_of(transform.rotation)))
 
 
 def to_imu_sample(message):
@@ -46,6 +46,12 @@ def to_odometry_sample(message):
     return _finite(OdometrySample(message.header.stamp.to_sec(), to_pose2(message.pose.pose),
                                   twist.linear.x, twist.angular.z),
                    twist.linear.x, twist.angular.z)
+
+
+def to_mouse(message):
+    """A tb3_labs/MouseController as (active, x, y)."""
+    position = message.xPos, message.yPos
+    return (message.status.data,) + _finite(position, *position)
 
 
 def to_pose_stamped(pose, frame, stamp):
@@ -79,9 +85,12 @@ def to_twist(linear, angular):
     return message
 
 
+def _finite_pose(pose):
+    return _finite(pose, pose.x, pose.y, pose.yaw)
+
+
 def _finite(value, *numbers):
-    if isinstance(value, Pose2):
-        numbers = (value.x, value.y, value.yaw)
+    """`value`, made of these numbers."""
     if not all(math.isfinite(number) for number in numbers):
         raise ValueError('a number is not finite: {}'.format(value))
     return value

@@ -1,0 +1,108 @@
+#!/usr/bin/env python3
+"""Turns the robot by keyboard with IMU feedback, beside the mouse: the IMU lab.
+
+Keyboard: l (90 degrees left), r (90 right), b (180, about turn), any number of degrees (left
+positive), q (quit); each with Enter.
+
+Subscribes
+    imu           sensor_msgs/Imu
+    turn          std_msgs/Float64 [deg], left positive: the keyboard's twin for scripts
+    mouse_info    tb3_labs/MouseController, from mouse_client.py
+Publishes
+    cmd_vel       geometry_msgs/Twist, only while turning or driven by the mouse, one zero after it
+Parameters
+    ~law, ~k_hdg, ~hdg_tol, ...: see TurnConfig in tb3_labs.turning
+    ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
+"""
+import threading
+
+import rospy
+from sensor_msgs.msg import Imu
+from std_msgs.msg import Float64
+
+from tb3_labs.arbiter import Driver
+from tb3_labs.lab_controller import LabController
+from tb3_labs.msg import MouseController
+from tb3_labs.ros.cmd_vel import CmdVel
+from tb3_labs.ros.conversions import to_imu_sample, to_mouse
+from tb3_labs.ros.keyboard import Keyboard
+from tb3_labs.ros.node import end, run, subscribe
+from tb3_labs.ros.parameters import read_config, read_model
+from tb3_labs.ros.watchdog import Watchdog
+from tb3_labs.turning import TurnConfig, degrees_of, make_turn
+
+
+class Controller:
+    """Glue between ROS, the keyboard and the core's LabController."""
+
+    def __init__(self):
+        config = read_config(TurnConfig)
+        self._controller = LabController(make_turn(config, read_model()))
+        self._driver = Driver.NOBODY
+        self._lock = threading.Lock()    # guards both
+        rospy.on_shutdown(lambda: rospy.loginfo('Controller exiting. Halting robot.'))
+        self._cmd_vel = CmdVel()
+        self._watchdog = Watchdog(self._tick)
+        subscribe('imu', Imu, self._on_imu, to_imu_sample)
+        subscribe('mouse_info', MouseController, self._on_mouse, to_mouse)
+        subscribe('turn', Float64, self._on_turn)
+        rospy.loginfo('Type l (left), r (right), b (about turn), a number of degrees, or q (quit), '
+                      'and Enter')
+        Keyboard(self._on_line, self._on_keyboard_end)
+
+    def _on_imu(self, sample):
+        with self._lock:
+            self._controller.on_imu(sample, rospy.get_time())
+        self._tick()
+
+    def _on_mouse(self, mouse):
+        with self._lock:
+            self._controller.on_mouse(*mouse, rospy.get_time())
+        self._tick()
+
+    def _on_turn(self, message):
+        try:
+            self._turn(message.data)
+        except ValueError as problem:
+            rospy.logwarn('%s', problem)
+
+    def _on_line(self, line):
+        if line.lower() == 'q':
+            end()
+            return
+        try:
+            self._turn(degrees_of(line.lower()))
+        except ValueError as problem:
+            rospy.logwarn('%s', problem)
+
+    @staticmethod
+    def _on_keyboard_end():
+        rospy.loginfo('No keyboard (any more): turn by "rostopic pub -1 %s std_msgs/Float64 -- 90", '
+                      'or drive by the mouse', rospy.resolve_name('turn'))
+
+    def _turn(self, degrees):
+        """``ValueError`` where that is refused."""
+        with self._lock:
+            self._controller.ask(degrees, rospy.get_time())
+        self._tick()
+
+    def _tick(self):
+        """Send the command that is due; at each change of the driver one zero comes first."""
+        with self._lock:
+            now = rospy.get_time()
+            due = self._controller.due(now)
+            command = self._controller.command(now) if due else None
+            if self._controller.driver is not self._driver:
+                self._driver = self._controller.driver
+                self._cmd_vel.stop()
+            if command is not None:
+                self._cmd_vel.drive(command.linear, command.angular)
+            elif due:
+                self._cmd_vel.stop()
+            self._watchdog.wake() if self._controller.watched else self._watchdog.sleep()
+            for news in self._controller.take_news():
+                (rospy.logwarn if news.warning else rospy.loginfo)('%s', news.text)
+
+
+if __name__ == '__main__':
+    run('controller', Controller)
