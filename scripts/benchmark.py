@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
-"""How well and how fast a drive to a goal is, in pure Python, judged by the robot's true pose.
+"""How well and how fast drives and turns are, in pure Python, judged by the robot's true pose.
 
-Prints one table: both laws beside each other, on the same robots, starts, offsets and goals, all
-drawn at random from a fixed seed. `at best` is the least time of any drive by a turn, a straight
-line and a turn within the same limits (see tb3_labs.rollout.time_bound).
+Prints two tables: both laws beside each other, on the same robots, starts, offsets and goals, all
+drawn at random from a fixed seed. `at best` is, for a drive, the least time of any turn, straight
+line and turn within the same limits (see tb3_labs.rollout.time_bound); for a turn, its angle at
+1.5 rad/s. A turn is timed until the robot turns slower than 0.01 rad/s for good.
 
-Usage: benchmark.py [number of drives, default 100]
+Usage: benchmark.py [number of drives of each kind, default 100]
 """
+import itertools
 import math
 import random
 import statistics
@@ -14,17 +16,27 @@ import sys
 from concurrent.futures import ProcessPoolExecutor
 
 from tb3_labs.drive_laws import DriveConfig
-from tb3_labs.rollout import drive, time_bound
+from tb3_labs.rollout import drive, time_bound, turns
 from tb3_labs.se2 import Pose2
 from tb3_labs.simulator import SimulatorConfig
+from tb3_labs.turning import TurnConfig
 from tb3_labs.turtlebot3 import robot_model
 
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
-KINDS = [('precise, lab goal', {}, True),
-         ('precise, random goals', {}, False),
-         ('precise, may reverse', {'allow_reverse': True}, False),
-         ("handout's law, lab goal", {'law': 'lab'}, True)]
-ROW = '{:24} {:>7} {:>18} {:>16} {:>13} {:>14}'
+DRIVES = [('precise, lab goal', {}, True),
+          ('precise, random goals', {}, False),
+          ('precise, may reverse', {'allow_reverse': True}, False),
+          ("handout's law, lab goal", {'law': 'lab'}, True)]
+DRIVE_ROW = '{:24} {:>7} {:>18} {:>16} {:>13} {:>14}'
+
+#: Law, size of the turn [deg], latency of commands [s], lag of the motors [s].
+TURNS = [(law, degrees, latency, lag) for law in ('precise', 'lab')
+         for latency, lag in ((0.05, 0.05), (0.05, 0.0), (0.0, 0.0)) for degrees in (90, 180)]
+#: Headings at the start [deg]; both ways round from each.
+TURN_STARTS = (0.0, 90.0, 179.0, -179.0)
+#: Times each turn from each start.
+TURN_REPEATS = 6
+TURN_ROW = '{:8} {:>4} {:>8} {:>6}   {:>16} {:>15} {:>14} {:>16}'
 
 
 def one_drive(job):
@@ -43,20 +55,34 @@ def one_drive(job):
     return bound, drive(goal, robot, config)
 
 
+def one_turn(job):
+    """(error, overshoot, way left [deg], time over the least) of a kind of turn and a seed."""
+    (law, degrees, latency, lag), (start, direction, seed) = job
+    rng = random.Random(seed)
+    robot = SimulatorConfig(
+        start_yaw_deg=start, imu_offset_deg=rng.uniform(-180.0, 180.0), seed=seed,
+        imu_drift_deg_per_min=rng.choice((-1.0, 1.0)), command_latency=latency, motor_lag=lag)
+    turn, = turns([direction * degrees], robot, TurnConfig(law=law), 0.3 + 0.1 * rng.random())
+    # half a turn has two ways round, and the handout's law takes either
+    left = degrees - abs(math.degrees(turn.turned))
+    return (abs(left), math.degrees(turn.overshoot), left,
+            turn.time / (math.radians(degrees) / 1.5))
+
+
 def median_and_worst(values):
     """(median, largest)."""
     return statistics.median(values), max(values)
 
 
 def main(drives):
-    """Drive and print."""
-    print(ROW.format('median / worst', 'arrived', 'distance off', 'heading off', 'time',
-                     'times at best'))
+    """Drive, turn and print."""
     with ProcessPoolExecutor() as pool:
-        for kind in KINDS:
+        print(DRIVE_ROW.format('median / worst', 'arrived', 'distance off', 'heading off', 'time',
+                               'times at best'))
+        for kind in DRIVES:
             results = list(pool.map(one_drive, [(kind, seed) for seed in range(drives)]))
             good = [(bound, result) for bound, result in results if result.reached]
-            print(ROW.format(
+            print(DRIVE_ROW.format(
                 kind[0], '{}/{}'.format(len(good), drives),
                 '{:.1f} / {:.1f} mm'.format(*median_and_worst(
                     [1000.0 * d.distance_error for _, d in good])),
@@ -65,6 +91,20 @@ def main(drives):
                 '{:.1f} / {:.1f} s'.format(*median_and_worst([d.time for _, d in good])),
                 '{:.3f} / {:.3f}'.format(*median_and_worst(
                     [d.time / bound for bound, d in good]))), flush=True)
+
+        print('\n' + TURN_ROW.format('turn by', 'deg', 'latency', 'lag', 'off', 'overshoot',
+                                     'short by', 'times at best'))
+        cases = [(start, direction, seed) for seed, (start, direction, _) in enumerate(
+            itertools.product(TURN_STARTS, (1.0, -1.0), range(TURN_REPEATS)))]
+        for kind in TURNS:
+            off, overshoot, left, time = zip(*pool.map(one_turn, [(kind, case) for case in cases]))
+            print(TURN_ROW.format(
+                kind[0], kind[1], '{:.0f} ms'.format(1000.0 * kind[2]),
+                '{:.0f} ms'.format(1000.0 * kind[3]),
+                '{:.2f} / {:.2f} deg'.format(*median_and_worst(off)),
+                '{:.2f} / {:.2f}'.format(*median_and_worst(overshoot)),
+                '{:.2f} deg'.format(statistics.median(left)),
+                '{:.3f} / {:.3f}'.format(*median_and_worst(time))), flush=True)
 
 
 if __name__ == '__main__':

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Measures drives to a goal, both laws side by side, against the robot's true pose; see scripts/benchmark.py.
+# Measures drives and turns, both laws side by side, against the robot's true pose; see scripts/benchmark.py.
 #
 #     ./scripts/benchmark.sh [NUMBER OF DRIVES]
 set -euo pipefail

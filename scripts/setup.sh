@@ -80,7 +80,7 @@ here=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P)
 # keeps working there.
 repo=${here%/*} ws=${here%/*}/build/.ws log=${here%/*}/build/.ws/setup.log
 noetic=/opt/ros/noetic
-requirement=squaternion
+requirements=(squaternion)    # from PyPI: the system has no package of them
 
 # Nothing of the caller's Python, compiler or other workspaces may leak into the build.
 unset PYTHONPATH PYTHONHOME PYTHONSTARTUP PYTHONPYCACHEPREFIX VIRTUAL_ENV LD_LIBRARY_PATH CC CXX CFLAGS CXXFLAGS CPPFLAGS LDFLAGS
@@ -90,15 +90,17 @@ export PATH=/usr/sbin:/usr/bin:/sbin:/bin PYTHONDONTWRITEBYTECODE=1 PYTHONNOUSER
 if [ -r $noetic/setup.bash ]; then
   run_packages=(make g++ python3-venv python3-numpy python3-setuptools)
   for p in ros-core actionlib dynamic-reconfigure move-base-msgs tf2-msgs tf2-ros; do run_packages+=("ros-noetic-$p"); done
-  test_packages=(python3-pytest python3-hypothesis ros-noetic-rostest catkin-lint)
+  run_packages+=(python3-xlib python3-six)
+  requirements+=(pynput)      # the mouse
+  test_packages=(python3-pytest python3-hypothesis ros-noetic-rostest catkin-lint xvfb xdotool)
   dynparam=$noetic/lib/dynamic_reconfigure/dynparam
 else
   run_packages=(make g++ python3-venv python3-numpy python3-setuptools catkin rosbash ros-core
     ros-message-generation libgeometry-msgs-dev ros-std-msgs ros-geometry-msgs
-    python3-rospy python3-rosbag python3-actionlib python3-tf2-ros
+    python3-rospy python3-rosbag python3-actionlib python3-tf2-ros python3-pynput
     python3-dynamic-reconfigure libdynamic-reconfigure-config-init-mutex-dev)    # dynparam wants its package.xml
   for p in actionlib geometry move-base nav rosgraph sensor std tf2 visualization; do run_packages+=("python3-$p-msgs"); done
-  test_packages=(python3-pytest python3-hypothesis python3-rostest librostest-dev catkin-lint)
+  test_packages=(python3-pytest python3-hypothesis python3-rostest librostest-dev catkin-lint xvfb xdotool)
   dynparam=/usr/lib/dynamic_reconfigure/dynparam
 fi
 
@@ -113,7 +115,7 @@ look_at_packages() {
   for p in "${wanted[@]}"; do [[ $installed == *" $p "* ]] || missing+=("$p"); done
 }
 
-venv_stamp() { echo "$ws $(readlink -f /usr/bin/python3) $requirement"; }
+venv_stamp() { echo "$ws $(readlink -f /usr/bin/python3) ${requirements[*]}"; }
 
 # All that a build depends on. Python code is not among it: the devel space refers to the sources.
 build_stamp() {
@@ -187,19 +189,20 @@ install_packages() {
   cat "$ws/apt.log" >>"$log"
 }
 
-# --system-site-packages: ROS's Python modules are the system's. squaternion is on PyPI only.
+# --system-site-packages: ROS's Python modules are the system's. --no-deps: pynput would compile evdev, of use without X
+# only; what else they need is among the system packages.
 make_venv() {
   say 'making the Python environment ...'
   rm -rf "$ws/venv" "$ws/venv.stamp"
   /usr/bin/python3 -m venv --system-site-packages "$ws/venv" >>"$log" 2>&1 || fail_log 'the Python environment could not be made'
   # Whatever the user's pip settings say: into this environment, and nothing kept elsewhere.
   if ! PIP_USER=0 PIP_REQUIRE_VIRTUALENV=0 PIP_TARGET='' PIP_PREFIX='' "$ws/venv/bin/python3" -m pip install --quiet --no-cache-dir --no-input \
-      --disable-pip-version-check --retries 2 --timeout 20 "$requirement" >"$ws/pip.log" 2>&1 8>&-; then
+      --disable-pip-version-check --retries 2 --timeout 20 --no-deps "${requirements[@]}" >"$ws/pip.log" 2>&1 8>&-; then
     cat "$ws/pip.log" >>"$log"
     rm -rf "$ws/venv"
     grep -Eq 'NewConnectionError|Retrying|No matching distribution|Could not fetch' "$ws/pip.log" &&
-      fail "the network is missing: $requirement could not be fetched from PyPI (all of it: $log)"
-    fail_log "$requirement could not be installed from PyPI"
+      fail "the network is missing: ${requirements[*]} could not be fetched from PyPI (all of it: $log)"
+    fail_log "${requirements[*]} could not be installed from PyPI"
   fi
   ln -sfn "$dynparam" "$ws/venv/bin/dynparam"
   venv_stamp >"$ws/venv.stamp"

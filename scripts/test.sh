@@ -51,6 +51,7 @@ if [ -z "$pattern" ]; then
     mkdir -p "$ws/lint"
     ln -sfn "${ws%/build/.ws}" "$ws/lint/tb3_labs"    # it wants a folder with the package's name
     catkin_lint -W2 --strict --offline "$ws/lint/tb3_labs" >"$ws/lint.log" 2>&1 || true
+    rm "$ws/lint/tb3_labs"    # else whoever searches the repository goes round in it
     if grep -q 'checked 1 packages and found 0 problems' "$ws/lint.log"; then lint=passed; else grep -v 'rosdep\|unknown dependencies' "$ws/lint.log"; fi
   fi
   echo "catkin_lint: $lint"

@@ -15,6 +15,7 @@ Parameters
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import threading
+import time
 
 import rospy
 from sensor_msgs.msg import Imu
@@ -32,6 +33,10 @@ from tb3_labs.ros.watchdog import Watchdog
 from tb3_labs.turning import TurnConfig, degrees_of, make_turn
 
 
+#: What is typed, or comes from a pipe, while the robot is not connected yet waits this long [s].
+CONNECTING = 5.0
+
+
 class Controller:
     """Glue between ROS, the keyboard and the core's LabController."""
 
@@ -40,6 +45,7 @@ class Controller:
         self._controller = LabController(make_turn(config, read_model()))
         self._driver = Driver.NOBODY
         self._lock = threading.Lock()    # guards both
+        self._robot_wait = time.monotonic() + CONNECTING
         rospy.on_shutdown(lambda: rospy.loginfo('Controller exiting. Halting robot.'))
         self._cmd_vel = CmdVel()
         self._watchdog = Watchdog(self._tick)
@@ -71,9 +77,16 @@ class Controller:
             end()
             return
         try:
-            self._turn(degrees_of(line.lower()))
+            degrees = degrees_of(line.lower())
+            self._wait_for_robot()
+            self._turn(degrees)
         except ValueError as problem:
             rospy.logwarn('%s', problem)
+
+    def _wait_for_robot(self):
+        while time.monotonic() < self._robot_wait and not (
+                self._cmd_vel.is_heard and self._controller.imu_is_fresh(rospy.get_time())):
+            time.sleep(0.02)
 
     @staticmethod
     def _on_keyboard_end():

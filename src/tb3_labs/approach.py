@@ -27,12 +27,17 @@ FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
 #: No measured response is believed beyond these [s].
 MAX_DELAY = 0.4
 MAX_LAG = 0.15
-#: Share of each new measurement in an estimate.
+#: Share of each new measurement in an estimate; the lag's is small, because all measurements of one
+#: approach share the same onset, which a lost command makes late.
 LEARNING = 0.2
+LEARNING_LAG = 0.02
 #: The response is measured where the speed follows the command this closely (share of it),
 STEADY = 0.08
 #: after the command was the same for this long [s],
 STEADY_TIME = 0.12
+#: at no less than this share of the fastest speed, since small errors of the way weigh more in a
+#: slow one,
+CRUISING = 0.5
 #: and before gain errors of the motors add up [s after the start].
 LEARNING_TIME = 1.5
 #: A robot that is faster than this has begun to move [rad/s].
@@ -61,7 +66,7 @@ class Response:
         total = clamp(total, 0.0, MAX_DELAY)
         self.total += LEARNING * (total - self.total)
         if onset is not None:
-            self.lag += LEARNING * (clamp(total - onset, 0.0, MAX_LAG) - self.lag)
+            self.lag += LEARNING_LAG * (clamp(total - onset, 0.0, MAX_LAG) - self.lag)
 
 
 class Approach:
@@ -92,6 +97,8 @@ class Approach:
         self._commanded_travel = 0.0
         self._motor_speed = 0.0
         self._start_remaining = None
+        self._direction = 0.0         # of the last command that was not zero,
+        self._reversals = 0           # and how often it changed
         self._first_sent = None
         self._onset = None            # from the first command until the robot moved
         #: What would remain if the robot were told to stop now.
@@ -112,16 +119,22 @@ class Approach:
             self._start_remaining = remaining
         self._now += dt
         self._commanded_travel += self._command * dt
-        self._learn_response(self._start_remaining - remaining, speed, dt)
+        if abs(self._command) >= CRUISING * fastest:
+            self._learn_response(self._start_remaining - remaining, speed)
         self._follow_motors(speed, dt)
+        self._watch_onset(speed, dt)
         coasting = self._motor_speed * self._response.lag
         self.at_rest = remaining - coasting - self._travel_under_way()
         wanted = 0.0
         if self.at_rest > self._close_enough or (
                 self.at_rest < -max(self._close_enough, backwards_from)):
-            size = abs(braking_speed(self.at_rest, PLANNED_BRAKING * self._acceleration,
-                                     self._gain))
+            # who turns back again and again has a wrong picture of the robot, and goes slower
+            gain = self._gain / (1 + self._reversals)
+            size = abs(braking_speed(self.at_rest, PLANNED_BRAKING * self._acceleration, gain))
             wanted = math.copysign(clamp(size, min(self._slowest, fastest), fastest), self.at_rest)
+            if wanted * self._direction < 0.0:
+                self._reversals += 1
+            self._direction = wanted
         change = self._acceleration * dt
         self._send(clamp(wanted, self._command - change, self._command + change))
         return self._command
@@ -161,11 +174,14 @@ class Approach:
         share = -math.expm1(-dt / max(self._response.lag, 1e-6))
         self._motor_speed += share * (arrived - self._motor_speed)
 
-    def _learn_response(self, travelled, speed, dt):
+    def _watch_onset(self, speed, dt):
+        """When did the robot begin to move? Somewhere between this look and the one before."""
         if self._speed_is_prompt and self._onset is None and self._first_sent is not None and (
                 abs(speed) > ONSET):
-            self._onset = self._now - 0.5 * dt - self._first_sent    # since the last look
-        steady = (self._now - self._same_since > STEADY_TIME and self._command != 0.0
+            self._onset = self._now - 0.5 * dt - self._first_sent
+
+    def _learn_response(self, travelled, speed):
+        steady = (self._now - self._same_since > STEADY_TIME
                   and abs(speed - self._command) < STEADY * abs(self._command))
         if steady and self._now < LEARNING_TIME:
             self._response.measured((self._commanded_travel - travelled) / speed, self._onset)

@@ -6,7 +6,7 @@ what to send. None means: be silent (after one zero, if the robot was being driv
 Units: seconds on the receiver's clock (`now`), radians, m/s; turns are asked for in degrees.
 """
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from tb3_labs.angles import continuous
@@ -22,7 +22,7 @@ MOUSE_TIMEOUT = 0.2
 #: A robot that turns faster than this while nobody here drives is driven by another [rad/s].
 DRIVEN_RATE = 0.1
 #: A robot that turns slower than this rests, and its turn can be judged [rad/s].
-REST_RATE = 0.03
+REST_RATE = 0.01
 #: While the IMU was silent the robot cannot have turned farther than this by itself [rad].
 MAX_BLIND_TURN = 1.0
 
@@ -40,7 +40,8 @@ class Turn:
 
     asked: float                  # [rad]
     begun_at: float               # [s]
-    goal: float                   # [rad], continuous yaw
+    start: float                  # [rad], continuous yaw
+    goal: float                   # [rad], the same; also makes up for what the last turn left
     progress: Progress = field(default_factory=Progress)
 
 
@@ -118,12 +119,16 @@ class LabController:
             raise ValueError('cannot turn: {} (is the robot running?)'.format(complaint))
         if under_way:
             self._law.extend(angle)
-            self._turn = Turn(self._turn.asked + angle, self._turn.begun_at,
-                              self._turn.goal + angle)
+            self._turn = replace(self._turn, asked=self._turn.asked + angle,
+                                 goal=self._turn.goal + angle, progress=Progress())
         else:
             self._begin_turn(angle, now)
         self._tell('Turning {:g} degrees'.format(round(math.degrees(self._turn.asked), 6)))
         self._happens(Event.TURN_ASKED)
+
+    def imu_is_fresh(self, now):
+        """Can the robot turn?"""
+        return self._imu.is_fresh(now)
 
     # -- what comes out
 
@@ -163,7 +168,7 @@ class LabController:
     def _begin_turn(self, angle, now):
         if self._turn is not None and self.driver is not Driver.TURN:
             self._judge_turn(now)
-        self._turn = Turn(angle, now, self._yaw + self._carried + angle)
+        self._turn = Turn(angle, now, self._yaw, self._yaw + self._carried + angle)
         self._start_law()
 
     def _start_law(self):
@@ -199,9 +204,9 @@ class LabController:
     def _judge_turn(self, now):
         """A turn is over and the robot at rest: how well did it go?"""
         error = self._turn.goal - self._yaw
-        self._tell('Turned {:.1f} degrees: {:.2f} degrees {} after {:.1f} s'.format(
-            math.degrees(self._turn.asked - error), abs(math.degrees(error)),
-            'short' if error * self._turn.asked > 0.0 else 'too far', now - self._turn.begun_at))
+        self._tell('Turned {:.1f} degrees in {:.1f} s: {:.2f} degrees {} the goal'.format(
+            math.degrees(self._yaw - self._turn.start), now - self._turn.begun_at,
+            abs(math.degrees(error)), 'short of' if error * self._turn.asked > 0.0 else 'beyond'))
         self._carried = error if self._law.carries_error else 0.0
         self._turn = None
 

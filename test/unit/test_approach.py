@@ -13,8 +13,12 @@ TICK = 0.02
 NEAR = math.radians(0.5)
 
 
-def approach_to(remaining, delay, lag=0.05, fastest=1.5, learned=None, prompt=False):
-    """(way left at rest, greatest overshoot, time until it stays near 0, fastest command)."""
+def approach_to(remaining, delay, lag=0.05, fastest=1.5, learned=None, prompt=False,
+                lost=0):
+    """(way left at rest, greatest overshoot, time until it stays near 0, fastest command).
+
+    The first `lost` commands never arrive.
+    """
     learned = learned or Response()
     approach = Approach(24.0, gain=20.0, slowest=0.04, close_enough=0.003, response=learned,
                         speed_is_prompt=prompt)
@@ -24,7 +28,7 @@ def approach_to(remaining, delay, lag=0.05, fastest=1.5, learned=None, prompt=Fa
     while still < 10 and time < 60.0:
         commands.append(approach.step(remaining, speed, fastest, TICK))
         greatest = max(greatest, abs(commands[-1]))
-        command = commands.popleft()
+        command = commands.popleft() if time >= lost * TICK else 0.0 * commands.popleft()
         # first-order lag, exact over one tick
         share = math.exp(-TICK / lag) if lag else 0.0
         travelled = command * TICK + (speed - command) * lag * (1.0 - share)
@@ -58,7 +62,8 @@ def test_learns_how_long_commands_are_under_way(delay):
 @pytest.mark.parametrize('lag', [0.0, 0.02, 0.1])
 def test_a_gyro_tells_the_delay_from_the_lag_of_the_motors(delay, lag):
     learned = Response()
-    approach_to(3.0, delay, lag=lag, learned=learned, prompt=True)
+    for _ in range(8):
+        approach_to(3.0, delay, lag=lag, learned=learned, prompt=True)
     # a look at every tick sees the robot begin to move half a tick late or early
     assert learned.lag == pytest.approx(lag, abs=0.5 * TICK + 0.002)
     assert learned.total == pytest.approx(delay + lag, abs=0.002)
@@ -71,6 +76,17 @@ def test_stops_well_whatever_the_lag_once_it_is_learned(lag):
     left, overshoot, _, _ = approach_to(1.57, 0.06, lag=lag, learned=learned, prompt=True)
     assert abs(left) <= 0.006
     assert overshoot <= math.radians(1.0)
+
+
+@pytest.mark.parametrize('wrong', [Response(0.12, 0.0), Response(0.0, 0.15), Response(0.3, 0.05)])
+@pytest.mark.parametrize('lag', [0.0, 0.05, 0.1])
+@pytest.mark.parametrize('lost', [0, 5, 10])
+@pytest.mark.parametrize('prompt', [True, False])
+def test_comes_to_rest_in_time_although_it_knows_the_robot_badly(wrong, lag, lost, prompt):
+    learned = Response(wrong.delay, wrong.lag)
+    left, _, time, _ = approach_to(1.57, 0.04, lag, learned=learned, prompt=prompt, lost=lost)
+    assert abs(left) <= 0.006
+    assert time < 1.57 / 1.5 + lost * TICK + 1.45      # sooner than a stall is suspected
 
 
 def test_a_goal_that_moves_on_the_way_confuses_neither_the_stop_nor_what_is_learned():
@@ -123,7 +139,7 @@ def test_dt_of_zero_changes_nothing():
 def test_what_is_learned_stays_within_bounds():
     response = Response()
     assert (response.delay, response.lag) == (pytest.approx(FIRST_DELAY), FIRST_LAG)
-    for _ in range(100):
+    for _ in range(1000):
         response.measured(5.0, onset=0.0)
     assert response.total == pytest.approx(MAX_DELAY)
     assert response.lag == pytest.approx(MAX_LAG)

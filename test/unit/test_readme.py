@@ -8,6 +8,7 @@ from tb3_labs.config import bounds_in_words
 from tb3_labs.drive_laws import DriveConfig
 from tb3_labs.navigator import NavigatorConfig
 from tb3_labs.simulator import SimulatorConfig
+from tb3_labs.turning import TurnConfig
 
 README = pathlib.Path(__file__).resolve().parents[2] / 'README.md'
 
@@ -23,7 +24,7 @@ def row(item):
         item.name, default, bounds_in_words(item), item.metadata['meaning'])
 
 
-@pytest.mark.parametrize('kind', [NavigatorConfig, DriveConfig, SimulatorConfig])
+@pytest.mark.parametrize('kind', [NavigatorConfig, DriveConfig, TurnConfig, SimulatorConfig])
 def test_every_setting_stands_in_the_readme_as_in_the_code(kind):
     lines = README.read_text(encoding='utf-8').splitlines()
     assert [row(item) for item in fields(kind) if row(item) not in lines] == []

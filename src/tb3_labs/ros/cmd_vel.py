@@ -27,12 +27,19 @@ class CmdVel:
         self._publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         rospy.on_shutdown(self._close)
 
+    @property
+    def is_heard(self):
+        """Is a robot (or anybody) listening?"""
+        return self._publisher.get_num_connections() > 0
+
     def drive(self, linear, angular):
-        """Send one command: forward speed [m/s], rate of turn [rad/s]."""
+        """Send one command: forward speed [m/s], rate of turn [rad/s]; 0, 0 is :meth:`stop`."""
         if not (math.isfinite(linear) and math.isfinite(angular)):
             raise ValueError('command ({}, {}) is not finite'.format(linear, angular))
         with self._lock:
-            if not self._closed:
+            if linear == angular == 0.0:
+                self._stop()
+            elif not self._closed:
                 self._driving = True
                 self._publisher.publish(to_twist(linear, angular))
 

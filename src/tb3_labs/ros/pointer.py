@@ -1,5 +1,6 @@
 """The real mouse of this computer, by pynput (which needs an X display)."""
 import os
+import threading
 
 from tb3_labs.teleop import screen_position
 
@@ -26,6 +27,7 @@ class Pointer:
         self._listener = mouse.Listener(
             on_move=lambda x, y: on_move(),
             on_scroll=lambda x, y, dx, dy: dy and on_scroll(dy > 0))
+        _end_quietly(self._listener)
         self._listener.start()
         self._listener.wait()
 
@@ -46,10 +48,17 @@ def _pynput_mouse():
     except ImportError as problem:
         if (problem.name or '').startswith('pynput'):
             raise ValueError('the mouse needs the Python package pynput: sudo apt install '
-                             'python3-pynput (Ubuntu 20.04: pip install pynput)') from None
+                             'python3-pynput (Ubuntu 20.04: sudo apt install python3-xlib; '
+                             'pip3 install --no-deps pynput)') from None
         raise ValueError('cannot open the display {} to read the mouse'.format(
             os.environ['DISPLAY'])) from None
     return mouse
+
+
+def _end_quietly(thread):
+    """No traceback when `thread` dies with its display: whoever asks for the position is told."""
+    report = threading.excepthook
+    threading.excepthook = lambda died: died.thread is thread or report(died)
 
 
 def _root_window():

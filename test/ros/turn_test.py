@@ -1,0 +1,293 @@
+#!/usr/bin/env python3
+"""Turns by keyboard beside a real mouse: a terminal, an X server, a pointer; judged by where the
+embedded robot truly looks."""
+import math
+import os
+import re
+import signal
+import subprocess
+import unittest
+
+import rospy
+import rostest
+from geometry_msgs.msg import PoseStamped, Twist
+from std_msgs.msg import Float64
+
+from tb3_labs.msg import MouseController
+from tb3_labs.ros.conversions import to_mouse, to_pose2
+from tb3_labs.ros.node_process import NodeProcess
+from tb3_labs.ros.observer import Observer
+
+ZERO = (0.0, 0.0)
+WIDTH, HEIGHT = 800, 600
+
+
+class TurnTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        cls.seen = Observer()
+        cls.seen.watch('cmd_vel', Twist, lambda message: (message.linear.x, message.angular.z))
+        cls.seen.watch('ground_truth', PoseStamped, lambda message: to_pose2(message.pose))
+        cls.seen.watch('mouse_info', MouseController, to_mouse)
+        cls.seen.watch('bad/mouse_info', MouseController)
+        cls.turn = rospy.Publisher('turn', Float64, queue_size=1)
+        cls.wheels = rospy.Publisher('cmd_vel', Twist, queue_size=1)
+        cls.seen.wait_for('ground_truth')
+
+    def start(self, executable, *arguments, **options):
+        node = NodeProcess('tb3_labs', executable, *arguments, **options)
+        self.addCleanup(node.kill)
+        return node
+
+    def controller(self, *arguments, **options):
+        """A controller in a terminal, ready."""
+        node = self.start('turtlebot_controller.py', *arguments, **dict(dict(terminal=True),
+                                                                        **options))
+        node.wait_for('and Enter')
+        self.seen.wait_until(self.turn.get_num_connections, 10.0, 'the controller')
+        return node
+
+    def mouse(self):
+        """An X server, its pointer, and mouse_client on it."""
+        if subprocess.call(['which', 'Xvfb', 'xdotool'], stdout=subprocess.DEVNULL):
+            self.skipTest('Xvfb or xdotool is not installed')
+        read, write = os.pipe()
+        server = subprocess.Popen(
+            ['Xvfb', '-displayfd', str(write), '-screen', '0', '{}x{}x24'.format(WIDTH, HEIGHT)],
+            pass_fds=[write], stderr=subprocess.DEVNULL)
+        self.addCleanup(server.wait)
+        self.addCleanup(server.kill)
+        os.close(write)
+        with os.fdopen(read) as number:
+            self.display = ':' + number.readline().strip()
+        client = self.start('mouse_client.py', environment={'DISPLAY': self.display,
+                                                            'WAYLAND_DISPLAY': ''})
+        client.wait_for('Scroll down')
+        return client, server
+
+    def xdotool(self, *arguments):
+        subprocess.check_call(['xdotool'] + [str(argument) for argument in arguments],
+                              env=dict(os.environ, DISPLAY=self.display))
+
+    def point(self, x, y):
+        """Move the pointer to a position from -1 to 1."""
+        self.xdotool('mousemove', round((x + 1.0) / 2.0 * (WIDTH - 1)),
+                     round((1.0 - y) / 2.0 * (HEIGHT - 1)))
+
+    def scroll(self, down):
+        self.xdotool('click', 5 if down else 4)
+
+    def stopped(self):
+        """The robot was stopped by one zero, and at no time were there two in a row."""
+        self.seen.wait_for('cmd_vel', lambda command: command == ZERO, 1.0)
+        commands = [command for _, command in self.seen.all('cmd_vel')]
+        pairs = list(zip(commands, commands[1:]))
+        return (ZERO, ZERO) not in pairs
+
+    def heading(self):
+        return math.degrees(self.seen.latest('ground_truth').yaw)
+
+    def turned_since(self, heading):
+        return math.remainder(self.heading() - heading, 360.0)
+
+    def rest(self):
+        self.seen.wait_for_rest('ground_truth')
+
+    def silence(self):
+        """Nobody sends anything for half a second."""
+        sent = len(self.seen.all('cmd_vel'))
+        until = rospy.get_time() + 0.5
+        self.seen.wait_until(lambda: rospy.get_time() > until)
+        self.assertEqual(len(self.seen.all('cmd_vel')), sent)
+
+    # -- keyboard
+
+    def test_keyboard_in_a_terminal(self):
+        node = self.controller()
+        for text, degrees in (('l', 90.0), ('r', -90.0), ('b', 180.0), ('-33.5', -33.5)):
+            self.seen.forget('cmd_vel')
+            before, reports = self.heading(), node.text.count('Turned')
+            node.type(text)
+            node.wait_for('Turned', times=reports + 1)
+            self.rest()
+            self.assertLess(abs(math.remainder(self.turned_since(before) - degrees, 360.0)), 0.5)
+            said = float(re.findall(r'Turned (-?[\d.]+) degrees', node.text)[-1])
+            self.assertLess(abs(math.remainder(said - self.turned_since(before), 360.0)), 0.2)
+            self.assertTrue(self.stopped())
+            self.assertTrue(all(linear == 0.0 for _, (linear, _) in self.seen.all('cmd_vel')))
+        self.silence()
+
+    def test_nonsense_is_answered_with_what_is_valid(self):
+        node = self.controller()
+        self.seen.forget('cmd_vel')
+        for number, text in enumerate(['nonsense', '', 'nan', 'l r', '\x1b[A', '1e9'], 1):
+            node.type(text)
+            node.wait_for('WARN', times=number)
+        self.assertEqual(node.text.count('l (90 degrees left)'), 4)
+        self.assertEqual(node.text.count('a number from -36000 to 36000'), 2)
+        self.assertNotIn('Traceback', node.text)
+        self.assertEqual(self.seen.all('cmd_vel'), [])
+
+    def test_q_ends_it_in_the_middle_of_a_turn(self):
+        node = self.controller()
+        self.seen.forget('cmd_vel')
+        node.type('b')
+        self.seen.wait_for('cmd_vel', lambda command: command[1] > 1.0)
+        node.type('q')
+        self.assertEqual(node.wait(), 0)
+        self.assertIn('Controller exiting. Halting robot.', node.text)
+        self.assertTrue(self.stopped())
+
+    def test_ctrl_c_in_the_middle_of_a_turn(self):
+        node = self.controller()
+        self.seen.forget('cmd_vel')
+        node.type('b')
+        self.seen.wait_for('cmd_vel', lambda command: command[1] > 1.0)
+        asked = rospy.get_time()
+        self.assertEqual(node.end(signal.SIGINT), 0)
+        self.assertIn('Controller exiting. Halting robot.', node.text)
+        self.assertTrue(self.stopped())
+        self.assertLess(self.seen.all('cmd_vel')[-1][0] - asked, 0.2)
+        self.assertNotIn('Traceback', node.text)
+        self.rest()
+
+    def test_a_pipe_then_the_topic(self):
+        node = self.controller(terminal=False, typed='l\nl')     # the last line without an end
+        before = self.heading()
+        node.wait_for('No keyboard')
+        node.wait_for('Turned')
+        self.rest()
+        self.assertLess(abs(math.remainder(self.turned_since(before) - 180.0, 360.0)), 0.5)
+        self.turn.publish(-90.0)
+        node.wait_for('Turned', times=2)
+        self.turn.publish(math.nan)
+        node.wait_for('nan degrees: a number from')
+        self.assertEqual(node.text.count('No keyboard'), 1)
+        self.assertEqual(node.end(), 0)
+
+    def test_the_handouts_law(self):
+        node = self.controller('_law:=lab')
+        self.seen.forget('cmd_vel')
+        node.type('l')
+        node.wait_for('Turned')
+        rates = [angular for _, (_, angular) in self.seen.all('cmd_vel')][:-1]
+        self.assertEqual(max(rates), 1.5)
+        self.assertGreaterEqual(min(rates), 0.5)
+        self.assertTrue(self.stopped())
+        node.type('270')
+        node.wait_for('short way round')
+
+    def test_bad_parameters_are_one_line(self):
+        for number, (parameter, words) in enumerate([
+                ('_k_hdg:=high', 'k_hdg'), ('_law:=best', 'precise, lab'),
+                ('_min_ang_z:=2.0', 'max_ang_z, which is 1.5')]):
+            node = self.start('turtlebot_controller.py', parameter, '__name:=bad%d' % number)
+            self.assertEqual(node.wait(20.0), 1)
+            self.assertTrue(len(node.lines) == 1 and words in node.text, node.text)
+
+    # -- the mouse, and both together
+
+    def test_keyboard_and_mouse_together(self):
+        node = self.controller()
+        self.mouse()
+        self.point(0.0, 0.0)
+        # not active: it means nothing
+        self.point(0.0, 1.0)
+        self.silence()
+        self.point(0.0, 0.0)
+
+        # active: up is forward, left is left, the middle is rest, one zero each
+        start = self.seen.latest('ground_truth')
+        self.scroll(down=True)
+        node.wait_for('The mouse is active')
+        self.seen.forget('cmd_vel')
+        self.point(0.0, 1.0)
+        self.seen.wait_for('ground_truth', lambda pose: (start.inverse() @ pose).x > 0.02)
+        self.assertEqual(self.seen.latest('cmd_vel'), (0.5, 0.0))
+        self.point(0.1, -0.1)
+        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
+        self.rest()
+        self.silence()
+        self.assertTrue(self.stopped())
+        before = self.heading()
+        self.point(-1.0, 0.0)
+        self.seen.wait_for('ground_truth', lambda pose: self.turned_since(before) > 5.0)
+        self.point(0.0, 0.0)
+        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
+        self.assertTrue(self.stopped())
+
+        # a turn beside a mouse in the middle; then the mouse takes a turn over
+        self.rest()
+        before = self.heading()
+        node.type('r')
+        node.wait_for('Turned')
+        self.rest()
+        self.assertLess(abs(self.turned_since(before) + 90.0), 0.5)
+        self.assertTrue(self.stopped())
+        node.type('b')
+        self.seen.wait_for('cmd_vel', lambda command: command[1] > 1.0)
+        self.point(0.0, -1.0)
+        self.seen.wait_for('cmd_vel', lambda command: command == (-0.5, 0.0), 1.0)
+        node.wait_for('the mouse took over')
+        commands = [command for _, command in self.seen.all('cmd_vel')]
+        self.assertEqual(commands[commands.index((-0.5, 0.0)) - 1], ZERO)
+        node.type('l')
+        node.wait_for('the mouse is driving')
+
+        # scrolling up stops at once, a turn too
+        self.scroll(down=False)
+        node.wait_for('The mouse was deactivated')
+        self.assertTrue(self.stopped())
+        self.silence()
+        self.point(0.0, 0.0)
+        self.scroll(down=True)
+        node.wait_for('The mouse is active', times=2)
+        node.type('b')
+        self.seen.wait_for('cmd_vel', lambda command: command[1] > 1.0)
+        self.scroll(down=False)
+        node.wait_for('given up', times=2)
+        self.assertTrue(self.stopped())
+        self.rest()
+        self.silence()
+
+    def test_a_mouse_that_dies_stops_the_robot(self):
+        node = self.controller()
+        client, _ = self.mouse()
+        self.point(0.0, 1.0)
+        self.scroll(down=True)
+        self.seen.wait_for('cmd_vel', lambda command: command == (0.5, 0.0))
+        client.kill()
+        node.wait_for('No mouse for', 2.0)
+        self.seen.wait_for('cmd_vel', lambda command: command == ZERO, 1.0)
+        last_heard = self.seen.all('mouse_info')[-1][0]
+        self.assertLess(self.seen.all('cmd_vel')[-1][0] - last_heard, 0.3)
+        self.rest()
+        self.silence()
+
+    def test_a_display_that_dies_stops_the_robot_in_one_line(self):
+        node = self.controller()
+        client, server = self.mouse()
+        self.point(1.0, 0.0)
+        self.scroll(down=True)
+        self.seen.wait_for('cmd_vel', lambda command: command == (0.0, -0.5))
+        server.kill()
+        self.assertEqual(client.wait(10.0), 1)
+        node.wait_for('The mouse was deactivated')
+        self.assertEqual(self.seen.latest('cmd_vel'), ZERO)
+        self.assertIn('lost the display of the mouse', client.lines[-1])
+        self.assertNotIn('Traceback', client.text)
+
+    def test_a_mouse_that_cannot_be_read_is_one_line(self):
+        for environment, words in (({'DISPLAY': ''}, 'DISPLAY is not set'),
+                                   ({'DISPLAY': ':987', 'WAYLAND_DISPLAY': ''}, 'cannot open'),
+                                   ({'WAYLAND_DISPLAY': 'wayland-0'}, 'Xorg')):
+            client = self.start('mouse_client.py', '__name:=blind', 'mouse_info:=bad/mouse_info',
+                                environment=environment)
+            self.assertEqual(client.wait(20.0), 1)
+            self.assertTrue(len(client.lines) == 1 and words in client.text, client.text)
+
+
+if __name__ == '__main__':
+    rospy.init_node('turn_test')
+    rostest.rosrun('tb3_labs', 'turn', TurnTest)
