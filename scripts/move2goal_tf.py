@@ -82,7 +82,7 @@ class MoveToGoal:
 
     def _on_ctrl_relinq(self, message):
         with self._changed:
-            if self._navigator.set_control(message.data) and not message.data:
+            if self._navigator.set_control(message.data, rospy.get_time()) and not message.data:
                 self._cmd_vel.stop()
             self._log.update(rospy.get_time())
 

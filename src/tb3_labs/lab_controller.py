@@ -7,12 +7,12 @@ Units: seconds on the receiver's clock (`now`), radians, m/s; turns are asked fo
 """
 import math
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
 
 from tb3_labs.angles import continuous
 from tb3_labs.arbiter import Driver, Event, who_drives
 from tb3_labs.freshness import Freshness, SensorWatch, Sight
 from tb3_labs.motion import Twist2
+from tb3_labs.news import NewsDesk
 from tb3_labs.pace import Pace
 from tb3_labs.progress import Progress
 from tb3_labs.teleop import mouse_twist
@@ -25,13 +25,6 @@ DRIVEN_RATE = 0.1
 REST_RATE = 0.01
 #: While the IMU was silent the robot cannot have turned farther than this by itself [rad].
 MAX_BLIND_TURN = 1.0
-
-
-class News(NamedTuple):
-    """Something to tell the user; `warning` where it is not what was asked for."""
-
-    text: str
-    warning: bool
 
 
 @dataclass
@@ -64,7 +57,10 @@ class LabController:
         self._mouse_lost = False  # and not yet seen in the middle again
         self._mouse_twist = Twist2()
         self._mouse_is_new = False
-        self._news = []
+        self._desk = NewsDesk()
+        #: Takes the News since the last call.
+        self.take_news = self._desk.take
+        self._tell = self._desk.tell
 
     # -- what comes in
 
@@ -131,11 +127,6 @@ class LabController:
         return self._imu.is_fresh(now)
 
     # -- what comes out
-
-    def take_news(self):
-        """What has happened since the last call, a list of News."""
-        news, self._news = self._news, []
-        return news
 
     @property
     def watched(self):
@@ -237,6 +228,3 @@ class LabController:
                 abs(math.degrees(self._turn.goal - self._yaw)), reason), warning=True)
             self._turn = None
             self._carried = 0.0
-
-    def _tell(self, text, warning=False):
-        self._news.append(News(text, warning))

@@ -15,6 +15,7 @@ from tb3_labs.freshness import Freshness, SensorWatch, Sight
 from tb3_labs.goal import GoalMachine
 from tb3_labs.localizer import Localizer
 from tb3_labs.pace import Pace
+from tb3_labs.permission import Permission
 from tb3_labs.se2 import Pose2
 
 #: A goal farther away than this is a mistake, most likely in the unit [m].
@@ -44,7 +45,8 @@ class Navigator:
     def __init__(self, law, has_control=False):
         self.localizer = Localizer()
         self.machine = GoalMachine(law)
-        self.has_control = has_control
+        #: May it drive? A permission.Permission.
+        self.permission = Permission(has_control)
         self._pace = Pace(law.period)
         self._imu = Freshness('imu')
         self._odometry = Freshness('odom')
@@ -70,10 +72,14 @@ class Navigator:
         self.machine.set_goal(goal)
         self._pause()
 
-    def set_control(self, has_control):
+    @property
+    def has_control(self):
+        """May this node drive?"""
+        return self.permission.granted
+
+    def set_control(self, has_control, now):
         """Permission to drive is given or taken. True if that changed anything."""
-        changed = has_control != self.has_control
-        self.has_control = has_control
+        changed = self.permission.told(has_control, now)
         if changed and has_control and self.machine.active:
             # the robot may have been driven elsewhere meanwhile
             self.machine.restart()
@@ -97,7 +103,7 @@ class Navigator:
 
     def command(self, now):
         """The Twist2 to send now, or None: silence."""
-        if not (self.has_control and self.machine.active):
+        if self.permission.has_lapsed(now) or not (self.has_control and self.machine.active):
             self._pause()
         elif self._sensors_allow(now):
             motion = self.localizer.motion(now)

@@ -58,10 +58,10 @@ def test_without_a_goal_there_is_silence():
 
 def test_control_lost_silences_and_control_back_begins_anew():
     robot = driving()
-    assert robot.navigator.set_control(False) is True
-    assert robot.navigator.set_control(False) is False
+    assert robot.navigator.set_control(False, robot.now) is True
+    assert robot.navigator.set_control(False, robot.now) is False
     assert set(robot.run(0.2)) == {None}
-    robot.navigator.set_control(True)
+    robot.navigator.set_control(True, robot.now)
     commands = robot.run(0.1)
     assert None not in commands
     # from standing: the first command is what the acceleration allows in one period

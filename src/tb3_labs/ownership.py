@@ -1,0 +1,49 @@
+"""Who may drive the robot: the gamepad, move_to_goal, or nobody? One rule, as one table.
+
+    holder         event            holder then
+    nobody         pad ready        gamepad
+    nobody         relinquish       move_to_goal
+    gamepad        relinquish       move_to_goal
+    gamepad        pad lost         nobody
+    move_to_goal   regain           gamepad
+    move_to_goal   pad lost         nobody
+
+What is not listed changes nothing. `relinquish` and `regain` are presses of their buttons, rising
+edges. `pad ready` means that the pad is heard and its sticks are at rest (or, with a hold button,
+that this was pressed anew). A lost pad gives the robot to nobody: an operator without a stop button
+is no operator. Whoever stops holding the robot sends one zero and is silent.
+Source: the Transformation lab's handout, and what happened to those who had no such rule.
+"""
+from enum import Enum
+
+
+class Holder(Enum):
+    """Who may drive."""
+
+    NOBODY = 'nobody'
+    GAMEPAD = 'gamepad'
+    MOVE_TO_GOAL = 'move_to_goal'
+
+
+class PadEvent(Enum):
+    """What may change that."""
+
+    READY = 'pad ready'
+    RELINQUISH = 'relinquish'
+    REGAIN = 'regain'
+    LOST = 'pad lost'
+
+
+_RULE = {
+    (Holder.NOBODY, PadEvent.READY): Holder.GAMEPAD,
+    (Holder.NOBODY, PadEvent.RELINQUISH): Holder.MOVE_TO_GOAL,
+    (Holder.GAMEPAD, PadEvent.RELINQUISH): Holder.MOVE_TO_GOAL,
+    (Holder.GAMEPAD, PadEvent.LOST): Holder.NOBODY,
+    (Holder.MOVE_TO_GOAL, PadEvent.REGAIN): Holder.GAMEPAD,
+    (Holder.MOVE_TO_GOAL, PadEvent.LOST): Holder.NOBODY,
+}
+
+
+def who_holds(holder, event):
+    """The Holder after `event`."""
+    return _RULE.get((holder, event), holder)

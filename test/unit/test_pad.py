@@ -1,0 +1,48 @@
+"""Sticks and buttons of a pad, by the handout's numbering and by others."""
+import math
+
+import pytest
+
+from tb3_labs.pad import PadConfig, PadState, read_pad
+
+AXES = [0.0] * 8
+BUTTONS = [0] * 11
+CONFIG = PadConfig(dead_zone=0.1)
+
+
+def axes(**values):
+    return [values.get('a{}'.format(index), 0.0) for index in range(8)]
+
+
+@pytest.mark.parametrize('position, speed', [
+    (0.0, 0.0), (0.1, 0.0), (-0.1, 0.0), (1.0, 1.0), (-1.0, -1.0), (1.01, 1.0), (0.55, 0.5)])
+def test_sticks_are_even_from_the_edge_of_their_dead_zone(position, speed):
+    state = read_pad(axes(a1=position), BUTTONS, CONFIG)
+    assert state.forward == pytest.approx(speed) and state.left == 0.0
+    assert read_pad(axes(a3=position), BUTTONS, CONFIG).left == pytest.approx(speed)
+    assert state.at_rest is (abs(position) <= 0.1)
+
+
+def test_buttons_by_the_handouts_numbers():
+    assert read_pad(AXES, [1, 0, 0], CONFIG) == PadState(relinquish=True)
+    assert read_pad(AXES, [0, 1, 0], CONFIG) == PadState(regain=True)
+    assert read_pad(AXES, [0, 0, 1], CONFIG) == PadState(reset=True)
+
+
+def test_another_pads_numbers():
+    other = PadConfig(linear_axis=4, angular_axis=0, reset_button=7, hold_button=5)
+    state = read_pad([1.0, 0.0, 0.0, 0.0, -1.0], [0, 0, 0, 0, 0, 1, 0, 1], other)
+    assert state == PadState(-1.0, 1.0, reset=True, hold=True)
+
+
+@pytest.mark.parametrize('values, buttons', [
+    ([], []), ([0.0] * 3, BUTTONS), (AXES, [0, 0]), ([0.0] * 8, [])])
+def test_a_pad_with_too_few_of_them_is_refused(values, buttons):
+    with pytest.raises(ValueError, match='need 4 and 3: another kind of pad'):
+        read_pad(values, buttons, CONFIG)
+
+
+@pytest.mark.parametrize('bad', [math.nan, math.inf])
+def test_a_stick_that_is_no_number_is_refused(bad):
+    with pytest.raises(ValueError, match='not finite'):
+        read_pad(axes(a1=bad), BUTTONS, CONFIG)
