@@ -9,6 +9,7 @@ Publishes (frames are in the node's namespace: robot3/odom in /robot3)
     odom          nav_msgs/Odometry            odom -> base_footprint, ~odom_rate
     joint_states  sensor_msgs/JointState       with each odometry
     /tf           tf2_msgs/TFMessage           odom -> base_footprint, with each odometry
+    /tf_static    tf2_msgs/TFMessage           world -> odom: where the odometry's origin truly is
     ground_truth  geometry_msgs/PoseStamped    frame world, 50 Hz: for tests, never for control
     /clock        rosgraph_msgs/Clock          with use_sim_time, 200 per simulated second
 Parameters
@@ -31,6 +32,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Empty
 from tf2_msgs.msg import TFMessage
+from tf2_ros import StaticTransformBroadcaster
 
 from tb3_labs.config import Config, setting
 from tb3_labs.ros.conversions import to_pose_stamped, to_transform
@@ -67,6 +69,8 @@ class FakeTurtlebot3:
         self._joints = self._publisher('joint_states', JointState)
         self._tf = self._publisher('/tf', TFMessage)
         self._truth = self._publisher('ground_truth', PoseStamped)
+        self._origin_tf = StaticTransformBroadcaster()
+        self._origin = None
         self._clock = None
         self._speed = 1.0
         if rospy.get_param('/use_sim_time', False):
@@ -132,6 +136,10 @@ class FakeTurtlebot3:
             now = self._epoch + self._robot.now
         if self._clock:
             self._clock.publish(rospy.Time.from_sec(now))
+        if self._origin != self._robot.odometry_origin:
+            self._origin = self._robot.odometry_origin
+            self._origin_tf.sendTransform(
+                to_transform(self._origin, 'world', self._frames['odom'], now))
         for sample in samples:
             if isinstance(sample, ImuSample):
                 self._send_imu(sample)

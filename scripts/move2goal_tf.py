@@ -12,9 +12,11 @@ Publishes
     local_pose             geometry_msgs/PoseStamped, frame local, with each odometry message
     local_path             nav_msgs/Path, frame local
     goal_state             std_msgs/String, latched: the state, or why the goal was given up
+    distance_error [m], angle_error_deg   std_msgs/Float32: what is left to the goal, for plots
     current_goal           geometry_msgs/PoseStamped, frame local, latched
     goal_marker, robot_marker   visualization_msgs/MarkerArray
     /tf                    odom -> local
+    /diagnostics
 Services
     reset_pose             tb3_labs/ResetPose [m, deg]: the robot is here, now, in local
     set_pose               tb3_labs/SetInitialPose: the same, by the handout's own call
@@ -22,7 +24,8 @@ Action
     move2goal              move_base_msgs/MoveBaseAction
 Parameters
     ~goal_x, ~goal_y [m], ~goal_yaw_deg, ~has_control: see NavigatorConfig in tb3_labs.navigator
-    ~law, ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.drive_laws
+    ~law, ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.drive_laws; they may
+    change while it runs: rosrun dynamic_reconfigure dynparam set /move_to_goal max_linear 0.1
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import threading
@@ -32,18 +35,22 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool
 
+from tb3_labs.approach import Response
 from tb3_labs.drive_laws import DriveConfig, make_law
 from tb3_labs.navigator import Navigator, NavigatorConfig
 from tb3_labs.ros.cmd_vel import CmdVel
 from tb3_labs.ros.conversions import to_imu_sample, to_odometry_sample
+from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
 from tb3_labs.ros.display import LocalDisplay
 from tb3_labs.ros.drive_log import DriveLog
 from tb3_labs.ros.frames import frame
 from tb3_labs.ros.goals import GoalInterfaces
+from tb3_labs.ros.live import LiveSettings
 from tb3_labs.ros.node import run, subscribe
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.pose_frames import PoseFrames
 from tb3_labs.ros.resets import ResetInterfaces
+from tb3_labs.ros.rivals import Rivals
 from tb3_labs.ros.watchdog import Watchdog
 
 #: A reset answers within a second, whatever happens [s].
@@ -55,7 +62,10 @@ class MoveToGoal:
 
     def __init__(self):
         start, drive = read_config(NavigatorConfig, DriveConfig)
-        self._navigator = Navigator(make_law(drive, read_model()), start.has_control)
+        self._model = read_model()
+        self._response = Response()              # of this robot, as far as it has been learned
+        self._navigator = Navigator(make_law(drive, self._model, self._response),
+                                    start.has_control)
         self._navigator.set_goal(start.goal)
         self._changed = threading.Condition()    # guards the navigator
         self._frames = PoseFrames(frame('local'), frame('odom'))
@@ -65,6 +75,10 @@ class MoveToGoal:
         self._goals = GoalInterfaces(self._set_goal, self._cancel)
         ResetInterfaces(self._reset, self._to_local, frame('local'))
         self._watchdog = Watchdog(self._tick)
+        self._rivals = Rivals(self._cmd_vel)
+        self._sources = SourceReport(self._navigator.imu, self._navigator.odometry)
+        Diagnostics(self._model.name, self._diagnose)
+        LiveSettings(drive, self._on_settings)
         subscribe('imu', Imu, self._on_imu, to_imu_sample)
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample)
         subscribe('ctrl_relinq', Bool, self._on_ctrl_relinq)
@@ -113,8 +127,9 @@ class MoveToGoal:
             fix = self._navigator.localizer.take_fix()
             if fix is None:
                 return
+            self._log.plot(fix.local_T_base)
             shown = self._display.show(fix, self._navigator.localizer.frame.odom_T_local,
-                                       self._frames.odom)
+                                       self._frames.odom, self._navigator.machine)
         self._goals.feedback(shown)
 
     def _reset(self, declared):
@@ -149,11 +164,22 @@ class MoveToGoal:
             self._log.update(rospy.get_time())
         return goal
 
+    def _on_settings(self, drive):
+        law = make_law(drive, self._model, self._response)
+        with self._changed:
+            self._navigator.set_law(law)
+
     def _cancel(self):
         with self._changed:
             self._navigator.machine.give_up('canceled')
             self._cmd_vel.stop()
             self._log.update(rospy.get_time())
+
+    def _diagnose(self):
+        with self._changed:
+            now = rospy.get_time()
+            problem, values = self._log.report(now)
+            return self._rivals.complaint or problem, dict(self._sources.values(now), **values)
 
 
 if __name__ == '__main__':

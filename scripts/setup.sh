@@ -88,18 +88,18 @@ unset MAKEFLAGS CMAKE_GENERATOR CMAKE_PREFIX_PATH ROS_PACKAGE_PATH ROS_DISTRO RO
 export PATH=/usr/sbin:/usr/bin:/sbin:/bin PYTHONDONTWRITEBYTECODE=1 PYTHONNOUSERSITE=1
 
 if [ -r $noetic/setup.bash ]; then
-  run_packages=(make g++ python3-venv python3-numpy python3-setuptools)
-  for p in ros-core actionlib dynamic-reconfigure move-base-msgs tf2-msgs tf2-ros; do run_packages+=("ros-noetic-$p"); done
+  run_packages=(make g++ python3-venv python3-numpy python3-matplotlib python3-setuptools)
+  for p in ros-core actionlib diagnostic-updater dynamic-reconfigure move-base-msgs tf2-msgs tf2-ros; do run_packages+=("ros-noetic-$p"); done
   run_packages+=(python3-xlib python3-six)
   requirements+=(pynput)      # the mouse
   test_packages=(python3-pytest python3-hypothesis ros-noetic-rostest catkin-lint xvfb xdotool)
   dynparam=$noetic/lib/dynamic_reconfigure/dynparam
 else
-  run_packages=(make g++ python3-venv python3-numpy python3-setuptools catkin rosbash ros-core
+  run_packages=(make g++ python3-venv python3-numpy python3-matplotlib python3-setuptools catkin rosbash ros-core
     ros-message-generation libgeometry-msgs-dev ros-std-msgs ros-geometry-msgs
-    python3-rospy python3-rosbag python3-actionlib python3-tf2-ros python3-pynput
+    python3-rospy python3-rosbag python3-actionlib python3-tf2-ros python3-pynput python3-diagnostic-updater
     python3-dynamic-reconfigure libdynamic-reconfigure-config-init-mutex-dev)    # dynparam wants its package.xml
-  for p in actionlib geometry move-base nav rosgraph sensor std tf2 visualization; do run_packages+=("python3-$p-msgs"); done
+  for p in actionlib diagnostic geometry move-base nav rosgraph sensor std tf2 visualization; do run_packages+=("python3-$p-msgs"); done
   test_packages=(python3-pytest python3-hypothesis python3-rostest librostest-dev catkin-lint xvfb xdotool)
   dynparam=/usr/lib/dynamic_reconfigure/dynparam
 fi

@@ -10,8 +10,10 @@ Subscribes
     mouse_info    tb3_labs/MouseController, from mouse_client.py
 Publishes
     cmd_vel       geometry_msgs/Twist, only while turning or driven by the mouse, one zero after it
+    /diagnostics
 Parameters
-    ~law, ~k_hdg, ~hdg_tol, ...: see TurnConfig in tb3_labs.turning
+    ~law, ~k_hdg, ~hdg_tol, ...: see TurnConfig in tb3_labs.turning; they may change while it
+    runs: rosrun dynamic_reconfigure dynparam set /controller max_ang_z 1.0
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import threading
@@ -21,14 +23,19 @@ import rospy
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64
 
+from tb3_labs.approach import Response
 from tb3_labs.arbiter import Driver
 from tb3_labs.lab_controller import LabController
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.cmd_vel import CmdVel
 from tb3_labs.ros.conversions import to_imu_sample, to_mouse
+from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
 from tb3_labs.ros.keyboard import Keyboard
+from tb3_labs.ros.live import LiveSettings
+from tb3_labs.ros.news import log_news
 from tb3_labs.ros.node import end, run, subscribe
 from tb3_labs.ros.parameters import read_config, read_model
+from tb3_labs.ros.rivals import Rivals
 from tb3_labs.ros.watchdog import Watchdog
 from tb3_labs.turning import TurnConfig, degrees_of, make_turn
 
@@ -41,13 +48,16 @@ class Controller:
     """Glue between ROS, the keyboard and the core's LabController."""
 
     def __init__(self):
-        config = read_config(TurnConfig)
-        self._controller = LabController(make_turn(config, read_model()))
+        config, self._model = read_config(TurnConfig), read_model()
+        self._response = Response()      # of this robot, as far as it has been learned
+        self._controller = LabController(make_turn(config, self._model, self._response))
         self._driver = Driver.NOBODY
         self._lock = threading.Lock()    # guards both
         self._robot_wait = time.monotonic() + CONNECTING
         rospy.on_shutdown(lambda: rospy.loginfo('Controller exiting. Halting robot.'))
         self._cmd_vel = CmdVel()
+        self._rivals = Rivals(self._cmd_vel)
+        self._sources = SourceReport(self._controller.imu, self._controller.mouse)
         self._watchdog = Watchdog(self._tick)
         subscribe('imu', Imu, self._on_imu, to_imu_sample)
         subscribe('mouse_info', MouseController, self._on_mouse, to_mouse)
@@ -55,6 +65,8 @@ class Controller:
         rospy.loginfo('Type l (left), r (right), b (about turn), a number of degrees, or q (quit), '
                       'and Enter')
         Keyboard(self._on_line, self._on_keyboard_end)
+        Diagnostics(self._model.name, self._diagnose)
+        LiveSettings(config, self._on_settings)
 
     def _on_imu(self, sample):
         with self._lock:
@@ -72,6 +84,11 @@ class Controller:
         except ValueError as problem:
             rospy.logwarn('%s', problem)
 
+    def _on_settings(self, config):
+        law = make_turn(config, self._model, self._response)
+        with self._lock:
+            self._controller.set_law(law)
+
     def _on_line(self, line):
         if line.lower() == 'q':
             end()
@@ -85,7 +102,7 @@ class Controller:
 
     def _wait_for_robot(self):
         while time.monotonic() < self._robot_wait and not (
-                self._cmd_vel.is_heard and self._controller.imu_is_fresh(rospy.get_time())):
+                self._cmd_vel.is_heard and self._controller.imu.is_fresh(rospy.get_time())):
             time.sleep(0.02)
 
     @staticmethod
@@ -113,8 +130,14 @@ class Controller:
             elif due:
                 self._cmd_vel.stop()
             self._watchdog.wake() if self._controller.watched else self._watchdog.sleep()
-            for news in self._controller.take_news():
-                (rospy.logwarn if news.warning else rospy.loginfo)('%s', news.text)
+            log_news(self._controller.take_news())
+
+    def _diagnose(self):
+        with self._lock:
+            now = rospy.get_time()
+            problem = self._rivals.complaint or self._controller.imu.complaint(now)
+            return problem, dict(self._sources.values(now), driver=self._controller.driver.value,
+                                 mouse='active' if self._controller.mouse_active else 'not active')
 
 
 if __name__ == '__main__':

@@ -35,9 +35,12 @@ class DriveConfig(Config):
                                           unit='rad/s^2', low=1.0, high=80.0)
 
 
-def make_law(config, model):
-    """The law that `config` (DriveConfig) asks for, for a turtlebot3.RobotModel."""
-    return LabLaw(model) if config.law == 'lab' else PreciseLaw(config, model)
+def make_law(config, model, response=None):
+    """The law that `config` (DriveConfig) asks for, for a turtlebot3.RobotModel; `response`: the
+    approach.Response that was learned of this robot so far."""
+    if config.law == 'lab':
+        return LabLaw(model)
+    return PreciseLaw(config, model, response)
 
 
 class LabLaw:
@@ -100,13 +103,13 @@ class PreciseLaw:
     #: A robot that is slower than this does not drive.
     REST_SPEED = 0.01             # [m/s]
 
-    def __init__(self, config, model):
+    def __init__(self, config, model, response=None):
+        response = response or Response()
         self.distance_tolerance = config.distance_tolerance
         self._config = config
         self._model = model
         self._max_linear = min(config.max_linear, model.max_linear)
         self._max_angular = min(config.max_angular, model.max_angular)
-        response = Response()
         self._turning = PreciseTurn(self._max_angular, config.angular_acceleration,
                                     math.radians(config.angle_tolerance_deg), response)
         self._driving = Approach(config.linear_acceleration, gain=20.0, slowest=0.015,

@@ -18,11 +18,14 @@ class Freshness:
     def __init__(self, name, timeout=SENSOR_TIMEOUT):
         self.name = name
         self.timeout = timeout
+        #: Messages so far.
+        self.count = 0
         self._heard_at = None
 
     def heard(self, now):
         """A good message arrived at `now`."""
         self._heard_at = now
+        self.count += 1
 
     def age(self, now):
         """Seconds since the last message; infinite before the first."""

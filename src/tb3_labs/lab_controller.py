@@ -46,14 +46,14 @@ class LabController:
         self.driver = Driver.NOBODY
         self._law = law
         self._pace = Pace(law.period)
-        self._imu = Freshness('imu')
-        self._sensors = SensorWatch(self._imu)
+        self.imu = Freshness('imu')
+        self._sensors = SensorWatch(self.imu)
         self._rate = 0.0
         self._yaw = None          # continuous over whole turns
         self._turn = None         # the Turn that is driven, or waits for rest to be judged,
         self._carried = 0.0       # and what the one before left undone
-        self._mouse = Freshness('mouse', MOUSE_TIMEOUT)
-        self._mouse_active = False
+        self.mouse = Freshness('mouse', MOUSE_TIMEOUT)
+        self.mouse_active = False
         self._mouse_lost = False  # and not yet seen in the middle again
         self._mouse_twist = Twist2()
         self._mouse_is_new = False
@@ -67,11 +67,11 @@ class LabController:
     def on_imu(self, sample, now):
         """Take an ImuSample in."""
         yaw = sample.yaw if self._yaw is None else continuous(sample.yaw, self._yaw)
-        if self.driver is Driver.TURN and not self._imu.is_fresh(now) and (
+        if self.driver is Driver.TURN and not self.imu.is_fresh(now) and (
                 abs(yaw - self._yaw) > MAX_BLIND_TURN):
             self._happens(Event.TURN_OVER, 'the heading jumped by {:.0f} degrees while the IMU was '
                           'silent'.format(math.degrees(yaw - self._yaw)))
-        self._imu.heard(now)
+        self.imu.heard(now)
         self._yaw, self._rate = yaw, sample.yaw_rate
         if self.driver is Driver.TURN:
             return
@@ -84,7 +84,7 @@ class LabController:
         """Take a message of the mouse in; ``ValueError`` for a position that is none."""
         twist = mouse_twist(x, y)
         centred = twist == Twist2()
-        self._mouse.heard(now)
+        self.mouse.heard(now)
         if not active or centred:
             self._mouse_lost = False
         if not active:
@@ -122,16 +122,19 @@ class LabController:
         self._tell('Turning {:g} degrees'.format(round(math.degrees(self._turn.asked), 6)))
         self._happens(Event.TURN_ASKED)
 
-    def imu_is_fresh(self, now):
-        """Can the robot turn?"""
-        return self._imu.is_fresh(now)
+    def set_law(self, law):
+        """Turn by another law from now on; a turn that is under way goes on to the same goal."""
+        self._law = law
+        self._pace = Pace(law.period)
+        if self.driver is Driver.TURN:
+            self._start_law()
 
     # -- what comes out
 
     @property
     def watched(self):
         """Must somebody look at the clock, even if no message arrives?"""
-        return self.driver is not Driver.NOBODY or self._mouse_active
+        return self.driver is not Driver.NOBODY or self.mouse_active
 
     def due(self, now):
         """Is it time for :meth:`command`?"""
@@ -146,7 +149,7 @@ class LabController:
         if self._mouse_is_lost(now):
             self._mouse_lost = True
             self._release_mouse('{}: move it to the middle of the screen to use it again'.format(
-                self._mouse.complaint(now)))
+                self.mouse.complaint(now)))
         if self.driver is Driver.MOUSE:
             return self._mouse_twist
         if self.driver is Driver.TURN and self._sensors_allow(now):
@@ -204,17 +207,17 @@ class LabController:
     # -- the mouse, and who drives
 
     def _mouse_is_lost(self, now):
-        return self._mouse_active and not self._mouse.is_fresh(now)
+        return self.mouse_active and not self.mouse.is_fresh(now)
 
     def _activate_mouse(self):
-        if not self._mouse_active:
-            self._mouse_active = True
+        if not self.mouse_active:
+            self.mouse_active = True
             self._tell('The mouse is active: it drives outside the middle of the screen; scroll '
                        'up to stop')
 
     def _release_mouse(self, reason):
-        if self._mouse_active:
-            self._mouse_active = False
+        if self.mouse_active:
+            self.mouse_active = False
             self._tell(reason[0].upper() + reason[1:])
             self._happens(Event.MOUSE_RELEASED, reason)
 

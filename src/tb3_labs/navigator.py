@@ -48,21 +48,28 @@ class Navigator:
         #: May it drive? A permission.Permission.
         self.permission = Permission(has_control)
         self._pace = Pace(law.period)
-        self._imu = Freshness('imu')
-        self._odometry = Freshness('odom')
-        self._sensors = SensorWatch(self._imu, self._odometry)
+        self.imu = Freshness('imu')
+        self.odometry = Freshness('odom')
+        self._sensors = SensorWatch(self.imu, self.odometry)
 
     # -- what comes in
 
     def on_imu(self, sample, now):
         """Take an ImuSample in. Returns the resets that were carried out by it."""
-        self._imu.heard(now)
+        self.imu.heard(now)
         return self._restart_after(self.localizer.on_imu(sample, now))
 
     def on_odometry(self, sample, now):
         """Take an OdometrySample in. Returns the resets that were carried out by it."""
-        self._odometry.heard(now)
+        self.odometry.heard(now)
         return self._restart_after(self.localizer.on_odometry(sample, now))
+
+    def set_law(self, law):
+        """Drive by another law from now on; a drive that is under way begins anew."""
+        self.machine.law = law
+        self._pace = Pace(law.period)
+        if self.machine.active:
+            self.machine.restart()
 
     def set_goal(self, goal):
         """A new goal (Pose2 in local), in place of any other; ``ValueError`` if it is too far."""

@@ -30,7 +30,7 @@ class PadController:
         self.holder = Holder.NOBODY
         self._config = config
         self._model = model
-        self._joy = Freshness('joy', PAD_TIMEOUT)
+        self.joy = Freshness('joy', PAD_TIMEOUT)
         self._state = None           # the last PadState; None before it, and after a loss
         self._repeats = False        # does the pad send what has not changed?
         self._last_message = None
@@ -48,7 +48,7 @@ class PadController:
         state = read_pad(axes, buttons, self._config)
         self._repeats = self._repeats or (axes, buttons) == self._last_message
         self._last_message = axes, buttons
-        self._joy.heard(now)
+        self.joy.heard(now)
         before = self._state or state   # what is pressed at first was not pressed now
         self._state, self._is_new = state, True
         if self._is_ready(state, before):
@@ -108,14 +108,14 @@ class PadController:
 
     def _is_lost(self, now):
         depends = self._drives() or (self.relinquished and not self._config.drive_without_pad)
-        return depends and not self._joy.is_fresh(now)
+        return depends and not self.joy.is_fresh(now)
 
     def _happens(self, event, now):
         before, self.holder = self.holder, who_holds(self.holder, event)
         if event is PadEvent.LOST:
             again = 'press the hold button' if self._has_hold else 'let go of the sticks'
             self._desk.tell('{}: robot stopped; {} to drive again{}'.format(
-                self._joy.complaint(now).capitalize(), again,
+                self.joy.complaint(now).capitalize(), again,
                 '' if self._repeats else '. If the pad is there, start joy_node with '
                 'autorepeat_rate 20, as gamepad.launch does'), warning=True)
         elif self.holder is Holder.MOVE_TO_GOAL is not before:

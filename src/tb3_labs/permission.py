@@ -5,10 +5,8 @@ the gamepad does) lapses when that ends: then the holder is dead or out of reach
 
 Units: seconds on the receiver's clock (`now`).
 """
-#: Permissions that follow each other faster than this are renewals [s],
-RENEWAL = 0.6
-#: if there are so many in a row.
-RENEWALS = 3
+#: A permission that follows another one faster than this is a renewal; no hand is that quick [s].
+RENEWAL = 0.3
 #: A permission that was being renewed lapses after this silence [s].
 LAPSE = 0.5
 
@@ -19,21 +17,20 @@ class Permission:
     def __init__(self, granted=False):
         #: True while this node may drive.
         self.granted = granted
-        self._renewed = 0
+        self._is_renewed = False
         self._told_at = None
 
     def told(self, granted, now):
         """A message arrived. True if that changed anything."""
         changed = granted != self.granted
         quick = self._told_at is not None and 0.0 <= now - self._told_at <= RENEWAL
-        self._renewed = self._renewed + 1 if granted and not changed and quick else 0
+        self._is_renewed = granted and not changed and (quick or self._is_renewed)
         self.granted, self._told_at = granted, now
         return changed
 
     def has_lapsed(self, now):
         """Takes the permission away if it was being renewed and is no longer; True if so."""
-        lapsed = self.granted and self._renewed >= RENEWALS and now - self._told_at > LAPSE
+        lapsed = self.granted and self._is_renewed and now - self._told_at > LAPSE
         if lapsed:
-            self.granted = False
-            self._renewed = 0
+            self.granted = self._is_renewed = False
         return lapsed

@@ -115,6 +115,7 @@ class Simulator:
         self._on_the_wire = []      # samples, oldest first
         self._busy_until = -math.inf
         self._resetting = False
+        self._origin = Pose2()
         self._config = config
         self._plan_faults()
         self._apply(config)
@@ -132,6 +133,11 @@ class Simulator:
     def truth(self):
         """Where the robot truly is: world_T_base."""
         return self._drivetrain.ahead(self._now - self._moved).pose
+
+    @property
+    def odometry_origin(self):
+        """Where the odometry's frame stands: world_T_odom, by the truth of the last reset."""
+        return self._origin
 
     @property
     def true_velocity(self):
@@ -259,6 +265,7 @@ class Simulator:
         ticks = encoder(left), encoder(right)
         if self._resetting:
             self._odometer.reset(ticks)
+            self._origin = self._drivetrain.pose
             self._resetting = False
         seen = self._imu.measure([stamp], stamp, self._drivetrain.turning)[0]
         sample = self._odometer.update(stamp, ticks, seen.yaw)

@@ -53,12 +53,13 @@ class TurnConfig(Config):
                              '{:g} rad/s'.format(self.min_ang_z, self.max_ang_z))
 
 
-def make_turn(config, model):
-    """The turn that `config` (TurnConfig) asks for, for a turtlebot3.RobotModel."""
+def make_turn(config, model, response=None):
+    """The turn that `config` (TurnConfig) asks for, for a turtlebot3.RobotModel; `response`: the
+    approach.Response that was learned of this robot so far."""
     if config.law == 'lab':
         return LabTurn(config, model)
     return PreciseTurn(min(config.max_ang_z, model.max_angular), config.angular_acceleration,
-                       math.radians(config.tolerance_deg), Response())
+                       math.radians(config.tolerance_deg), response or Response())
 
 
 class LabTurn:

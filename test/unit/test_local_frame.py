@@ -91,3 +91,8 @@ def test_the_handouts_mistakes_are_seen(make_frame, is_right):
     else:
         with pytest.raises(AssertionError):
             assert_pose(pose, declared.then(*robot.motion_between(3.0, 8.0)), 0.1, 0.1)
+
+
+def test_knows_by_how_much_imu_and_odometry_differ():
+    frame = LocalFrame.declared(Pose2(1.0, -2.0, 0.4), Pose2(4.8, -0.3, -1.84), 0.6)
+    assert frame.imu_minus_odometry == pytest.approx(0.6 + 1.84)

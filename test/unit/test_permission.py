@@ -24,6 +24,6 @@ def test_renewed_it_lapses_when_nobody_renews_it():
 
 def test_given_twice_by_hand_is_no_renewal():
     permission = Permission()
-    for now in (1.0, 1.1, 5.0, 9.0, 13.0):
+    for now in (1.0, 1.5, 5.0, 9.0, 13.0):
         permission.told(True, now)
     assert not permission.has_lapsed(60.0)

@@ -7,6 +7,7 @@ import pytest
 from tb3_labs.config import bounds_in_words
 from tb3_labs.drive_laws import DriveConfig
 from tb3_labs.navigator import NavigatorConfig
+from tb3_labs.pad import PadConfig
 from tb3_labs.simulator import SimulatorConfig
 from tb3_labs.turning import TurnConfig
 
@@ -24,7 +25,8 @@ def row(item):
         item.name, default, bounds_in_words(item), item.metadata['meaning'])
 
 
-@pytest.mark.parametrize('kind', [NavigatorConfig, DriveConfig, TurnConfig, SimulatorConfig])
+@pytest.mark.parametrize('kind', [
+    NavigatorConfig, DriveConfig, TurnConfig, PadConfig, SimulatorConfig])
 def test_every_setting_stands_in_the_readme_as_in_the_code(kind):
     lines = README.read_text(encoding='utf-8').splitlines()
     assert [row(item) for item in fields(kind) if row(item) not in lines] == []

@@ -22,7 +22,7 @@ class CmdVel:
 
     def __init__(self):
         self._lock = threading.Lock()
-        self._driving = False
+        self._driving_since = None     # [s, monotonic]; None while it stands
         self._closed = False
         self._publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         rospy.on_shutdown(self._close)
@@ -32,6 +32,12 @@ class CmdVel:
         """Is a robot (or anybody) listening?"""
         return self._publisher.get_num_connections() > 0
 
+    @property
+    def driving_for(self):
+        """How long this node has been driving without a stop [s]; 0 while it is not."""
+        since = self._driving_since
+        return time.monotonic() - since if since is not None else 0.0
+
     def drive(self, linear, angular):
         """Send one command: forward speed [m/s], rate of turn [rad/s]; 0, 0 is :meth:`stop`."""
         if not (math.isfinite(linear) and math.isfinite(angular)):
@@ -40,7 +46,7 @@ class CmdVel:
             if linear == angular == 0.0:
                 self._stop()
             elif not self._closed:
-                self._driving = True
+                self._driving_since = self._driving_since or time.monotonic()
                 self._publisher.publish(to_twist(linear, angular))
 
     def stop(self):
@@ -49,9 +55,9 @@ class CmdVel:
             return self._stop()
 
     def _stop(self):
-        was_driving = self._driving
+        was_driving = self._driving_since is not None
         if was_driving:
-            self._driving = False
+            self._driving_since = None
             self._publisher.publish(to_twist(0.0, 0.0))
         return was_driving
 

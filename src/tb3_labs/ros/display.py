@@ -8,7 +8,7 @@ from nav_msgs.msg import Path
 
 from tb3_labs.ros.conversions import to_pose_stamped, to_transform
 from tb3_labs.ros.frames import frame
-from tb3_labs.ros.markers import RobotMarker
+from tb3_labs.ros.markers import RobotMarker, WayMarker
 from tb3_labs.ros.parameters import read_model
 
 #: A new point of the path after this way [m] or turn [rad];
@@ -29,15 +29,20 @@ class LocalDisplay:
         self._path = rospy.Publisher('local_path', Path, queue_size=1, latch=True)
         self._tf = tf2_ros.TransformBroadcaster()
         RobotMarker(frame('base_footprint'), read_model().body_radius)
+        self._way = WayMarker(local_frame)
+        self._way_sent = -math.inf
         self._points = []
         self._path_sent = -math.inf
 
-    def show(self, fix, odom_T_local, odom_frame):
-        """Publish one localizer.Fix; returns its PoseStamped."""
+    def show(self, fix, odom_T_local, odom_frame, machine):
+        """Publish one localizer.Fix on its way to the goal of `machine`; returns its PoseStamped."""
         message = to_pose_stamped(fix.local_T_base, self._frame, fix.stamp)
         self._pose.publish(message)
         self._tf.sendTransform(to_transform(odom_T_local, odom_frame, self._frame, fix.stamp))
         self._extend_path(fix, message)
+        if abs(fix.stamp - self._way_sent) >= 1.0 / PATH_RATE:
+            self._way_sent = fix.stamp
+            self._way.show(fix.local_T_base, machine.goal if machine.active else None)
         return message
 
     def forget_path(self):

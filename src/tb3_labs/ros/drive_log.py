@@ -1,4 +1,4 @@
-"""A drive in words: in the terminal, as `goal_state`, and above the goal in RViz.
+"""A drive in words: in the terminal, as `goal_state`, and beside the robot in RViz; its errors.
 
 `goal_state` is one of the four states, or begins with 'waiting', 'stopped' or 'gave up'.
 """
@@ -6,10 +6,11 @@ import math
 
 import rospy
 from geometry_msgs.msg import PoseStamped
-from std_msgs.msg import String
+from std_msgs.msg import Float32, String
 
 from tb3_labs.goal import GoalState
 from tb3_labs.ros.conversions import to_pose_stamped
+from tb3_labs.ros.frames import frame
 from tb3_labs.ros.markers import GoalMarker
 
 #: Between two lines of progress [s].
@@ -26,7 +27,9 @@ class DriveLog:
         self._frame = local_frame
         self._state = rospy.Publisher('goal_state', String, queue_size=10, latch=True)
         self._goal = rospy.Publisher('current_goal', PoseStamped, queue_size=1, latch=True)
-        self._marker = GoalMarker(local_frame)
+        self._distance = rospy.Publisher('distance_error', Float32, queue_size=10)
+        self._angle = rospy.Publisher('angle_error_deg', Float32, queue_size=10)
+        self._marker = GoalMarker(local_frame, frame('base_footprint'))
         self._said = None
         self._begun = None        # the attempt that began last,
         self._begun_at = 0.0      # and when
@@ -51,6 +54,23 @@ class DriveLog:
         elif state in DRIVING and abs(now - self._progress_at) >= PROGRESS_PERIOD:
             self._progress_at = now
             rospy.loginfo('%s: %s to go', state, self._to_go(now))
+
+    def plot(self, pose):
+        """The errors of a Pose2 in local, on topics made for rqt_plot."""
+        distance, angle = self._navigator.machine.errors(pose)
+        self._distance.publish(distance)
+        self._angle.publish(math.degrees(angle))
+
+    def report(self, now):
+        """(problem or '', {what: value}) for the diagnostics."""
+        machine, frame = self._navigator.machine, self._navigator.localizer.frame
+        values = {'state': self._state_in_words(now) or 'about to begin',
+                  'control': 'granted' if self._navigator.has_control else 'not granted',
+                  'goal': machine.goal, 'last failure': machine.failure or 'none'}
+        if frame is not None:
+            values['imu yaw - odom yaw [deg]'] = '{:.1f}'.format(
+                math.degrees(frame.imu_minus_odometry))
+        return machine.failure or self._navigator.sensor_complaint(now), values
 
     def _state_in_words(self, now):
         """What `goal_state` says; None in the moment before the first command."""

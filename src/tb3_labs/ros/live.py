@@ -10,10 +10,18 @@ import math
 from dataclasses import asdict, fields, replace
 from types import SimpleNamespace
 
+import roslib
 import rospy
-from dynamic_reconfigure.server import Server
 
 from tb3_labs.config import bounds_in_words
+
+# dynamic_reconfigure asks rosdep for its own path while it is imported, of no use under catkin:
+# where rosdep was never initialised that prints a line into every student's terminal.
+_load_manifest, roslib.load_manifest = roslib.load_manifest, lambda package: None
+try:
+    from dynamic_reconfigure.server import Server
+finally:
+    roslib.load_manifest = _load_manifest
 
 _TYPES = {bool: 'bool', int: 'int', float: 'double', str: 'str'}
 _LOWEST = {bool: False, int: -2 ** 31, float: -math.inf, str: ''}

@@ -1,11 +1,13 @@
 """What RViz cannot draw by itself.
 
-The goal: an arrow, the tolerance as a disc, the state in words. The robot: its size, its heading.
+The goal: an arrow, the tolerance as a disc, the line there, the state in words above the robot.
+The robot: its size, its heading.
 """
 import threading
 import time
 
 import rospy
+from geometry_msgs.msg import Point
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -24,18 +26,20 @@ WHITE = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 class GoalMarker:
     """Publishes `goal_marker`, at once when goal or words change."""
 
-    def __init__(self, frame):
+    def __init__(self, frame, robot_frame):
         self._frame = frame
+        self._robot = robot_frame
         self._markers = _Markers('goal_marker')
 
     def show(self, goal, tolerance, words):
-        """Draw the Pose2 `goal` with its tolerance [m] and a line of text below it."""
+        """Draw the Pose2 `goal` with its tolerance [m], and a line of text above the robot."""
         arrow = self._marker(0, goal, Marker.ARROW, ORANGE, (0.20, 0.03, 0.03))
         disc = self._marker(1, goal, Marker.CYLINDER, PALE_YELLOW,
                             (2.0 * tolerance, 2.0 * tolerance, 0.005))
-        text = self._marker(2, goal, Marker.TEXT_VIEW_FACING, WHITE, (0.0, 0.0, 0.08))
-        disc.pose.position.z, text.pose.position.z = 0.02, 0.25
-        text.text = 4 * '\n' + words    # centred: empty lines keep it off the goal, seen from above
+        text = _marker('words', 2, self._robot, Pose2(), Marker.TEXT_VIEW_FACING, WHITE,
+                       (0.0, 0.0, 0.1))
+        disc.pose.position.z, text.pose.position.z = 0.02, 0.3
+        text.text = words + 4 * '\n'    # centred: empty lines keep it off the robot, seen from above
         self._markers.show(arrow, disc, text)
 
     def _marker(self, number, goal, *looks):
@@ -53,6 +57,21 @@ class RobotMarker:
         # On the floor, so that nothing is hidden from above; the nose over all.
         body.pose.position.z, nose.pose.position.z = -0.01, 0.1
         _Markers('robot_marker').show(body, nose)
+
+
+class WayMarker:
+    """Publishes `way_marker`: the straight line from the robot to its goal."""
+
+    def __init__(self, frame):
+        self._line = _marker('way', 0, frame, Pose2(), Marker.LINE_STRIP, ORANGE, (0.012, 0.0, 0.0))
+        self._publisher = rospy.Publisher('way_marker', Marker, queue_size=1)
+
+    def show(self, pose, goal):
+        """Draw from one Pose2 to another; nothing where there is no goal."""
+        self._line.action = Marker.DELETE if goal is None else Marker.ADD
+        if goal is not None:
+            self._line.points = [Point(place.x, place.y, 0.005) for place in (pose, goal)]
+        self._publisher.publish(self._line)
 
 
 class _Markers:

@@ -14,6 +14,7 @@ import traceback
 import rospy
 
 _failures = []
+_signalled = threading.Event()
 
 
 class _Interrupted(BaseException):
@@ -29,14 +30,20 @@ def run(name, make_node):
     """
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _interrupt)
+    # A thread that is just about to wait for a lock misses a signal, and waits for ever; a pipe does
+    # not: the interpreter writes a byte into it whenever a signal arrives.
+    over, wake = os.pipe()
+    os.set_blocking(wake, False)
+    signal.set_wakeup_fd(wake)
     node = None
     try:
         rospy.init_node(name, disable_signals=True)
-        over = threading.Event()
         # after all of on_shutdown's hooks, by which the last zero velocity is out
-        rospy.core.add_preshutdown_hook(lambda reason: over.set())
+        rospy.core.add_preshutdown_hook(lambda reason: os.write(wake, b'.'))
         node = make_node()
-        over.wait()
+        os.read(over, 1)
+        if _signalled.is_set():
+            raise _Interrupted    # where a library caught it by a bare `except:`
     except ValueError as problem:
         end(str(problem))
     except _Interrupted:
@@ -48,6 +55,7 @@ def run(name, make_node):
 def _interrupt(_number, _frame):
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)  # one is enough; a second must not cut the end short
+    _signalled.set()
     raise _Interrupted
 
 

@@ -1,0 +1,55 @@
+"""`/diagnostics` of a driving node, once a second, for rqt_robot_monitor and rostopic echo."""
+import threading
+import time
+
+import rospy
+from diagnostic_msgs.msg import DiagnosticStatus
+from diagnostic_updater import Updater
+
+from tb3_labs.ros.node import guarded
+
+PERIOD = 1.0    # [s, wall clock]
+
+
+class Diagnostics:
+    """Asks `report()` for ``(problem, {what: value})``, '' being no problem, and publishes it."""
+
+    def __init__(self, hardware, report):
+        self._report = report
+        self._updater = Updater()
+        self._updater.setHardwareID(hardware)
+        self._updater.add('state', self._fill)    # the node's name is put before it
+        self._ending = threading.Event()
+        rospy.on_shutdown(self._ending.set)
+        threading.Thread(target=guarded(self._run), name='diagnostics', daemon=True).start()
+
+    def _run(self):
+        while not self._ending.wait(PERIOD):
+            self._updater.force_update()
+
+    def _fill(self, status):
+        problem, values = self._report()
+        status.summary(DiagnosticStatus.WARN if problem else DiagnosticStatus.OK, problem or 'OK')
+        for what, value in values.items():
+            status.add(what, str(value))
+        return status
+
+
+class SourceReport:
+    """Age and rate of message sources (freshness.Freshness), for `values` of a report."""
+
+    def __init__(self, *sources):
+        self._sources = sources
+        self._counted = {}      # of each source: (messages so far, at [s, wall clock])
+
+    def values(self, now):
+        """{'imu age [s]': '0.004', 'imu rate [1/s]': '200.1', ...}"""
+        values = {}
+        for source in self._sources:
+            count, at = source.count, time.monotonic()
+            before, then = self._counted.get(source.name, (count, at))
+            self._counted[source.name] = count, at
+            rate = (count - before) / (at - then) if at > then else 0.0
+            values[source.name + ' age [s]'] = '{:.3f}'.format(source.age(now))
+            values[source.name + ' rate [1/s]'] = '{:.1f}'.format(rate)
+        return values

@@ -1,0 +1,50 @@
+"""Notices that another node drives the robot at the same time, and names it."""
+import time
+from collections import defaultdict, deque
+
+import rospy
+from geometry_msgs.msg import Twist
+
+from tb3_labs.ros.node import subscribe
+
+#: A node that sends this many commands within this time [s], while this one drives, is a rival;
+FIGHT = 3
+FIGHT_TIME = 1.0
+#: but not by what it sends in the first moment, when the robot changes hands [s].
+HAND_OVER = 0.3
+#: Between two warnings of the same rival [s].
+WARNING_PERIOD = 10.0
+
+
+class Rivals:
+    """Listens on `cmd_vel` beside the CmdVel that this node drives by."""
+
+    def __init__(self, cmd_vel):
+        self._cmd_vel = cmd_vel
+        self._seen = defaultdict(lambda: deque(maxlen=FIGHT))   # times of each node's commands
+        self._warned = {}
+        subscribe('cmd_vel', Twist, self._on_command)
+
+    @property
+    def complaint(self):
+        """'' or who else drives."""
+        rivals = [name for name, times in self._seen.items() if self._is_rival(times)]
+        return 'also driven by ' + ', '.join(sorted(rivals)) if rivals else ''
+
+    def _on_command(self, message):
+        # rospy keeps the header of the connection with each message: who sent it
+        sender = message._connection_header['callerid']
+        if sender == rospy.get_name() or self._cmd_vel.driving_for < HAND_OVER:
+            return
+        now = time.monotonic()
+        self._seen[sender].append(now)
+        if self._is_rival(self._seen[sender]) and (
+                now - self._warned.get(sender, -WARNING_PERIOD) >= WARNING_PERIOD):
+            self._warned[sender] = now
+            rospy.logwarn('%s sends commands while %s drives: stop one of them', sender,
+                          rospy.get_name())
+
+    @staticmethod
+    def _is_rival(times):
+        return len(times) == FIGHT and time.monotonic() - times[0] <= 2.0 * FIGHT_TIME and (
+            times[-1] - times[0] <= FIGHT_TIME)

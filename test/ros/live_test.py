@@ -1,0 +1,81 @@
+#!/usr/bin/env python3
+"""dynamic_reconfigure of both driving nodes: effective at once, refused out of range; plots."""
+import unittest
+
+import rospy
+import rostest
+from dynamic_reconfigure import DynamicReconfigureCallbackException
+from dynamic_reconfigure.client import Client
+from geometry_msgs.msg import PoseStamped, Twist
+from std_msgs.msg import Bool, Float32, Float64
+
+from tb3_labs.ros.conversions import to_pose2
+from tb3_labs.ros.observer import Observer
+
+BURGER_LINEAR, BURGER_ANGULAR = 0.2108, 2.635
+
+
+class LiveTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        cls.seen = Observer()
+        cls.seen.watch('cmd_vel', Twist, lambda message: (message.linear.x, message.angular.z))
+        cls.seen.watch('ground_truth', PoseStamped, lambda message: to_pose2(message.pose))
+        cls.seen.watch('distance_error', Float32, lambda message: message.data)
+        cls.seen.watch('angle_error_deg', Float32, lambda message: message.data)
+        cls.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
+        cls.turn = rospy.Publisher('turn', Float64, queue_size=1)
+        cls.seen.wait_until(cls.control.get_num_connections)
+        cls.seen.wait_until(cls.turn.get_num_connections)
+
+    def refused(self, client, **values):
+        """Not taken over, and the reason names what is valid."""
+        before = client.get_configuration(timeout=5.0)
+        with self.assertRaises((DynamicReconfigureCallbackException, rospy.ServiceException)):
+            client.update_configuration(values)
+        self.assertEqual(client.get_configuration(timeout=5.0), before)
+
+    def test_move_to_goal_in_the_middle_of_a_drive(self):
+        client = Client('move_to_goal', timeout=10.0)
+        self.control.publish(True)
+        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2, 10.0)
+        client.update_configuration({'max_linear': 0.1})
+        self.seen.wait_for('cmd_vel', lambda command: 0.0 < command[0] <= 0.1, 2.0)
+        changed = rospy.get_time()
+        self.seen.wait_until(lambda: rospy.get_time() > changed + 1.0)
+        self.assertTrue(all(linear <= 0.1 for _, (linear, _) in self.seen.all('cmd_vel', changed)))
+        # more than the robot has is as much as it has
+        client.update_configuration({'max_linear': 1.0})
+        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2, 3.0)
+        self.refused(client, max_linear=2.0)
+        self.refused(client, law='best')
+        client.update_configuration({'law': 'lab'})
+        self.seen.wait_for('cmd_vel', lambda command: command[0] == 0.15, 3.0)
+        client.update_configuration({'law': 'precise'})
+        self.control.publish(False)
+        self.seen.wait_for('cmd_vel', lambda command: command == (0.0, 0.0), 2.0)
+        self.assertTrue(all(linear <= BURGER_LINEAR for _, (linear, _) in self.seen.all('cmd_vel')))
+        # what is left, for plots: the way from here to (-3, 3)
+        self.seen.wait_for_rest('ground_truth')
+        here = self.seen.latest('ground_truth')
+        left = ((here.x + 3.0) ** 2 + (here.y - 3.0) ** 2) ** 0.5
+        self.seen.wait_for('distance_error', lambda error: abs(error - left) < 0.01, 5.0)
+        self.assertIsNotNone(self.seen.latest('angle_error_deg'))
+
+    def test_the_controller_in_the_middle_of_a_turn(self):
+        client = Client('controller', timeout=10.0)
+        self.seen.wait_for_rest('ground_truth')
+        self.turn.publish(720.0)
+        self.seen.wait_for('cmd_vel', lambda command: command[1] == 1.5, 5.0)
+        client.update_configuration({'max_ang_z': 0.6})
+        self.seen.wait_for('cmd_vel', lambda command: command[1] == 0.6, 2.0)
+        client.update_configuration({'max_ang_z': 5.0})
+        self.seen.wait_for('cmd_vel', lambda command: command[1] == BURGER_ANGULAR, 2.0)
+        self.refused(client, max_ang_z=0.3)      # less than min_ang_z
+        self.seen.wait_for('cmd_vel', lambda command: command == (0.0, 0.0), 20.0)
+
+
+if __name__ == '__main__':
+    rospy.init_node('live_test')
+    rostest.rosrun('tb3_labs', 'live', LiveTest)
