@@ -4,6 +4,7 @@ import unittest
 
 import rospy
 import rostest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from dynamic_reconfigure import DynamicReconfigureCallbackException
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import PoseStamped, Twist
@@ -24,10 +25,31 @@ class LiveTest(unittest.TestCase):
         cls.seen.watch('ground_truth', PoseStamped, lambda message: to_pose2(message.pose))
         cls.seen.watch('distance_error', Float32, lambda message: message.data)
         cls.seen.watch('angle_error_deg', Float32, lambda message: message.data)
+        cls.seen.watch('/diagnostics', DiagnosticArray, lambda message: message.status[0])
         cls.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
         cls.turn = rospy.Publisher('turn', Float64, queue_size=1)
         cls.seen.wait_until(cls.control.get_num_connections)
         cls.seen.wait_until(cls.turn.get_num_connections)
+
+    def diagnosis(self, node):
+        """{what: value} of a node's next diagnosis that is in order."""
+        self.seen.forget('/diagnostics')
+        status = self.seen.wait_for('/diagnostics', lambda status: (
+            status.name == node + ': state' and status.level == DiagnosticStatus.OK), 10.0)
+        return {item.key: item.value for item in status.values}
+
+    def test_every_driving_node_tells_how_it_is(self):
+        for node in ('move_to_goal', 'controller'):
+            self.diagnosis(node)        # its first second may have been a part of one
+        mover = self.diagnosis('move_to_goal')
+        self.assertAlmostEqual(float(mover['imu rate [1/s]']), 200.0, delta=10.0)
+        self.assertAlmostEqual(float(mover['odom rate [1/s]']), 30.0, delta=2.0)
+        self.assertAlmostEqual(float(mover['imu yaw - odom yaw [deg]']), 59.1, delta=0.1)
+        self.assertLess(float(mover['imu age [s]']), 0.1)
+        self.assertTrue(mover['state'] and mover['control'] and mover['goal'])
+        controller = self.diagnosis('controller')
+        self.assertAlmostEqual(float(controller['imu rate [1/s]']), 200.0, delta=10.0)
+        self.assertEqual((controller['driver'], controller['mouse']), ('nobody', 'not active'))
 
     def refused(self, client, **values):
         """Not taken over, and the reason names what is valid."""

@@ -40,14 +40,15 @@ class SourceReport:
 
     def __init__(self, *sources):
         self._sources = sources
-        self._counted = {}      # of each source: (messages so far, at [s, wall clock])
+        # of each source: (messages so far, at [s, wall clock])
+        self._counted = {source.name: (0, time.monotonic()) for source in sources}
 
     def values(self, now):
         """{'imu age [s]': '0.004', 'imu rate [1/s]': '200.1', ...}"""
         values = {}
         for source in self._sources:
             count, at = source.count, time.monotonic()
-            before, then = self._counted.get(source.name, (count, at))
+            before, then = self._counted[source.name]
             self._counted[source.name] = count, at
             rate = (count - before) / (at - then) if at > then else 0.0
             values[source.name + ' age [s]'] = '{:.3f}'.format(source.age(now))
