@@ -23,7 +23,9 @@ class NodeProcess:
         self._process = subprocess.Popen(
             ['rosrun', package, executable] + list(arguments),
             stdin=theirs if terminal else subprocess.PIPE, stdout=theirs, stderr=theirs,
-            env=dict(os.environ, **(environment or {})), start_new_session=True)
+            # else what is printed to a pipe is seen at the end only
+            env=dict(os.environ, PYTHONUNBUFFERED='1', **(environment or {})),
+            start_new_session=True)
         os.close(theirs)
         if not terminal:
             self._process.stdin.write(typed.encode())
