@@ -107,8 +107,8 @@ class Controller:
 
     @staticmethod
     def _on_keyboard_end():
-        rospy.loginfo('No keyboard (any more): turn by "rostopic pub -1 %s std_msgs/Float64 -- 90", '
-                      'or drive by the mouse', rospy.resolve_name('turn'))
+        rospy.loginfo('No keyboard (any more): turn by "rostopic pub -1 %s std_msgs/Float64 -- '
+                      '90", or drive by the mouse', rospy.resolve_name('turn'))
 
     def _turn(self, degrees):
         """``ValueError`` where that is refused."""

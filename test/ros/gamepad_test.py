@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The lab's demonstration by thumb, and everything that may happen to a pad; a script is the thumb."""
+"""The lab's demonstration by thumb, and all that may happen to a pad; a script is the thumb."""
 import math
 import signal
 import threading

@@ -35,7 +35,7 @@ class LocalDisplay:
         self._path_sent = -math.inf
 
     def show(self, fix, odom_T_local, odom_frame, machine):
-        """Publish one localizer.Fix on its way to the goal of `machine`; returns its PoseStamped."""
+        """Publish one localizer.Fix, on its way to the goal of `machine`; its PoseStamped."""
         message = to_pose_stamped(fix.local_T_base, self._frame, fix.stamp)
         self._pose.publish(message)
         self._tf.sendTransform(to_transform(odom_T_local, odom_frame, self._frame, fix.stamp))

@@ -39,7 +39,7 @@ class GoalMarker:
         text = _marker('words', 2, self._robot, Pose2(), Marker.TEXT_VIEW_FACING, WHITE,
                        (0.0, 0.0, 0.1))
         disc.pose.position.z, text.pose.position.z = 0.02, 0.3
-        text.text = words + 4 * '\n'    # centred: empty lines keep it off the robot, seen from above
+        text.text = words + 4 * '\n'    # centred: empty lines keep it off the robot
         self._markers.show(arrow, disc, text)
 
     def _marker(self, number, goal, *looks):

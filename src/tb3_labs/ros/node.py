@@ -30,8 +30,8 @@ def run(name, make_node):
     """
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _interrupt)
-    # A thread that is just about to wait for a lock misses a signal, and waits for ever; a pipe does
-    # not: the interpreter writes a byte into it whenever a signal arrives.
+    # A thread that is just about to wait for a lock misses a signal, and waits for ever; with a
+    # pipe it does not: the interpreter writes a byte into it whenever a signal arrives.
     over, wake = os.pipe()
     os.set_blocking(wake, False)
     signal.set_wakeup_fd(wake)

@@ -1,4 +1,4 @@
-"""A node as a process of its own, and all that it prints: for whoever starts nodes to judge them."""
+"""A node as a process of its own, and all that it prints: for whoever judges nodes."""
 import os
 import pty
 import signal

@@ -1,0 +1,1 @@
+"""The run report: from a recorded run to figures and numbers."""

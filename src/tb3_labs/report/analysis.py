@@ -1,0 +1,304 @@
+"""From a recorded run to what the lab's analysis asks for: drives, errors, drift, offset, gaps.
+
+Frames: ``odom`` (global), ``local`` (as last declared), ``world`` (of the ground truth). An *epoch*
+is the time between two resets, in which ``local`` stands still in ``odom``.
+
+Units: metres, radians, seconds since the recording's start on the recorder's clock.
+Edge cases: what cannot be known (no ground truth, no sample in time) is NaN.
+"""
+import math
+from dataclasses import dataclass
+from typing import Dict, Optional, Tuple
+
+import numpy as np
+
+from tb3_labs.angles import difference, wrap
+from tb3_labs.goal import GoalState
+from tb3_labs.local_frame import LocalFrame
+from tb3_labs.report.run_data import Poses, wrapped
+from tb3_labs.rollout import time_bound
+from tb3_labs.se2 import Pose2
+
+#: A pause in a topic longer than this is a gap [s].
+GAP = 0.3
+#: local_pose jumps by more than this against the odometry: a reset [m], [rad].
+JUMP, JUMP_ANGLE = 0.02, math.radians(1.0)
+#: A reset's first pose in the new frame may come this long after the drive that it began [s].
+RESET_DELAY = 0.1
+#: At most so long after its end a drive is measured, at rest [s].
+SETTLE_TIME = 1.0
+#: After so long in MOVE_FORWARD the heading counts: the end of the turn before is over [s].
+STRAIGHT_AFTER = 0.3
+#: A goal's message belongs to the state's that arrived within this time of it [s].
+SAME_MOMENT = 0.5
+#: Fastest turn that a drive is compared with [rad/s]: the package's own limit.
+MAX_ANGULAR = 1.5
+#: What cannot be known: (distance, angle).
+UNKNOWN = math.nan, math.nan
+
+DRIVING = tuple(state.name for state in GoalState if state is not GoalState.GOAL_REACHED)
+FIRST, STRAIGHT, REACHED = DRIVING[0], DRIVING[1], GoalState.GOAL_REACHED.name
+
+
+@dataclass(frozen=True)
+class Epoch:
+    """From `begin` to `end`, ``local`` stands at `odom_T_local`."""
+
+    begin: float
+    end: float
+    odom_T_local: Pose2
+    local_T_world: Optional[Pose2]    # None: unknown
+
+
+@dataclass(frozen=True)
+class Span:
+    """From `begin` to `end`, goal_state said `state`; `goal` is in local, None if unknown."""
+
+    state: str
+    begin: float
+    end: float
+    goal: Optional[Pose2]
+
+
+@dataclass(frozen=True)
+class DriveReport:
+    """One drive: from its first ROTATE_TO_GOAL to its end."""
+
+    begin: float
+    end: float
+    goal: Optional[Pose2]             # in local
+    outcome: str                      # 'reached', or why not
+    measured: Tuple[float, float]     # (distance [m], angle [rad]) off, by local_pose
+    true: Tuple[float, float]         # the same by the ground truth
+    drift: float                      # heading after driving straight minus before [rad]
+    deviation: float                  # largest difference from the heading before [rad]
+    in_state: Dict[str, float]        # {state: seconds}
+    least_time: float                 # [s], time_bound
+
+    @property
+    def time(self):
+        """From begin to end [s]."""
+        return self.end - self.begin
+
+
+@dataclass(frozen=True)
+class YawOffset:
+    """IMU's yaw minus odometry's: `mean` [rad]; its deviations from that, continuous, at `time`."""
+
+    mean: float
+    spread: float                     # standard deviation [rad]
+    drift: float                      # last tenth of the recording minus first tenth [rad]
+    time: np.ndarray
+    deviation: np.ndarray
+
+
+@dataclass(frozen=True)
+class Rate:
+    """How steadily a topic came: intervals at the sender, where its messages have stamps."""
+
+    messages: int
+    mean: float                       # [1/s]
+    longest: float                    # interval [s]
+    gaps: int                         # intervals longer than GAP
+    longest_arrival: float            # interval at the recorder [s]
+
+
+def path_length(odometry):
+    """Way driven [m]."""
+    return float(np.hypot(np.diff(odometry.x), np.diff(odometry.y)).sum())
+
+
+def rate(samples):
+    """The Rate of one topic."""
+    sent, arrived = np.diff(samples.time), np.diff(samples.arrival)
+    if not len(sent):
+        return Rate(len(samples), math.nan, math.nan, 0, math.nan)
+    span = sent.sum()
+    return Rate(len(samples), len(sent) / span if span > 0.0 else math.nan, float(sent.max()),
+                int(np.count_nonzero(sent > GAP)), float(arrived.max()))
+
+
+def imu_yaw_at(run, time):
+    """The IMU's continuous yaw [rad] at the times of an array."""
+    return np.interp(time, run.imu.time, np.unwrap(run.imu.yaw))
+
+
+def yaw_offset(run):
+    """IMU minus odometry, at each odometry message that does not fall into a gap of the IMU."""
+    imu_time, at = run.imu.time, run.odometry.time
+    after = np.searchsorted(imu_time, at).clip(1, len(imu_time) - 1)
+    close = (np.abs(imu_time[after] - at) < GAP) & (np.abs(imu_time[after - 1] - at) < GAP)
+    if not close.any():
+        return YawOffset(math.nan, math.nan, math.nan, np.empty(0), np.empty(0))
+    offset = np.unwrap((imu_yaw_at(run, at) - np.unwrap(run.odometry.yaw))[close])
+    mean, tenth = float(offset.mean()), max(1, len(offset) // 10)
+    return YawOffset(wrap(mean), float(offset.std()),
+                     float(offset[-tenth:].mean() - offset[:tenth].mean()), at[close],
+                     offset - mean)
+
+
+def epochs(run):
+    """The Epochs: by tf, else by local_pose, else one, declared at the first sample."""
+    if len(run.frames):
+        begins = run.frames.time
+        frames = [run.frames.pose(k) for k in range(len(begins))]
+    elif len(run.local_pose):
+        begins, frames = _epochs_by_jumps(run)
+    else:
+        begins, frames = run.odometry.time[:1], [_first_frame(run).odom_T_local]
+    begins = [-math.inf] + [float(begin) for begin in begins[1:]]
+    ends = begins[1:] + [math.inf]
+    return [Epoch(begin, end, frame, _local_T_world(run, begin, end))
+            for begin, end, frame in zip(begins, ends, frames)]
+
+
+def _epochs_by_jumps(run):
+    local, odometry = run.local_pose, run.odometry
+    x, y, yaw = (np.interp(local.time, odometry.time, column)
+                 for column in (odometry.x, odometry.y, np.unwrap(odometry.yaw)))
+    yaw = yaw - local.yaw
+    x = x - np.cos(yaw) * local.x + np.sin(yaw) * local.y
+    y = y - np.sin(yaw) * local.x - np.cos(yaw) * local.y
+    jumps = (np.hypot(np.diff(x), np.diff(y)) > JUMP) | (np.abs(wrapped(np.diff(yaw))) > JUMP_ANGLE)
+    first = np.concatenate([[0], np.flatnonzero(jumps) + 1])
+    return local.time[first], [Pose2(x[k], y[k], wrap(yaw[k])) for k in first]
+
+
+def _first_frame(run):
+    return LocalFrame.declared(Pose2(), run.odometry.pose(0),
+                               float(imu_yaw_at(run, run.odometry.time[0])))
+
+
+def _local_T_world(run, begin, end):
+    """By the first local_pose: right after a reset it is true by definition."""
+    if not len(run.ground_truth):
+        return None
+    known = between(run.local_pose, max(begin, run.ground_truth.time[0]),
+                    min(end, run.ground_truth.time[-1]))
+    if not len(known):
+        return None
+    return known.pose(0) @ run.ground_truth.at(known.time[0]).inverse()
+
+
+def between(samples, begin, end):
+    """The samples in [begin, end); their times never run back."""
+    return samples.take(slice(*np.searchsorted(samples.time, (begin, end))))
+
+
+def local_poses(run):
+    """The robot in ``local``: as recorded, else from odometry (place) and IMU (heading)."""
+    if len(run.local_pose):
+        return run.local_pose
+    frame, odometry = _first_frame(run), run.odometry
+    x, y = frame.odom_T_local.inverse().act(odometry.points).T
+    return Poses(odometry.arrival, odometry.time, x, y,
+                 wrapped(imu_yaw_at(run, odometry.time) - frame.imu_yaw_of_x))
+
+
+def spans(run):
+    """What move_to_goal did, as Spans in order; the instants by its own stamps where they fit."""
+    begins, goals, goal = [], [], None
+    for arrival in run.states.arrival:
+        begin = float(arrival)
+        if len(run.goals):
+            nearest = int(np.argmin(np.abs(run.goals.arrival - arrival)))
+            before = int(np.searchsorted(run.goals.arrival, arrival, side='right')) - 1
+            if abs(run.goals.arrival[nearest] - arrival) < SAME_MOMENT:
+                goal = run.goals.pose(nearest)
+                begin = min(begin, float(run.goals.time[nearest]))
+            elif before >= 0:
+                goal = run.goals.pose(before)
+        begins.append(max(begins[-1:] + [begin]))
+        goals.append(goal)
+    ends = begins[1:] + [max(begins[-1:] + [run.duration])]
+    return [Span(*span) for span in zip(run.states.words, begins, ends, goals)]
+
+
+def goal_errors(run):
+    """(time, distance [m], angle [rad]) of the robot from the goal in force, by local_pose."""
+    local, goals = local_poses(run), [(s.begin, s.goal) for s in spans(run) if s.goal is not None]
+    poses = local.take(local.time >= (goals[0][0] if goals else math.inf))
+    if not len(poses):
+        return np.empty(0), np.empty(0), np.empty(0)
+    number = np.searchsorted([begin for begin, _ in goals], poses.time, side='right') - 1
+    x, y, yaw = np.array([(goal.x, goal.y, goal.yaw) for _, goal in goals])[number].T
+    return poses.time, np.hypot(x - poses.x, y - poses.y), wrapped(yaw - poses.yaw)
+
+
+def drives(run, model):
+    """A DriveReport for each drive; `model` is the turtlebot3.RobotModel it was made with."""
+    states, frames, reports, k = spans(run), epochs(run), [], 0
+    while k < len(states):
+        last = k + 1
+        if states[k].state in DRIVING:
+            while last < len(states) and _goes_on(states[last].state):
+                last += 1
+            reports.append(_drive(run, model, frames, states[k:last], states[last:]))
+        k = last
+    return reports
+
+
+def _goes_on(state):
+    return state in DRIVING[1:] or state.startswith('stopped')
+
+
+def _drive(run, model, frames, parts, later):
+    begin, end, goal = parts[0].begin, parts[-1].end, parts[0].goal
+    epoch = epoch_of(frames, begin)
+    rest = end
+    if later and later[0].state != FIRST:
+        rest = min(end + SETTLE_TIME, later[0].end)
+    local = between(local_poses(run), epoch.begin, min(rest, epoch.end))
+    truth = between(run.ground_truth, epoch.begin, min(rest, epoch.end))
+    if epoch.local_T_world is not None:
+        truth = truth.seen_from(epoch.local_T_world)
+    drift, deviation = _drift(run, parts)
+    in_state = {state: sum(part.end - part.begin for part in parts if part.state == state)
+                for state in dict.fromkeys(part.state for part in parts)}
+    least = math.nan
+    if goal is not None and len(local):
+        least = time_bound(local.at(begin), goal, model, max_angular=MAX_ANGULAR)
+    return DriveReport(
+        begin, end, goal, _outcome(frames, parts, later), _miss(local, goal, end),
+        UNKNOWN if epoch.local_T_world is None else _miss(truth, goal, end),
+        drift, deviation, in_state, least)
+
+
+def _miss(poses, goal, end):
+    """(distance, angle) of the last pose from the goal, unless that pose is of long before."""
+    if goal is None or not len(poses) or poses.time[-1] < end - GAP:
+        return UNKNOWN
+    last = poses.pose(-1)
+    return last.distance_to(goal), difference(goal.yaw, last.yaw)
+
+
+def _drift(run, parts):
+    """(drift, deviation) of the IMU's heading in the longest stretch of straight driving."""
+    straight = max((part for part in parts if part.state == STRAIGHT),
+                   key=lambda part: part.end - part.begin, default=None)
+    yaw = np.empty(0)
+    if straight is not None:
+        yaw = np.unwrap(between(run.imu, straight.begin + STRAIGHT_AFTER, straight.end).yaw)
+    if len(yaw) < 2:
+        return UNKNOWN
+    return float(yaw[-1] - yaw[0]), float(np.abs(yaw - yaw[0]).max())
+
+
+def epoch_of(frames, begin):
+    """The Epoch in which a drive that began at `begin` was driven."""
+    return [frame for frame in frames if frame.begin <= begin + RESET_DELAY][-1]
+
+
+def _outcome(frames, parts, later):
+    if not later:
+        return 'recording ended'
+    state, goal, now = later[0].state, later[0].goal, later[0].begin
+    if state == REACHED:
+        return 'reached'
+    if state != FIRST:
+        return state
+    if goal != parts[0].goal:
+        return 'replaced by a new goal'
+    if any(parts[0].begin + RESET_DELAY < frame.begin <= now + RESET_DELAY for frame in frames):
+        return 'ended by a reset'
+    return parts[-1].state if parts[-1].state not in DRIVING else 'begun anew'

@@ -1,0 +1,234 @@
+"""The report on paper: report.html with everything in it, the figures as PNG, run.csv.
+
+Units: as the headings of the columns say; metres and degrees for people.
+"""
+import base64
+import csv
+import math
+import time
+from html import escape
+from pathlib import Path
+from string import Template
+
+import numpy as np
+
+from tb3_labs.report import analysis, figures
+from tb3_labs.report.run_data import wrapped
+
+#: A pose belongs to an odometry message that is no further from it [s].
+SAME_INSTANT = 0.02
+#: A command counts for so long; then the robot stops by itself [s].
+COMMAND_LIFE = 0.5
+#: Rows that are turned into text at a time.
+CSV_BLOCK = 5000
+UNKNOWN = '\N{EN DASH}'
+NO_DRIVES = ('No drives are listed: the recording holds no goal_state with a drive in it. The '
+             'local frame is {}. To get them, record /goal_state, /current_goal, /local_pose and '
+             '/tf too.')
+CAPTIONS = {
+    'paths': 'The same way in the global and in the local frame, with both frames\' axes.',
+    'errors': 'What is left to the goal, by local_pose. The small labels: how far off at rest.',
+    'heading': 'The IMU\'s heading, and how constantly it differs from the odometry\'s.',
+    'speeds': 'Commanded and measured speeds.'}
+
+PAGE = Template('''<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>Run report: $name</title><style>
+@page { size: A4; margin: 11mm 14mm; }
+body { font: 10pt/1.3 sans-serif; max-width: 182mm; margin: 1em auto; color: #111; }
+h1 { font-size: 15pt; margin: 0; } h2 { font-size: 11pt; margin: 0.7em 0 0.2em; }
+p { margin: 0.3em 0; }
+table { border-collapse: collapse; width: 100%; font-size: 8.5pt; }
+th, td { border-bottom: 1px solid #999; padding: 1px 5px; text-align: right; }
+th { border-bottom: 2px solid #333; vertical-align: bottom; }
+th:first-child, td:first-child, td.words { text-align: left; }
+figure { margin: 0.4em 0; text-align: center; break-inside: avoid; }
+figure img { max-width: 100%; max-height: 84mm; } figcaption { font-size: 8.5pt; }
+section { break-inside: avoid; } .next { break-before: page; }
+@media print { body { margin: 0; } }
+</style></head><body>
+<h1>Run report: $name</h1>
+<p>$summary</p>
+<h2>Drives</h2>
+$drives
+$paths
+$errors
+<div class="next"></div>
+$along
+$heading
+$speeds
+<section><h2>Sensor rates and gaps</h2>
+$rates
+<p>Intervals by the senders' stamps; cmd_vel has none, and is silent while nobody drives.</p>
+</section>
+</body></html>
+''')
+
+
+def write_report(run, model, folder, progress=lambda fraction: None):
+    """Write the report of a RunData into a folder, made if need be; the path of report.html."""
+    folder = Path(str(folder))
+    folder.mkdir(parents=True, exist_ok=True)
+    parts = dict.fromkeys(CAPTIONS, '')
+    drawings = ('paths', figures.paths), ('errors', figures.errors), (
+        'heading', figures.heading), ('speeds', figures.speeds)
+    for number, (name, draw) in enumerate(drawings):
+        progress(number / (len(drawings) + 1))
+        figure = draw(run, model)
+        if figure is not None:
+            path = folder / (name + '.png')
+            figures.save(figure, path)
+            parts[name] = _figure(path, CAPTIONS[name])
+    progress(len(drawings) / (len(drawings) + 1))
+    write_csv(run, folder / 'run.csv')
+    drives = analysis.drives(run, model)
+    page = folder / 'report.html'
+    page.write_text(PAGE.substitute(
+        parts, name=escape(Path(run.name).name), summary=_summary(run, model),
+        drives=_drives(run, drives), along=_along(drives), rates=_rates(run)), encoding='utf-8')
+    progress(1.0)
+    return page
+
+
+def _summary(run, model):
+    offset = analysis.yaw_offset(run)
+    words = '{} on {}, {:.1f} s, {:.2f} m driven. '.format(
+        model.name.capitalize(), time.strftime('%Y-%m-%d %H:%M', time.localtime(run.start)),
+        run.duration, analysis.path_length(run.odometry))
+    words += 'IMU yaw minus odometry yaw: mean {} deg, standard deviation {}, change from the ' \
+        'first to the last tenth of the run {}.'.format(
+            *(_number(math.degrees(value), form) for value, form in
+              ((offset.mean, '{:+.2f}'), (offset.spread, '{:.3f}'), (offset.drift, '{:+.3f}'))))
+    return escape(words)
+
+
+def _drives(run, drives):
+    if not drives:
+        frame = ('the recorded one' if len(run.local_pose) else
+                 'taken as declared (0, 0, 0) at the first sample')
+        return '<p>{}</p>'.format(escape(NO_DRIVES.format(frame)))
+    rows = []
+    for number, drive in enumerate(drives, 1):
+        goal = drive.goal
+        rows.append([str(number)] + (
+            ['{:.2f}'.format(goal.x), '{:.2f}'.format(goal.y),
+             '{:.1f}'.format(round(math.degrees(goal.yaw), 1) + 0.0)] if goal else [UNKNOWN] * 3)
+            + [drive.outcome, _number(drive.time, '{:.2f}'), _number(drive.least_time, '{:.2f}')]
+            + _error(drive.measured) + _error(drive.true))
+    return _table(['drive', 'asked x [m]', 'y [m]', 'yaw [deg]', 'outcome', 'time [s]',
+                   'least possible [s]', 'off by [m]', 'off by [deg]', 'truly off [m]',
+                   'truly off [deg]'], rows)
+
+
+def _along(drives):
+    if not drives:
+        return ''
+    rows = []
+    for number, drive in enumerate(drives, 1):
+        other = sum(seconds for state, seconds in drive.in_state.items()
+                    if state not in analysis.DRIVING)
+        rows.append([str(number)] + [
+            _number(drive.in_state.get(state, 0.0), '{:.2f}') for state in analysis.DRIVING] + [
+            _number(other, '{:.2f}'), _number(drive.time / drive.least_time
+                                              if drive.least_time else math.nan, '{:.2f}'),
+            _number(math.degrees(drive.drift), '{:+.2f}'),
+            _number(math.degrees(drive.deviation), '{:.2f}')])
+    return '<h2>Along the way</h2>' + _table(
+        ['drive'] + [state + ' [s]' for state in analysis.DRIVING]
+        + ['stopped [s]', 'time / least', 'heading drift [deg]', 'largest deviation [deg]'],
+        rows) + ('<p>Drift: heading at the end of MOVE_FORWARD minus {} s after its begin, by the '
+                 'IMU. Least possible: turn, line, turn at the limits of the robot and {} rad/s.'
+                 '</p>'.format(analysis.STRAIGHT_AFTER, analysis.MAX_ANGULAR))
+
+
+def _rates(run):
+    rows = []
+    for part in run.recorded():
+        if part in ('frames', 'goals', 'states'):
+            continue                          # sent on change: no rate
+        rate = analysis.rate(getattr(run, part))
+        rows.append([run.topics.get(part, part), str(rate.messages), _number(rate.mean, '{:.1f}'),
+                     _number(rate.longest, '{:.3f}'), str(rate.gaps),
+                     _number(rate.longest_arrival, '{:.3f}'), str(run.dropped.get(part, 0))])
+    return _table(['topic', 'messages', 'mean rate [1/s]', 'longest gap [s]',
+                   'gaps > {} s'.format(analysis.GAP), 'longest gap on arrival [s]',
+                   'bad messages'], rows)
+
+
+def _error(miss):
+    return [_number(miss[0], '{:.4f}'), _number(abs(math.degrees(miss[1])), '{:.2f}')]
+
+
+def _number(value, form):
+    return form.format(value) if math.isfinite(value) else UNKNOWN
+
+
+def _table(heads, rows):
+    def row(cells, tag):
+        return '<tr>{}</tr>'.format(''.join('<{0}{2}>{1}</{0}>'.format(
+            tag, escape(cell), ' class="words"' if heads[k] == 'outcome' else '')
+            for k, cell in enumerate(cells)))
+    return '<table>\n{}\n</table>'.format('\n'.join(
+        [row(heads, 'th')] + [row(cells, 'td') for cells in rows]))
+
+
+def _figure(path, caption):
+    image = base64.b64encode(path.read_bytes()).decode('ascii')
+    return '<figure><img alt="{0}" src="data:image/png;base64,{1}"><figcaption>{2}</figcaption>' \
+        '</figure>'.format(path.stem, image, escape(caption))
+
+
+def write_csv(run, path):
+    """One row per odometry message; a cell is empty where nothing was recorded at that time."""
+    odometry, local, at = run.odometry, analysis.local_poses(run), run.odometry.time
+    error_time, distance, angle = analysis.goal_errors(run)
+    spans = analysis.spans(run)
+    words = np.array([''] + [span.state for span in spans], dtype=object)
+    states = words[np.searchsorted([span.begin for span in spans], at, side='right')]
+    columns = [('time_s', at, 4)] + _pose_columns('odom', odometry, np.arange(len(at)))
+    columns += _pose_columns('local', local, _nearest(local.time, at, SAME_INSTANT))
+    columns += _pose_columns('truth', run.ground_truth,
+                             _nearest(run.ground_truth.time, at, SAME_INSTANT))
+    near = _nearest(error_time, at, SAME_INSTANT)
+    newest = np.searchsorted(run.commands.time, at, side='right') - 1
+    newest[_chosen(run.commands.time, newest) < at - COMMAND_LIFE] = -1
+    columns += [
+        ('imu_yaw_deg', np.degrees(wrapped(analysis.imu_yaw_at(run, at))), 3),
+        ('distance_error_m', _chosen(distance, near), 4),
+        ('angle_error_deg', np.degrees(_chosen(angle, near)), 3),
+        ('linear_m_s', odometry.linear, 4),
+        ('linear_commanded_m_s', _chosen(run.commands.linear, newest), 4),
+        ('angular_rad_s', np.interp(at, run.imu.time, run.imu.yaw_rate), 4),
+        ('angular_commanded_rad_s', _chosen(run.commands.angular, newest), 4)]
+    with open(str(path), 'w', newline='') as file:
+        writer = csv.writer(file, lineterminator='\n')
+        writer.writerow([name for name, _, _ in columns] + ['state'])
+        for begin in range(0, len(at), CSV_BLOCK):
+            block = slice(begin, begin + CSV_BLOCK)
+            writer.writerows(zip(*(_texts(values[block], digits) for _, values, digits in columns),
+                                 states[block]))
+
+
+def _texts(values, digits):
+    return ['' if text == 'nan' else text
+            for text in np.char.mod('%.{}f'.format(digits), values).tolist()]
+
+
+def _pose_columns(name, poses, index):
+    return [(name + '_x_m', _chosen(poses.x, index), 4),
+            (name + '_y_m', _chosen(poses.y, index), 4),
+            (name + '_yaw_deg', np.degrees(_chosen(poses.yaw, index)), 3)]
+
+
+def _nearest(times, at, within):
+    """Index of the time nearest to each of `at`; -1 where none is near enough."""
+    if not len(times):
+        return np.full(len(at), -1)
+    after = np.searchsorted(times, at).clip(0, len(times) - 1)
+    before = np.maximum(after - 1, 0)
+    index = np.where(np.abs(times[after] - at) < np.abs(times[before] - at), after, before)
+    return np.where(np.abs(times[index] - at) <= within, index, -1)
+
+
+def _chosen(values, index):
+    """`values` at each index, NaN for index -1."""
+    return np.append(values, math.nan)[index]

@@ -1,0 +1,168 @@
+"""What was recorded of one run, as arrays: no ROS, no analysis.
+
+Each sample has two times, both in seconds since the recording's start: its `arrival` at the
+recorder, and `time`, the instant its sender stamped on it, moved from the sender's clock (on a real
+robot up to a second off) to the recorder's: even like the stamps, comparable between topics like
+the arrivals. Messages without a stamp have their arrival in both.
+
+Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi] as the sender said them.
+Edge cases: a topic that was not recorded has samples of length 0; a bad quaternion (its norm not
+1, NaN) or a number that is not finite is no sample, only counted.
+"""
+import math
+from dataclasses import dataclass, field, fields
+from typing import Dict, Tuple
+
+import numpy as np
+
+from tb3_labs.quaternions import NORM_TOLERANCE
+from tb3_labs.se2 import Pose2, interpolate
+
+#: Two senders whose clocks differ by less than this share one [s].
+SAME_CLOCK = 0.1
+#: A sender whose stamps come this irregularly has no steady clock [s]: its clock was set, or it
+#: sent old messages (a latched one to a late recorder).
+UNSTEADY = 0.5
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Arrays of equal length; those that subclasses add are the messages' contents."""
+
+    arrival: np.ndarray
+    time: np.ndarray
+
+    def __len__(self):
+        return len(self.time)
+
+    def take(self, index):
+        """The samples that a numpy index (mask, slice, integers) chooses."""
+        return type(self)(*(getattr(self, part.name)[index] for part in fields(self)))
+
+    @classmethod
+    def none(cls):
+        """No samples."""
+        return cls(*(np.empty(0) for _ in fields(cls)))
+
+
+@dataclass(frozen=True)
+class ImuSamples(Samples):
+    """IMU: heading and rate of turn."""
+
+    yaw: np.ndarray
+    yaw_rate: np.ndarray
+
+
+@dataclass(frozen=True)
+class Poses(Samples):
+    """Poses in the plane, each topic in a frame of its own."""
+
+    x: np.ndarray
+    y: np.ndarray
+    yaw: np.ndarray
+
+    @property
+    def points(self):
+        """Places, shape (n, 2) [m]."""
+        return np.column_stack([self.x, self.y])
+
+    def pose(self, index):
+        """One of them as a Pose2."""
+        return Pose2(float(self.x[index]), float(self.y[index]), float(self.yaw[index]))
+
+    def at(self, time):
+        """Pose2 at `time`, between two samples; the first or last one outside of them."""
+        after = int(np.searchsorted(self.time, time))
+        if after in (0, len(self)):
+            return self.pose(min(after, len(self) - 1))
+        begin, end = self.time[after - 1:after + 1]
+        return interpolate(self.pose(after - 1), self.pose(after), (time - begin) / (end - begin))
+
+    def seen_from(self, parent_T_frame):
+        """The same poses in the parent of their frame."""
+        x, y = parent_T_frame.act(self.points).T
+        return Poses(self.arrival, self.time, x, y,
+                     wrapped(self.yaw + parent_T_frame.yaw))
+
+
+@dataclass(frozen=True)
+class OdometrySamples(Poses):
+    """Odometry: pose in ``odom``, forward speed. Its rate of turn is left out: it has spikes."""
+
+    linear: np.ndarray
+
+
+@dataclass(frozen=True)
+class Commands(Samples):
+    """Commanded speeds."""
+
+    linear: np.ndarray
+    angular: np.ndarray
+
+
+@dataclass(frozen=True)
+class States(Samples):
+    """What move_to_goal said it was doing: `words`, an array of str."""
+
+    words: np.ndarray
+
+
+@dataclass(frozen=True)
+class RunData:
+    """One robot's run. Only `imu` and `odometry` are always there."""
+
+    name: str
+    start: float                 # of the recording [s since 1970]
+    duration: float              # [s]
+    imu: ImuSamples
+    odometry: OdometrySamples
+    commands: Commands = field(default_factory=Commands.none)
+    local_pose: Poses = field(default_factory=Poses.none)      # of the robot in local
+    ground_truth: Poses = field(default_factory=Poses.none)    # of the robot in world
+    goals: Poses = field(default_factory=Poses.none)           # in local
+    frames: Poses = field(default_factory=Poses.none)          # of local in odom: the changes
+    states: States = field(default_factory=States.none)
+    topics: Dict[str, str] = field(default_factory=dict)       # field's name: topic
+    dropped: Dict[str, int] = field(default_factory=dict)      # field's name: bad messages
+
+    def recorded(self) -> Tuple[str, ...]:
+        """Names of the fields that hold samples, `imu` first."""
+        return tuple(part.name for part in fields(self)
+                     if isinstance(getattr(self, part.name), Samples)
+                     and len(getattr(self, part.name)))
+
+
+def wrapped(angles):
+    """`angles` [rad] as an array in [-pi, pi)."""
+    return (np.asarray(angles) + math.pi) % (2.0 * math.pi) - math.pi
+
+
+def yaws_of(w, x, y, z):
+    """Headings [rad] of many quaternions, arrays of their parts; NaN for a bad one."""
+    with np.errstate(invalid='ignore', divide='ignore', over='ignore'):
+        square = w * w + x * x + y * y + z * z
+        yaw = np.arctan2(2.0 * (w * z + x * y) / square, 1.0 - 2.0 * (y * y + z * z) / square)
+        return np.where(np.abs(np.sqrt(square) - 1.0) <= NORM_TOLERANCE, yaw, np.nan)
+
+
+def steady_lag(arrival, stamp):
+    """Recorder's clock minus sender's [s], by the quickest messages; None without a steady clock.
+    """
+    if not len(stamp):
+        return None
+    quick, slow = np.percentile(arrival - stamp, [5.0, 95.0])
+    return quick if slow - quick < UNSTEADY else None
+
+
+def times_on_recorders_clock(arrival, stamp, robot_lag):
+    """The sender's instants on the recorder's clock [s], never running back.
+
+    `robot_lag` is the odometry's :func:`steady_lag`. A topic whose own lag is about the same comes
+    from the same clock, so that its stamps and the odometry's stay comparable to the microsecond.
+    """
+    lag = steady_lag(arrival, stamp)
+    if lag is None:
+        return arrival
+    if robot_lag is not None and abs(lag - robot_lag) < SAME_CLOCK:
+        lag = robot_lag
+    return np.maximum.accumulate(stamp + lag)
