@@ -130,13 +130,14 @@ def frame_at(time):
 
 
 def write_bag(path, namespaces=('',), sources=(sensors, lab_topics), keep=lambda name: True):
-    """Record the drive, once for each namespace."""
+    """Record the drive, once for each namespace; None: by relative names."""
     with rosbag.Bag(str(path), 'w') as bag:
         for number in range(int(END * 100) + 1):
             time = number / 100.0
             for name, message in (pair for source in sources for pair in source(time, number)):
                 for namespace in namespaces if keep(name) else ():
-                    topic = name if name[0] == '/' else namespace + '/' + name
+                    relative = name[0] == '/' or namespace is None
+                    topic = name if relative else namespace + '/' + name
                     bag.write(topic, message, rospy.Time.from_sec(BEGIN + time + DELAY))
     return path
 
@@ -161,6 +162,12 @@ def lab_report(*words):
 
 def in_degrees(miss):
     return miss[0], abs(math.degrees(miss[1]))
+
+
+def test_topics_that_were_recorded_by_relative_names(tmp_path):
+    run = read_run(write_bag(tmp_path / 'relative.bag', namespaces=(None,)))
+    first, _ = analysis.drives(run, BURGER)
+    assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
 
 
 def test_the_drives_numbers(run):
