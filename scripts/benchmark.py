@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """How well and how fast drives and turns are, in pure Python, judged by the robot's true pose.
 
-Prints two tables: both laws beside each other, on the same robots, starts, offsets and goals, all
-drawn at random from a fixed seed. `at best` is, for a drive, the least time of any turn, straight
+Two tables show both laws beside each other, on the same robots, starts, offsets and goals, all
+drawn at random from a fixed seed; a third one how motions end when something fails. `at best` is, for a drive, the least time of any turn, straight
 line and turn within the same limits (see tb3_labs.rollout.time_bound); for a turn, its angle at
 1.5 rad/s. A turn is timed until the robot turns slower than 0.01 rad/s for good.
 
@@ -16,9 +16,11 @@ import sys
 from concurrent.futures import ProcessPoolExecutor
 
 from tb3_labs.drive_laws import DriveConfig
+from tb3_labs.goal import DRIVING, GoalState
 from tb3_labs.rollout import drive, time_bound, turns
 from tb3_labs.se2 import Pose2
-from tb3_labs.simulator import SimulatorConfig
+from tb3_labs.simulator import Simulator, SimulatorConfig
+from tb3_labs.stops import setting, stop_of_a_drive, stop_of_a_turn
 from tb3_labs.turning import TurnConfig
 from tb3_labs.turtlebot3 import robot_model
 
@@ -37,6 +39,16 @@ TURN_STARTS = (0.0, 90.0, 179.0, -179.0)
 #: Times each turn from each start.
 TURN_REPEATS = 6
 TURN_ROW = '{:8} {:>4} {:>8} {:>6}   {:>16} {:>15} {:>14} {:>16}'
+
+#: What fails, in a drive and in a turn by the IMU alone.
+FAULTS = [('IMU silent', setting(imu_silent=True), True),
+          ('odometry silent', setting(odom_silent=True), False),
+          ('both silent', setting(imu_silent=True, odom_silent=True), True),
+          ('IMU frozen', setting(imu_frozen=True), True),
+          ('odometry frozen', setting(odom_frozen=True), False),
+          ('motors off', setting(motors_off=True), True),
+          ("the robot's own reset", Simulator.reset, True)]
+FAULT_ROW = '{:24} {:>10} {:>10} {:>12} {:>12}'
 
 
 def one_drive(job):
@@ -105,6 +117,17 @@ def main(drives):
                 '{:.2f} / {:.2f}'.format(*median_and_worst(overshoot)),
                 '{:.2f} deg'.format(statistics.median(left)),
                 '{:.3f} / {:.3f}'.format(*median_and_worst(time))), flush=True)
+
+    print('\n' + FAULT_ROW.format('worst of all states', 'zero after', 'rest after', 'driven on',
+                                  'turned on'))
+    for name, fault, in_turns in FAULTS:
+        stops = [stop_of_a_drive(GoalState[state], fault) for state in DRIVING]
+        stops += [stop_of_a_turn(fault)] if in_turns else []
+        print(FAULT_ROW.format(
+            name, '{:.2f} s'.format(max(stop.to_zero for stop in stops)),
+            '{:.2f} s'.format(max(stop.to_rest for stop in stops)),
+            '{:.0f} mm'.format(1000.0 * max(stop.way for stop in stops)),
+            '{:.0f} deg'.format(math.degrees(max(stop.turn for stop in stops)))))
 
 
 if __name__ == '__main__':

@@ -11,7 +11,7 @@ Subscribes
     local_pose    geometry_msgs/PoseStamped: where it believes to be
     ground_truth  geometry_msgs/PoseStamped: where the robot is
 Publishes
-    ctrl_relinq   std_msgs/Bool, latched: True
+    ctrl_relinq   std_msgs/Bool, latched: False, then True for each drive
 Calls
     reset_pose    tb3_labs/ResetPose
 Parameters: see DemoConfig below; the limits are read from move_to_goal's own parameters.
@@ -74,6 +74,7 @@ class Demo:
         self._limits = drive.max_linear, drive.max_angular
         self._observer = Observer()
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1, latch=True)
+        self._control.publish(False)
         self._observer.watch('goal_state', String, lambda message: message.data)
         for topic in ('current_goal', 'local_pose', 'ground_truth'):
             self._observer.watch(topic, PoseStamped, lambda message: to_pose2(message.pose))

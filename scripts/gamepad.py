@@ -66,6 +66,7 @@ class Gamepad:
                 self._pad.on_joy(message.axes, message.buttons, rospy.get_time())
         except ValueError as problem:
             rospy.logwarn_throttle(1.0, 'bad message on joy dropped: {}'.format(problem))
+            self._pad.joy.dropped += 1
             return
         self._tick()
         if self._pad.take_reset():
@@ -76,14 +77,10 @@ class Gamepad:
         with self._lock:
             now = rospy.get_time()
             if self._pad.due(now):
-                command = self._pad.command(now)
-                if command is None:
-                    self._cmd_vel.stop()
-                else:
-                    self._cmd_vel.drive(command.linear, command.angular)
+                self._cmd_vel.send(self._pad.command(now))
             self._say_who_holds(now)
             log_news(self._pad.take_news())
-            self._watchdog.wake() if self._pad.watched else self._watchdog.sleep()
+            self._watchdog.keep(awake=self._pad.watched)
 
     def _say_who_holds(self, now):
         if self._pad.holder is not self._holder:

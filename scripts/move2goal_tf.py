@@ -14,7 +14,8 @@ Publishes
     goal_state             std_msgs/String, latched: the state, or why the goal was given up
     distance_error [m], angle_error_deg   std_msgs/Float32: what is left to the goal, for plots
     current_goal           geometry_msgs/PoseStamped, frame local, latched
-    goal_marker, robot_marker   visualization_msgs/MarkerArray
+    goal_marker            visualization_msgs/MarkerArray
+    way_marker             visualization_msgs/Marker
     /tf                    odom -> local
     /diagnostics
 Services
@@ -46,7 +47,9 @@ from tb3_labs.ros.drive_log import DriveLog
 from tb3_labs.ros.frames import frame
 from tb3_labs.ros.goals import GoalInterfaces
 from tb3_labs.ros.live import LiveSettings
+from tb3_labs.ros.news import log_news
 from tb3_labs.ros.node import run, subscribe
+from tb3_labs.ros.old_permissions import OldPermissions
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.pose_frames import PoseFrames
 from tb3_labs.ros.resets import ResetInterfaces
@@ -75,12 +78,15 @@ class MoveToGoal:
         self._goals = GoalInterfaces(self._set_goal, self._cancel)
         ResetInterfaces(self._reset, self._to_local, frame('local'))
         self._watchdog = Watchdog(self._tick)
+        self._reported = 0                       # the last attempt whose end was reported
         self._rivals = Rivals(self._cmd_vel)
         self._sources = SourceReport(self._navigator.imu, self._navigator.odometry)
         Diagnostics(self._model.name, self._diagnose)
         LiveSettings(drive, self._on_settings)
-        subscribe('imu', Imu, self._on_imu, to_imu_sample)
-        subscribe('odom', Odometry, self._on_odometry, to_odometry_sample)
+        self._old_permissions = OldPermissions()
+        subscribe('imu', Imu, self._on_imu, to_imu_sample, self._navigator.imu)
+        subscribe('odom', Odometry, self._on_odometry, to_odometry_sample,
+                  self._navigator.odometry)
         subscribe('ctrl_relinq', Bool, self._on_ctrl_relinq)
 
     def _on_imu(self, sample):
@@ -92,9 +98,12 @@ class MoveToGoal:
     def _on_odometry(self, sample):
         with self._changed:
             self._report(self._navigator.on_odometry(sample, rospy.get_time()))
+            log_news(self._navigator.take_news())
         self._show_fix()
 
     def _on_ctrl_relinq(self, message):
+        if self._old_permissions.is_old(message):
+            return
         with self._changed:
             if self._navigator.set_control(message.data, rospy.get_time()) and not message.data:
                 self._cmd_vel.stop()
@@ -106,20 +115,17 @@ class MoveToGoal:
             now = rospy.get_time()
             if not self._navigator.due(now):
                 return
-            machine = self._navigator.machine
-            was_active, goal = machine.active, machine.goal
             command = self._navigator.command(now)
-            if command is None:
-                self._cmd_vel.stop()
-                self._watchdog.sleep()
-            else:
-                self._cmd_vel.drive(command.linear, command.angular)
-                self._watchdog.wake()
+            self._cmd_vel.send(command)
+            self._watchdog.keep(awake=command is not None)
             self._log.update(now)
-            ended, failure = was_active and not machine.active, machine.failure
-        if ended and failure:
+            machine = self._navigator.machine
+            if machine.active or machine.attempt == self._reported:
+                return
+            self._reported, goal, failure = machine.attempt, machine.goal, machine.failure
+        if failure:
             self._goals.failed(goal, failure)
-        elif ended:
+        else:
             self._goals.reached(goal)
 
     def _show_fix(self):
@@ -128,21 +134,17 @@ class MoveToGoal:
             if fix is None:
                 return
             self._log.plot(fix.local_T_base)
-            shown = self._display.show(fix, self._navigator.localizer.frame.odom_T_local,
+            shown = self._display.show(fix, self._navigator.localizer.odom_T_local,
                                        self._frames.odom, self._navigator.machine)
         self._goals.feedback(shown)
 
     def _reset(self, declared):
         """The robot is at `declared` (in local) now; ``ValueError`` if that is refused."""
         with self._changed:
-            now = rospy.get_time()
-            complaint = self._navigator.sensor_complaint(now)
-            if complaint:
-                raise ValueError('{}: is the robot running? The old frame stays'.format(complaint))
-            reset = self._navigator.localizer.reset(declared, now)
+            reset = self._navigator.reset(declared, rospy.get_time())
             if not self._changed.wait_for(lambda: reset.done, RESET_TIMEOUT):
                 self._navigator.localizer.give_up(reset)
-                raise ValueError('imu and odom said nothing of that instant. The old frame stays')
+                raise ValueError('imu and odom said nothing of that instant')
             return reset
 
     def _report(self, resets):
@@ -154,8 +156,8 @@ class MoveToGoal:
 
     def _to_local(self, header, pose, also_local=('map',)):
         with self._changed:
-            local = self._navigator.localizer.frame
-        return self._frames.to_local(header, pose, local and local.odom_T_local, also_local)
+            odom_T_local = self._navigator.localizer.odom_T_local
+        return self._frames.to_local(header, pose, odom_T_local, also_local)
 
     def _set_goal(self, header, pose):
         goal = self._to_local(header, pose, also_local=())

@@ -5,7 +5,7 @@
 #     ./scripts/setup.sh          only set up
 #     TB3_LABS_TESTS=1            in front of either: also what the tests need
 #
-# Works on Debian 12 and on Ubuntu 20.04 with ROS Noetic. It installs the system packages that are missing (root or
+# Works on Debian 12 and 11, and on Ubuntu 20.04 with ROS Noetic. It installs the system packages that are missing (root or
 # sudo), and makes everything else in the folder build/.ws of the repository: a Python environment with squaternion, a catkin
 # workspace whose src/tb3_labs links to the repository's files, logs. Deleting build undoes it. When nothing is missing it
 # takes well under a second; a change of Python code needs no build.
@@ -14,8 +14,8 @@
 # a ROS 2 in them breaks ROS 1's Python. To combine tb3_labs with packages of your own, clone it into your own catkin
 # workspace instead.
 #
-# Network: everything listens on the loopback only. For a real robot set ROS_MASTER_URI=http://ROBOT:11311 first; the
-# address the robot calls back is then found by itself, or set ROS_IP.
+# Network: everything listens on the loopback only. For a real robot set ROS_IP to this computer's address first, if the
+# master runs here; or ROS_MASTER_URI=http://ROBOT:11311, if it runs there: ROS_IP is then found by itself.
 
 # --- the shell's side ---------------------------------------------------------------------------------------------
 _tb3_labs_shell() {
@@ -39,8 +39,10 @@ _tb3_labs_shell() {
 
   case ${ROS_MASTER_URI:-} in
     '' | http://localhost | http://localhost[:/]* | http://127.*)
+      # ROS_HOSTNAME may be left by an earlier `source`, and would go before ROS_IP
+      if [ -n "${ROS_IP:-}" ] && [ "${ROS_HOSTNAME:-}" = localhost ]; then unset ROS_HOSTNAME; fi
       [ -n "${ROS_IP:-}${ROS_HOSTNAME:-}" ] || export ROS_HOSTNAME=localhost
-      if [ "${ROS_HOSTNAME:-}" = localhost ]; then export ROS_ETC_DIR=${ROS_ETC_DIR:-$ws/etc}; fi ;;
+      if [ "${ROS_HOSTNAME:-}" = localhost ]; then export ROS_ETC_DIR=$ws/etc; fi ;;    # catkin's hook has set another
     *)
       if [ "${ROS_HOSTNAME:-}" = localhost ]; then unset ROS_HOSTNAME; fi    # left by an earlier `source`
       if [ "${ROS_ETC_DIR:-}" = "$ws/etc" ]; then unset ROS_ETC_DIR; fi
@@ -80,6 +82,7 @@ here=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P)
 # keeps working there.
 repo=${here%/*} ws=${here%/*}/build/.ws log=${here%/*}/build/.ws/setup.log
 noetic=/opt/ros/noetic
+system=$(. /etc/os-release 2>/dev/null && echo "${ID:-}:${VERSION_ID:-}") || system=unknown
 requirements=(squaternion)    # from PyPI: the system has no package of them
 
 # Nothing of the caller's Python, compiler or other workspaces may leak into the build.
@@ -89,20 +92,23 @@ export PATH=/usr/sbin:/usr/bin:/sbin:/bin PYTHONDONTWRITEBYTECODE=1 PYTHONNOUSER
 
 if [ -r $noetic/setup.bash ]; then
   run_packages=(make g++ python3-venv python3-numpy python3-matplotlib python3-setuptools)
-  for p in ros-core actionlib diagnostic-updater dynamic-reconfigure move-base-msgs tf2-msgs tf2-ros; do run_packages+=("ros-noetic-$p"); done
-  run_packages+=(python3-xlib python3-six)
-  requirements+=(pynput)      # the mouse
-  test_packages=(python3-pytest python3-hypothesis ros-noetic-rostest catkin-lint xvfb xdotool)
+  for p in ros-core actionlib diagnostic-updater dynamic-reconfigure move-base-msgs robot-state-publisher rostest tf2-msgs tf2-ros; do run_packages+=("ros-noetic-$p"); done
+  test_packages=(python3-pytest python3-hypothesis catkin-lint xvfb xdotool)
   dynparam=$noetic/lib/dynamic_reconfigure/dynparam
 else
   run_packages=(make g++ python3-venv python3-numpy python3-matplotlib python3-setuptools catkin rosbash ros-core
-    ros-message-generation libgeometry-msgs-dev ros-std-msgs ros-geometry-msgs
-    python3-rospy python3-rosbag python3-actionlib python3-tf2-ros python3-pynput python3-diagnostic-updater
-    python3-dynamic-reconfigure libdynamic-reconfigure-config-init-mutex-dev)    # dynparam wants its package.xml
+    ros-message-generation libgeometry-msgs-dev ros-std-msgs ros-geometry-msgs ros-robot-state-publisher
+    python3-rospy python3-rosbag python3-rosnode python3-rostest python3-actionlib python3-tf2-ros python3-diagnostic-updater python3-dynamic-reconfigure
+    libdynamic-reconfigure-config-init-mutex-dev)    # dynparam wants its package.xml
   for p in actionlib diagnostic geometry move-base nav rosgraph sensor std tf2 visualization; do run_packages+=("python3-$p-msgs"); done
-  test_packages=(python3-pytest python3-hypothesis python3-rostest librostest-dev catkin-lint xvfb xdotool)
+  test_packages=(python3-pytest python3-hypothesis librostest-dev catkin-lint xvfb xdotool)
   dynparam=/usr/lib/dynamic_reconfigure/dynparam
 fi
+run_packages+=(python3-paramiko)    # roslaunch's way to the robot; it only recommends it
+case $system in    # the mouse
+  debian:12) run_packages+=(python3-pynput) ;;
+  *) run_packages+=(python3-xlib python3-six) requirements+=(pynput) ;;
+esac
 
 # missing: packages to install now.  tests: whether everything the tests need is there, and so tests are built too.
 look_at_packages() {
@@ -124,7 +130,7 @@ build_stamp() {
     echo "$ws $(readlink -f /usr/bin/python3) tests=$tests"
     cat CMakeLists.txt package.xml setup.py scripts/setup.sh msg/*.msg srv/*.srv
     ls
-    { find scripts launch test/ros test/unit -maxdepth 1 \( -name '*.py' -o -name '*.launch' -o -name '*.test' \) 2>/dev/null || true; } | sort
+    { find scripts launch test/marking test/ros test/unit -maxdepth 1 \( -name '*.py' -o -name '*.launch' -o -name '*.test' \) 2>/dev/null || true; } | sort
   } | sha256sum
 }
 
@@ -142,15 +148,13 @@ apt() {
 }
 
 install_packages() {
-  local id=unknown version='' name='this system' line need free
+  local name line need free
   if [ ! -r $noetic/setup.bash ]; then
-    # shellcheck disable=SC1091
-    [ ! -r /etc/os-release ] || { id=$(. /etc/os-release; echo "${ID:-}") version=$(. /etc/os-release; echo "${VERSION_ID:-}")
-      name=$(. /etc/os-release; echo "${PRETTY_NAME:-$ID}"); }
-    case $id:$version in
-      debian:12) ;;
+    case $system in
+      debian:12 | debian:11) ;;
       ubuntu:20.04) fail 'ROS Noetic is missing; install it first: http://wiki.ros.org/noetic/Installation/Ubuntu (ros-noetic-ros-base is enough)' ;;
-      *) fail "$name is not supported: it takes Debian 12, or Ubuntu 20.04 with ROS Noetic" ;;
+      *) name=$(. /etc/os-release 2>/dev/null && echo "${PRETTY_NAME:-}") || name=
+        fail "${name:-this system} is not supported: it takes Debian 12 or 11, or Ubuntu 20.04 with ROS Noetic" ;;
     esac
   fi
   line="apt-get install --no-install-recommends ${missing[*]}"
@@ -242,12 +246,17 @@ XML
     grep -E -A6 'CMake Error|[Ee]rror:' "$ws/build.log" | sed -n '1,20s/^/  | /p' >&2
     fail "the build failed (all of it: $log)"
   fi
+  # On their way out rospy and roslaunch 1.15.9 call what Python 3.9 no longer has; every end would be a traceback, and of
+  # a node exit status 1.
+  if [ "$system" = debian:11 ]; then
+    echo 'import threading; threading.Thread.isAlive = threading.Thread.is_alive' >"$ws/devel/lib/python3/dist-packages/sitecustomize.py"
+  fi
   echo "$stamp" >"$ws/build.stamp"
 }
 
 # CMake, make and the relays' first lines take no such path.
 [[ $repo != *[[:space:]\'\"\$\&\;\(\)\#:]* ]] || fail "the path of the repository must have no spaces or special characters: $repo"
-command -v dpkg-query >/dev/null || fail 'this system is not supported: it takes Debian 12, or Ubuntu 20.04 with ROS Noetic'
+command -v dpkg-query >/dev/null || fail 'this system is not supported: it takes Debian 12 or 11, or Ubuntu 20.04 with ROS Noetic'
 
 look_at_packages
 if [ ${#missing[@]} = 0 ] && venv_ready && build_ready; then exit 0; fi

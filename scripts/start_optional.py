@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Becomes another package's node where that package is installed; says what to install where not.
 
-roslaunch cannot start a node only if its package is there: a launch file that names such a node
-fails as a whole.
+roslaunch cannot start a node only if its package is there: a launch file that names such a node,
+or includes such a package's launch file, fails as a whole.
 
-Usage: start_optional.py PACKAGE NODE [arguments of the node]
+Usage: start_optional.py PACKAGE NODE|FILE.launch [arguments of the node, or of the launch file]
 """
 import os
 import sys
@@ -16,21 +16,25 @@ import rospy
 HOW_ON_DEBIAN = {
     'joy': 'Debian has none: build joystick_drivers from source, or publish sensor_msgs/Joy '
            'yourself and start with joy:=false',
+    'turtlebot3_gazebo': 'Debian has none: sim:=true is the embedded robot',
     'rviz': 'Debian: sudo apt install rviz',
 }
 
 
-def main(package, node, *arguments):
-    """Become that node."""
+def main(package, what, *arguments):
+    """Become that node, or a roslaunch of that launch file."""
     try:
-        found = roslib.packages.find_node(package, node)
+        if what.endswith('.launch'):
+            rospkg.RosPack().get_path(package)
+            os.execvp('roslaunch', ['roslaunch', package, what] + list(arguments))
+        found = roslib.packages.find_node(package, what)
     except rospkg.ResourceNotFound:
         found = []
     if found:
         os.execv(found[0], [found[0]] + list(arguments))
-    rospy.init_node(node)
+    rospy.init_node(package)
     rospy.logfatal('the package %s is not installed: sudo apt install ros-noetic-%s (%s)', package,
-                   package, HOW_ON_DEBIAN.get(package, 'Debian has none'))
+                   package.replace('_', '-'), HOW_ON_DEBIAN.get(package, 'Debian has none'))
     sys.exit(1)
 
 

@@ -59,8 +59,8 @@ class Controller:
         self._rivals = Rivals(self._cmd_vel)
         self._sources = SourceReport(self._controller.imu, self._controller.mouse)
         self._watchdog = Watchdog(self._tick)
-        subscribe('imu', Imu, self._on_imu, to_imu_sample)
-        subscribe('mouse_info', MouseController, self._on_mouse, to_mouse)
+        subscribe('imu', Imu, self._on_imu, to_imu_sample, self._controller.imu)
+        subscribe('mouse_info', MouseController, self._on_mouse, to_mouse, self._controller.mouse)
         subscribe('turn', Float64, self._on_turn)
         rospy.loginfo('Type l (left), r (right), b (about turn), a number of degrees, or q (quit), '
                       'and Enter')
@@ -125,11 +125,9 @@ class Controller:
             if self._controller.driver is not self._driver:
                 self._driver = self._controller.driver
                 self._cmd_vel.stop()
-            if command is not None:
-                self._cmd_vel.drive(command.linear, command.angular)
-            elif due:
-                self._cmd_vel.stop()
-            self._watchdog.wake() if self._controller.watched else self._watchdog.sleep()
+            if due:
+                self._cmd_vel.send(command)
+            self._watchdog.keep(awake=self._controller.watched)
             log_news(self._controller.take_news())
 
     def _diagnose(self):

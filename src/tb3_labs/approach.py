@@ -76,9 +76,9 @@ class Approach:
                  speed_is_prompt=False):
         """`slowest`: floor speed that carries the last bit, since motors do not turn at any
         small speed; `close_enough`: predicted rest this near to zero needs no further command,
-        so that the floor never hunts about the goal; `response`: the
-        robot's Response; `speed_is_prompt`: the measured speed is that of this moment (a gyro's), not a mean over the last control
-        period (odometry's), which while braking is always too high.
+        so that the floor never hunts about the goal; `response`: the robot's Response;
+        `speed_is_prompt`: the measured speed is that of this moment (a gyro's), not a mean over
+        the last control period (odometry's), which while braking is always too high.
         """
         self._acceleration = acceleration
         self._gain = gain
@@ -100,7 +100,8 @@ class Approach:
         self._direction = 0.0         # of the last command that was not zero,
         self._reversals = 0           # and how often it changed
         self._first_sent = None
-        self._onset = None            # from the first command until the robot moved
+        self._onset = None            # from the first command until a robot at rest moved
+        self._moved = False           # did it move when it was last looked at?
         #: What would remain if the robot were told to stop now.
         self.at_rest = math.inf
 
@@ -176,8 +177,10 @@ class Approach:
 
     def _watch_onset(self, speed, dt):
         """When did the robot begin to move? Somewhere between this look and the one before."""
-        if self._speed_is_prompt and self._onset is None and self._first_sent is not None and (
-                abs(speed) > ONSET):
+        moves = abs(speed) > ONSET
+        begins, self._moved = moves and not self._moved, moves
+        if self._speed_is_prompt and begins and self._onset is None and (
+                self._first_sent is not None):
             self._onset = self._now - 0.5 * dt - self._first_sent
 
     def _learn_response(self, travelled, speed):

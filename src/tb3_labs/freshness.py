@@ -1,4 +1,5 @@
-"""Is a source alive? Judged by when its messages arrive, never by their stamps.
+"""Is a source alive? Judged by when its messages arrive, never by their stamps, and by whether they
+say anything new while the robot moves.
 
 Units: seconds on the receiver's clock (`now`). Edge cases: a source that was never heard has an
 infinite age; a clock that goes back makes it just heard, not fresh for ever.
@@ -10,6 +11,9 @@ from enum import Enum
 SENSOR_TIMEOUT = 0.25
 #: After a silence of the sensors up to this long a motion goes on by itself [s].
 RESUME_TIME = 2.0
+#: A sensor that repeats itself for this long, though the robot is told to move, is frozen [s]: more
+#: than a slow network and lazy motors take to make it move.
+FROZEN_TIME = 0.6
 
 
 class Freshness:
@@ -18,14 +22,23 @@ class Freshness:
     def __init__(self, name, timeout=SENSOR_TIMEOUT):
         self.name = name
         self.timeout = timeout
-        #: Messages so far.
-        self.count = 0
+        #: Messages so far, and how many more were dropped because they could not be true.
+        self.count = self.dropped = 0
         self._heard_at = None
+        self._reading = None
+        self._is_new = False
 
-    def heard(self, now):
-        """A good message arrived at `now`."""
+    def heard(self, now, reading=None):
+        """A good message arrived at `now`; `reading`: what it says, its stamp aside."""
         self._heard_at = now
         self.count += 1
+        if reading != self._reading:
+            self._reading, self._is_new = reading, True
+
+    def take_new(self):
+        """Has it said anything else since the last call?"""
+        is_new, self._is_new = self._is_new, False
+        return is_new
 
     def age(self, now):
         """Seconds since the last message; infinite before the first."""
@@ -39,10 +52,10 @@ class Freshness:
         """True while the last message is at most `timeout` old."""
         return self.age(now) <= self.timeout
 
-    def complaint(self, now):
+    def complaint(self, now, timeout=None):
         """What is wrong, in words: 'no imu for 1.2 s', or '' while the source is fresh."""
         age = self.age(now)
-        if age <= self.timeout:
+        if age <= (self.timeout if timeout is None else timeout):
             return ''
         return 'no {} yet'.format(self.name) if math.isinf(age) else 'no {} for {:.1f} s'.format(
             self.name, age)
@@ -69,8 +82,14 @@ class SensorWatch:
         self.silent_for = 0.0
 
     def complaint(self, now):
-        """What is wrong with any of the sensors, in words; '' when all are fresh."""
-        return ', '.join(filter(None, (source.complaint(now) for source in self._sources)))
+        """What is wrong with any of the sensors, in words; '' when all are fresh.
+
+        Where one is lost, others that are overdue are as good as lost, too.
+        """
+        if self.are_fresh(now):
+            return ''
+        return ', '.join(filter(None, (source.complaint(now, 0.5 * source.timeout)
+                                       for source in self._sources)))
 
     def are_fresh(self, now):
         """True while all of them are."""
@@ -92,3 +111,25 @@ class SensorWatch:
         """The robot is not being driven: no silence counts."""
         self._silent_since = None
         self.hold_reason = ''
+
+
+class FrozenWatch:
+    """Notices a source that says the very same again and again, though the robot is told to move.
+
+    Real sensors never repeat themselves, drivers that hang do.
+    """
+
+    def __init__(self):
+        self._repeated = {}    # source: for how long it has repeated itself [s]
+
+    def start(self):
+        """The robot stood until now: a source may well have repeated itself."""
+        self._repeated = {}
+
+    def complaint(self, source, must_change, dt):
+        """'' or what is wrong with a Freshness, `dt` after the last look [s]."""
+        repeats = not source.take_new() and must_change
+        self._repeated[source] = self._repeated.get(source, 0.0) + dt if repeats else 0.0
+        return '' if self._repeated[source] <= FROZEN_TIME else (
+            '{} says the very same again and again though the robot is told to move (its driver '
+            'hangs?)'.format(source.name))

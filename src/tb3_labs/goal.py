@@ -25,6 +25,15 @@ class GoalState(Enum):
     GOAL_REACHED = 'GOAL_REACHED'
 
 
+#: Names of the states in which the robot drives, in order.
+DRIVING = tuple(state.name for state in GoalState if state is not GoalState.GOAL_REACHED)
+
+
+#: A drive that ends outside its tolerance, by a hiccup of the network say, is driven on from there
+#: so many times.
+MORE_TRIES = 2
+
+
 class GoalMachine:
     """One robot, one goal at a time.
 
@@ -43,6 +52,7 @@ class GoalMachine:
         self.begun = False
         #: Counts the drives, a new one with each goal and each restart.
         self.attempt = 0
+        self._tries_left = 0
         self._progress = Progress()
 
     @property
@@ -61,6 +71,7 @@ class GoalMachine:
             self.failure = ''
             self.begun = False
             self.attempt += 1
+            self._tries_left = MORE_TRIES
             self._enter(GoalState.ROTATE_TO_GOAL)
 
     def give_up(self, reason):
@@ -95,9 +106,15 @@ class GoalMachine:
         elif self.state is GoalState.MOVE_FORWARD:
             self._enter(GoalState.ROTATE_TO_FINAL)
         else:
-            self.failure = self.law.shortfall(pose, self.goal)
-            if not self.failure:
+            shortfall = self.law.shortfall(pose, self.goal)
+            if not shortfall:
                 self._enter(GoalState.GOAL_REACHED)
+            elif self._tries_left:
+                self._tries_left -= 1
+                self.law.start(pose, self.goal)
+                self._enter(GoalState.ROTATE_TO_GOAL)
+            else:
+                self.failure = shortfall
 
     def _enter(self, state):
         self.state = state

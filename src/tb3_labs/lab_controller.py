@@ -10,11 +10,12 @@ from dataclasses import dataclass, field, replace
 
 from tb3_labs.angles import continuous
 from tb3_labs.arbiter import Driver, Event, who_drives
-from tb3_labs.freshness import Freshness, SensorWatch, Sight
+from tb3_labs.freshness import Freshness, FrozenWatch, SensorWatch, Sight
 from tb3_labs.motion import Twist2
 from tb3_labs.news import NewsDesk
 from tb3_labs.pace import Pace
 from tb3_labs.progress import Progress
+from tb3_labs.sensors import heading_jump
 from tb3_labs.teleop import mouse_twist
 
 #: An active mouse that is silent for this long is lost [s].
@@ -23,8 +24,6 @@ MOUSE_TIMEOUT = 0.2
 DRIVEN_RATE = 0.1
 #: A robot that turns slower than this rests, and its turn can be judged [rad/s].
 REST_RATE = 0.01
-#: While the IMU was silent the robot cannot have turned farther than this by itself [rad].
-MAX_BLIND_TURN = 1.0
 
 
 @dataclass
@@ -48,6 +47,7 @@ class LabController:
         self._pace = Pace(law.period)
         self.imu = Freshness('imu')
         self._sensors = SensorWatch(self.imu)
+        self._frozen = FrozenWatch()
         self._rate = 0.0
         self._yaw = None          # continuous over whole turns
         self._turn = None         # the Turn that is driven, or waits for rest to be judged,
@@ -67,11 +67,10 @@ class LabController:
     def on_imu(self, sample, now):
         """Take an ImuSample in."""
         yaw = sample.yaw if self._yaw is None else continuous(sample.yaw, self._yaw)
-        if self.driver is Driver.TURN and not self.imu.is_fresh(now) and (
-                abs(yaw - self._yaw) > MAX_BLIND_TURN):
-            self._happens(Event.TURN_OVER, 'the heading jumped by {:.0f} degrees while the IMU was '
-                          'silent'.format(math.degrees(yaw - self._yaw)))
-        self.imu.heard(now)
+        jump = self._yaw is not None and heading_jump(self._yaw, yaw)
+        if jump and self.driver is Driver.TURN:
+            self._happens(Event.TURN_OVER, jump)
+        self.imu.heard(now, sample[1:])
         self._yaw, self._rate = yaw, sample.yaw_rate
         if self.driver is Driver.TURN:
             return
@@ -171,6 +170,7 @@ class LabController:
         self._turn.progress = Progress()
         self._pace.pause()
         self._sensors.pause()
+        self._frozen.start()
 
     def _sensors_allow(self, now):
         sight = self._sensors.look(now)
@@ -188,8 +188,9 @@ class LabController:
 
     def _turn_on(self, dt):
         step = self._law.step(self._yaw, self._rate, dt)
-        failure = '' if step.finished else self._turn.progress.complaint(
-            step.remaining, Twist2(0.0, self._rate), dt)
+        frozen = self._frozen.complaint(self.imu, True, dt)
+        failure = frozen or ('' if step.finished else self._turn.progress.complaint(
+            step.remaining, Twist2(0.0, self._rate), dt))
         if not step.finished and not failure:
             return step.command
         self._happens(Event.TURN_OVER, failure)

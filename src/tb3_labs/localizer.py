@@ -3,7 +3,9 @@
 IMU and odometry arrive in any order, at rates of their own. A *fix* is the robot's pose at the
 instant of one odometry message, with the IMU's yaw interpolated to its stamp. A *reset* takes
 both at the instant at which it was asked for, so it is as exact while the robot spins as at
-rest; it is carried out as soon as both sensors have passed that instant.
+rest; it is carried out as soon as both sensors have passed that instant. Where the odometry jumps
+and the robot does not, ``local`` moves along in ``odom``, so that the robot keeps its pose in it
+(:mod:`tb3_labs.steady_odometry`).
 
 Units: metres, radians, seconds on the receiver's clock (`now`); the caller provides the time.
 """
@@ -14,6 +16,8 @@ from typing import Optional
 from tb3_labs.history import SensorHistory
 from tb3_labs.local_frame import LocalFrame
 from tb3_labs.se2 import Pose2
+from tb3_labs.sensors import heading_jump
+from tb3_labs.steady_odometry import LOST, Jump, SteadyOdometry
 
 
 @dataclass(frozen=True)
@@ -21,7 +25,6 @@ class Fix:
     """The robot's pose at one odometry message's `stamp` [s, sender's clock]."""
 
     stamp: float
-    odom_T_base: Pose2
     local_T_base: Pose2
 
 
@@ -55,8 +58,10 @@ class Localizer:
     """Takes samples in, answers with poses in the local frame."""
 
     def __init__(self):
-        #: The LocalFrame in force; None before the first pair of samples.
+        #: The LocalFrame in force, in steady odometry; None before the first pair of samples.
         self.frame = None
+        self._steady = SteadyOdometry()
+        self._jumps = []
         self._history = SensorHistory()
         self._resets = []
         self._imu = None
@@ -64,12 +69,19 @@ class Localizer:
 
     def on_imu(self, sample, now):
         """Take an ImuSample in. Returns the resets that were carried out by it."""
+        jump = heading_jump(self._imu[0].yaw, sample.yaw) if self._imu else ''
+        if jump:
+            self._jumps.append(Jump(jump))
         self._imu = (sample, now)
         self._history.add_imu(sample, now)
         return self._carry_out_resets()
 
     def on_odometry(self, sample, now):
         """Take an OdometrySample in. Returns the resets that were carried out by it."""
+        if self._imu is not None:
+            sample, jump = self._steady.take(sample, now, self._imu[0])
+            if jump is not None:
+                self._on_jump(jump)
         self._odometry = (sample, now)
         self._history.add_odometry(sample, now)
         return self._carry_out_resets()
@@ -85,7 +97,19 @@ class Localizer:
         odometry, imu_yaw = pair
         if self.frame is None:
             self.frame = LocalFrame.declared(Pose2(), odometry.pose, imu_yaw)
-        return Fix(odometry.stamp, odometry.pose, self.frame.pose(odometry.pose, imu_yaw))
+        return Fix(odometry.stamp, self.frame.pose(odometry.pose, imu_yaw))
+
+    @property
+    def odom_T_local(self):
+        """Where ``local`` stands in the odometry's own frame; None before the first fix."""
+        if self.frame is None:
+            return None
+        return self._steady.steady_T_odom.inverse() @ self.frame.odom_T_local
+
+    def take_jumps(self):
+        """The steady_odometry.Jumps of both sensors since the last call."""
+        jumps, self._jumps = self._jumps, []
+        return jumps
 
     def reset(self, declared, now):
         """Declare that the robot is at `declared` in local at `now`. Returns the Reset to watch."""
@@ -101,18 +125,25 @@ class Localizer:
     def motion(self, now):
         """The robot's Motion at `now`, carried on from the newest samples; None before them.
 
-        However old they are: the caller checks that they are fresh.
+        However old they are: the caller checks that they are fresh. Where the clock went back since
+        they arrived, they count as new.
         """
         if self.frame is None:
             return None
         imu, imu_arrival = self._imu
         odometry, odometry_arrival = self._odometry
-        heading = self.frame.heading(imu.yaw + imu.yaw_rate * (now - imu_arrival))
+        imu_age, odometry_age = max(0.0, now - imu_arrival), max(0.0, now - odometry_arrival)
+        heading = self.frame.heading(imu.yaw + imu.yaw_rate * imu_age)
         place = self.frame.pose(odometry.pose, imu.yaw)
-        driven = odometry.linear * (now - odometry_arrival)
+        driven = odometry.linear * odometry_age
         pose = Pose2(place.x + driven * math.cos(heading), place.y + driven * math.sin(heading),
                      heading)
         return Motion(pose, odometry.linear, imu.yaw_rate)
+
+    def _on_jump(self, jump):
+        self._jumps.append(jump)
+        if jump.outcome == LOST:    # nothing that was known counts any more
+            self.frame, self._history, self._resets = None, SensorHistory(), []
 
     def _carry_out_resets(self):
         done = []

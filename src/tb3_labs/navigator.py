@@ -11,15 +11,20 @@ from dataclasses import dataclass
 
 from tb3_labs.angles import wrap
 from tb3_labs.config import Config, setting
-from tb3_labs.freshness import Freshness, SensorWatch, Sight
+from tb3_labs.freshness import Freshness, FrozenWatch, SensorWatch, Sight
 from tb3_labs.goal import GoalMachine
 from tb3_labs.localizer import Localizer
+from tb3_labs.motion import Twist2
+from tb3_labs.news import NewsDesk
 from tb3_labs.pace import Pace
 from tb3_labs.permission import Permission
 from tb3_labs.se2 import Pose2
 
-#: A goal farther away than this is a mistake, most likely in the unit [m].
-MAX_GOAL_DISTANCE = 100.0
+#: A place farther than this from the local origin is a mistake, most likely in the unit [m].
+MAX_DISTANCE = 100.0
+#: A robot that is told to be faster than this must be seen to drive, or to turn [m/s], [rad/s].
+SURELY_DRIVES = 0.02
+SURELY_TURNS = 0.1
 
 
 @dataclass(frozen=True)
@@ -27,9 +32,9 @@ class NavigatorConfig(Config):
     """What `move_to_goal` begins with."""
 
     goal_x: float = setting(-0.61, 'first goal, in the local frame', 'm',
-                            -MAX_GOAL_DISTANCE, MAX_GOAL_DISTANCE)
+                            -MAX_DISTANCE, MAX_DISTANCE)
     goal_y: float = setting(0.61, 'first goal, in the local frame', 'm',
-                            -MAX_GOAL_DISTANCE, MAX_GOAL_DISTANCE)
+                            -MAX_DISTANCE, MAX_DISTANCE)
     goal_yaw_deg: float = setting(0.0, 'heading at the first goal', 'deg', -360.0, 360.0)
     has_control: bool = setting(False, 'may drive from the start, without ctrl_relinq')
 
@@ -51,18 +56,28 @@ class Navigator:
         self.imu = Freshness('imu')
         self.odometry = Freshness('odom')
         self._sensors = SensorWatch(self.imu, self.odometry)
+        self._frozen = FrozenWatch()
+        self._sent = Twist2()
+        self._odometry_yaw = None
+        self._odometry_turned = False
+        desk = NewsDesk()
+        #: Takes the News since the last call.
+        self.take_news = desk.take
+        self._tell = desk.tell
 
     # -- what comes in
 
     def on_imu(self, sample, now):
         """Take an ImuSample in. Returns the resets that were carried out by it."""
-        self.imu.heard(now)
-        return self._restart_after(self.localizer.on_imu(sample, now))
+        self.imu.heard(now, sample[1:])
+        return self._after(self.localizer.on_imu(sample, now))
 
     def on_odometry(self, sample, now):
         """Take an OdometrySample in. Returns the resets that were carried out by it."""
-        self.odometry.heard(now)
-        return self._restart_after(self.localizer.on_odometry(sample, now))
+        self.odometry.heard(now, (sample.pose, sample.linear, sample.angular))
+        self._odometry_turned = sample.pose.yaw != self._odometry_yaw
+        self._odometry_yaw = sample.pose.yaw
+        return self._after(self.localizer.on_odometry(sample, now))
 
     def set_law(self, law):
         """Drive by another law from now on; a drive that is under way begins anew."""
@@ -73,11 +88,20 @@ class Navigator:
 
     def set_goal(self, goal):
         """A new goal (Pose2 in local), in place of any other; ``ValueError`` if it is too far."""
-        if math.hypot(goal.x, goal.y) > MAX_GOAL_DISTANCE:
-            raise ValueError('({}) is farther than {:.0f} m from the local origin; goals are in '
-                             'metres'.format(goal, MAX_GOAL_DISTANCE))
+        _check_distance(goal)
         self.machine.set_goal(goal)
         self._pause()
+
+    def reset(self, declared, now):
+        """The robot is at `declared` (Pose2 in local) now: the localizer.Reset to watch.
+
+        ``ValueError`` where it cannot be carried out: too far, or no fresh sensors.
+        """
+        _check_distance(declared)
+        complaint = self.sensor_complaint(now)
+        if complaint:
+            raise ValueError('{}: is the robot running?'.format(complaint))
+        return self.localizer.reset(declared, now)
 
     @property
     def has_control(self):
@@ -115,14 +139,29 @@ class Navigator:
         elif self._sensors_allow(now):
             motion = self.localizer.motion(now)
             if motion is not None:
-                return self.machine.step(motion, self._pace.step(now))
+                dt = self._pace.step(now)
+                self._look_for_frozen(dt)
+                command = self.machine.step(motion, dt)
+                self._sent = command or Twist2()
+                return command
         self._pace.skip(now)
         return None
+
+    def _look_for_frozen(self, dt):
+        drives = abs(self._sent.linear) > SURELY_DRIVES
+        turns = abs(self._sent.angular) > SURELY_TURNS
+        # An odometry that turns knows it from the same IMU.
+        complaints = [
+            self._frozen.complaint(self.odometry, drives or turns, dt),
+            self._frozen.complaint(self.imu, turns or (drives and self._odometry_turned), dt)]
+        if any(complaints):
+            self.machine.give_up(' and '.join(filter(None, complaints)))
 
     def _sensors_allow(self, now):
         sight = self._sensors.look(now)
         if sight is Sight.SILENT:
             self._pace.pause()
+            self._frozen.start()
             return False
         if sight is Sight.BACK_SOON or (sight is Sight.BACK_LATE and not self.machine.begun):
             self.machine.restart()
@@ -135,9 +174,24 @@ class Navigator:
         """The robot stands, or is in other hands: the next command starts afresh."""
         self._pace.pause()
         self._sensors.pause()
+        self._frozen.start()
+        self._sent = Twist2()
 
-    def _restart_after(self, resets):
+    def _after(self, resets):
+        """What a sample may bring about; returns `resets`, those that were carried out by it."""
+        for jump in self.localizer.take_jumps():
+            if jump.outcome:
+                self._tell('{}: {}'.format(jump.text[0].upper() + jump.text[1:], jump.outcome),
+                           warning=True)
+            if self.machine.begun and self.machine.active:
+                self.machine.give_up(jump.text)
         if resets:
             self.machine.restart()
             self._pause()
         return resets
+
+
+def _check_distance(pose):
+    if math.hypot(pose.x, pose.y) > MAX_DISTANCE:
+        raise ValueError('({}) is farther than {:.0f} m from the local origin; x and y are in '
+                         'metres'.format(pose, MAX_DISTANCE))

@@ -14,7 +14,7 @@ from tb3_labs.freshness import Freshness
 from tb3_labs.motion import Twist2, saturate
 from tb3_labs.news import NewsDesk
 from tb3_labs.ownership import Holder, PadEvent, who_holds
-from tb3_labs.pad import PadState, read_pad
+from tb3_labs.pad import read_pad
 
 #: A pad that is silent for this long is lost [s].
 PAD_TIMEOUT = 0.25

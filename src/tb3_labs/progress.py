@@ -5,7 +5,7 @@ Units: metres or radians for what remains, per second for speeds, seconds.
 import math
 
 #: The robot counts as stuck when it did not get on for this long [s],
-STALL_TIME = 1.5
+STALL_TIME = 1.3
 #: "getting on" being at least this much [m or rad].
 STALL_STEP = 0.004
 #: The goal counts as missed when what remains grows again by this much: more than a hiccup of the

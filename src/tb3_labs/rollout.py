@@ -134,31 +134,47 @@ def _moves(robot):
 
 def _navigate(robot, navigator, seconds):
     """Let time pass for a drive; returns the commands."""
+    return run(robot, navigator, navigation(robot, navigator), seconds)
+
+
+def _control(robot, controller, seconds):
+    """Let time pass for a turn; returns the commands."""
+    return run(robot, controller, control(robot, controller), seconds)
+
+
+def navigation(robot, navigator):
+    """What hears a robot's samples for a Navigator."""
     def hear(sample):
         if isinstance(sample, ImuSample):
             navigator.on_imu(sample, robot.now)
         else:
             navigator.on_odometry(sample, robot.now)
         navigator.localizer.take_fix()
-    return _run(robot, navigator, hear, seconds)
+    return hear
 
 
-def _control(robot, controller, seconds):
-    """Let time pass for a turn; returns the commands."""
+def control(robot, controller):
+    """What hears a robot's samples for a LabController."""
     def hear(sample):
         if isinstance(sample, ImuSample):
             controller.on_imu(sample, robot.now)
-    return _run(robot, controller, hear, seconds)
+    return hear
 
 
-def _run(robot, driver, hear, seconds):
-    """Each sample is heard when it arrives, and what `driver` then commands goes to the robot."""
+def run(robot, driver, hear, seconds):
+    """Let time pass: each sample is heard when it arrives, and what `driver` then commands goes to
+    the robot. Returns the commands, a standing Twist2 where it fell silent."""
     commands = []
     end = robot.now + seconds
     while robot.now < end:
         for sample in robot.step(min(1.0 / robot.config.imu_rate, end - robot.now)):
             hear(sample)
-            if driver.due(robot.now):
-                commands.append(driver.command(robot.now) or Twist2())
-                robot.command(*commands[-1])
+            _obey(robot, driver, commands)
+        _obey(robot, driver, commands)
     return commands
+
+
+def _obey(robot, driver, commands):
+    if driver.due(robot.now):
+        commands.append(driver.command(robot.now) or Twist2())
+        robot.command(*commands[-1])

@@ -2,10 +2,16 @@
 
 Units: seconds, metres, radians. `stamp` is the sender's clock, which may be off by a second.
 """
+import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+from tb3_labs.angles import difference
 from tb3_labs.se2 import Pose2
+
+#: No robot turns farther between two samples of its IMU, nor in a silence of it: who drives by the
+#: IMU stops, and so does the robot [rad].
+FARTHEST_TURN = 1.0
 
 
 class ImuSample(NamedTuple):    # there are hundreds a second: this is made faster than a dataclass
@@ -31,3 +37,11 @@ def with_stamp(sample, stamp):
     if isinstance(sample, ImuSample):
         return sample._replace(stamp=stamp)
     return replace(sample, stamp=stamp)
+
+
+def heading_jump(before, after):
+    """'' or what is wrong with the IMU, given the yaws of two samples in a row [rad]."""
+    turned = difference(after, before)
+    if abs(turned) <= FARTHEST_TURN:
+        return ''
+    return "the IMU's heading jumped by {:.0f} degrees".format(abs(math.degrees(turned)))

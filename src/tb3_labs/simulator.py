@@ -78,6 +78,7 @@ class SimulatorConfig(Config):
     reset_runs_on: bool = setting(
         False, 'motors keep their speed during that pause (nothing in the firmware stops them)')
 
+    motors_off: bool = setting(False, 'fault: the wheels stand, whatever is commanded')
     imu_silent: bool = setting(False, 'fault: no samples of the IMU')
     imu_frozen: bool = setting(False, 'fault: the same IMU sample again, with new stamps')
     odom_silent: bool = setting(False, 'fault: no samples of the odometry')
@@ -243,7 +244,7 @@ class Simulator:
             return
         self._move_to(stamp)
         _, linear, angular = self._command
-        if stamp - self._command.arrival > COMMAND_TIMEOUT:
+        if self._config.motors_off or stamp - self._command.arrival > COMMAND_TIMEOUT:
             linear = angular = 0.0
         if (linear, angular) != self._obeyed:
             self._obeyed = linear, angular

@@ -15,6 +15,8 @@ MOTOR_SPEED_STEP = 0.229 * 2.0 * math.pi / 60.0
 CONTROL_RATE = 30.0
 #: Without a command for this long the wheels are commanded to zero [s].
 COMMAND_TIMEOUT = 0.5
+#: Of all models, as in turtlebot3_description [m].
+WHEEL_WIDTH = 0.018
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ class HeadingsTest(unittest.TestCase):
         answer = rospy.ServiceProxy(robot + '/reset_pose', ResetPose)(0.0, 0.0, 0.0)
         self.assertTrue(answer.success, answer.message)
         instant = answer.after.header.stamp.to_sec()
-        self.assertLess(abs(instant - asked), 0.1)
+        self.assertLess(abs(instant - asked), 0.5)    # the call itself takes its time
         self.seen.wait_until(lambda: self.seen.latest(topic)[0] > instant, 5.0, 'truth')
         samples = [sample for _, sample in self.seen.all(topic)]
         before = [sample for sample in samples if sample[0] <= instant][-1]

@@ -2,17 +2,16 @@
 """What imu_sub prints and publishes, against the embedded robot's true heading."""
 import math
 import re
-import signal
-import subprocess
 import unittest
 
 import rospy
 import rostest
-from geometry_msgs.msg import PoseStamped, Twist
+from geometry_msgs.msg import Twist
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float32
 
-from tb3_labs.ros.conversions import to_pose2, to_twist
+from tb3_labs.ros.conversions import to_twist
+from tb3_labs.ros.node_process import NodeProcess
 from tb3_labs.ros.observer import Observer
 
 LINE = re.compile(r'Current heading is (\d+\.\d{6}) degrees\.$')
@@ -25,24 +24,20 @@ class ImuSubTest(unittest.TestCase):
         cls.seen = Observer()
         cls.seen.watch('heading', Float32, lambda message: message.data)
         cls.seen.watch('bad/heading', Float32)
-        cls.seen.watch('ground_truth', PoseStamped, lambda message: to_pose2(message.pose))
+        cls.seen.watch_robot()
         cls.wheels = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         cls.bad = rospy.Publisher('bad/imu', Imu, queue_size=1)
         cls.seen.wait_for('ground_truth')
 
     def start(self, *arguments):
-        node = subprocess.Popen(['rosrun', 'tb3_labs', 'imu_sub.py'] + list(arguments), text=True,
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                start_new_session=True)
-        self.addCleanup(lambda: node.poll() is None and node.kill())
+        node = NodeProcess('tb3_labs', 'imu_sub.py', *arguments)
+        self.addCleanup(node.kill)
         return node
 
     def end(self, node):
         """Ctrl+C; the lines the node printed."""
-        node.send_signal(signal.SIGINT)
-        output, _ = node.communicate(timeout=10.0)
-        self.assertEqual(node.returncode, 0)
-        return output.splitlines()
+        self.assertEqual(node.end(), 0)
+        return node.lines
 
     def run_for(self, messages, *arguments):
         """The lines of a node that heard so many messages, and the headings it published."""

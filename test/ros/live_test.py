@@ -7,10 +7,8 @@ import rostest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from dynamic_reconfigure import DynamicReconfigureCallbackException
 from dynamic_reconfigure.client import Client
-from geometry_msgs.msg import PoseStamped, Twist
 from std_msgs.msg import Bool, Float32, Float64
 
-from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.observer import Observer
 
 BURGER_LINEAR, BURGER_ANGULAR = 0.2108, 2.635
@@ -21,8 +19,7 @@ class LiveTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.seen = Observer()
-        cls.seen.watch('cmd_vel', Twist, lambda message: (message.linear.x, message.angular.z))
-        cls.seen.watch('ground_truth', PoseStamped, lambda message: to_pose2(message.pose))
+        cls.seen.watch_robot()
         cls.seen.watch('distance_error', Float32, lambda message: message.data)
         cls.seen.watch('angle_error_deg', Float32, lambda message: message.data)
         cls.seen.watch('/diagnostics', DiagnosticArray, lambda message: message.status[0])

@@ -146,3 +146,18 @@ def test_errors_are_distance_and_signed_angle_the_short_way():
     distance, angle = machine.errors(Pose2(0.0, 0.0, math.radians(170.0)))
     assert distance == pytest.approx(5.0)
     assert math.degrees(angle) == pytest.approx(20.0)
+
+
+@pytest.mark.parametrize('misses, starts, reached', [(0, 1, True), (1, 2, True), (2, 3, True),
+                                                      (3, 3, False)])
+def test_a_drive_that_ends_outside_is_driven_on_from_there_twice(misses, starts, reached):
+    law = Told()
+    ends = iter(misses * ['stopped 30 mm from the goal'] + [''])
+    law.shortfall = lambda pose, goal: next(ends)
+    law.left = dict.fromkeys(law.left, 0.0)
+    machine = GoalMachine(law)
+    machine.set_goal(GOAL)
+    assert machine.step(STANDING, 0.1) is None
+    assert law.starts == starts
+    assert (machine.state is GoalState.GOAL_REACHED) is reached
+    assert machine.failure == ('' if reached else 'stopped 30 mm from the goal')

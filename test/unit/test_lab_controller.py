@@ -281,7 +281,7 @@ def test_a_heading_that_jumped_while_the_imu_was_silent_ends_the_turn(bench):
     bench.run(0.5)
     bench.imu_is_heard = True
     commands = bench.run(1.0)
-    assert set(commands) <= {None} and bench.told('the heading jumped by')
+    assert set(commands) <= {None} and bench.told("the IMU's heading jumped by")
 
 
 def test_a_robot_that_does_not_turn_is_given_up_within_two_seconds():

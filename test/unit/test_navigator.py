@@ -21,6 +21,7 @@ class Robot:
         self.navigator = Navigator(
             make_law(DriveConfig(law=law), robot_model('burger')), has_control)
         self.imu = self.odom = True
+        self.imu_yaw, self.odom_pose = 1.0, Pose2(1.0, 2.0, 0.3)
 
     def run(self, seconds):
         """Let time pass; the commands that were due (None = silence)."""
@@ -28,10 +29,10 @@ class Robot:
         for _ in range(round(seconds / 0.01)):
             self.now += 0.01
             if self.imu:
-                self.navigator.on_imu(ImuSample(self.now, 1.0, 0.0), self.now)
+                self.navigator.on_imu(ImuSample(self.now, self.imu_yaw, 0.0), self.now)
             if self.odom:
                 self.navigator.on_odometry(
-                    OdometrySample(self.now, Pose2(1.0, 2.0, 0.3), 0.0, 0.0), self.now)
+                    OdometrySample(self.now, self.odom_pose, 0.0, 0.0), self.now)
             self.navigator.localizer.take_fix()
             if self.navigator.due(self.now):
                 commands.append(self.navigator.command(self.now))
@@ -141,3 +142,39 @@ def test_a_clock_that_goes_back_neither_drives_wild_nor_hangs():
     commands = robot.run(1.0)
     assert all(c is None or (math.isfinite(c.angular) and abs(c.angular) <= 1.5) for c in commands)
     assert any(c is not None for c in commands)
+
+
+@pytest.mark.parametrize('odom_pose, words', [
+    (Pose2(), 'set to zero'), (Pose2(4.0, 2.0, 0.3), 'jumped by 3.00 m')])
+def test_odometry_that_jumps_stops_the_drive_and_leaves_the_pose(odom_pose, words):
+    robot = driving()
+    before = robot.navigator.localizer.motion(robot.now).pose
+    robot.odom_pose = odom_pose
+    assert set(robot.run(0.5)[1:]) == {None}
+    assert words in robot.navigator.machine.failure
+    news, = robot.navigator.take_news()
+    assert words in news.text and 'the local pose is kept' in news.text and news.warning
+    after = robot.navigator.localizer.motion(robot.now).pose
+    assert (after.x, after.y, after.yaw) == pytest.approx((before.x, before.y, before.yaw))
+    robot.navigator.set_goal(Pose2(1.0, 0.0, 0.0))
+    assert None not in robot.run(0.2)[2:]
+
+
+def test_odometry_that_jumps_where_nothing_is_driven_is_only_told():
+    robot = Robot(has_control=False)
+    robot.navigator.set_goal(Pose2(1.0, 1.0, 0.0))
+    robot.run(0.2)
+    robot.odom_pose = Pose2()
+    robot.run(0.2)
+    assert len(robot.navigator.take_news()) == 1
+    robot.navigator.set_control(True, robot.now)
+    assert None not in robot.run(0.2)[2:]
+
+
+def test_a_heading_that_jumped_in_a_short_silence_stops_the_drive():
+    robot = driving()
+    robot.imu = False
+    robot.run(0.6)
+    robot.imu, robot.imu_yaw = True, -1.5
+    assert set(robot.run(0.5)) == {None}
+    assert "the IMU's heading jumped by 143 degrees" == robot.navigator.machine.failure

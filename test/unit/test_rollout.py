@@ -115,3 +115,25 @@ def test_a_stuck_robot_is_given_up_within_two_seconds():
     assert not result.reached
     assert 'does not move' in result.failure or 'missed' in result.failure
     assert result.time <= 2.5
+
+
+@pytest.mark.parametrize('law, tolerance, patience', [('precise', 0.010, 1.25), ('lab', 0.15, 4.5)])
+@pytest.mark.parametrize('fault, lost_share, drift_deg', [
+    ({'slip': 0.1}, 0.1, 0.0), ({'wheel_mismatch': 0.03}, 0.015, 0.0),
+    ({'imu_drift_deg_per_min': 5.0}, 0.0, 5.0),
+    ({'slip': 0.1, 'wheel_mismatch': 0.03, 'imu_drift_deg_per_min': 5.0}, 0.1135, 5.0)])
+def test_what_the_sensors_cannot_know_is_all_that_is_missed(fault, lost_share, drift_deg, law,
+                                                            tolerance, patience):
+    """The goal is reached as far as wheels and IMU can tell, without hunting for it."""
+    robot = SimulatorConfig(imu_offset_deg=59.1, command_latency=0.02, **fault)
+    result = drive(LAB_GOAL, robot, DriveConfig(law=law))
+    assert result.reached, result.failure
+    way = Pose2().distance_to(LAB_GOAL)
+    drifted = math.radians(drift_deg) / 60.0 * (result.time + 0.7)     # since the reset
+    assert result.distance_error <= lost_share * way + drifted * way + tolerance
+    if law == 'precise':
+        assert result.distance_error >= lost_share * way - drifted * way - tolerance
+    assert abs(result.angle_error) <= drifted + math.radians(0.5 if law == 'precise' else 3.0)
+    # slipping wheels move the robot slower: turns too
+    assert result.time <= patience * time_bound(
+        Pose2(), LAB_GOAL, BURGER, max_angular=1.5) / (1.0 - lost_share)

@@ -13,7 +13,8 @@ from typing import Dict, Optional, Tuple
 import numpy as np
 
 from tb3_labs.angles import difference, wrap
-from tb3_labs.goal import GoalState
+from tb3_labs.drive_laws import DriveConfig
+from tb3_labs.goal import DRIVING, GoalState
 from tb3_labs.local_frame import LocalFrame
 from tb3_labs.report.run_data import Poses, wrapped
 from tb3_labs.rollout import time_bound
@@ -32,11 +33,10 @@ STRAIGHT_AFTER = 0.3
 #: A goal's message belongs to the state's that arrived within this time of it [s].
 SAME_MOMENT = 0.5
 #: Fastest turn that a drive is compared with [rad/s]: the package's own limit.
-MAX_ANGULAR = 1.5
+MAX_ANGULAR = DriveConfig().max_angular
 #: What cannot be known: (distance, angle).
 UNKNOWN = math.nan, math.nan
 
-DRIVING = tuple(state.name for state in GoalState if state is not GoalState.GOAL_REACHED)
 FIRST, STRAIGHT, REACHED = DRIVING[0], DRIVING[1], GoalState.GOAL_REACHED.name
 
 

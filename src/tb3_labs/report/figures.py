@@ -48,7 +48,7 @@ def thin(*columns):
 
 def paths(run, model):
     """The way in odom and in local, side by side at one scale, with each other's axes."""
-    figure = _figure(4.0)
+    figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)
     epochs, local = analysis.epochs(run), analysis.local_poses(run)
     for number, epoch in enumerate(epochs):
@@ -82,7 +82,7 @@ def paths(run, model):
         axes.set_xlabel('x [m]')
         axes.set_ylabel('y [m]')
         axes.grid(True, linewidth=0.3)
-    _legend_below(figure, in_odom)
+    legend_below(figure, in_odom)
     return figure
 
 
@@ -91,10 +91,10 @@ def errors(run, model):
     time, distance, angle = analysis.goal_errors(run)
     if not len(time):
         return None
-    figure = _figure(4.3)
+    figure = new_figure(4.3)
     far, turned = figure.subplots(2, 1, sharex=True)
-    _curve(far, time, distance, _resets(run), color=BLUE)
-    _curve(turned, time, np.degrees(angle), _resets(run), circle=True, color=BLUE)
+    curve(far, time, distance, _resets(run), color=BLUE)
+    curve(turned, time, np.degrees(angle), _resets(run), circle=True, color=BLUE)
     far.set_ylabel('distance error [m]')
     far.set_ylim(bottom=0.0)
     _degrees_axis(turned, 'angle error [deg]')
@@ -114,12 +114,12 @@ def errors(run, model):
 
 def heading(run, _model):
     """The heading in the two ways of counting, and how far IMU and odometry part."""
-    figure = _figure(5.0)
+    figure = new_figure(5.0)
     circle, line, apart = figure.subplots(3, 1, sharex=True)
-    _curve(circle, run.imu.time, np.degrees(run.imu.yaw), circle=True, color=BLUE)
-    _curve(line, run.imu.time, np.degrees(np.unwrap(run.imu.yaw)), color=BLUE)
+    curve(circle, run.imu.time, np.degrees(run.imu.yaw), circle=True, color=BLUE)
+    curve(line, run.imu.time, np.degrees(np.unwrap(run.imu.yaw)), color=BLUE)
     offset = analysis.yaw_offset(run)
-    _curve(apart, offset.time, np.degrees(offset.deviation), color=GREY, linewidth=0.8)
+    curve(apart, offset.time, np.degrees(offset.deviation), color=GREY, linewidth=0.8)
     _degrees_axis(circle, 'IMU, wrapped\n[deg]')
     line.set_ylabel('IMU, continuous\n[deg]')
     apart.set_ylabel('off their\nmean [deg]')
@@ -133,14 +133,14 @@ def heading(run, _model):
 
 def speeds(run, model):
     """Commanded against measured speeds, with the robot's limits."""
-    figure = _figure(4.3)
+    figure = new_figure(4.3)
     linear, angular = figure.subplots(2, 1, sharex=True)
-    _curve(linear, run.odometry.time, run.odometry.linear, color=BLUE, label='measured')
-    _curve(angular, run.imu.time, run.imu.yaw_rate, color=BLUE, label='measured')
+    curve(linear, run.odometry.time, run.odometry.linear, color=BLUE, label='measured')
+    curve(angular, run.imu.time, run.imu.yaw_rate, color=BLUE, label='measured')
     for axes, commands, limit in ((linear, run.commands.linear, model.max_linear),
                                   (angular, run.commands.angular, model.max_angular)):
         if len(commands):
-            _curve(axes, run.commands.time, commands, color=ORANGE, linestyle='--', linewidth=1.1,
+            curve(axes, run.commands.time, commands, color=ORANGE, linestyle='--', linewidth=1.1,
                    drawstyle='steps-post', label='commanded')
         for sign in (1.0, -1.0):
             axes.axhline(sign * limit, color='black', linewidth=0.8, linestyle=':',
@@ -149,22 +149,24 @@ def speeds(run, model):
     linear.set_ylabel('linear [m/s]\n(odometry)')
     angular.set_ylabel('angular [rad/s]\n(gyro)')
     _finish_time(run, linear, angular)
-    _legend_below(figure, linear)
+    legend_below(figure, linear)
     return figure
 
 
 def save(figure, path):
-    """Write a figure as PNG."""
-    figure.savefig(str(path), dpi=DOTS_PER_INCH, bbox_inches='tight', metadata={'Software': None})
+    """Write a figure as PNG, to a path or an open file."""
+    figure.savefig(path, format='png', dpi=DOTS_PER_INCH, bbox_inches='tight',
+                   metadata={'Software': None})
 
 
-def _figure(height):
+def new_figure(height):
+    """An empty figure of the page's width; `height` [inch]."""
     figure = Figure(figsize=(WIDTH, height), constrained_layout=True)
     FigureCanvasAgg(figure)
     return figure
 
 
-def _curve(axes, time, values, breaks=(), circle=False, **looks):
+def curve(axes, time, values, breaks=(), circle=False, **looks):
     """A line with blanks at `breaks`, in pauses, and where an angle jumps from end to end."""
     pauses = np.diff(time)
     longest = max(BREAK, 5.0 * float(np.median(pauses))) if len(pauses) else BREAK
@@ -261,7 +263,8 @@ def _degrees_axis(axes, label):
     axes.set_yticks([-180, -90, 0, 90, 180])
 
 
-def _legend_below(figure, axes):
+def legend_below(figure, axes):
+    """What the lines of `axes` mean, below the figure."""
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc='upper center', ncol=7, fontsize=8, frameon=False,
                   bbox_to_anchor=(0.5, 0.0))

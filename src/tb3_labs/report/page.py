@@ -2,7 +2,6 @@
 
 Units: as the headings of the columns say; metres and degrees for people.
 """
-import base64
 import csv
 import math
 import time
@@ -12,13 +11,13 @@ from string import Template
 
 import numpy as np
 
-from tb3_labs.report import analysis, figures
+from tb3_labs.goal import DRIVING
+from tb3_labs.report import analysis, figures, html
 from tb3_labs.report.run_data import wrapped
+from tb3_labs.turtlebot3 import COMMAND_TIMEOUT
 
 #: A pose belongs to an odometry message that is no further from it [s].
 SAME_INSTANT = 0.02
-#: A command counts for so long; then the robot stops by itself [s].
-COMMAND_LIFE = 0.5
 #: Rows that are turned into text at a time.
 CSV_BLOCK = 5000
 UNKNOWN = '\N{EN DASH}'
@@ -33,18 +32,7 @@ CAPTIONS = {
 
 PAGE = Template('''<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>Run report: $name</title><style>
-@page { size: A4; margin: 11mm 14mm; }
-body { font: 10pt/1.3 sans-serif; max-width: 182mm; margin: 1em auto; color: #111; }
-h1 { font-size: 15pt; margin: 0; } h2 { font-size: 11pt; margin: 0.7em 0 0.2em; }
-p { margin: 0.3em 0; }
-table { border-collapse: collapse; width: 100%; font-size: 8.5pt; }
-th, td { border-bottom: 1px solid #999; padding: 1px 5px; text-align: right; }
-th { border-bottom: 2px solid #333; vertical-align: bottom; }
-th:first-child, td:first-child, td.words { text-align: left; }
-figure { margin: 0.4em 0; text-align: center; break-inside: avoid; }
-figure img { max-width: 100%; max-height: 84mm; } figcaption { font-size: 8.5pt; }
-section { break-inside: avoid; } .next { break-before: page; }
-@media print { body { margin: 0; } }
+$style
 </style></head><body>
 <h1>Run report: $name</h1>
 <p>$summary</p>
@@ -77,13 +65,13 @@ def write_report(run, model, folder, progress=lambda fraction: None):
         if figure is not None:
             path = folder / (name + '.png')
             figures.save(figure, path)
-            parts[name] = _figure(path, CAPTIONS[name])
+            parts[name] = html.image(path, CAPTIONS[name])
     progress(len(drawings) / (len(drawings) + 1))
     write_csv(run, folder / 'run.csv')
     drives = analysis.drives(run, model)
     page = folder / 'report.html'
     page.write_text(PAGE.substitute(
-        parts, name=escape(Path(run.name).name), summary=_summary(run, model),
+        parts, style=html.STYLE, name=escape(Path(run.name).name), summary=_summary(run, model),
         drives=_drives(run, drives), along=_along(drives), rates=_rates(run)), encoding='utf-8')
     progress(1.0)
     return page
@@ -114,9 +102,9 @@ def _drives(run, drives):
              '{:.1f}'.format(round(math.degrees(goal.yaw), 1) + 0.0)] if goal else [UNKNOWN] * 3)
             + [drive.outcome, _number(drive.time, '{:.2f}'), _number(drive.least_time, '{:.2f}')]
             + _error(drive.measured) + _error(drive.true))
-    return _table(['drive', 'asked x [m]', 'y [m]', 'yaw [deg]', 'outcome', 'time [s]',
-                   'least possible [s]', 'off by [m]', 'off by [deg]', 'truly off [m]',
-                   'truly off [deg]'], rows)
+    return html.table(['drive', 'asked x [m]', 'y [m]', 'yaw [deg]', 'outcome', 'time [s]',
+                       'least possible [s]', 'off by [m]', 'off by [deg]', 'truly off [m]',
+                       'truly off [deg]'], rows, words=('outcome',))
 
 
 def _along(drives):
@@ -125,15 +113,15 @@ def _along(drives):
     rows = []
     for number, drive in enumerate(drives, 1):
         other = sum(seconds for state, seconds in drive.in_state.items()
-                    if state not in analysis.DRIVING)
+                    if state not in DRIVING)
         rows.append([str(number)] + [
-            _number(drive.in_state.get(state, 0.0), '{:.2f}') for state in analysis.DRIVING] + [
+            _number(drive.in_state.get(state, 0.0), '{:.2f}') for state in DRIVING] + [
             _number(other, '{:.2f}'), _number(drive.time / drive.least_time
                                               if drive.least_time else math.nan, '{:.2f}'),
             _number(math.degrees(drive.drift), '{:+.2f}'),
             _number(math.degrees(drive.deviation), '{:.2f}')])
-    return '<h2>Along the way</h2>' + _table(
-        ['drive'] + [state + ' [s]' for state in analysis.DRIVING]
+    return '<h2>Along the way</h2>' + html.table(
+        ['drive'] + [state + ' [s]' for state in DRIVING]
         + ['stopped [s]', 'time / least', 'heading drift [deg]', 'largest deviation [deg]'],
         rows) + ('<p>Drift: heading at the end of MOVE_FORWARD minus {} s after its begin, by the '
                  'IMU. Least possible: turn, line, turn at the limits of the robot and {} rad/s.'
@@ -149,9 +137,9 @@ def _rates(run):
         rows.append([run.topics.get(part, part), str(rate.messages), _number(rate.mean, '{:.1f}'),
                      _number(rate.longest, '{:.3f}'), str(rate.gaps),
                      _number(rate.longest_arrival, '{:.3f}'), str(run.dropped.get(part, 0))])
-    return _table(['topic', 'messages', 'mean rate [1/s]', 'longest gap [s]',
-                   'gaps > {} s'.format(analysis.GAP), 'longest gap on arrival [s]',
-                   'bad messages'], rows)
+    return html.table(['topic', 'messages', 'mean rate [1/s]', 'longest gap [s]',
+                       'gaps > {} s'.format(analysis.GAP), 'longest gap on arrival [s]',
+                       'bad messages'], rows)
 
 
 def _error(miss):
@@ -160,21 +148,6 @@ def _error(miss):
 
 def _number(value, form):
     return form.format(value) if math.isfinite(value) else UNKNOWN
-
-
-def _table(heads, rows):
-    def row(cells, tag):
-        return '<tr>{}</tr>'.format(''.join('<{0}{2}>{1}</{0}>'.format(
-            tag, escape(cell), ' class="words"' if heads[k] == 'outcome' else '')
-            for k, cell in enumerate(cells)))
-    return '<table>\n{}\n</table>'.format('\n'.join(
-        [row(heads, 'th')] + [row(cells, 'td') for cells in rows]))
-
-
-def _figure(path, caption):
-    image = base64.b64encode(path.read_bytes()).decode('ascii')
-    return '<figure><img alt="{0}" src="data:image/png;base64,{1}"><figcaption>{2}</figcaption>' \
-        '</figure>'.format(path.stem, image, escape(caption))
 
 
 def write_csv(run, path):
@@ -190,7 +163,7 @@ def write_csv(run, path):
                              _nearest(run.ground_truth.time, at, SAME_INSTANT))
     near = _nearest(error_time, at, SAME_INSTANT)
     newest = np.searchsorted(run.commands.time, at, side='right') - 1
-    newest[_chosen(run.commands.time, newest) < at - COMMAND_LIFE] = -1
+    newest[_chosen(run.commands.time, newest) < at - COMMAND_TIMEOUT] = -1
     columns += [
         ('imu_yaw_deg', np.degrees(wrapped(analysis.imu_yaw_at(run, at))), 3),
         ('distance_error_m', _chosen(distance, near), 4),

@@ -2,7 +2,8 @@
 
 Whoever drives publishes commands; whoever stops, for whatever reason, publishes exactly one zero
 and is then silent, so that another node may drive. The zero is also sent, and seen off the
-machine, when the node shuts down (Ctrl+C, SIGTERM, an exception that ended it).
+machine, when the node shuts down (Ctrl+C, SIGTERM, an exception that ended it), and when the clock
+by which the node drives stands still.
 """
 import math
 import threading
@@ -11,6 +12,7 @@ import time
 import rospy
 from geometry_msgs.msg import Twist
 
+from tb3_labs.ros.clock_watch import ClockWatch
 from tb3_labs.ros.conversions import to_twist
 
 #: Longest wait for the last zero to leave the process [s].
@@ -25,6 +27,7 @@ class CmdVel:
         self._driving_since = None     # [s, monotonic]; None while it stands
         self._closed = False
         self._publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
+        self._clock = ClockWatch(self.stop)
         rospy.on_shutdown(self._close)
 
     @property
@@ -39,15 +42,23 @@ class CmdVel:
         return time.monotonic() - since if since is not None else 0.0
 
     def drive(self, linear, angular):
-        """Send one command: forward speed [m/s], rate of turn [rad/s]; 0, 0 is :meth:`stop`."""
+        """Send one command: forward speed [m/s], rate of turn [rad/s]; 0, 0 is :meth:`stop`, and so
+        is everything while the clock stands still."""
         if not (math.isfinite(linear) and math.isfinite(angular)):
             raise ValueError('command ({}, {}) is not finite'.format(linear, angular))
         with self._lock:
-            if linear == angular == 0.0:
+            if linear == angular == 0.0 or not self._clock.runs:
                 self._stop()
             elif not self._closed:
                 self._driving_since = self._driving_since or time.monotonic()
                 self._publisher.publish(to_twist(linear, angular))
+
+    def send(self, command):
+        """What a core answered: a Twist2 to drive by, or None to stop."""
+        if command is None:
+            self.stop()
+        else:
+            self.drive(command.linear, command.angular)
 
     def stop(self):
         """One zero if this node was driving; nothing otherwise. True if a zero was sent."""

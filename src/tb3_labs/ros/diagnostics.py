@@ -36,7 +36,7 @@ class Diagnostics:
 
 
 class SourceReport:
-    """Age and rate of message sources (freshness.Freshness), for `values` of a report."""
+    """Age, rate and bad messages of sources (freshness.Freshness), for `values` of a report."""
 
     def __init__(self, *sources):
         self._sources = sources
@@ -53,4 +53,5 @@ class SourceReport:
             rate = (count - before) / (at - then) if at > then else 0.0
             values[source.name + ' age [s]'] = '{:.3f}'.format(source.age(now))
             values[source.name + ' rate [1/s]'] = '{:.1f}'.format(rate)
+            values[source.name + ' dropped'] = source.dropped
         return values

@@ -1,4 +1,4 @@
-"""What others may see of a drive: pose and path in the local frame, the frame, the robot."""
+"""What others may see of a drive: pose and path in the local frame, the frame, the way to go."""
 import math
 
 import rospy
@@ -7,9 +7,7 @@ from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 
 from tb3_labs.ros.conversions import to_pose_stamped, to_transform
-from tb3_labs.ros.frames import frame
-from tb3_labs.ros.markers import RobotMarker, WayMarker
-from tb3_labs.ros.parameters import read_model
+from tb3_labs.ros.markers import WayMarker
 
 #: A new point of the path after this way [m] or turn [rad];
 PATH_STEP = 0.02
@@ -28,7 +26,6 @@ class LocalDisplay:
         self._pose = rospy.Publisher('local_pose', PoseStamped, queue_size=1)
         self._path = rospy.Publisher('local_path', Path, queue_size=1, latch=True)
         self._tf = tf2_ros.TransformBroadcaster()
-        RobotMarker(frame('base_footprint'), read_model().body_radius)
         self._way = WayMarker(local_frame)
         self._way_sent = -math.inf
         self._points = []

@@ -8,15 +8,13 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Float32, String
 
-from tb3_labs.goal import GoalState
+from tb3_labs.goal import DRIVING
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.frames import frame
 from tb3_labs.ros.markers import GoalMarker
 
 #: Between two lines of progress [s].
 PROGRESS_PERIOD = 1.0
-#: The states in which the robot drives.
-DRIVING = [state.name for state in GoalState if state is not GoalState.GOAL_REACHED]
 
 
 class DriveLog:

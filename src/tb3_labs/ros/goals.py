@@ -26,6 +26,15 @@ class GoalInterfaces:
         # else its status thread may still publish while the topics are closed
         rospy.on_shutdown(self._server.stop)
         self._server.start()
+        self._survive_clock_jumps()
+
+    def _survive_clock_jumps(self):
+        """actionlib's status timer dies, with a traceback, of a clock that jumps back."""
+        server = self._server
+        if server.status_timer is not None:
+            server.status_timer.shutdown()
+            server.status_timer = rospy.Timer(rospy.Duration(1.0 / server.status_frequency),
+                                              server.publish_status_async, reset=True)
 
     def reached(self, goal):
         """`goal` was reached."""

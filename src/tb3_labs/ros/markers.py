@@ -1,7 +1,6 @@
 """What RViz cannot draw by itself.
 
-The goal: an arrow, the tolerance as a disc, the line there, the state in words above the robot.
-The robot: its size, its heading.
+The goal as an arrow, the tolerance as a disc, the line there, the state in words above the robot.
 """
 import threading
 import time
@@ -17,19 +16,23 @@ from tb3_labs.se2 import Pose2
 #: Markers are sent again after this time [s, wall clock].
 PERIOD = 1.0
 
-BLUE = ColorRGBA(r=0.25, g=0.6, b=1.0, a=1.0)
 ORANGE = ColorRGBA(r=1.0, g=0.55, b=0.0, a=1.0)
 PALE_YELLOW = ColorRGBA(r=1.0, g=0.95, b=0.6, a=0.6)
 WHITE = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 
 
 class GoalMarker:
-    """Publishes `goal_marker`, at once when goal or words change."""
+    """Publishes `goal_marker`, at once when goal or words change.
+
+    And again and again: RViz drops markers whose frame it does not know yet.
+    """
 
     def __init__(self, frame, robot_frame):
         self._frame = frame
         self._robot = robot_frame
-        self._markers = _Markers('goal_marker')
+        self._publisher = rospy.Publisher('goal_marker', MarkerArray, queue_size=1, latch=True)
+        self._shown = MarkerArray()
+        threading.Thread(target=self._run, name='goal_marker', daemon=True).start()
 
     def show(self, goal, tolerance, words):
         """Draw the Pose2 `goal` with its tolerance [m], and a line of text above the robot."""
@@ -40,23 +43,19 @@ class GoalMarker:
                        (0.0, 0.0, 0.1))
         disc.pose.position.z, text.pose.position.z = 0.02, 0.3
         text.text = words + 4 * '\n'    # centred: empty lines keep it off the robot
-        self._markers.show(arrow, disc, text)
+        self._shown = MarkerArray(markers=[arrow, disc, text])
+        self._publisher.publish(self._shown)
+
+    def _run(self):
+        while not rospy.is_shutdown():
+            time.sleep(PERIOD)
+            try:
+                self._publisher.publish(self._shown)
+            except rospy.ROSException:  # closed: the node is on its way out
+                return
 
     def _marker(self, number, goal, *looks):
         return _marker('goal', number, self._frame, goal, *looks)
-
-
-class RobotMarker:
-    """Publishes `robot_marker`, which rides on the robot's own frame."""
-
-    def __init__(self, frame, radius):
-        """`radius` [m] of the body."""
-        body = _marker('robot', 0, frame, Pose2(), Marker.CYLINDER, BLUE,
-                       (2.0 * radius, 2.0 * radius, 0.005))
-        nose = _marker('robot', 1, frame, Pose2(), Marker.ARROW, WHITE, (1.2 * radius, 0.03, 0.03))
-        # On the floor, so that nothing is hidden from above; the nose over all.
-        body.pose.position.z, nose.pose.position.z = -0.01, 0.1
-        _Markers('robot_marker').show(body, nose)
 
 
 class WayMarker:
@@ -72,27 +71,6 @@ class WayMarker:
         if goal is not None:
             self._line.points = [Point(place.x, place.y, 0.005) for place in (pose, goal)]
         self._publisher.publish(self._line)
-
-
-class _Markers:
-    """Sends its markers again and again: RViz drops those whose frame it does not know yet."""
-
-    def __init__(self, topic):
-        self._publisher = rospy.Publisher(topic, MarkerArray, queue_size=1, latch=True)
-        self._shown = MarkerArray()
-        threading.Thread(target=self._run, name=topic, daemon=True).start()
-
-    def show(self, *markers):
-        self._shown = MarkerArray(markers=markers)
-        self._publisher.publish(self._shown)
-
-    def _run(self):
-        while not rospy.is_shutdown():
-            time.sleep(PERIOD)
-            try:
-                self._publisher.publish(self._shown)
-            except rospy.ROSException:  # closed: the node is on its way out
-                return
 
 
 def _marker(namespace, number, frame, pose, kind, color, scale):

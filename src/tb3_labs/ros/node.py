@@ -13,6 +13,8 @@ import traceback
 
 import rospy
 
+from tb3_labs.ros.clock_watch import say_if_no_clock_comes
+
 _failures = []
 _signalled = threading.Event()
 
@@ -38,6 +40,7 @@ def run(name, make_node):
     node = None
     try:
         rospy.init_node(name, disable_signals=True)
+        say_if_no_clock_comes()
         # after all of on_shutdown's hooks, by which the last zero velocity is out
         rospy.core.add_preshutdown_hook(lambda reason: os.write(wake, b'.'))
         node = make_node()
@@ -87,23 +90,23 @@ def end(failure=''):
     rospy.signal_shutdown(failure or 'done')
 
 
-def subscribe(topic, kind, callback, read=None):
-    """A guarded subscriber of the newest message.
+def subscribe(topic, kind, callback, read=None, source=None, queue_size=1):
+    """A guarded subscriber of the newest message, or of the newest `queue_size` that came at once.
 
     `read` turns the message into what `callback` wants; where it raises ``ValueError`` the message
-    is dropped with one warning a second. A large receive buffer goes with queue_size=1: when the
-    node is late, what is stale is dropped.
+    is dropped with one warning a second, and counted by `source`, the freshness.Freshness of this
+    topic. A large receive buffer goes with queue_size=1: when the node is late, what is stale is
+    dropped.
     """
     def handle(message):
-        if read is None:
-            callback(message)
-            return
         try:
-            value = read(message)
+            value = message if read is None else read(message)
         except ValueError as problem:
             rospy.logwarn_throttle(1.0, 'bad message on {} dropped: {}'.format(topic, problem))
+            if source is not None:
+                source.dropped += 1
             return
         callback(value)
 
-    return rospy.Subscriber(topic, kind, guarded(handle), queue_size=1, buff_size=65536,
-                            tcp_nodelay=True)
+    return rospy.Subscriber(topic, kind, guarded(handle), queue_size=queue_size,
+                            buff_size=65536, tcp_nodelay=True)

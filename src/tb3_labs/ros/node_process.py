@@ -1,4 +1,4 @@
-"""A node as a process of its own, and all that it prints: for whoever judges nodes."""
+"""A node, or another program, as a process of its own, and all that it prints; for tests."""
 import os
 import pty
 import signal
@@ -6,22 +6,28 @@ import subprocess
 import threading
 import time
 
+from tb3_labs.bounded_text import BoundedText
 
-class NodeProcess:
-    """``rosrun package executable arguments...`` in a process group of its own.
+#: Its output is read no faster than this, so that a flood of it leaves the machine to others
+#: [characters/s].
+FASTEST_READING = 1e6
+
+
+class Program:
+    """``command`` (a list of words) in a process group of its own.
 
     With `terminal` it gets a pseudo-terminal to read from and print to, as if a person had started
     it; else it reads what is given as `typed` and then finds the end of its input. What it prints,
-    errors too, is one text.
+    errors too, is one text, of which head and tail are kept.
     """
 
-    def __init__(self, package, executable, *arguments, terminal=False, typed='', environment=None):
+    def __init__(self, command, terminal=False, typed='', environment=None):
         self._changed = threading.Condition()
-        self._text = ''
+        self._text = BoundedText()
         output, theirs = pty.openpty() if terminal else os.pipe()
         self._keyboard = output if terminal else None
         self._process = subprocess.Popen(
-            ['rosrun', package, executable] + list(arguments),
+            command,
             stdin=theirs if terminal else subprocess.PIPE, stdout=theirs, stderr=theirs,
             # else what is printed to a pipe is seen at the end only
             env=dict(os.environ, PYTHONUNBUFFERED='1', **(environment or {})),
@@ -40,21 +46,33 @@ class NodeProcess:
             except OSError:    # a pseudo-terminal whose other side has gone
                 chunk = b''
             with self._changed:
-                self._text += chunk.decode(errors='replace').replace('\r\n', '\n')
+                self._text.append(chunk.decode(errors='replace').replace('\r\n', '\n'))
                 self._changed.notify_all()
             if not chunk:
                 return
+            time.sleep(len(chunk) / FASTEST_READING)
 
     @property
     def text(self):
-        """All that it printed so far."""
+        """What it printed so far."""
         with self._changed:
-            return self._text
+            return str(self._text)
 
     @property
     def lines(self):
-        """All that it printed so far, line by line."""
+        """What it printed so far, line by line."""
         return self.text.splitlines()
+
+    @property
+    def printed(self):
+        """How much it printed so far: (characters, lines)."""
+        with self._changed:
+            return self._text.length, self._text.lines
+
+    def text_since(self, characters):
+        """What it printed after so many characters, as far as it is kept."""
+        with self._changed:
+            return self._text.since(characters)
 
     @property
     def status(self):
@@ -69,7 +87,7 @@ class NodeProcess:
         """Wait until `words` were printed so many times; RuntimeError with the output if not."""
         deadline = time.monotonic() + seconds
         with self._changed:
-            while self._text.count(words) < times:
+            while str(self._text).count(words) < times:
                 left = deadline - time.monotonic()
                 if left <= 0.0:
                     raise RuntimeError('waited {:.0f} s in vain for {!r}; printed: {}'.format(
@@ -102,3 +120,12 @@ class NodeProcess:
         """Whatever it does, it ends."""
         self.send(signal.SIGKILL)
         self._process.wait()
+
+
+class NodeProcess(Program):
+    """``rosrun package executable arguments...``, with the same options; `prefix` is a command that
+    starts it."""
+
+    def __init__(self, package, executable, *arguments, prefix=(), **options):
+        super().__init__(list(prefix) + ['rosrun', package, executable] + list(arguments),
+                         **options)

@@ -4,8 +4,10 @@ import time
 from collections import deque
 
 import rospy
+from geometry_msgs.msg import PoseStamped, Twist
 
 from tb3_labs.angles import difference
+from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.node import subscribe
 
 
@@ -36,7 +38,12 @@ class Observer:
             with self._changed:
                 self._seen[topic].append((rospy.get_time(), value))
                 self._changed.notify_all()
-        subscribe(topic, kind, keep, read)
+        subscribe(topic, kind, keep, read, queue_size=KEPT)    # one of two at once is missed else
+
+    def watch_robot(self):
+        """Keep `cmd_vel` as (linear [m/s], angular [rad/s]), and `ground_truth` as Pose2."""
+        self.watch('cmd_vel', Twist, lambda message: (message.linear.x, message.angular.z))
+        self.watch('ground_truth', PoseStamped, lambda message: to_pose2(message.pose))
 
     def all(self, topic, since=float('-inf')):
         """[(time, value)] that arrived at or after `since`."""

@@ -41,6 +41,10 @@ def read_config(*kinds, of=None):
 
 def read_model():
     """The robot's numbers, by ``~model`` or TURTLEBOT3_MODEL in the environment."""
-    given = rospy.get_param('~model', NOT_GIVEN)
+    return model_called(rospy.get_param('~model', NOT_GIVEN))
+
+
+def model_called(name):
+    """The robot's numbers, by what a launch file passes on as its model."""
     return robot_model(os.environ.get('TURTLEBOT3_MODEL') or DEFAULT_MODEL
-                       if given == NOT_GIVEN else given)
+                       if name == NOT_GIVEN else name)

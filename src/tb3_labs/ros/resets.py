@@ -4,6 +4,7 @@ import math
 import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 
+from tb3_labs.angles import wrap
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.node import guarded, subscribe
 from tb3_labs.se2 import Pose2
@@ -28,15 +29,14 @@ class ResetInterfaces:
         subscribe('initialpose', PoseWithCovarianceStamped, self._on_initialpose)
 
     def _on_reset_pose(self, request):
-        declared = Pose2(request.x, request.y, math.radians(request.yaw_deg))
         response = ResetPoseResponse()
         try:
-            if not declared.is_finite():
+            if not Pose2(request.x, request.y, request.yaw_deg).is_finite():
                 raise ValueError('x, y and yaw_deg must be finite numbers, not {}, {}, {}'.format(
                     request.x, request.y, request.yaw_deg))
-            reset = self._reset(declared)
+            reset = self._reset(Pose2(request.x, request.y, wrap(math.radians(request.yaw_deg))))
         except ValueError as problem:
-            rospy.logwarn('Reset refused: %s', problem)
+            rospy.logwarn('Reset refused, the old frame stays: %s', problem)
             response.message = str(problem)
             return response
         response.success = True
@@ -50,7 +50,7 @@ class ResetInterfaces:
         try:
             self._declare(request.pose)
         except ValueError as problem:
-            rospy.logwarn('Reset refused: %s', problem)
+            rospy.logwarn('Reset refused, the old frame stays: %s', problem)
             raise rospy.ServiceException(str(problem)) from None
         return SetInitialPoseResponse()
 
@@ -58,7 +58,7 @@ class ResetInterfaces:
         try:
             self._declare(message)
         except ValueError as problem:
-            rospy.logwarn('Reset refused: %s', problem)
+            rospy.logwarn('Reset refused, the old frame stays: %s', problem)
 
     def _declare(self, stamped):
         self._reset(self._to_local(stamped.header, stamped.pose.pose))

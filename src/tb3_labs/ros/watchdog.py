@@ -7,7 +7,7 @@ import rospy
 from tb3_labs.ros.node import guarded
 
 #: Between two looks [s, wall clock].
-PERIOD = 0.05
+PERIOD = 0.02
 
 
 class Watchdog:
@@ -21,13 +21,12 @@ class Watchdog:
         self._awake = threading.Event()
         threading.Thread(target=self._run, name='watchdog', daemon=True).start()
 
-    def wake(self):
-        """The robot is being driven: look after it."""
-        self._awake.set()
-
-    def sleep(self):
-        """The robot stands: nothing to look after."""
-        self._awake.clear()
+    def keep(self, awake):
+        """True while there is a robot to look after, because it is being driven."""
+        if awake:
+            self._awake.set()
+        else:
+            self._awake.clear()
 
     def _run(self):
         while not rospy.is_shutdown():

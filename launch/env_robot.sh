@@ -1,0 +1,40 @@
+#!/usr/bin/env bash
+# Runs a command in the robot's ROS environment: the env loader of robot.launch, which calls it over SSH. (The robot's
+# .bashrc does not help there: it returns early in a shell that nobody types into.) Copy it to the robot's home folder,
+# set the two values below, and try it from the laptop:
+#     scp -p env_robot.sh pi@robot3:
+#     ssh pi@robot3 ./env_robot.sh rosversion -d
+# The robot's whole bringup, lidar too, to a master that runs on the laptop:
+#     ssh -t pi@robot3 ./env_robot.sh roslaunch turtlebot3_bringup turtlebot3_robot.launch
+setup=~/catkin_ws/devel/setup.bash    # of the workspace with turtlebot3_bringup; or /opt/ros/noetic/setup.bash
+model=burger                          # burger, waffle or waffle_pi
+
+fail() { echo "$HOSTNAME: $0: $*" >&2; exit 1; }
+
+[ $# -gt 0 ] || fail 'a command is missing: env_robot.sh COMMAND [ARGUMENTS]'
+[ -r "$setup" ] || fail "$setup is missing: set the right setup= in this file"
+case $model in burger | waffle | waffle_pi) ;; *) fail "model=$model is not valid: burger, waffle or waffle_pi" ;; esac
+
+source "$setup" || fail "$setup failed"
+command -v roslaunch >/dev/null || fail "$setup does not lead to roslaunch: set the right setup= in this file"
+
+# roslaunch hands over the laptop's master. By hand, it is taken to run where the login comes from.
+laptop=${SSH_CONNECTION%% *}
+export TURTLEBOT3_MODEL=$model ROS_MASTER_URI=${ROS_MASTER_URI:-http://${laptop:-localhost}:11311}
+
+# The robot's address, as seen on the way to the master (connecting a datagram socket sends nothing).
+ROS_IP=$(python3 - "$ROS_MASTER_URI" 2>/dev/null <<'PYTHON'
+import socket, sys, urllib.parse
+uri = urllib.parse.urlparse(sys.argv[1])
+probe = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+probe.connect((uri.hostname, uri.port or 11311))
+print(probe.getsockname()[0])
+PYTHON
+) || fail "no way from here to ROS_MASTER_URI=$ROS_MASTER_URI: on the laptop set ROS_IP to its address in the robot's network"
+export ROS_IP
+unset ROS_HOSTNAME
+case $ROS_IP:$laptop in
+  127.*:127.* | 127.*:::1 | 127.*:) ;;
+  127.*) fail "ROS_MASTER_URI=$ROS_MASTER_URI is this robot itself: on the laptop set ROS_IP to its address in the robot's network" ;;
+esac
+exec "$@"

@@ -1,0 +1,1 @@
+"""Marks a node by what was observed of it, without ROS."""

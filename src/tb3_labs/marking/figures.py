@@ -1,0 +1,83 @@
+"""What a robot did while a node was tried out, as figures.
+
+Units on the axes: metres, degrees, seconds since the observation began, m/s, rad/s.
+"""
+import io
+
+import numpy as np
+from matplotlib.ticker import MultipleLocator
+
+from tb3_labs.report.figures import BLUE, GREEN, GREY, ORANGE, curve, legend_below, new_figure, save
+from tb3_labs.se2 import Pose2
+
+#: Between two labels of what was done, of the figure's width.
+LABEL_WIDTH = 0.022
+
+
+def png(figure):
+    """A figure as bytes of PNG."""
+    data = io.BytesIO()
+    save(figure, data)
+    return data.getvalue()
+
+
+def over_time(observation):
+    """True heading and the node's commands, what was done to it as shaded stretches."""
+    figure = new_figure(5.4)
+    heading, angular, linear = plots = figure.subplots(3, 1, sharex=True)
+    truth = np.array(observation.truth, dtype=float).reshape(-1, 4)
+    commands = np.array(observation.commands, dtype=float).reshape(-1, 3)
+    if len(truth):
+        curve(heading, truth[:, 0], np.degrees(truth[:, 3]), color=BLUE)
+    for axes, column in ((angular, 2), (linear, 1)):
+        if len(commands):
+            axes.plot(commands[:, 0], commands[:, column], '.', markersize=2.0, color=ORANGE)
+        axes.margins(y=0.1)
+    for axes, label in zip(plots, ('heading [deg]', 'commanded\n[rad/s]', 'commanded\n[m/s]')):
+        axes.set_ylabel(label)
+        axes.grid(True, linewidth=0.3)
+        for stimulus in observation.stimuli:
+            axes.axvspan(stimulus.begin, stimulus.end, color='#e6e6e6', linewidth=0.0, zorder=0)
+        for run in observation.runs:
+            axes.axvline(run.begin, color=GREY, linewidth=0.8, linestyle=':')
+    end = max([1.0] + [row[0] for row in observation.truth[-1:]])
+    place = -1.0
+    for stimulus in observation.stimuli:
+        place = max(stimulus.begin / end, place + LABEL_WIDTH)
+        heading.annotate(stimulus.name, (stimulus.begin / end, 1.0), (place, 1.08), rotation=60,
+                         fontsize=7, xycoords='axes fraction', ha='left', va='bottom',
+                         arrowprops=dict(arrowstyle='-', linewidth=0.4, color=GREY))
+    heading.yaxis.set_major_locator(MultipleLocator(90.0))
+    linear.set_xlim(0.0, end)
+    linear.set_xlabel('time [s]; dotted: the node was started')
+    return figure
+
+
+def path(observation):
+    """The robot's true way in each local frame that was asked for; None without one."""
+    drives = [stimulus for stimulus in observation.stimuli if 'goal' in stimulus.facts]
+    if not drives:
+        return None
+    figure = new_figure(3.6)
+    axes = figure.subplots(1, 1)
+    truth = np.array(observation.truth, dtype=float).reshape(-1, 4)
+    for drive, (colour, style) in zip(drives, ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'),
+                                               ('#7a3a8a', ':'))):
+        local_T_world = Pose2(*drive.facts['local_T_world'])
+        rows = truth[(truth[:, 0] >= drive.begin) & (truth[:, 0] <= drive.end)]
+        if len(rows):
+            way = local_T_world.act(rows[:, 1:3])
+            axes.plot(way[:, 0], way[:, 1], color=colour, linestyle=style, label=drive.name)
+            facing = local_T_world.yaw + rows[-1, 3]
+            axes.annotate('', way[-1] + 0.12 * np.array([np.cos(facing), np.sin(facing)]), way[-1],
+                          arrowprops=dict(arrowstyle='-|>', color=colour))
+        axes.plot(*drive.facts['goal'][:2], '*', markerfacecolor='none', markeredgecolor='black',
+                  markersize=13)
+    axes.plot(0.0, 0.0, 'o', color='black', markersize=5)
+    axes.set_aspect('equal', adjustable='datalim')
+    axes.margins(0.15)
+    axes.set_xlabel('x in local [m]')
+    axes.set_ylabel('y in local [m]')
+    axes.grid(True, linewidth=0.3)
+    legend_below(figure, axes)
+    return figure

@@ -1,0 +1,43 @@
+"""Pieces of a page that needs no other file: its style, tables, pictures."""
+import base64
+from html import escape
+
+STYLE = '''@page { size: A4; margin: 11mm 14mm; }
+body { font: 10pt/1.3 sans-serif; max-width: 182mm; margin: 1em auto; color: #111; }
+h1 { font-size: 15pt; margin: 0; } h2 { font-size: 11pt; margin: 0.7em 0 0.2em; }
+p { margin: 0.3em 0; }
+table { border-collapse: collapse; width: 100%; font-size: 8.5pt; }
+th, td { border-bottom: 1px solid #999; padding: 1px 5px; text-align: right; }
+th { border-bottom: 2px solid #333; vertical-align: bottom; }
+th:first-child, td:first-child, td.words { text-align: left; }
+figure { margin: 0.4em 0; text-align: center; break-inside: avoid; }
+figure img { max-width: 100%; max-height: 84mm; } figcaption { font-size: 8.5pt; }
+section { break-inside: avoid; } .next { break-before: page; }
+@media print { body { margin: 0; } }'''
+
+
+class Markup(str):
+    """Text that is HTML already."""
+
+
+def table(heads, rows, words=()):
+    """A table of plain texts; the first column and those headed by one of `words` are aligned
+    left, as words are; what is Markup stays as it is."""
+    def row(cells, tag):
+        return '<tr>{}</tr>'.format(''.join('<{0}{2}>{1}</{0}>'.format(
+            tag, cell if isinstance(cell, Markup) else escape(cell),
+            ' class="words"' if heads[k] in words else '') for k, cell in enumerate(cells)))
+    return '<table>\n{}\n</table>'.format('\n'.join(
+        [row(heads, 'th')] + [row(cells, 'td') for cells in rows]))
+
+
+def image(path, caption):
+    """The picture in a PNG file (a pathlib.Path)."""
+    return picture(path.read_bytes(), path.stem, caption)
+
+
+def picture(png, name, caption):
+    """The picture in these bytes of PNG."""
+    data = base64.b64encode(png).decode('ascii')
+    return '<figure><img alt="{0}" src="data:image/png;base64,{1}"><figcaption>{2}</figcaption>' \
+        '</figure>'.format(escape(name), data, escape(caption))

@@ -1,0 +1,134 @@
+"""From serialized messages to RunData's samples, one collector for each topic.
+
+The fields that count are unpacked from the bytes: an hour's recording holds a million messages, and
+making objects of all would take minutes.
+"""
+import struct
+from array import array
+
+import numpy as np
+
+from tb3_labs.report.run_data import (
+    Commands, ImuSamples, OdometrySamples, Poses, States, times_on_recorders_clock, yaws_of)
+
+HEADER = struct.Struct('<4xIII')                # seq, secs, nsecs, length of frame_id
+LENGTH = struct.Struct('<I')
+ORIENTATION_RATE = struct.Struct('<4d88xd')     # x, y, z, w; covariance; angular_velocity.z
+POSE_SPEED = struct.Struct('<2d8x4d288xd')      # x, y; x, y, z, w; covariance; linear.x
+PLACE_ORIENTATION = struct.Struct('<2d8x4d')    # x, y; x, y, z, w
+SPEEDS = struct.Struct('<d32xd')                # linear.x, angular.z
+FRAME_STEP = 1e-6
+
+
+def make_collectors(parts, local_frame):
+    """{RunData's field: collector} for the fields `parts`; `local_frame` is the robot's in tf."""
+    special = {'imu': _ImuCollector, 'odometry': _OdometryCollector,
+               'commands': _CommandCollector, 'states': _StateCollector,
+               'frames': lambda: _FrameCollector(local_frame)}
+    return {part: special.get(part, _PoseCollector)() for part in parts}
+
+
+class _Collector:
+    """Gathers one topic's numbers, row after row."""
+
+    kind, layout, stamped, strings = None, None, True, 1   # strings before the numbers
+
+    def __init__(self):
+        self.arrival, self.stamp, self.rows, self.bad = array('d'), array('d'), array('d'), 0
+
+    def add(self, data, arrival, start):
+        """Take a serialized message in; times in seconds since `start`."""
+        try:
+            stamp, offset = arrival, 0
+            if self.stamped:
+                secs, nsecs, length = HEADER.unpack_from(data)
+                stamp, offset = (secs - start) + 1e-9 * nsecs, 16 + length
+                for _ in range(self.strings - 1):
+                    offset += 4 + LENGTH.unpack_from(data, offset)[0]
+            row = self.layout.unpack_from(data, offset)
+        except struct.error:
+            self.bad += 1
+            return
+        self.rows.extend(row)
+        self.arrival.append(arrival)
+        self.stamp.append(stamp)
+
+    def samples(self, robot_lag):
+        """What was gathered, the bad left out."""
+        arrival, stamp = np.array(self.arrival), np.array(self.stamp)
+        width = len(self.layout.unpack(bytes(self.layout.size)))
+        columns = self.columns(*np.array(self.rows).reshape(-1, width).T)
+        good = np.logical_and.reduce([np.isfinite(column) for column in columns])
+        self.bad += int(np.count_nonzero(~good))
+        arrival, stamp = arrival[good], stamp[good]
+        return self.kind(arrival, times_on_recorders_clock(arrival, stamp, robot_lag),
+                         *(column[good] for column in columns))
+
+
+class _ImuCollector(_Collector):
+    kind, layout = ImuSamples, ORIENTATION_RATE
+
+    @staticmethod
+    def columns(x, y, z, w, rate):
+        return yaws_of(w, x, y, z), rate
+
+
+class _PoseCollector(_Collector):
+    kind, layout = Poses, PLACE_ORIENTATION
+
+    @staticmethod
+    def columns(x, y, qx, qy, qz, qw, *more):
+        return (x, y, yaws_of(qw, qx, qy, qz)) + more
+
+
+class _OdometryCollector(_PoseCollector):
+    kind, layout, strings = OdometrySamples, POSE_SPEED, 2
+
+
+class _CommandCollector(_Collector):
+    kind, layout, stamped = Commands, SPEEDS, False
+
+    @staticmethod
+    def columns(linear, angular):
+        return linear, angular
+
+
+class _StateCollector(_Collector):
+    def __init__(self):
+        super().__init__()
+        self.words = []
+
+    def add(self, data, arrival, start):
+        self.words.append(data[4:].decode('utf-8', 'replace'))
+        self.arrival.append(arrival)
+
+    def samples(self, robot_lag):
+        arrival = np.array(self.arrival)
+        return States(arrival, arrival, np.array(self.words, dtype=object))
+
+
+class _FrameCollector(_PoseCollector):
+    """Of all transforms, where ``local`` stands in ``odom``, and of those only the changes."""
+
+    def __init__(self, child):
+        super().__init__()
+        self._child, self._last = child.encode(), None
+
+    def add(self, data, arrival, start):
+        offset = 4
+        for _ in range(LENGTH.unpack_from(data)[0]):
+            begin = offset
+            length = LENGTH.unpack_from(data, begin + 12)[0]
+            name = begin + 16 + length
+            length = LENGTH.unpack_from(data, name)[0]
+            numbers = name + 4 + length
+            if data[name + 4:numbers].lstrip(b'/') == self._child:
+                row = PLACE_ORIENTATION.unpack_from(data, numbers)
+                if self._last is None or max(
+                        abs(one - other) for one, other in zip(row, self._last)) > FRAME_STEP:
+                    secs, nsecs, _ = HEADER.unpack_from(data, begin)
+                    self._last = row
+                    self.rows.extend(row)
+                    self.arrival.append(arrival)
+                    self.stamp.append((secs - start) + 1e-9 * nsecs)
+            offset = numbers + 56

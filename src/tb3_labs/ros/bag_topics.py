@@ -1,0 +1,61 @@
+"""Which topics of a recording are which: one robot's, whatever they are called."""
+
+IMU, ODOMETRY = 'sensor_msgs/Imu', 'nav_msgs/Odometry'
+POSE, TWIST = 'geometry_msgs/PoseStamped', 'geometry_msgs/Twist'
+STRING, TF = 'std_msgs/String', 'tf2_msgs/TFMessage'
+#: RunData's field: (name of the topic, type), besides the IMU and the odometry.
+OPTIONAL = {
+    'commands': ('cmd_vel', TWIST), 'local_pose': ('local_pose', POSE),
+    'ground_truth': ('ground_truth', POSE), 'goals': ('current_goal', POSE),
+    'states': ('goal_state', STRING)}
+
+
+class BagProblem(Exception):
+    """Why no report can be made of a bag, and what to do: one line."""
+
+
+def choose_topics(types, namespace):
+    """{RunData's field: topic} of one robot, that in `namespace` where there are several.
+
+    `types` is {topic: (type, number of messages)}. Raises BagProblem.
+    """
+    prefix = None if namespace is None else '/{}/'.format(namespace.strip('/')).replace('//', '/')
+    topics = {'imu': _by_type(types, IMU, 'imu', prefix),
+              'odometry': _by_type(types, ODOMETRY, 'odom', prefix)}
+    prefix = prefix or parent(topics['odometry'])
+    for part, (name, kind) in OPTIONAL.items():
+        topic = next((topic for topic, (of, _) in types.items()
+                      if of == kind and _absolute(topic) == prefix + name), None)
+        if topic:
+            topics[part] = topic
+    if types.get('/tf', ('',))[0] == TF:
+        topics['frames'] = '/tf'
+    return topics
+
+
+def _by_type(types, kind, ending, prefix):
+    """The topic of a type: in `prefix`, by preference called `ending`, else the busiest."""
+    names = [topic for topic, (of, _) in types.items() if of == kind
+             and (prefix is None or _absolute(topic).startswith(prefix))]
+    if not names:
+        raise BagProblem('no {} was recorded{}; the bag has: {}'.format(
+            kind, ' in ' + prefix if prefix else '',
+            ', '.join(sorted(types)) or 'no messages at all'))
+    named = [topic for topic in names if topic.rsplit('/', 1)[-1] == ending]
+    exact = [topic for topic in named if prefix and _absolute(topic) == prefix + ending]
+    if exact:
+        return exact[0]
+    if len({parent(topic) for topic in named}) > 1:
+        raise BagProblem('several robots were recorded ({}): choose one, such as --ns {}'.format(
+            ', '.join(sorted(named)), parent(sorted(named)[-1]).strip('/') or '/'))
+    return max(named or names, key=lambda topic: types[topic][1])
+
+
+def _absolute(topic):
+    """`rosbag record` writes relative names down as they were given."""
+    return '/' + topic.lstrip('/')
+
+
+def parent(topic):
+    """Where a topic is: `/robot3/` of `/robot3/odom`."""
+    return _absolute(topic).rpartition('/')[0] + '/'

@@ -1,0 +1,43 @@
+"""What a running node costs: computing, memory, threads. For benchmarks and tests, on Linux."""
+import os
+import xmlrpc.client
+
+import rosgraph
+import rospy
+
+_TICKS = os.sysconf('SC_CLK_TCK')
+_PAGE = os.sysconf('SC_PAGE_SIZE')
+
+
+def process_of(node):
+    """Process id of a running node, by its name."""
+    uri = rosgraph.Master(rospy.get_name()).lookupNode(rospy.resolve_name(node))
+    return xmlrpc.client.ServerProxy(uri).getPid(rospy.get_name())[2]
+
+
+def cpu_time(pid):
+    """Seconds of computing of a process and its threads so far."""
+    fields = _stat(pid)
+    return (int(fields[11]) + int(fields[12])) / _TICKS
+
+
+def parent(pid):
+    """Process id of a process's parent."""
+    return int(_stat(pid)[1])
+
+
+def threads(pid):
+    """Number of threads of a process."""
+    return int(_stat(pid)[17])
+
+
+def memory(pid):
+    """Resident memory of a process [MB]."""
+    with open('/proc/{}/statm'.format(pid)) as statm:
+        return int(statm.read().split()[1]) * _PAGE / 1048576.0
+
+
+def _stat(pid):
+    """The fields of /proc/PID/stat after the command's name, which may hold anything."""
+    with open('/proc/{}/stat'.format(pid)) as stat:
+        return stat.read().rpartition(')')[2].split()

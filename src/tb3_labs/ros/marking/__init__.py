@@ -1,0 +1,1 @@
+"""Tries a student's node out on the embedded robot."""

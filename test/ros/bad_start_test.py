@@ -1,0 +1,65 @@
+#!/usr/bin/env python3
+"""Bad parameters and missing files: one line that says what is valid, and nothing moves."""
+import subprocess
+import unittest
+
+import rospy
+import rostest
+
+from tb3_labs.ros.node_process import NodeProcess
+from tb3_labs.ros.observer import Observer
+
+
+class BadStartTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        cls.seen = Observer()
+        cls.seen.watch_robot()
+
+    def test_a_bad_parameter_is_one_fatal_line_and_nothing_moves(self):
+        cases = [(node, '_' + parameter, words) for node, parameter, *words in (
+            ('move2goal_tf.py', 'goal_x:=far', 'goal_x', 'a number from -100 to 100 m'),
+            ('move2goal_tf.py', 'goal_yaw_deg:=.nan', 'goal_yaw_deg', 'a number'),
+            ('move2goal_tf.py', 'distance_tolerance:=-1', 'distance_tolerance', 'from 0.002 to 1'),
+            ('move2goal_tf.py', 'has_control:=maybe', 'has_control', 'true or false'),
+            ('move2goal_tf.py', 'law:=fast', 'law', 'precise, lab'),
+            ('move2goal_tf.py', 'model:=vacuum', 'vacuum', 'burger, waffle, waffle_pi'),
+            ('turtlebot_controller.py', 'max_ang_z:=.inf', 'max_ang_z', 'a number from 0.1 to 5'),
+            ('turtlebot_controller.py', 'min_ang_z:=2.0', 'min_ang_z', 'up to max_ang_z'),
+            ('gamepad.py', 'linear_axis:=1.5', 'linear_axis', 'a whole number from 0 to 31'),
+            ('gamepad.py', 'dead_zone:=-0.1', 'dead_zone', 'from 0 to 0.9'),
+            ('fake_turtlebot3.py', 'imu_rate:=0', 'imu_rate', 'from 1 to 1000'),
+            ('imu_sub.py', 'max_rate:=fast', 'max_rate', 'a number'))]
+        self.seen.forget('cmd_vel')
+        nodes = [NodeProcess('tb3_labs', executable, '__name:=bad%d' % number, parameter)
+                 for number, (executable, parameter, _) in enumerate(cases)]
+        for node, (_, parameter, words) in zip(nodes, cases):
+            self.addCleanup(node.kill)
+            self.assertEqual(node.wait(40.0), 1, parameter)
+            lines = [line for line in node.lines if line.strip()]
+            self.assertEqual(len(lines), 1, lines)
+            for word in ['FATAL'] + words:
+                self.assertIn(word, lines[0])
+        self.assertEqual(self.seen.all('cmd_vel'), [])
+
+    def test_a_file_that_is_missing_starts_nothing(self):
+        launch = subprocess.run(['roslaunch', 'tb3_labs', 'gamepad.launch', 'pad:=none'],
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                universal_newlines=True, timeout=30.0)
+        self.assertNotEqual(launch.returncode, 0)
+        self.assertIn('pad_none.yaml', launch.stdout)
+        self.assertNotIn('started with pid', launch.stdout)
+
+    def test_a_misspelt_parameter_is_warned_of(self):
+        node = NodeProcess('tb3_labs', 'move2goal_tf.py', '_gaol_x:=1.0')
+        self.addCleanup(node.kill)
+        node.wait_for('goal_yaw_deg', 10.0)     # comes after goal_x in the list of what is known
+        line, = [line for line in node.lines if 'gaol_x' in line]
+        self.assertIn('goal_x', line)
+        self.assertEqual(node.end(), 0)
+
+
+if __name__ == '__main__':
+    rospy.init_node('bad_start_test')
+    rostest.rosrun('tb3_labs', 'bad_start', BadStartTest)

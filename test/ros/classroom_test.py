@@ -1,0 +1,93 @@
+#!/usr/bin/env python3
+"""Robots of a class drive and are reset each by itself, and share no frame."""
+import math
+import unittest
+
+import rospy
+import rostest
+from geometry_msgs.msg import PoseStamped
+from sensor_msgs.msg import Joy
+from std_msgs.msg import Bool, String
+from tf2_msgs.msg import TFMessage
+
+from tb3_labs.angles import difference
+from tb3_labs.ros.conversions import to_pose2, to_pose_stamped
+from tb3_labs.ros.observer import Observer
+from tb3_labs.se2 import Pose2
+from tb3_labs.srv import ResetPose
+
+ROBOTS = ('robot1', 'robot2', 'robot3')
+DECLARED = {'robot1': Pose2(0.5, -0.5, 1.0), 'robot2': Pose2(), 'robot3': Pose2(-1.0, 0.0, -2.0)}
+GOALS = {'robot1': Pose2(0.9, -0.2, 0.0), 'robot3': Pose2(-0.6, 0.3, 2.0)}
+
+
+class ClassroomTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        cls.seen = Observer()
+        cls.control, cls.goals, cls.reset, cls.joy = {}, {}, {}, {}
+        for robot in ROBOTS:
+            cls.seen.watch(robot + '/ground_truth', PoseStamped,
+                           lambda message: to_pose2(message.pose))
+            cls.seen.watch(robot + '/goal_state', String, lambda message: message.data)
+            cls.seen.watch(robot + '/ctrl_relinq', Bool, lambda message: message.data)
+            cls.control[robot] = rospy.Publisher(robot + '/ctrl_relinq', Bool, queue_size=1)
+            cls.goals[robot] = rospy.Publisher(robot + '/move_base_simple/goal', PoseStamped,
+                                               queue_size=1)
+            cls.joy[robot] = rospy.Publisher(robot + '/joy', Joy, queue_size=1)
+            rospy.wait_for_service(robot + '/reset_pose', 30.0)
+            cls.reset[robot] = rospy.ServiceProxy(robot + '/reset_pose', ResetPose)
+        cls.seen.watch('/tf', TFMessage, lambda message: [
+            (transform.header.frame_id, transform.child_frame_id)
+            for transform in message.transforms])
+        cls.seen.wait_until(lambda: all(publisher.get_num_connections() for kind in (
+            cls.control, cls.goals, cls.joy) for publisher in kind.values()), 30.0, 'connections')
+
+    def truth(self, robot):
+        return self.seen.latest(robot + '/ground_truth')
+
+    def test_each_for_itself(self):
+        starts = {}
+        for robot in ROBOTS:
+            self.seen.wait_for_rest(robot + '/ground_truth')
+            starts[robot] = self.truth(robot)
+            declared = DECLARED[robot]
+            answer = self.reset[robot](declared.x, declared.y, math.degrees(declared.yaw))
+            self.assertTrue(answer.success, answer.message)
+        for robot, goal in GOALS.items():
+            self.seen.forget(robot + '/goal_state')
+            self.goals[robot].publish(to_pose_stamped(goal, '', 0.0))
+            self.control[robot].publish(True)
+        for robot, goal in GOALS.items():
+            self.seen.wait_for(robot + '/goal_state', lambda state: state == 'GOAL_REACHED', 30.0)
+            self.seen.wait_for_rest(robot + '/ground_truth')
+            place = DECLARED[robot] @ starts[robot].inverse() @ self.truth(robot)
+            self.assertLess(place.distance_to(goal), 0.01, robot)
+            self.assertLess(abs(math.degrees(difference(place.yaw, goal.yaw))), 0.5, robot)
+        # the one that was given nothing stood
+        self.assertLess(self.truth('robot2').distance_to(starts['robot2']), 1e-6)
+
+    def test_a_gamepad_hands_over_its_own_robot_only(self):
+        for robot in ROBOTS:
+            self.seen.forget(robot + '/ctrl_relinq')
+        # A on robot2's pad, after its sticks were seen at rest
+        for pressed in (0, 1, 0):
+            self.joy['robot2'].publish(Joy(axes=8 * [0.0], buttons=[pressed] + 10 * [0]))
+            rospy.rostime.wallsleep(0.1)
+        self.seen.wait_for('robot2/ctrl_relinq', lambda relinquished: relinquished, 5.0)
+        self.assertFalse(any(self.seen.latest(robot + '/ctrl_relinq') for robot in (
+            'robot1', 'robot3')))
+
+    def test_frames_are_each_robots_own(self):
+        self.seen.wait_until(lambda: len(self.pairs()) >= 6, 10.0, 'frames')
+        self.assertEqual(self.pairs(), {(robot + '/odom', robot + '/' + child) for robot in ROBOTS
+                                        for child in ('local', 'base_footprint')})
+
+    def pairs(self):
+        return {pair for _, pairs in self.seen.all('/tf') for pair in pairs}
+
+
+if __name__ == '__main__':
+    rospy.init_node('classroom_test')
+    rostest.rosrun('tb3_labs', 'classroom', ClassroomTest)

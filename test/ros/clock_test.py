@@ -1,0 +1,124 @@
+#!/usr/bin/env python3
+"""/clock that never comes, stands still, jumps back: nothing is driven wild, and it is said."""
+import math
+import threading
+import time
+import unittest
+
+import rospy
+import rostest
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Imu
+
+from tb3_labs.ros.node_process import NodeProcess
+from tb3_labs.ros.observer import Observer
+
+STEP = 0.01
+
+
+class Robot:
+    """A robot that obeys at once, and the clock it lives by; all in wall time of this test."""
+
+    def __init__(self):
+        self.clock = rospy.Publisher('/clock', Clock, queue_size=10)
+        self.imu = rospy.Publisher('imu', Imu, queue_size=10)
+        self.odom = rospy.Publisher('odom', Odometry, queue_size=10)
+        self.now, self.runs, self.speed = 1000.0, True, (0.0, 0.0)
+        self.yaw = self.x = self.y = 0.0
+        rospy.Subscriber('cmd_vel', Twist, self._obey)
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def _obey(self, message):
+        self.speed = message.linear.x, message.angular.z
+
+    def end(self):
+        self._over.set()
+        self._thread.join()
+
+    def _run(self):
+        while not self._over.wait(STEP):
+            linear, angular = self.speed
+            if self.runs:
+                self.now += STEP
+                self.yaw += angular * STEP
+                self.x += linear * math.cos(self.yaw) * STEP
+                self.y += linear * math.sin(self.yaw) * STEP
+                self.clock.publish(rospy.Time.from_sec(self.now))
+            imu, odom = Imu(), Odometry()
+            for message in (imu, odom):
+                message.header.stamp = rospy.Time.from_sec(self.now)
+            imu.angular_velocity.z = angular + 1e-5 * math.sin(1e3 * time.monotonic())
+            pose = odom.pose.pose
+            for q in (imu.orientation, pose.orientation):
+                q.z, q.w = math.sin(self.yaw / 2.0), math.cos(self.yaw / 2.0)
+            pose.position.x, pose.position.y = self.x, self.y
+            odom.twist.twist.linear.x = linear
+            self.imu.publish(imu)
+            self.odom.publish(odom)
+
+
+class ClockTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        cls.seen = Observer()
+        cls.seen.watch('cmd_vel', Twist, lambda message: (time.monotonic(), message.linear.x,
+                                                          message.angular.z))
+
+    def start(self, executable, *arguments):
+        node = NodeProcess('tb3_labs', executable, *arguments)
+        self.addCleanup(node.kill)
+        return node
+
+    def commands(self, since):
+        return [value for _, value in self.seen.all('cmd_vel') if value[0] >= since]
+
+    def test_1_a_clock_that_never_comes_is_said_within_three_seconds(self):
+        nodes = [self.start(executable) for executable in (
+            'imu_sub.py', 'move2goal_tf.py', 'turtlebot_controller.py', 'gamepad.py')]
+        for node in nodes:
+            node.wait_for('ERROR', 10.0)
+            line, = [line for line in node.lines if 'ERROR' in line]
+            self.assertIn('nobody publishes /clock', line)
+        for node in nodes:
+            self.assertEqual(node.end(), 0)
+
+    def test_2_a_clock_that_stands_still_and_one_that_jumps_back(self):
+        robot = Robot()
+        self.addCleanup(robot.end)
+        node = self.start('move2goal_tf.py', '_has_control:=true', '_goal_x:=3.0', '_goal_y:=0.5')
+        self.seen.wait_for('cmd_vel', lambda command: command[1] > 0.2)
+        # it stands still, though the sensors go on
+        robot.runs = False
+        stood = time.monotonic()
+        self.seen.wait_for('cmd_vel', lambda command: command[1:] == (0.0, 0.0), 3.0)
+        self.assertLess(self.seen.latest('cmd_vel')[0] - stood, 0.5)
+        node.wait_for('/clock stands still')
+        self.silence(1.0)
+        robot.runs = True
+        self.seen.wait_for('cmd_vel', lambda command: command[1] > 0.2)
+        # a bag that is played again
+        jumped = time.monotonic()
+        robot.now -= 500.0
+        self.seen.wait_until(lambda: time.monotonic() > jumped + 2.0)
+        self.assertTrue(all(abs(linear) <= 0.2108 and abs(angular) <= 1.5 for _, linear, angular
+                            in self.commands(jumped)))
+        self.seen.wait_for('cmd_vel', lambda command: command[1] > 0.2)
+        node.wait_for('Goal reached!', 40.0)
+        self.assertLess(math.hypot(robot.x - 3.0, robot.y - 0.5), 0.02)
+        self.assertNotIn('Traceback', node.text)
+        self.assertEqual(node.end(), 0)
+
+    def silence(self, seconds):
+        since = time.monotonic() + 0.1
+        self.seen.wait_until(lambda: time.monotonic() > since + seconds)
+        self.assertEqual(self.commands(since), [])
+
+
+if __name__ == '__main__':
+    rospy.init_node('clock_test')
+    rostest.rosrun('tb3_labs', 'clock', ClockTest)

@@ -1,0 +1,304 @@
+#!/usr/bin/env python3
+"""The network, the master and the disk: gone in mid-drive, and back. Each test is a process of its own,
+since a process has one master for life."""
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+import rospkg
+import rospy
+import rostest
+from geometry_msgs.msg import PoseStamped
+from sensor_msgs.msg import Imu
+from std_msgs.msg import Bool, String
+
+from tb3_labs.ros.conversions import to_pose_stamped
+from tb3_labs.ros.node_process import NodeProcess
+from tb3_labs.ros.observer import Observer
+from tb3_labs.se2 import Pose2
+
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from two_hosts import TwoHosts    # noqa: E402 (a relay's folder is another one)
+
+ZERO = (0.0, 0.0)
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(('127.0.0.1', 0))
+        return probe.getsockname()[1]
+
+
+class Room:
+    """A master, a robot, move_to_goal in mid-drive, and somebody who watches."""
+
+    def __init__(self, port, on_robot=None):
+        self.port, self.nodes = port, []
+        self.master = None
+        self.start_master()
+        rospy.init_node('watcher', disable_signals=True)
+        self.seen = Observer()
+        self.seen.watch_robot()
+        self.seen.watch('imu', Imu)
+        self.seen.watch('goal_state', String, lambda message: message.data)
+        self.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
+        self.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
+        if on_robot is None:
+            self.robot = self.start('fake_turtlebot3.py', '__name:=turtlebot3')
+        else:
+            with on_robot:
+                self.robot = self.start('fake_turtlebot3.py', '__name:=turtlebot3')
+        self.node = self.start('move2goal_tf.py')
+
+    def start(self, executable, *arguments):
+        self.nodes.append(NodeProcess('tb3_labs', executable, *arguments))
+        return self.nodes[-1]
+
+    def start_master(self):
+        self.master = subprocess.Popen(['rosmaster', '--core', '-p', str(self.port)],
+                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        deadline = time.monotonic() + 10.0
+        while time.monotonic() < deadline:
+            with socket.socket() as probe:
+                host = re.search('//(.*):', os.environ['ROS_MASTER_URI']).group(1)
+                if probe.connect_ex((host, self.port)) == 0:
+                    return
+            time.sleep(0.05)
+        raise RuntimeError('no master')
+
+    def drive(self, x):
+        """Towards (x, 0, 0), until it is in full motion."""
+        self.seen.wait_for('goal_state')
+        self.seen.wait_until(lambda: self.control.get_num_connections() and (
+            self.goals.get_num_connections()), 10.0, 'move_to_goal')
+        self.goals.publish(to_pose_stamped(Pose2(x, 0.0, 0.0), 'local', 0.0))
+        self.control.publish(True)
+        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)
+
+    def reach(self):
+        self.seen.wait_for('goal_state', lambda state: state == 'GOAL_REACHED', 30.0)
+
+    def wait(self, seconds):
+        until = time.monotonic() + seconds
+        self.seen.wait_until(lambda: time.monotonic() > until)
+
+    def close(self):
+        for node in self.nodes:
+            node.kill()
+        self.master.kill()
+        self.master.wait()
+
+
+def master_gone_and_back():
+    """Connections go on without a master; a new one knows nobody."""
+    port = free_port()
+    os.environ.update(ROS_MASTER_URI='http://localhost:%d' % port, ROS_HOSTNAME='localhost')
+    room = Room(port)
+    try:
+        room.drive(0.8)
+        room.master.kill()
+        room.master.wait()
+        room.reach()
+        room.drive(2.0)
+        room.robot.send(signal.SIGSTOP)
+        last = room.seen.all('imu')[-1][0]
+        room.seen.wait_for('cmd_vel', lambda command: command == ZERO, 2.0)
+        assert room.seen.all('cmd_vel')[-1][0] - last < 0.4, 'late zero without a master'
+        room.robot.send(signal.SIGCONT)
+        room.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)
+        room.start_master()
+        nodes = subprocess.check_output(['rosnode', 'list'], universal_newlines=True).split()
+        assert '/move_to_goal' not in nodes, nodes
+        room.reach()
+        assert room.node.status is None and 'Traceback' not in room.node.text, room.node.text
+        assert room.node.end() == 0
+    finally:
+        room.close()
+
+
+def network_cut_and_back():
+    """Both sides stop; after a short cut the drive goes on, after a long one it was given up."""
+    hosts = TwoHosts()
+    try:
+        with hosts.on('laptop'):
+            room = Room(11311, hosts.on('robot'))
+            try:
+                # what the robot itself says of where it truly is, on its own side of the cut
+                with hosts.on('robot'):
+                    truth = subprocess.Popen(
+                        ['rostopic', 'echo', '-p', '/ground_truth/pose/position/x'],
+                        stdout=subprocess.PIPE, universal_newlines=True)
+                room.nodes.append(_Killable(truth))
+                room.drive(3.0)
+                for seconds in (0.6, 5.0):
+                    hosts.connect(False)
+                    cut = time.time()
+                    room.seen.wait_for('cmd_vel', lambda command: command == ZERO, 2.0)
+                    zero = room.seen.all('cmd_vel')[-1][0] - cut
+                    assert zero < 0.4, 'the laptop stopped after %.2f s' % zero
+                    room.wait(max(0.0, cut + seconds - time.time()))
+                    hosts.connect(True)
+                    if seconds < 1.0:
+                        room.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2, 10.0)
+                        continue
+                    room.seen.wait_for('goal_state', lambda state: state.startswith('gave up'),
+                                       20.0)
+                    rest = _rest_after(truth, cut)
+                    print('network cut: zero after %.2f s, robot at rest after %.2f s' % (
+                        zero, rest))
+                    assert rest < 0.5 + 0.5, 'the robot came to rest after %.2f s' % rest
+                room.seen.forget('goal_state')
+                room.goals.publish(to_pose_stamped(Pose2(0.2, 0.0, 0.0), 'local', 0.0))
+                room.reach()
+                assert 'Traceback' not in room.node.text, room.node.text
+            finally:
+                room.close()
+    finally:
+        hosts.remove()
+
+
+class _Killable:
+    def __init__(self, process):
+        self._process = process
+
+    def kill(self):
+        self._process.kill()
+        self._process.wait()
+
+
+def _rest_after(truth, cut):
+    """Seconds from `cut` to the last motion before the standstill in it."""
+    moved, last = cut, None
+    for line in truth.stdout:
+        if line[0] == '%':
+            continue
+        at, x = line.split(',')
+        at, x = int(at) * 1e-9, float(x)
+        if last is not None and at > cut and abs(x - last) > 1e-5:
+            moved = at
+        last = x
+        if at > cut + 2.0:
+            return moved - cut
+
+
+def nothing_listens_beyond_this_machine():
+    """The demonstration, from the README's own shell: all that listens is on the loopback."""
+    setup = os.path.join(os.path.dirname(os.path.realpath(os.path.join(
+        rospkg.RosPack().get_path('tb3_labs'), 'package.xml'))), 'scripts', 'setup.sh')
+    launch = subprocess.Popen(['bash', '-c', 'source {} && exec roslaunch -p {} tb3_labs demo.launch '
+                               'stay:=true'.format(setup, free_port())],
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              env=dict(os.environ, PYTHONUNBUFFERED='1'),    # else it is seen late
+                              universal_newlines=True, start_new_session=True)
+    try:
+        for line in launch.stdout:
+            if 'Goal reached!' in line:
+                break
+        sockets = _listening(launch.pid)
+        print('%d listening sockets: %s' % (len(sockets), sorted(set(
+            address for address, _ in sockets))))
+        assert len(sockets) >= 8, sockets
+        assert all(address.startswith('127.') for address, _ in sockets), sockets
+    finally:
+        launch.send_signal(signal.SIGINT)
+        launch.communicate()
+
+
+def _listening(root):
+    """{(address, port)} of the listening sockets of a process and all it started."""
+    parents = {}
+    for pid in filter(str.isdigit, os.listdir('/proc')):
+        try:
+            with open('/proc/%s/stat' % pid) as stat:
+                parents[int(pid)] = int(stat.read().rpartition(')')[2].split()[1])
+        except OSError:
+            continue
+    family = {root}
+    while True:
+        more = {pid for pid, parent in parents.items() if parent in family} - family
+        if not more:
+            break
+        family |= more
+    inodes = set()
+    for pid in family:
+        for descriptor in os.listdir('/proc/%d/fd' % pid):
+            try:
+                target = os.readlink('/proc/%d/fd/%s' % (pid, descriptor))
+            except OSError:
+                continue
+            inodes.update(re.findall(r'socket:\[(\d+)\]', target))
+    found = set()
+    for name, size in (('tcp', 4), ('tcp6', 16)):
+        with open('/proc/net/' + name) as table:
+            for line in list(table)[1:]:
+                fields = line.split()
+                if fields[3] == '0A' and fields[9] in inodes:
+                    address, port = fields[1].split(':')
+                    raw = bytes.fromhex(address)
+                    if size == 4:
+                        text = socket.inet_ntoa(raw[::-1])
+                    else:
+                        text = socket.inet_ntop(socket.AF_INET6, b''.join(
+                            raw[at:at + 4][::-1] for at in range(0, 16, 4)))
+                    found.add((text, int(port, 16)))
+    return found
+
+
+def disk_full_while_recording():
+    """The drive goes on, and the recording says that it does not."""
+    port = free_port()
+    with tempfile.TemporaryDirectory() as folder:
+        launch = subprocess.Popen(
+            ['unshare', '-m', 'sh', '-c',
+             'mount -t tmpfs -o size=2m tmpfs {0} && cd {0} && PWD={0} exec roslaunch -p {1} '
+             'tb3_labs demo.launch drives:=1 record:=true'.format(folder, port)],
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
+        output, _ = launch.communicate(timeout=60.0)
+    print(output[-3000:])
+    assert 'Goal reached!' in output, output
+    assert re.search(r'Less than 1G of space free on disk .* Disabling recording', output), output
+
+
+SCENES = {scene.__name__: scene for scene in (
+    master_gone_and_back, network_cut_and_back, nothing_listens_beyond_this_machine,
+    disk_full_while_recording)}
+
+
+class NetworkTest(unittest.TestCase):
+
+    def play(self, scene):
+        """One scene in a process of its own."""
+        played = subprocess.run([sys.executable, os.path.realpath(__file__), scene], timeout=90.0,
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                universal_newlines=True)
+        print(played.stdout[-3000:])
+        self.assertEqual(played.returncode, 0, played.stdout[-3000:])
+
+    def test_the_master_goes_and_comes_back(self):
+        self.play('master_gone_and_back')
+
+    def test_the_network_is_cut_and_comes_back(self):
+        if TwoHosts.missing():
+            self.skipTest(TwoHosts.missing())
+        self.play('network_cut_and_back')
+
+    def test_the_demonstration_listens_on_the_loopback_only(self):
+        self.play('nothing_listens_beyond_this_machine')
+
+    def test_the_disk_is_full_while_recording(self):
+        if os.geteuid() or subprocess.call(['unshare', '-m', 'true'], stderr=subprocess.DEVNULL):
+            self.skipTest('a small disk of its own needs root')
+        self.play('disk_full_while_recording')
+
+
+if __name__ == '__main__':
+    if sys.argv[1:] and sys.argv[1] in SCENES:
+        SCENES[sys.argv[1]]()
+    else:
+        rostest.rosrun('tb3_labs', 'network', NetworkTest)

@@ -1,0 +1,190 @@
+#!/usr/bin/env python3
+"""robot.launch over a real SSH connection, to this computer: the embedded robot stands in for the
+board, where the robot would start rosserial_python."""
+import getpass
+import math
+import os
+import pathlib
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import unittest
+import xmlrpc.client
+
+import pytest
+import rosgraph
+import rospkg
+import rospy
+from geometry_msgs.msg import Twist
+
+from tb3_labs.ros.node_process import Program
+from tb3_labs.ros.observer import Observer
+from tb3_labs.turtlebot3 import MODELS
+
+HOST = '127.0.0.1'
+CORE = '/turtlebot3_core'
+OUTPUT = '--gtest_output=xml:'    # where rostest wants the results
+SSHD = shutil.which('sshd', path=os.environ['PATH'] + ':/usr/sbin')
+LOADER = pathlib.Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch' / 'env_robot.sh'
+
+#: What stands in for the board's driver on the robot: same package, same name, same call.
+SERIAL_NODE = '#!/bin/sh\nexec rosrun tb3_labs fake_turtlebot3.py "$@"\n'
+MANIFEST = ('<package format="2"><name>rosserial_python</name><version>0.0.0</version>'
+            '<description>a stand-in</description><license>BSD</license>'
+            '<maintainer email="nobody@localhost">nobody</maintainer></package>\n')
+
+
+def write(path, text, mode=0o600):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text)
+    path.chmod(mode)
+    return path
+
+
+def make_key(path):
+    """A key without a password; its public half."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    subprocess.check_call(['ssh-keygen', '-q', '-t', 'ed25519', '-N', '', '-f', str(path)])
+    return path.with_suffix('.pub').read_text()
+
+
+@unittest.skipUnless(SSHD and shutil.which('ssh-keygen'),
+                     'sshd is not installed (apt install openssh-server)')
+class RobotTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory(prefix='robot_test_')
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = pathlib.Path(folder.name)
+        cls.make_robot()
+        cls.start_sshd()
+        cls.seen = Observer()
+        cls.seen.watch_robot()
+
+    @classmethod
+    def make_robot(cls):
+        """What is on the robot: a workspace, and env_robot.sh with its two values set."""
+        here = os.environ['CMAKE_PREFIX_PATH'].split(':')[0]
+        packages = cls.folder / 'packages'
+        write(packages / 'rosserial_python' / 'package.xml', MANIFEST)
+        write(packages / 'rosserial_python' / 'serial_node.py', SERIAL_NODE, 0o700)
+        cls.setup = write(cls.folder / 'setup.bash', 'source {}/setup.bash\n'
+                          'ROS_PACKAGE_PATH={}:$ROS_PACKAGE_PATH\n'.format(here, packages))
+        cls.loader = cls.make_loader('env_robot.sh', cls.setup, 'waffle')
+
+    @classmethod
+    def make_loader(cls, name, setup, model):
+        """env_robot.sh with its two values set, as a person would."""
+        lines = LOADER.read_text().splitlines()
+        for key, value in (('setup=', setup), ('model=', model)):
+            number, = [number for number, line in enumerate(lines) if line.startswith(key)]
+            lines[number] = key + str(value)
+        return write(cls.folder / name, '\n'.join(lines) + '\n', 0o700)
+
+    @classmethod
+    def start_sshd(cls):
+        """sshd on a port of its own, for one key; and three homes that log in with and without."""
+        with socket.socket() as free:
+            free.bind((HOST, 0))
+            cls.port = free.getsockname()[1]
+        host_key = make_key(cls.folder / 'host_key')
+        known = ''.join('{} {}\n'.format(name, host_key)
+                        for name in (HOST, '[{}]:{}'.format(HOST, cls.port)))
+        user_key = make_key(cls.folder / 'home' / '.ssh' / 'id_ed25519')
+        write(cls.folder / 'home' / '.ssh' / 'known_hosts', known)
+        make_key(cls.folder / 'other_key' / '.ssh' / 'id_ed25519')
+        write(cls.folder / 'other_key' / '.ssh' / 'known_hosts', known)
+        write(cls.folder / 'unknown_robot' / '.ssh' / 'known_hosts', '')
+
+        config = write(cls.folder / 'sshd_config', '\n'.join([
+            'Port {}'.format(cls.port), 'ListenAddress ' + HOST, 'PidFile none',
+            'HostKey {}/host_key'.format(cls.folder),
+            'AuthorizedKeysFile {}'.format(write(cls.folder / 'authorized_keys', user_key)),
+            'StrictModes no', 'UsePAM no', 'PasswordAuthentication no',
+            'SetEnv ROS_HOME={}/ros_home'.format(cls.folder), '']))
+        if os.geteuid() == 0:
+            os.makedirs('/run/sshd', exist_ok=True)    # of the service, where that never ran
+        cls.sshd = Program([SSHD, '-D', '-e', '-f', str(config)])
+        cls.addClassCleanup(cls.sshd.kill)
+        cls.sshd.wait_for('Server listening')
+
+    def launch(self, *arguments, home='home', terminal=False):
+        """robot.launch to this computer; by another name of the user here, or SSH is left out."""
+        given = {argument.split(':=')[0] for argument in arguments}
+        common = {'robot': HOST, 'user': getpass.getuser(), 'ssh_port': self.port,
+                  'env_loader': self.loader}
+        program = Program(
+            ['roslaunch', '--disable-title', '--skip-log-check', 'tb3_labs', 'robot.launch']
+            + ['{}:={}'.format(*item) for item in common.items() if item[0] not in given]
+            + list(arguments), terminal=terminal,
+            environment={'HOME': str(self.folder / home), 'LOGNAME': 'somebody_else',
+                         'SSH_AUTH_SOCK': '', 'DISPLAY': ''})
+        self.addCleanup(self.end, program)
+        return program
+
+    def end(self, program):
+        """Ctrl+C, so that nothing of it is left behind, on the robot neither."""
+        if program.status is None:
+            program.end(seconds=40.0)
+        program.kill()
+
+    def test_one_line_starts_the_robot_and_the_lab_which_turns_it(self):
+        program = self.launch('lab:=turn', 'model:=waffle', 'port:=/dev/ttyACM7', terminal=True)
+        program.wait_for('and Enter', 40.0)
+        self.seen.wait_for('ground_truth', seconds=40.0)
+        self.assertEqual(rospy.get_param(CORE + '/port'), '/dev/ttyACM7')
+        self.assertEqual(rospy.get_param(CORE + '/baud'), 115200)
+        core = rosgraph.Master(rospy.get_name()).lookupNode(CORE)
+        process = xmlrpc.client.ServerProxy(core).getPid(rospy.get_name())[2]
+
+        # TURTLEBOT3_MODEL has reached it: a Burger is slower
+        drive = rospy.Publisher('cmd_vel', Twist, queue_size=1)
+        forward = Twist()
+        forward.linear.x = 1.0
+        driving = rospy.Timer(rospy.Duration(0.1), lambda event: drive.publish(forward))
+        self.seen.wait_for('ground_truth', lambda pose: pose.x > 0.5)
+        (start, first), *_, (stop, last) = self.seen.all('ground_truth', rospy.get_time() - 1.0)
+        driving.shutdown()
+        self.assertGreater(first.distance_to(last) / (stop - start),
+                           (MODELS['burger'].max_linear + MODELS['waffle'].max_linear) / 2.0)
+        self.seen.wait_for_rest('ground_truth')
+
+        program.type('l')
+        program.wait_for('Turned')
+        self.seen.wait_for_rest('ground_truth')
+        self.assertAlmostEqual(math.degrees(self.seen.latest('ground_truth').yaw), 90.0, delta=0.5)
+
+        program.end(seconds=40.0)
+        self.assertNotIn('Traceback', program.text)
+        self.assertFalse(pathlib.Path('/proc/{}'.format(process)).exists())
+
+    def test_what_is_wrong_is_said(self):
+        missing_setup = self.make_loader('no_setup.sh', '/nowhere/setup.bash', 'burger')
+        with socket.socket() as free:
+            free.bind((HOST, 0))    # and nobody listens
+            refused = free.getsockname()[1]
+        cases = [
+            ('no such name', ['robot:=robot99.invalid'], {}, 'cannot resolve host address'),
+            ('nobody there', ['ssh_port:={}'.format(refused)], {}, 'network error connecting to'),
+            ('never met', [], {'home': 'unknown_robot'}, 'is not in your SSH known_hosts file'),
+            ('no key', [], {'home': 'other_key'}, 'missing key in your authorized_keys'),
+            ('no such user', ['user:=nobody_here'], {}, 'nobody_here@127.0.0.1'),
+            ('no loader', ['env_loader:=./nowhere.sh'], {}, "'./nowhere.sh': No such file"),
+            ('loader without ROS', ['env_loader:={}'.format(missing_setup)], {},
+             'no_setup.sh: /nowhere/setup.bash is missing')]
+        for case, arguments, options, words in cases:
+            with self.subTest(case):
+                program = self.launch(*arguments, **options)
+                self.assertEqual(program.wait(60.0), 1)
+                self.assertIn(words, program.text)
+                self.assertNotIn('Traceback', program.text)
+
+
+if __name__ == '__main__':
+    rospy.init_node('robot_test')
+    # By pytest: rostest.rosrun writes a skipped test down as passed.
+    results, = [word[len(OUTPUT):] for word in sys.argv if word.startswith(OUTPUT)]
+    sys.exit(pytest.main(['-p', 'no:cacheprovider', '--junit-xml=' + results, __file__]))

@@ -1,0 +1,105 @@
+#!/usr/bin/env python3
+"""The real nodes, hour after hour: flat memory, no thread left behind, no growing error."""
+import math
+import random
+import time
+import unittest
+
+import rospy
+import rostest
+from geometry_msgs.msg import PoseStamped
+from std_msgs.msg import Bool, Float64, String
+
+from tb3_labs.angles import difference
+from tb3_labs.ros.conversions import to_pose_stamped
+from tb3_labs.ros.costs import memory, process_of, threads
+from tb3_labs.ros.observer import Observer
+from tb3_labs.se2 import Pose2
+from tb3_labs.srv import ResetPose
+
+#: Memory and threads count from here on, when every history has been filled [simulated s].
+WARM = 60.0
+NODES = ('move_to_goal', 'controller', 'turtlebot3')
+
+
+def inside(node):
+    """(memory [MB], threads) of a node."""
+    pid = process_of(node)
+    return memory(pid), threads(pid)
+
+
+class SoakTest(unittest.TestCase):
+
+    def setUp(self):
+        self.seen = Observer()
+        self.seen.watch_robot()
+        self.seen.watch('goal_state', String, lambda message: message.data)
+        self.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
+        self.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
+        self.turns = rospy.Publisher('turn', Float64, queue_size=1)
+        rospy.wait_for_service('reset_pose', 30.0)
+        self.reset = rospy.ServiceProxy('reset_pose', ResetPose)
+        self.seen.wait_until(lambda: all(publisher.get_num_connections() for publisher in (
+            self.control, self.goals, self.turns)), 20.0, 'the nodes')
+        self.seen.wait_for('ground_truth')
+
+    def rest(self):
+        self.seen.wait_for_rest('ground_truth', seconds=60.0)
+        return self.seen.latest('ground_truth')
+
+    def drive(self, chance):
+        """(distance [m], angle [deg]) by which the robot truly misses a goal."""
+        declared, goal = (Pose2(chance.uniform(-1, 1), chance.uniform(-1, 1),
+                                chance.uniform(-math.pi, math.pi)) for _ in range(2))
+        local_T_world = declared @ self.rest().inverse()
+        self.assertTrue(self.reset(declared.x, declared.y, math.degrees(declared.yaw)).success)
+        self.seen.forget('goal_state')
+        self.goals.publish(to_pose_stamped(goal, 'local', 0.0))
+        self.control.publish(True)
+        self.seen.wait_for('goal_state', lambda state: state == 'GOAL_REACHED', 60.0)
+        self.control.publish(False)
+        here = local_T_world @ self.rest()
+        return here.distance_to(goal), abs(math.degrees(difference(here.yaw, goal.yaw)))
+
+    def turn(self, angle):
+        """Degrees by which the robot truly misses a turn."""
+        start = self.rest().yaw
+        self.turns.publish(angle)
+        self.seen.wait_for('cmd_vel', lambda command: command != (0.0, 0.0), 20.0)
+        self.seen.wait_for('cmd_vel', lambda command: command == (0.0, 0.0), 60.0)
+        turned = math.degrees(self.rest().yaw - start)
+        return abs(math.remainder(turned - angle, 360.0))
+
+    def test_nothing_grows(self):
+        chance, begun, wall = random.Random(1), rospy.get_time(), time.monotonic()
+        end = begun + 60.0 * rospy.get_param('~minutes')
+        drives, turns, before = [], [], None
+        while rospy.get_time() < end:
+            drives.append(self.drive(chance))
+            turns.append(self.turn(chance.choice((90.0, -90.0, 180.0))))
+            if before is None and rospy.get_time() > begun + WARM:
+                before = {node: inside(node) for node in NODES}
+                warm_at = rospy.get_time()
+        hours = (rospy.get_time() - begun) / 3600.0
+        print('{} drives and turns in {:.2f} simulated hours, {:.1f} times real time'.format(
+            len(drives), hours, 3600.0 * hours / (time.monotonic() - wall)))
+        quarter = max(1, len(drives) // 4)
+        for part in range(0, len(drives) - quarter + 1, quarter):
+            print('worst: drive {:.1f} mm {:.2f} deg, turn {:.2f} deg'.format(
+                1000.0 * max(d for d, _ in drives[part:part + quarter]),
+                max(a for _, a in drives[part:part + quarter]), max(turns[part:part + quarter])))
+        for node in NODES:
+            used, running = inside(node)
+            print('{}: {:.1f} MB ({:+.1f}), {} threads ({:+d}) in {:.2f} h'.format(
+                node, used, used - before[node][0], running, running - before[node][1],
+                (rospy.get_time() - warm_at) / 3600.0))
+            self.assertLess(used - before[node][0], 3.0, node)
+            self.assertLessEqual(running, before[node][1] + 1, node)
+        # on a hurried clock a computer's hiccup is a long one for the robot
+        self.assertLess(max(distance for distance, _ in drives), 0.020)
+        self.assertLess(max(angle for _, angle in drives), 1.0)
+
+
+if __name__ == '__main__':
+    rospy.init_node('soak_test')
+    rostest.rosrun('tb3_labs', 'soak', SoakTest)

@@ -1,0 +1,250 @@
+#!/usr/bin/env python3
+"""Everything at the same instant, and no computing time: the real nodes, judged by the robot."""
+import math
+import random
+import subprocess
+import sys
+import threading
+import time
+import unittest
+from bisect import bisect_left
+from concurrent.futures import ThreadPoolExecutor
+
+import actionlib
+import rospy
+import rostest
+from dynamic_reconfigure.client import Client
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
+from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
+from std_msgs.msg import Bool, String
+
+from tb3_labs.angles import difference
+from tb3_labs.ros.conversions import to_pose2, to_pose_stamped, to_twist
+from tb3_labs.ros.costs import memory, process_of, threads
+from tb3_labs.ros.node_process import NodeProcess
+from tb3_labs.ros.observer import Observer
+from tb3_labs.se2 import Pose2, interpolate
+from tb3_labs.srv import ResetPose
+
+SEED = 20261121
+RESETS, RATE, CALLERS = 1000, 100.0, 10
+
+
+class StormTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        cls.seen = Observer()
+        cls.seen.watch('cmd_vel', Twist, lambda message: (
+            message._connection_header['callerid'], message.linear.x, message.angular.z))
+        cls.seen.watch('ground_truth', PoseStamped, lambda message: (
+            message.header.stamp.to_sec(), to_pose2(message.pose)))
+        cls.seen.watch('local_pose', PoseStamped, lambda message: (
+            message.header.stamp.to_sec(), to_pose2(message.pose)))
+        cls.seen.watch('goal_state', String, lambda message: message.data)
+        cls.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
+        cls.wheels = rospy.Publisher('cmd_vel', Twist, queue_size=1)
+        cls.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=10)
+        cls.poses = rospy.Publisher('initialpose', PoseWithCovarianceStamped, queue_size=10)
+        cls.random = random.Random(SEED)
+
+    def setUp(self):
+        self.node = NodeProcess('tb3_labs', 'move2goal_tf.py')
+        self.addCleanup(self.node.kill)
+        rospy.wait_for_service('reset_pose', 20.0)
+        self.seen.forget('local_pose')
+        self.seen.wait_for('local_pose')
+        self.seen.wait_until(lambda: all(publisher.get_num_connections() for publisher in (
+            self.control, self.goals, self.poses)), 10.0, 'move_to_goal')
+
+    @staticmethod
+    def inside():
+        """(memory [MB], threads) of move_to_goal."""
+        pid = process_of('move_to_goal')
+        return memory(pid), threads(pid)
+
+    def truth_at(self, instant):
+        samples = [sample for _, sample in self.seen.all('ground_truth')]
+        after = bisect_left([stamp for stamp, _ in samples], instant)
+        (before, start), (then, end) = samples[after - 1], samples[after]
+        return interpolate(start, end, (instant - before) / (then - before))
+
+    # -- a thousand resets
+
+    def resets(self, number):
+        """So many, from several callers at once: [(declared, reply)]."""
+        begun, turn = time.monotonic(), iter(range(number))
+        guard = threading.Lock()
+
+        def call(_):
+            proxy, answers = rospy.ServiceProxy('reset_pose', ResetPose, persistent=True), []
+            while True:
+                with guard:
+                    mine = next(turn, None)
+                    declared = (self.random.uniform(-5, 5), self.random.uniform(-5, 5),
+                                self.random.uniform(-180, 180))
+                if mine is None:
+                    proxy.close()
+                    return answers
+                time.sleep(max(0.0, begun + mine / RATE - time.monotonic()))
+                answers.append((declared, proxy(*declared)))
+        with ThreadPoolExecutor(CALLERS) as pool:
+            answers = [answer for some in pool.map(call, range(CALLERS)) for answer in some]
+        return answers, number / (time.monotonic() - begun)
+
+    def check_resets(self, angular):
+        over = threading.Event()
+
+        def turn():
+            while not over.wait(0.1):
+                self.wheels.publish(to_twist(0.0, angular))
+        turning = threading.Thread(target=turn, daemon=True)
+        turning.start()
+        self.resets(RESETS // 5)
+        before = self.inside()
+        answers, rate = self.resets(RESETS)
+        after = self.inside()
+        over.set()
+        turning.join()
+        self.assertTrue(all(reply.success for _, reply in answers))
+        declared, reply = max(answers, key=lambda answer: answer[1].after.header.stamp)
+        instant = reply.after.header.stamp.to_sec()
+        self.seen.wait_for_rest('ground_truth', lambda sample: sample[1])
+        end = rospy.get_time()
+        self.seen.wait_until(lambda: self.seen.latest('local_pose')[0] > end, 5.0, 'a pose')
+        moved = self.truth_at(instant).inverse() @ self.seen.latest('ground_truth')[1]
+        expected = Pose2(declared[0], declared[1], math.radians(declared[2])) @ moved
+        stamp, pose = self.seen.latest('local_pose')
+        off, turned = pose.distance_to(expected), math.degrees(difference(pose.yaw, expected.yaw))
+        print('{} resets at {:.0f}/s: {:.2f} mm, {:.3f} deg off; memory {:+.1f} MB, threads '
+              '{:+d}'.format(RESETS, rate, 1000.0 * off, turned, after[0] - before[0],
+                             after[1] - before[1]))
+        self.assertLess(off, 0.001)
+        self.assertLess(abs(turned), 0.1)
+        self.assertGreater(rate, 0.7 * RATE)
+        self.assertLess(after[0] - before[0], 3.0)
+        self.assertLessEqual(after[1] - before[1], 2)
+
+    def test_a_thousand_resets_at_rest(self):
+        self.check_resets(0.0)
+
+    def test_a_thousand_resets_while_turning(self):
+        self.check_resets(1.0)
+
+    # -- everything at the same instant
+
+    def test_resets_goals_cancels_and_hand_overs_at_random(self):
+        over, done = threading.Event(), []
+        losses = []      # (from, to) in which nothing may be sent by move_to_goal
+
+        def at_random(act, least, most, seed):
+            chance = random.Random(seed)
+            while not over.wait(chance.uniform(least, most)):
+                act(chance)
+                done.append(act)
+
+        def pose(chance):
+            return Pose2(chance.uniform(-2, 2), chance.uniform(-2, 2), chance.uniform(-3, 3))
+
+        def reset(chance):
+            some = pose(chance)
+            rospy.ServiceProxy('reset_pose', ResetPose)(some.x, some.y, math.degrees(some.yaw))
+
+        def declare(chance):
+            message = PoseWithCovarianceStamped()
+            stamped = to_pose_stamped(pose(chance), 'local', 0.0)
+            message.header, message.pose.pose = stamped.header, stamped.pose
+            self.poses.publish(message)
+
+        def goal(chance):
+            self.goals.publish(to_pose_stamped(pose(chance), 'local', 0.0))
+        client = actionlib.SimpleActionClient('move2goal', MoveBaseAction)
+        client.wait_for_server(rospy.Duration(10.0))
+
+        def action(chance):
+            client.send_goal(MoveBaseGoal(to_pose_stamped(pose(chance), 'local', 0.0)))
+            if chance.random() < 0.5:
+                client.cancel_goal()
+
+        def hand_over(chance):
+            self.control.publish(True)
+            over.wait(chance.uniform(0.0, 0.6))
+            lost = rospy.get_time()
+            self.control.publish(False)
+            over.wait(chance.uniform(0.0, 0.5))
+            losses.append((lost + 0.1, rospy.get_time()))
+        live = Client('move_to_goal', timeout=10.0)
+
+        def tune(chance):
+            live.update_configuration({'law': chance.choice(['precise', 'lab']),
+                                       'max_linear': chance.uniform(0.05, 0.26)})
+        workers = [threading.Thread(target=at_random, args=(act, least, most, SEED + number))
+                   for number, (act, least, most) in enumerate([
+                       (reset, 0.0, 0.005), (reset, 0.0, 0.02), (declare, 0.0, 0.01),
+                       (goal, 0.0, 0.01), (action, 0.0, 0.02), (hand_over, 0.0, 0.01),
+                       (tune, 0.1, 0.4)])]
+        begun = rospy.get_time()
+        for worker in workers:
+            worker.start()
+        self.seen.wait_until(lambda: rospy.get_time() > begun + 15.0)
+        over.set()
+        for worker in workers:
+            worker.join(10.0)
+            self.assertFalse(worker.is_alive(), 'somebody waits for ever')
+        self.control.publish(False)
+        sent = [(at, linear, angular) for at, (sender, linear, angular)
+                in self.seen.all('cmd_vel', begun) if sender == '/move_to_goal']
+        print('{} operations, {} hand-overs, {} commands'.format(len(done), len(losses), len(sent)))
+        self.assertGreater(len(done), 1000)
+        self.assertTrue(any(linear or angular for _, linear, angular in sent))
+        for begin, end in losses:
+            for at, linear, angular in sent:
+                self.assertFalse(begin < at < end and (linear or angular), 'command after loss')
+        self.assertTrue(all(abs(linear) <= 0.2108 and abs(angular) <= 1.5
+                            for _, linear, angular in sent))
+        # and it works on
+        live.update_configuration({'law': 'precise', 'max_linear': 0.2})
+        self.assertTrue(rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0).success)
+        self.seen.forget('goal_state')
+        self.goals.publish(to_pose_stamped(Pose2(0.3, 0.0, 0.0), 'local', 0.0))
+        self.control.publish(True)
+        self.seen.wait_for('goal_state', lambda state: state == 'GOAL_REACHED', 20.0)
+        self.assertNotIn('Traceback', self.node.text)
+        self.assertIsNone(self.node.status)
+
+    # -- a machine that is full
+
+    def test_stops_while_the_machine_is_full(self):
+        load = [NodeProcess('tb3_labs', 'imu_sub.py', '__name:=load%d' % number)
+                for number in range(20)]
+        for node in load:
+            self.addCleanup(node.kill)
+        for _ in range(2):
+            burner = subprocess.Popen([sys.executable, '-c', 'while True: pass'])
+            self.addCleanup(burner.wait)
+            self.addCleanup(burner.kill)
+        for node in load:
+            node.wait_for('heading', 60.0)
+        robot = Client('turtlebot3', timeout=30.0)
+        for what in ('control lost', 'imu silent', 'Ctrl+C'):
+            self.seen.forget('cmd_vel')
+            self.goals.publish(to_pose_stamped(Pose2(50.0, 0.0, 0.0), 'local', 0.0))
+            self.control.publish(True)
+            self.seen.wait_for('cmd_vel', lambda command: command[1] > 0.15, 30.0)
+            if what == 'imu silent':
+                robot.update_configuration({'imu_silent': True})
+            asked = rospy.get_time()
+            if what == 'control lost':
+                self.control.publish(False)
+            elif what == 'Ctrl+C':
+                self.node.end()
+            self.seen.wait_for('cmd_vel', lambda command: command[1:] == (0.0, 0.0), 5.0)
+            after = [at for at, value in self.seen.all('cmd_vel') if value[1:] == (0.0, 0.0)][-1]
+            print('with 20 nodes and 2 loops: zero %.2f s after %s' % (after - asked, what))
+            self.assertLess(after - asked, 0.5)
+            robot.update_configuration({'imu_silent': False})
+
+
+if __name__ == '__main__':
+    rospy.init_node('storm_test')
+    rostest.rosrun('tb3_labs', 'storm', StormTest)

@@ -1,0 +1,99 @@
+#!/usr/bin/env python3
+"""Two hosts on one machine: network namespaces, joined by a third one that can be cut.
+
+Needs root and iproute2. Processes that are started inside ``with hosts.on('robot'):`` are on that
+host, as are the threads that begin there.
+"""
+import contextlib
+import ctypes
+import os
+import subprocess
+
+HOSTS = {'robot': '10.77.1', 'laptop': '10.77.2'}
+CLONE_NEWNET = 0x40000000
+PREFIX = 'tb3labs-{}-'.format(os.getpid())
+_libc = ctypes.CDLL(None, use_errno=True)
+
+
+class TwoHosts:
+    """Makes the hosts; :meth:`remove` them at the end."""
+
+    @staticmethod
+    def missing():
+        """Why there can be none here, or ''."""
+        if os.geteuid() != 0:
+            return 'network namespaces need root'
+        if subprocess.call(['which', 'ip'], stdout=subprocess.DEVNULL):
+            return 'iproute2 is not installed'
+        trial = PREFIX + 'trial'
+        if subprocess.call(['ip', 'netns', 'add', trial], stderr=subprocess.DEVNULL):
+            return 'network namespaces are not allowed here'
+        subprocess.call(['ip', 'netns', 'del', trial])
+        return ''
+
+    def __init__(self):
+        for name in ('lab',) + tuple(HOSTS):
+            _ip('netns add {0}{1}; -n {0}{1} link set lo up', name)
+        for number, (name, net) in enumerate(HOSTS.items()):
+            _ip('link add tb{2}a netns {0}{1} type veth peer name tb{2}b netns {0}lab;'
+                '-n {0}{1} addr add {3}.2/24 dev tb{2}a; -n {0}{1} link set tb{2}a up;'
+                '-n {0}lab addr add {3}.1/24 dev tb{2}b; -n {0}lab link set tb{2}b up;'
+                '-n {0}{1} route add default via {3}.1', name, number, net)
+        self.connect(True)
+
+    @staticmethod
+    def address(name):
+        """The address of a host."""
+        return HOSTS[name] + '.2'
+
+    def environment(self, name):
+        """What a ROS node on that host needs; the master is on the laptop."""
+        return {'ROS_IP': self.address(name), 'ROS_HOSTNAME': self.address(name),
+                'ROS_MASTER_URI': 'http://{}:11311'.format(self.address('laptop'))}
+
+    @contextlib.contextmanager
+    def on(self, name):
+        """Be on that host, with its environment."""
+        before = os.open('/proc/thread-self/ns/net', os.O_RDONLY)
+        environment = {key: os.environ.get(key) for key in self.environment(name)}
+        os.environ.update(self.environment(name))
+        _enter('/run/netns/' + PREFIX + name)
+        try:
+            yield
+        finally:
+            _check(_libc.setns(before, CLONE_NEWNET))
+            os.close(before)
+            for key, value in environment.items():
+                os.environ.pop(key)
+                if value is not None:
+                    os.environ[key] = value
+
+    @staticmethod
+    def connect(yes):
+        """Cut the cable between the two, or mend it."""
+        subprocess.check_call(['ip', 'netns', 'exec', PREFIX + 'lab', 'sh', '-c',
+                               'echo {:d} > /proc/sys/net/ipv4/ip_forward'.format(yes)])
+
+    @staticmethod
+    def remove():
+        """Take everything away again."""
+        for name in ('lab',) + tuple(HOSTS):
+            _ip('netns del {0}{1}', name)
+
+
+def _ip(commands, *arguments):
+    for command in commands.format(PREFIX, *arguments).split(';'):
+        subprocess.check_call(['ip'] + command.split())
+
+
+def _enter(path):
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        _check(_libc.setns(descriptor, CLONE_NEWNET))
+    finally:
+        os.close(descriptor)
+
+
+def _check(result):
+    if result:
+        raise OSError(ctypes.get_errno(), 'setns: ' + os.strerror(ctypes.get_errno()))

@@ -1,0 +1,271 @@
+"""Random messages, in random order and time, through what each node does with them.
+
+The cores of move_to_goal, controller and gamepad hear messages made of numbers that hurt, among
+others that make sense, so that the robot is driven meanwhile. Whatever comes: no exception but a
+refusal (``ValueError`` where a message or a request is read), no command that is not finite or
+beyond the limits, none without permission.
+
+    python3 test/unit/fuzzing.py [number of messages, default 1000000] [seed]
+    python3 test/unit/fuzzing.py atheris [options of libFuzzer]     (pip install atheris)
+"""
+import importlib
+import math
+import random
+import sys
+from types import SimpleNamespace
+
+from tb3_labs.arbiter import Driver
+from tb3_labs.drive_laws import DriveConfig, make_law
+from tb3_labs.lab_controller import LabController
+from tb3_labs.navigator import Navigator
+from tb3_labs.ownership import Holder
+from tb3_labs.pad import PadConfig
+from tb3_labs.pad_controller import PadController
+from tb3_labs.ros.conversions import to_imu_sample, to_mouse, to_odometry_sample, to_pose2
+from tb3_labs.turning import TurnConfig, make_turn
+from tb3_labs.turtlebot3 import robot_model
+
+BURGER = robot_model('burger')
+NASTY = (0.0, -0.0, 1.0, -1.0, math.pi, -math.pi, math.nan, math.inf, -math.inf, 1e308, -1e308,
+         5e-324, 1e9, -1e9, 1e5, 0.1, 2.0 ** 53)
+#: The handout's mouse may ask for this [m/s], [rad/s]; the robot clips it.
+MOUSE = 0.5
+
+
+class Chance:
+    """Numbers from a random generator; see Bytes for the other kind."""
+
+    def __init__(self, seed):
+        self.below = random.Random(seed).randrange
+
+    def yes(self, one_in):
+        return self.below(one_in) == 0
+
+    def choice(self, values):
+        return values[self.below(len(values))]
+
+    def uniform(self, low, high):
+        return low + (high - low) * self.below(1 << 20) / (1 << 20)
+
+    def number(self, sane):
+        """A number: `sane`, or one that hurts."""
+        return self.choice(NASTY) if self.yes(40) else sane
+
+
+class Bytes(Chance):
+    """Numbers from bytes that a fuzzer chooses."""
+
+    def __init__(self, data):
+        self._data, self._at = data, 0
+
+    @property
+    def empty(self):
+        return self._at >= len(self._data)
+
+    def below(self, limit):
+        size = (limit.bit_length() + 7) // 8
+        piece, self._at = self._data[self._at:self._at + size], self._at + size
+        return int.from_bytes(piece, 'little') % limit
+
+
+class Stamp:
+    def __init__(self, seconds):
+        self._seconds = seconds
+
+    def to_sec(self):
+        return self._seconds
+
+
+class Fuzz:
+    """One room: three cores, a robot that half obeys, a clock that misbehaves."""
+
+    def __init__(self, chance):
+        self.chance = chance
+        self.now, self.ahead = 1000.0, 0.0
+        self.x = self.y = self.yaw = 0.0
+        self.linear = self.angular = 0.0
+        self.navigator = Navigator(make_law(DriveConfig(), BURGER))
+        self.controller = LabController(make_turn(TurnConfig(), BURGER))
+        self.pad = PadController(PadConfig(), BURGER)
+        self.commands = self.refused = 0
+        self.acts = (10 * [self.imu] + 3 * [self.odometry] + 2 * [self.mouse, self.joy]
+                     + [self.goal, self.reset, self.control, self.control, self.turn, self.law,
+                        self.cancel, self.clock])
+
+    def step(self):
+        """One message, then whatever the nodes would command."""
+        self.now += self.chance.choice((0.0, 0.001, 0.004, 0.005, 0.02))
+        try:
+            self.chance.choice(self.acts)()
+        except Refused:
+            self.refused += 1
+        self.look()
+
+    # -- what comes
+
+    def quaternion(self):
+        number, half = self.chance.number, 0.5 * self.yaw
+        return SimpleNamespace(w=number(math.cos(half)), x=number(0.0), y=number(0.0),
+                               z=number(math.sin(half)))
+
+    def header(self):
+        return SimpleNamespace(stamp=Stamp(max(0.0, self.chance.number(self.now + self.ahead))
+                                           if not self.chance.yes(50) else 0.0))
+
+    def imu(self):
+        self.yaw = math.remainder(self.yaw + 0.005 * self.angular, 2.0 * math.pi)
+        message = SimpleNamespace(
+            header=self.header(), orientation=self.quaternion(),
+            angular_velocity=SimpleNamespace(z=self.chance.number(self.angular)))
+        sample = read(to_imu_sample, message)
+        self.controller.on_imu(sample, self.now)
+        self.navigator.on_imu(sample, self.now)
+        self.navigator.localizer.take_fix()
+
+    def odometry(self):
+        self.x += 0.02 * self.linear * math.cos(self.yaw)
+        self.y += 0.02 * self.linear * math.sin(self.yaw)
+        number = self.chance.number
+        pose = SimpleNamespace(position=SimpleNamespace(x=number(self.x), y=number(self.y)),
+                               orientation=self.quaternion())
+        twist = SimpleNamespace(linear=SimpleNamespace(x=number(self.linear)),
+                                angular=SimpleNamespace(z=number(self.angular)))
+        self.navigator.on_odometry(read(to_odometry_sample, SimpleNamespace(
+            header=self.header(), pose=SimpleNamespace(pose=pose),
+            twist=SimpleNamespace(twist=twist))), self.now)
+        self.navigator.localizer.take_fix()
+
+    def mouse(self):
+        active, x, y = read(to_mouse, SimpleNamespace(
+            status=SimpleNamespace(data=not self.chance.yes(4)),
+            xPos=self.chance.number(self.chance.uniform(-1.0, 1.0)),
+            yPos=self.chance.number(self.chance.uniform(-1.0, 1.0))))
+        self.controller.on_mouse(active, x, y, self.now)
+
+    def joy(self):
+        axes = [self.chance.number(self.chance.uniform(-1.0, 1.0) if self.chance.yes(2) else 0.0)
+                for _ in range(self.chance.choice((8, 8, 8, 8, 2, 0)))]
+        buttons = [self.chance.below(2) if self.chance.yes(4) else 0
+                   for _ in range(self.chance.choice((11, 11, 11, 1)))]
+        read(self.pad.on_joy, axes, buttons, self.now)
+        self.pad.take_reset()
+
+    def place(self):
+        number, uniform = self.chance.number, self.chance.uniform
+        return read(to_pose2, SimpleNamespace(
+            position=SimpleNamespace(x=number(uniform(-2.0, 2.0)), y=number(uniform(-2.0, 2.0))),
+            orientation=self.quaternion()))
+
+    def goal(self):
+        read(self.navigator.set_goal, self.place())
+
+    def reset(self):
+        reset = read(self.navigator.reset, self.place(), self.now)
+        if self.chance.yes(4):
+            self.navigator.localizer.give_up(reset)
+
+    def control(self):
+        self.navigator.set_control(not self.chance.yes(3), self.now)
+
+    def turn(self):
+        read(self.controller.ask, self.chance.number(self.chance.uniform(-360.0, 360.0)), self.now)
+
+    def law(self):
+        if self.chance.yes(4):
+            law = self.chance.choice(('precise', 'lab'))
+            self.navigator.set_law(make_law(DriveConfig(law=law), BURGER))
+            self.controller.set_law(make_turn(TurnConfig(law=law), BURGER))
+
+    def cancel(self):
+        if self.chance.yes(8):
+            self.navigator.machine.give_up('canceled')
+
+    def clock(self):
+        """Time jumps: silence, a clock that goes back, one that is set."""
+        if self.chance.yes(20):
+            self.now = max(0.0, self.now + self.chance.choice((0.3, 1.0, 3.0, -0.5, -100.0, 1e6)))
+        if self.chance.yes(20):
+            self.ahead = self.chance.choice((0.0, 0.8, -0.8, 100.0))
+        if self.chance.yes(200):
+            self.navigator.localizer.__init__()    # a node that was started again
+
+    # -- what goes out
+
+    def look(self):
+        now = self.now
+        if self.navigator.due(now):
+            allowed = self.navigator.has_control
+            command = self.navigator.command(now)
+            assert command is None or allowed, 'command without permission'
+            self.send(command, BURGER.max_linear, 1.5)
+        if self.controller.due(now):
+            by_mouse = self.controller.driver is Driver.MOUSE
+            self.send(self.controller.command(now), *((MOUSE, MOUSE) if by_mouse else (0.0, 1.5)))
+        if self.pad.due(now):
+            command = self.pad.command(now)
+            assert command is None or self.pad.holder is Holder.GAMEPAD
+            self.send(command, BURGER.max_linear, BURGER.max_angular)
+        self.navigator.take_news()
+        self.controller.take_news()
+        self.pad.take_news()
+
+    def send(self, command, max_linear, max_angular):
+        if command is None:
+            return
+        linear, angular = command
+        assert math.isfinite(linear) and math.isfinite(angular), command
+        assert abs(linear) <= max_linear + 1e-9 and abs(angular) <= max_angular + 1e-9, command
+        self.commands += 1
+        self.linear, self.angular = linear, angular
+
+
+class Refused(Exception):
+    """A message or a request was refused with a reason."""
+
+
+def read(reader, *arguments):
+    """What the bridge does: what cannot be read is refused, by ``ValueError`` alone."""
+    try:
+        return reader(*arguments)
+    except ValueError as problem:
+        assert str(problem) and 'math domain' not in str(problem), problem
+        raise Refused(str(problem)) from None
+
+
+def run(messages, seed):
+    """(commands, refusals) of so many messages."""
+    fuzz = Fuzz(Chance(seed))
+    for number in range(messages):
+        try:
+            fuzz.step()
+        except Exception:
+            print('seed {}, message {}'.format(seed, number))
+            raise
+    return fuzz.commands, fuzz.refused
+
+
+def run_atheris():
+    """Let libFuzzer choose the bytes, by which of the core's branches they reach."""
+    import atheris
+    for name in [name for name in sys.modules if name.startswith('tb3_labs')]:
+        del sys.modules[name]
+    with atheris.instrument_imports(include=['tb3_labs']):
+        instrumented = importlib.import_module('fuzzing')
+
+    def one(data):
+        fuzz = instrumented.Fuzz(instrumented.Bytes(data))
+        while not fuzz.chance.empty:
+            fuzz.step()
+    atheris.Setup([sys.argv[0]] + sys.argv[2:], one)
+    atheris.Fuzz()
+
+
+if __name__ == '__main__':
+    if sys.argv[1:2] == ['atheris']:
+        run_atheris()
+    else:
+        TOTAL = int(sys.argv[1]) if len(sys.argv) > 1 else 1000000
+        SEED = int(sys.argv[2]) if len(sys.argv) > 2 else 1
+        SENT = [run(min(10000, TOTAL), SEED + part) for part in range(max(1, TOTAL // 10000))]
+        print('{} messages, {} refused, {} commands: all finite and within the limits'.format(
+            TOTAL, sum(refused for _, refused in SENT), sum(commands for commands, _ in SENT)))

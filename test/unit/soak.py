@@ -1,0 +1,103 @@
+"""Hours of goals, turns and resets, many times faster than real: nothing may grow.
+
+    python3 test/unit/soak.py [simulated hours, default 6] [seed]
+"""
+import gc
+import math
+import random
+import sys
+import time
+from dataclasses import dataclass, field
+from typing import List
+
+from tb3_labs.angles import continuous, difference
+from tb3_labs.arbiter import Driver
+from tb3_labs.drive_laws import DriveConfig, make_law
+from tb3_labs.lab_controller import LabController
+from tb3_labs.navigator import Navigator
+from tb3_labs.rollout import control, navigation, run
+from tb3_labs.se2 import Pose2
+from tb3_labs.simulator import Simulator, SimulatorConfig
+from tb3_labs.turning import TurnConfig, make_turn
+from tb3_labs.turtlebot3 import robot_model
+
+STEP = 0.1
+#: Objects are counted after so many tasks, when every history has been filled.
+WARM = 20
+
+
+@dataclass
+class Soak:
+    """What was done, and how well, in order."""
+
+    drives: List[float] = field(default_factory=list)      # true distance to the goal [m]
+    headings: List[float] = field(default_factory=list)    # true angle to the goal's [deg]
+    turns: List[float] = field(default_factory=list)       # true angle off [deg]
+    failures: List[str] = field(default_factory=list)
+    objects: List[int] = field(default_factory=list)       # alive in Python, after each task
+
+
+def soak(seconds, seed=1):
+    """One robot, one node of each kind, in turns, for so many simulated seconds."""
+    chance, result = random.Random(seed), Soak()
+    robot = Simulator(SimulatorConfig(imu_offset_deg=-105.5, command_latency=0.02, seed=seed))
+    model = robot_model('burger')
+    navigator = Navigator(make_law(DriveConfig(), model), has_control=True)
+    controller = LabController(make_turn(TurnConfig(), model))
+    hear_drive, hear_turn = navigation(robot, navigator), control(robot, controller)
+    while robot.now < seconds:
+        run(robot, navigator, hear_drive, 0.5)
+        declared, goal = (Pose2(chance.uniform(-2, 2), chance.uniform(-2, 2),
+                                chance.uniform(-math.pi, math.pi)) for _ in range(2))
+        local_T_world = declared @ robot.truth.inverse()
+        navigator.reset(declared, robot.now)
+        run(robot, navigator, hear_drive, 0.1)
+        navigator.set_goal(goal)
+        while navigator.machine.active:
+            run(robot, navigator, hear_drive, STEP)
+        run(robot, navigator, hear_drive, 0.5)
+        here = local_T_world @ robot.truth
+        result.drives.append(here.distance_to(goal))
+        result.headings.append(abs(math.degrees(difference(here.yaw, goal.yaw))))
+        if navigator.machine.failure:
+            result.failures.append(navigator.machine.failure)
+
+        angle, start = chance.choice((90.0, -90.0, 180.0)), robot.truth.yaw
+        run(robot, controller, hear_turn, 0.3)
+        controller.ask(angle, robot.now)
+        yaw = start
+        while controller.driver is Driver.TURN:
+            run(robot, controller, hear_turn, STEP)
+            yaw = continuous(robot.truth.yaw, yaw)
+        run(robot, controller, hear_turn, 0.5)
+        turned = math.degrees(continuous(robot.truth.yaw, yaw) - start)
+        # the turn before was followed by a drive: nothing is carried over from it
+        result.turns.append(abs(turned - angle))
+        result.failures += [news.text for news in controller.take_news() if news.warning]
+        navigator.take_news()
+        if len(result.drives) >= WARM:
+            gc.collect()
+            result.objects.append(len(gc.get_objects()))
+    return result
+
+
+def main(hours, seed):
+    """Soak and print."""
+    begun = time.monotonic()
+    result = soak(3600.0 * hours, seed)
+    took = time.monotonic() - begun
+    parts = 4
+    print('{} drives and turns in {:.1f} simulated hours, {:.0f} times real time; {} failures'.format(
+        len(result.drives), hours, 3600.0 * hours / took, len(result.failures)))
+    for name, values, unit in (('drive', [1000.0 * value for value in result.drives], 'mm'),
+                               ('heading', result.headings, 'deg'), ('turn', result.turns, 'deg'),
+                               ('objects', result.objects, '')):
+        size = max(1, len(values) // parts)
+        print('{:8} worst of each quarter: {}'.format(name, ', '.join(
+            '{:.6g} {}'.format(max(values[part * size:(part + 1) * size]), unit)
+            for part in range(parts))))
+
+
+if __name__ == '__main__':
+    main(float(sys.argv[1]) if len(sys.argv) > 1 else 6.0,
+         int(sys.argv[2]) if len(sys.argv) > 2 else 1)

@@ -1,0 +1,81 @@
+"""launch/env_robot.sh, as roslaunch calls it on the robot: what it sets, and its one line where
+something is missing."""
+import os
+import pathlib
+import shutil
+import socket
+import subprocess
+import sys
+
+import pytest
+
+LOADER = pathlib.Path(__file__).resolve().parents[2] / 'launch' / 'env_robot.sh'
+#: of an SSH connection: the laptop's address and port, the robot's address and port
+FROM_HERE = '127.0.0.1 40000 127.0.0.1 22'
+FROM_ELSEWHERE = '192.0.2.5 40000 192.0.2.9 22'
+SHOW = 'echo $TURTLEBOT3_MODEL $ROS_MASTER_URI $ROS_IP ${ROS_HOSTNAME-none} $WORKSPACE'
+
+
+@pytest.fixture
+def robot(tmp_path):
+    """call(words of a command, setup=, model=, variables...): (exit status, output, errors)."""
+    workspace = tmp_path / 'setup.bash'
+    workspace.write_text('roslaunch() { :; }; export WORKSPACE=mine\n')
+    programs = tmp_path / 'bin'    # all there is: no ROS of this computer
+    programs.mkdir()
+    for name in ('bash', 'echo'):
+        (programs / name).symlink_to(shutil.which(name))
+    (programs / 'python3').symlink_to(os.path.realpath(sys.executable))
+
+    def call(*command, setup=workspace, model='burger', **variables):
+        lines = LOADER.read_text(encoding='utf-8').splitlines()
+        for key, value in (('setup=', setup), ('model=', model)):
+            number, = [number for number, line in enumerate(lines) if line.startswith(key)]
+            lines[number] = key + str(value)
+        loader = tmp_path / 'env_robot.sh'
+        loader.write_text('\n'.join(lines) + '\n')
+        loader.chmod(0o700)
+        environment = {'PATH': str(programs), 'HOME': str(tmp_path), 'SSH_CONNECTION': FROM_HERE}
+        environment.update(variables)
+        done = subprocess.run([str(loader)] + list(command), env=environment, timeout=60.0,
+                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, universal_newlines=True)
+        return done.returncode, done.stdout, done.stderr
+    return call
+
+
+def test_it_may_be_copied_and_run_as_it_is():
+    assert os.access(str(LOADER), os.X_OK)
+
+
+def test_the_command_finds_the_robots_environment(robot):
+    assert robot('bash', '-c', SHOW, model='waffle_pi', ROS_HOSTNAME='wrong',
+                 ROS_MASTER_URI='http://127.0.0.1:11399') == (
+        0, 'waffle_pi http://127.0.0.1:11399 127.0.0.1 none mine\n', '')
+
+
+def test_by_hand_the_master_is_where_the_login_comes_from(robot):
+    assert robot('bash', '-c', SHOW)[1].split()[1] == 'http://127.0.0.1:11311'
+
+
+def test_the_commands_words_and_exit_status_stay_as_they_are(robot):
+    assert robot('bash', '-c', 'echo "$1"; exit 7', '-', 'two  words') == (7, 'two  words\n', '')
+
+
+@pytest.mark.parametrize('options, words', [
+    (dict(setup='/nowhere/setup.bash'), '/nowhere/setup.bash is missing: set the right setup='),
+    (dict(setup='/dev/null'), '/dev/null does not lead to roslaunch'),
+    (dict(model='vacuum'), 'model=vacuum is not valid: burger, waffle or waffle_pi'),
+    (dict(ROS_MASTER_URI='http://robot99.invalid:11311'), 'no way from here to ROS_MASTER_URI='),
+    (dict(ROS_MASTER_URI='http://localhost:11311', SSH_CONNECTION=FROM_ELSEWHERE),
+     'ROS_MASTER_URI=http://localhost:11311 is this robot itself: on the laptop set ROS_IP')])
+def test_what_is_missing_is_one_line_and_nothing_runs(robot, options, words):
+    status, output, errors = robot('echo', 'it ran', **options)
+    assert (status, output) == (1, '')
+    assert errors.count('\n') == 1
+    assert words in errors
+    assert socket.gethostname() in errors    # on the laptop's screen: which machine says so
+
+
+def test_without_a_command_it_says_how(robot):
+    assert 'env_robot.sh COMMAND' in robot()[2]

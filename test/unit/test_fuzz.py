@@ -1,0 +1,41 @@
+"""Random messages in random order and time; see fuzzing.py, which also runs a million of them."""
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import fuzzing
+from tb3_labs.lab_controller import LabController
+from tb3_labs.motion import Twist2
+from tb3_labs.navigator import Navigator
+
+
+@pytest.mark.parametrize('seed', range(8))
+def test_no_message_makes_a_wild_command(seed):
+    commands, refused = fuzzing.run(5000, seed)
+    assert commands > 100 and refused > 100      # it did drive, and bad ones did come
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.binary(max_size=2000))
+def test_no_bytes_make_a_wild_command(data):
+    fuzz = fuzzing.Fuzz(fuzzing.Bytes(data))
+    while not fuzz.chance.empty:
+        fuzz.step()
+
+
+@pytest.mark.parametrize('owner, command', [
+    (Navigator, Twist2(math.nan, 0.0)), (Navigator, Twist2(0.0, 1.6)),
+    (LabController, Twist2(0.1, 0.0))])
+def test_it_would_be_seen(monkeypatch, owner, command):
+    sound = owner.command
+    monkeypatch.setattr(owner, 'command', lambda self, now: sound(self, now) and command)
+    with pytest.raises(AssertionError):
+        fuzzing.run(20000, 1)
+
+
+def test_a_command_without_permission_would_be_seen(monkeypatch):
+    monkeypatch.setattr(Navigator, 'command', lambda self, now: Twist2(0.1, 0.0))
+    with pytest.raises(AssertionError, match='without permission'):
+        fuzzing.run(20000, 1)

@@ -1,0 +1,289 @@
+"""Verdicts on observations that are made up, so that what really happened is known."""
+import csv
+import math
+import pathlib
+import re
+from html.parser import HTMLParser
+
+import pytest
+import yaml
+
+from tb3_labs.bounded_text import BoundedText
+from tb3_labs.marking import move2goal, turn
+from tb3_labs.marking.criteria import Criterion, Outcome, Place, judge
+from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.marks import Marks, write_csv
+from tb3_labs.marking.observation import NotOffered, Observation, Run, Stimulus
+from tb3_labs.marking.page import feedback, overview
+from tb3_labs.marking.points import points_of
+from tb3_labs.ros.marking.trial import SCRIPTS
+from tb3_labs.se2 import Pose2
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+TABLE = yaml.safe_load((REPOSITORY / 'test' / 'marking' / 'points.yaml').read_text(encoding='utf-8'))
+
+
+def stimulus(name, begin=0.0, end=2.0, **more):
+    """Something that was done, for two seconds."""
+    return Stimulus(name, begin, end, **more)
+
+
+def observation(lab='turn', **parts):
+    """Of a node that ran all the time."""
+    return Observation(lab, 'lab2/node.py', runs=[Run(0.0, ready=0.5)], **parts)
+
+
+def turned(degrees, typed='l', moved=True, rested=True, forward=0.0, rate=1.5):
+    """A robot that turned by so much, from 3 rad on, within two seconds."""
+    angle = math.radians(degrees)
+    return observation(
+        stimuli=[stimulus(typed, facts={'moved': moved, 'rested': rested})],
+        truth=[[0.02 * k, 0.0, 0.0, 3.0 + angle * k / 100.0] for k in range(101)],
+        commands=[[0.1, forward, math.copysign(rate, degrees)], [1.9, 0.0, 0.0]])
+
+
+def outcomes(seen, lab='turn', parts=()):
+    """name -> Outcome."""
+    worth = points_of(lab, LABS[lab].criteria, TABLE)
+    return {v.criterion.name: v.outcome for v in judge(LABS[lab].criteria, seen, worth, parts)}
+
+
+# -- the tables
+
+@pytest.mark.parametrize('lab', LABS)
+def test_every_criterion_has_points_and_a_place_in_a_lab_sheet(lab):
+    criteria = LABS[lab].criteria
+    assert len({criterion.name for criterion in criteria}) == len(criteria)
+    assert sum(points_of(lab, criteria, TABLE).values()) > 0
+    for criterion in criteria:
+        sheet = (REPOSITORY / 'doc' / criterion.where.sheet).read_text(encoding='utf-8')
+        assert re.search(r'^#+ {}$'.format(re.escape(criterion.where.heading)), sheet, re.M)
+        section = sheet.split('# ' + criterion.where.heading, 1)[1].split('\n## ')[0]
+        assert not criterion.where.step or '\n{}. '.format(criterion.where.step) in section
+
+
+@pytest.mark.parametrize('change, words', [
+    ({'left': -1}, 'left = -1'), ({'left': 'many'}, "left = 'many'"),
+    ({'left': True}, 'left = True'), ({'left': math.nan}, 'left = nan'),
+    ({'lfet': 1}, '"lfet"'), ({'extra': {'left': 1}}, '"left"'), ({'extra': 3}, 'section of its own')])
+def test_points_that_are_none_are_refused(change, words):
+    with pytest.raises(ValueError, match=re.escape(words)):
+        points_of('turn', turn.CRITERIA, {'turn': dict(TABLE['turn'], **change)})
+
+
+def test_points_that_are_missing_are_refused():
+    without = {name: points for name, points in TABLE['turn'].items() if name != 'right'}
+    with pytest.raises(ValueError, match='right = None'):
+        points_of('turn', turn.CRITERIA, {'turn': without})
+    with pytest.raises(ValueError, match='no section "turn"'):
+        points_of('turn', turn.CRITERIA, {'imu': {}})
+    with pytest.raises(ValueError, match='no section "turn"'):
+        points_of('turn', turn.CRITERIA, None)
+
+
+def test_the_sheet_for_instructors_lists_every_part():
+    sheet = (REPOSITORY / 'doc' / 'marking.md').read_text(encoding='utf-8')
+    table = sheet.split('## What is tried')[1]
+    listed, lab = [], ''
+    for line in re.findall(r'^\| (\w*) *\| ([\w ]+) \|', table, re.M)[1:]:
+        lab = line[0] or lab
+        listed.append((lab, line[1]))
+    assert listed == [(name, part) for name, lab in LABS.items()
+                      for part in SCRIPTS[name].parts]
+    assert all(set(lab.parts) == set(SCRIPTS[name].parts) for name, lab in LABS.items())
+
+
+# -- turns
+
+@pytest.mark.parametrize('degrees, met', [
+    (90.0, True), (79.5, True), (100.5, True), (78.5, False), (101.5, False), (-90.0, False),
+    (450.0, False), (-270.0, False), (0.0, False)])
+def test_a_turn_to_the_left_is_counted_as_it_was_turned(degrees, met):
+    missed = turn.left(turned(degrees))
+    assert (missed == '') is met
+    if missed and degrees:
+        assert '{:.1f} degrees to the {}'.format(
+            abs(degrees), 'left' if degrees > 0.0 else 'right') in missed
+
+
+def test_a_turn_to_the_right_is_one():
+    assert turn.right(turned(-85.0, 'r')) == ''
+    assert turn.right(turned(85.0, 'r')) != ''
+
+
+def test_a_robot_that_does_not_rest_or_does_not_move_has_not_turned():
+    assert 'still moving' in turn.left(turned(90.0, rested=False))
+    assert 'did not turn' in turn.left(turned(0.0, moved=False))
+
+
+def test_commands_while_turning():
+    assert turn.clamped(turned(90.0)) == turn.on_the_spot(turned(90.0)) == ''
+    assert '9.0 rad/s' in turn.clamped(turned(90.0, rate=9.0))
+    assert '0.10 m/s' in turn.on_the_spot(turned(90.0, forward=0.1))
+
+
+@pytest.mark.parametrize('answer, met', [
+    ("x\nNot valid: use 'l' or 'r'.\n", True), ('Please type left or right', True), ('x\n', False),
+    ('x\nnot a valid letter, really\n', False)])
+def test_an_answer_names_what_is_valid(answer, met):
+    seen = observation(stimuli=[stimulus('nonsense', printed=answer, lines=2)])
+    assert (turn.answers_nonsense(seen) == '') is met
+
+
+def test_an_answer_in_a_flood_is_none():
+    seen = observation(stimuli=[stimulus('nonsense', printed='l or r', lines=20000)])
+    assert '20000 lines' in turn.answers_nonsense(seen)
+
+
+# -- drives
+
+@pytest.mark.parametrize('start', [Pose2(), Pose2(4.8, -0.3, 2.0)])
+@pytest.mark.parametrize('end, place, heading', [
+    (Pose2(-0.61, 0.61, 0.0), True, True), (Pose2(-0.61, 0.74, 0.04), True, True),
+    (Pose2(-0.61, 0.79, 0.0), False, True), (Pose2(-0.61, 0.61, 0.1), True, False),
+    (Pose2(-0.61, 0.61, 2.0 * math.pi + 0.04), True, True),
+    (Pose2(0.61, -0.61, math.pi), False, False)])
+def test_a_drive_is_judged_in_the_frame_it_began_in(start, end, place, heading):
+    local_T_world = start.inverse()
+    there = start @ end
+    seen = observation('move2goal', stimuli=[stimulus('first drive', facts={
+        'moved': True, 'rested': True, 'goal': move2goal.GOAL,
+        'local_T_world': [local_T_world.x, local_T_world.y, local_T_world.yaw]})],
+        truth=[[0.0, start.x, start.y, start.yaw], [2.0, there.x, there.y, there.yaw]])
+    assert (move2goal.goal_place(seen) == '') is place
+    assert (move2goal.goal_heading(seen) == '') is heading
+
+
+# -- what could not be seen
+
+def test_a_node_that_ended_at_once_loses_all_and_is_told_why():
+    seen = Observation('turn', 'lab2/node.py', runs=[Run(
+        0.0, end=1.0, ended_by_itself=True, printed='Traceback ...\nNameError: imu\n')])
+    assert set(outcomes(seen).values()) == {Outcome.MISSED}
+    worth = points_of('turn', turn.CRITERIA, TABLE)
+    for verdict in judge(turn.CRITERIA, seen, worth):
+        assert "ended at once: 'NameError: imu'" in verdict.sentence and verdict.points == 0.0
+
+
+def test_what_a_node_does_not_offer_is_not_offered():
+    seen = observation(missing={'mouse up': 'it does not listen to mouse_info'},
+                       stimuli=[stimulus('mouse not active')])
+    results = outcomes(seen, parts=['mouse'])
+    assert results['mouse_drives'] is Outcome.NOT_OFFERED
+    assert set(results) == {'mouse_drives', 'mouse_dead_zone', 'mouse_off'}
+
+
+def test_a_node_that_dies_of_a_stimulus_does_not_meet_it():
+    seen = observation(stimuli=[stimulus('nonsense', died=True, printed="KeyError: 'l' or 'r'")])
+    assert outcomes(seen)['answers_nonsense'] is Outcome.MISSED
+
+
+@pytest.mark.parametrize('facts, printed, words', [
+    ({'took': 0.8, 'signal': 0}, 'bye\n', ''), ({'took': None, 'signal': 0}, '', 'still running'),
+    ({'took': 0.8, 'signal': 2}, '', ''), ({'took': 0.8, 'signal': 6}, '', 'signal 6'),
+    ({'took': 0.8, 'signal': 0}, 'Traceback (most recent call last):\n  x\nKeyError: 3\n',
+     'KeyError: 3')])
+def test_a_clean_exit(facts, printed, words):
+    seen = observation(stimuli=[stimulus('Ctrl+C', died=True, printed=printed, facts=facts)])
+    clean_exit, = [c for c in turn.CRITERIA if c.name == 'clean_exit']
+    missed = clean_exit.judge(seen)
+    assert words in missed and bool(missed) is bool(words)
+
+
+@pytest.mark.parametrize('commands, met', [
+    ([[0.1, 0.0, 1.5], [0.2, 0.0, 0.0]], True), ([[0.1, 0.0, 1.5]], False), ([], False),
+    ([[0.1, 0.0, 1.5], [0.9, 0.0, 0.0]], False),            # the turn was over then
+    ([[0.1, 0.0, 1.5], [5.1, 0.0, 0.0]], True),             # at the second try
+    ([[0.2, 0.0, 0.0], [0.25, 0.0, 1.5]], True)])           # overtaken by another thread
+def test_a_zero_is_sent_at_ctrl_c(commands, met):
+    seen = observation(commands=commands, stimuli=[
+        stimulus('Ctrl+C', died=True, facts={'was_moving': True}),
+        stimulus('Ctrl+C again', 5.0, 6.0, died=True, facts={'was_moving': True})])
+    stops_robot, = [c for c in turn.CRITERIA if c.name == 'stops_robot']
+    assert (stops_robot.judge(seen) == '') is met
+
+
+def test_an_observation_comes_back_from_its_file():
+    seen = turned(90.0)
+    assert Observation.from_json(seen.to_json()) == seen
+
+
+def test_the_longest_gap_in_what_the_robot_said():
+    assert observation(truth=[[t, 0, 0, 0] for t in (0.0, 0.02, 0.52, 0.54)]).longest_gap == (
+        pytest.approx(0.5))
+    assert observation().longest_gap == 0.0
+
+
+# -- text, files, pages
+
+@pytest.mark.parametrize('pieces', [['a' * 5] * 3, ['b' * 50], ['c'] * 45, ['ab\n' * 9] * 9])
+def test_bounded_text_keeps_head_and_tail(pieces):
+    text, whole = BoundedText(kept=10), ''
+    for piece in pieces:
+        before = len(whole)
+        text.append(piece)
+        whole += piece
+        assert text.length == len(whole) and text.lines == whole.count('\n')
+        assert whole.endswith(text.since(before)[-10:])
+        assert len(str(text)) < 100
+        assert str(text) == whole or (
+            str(text).startswith(whole[:10]) and str(text).endswith(whole[-10:]))
+
+
+def marks_of(student, seen):
+    worth = points_of('turn', turn.CRITERIA, TABLE)
+    return Marks(student, 'lab2/node.py', judge(turn.CRITERIA, seen, worth), ['A "remark", <b>.'],
+                 seen)
+
+
+class Strict(HTMLParser):
+    """Fails where an element is not closed; keeps the words."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.words, self.tags = [], '', []
+        self.feed(text)
+        assert not self.open
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append(tag)
+        if tag not in ('meta', 'img'):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.words += data
+
+
+def test_pages_show_what_students_write_as_text():
+    seen = turned(81.0)
+    seen.runs[0].printed = '<script>alert("x")</script> & so on\n'
+    page = Strict(feedback(marks_of('<i>Bobby</i>', seen), 'IMU lab'))
+    assert '<script>alert("x")</script> & so on' in page.words and 'script' not in page.tags
+    assert '<i>Bobby</i>' in page.words and 'A "remark", <b>.' in page.words
+    assert page.tags.count('img') == 1
+    whole = Strict(overview([marks_of('<i>Bobby</i>', seen)], 'IMU lab', ['a b.html']))
+    assert '<i>Bobby</i>' in whole.words and 'i' not in whole.tags
+
+
+def test_a_page_without_an_observation_says_why():
+    marks = Marks('Bobby', verdicts=[], remarks=['There is no node.'])
+    page = Strict(feedback(marks, 'IMU lab'))
+    assert 'There is no node.' in page.words and 'img' not in page.tags
+
+
+def test_the_table_of_marks(tmp_path):
+    def never(seen):
+        raise NotOffered('no')
+    here = Place('imu_lab.md', 'Lab')
+    criteria = [Criterion('one', '', 'one', here, lambda seen: ''),
+                Criterion('two', '', 'two', here, never),
+                Criterion('more', '', 'more', here, lambda seen: '', extra=True)]
+    verdicts = judge(criteria, observation(), {'one': 1.5, 'two': 2, 'more': 0.5})
+    write_csv([Marks('Bobby', 'lab2/n.py', verdicts, ['Hm.'])], tmp_path / 'marks.csv')
+    with open(str(tmp_path / 'marks.csv'), newline='') as file:
+        row, = csv.DictReader(file)
+    assert row == {'student': 'Bobby', 'points': '2', 'of': '3.5', 'one': '1.5', 'two': '0',
+                   'extra_more': '0.5', 'node': 'lab2/n.py', 'remarks': 'Hm.'}

@@ -1,0 +1,147 @@
+"""The URDF that RViz gets: the simple shape against the robots' numbers, and where it comes from."""
+import importlib.util
+import math
+import pathlib
+import re
+from xml.etree import ElementTree
+
+import pytest
+
+from tb3_labs.ros.robot_messages import WHEEL_JOINTS
+from tb3_labs.turtlebot3 import MODELS
+from tb3_labs.urdf import with_prefix
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+LINKS = {'base_footprint', 'base_link', 'wheel_left_link', 'wheel_right_link'}
+
+#: A stand-in for turtlebot3_description, whose root link tells which file was asked for.
+XACRO = '#!/bin/sh\necho "<robot name=\'r\'><link name=\'$(basename $1)\'/></robot>"\n'
+
+
+@pytest.fixture
+def machine(tmp_path, monkeypatch):
+    """Makes a machine of its own: without turtlebot3_description, or with it and a stand-in xacro."""
+    programs, packages = tmp_path / 'bin', tmp_path / 'packages'
+    programs.mkdir()
+    packages.mkdir()
+    monkeypatch.setenv('ROS_PACKAGE_PATH', str(packages))
+    monkeypatch.delenv('TURTLEBOT3_MODEL', raising=False)
+
+    def install(xacro=None):
+        (packages / 'turtlebot3_description').mkdir()
+        (packages / 'turtlebot3_description' / 'package.xml').write_text(
+            '<package format="2"><name>turtlebot3_description</name></package>')
+        monkeypatch.setenv('PATH', '{}:/usr/bin:/bin'.format(programs) if xacro else str(programs))
+        if xacro:
+            (programs / 'xacro').write_text(xacro)
+            (programs / 'xacro').chmod(0o755)
+    return install
+
+
+def run(*words):
+    """The exit status of the script."""
+    spec = importlib.util.spec_from_file_location(
+        'robot_description', str(ROOT / 'scripts/robot_description.py'))
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    return script.main(list(words))
+
+
+def described(capsys, *words):
+    """The robot that the script prints."""
+    assert run(*words) == 0
+    output = capsys.readouterr()
+    assert output.err == ''
+    return ElementTree.fromstring(output.out)
+
+
+def numbers(element, attribute):
+    return [float(word) for word in element.get(attribute).split()]
+
+
+@pytest.mark.parametrize('model', MODELS.values())
+def test_the_simple_shape_is_as_large_as_the_robot(machine, capsys, model):
+    robot = described(capsys, model.name)
+    joints = {joint.get('name'): joint for joint in robot.findall('joint')}
+    bodies = {link.get('name'): link for link in robot.findall('link')}
+    assert set(bodies) == LINKS and set(joints) == {'base_joint'}.union(WHEEL_JOINTS)
+    assert (joints['base_joint'].find('parent').get('link'),
+            joints['base_joint'].find('child').get('link')) == ('base_footprint', 'base_link')
+    axle = numbers(joints['base_joint'].find('origin'), 'xyz')
+    assert axle[:2] == [0.0, 0.0]
+    for name, side in zip(WHEEL_JOINTS, (1.0, -1.0)):
+        joint = joints[name]
+        assert (joint.get('type'), joint.find('parent').get('link')) == ('continuous', 'base_link')
+        assert numbers(joint.find('axis'), 'xyz') == [0.0, 1.0, 0.0]      # forward is positive
+        x, y, z = numbers(joint.find('origin'), 'xyz')
+        assert (x, y) == (0.0, side * model.wheel_separation / 2.0)
+        visual = bodies[joint.find('child').get('link')].find('visual')
+        wheel = visual.find('geometry/cylinder')
+        assert axle[2] + z == float(wheel.get('radius')) == model.wheel_radius    # on the floor
+        assert numbers(visual.find('origin'), 'rpy') == pytest.approx([math.pi / 2.0, 0.0, 0.0])
+        assert math.hypot(abs(y) + float(wheel.get('length')) / 2.0,
+                          model.wheel_radius) < model.body_radius
+    body, nose = bodies['base_link'].findall('visual')
+    disc, box = body.find('geometry/cylinder'), numbers(nose.find('geometry/box'), 'size')
+    centre, place = numbers(body.find('origin'), 'xyz'), numbers(nose.find('origin'), 'xyz')
+    assert (centre[:2], float(disc.get('radius'))) == ([0.0, 0.0], model.body_radius)
+    # the nose begins in the middle and ends at the front, on the body, below all that is drawn
+    assert place[0] - box[0] / 2.0 == pytest.approx(0.0)
+    assert place[0] + box[0] / 2.0 == pytest.approx(model.body_radius)
+    assert place[1] == 0.0
+    assert centre[2] + float(disc.get('length')) / 2.0 <= place[2] - box[2] / 2.0 + 1e-9
+    assert axle[2] + place[2] + box[2] / 2.0 < 0.0
+    colours = {material.get('name') for material in robot.findall('material')}
+    assert {material.get('name') for material in robot.findall('link/visual/material')} <= colours
+
+
+def test_the_model_is_chosen_as_by_every_node(machine, capsys, monkeypatch):
+    for words in (), ('default',):
+        monkeypatch.delenv('TURTLEBOT3_MODEL', raising=False)
+        assert described(capsys, *words).get('name') == 'turtlebot3_burger'
+        monkeypatch.setenv('TURTLEBOT3_MODEL', 'waffle_pi')
+        assert described(capsys, *words).get('name') == 'turtlebot3_waffle_pi'
+    assert described(capsys, 'waffle').get('name') == 'turtlebot3_waffle'
+
+
+def test_a_robot_in_a_namespace_has_frames_of_its_own(machine, capsys):
+    robot = described(capsys, 'burger', 'robot3/')
+    named = [link.get('name') for link in robot.findall('link')]
+    assert set(named) == {'robot3/' + name for name in LINKS}
+    for end in robot.findall('joint/parent') + robot.findall('joint/child'):
+        assert end.get('link') in named
+    # joint_states has the namespace in its own name
+    assert {joint.get('name') for joint in robot.findall('joint')} > set(WHEEL_JOINTS)
+
+
+@pytest.mark.parametrize('prefix', ['', 'robot3/'])
+def test_the_robots_own_description_where_it_is_installed(machine, capsys, prefix):
+    machine(XACRO)
+    robot = described(capsys, 'waffle_pi', prefix)
+    assert robot.find('link').get('name') == prefix + 'turtlebot3_waffle_pi.urdf.xacro'
+
+
+@pytest.mark.parametrize('xacro, said', [
+    (None, 'xacro is missing'),
+    ('#!/bin/sh\necho "warning: old" >&2\necho "error: no such macro" >&2\nexit 2\n',
+     r'turtlebot3_burger\.urdf\.xacro: warning: old error: no such macro'),
+    ('#!/bin/sh\necho "<robot>"\n', 'not a URDF'),
+    ('#!/bin/sh\n', 'not a URDF')])
+def test_what_cannot_be_described_is_said_in_one_line(machine, capsys, xacro, said):
+    machine(xacro)
+    assert run('burger') != 0
+    output = capsys.readouterr()
+    assert output.out == ''
+    line, = output.err.splitlines()
+    assert line.startswith('robot_description.py: ') and re.search(said, line), line
+
+
+def test_an_unknown_robot(machine, capsys):
+    assert run('vacuum') != 0
+    line, = capsys.readouterr().err.splitlines()
+    assert 'vacuum' in line and 'burger, waffle, waffle_pi' in line
+
+
+def test_a_prefix_leaves_the_rest_alone():
+    text = '<robot name="r"><link name="a"><visual><geometry/></visual></link></robot>'
+    assert with_prefix(text, '').replace(' />', '/>') == text

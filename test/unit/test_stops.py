@@ -1,0 +1,86 @@
+"""Every fault in every state of a drive, and in a turn: when and where the robot truly stands."""
+import math
+
+import pytest
+
+from tb3_labs.drive_laws import DriveConfig
+from tb3_labs.freshness import FROZEN_TIME
+from tb3_labs.goal import DRIVING, GoalState
+from tb3_labs.simulator import Simulator
+from tb3_labs.stops import ROBOT, setting, stop_of_a_drive, stop_of_a_turn
+from tb3_labs.turning import TurnConfig
+
+FASTEST, FASTEST_TURN = 0.2108, 1.5     # [m/s], [rad/s]
+#: From a zero command to rest: under way, the firmware's period, the motors' lag five times.
+COASTING = ROBOT.command_latency + 1.0 / 30.0 + 5.5 * ROBOT.motor_lag
+SILENCE = 0.3
+#: From the begin of a standstill to its notice [s], as the requirement says.
+STUCK = 2.0
+
+
+def stops(fault, law):
+    """(in which motion, Stop) for every motion that needs what fails."""
+    for state in DRIVING:
+        yield state, stop_of_a_drive(GoalState[state], fault, drive_config=DriveConfig(law=law))
+    yield 'turn', stop_of_a_turn(fault, turn_config=TurnConfig(law=law), degrees=179.0)
+
+
+def assert_stands(stop, within):
+    assert stop.to_zero <= within
+    assert stop.to_rest <= within + COASTING
+    assert stop.way <= FASTEST * (within + COASTING)
+    assert stop.turn <= FASTEST_TURN * (within + COASTING)
+
+
+@pytest.mark.parametrize('law', ['precise', 'lab'])
+@pytest.mark.parametrize('lost', [('imu',), ('odom',), ('imu', 'odom')])
+def test_silence(lost, law):
+    for motion, stop in stops(setting(**{name + '_silent': True for name in lost}), law):
+        if motion == 'turn' and 'imu' not in lost:
+            assert stop.reason == ''          # a turn by the IMU needs no odometry
+            continue
+        assert_stands(stop, SILENCE)
+        assert all('no ' + name in stop.reason for name in lost if motion != 'turn'), (motion, stop)
+
+
+@pytest.mark.parametrize('law', ['precise', 'lab'])
+@pytest.mark.parametrize('lost', [('imu',), ('odom',), ('imu', 'odom')])
+def test_the_same_sample_again_and_again(lost, law):
+    for motion, stop in stops(setting(**{name + '_frozen': True for name in lost}), law):
+        if motion == 'turn' and 'imu' not in lost:
+            continue
+        assert_stands(stop, FROZEN_TIME + 0.1 + 0.1)     # a step of the handout's law, twice
+        assert 'says the very same' in stop.reason, (motion, stop)
+
+
+@pytest.mark.parametrize('law', ['precise', 'lab'])
+def test_motors_that_do_nothing(law):
+    for motion, stop in stops(setting(motors_off=True), law):
+        assert stop.to_zero <= STUCK, (motion, stop)
+        assert stop.way <= FASTEST * COASTING and stop.turn <= FASTEST_TURN * COASTING
+        assert 'does not move' in stop.reason
+
+
+def test_wheels_that_spin_without_turning_the_robot():
+    for motion, stop in stops(setting(slip=1.0), 'precise'):
+        if motion != 'MOVE_FORWARD':     # there the wheels themselves say that it drives
+            assert stop.to_zero <= STUCK and 'does not move' in stop.reason, (motion, stop)
+
+
+@pytest.mark.parametrize('law', ['precise', 'lab'])
+def test_the_robots_own_reset(law):
+    for motion, stop in stops(Simulator.reset, law):
+        assert_stands(stop, SILENCE)
+
+
+@pytest.mark.parametrize('state', DRIVING)
+def test_a_robot_without_noise_is_not_taken_for_frozen(state):
+    exact = ROBOT.__class__(imu_noise_deg=0.0, gyro_noise=0.0, command_latency=0.07)
+    stop = stop_of_a_drive(GoalState[state], lambda robot: None, exact)
+    assert stop.reason == ''
+
+
+def test_a_turn_without_noise_is_not_taken_for_frozen():
+    exact = ROBOT.__class__(imu_noise_deg=0.0, gyro_noise=0.0, command_latency=0.07)
+    stop = stop_of_a_turn(lambda robot: None, exact, degrees=300.0)
+    assert stop.reason == '' and math.degrees(stop.turn) < 300.0
