@@ -29,9 +29,9 @@ class DriveConfig(Config):
                                 unit='m/s', low=0.02, high=1.0)
     max_angular: float = setting(1.5, "fastest turn; the robot's own limit holds as well",
                                  unit='rad/s', low=0.1, high=5.0)
-    linear_acceleration: float = setting(4.0, 'speeding up; half of it for braking',
+    linear_acceleration: float = setting(4.0, 'speeding up; a fifth of it for braking',
                                          unit='m/s^2', low=0.1, high=10.0)
-    angular_acceleration: float = setting(32.0, 'speeding up a turn; half of it for braking',
+    angular_acceleration: float = setting(45.0, 'speeding up a turn; a quarter of it for braking',
                                           unit='rad/s^2', low=1.0, high=80.0)
 
 
@@ -112,7 +112,8 @@ class PreciseLaw:
         self._max_angular = min(config.max_angular, model.max_angular)
         self._turning = PreciseTurn(self._max_angular, config.angular_acceleration,
                                     math.radians(config.angle_tolerance_deg), response)
-        self._driving = Approach(config.linear_acceleration, gain=20.0, slowest=0.015,
+        self._driving = Approach(self.period, config.linear_acceleration,
+                                 braking=0.2 * config.linear_acceleration, gain=15.0, slowest=0.015,
                                  close_enough=0.0005, response=response)
 
     def start(self, pose, goal):

@@ -13,6 +13,7 @@ from tb3_labs.angles import continuous, difference
 from tb3_labs.approach import Approach, Response
 from tb3_labs.config import Config, setting
 from tb3_labs.motion import LawStep, Twist2, proportional
+from tb3_labs.turtlebot3 import CONTROL_RATE
 
 #: What the keyboard calls a turn [deg].
 WORDS = {'l': 90.0, 'r': -90.0, 'b': 180.0}
@@ -41,9 +42,9 @@ class TurnConfig(Config):
     min_ang_z: float = setting(0.5, 'lab: slowest turn', 'rad/s', low=0.0, high=5.0)
     max_ang_z: float = setting(1.5, "fastest turn; the robot's own limit holds as well", 'rad/s',
                                low=0.1, high=5.0)
-    tolerance_deg: float = setting(0.3, 'precise: how near counts as turned', 'deg',
+    tolerance_deg: float = setting(0.4, 'precise: how near counts as turned', 'deg',
                                    low=0.2, high=45.0)
-    angular_acceleration: float = setting(32.0, 'precise: speeding up; half of it for braking',
+    angular_acceleration: float = setting(45.0, 'precise: speeding up; a quarter of it for braking',
                                           'rad/s^2', low=1.0, high=80.0)
 
     def __post_init__(self):
@@ -99,7 +100,7 @@ class PreciseTurn:
     Also turns a drive to its goal, see :mod:`tb3_labs.drive_laws`.
     """
 
-    period = 0.02    # [s]: the firmware takes a command every 33 ms
+    period = 1.0 / CONTROL_RATE
     MAX_ANGLE = 200.0 * math.pi
     MAX_ANGLE_IN_WORDS = 'a number from -36000 to 36000'
     #: A turn during another moves its goal; one after another makes up for what that left undone.
@@ -114,8 +115,10 @@ class PreciseTurn:
         """[rad/s], [rad/s^2], [rad]; `response` is the robot's approach.Response."""
         self._fastest = fastest
         self._tolerance = tolerance
-        self._approach = Approach(acceleration, gain=20.0, slowest=0.04, close_enough=0.003,
-                                  response=response, speed_is_prompt=True)
+        self._approach = Approach(
+            self.period, acceleration, braking=0.25 * acceleration, gain=24.0, slowest=0.04,
+            close_enough=0.002, leave_alone=min(0.005, 0.9 * tolerance), response=response,
+            speed_is_prompt=True)
 
     def start(self, yaw, angle):
         """Turn by `angle`, beginning at `yaw`, with a robot that stands."""
@@ -140,7 +143,8 @@ class PreciseTurn:
         when settled: at rest inside the tolerance."""
         self.remaining = continuous(self._face - yaw, self.remaining)
         command = self._approach.step(self.remaining, rate, self._fastest, dt)
-        rests = abs(self.remaining) <= self._tolerance and abs(rate) <= self.REST_RATE
+        rests = (abs(self.remaining) <= self._tolerance and abs(rate) <= self.REST_RATE
+                 and self._approach.told_to_rest)
         self._rested_for = self._rested_for + dt if rests else 0.0
         return LawStep(Twist2(0.0, command), self.remaining,
                        self._rested_for >= self.SETTLING_TIME)

@@ -108,12 +108,12 @@ def test_a_turn_has_only_settled_inside_the_tolerance_and_at_rest():
     law = PreciseLaw(DriveConfig(), BURGER)
     goal = Pose2(0.0, 0.0, 0.0)
     law.start(Pose2(), goal)
-    near = math.radians(0.4)
+    near, far, dt = math.radians(0.2), math.radians(0.6), law.period
     for _ in range(20):
-        assert not law.rotate_to_final(at(0.0, 0.0, near, 0.0, -0.5), goal, 0.02).finished
+        assert not law.rotate_to_final(at(0.0, 0.0, near, 0.0, -0.5), goal, dt).finished
     for _ in range(20):
-        assert not law.rotate_to_final(at(0.0, 0.0, 2.0 * near, 0.0, 0.0), goal, 0.02).finished
-    steps = [law.rotate_to_final(at(0.0, 0.0, near), goal, 0.02).finished for _ in range(10)]
+        assert not law.rotate_to_final(at(0.0, 0.0, far, 0.0, 0.0), goal, dt).finished
+    steps = [law.rotate_to_final(at(0.0, 0.0, near), goal, dt).finished for _ in range(10)]
     assert steps[0] is False and steps[-1] is True
 
 

@@ -71,7 +71,7 @@ def test_control_lost_silences_and_control_back_begins_anew():
 
 
 def test_commands_come_at_the_laws_own_rate():
-    assert len(driving().run(1.0)) == pytest.approx(50, abs=2)
+    assert len(driving().run(1.0)) == pytest.approx(30, abs=2)
     assert len(driving(law='lab').run(1.0)) == pytest.approx(10, abs=1)
 
 
@@ -81,7 +81,7 @@ def test_the_rate_is_kept_after_the_sensors_were_silent():
     robot.run(1.0)
     robot.odom = True
     robot.run(0.1)
-    assert len(robot.run(1.0)) == pytest.approx(50, abs=2)
+    assert len(robot.run(1.0)) == pytest.approx(30, abs=2)
 
 
 @pytest.mark.parametrize('lost', [('imu',), ('odom',), ('imu', 'odom')])
