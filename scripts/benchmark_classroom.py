@@ -7,12 +7,12 @@ drive. What is judged is where each robot truly stands.
 
     reached         drives that ended at their goal
     off             true distance [mm] and angle [deg] from it, worst
-    on time         share of a drive's commands that came at most 33 ms, the firmware's period, after
-                    the one before
+    on time         share of a drive's commands, one for each of the firmware's periods of 33 ms, that
+                    came at most 33 ms later than they were due
     cores           computing of all its processes: robots, move_to_goal, gamepads
     memory          resident, of all [MB]
 
-Usage: benchmark_classroom.py [numbers of robots, default 1 4 12 24] [-r rate of the IMU, default 50]
+Usage: benchmark_classroom.py [numbers of robots, default 1 4 12 24] [-r rate of the IMU, default 60]
 """
 import argparse
 import contextlib
@@ -32,14 +32,16 @@ from rospy.msg import AnyMsg
 from std_msgs.msg import Bool, String
 
 from tb3_labs.angles import difference
+from tb3_labs.drive_laws import PreciseLaw
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped
 from tb3_labs.ros.costs import cpu_time, memory, parent
 from tb3_labs.se2 import Pose2
 from tb3_labs.srv import ResetPose
 
 ROW = '{:>6} {:>9} {:>18} {:>9} {:>29} {:>9}'
-#: A command that comes later than this is late [s]; one that comes later than that begins a drive.
-ON_TIME = 0.033
+#: A command that comes later than this after the one before is late [s]; one that comes later than
+#: that begins a drive.
+ON_TIME = PreciseLaw.period + 0.033
 PAUSE = 0.5
 PATIENCE = 120.0
 
@@ -182,7 +184,7 @@ def costs(launch):
                 line = command.read()
             for kind, name in KINDS.items():
                 if name in line:
-                    found[kind][0] += cpu_time(pid)
+                    found[kind][0] += cpu_time(int(pid))
                     found[kind][1] += memory(pid)
     return found
 
@@ -191,7 +193,7 @@ def main():
     """Measure and print."""
     parser = argparse.ArgumentParser(description='A class of robots on this computer.')
     parser.add_argument('robots', nargs='*', type=int, default=[1, 4, 12, 24])
-    parser.add_argument('-r', '--imu-rate', type=float, default=50.0, help='of the robots [1/s]')
+    parser.add_argument('-r', '--imu-rate', type=float, default=60.0, help='of the robots [1/s]')
     given = parser.parse_args()
     with socket.socket() as probe:
         probe.bind(('127.0.0.1', 0))

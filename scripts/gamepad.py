@@ -69,6 +69,7 @@ class Gamepad:
             self._pad.joy.dropped += 1
             return
         self._tick()
+        self._watchdog.feed()
         if self._pad.take_reset():
             self._resets.reset()
 

@@ -84,7 +84,8 @@ class MoveToGoal:
         Diagnostics(self._model.name, self._diagnose)
         LiveSettings(drive, self._on_settings)
         self._old_permissions = OldPermissions()
-        subscribe('imu', Imu, self._on_imu, to_imu_sample, self._navigator.imu)
+        subscribe('imu', Imu, self._on_imu, to_imu_sample, self._navigator.imu,
+                  idle_for=self._idle_for)
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample,
                   self._navigator.odometry)
         subscribe('ctrl_relinq', Bool, self._on_ctrl_relinq)
@@ -93,7 +94,12 @@ class MoveToGoal:
         with self._changed:
             self._report(self._navigator.on_imu(sample, rospy.get_time()))
         self._tick()
+        self._watchdog.feed()
         self._show_fix()
+
+    def _idle_for(self, now):
+        with self._changed:
+            return self._navigator.idle_for(now)
 
     def _on_odometry(self, sample):
         with self._changed:

@@ -59,7 +59,8 @@ class Controller:
         self._rivals = Rivals(self._cmd_vel)
         self._sources = SourceReport(self._controller.imu, self._controller.mouse)
         self._watchdog = Watchdog(self._tick)
-        subscribe('imu', Imu, self._on_imu, to_imu_sample, self._controller.imu)
+        subscribe('imu', Imu, self._on_imu, to_imu_sample, self._controller.imu,
+                  idle_for=self._idle_for)
         subscribe('mouse_info', MouseController, self._on_mouse, to_mouse, self._controller.mouse)
         subscribe('turn', Float64, self._on_turn)
         rospy.loginfo('Type l (left), r (right), b (about turn), a number of degrees, or q (quit), '
@@ -72,11 +73,17 @@ class Controller:
         with self._lock:
             self._controller.on_imu(sample, rospy.get_time())
         self._tick()
+        self._watchdog.feed()
+
+    def _idle_for(self, now):
+        with self._lock:
+            return self._controller.idle_for(now)
 
     def _on_mouse(self, mouse):
         with self._lock:
             self._controller.on_mouse(*mouse, rospy.get_time())
         self._tick()
+        self._watchdog.feed()
 
     def _on_turn(self, message):
         try:

@@ -141,10 +141,9 @@ class Approach:
         begin = round(self._now / self._period) * self._period
         self.at_rest = (remaining - self._motor_speed * self._lag
                         - self._travel_under_way(begin))
-        wanted, near = 0.0, self._close_enough
-        if self._direction and not self._command:
-            near = self._leave_alone
-            self._nudges = True
+        # after the first stop it is moved by nudges, and left alone sooner
+        self._nudges = self._nudges or bool(self._direction and not self._command)
+        wanted, near = 0.0, self._leave_alone if self._nudges else self._close_enough
         if self.at_rest > near or self.at_rest < -max(near, backwards_from):
             # who turns back again and again has a wrong picture of the robot, and goes slower; so
             # does a nudge, which may be obeyed for two periods

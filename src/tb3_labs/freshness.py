@@ -8,7 +8,7 @@ import math
 from enum import Enum
 
 #: Silence after which a sensor counts as lost [s]: a robot at full speed drives 5 cm in it.
-SENSOR_TIMEOUT = 0.25
+SENSOR_TIMEOUT = 0.22
 #: After a silence of the sensors up to this long a motion goes on by itself [s].
 RESUME_TIME = 2.0
 #: A sensor that repeats itself for this long, though the robot is told to move, is frozen [s]: more

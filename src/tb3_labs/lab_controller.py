@@ -13,7 +13,7 @@ from tb3_labs.arbiter import Driver, Event, who_drives
 from tb3_labs.freshness import Freshness, FrozenWatch, SensorWatch, Sight
 from tb3_labs.motion import Twist2
 from tb3_labs.news import NewsDesk
-from tb3_labs.pace import Pace
+from tb3_labs.pace import LONGEST_IDLE, Pace
 from tb3_labs.progress import Progress
 from tb3_labs.sensors import heading_jump
 from tb3_labs.teleop import mouse_twist
@@ -141,6 +141,10 @@ class LabController:
             return True
         return self.driver is Driver.TURN and (
             self._pace.due(now) or not self._sensors.are_fresh(now))
+
+    def idle_for(self, now):
+        """For so long no sample of the IMU needs to be looked at [s]."""
+        return self._pace.idle_for(now) if self.driver is Driver.TURN else LONGEST_IDLE
 
     def command(self, now):
         """The Twist2 to send now, or None: silence."""

@@ -122,6 +122,11 @@ class Localizer:
         if reset in self._resets:
             self._resets.remove(reset)
 
+    @property
+    def has_resets(self):
+        """Are there resets that wait for the samples of their instant?"""
+        return bool(self._resets)
+
     def motion(self, now):
         """The robot's Motion at `now`, carried on from the newest samples; None before them.
 

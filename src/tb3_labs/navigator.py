@@ -16,7 +16,7 @@ from tb3_labs.goal import GoalMachine
 from tb3_labs.localizer import Localizer
 from tb3_labs.motion import Twist2
 from tb3_labs.news import NewsDesk
-from tb3_labs.pace import Pace
+from tb3_labs.pace import LONGEST_IDLE, Pace
 from tb3_labs.permission import Permission
 from tb3_labs.se2 import Pose2
 
@@ -131,6 +131,13 @@ class Navigator:
     def due(self, now):
         """Is it time for :meth:`command`? At the law's own rate, and whenever a sensor is lost."""
         return self._pace.due(now) or not self._sensors.are_fresh(now)
+
+    def idle_for(self, now):
+        """For so long no sample of the IMU needs to be looked at [s]."""
+        if self.localizer.has_resets:
+            return 0.0
+        driving = self.has_control and self.machine.active
+        return self._pace.idle_for(now) if driving else LONGEST_IDLE
 
     def command(self, now):
         """The Twist2 to send now, or None: silence."""

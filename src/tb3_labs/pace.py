@@ -11,6 +11,13 @@ from tb3_labs.motion import clamp
 EARLY = 0.0035
 
 
+#: For so long nobody needs to look at a sample at most [s],
+LONGEST_IDLE = 0.03
+#: and no longer than until this before the next step [s]: what has waited meanwhile is read then,
+#: so that the step is taken by the next sample, a fresh one.
+LOOK_AHEAD = 0.001
+
+
 class Pace:
     """Steps at `period` on average, neither catching up nor running ahead."""
 
@@ -27,6 +34,10 @@ class Pace:
     def due(self, now):
         """Is it time for the next step?"""
         return now >= self._next or now < self._next - self._period
+
+    def idle_for(self, now):
+        """For so long no sample needs to be looked at [s]."""
+        return clamp(self._next - now - LOOK_AHEAD, 0.0, LONGEST_IDLE)
 
     def step(self, now):
         """Take a step; returns the time since the last one [s]."""

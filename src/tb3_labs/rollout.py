@@ -144,8 +144,12 @@ def _control(robot, controller, seconds):
 
 def navigation(robot, navigator):
     """What hears a robot's samples for a Navigator."""
+    is_idle = _idle(robot, navigator)
+
     def hear(sample):
         if isinstance(sample, ImuSample):
+            if is_idle():
+                return
             navigator.on_imu(sample, robot.now)
         else:
             navigator.on_odometry(sample, robot.now)
@@ -155,10 +159,24 @@ def navigation(robot, navigator):
 
 def control(robot, controller):
     """What hears a robot's samples for a LabController."""
+    is_idle = _idle(robot, controller)
+
     def hear(sample):
-        if isinstance(sample, ImuSample):
+        if isinstance(sample, ImuSample) and not is_idle():
             controller.on_imu(sample, robot.now)
     return hear
+
+
+def _idle(robot, driver):
+    """Is an IMU sample one that the node of `driver` would not read now? See ros.node.subscribe."""
+    woken = [-math.inf]
+
+    def is_idle():
+        if robot.now < woken[0]:
+            return True
+        woken[0] = robot.now + driver.idle_for(robot.now)
+        return False
+    return is_idle
 
 
 def run(robot, driver, hear, seconds):

@@ -45,17 +45,21 @@ def soak(seconds, seed=1):
     navigator = Navigator(make_law(DriveConfig(), model), has_control=True)
     controller = LabController(make_turn(TurnConfig(), model))
     hear_drive, hear_turn = navigation(robot, navigator), control(robot, controller)
+
+    def hear(sample):
+        hear_drive(sample)
+        hear_turn(sample)
     while robot.now < seconds:
-        run(robot, navigator, hear_drive, 0.5)
+        run(robot, navigator, hear, 0.5)
         declared, goal = (Pose2(chance.uniform(-2, 2), chance.uniform(-2, 2),
                                 chance.uniform(-math.pi, math.pi)) for _ in range(2))
         local_T_world = declared @ robot.truth.inverse()
         navigator.reset(declared, robot.now)
-        run(robot, navigator, hear_drive, 0.1)
+        run(robot, navigator, hear, 0.1)
         navigator.set_goal(goal)
         while navigator.machine.active:
-            run(robot, navigator, hear_drive, STEP)
-        run(robot, navigator, hear_drive, 0.5)
+            run(robot, navigator, hear, STEP)
+        run(robot, navigator, hear, 0.5)
         here = local_T_world @ robot.truth
         result.drives.append(here.distance_to(goal))
         result.headings.append(abs(math.degrees(difference(here.yaw, goal.yaw))))
@@ -63,13 +67,13 @@ def soak(seconds, seed=1):
             result.failures.append(navigator.machine.failure)
 
         angle, start = chance.choice((90.0, -90.0, 180.0)), robot.truth.yaw
-        run(robot, controller, hear_turn, 0.3)
+        run(robot, controller, hear, 0.3)
         controller.ask(angle, robot.now)
         yaw = start
         while controller.driver is Driver.TURN:
-            run(robot, controller, hear_turn, STEP)
+            run(robot, controller, hear, STEP)
             yaw = continuous(robot.truth.yaw, yaw)
-        run(robot, controller, hear_turn, 0.5)
+        run(robot, controller, hear, 0.5)
         turned = math.degrees(continuous(robot.truth.yaw, yaw) - start)
         # the turn before was followed by a drive: nothing is carried over from it
         result.turns.append(abs(turned - angle))

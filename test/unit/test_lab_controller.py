@@ -269,7 +269,7 @@ def test_a_silent_imu_stops_a_turn_which_goes_on_after_a_short_silence_only(sile
     bench.run(3.0)
     turned = math.degrees(bench.yaw - before)
     assert (turned == pytest.approx(180.0, abs=0.5)) is goes_on
-    assert bench.told('Stopped: no imu for 0.3 s')
+    assert bench.told('Stopped: no imu for 0.2 s')
     assert bench.told('Going on' if goes_on else 'given up') and bench.controller.driver is (
         Driver.NOBODY)
 

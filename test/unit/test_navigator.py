@@ -6,6 +6,7 @@ import pytest
 from tb3_labs.drive_laws import DriveConfig, PreciseLaw, make_law
 from tb3_labs.freshness import RESUME_TIME, SENSOR_TIMEOUT
 from tb3_labs.navigator import Navigator
+from tb3_labs.pace import LONGEST_IDLE
 from tb3_labs.se2 import Pose2
 from tb3_labs.sensors import ImuSample, OdometrySample
 from tb3_labs.turtlebot3 import robot_model
@@ -178,3 +179,17 @@ def test_a_heading_that_jumped_in_a_short_silence_stops_the_drive():
     robot.imu, robot.imu_yaw = True, -1.5
     assert set(robot.run(0.5)) == {None}
     assert "the IMU's heading jumped by 143 degrees" == robot.navigator.machine.failure
+
+
+def test_a_reset_wants_every_sample_of_the_imu():
+    robot = driving()
+    assert robot.navigator.idle_for(robot.now) >= 0.0
+    robot.navigator.set_control(False, robot.now)
+    assert robot.navigator.idle_for(robot.now) == LONGEST_IDLE
+    robot.imu = False
+    robot.run(0.05)
+    robot.navigator.reset(Pose2(), robot.now)
+    assert robot.navigator.idle_for(robot.now) == 0.0
+    robot.imu = True
+    robot.run(0.05)
+    assert robot.navigator.idle_for(robot.now) == LONGEST_IDLE

@@ -1,7 +1,7 @@
 """When commands are due, and how long a step is."""
 import pytest
 
-from tb3_labs.pace import Pace
+from tb3_labs.pace import LONGEST_IDLE, Pace
 
 
 def test_keeps_its_rate_on_average_although_asked_at_other_moments():
@@ -38,3 +38,27 @@ def test_a_clock_that_goes_back_is_no_step_backwards():
     assert pace.due(3.0)
     assert pace.step(3.0) == 0.0
     assert pace.due(3.11) and not pace.due(3.04)
+
+
+def test_between_steps_nobody_needs_to_look_until_the_last_moment():
+    pace = Pace(1.0 / 30.0)
+    pace.step(5.0)
+    woken = 5.0 + pace.idle_for(5.0)
+    assert 5.02 < woken < 5.0333
+    assert not pace.due(woken)          # what has waited meanwhile is read first
+    assert pace.due(woken + 0.005)      # and the next sample of an IMU at 200 Hz takes the step
+    assert pace.idle_for(woken) < 1e-9 and pace.idle_for(7.0) == 0.0
+    assert pace.idle_for(-100.0) <= LONGEST_IDLE
+
+
+def test_steps_after_the_first_are_rather_early_than_late():
+    """Looks at 200 Hz, out of step with the steps: never more than 2 ms late."""
+    pace, begun, taken = Pace(1.0 / 30.0), None, 0
+    for look in range(1000):
+        now = 2.0 + 0.005 * look
+        if pace.due(now):
+            begun = now if begun is None else begun
+            pace.step(now)
+            assert -0.004 < now - begun - taken / 30.0 < 0.002
+            taken += 1
+    assert taken == pytest.approx(150, abs=1)

@@ -23,7 +23,7 @@ class Rivals:
         self._cmd_vel = cmd_vel
         self._seen = defaultdict(lambda: deque(maxlen=FIGHT))   # times of each node's commands
         self._warned = {}
-        subscribe('cmd_vel', Twist, self._on_command)
+        self._commands = subscribe('cmd_vel', Twist, self._on_command)
 
     @property
     def complaint(self):
@@ -34,7 +34,10 @@ class Rivals:
     def _on_command(self, message):
         # rospy keeps the header of the connection with each message: who sent it
         sender = message._connection_header['callerid']
-        if sender == rospy.get_name() or self._cmd_vel.driving_for < HAND_OVER:
+        if sender == rospy.get_name():
+            self._stop_hearing_oneself()
+            return
+        if self._cmd_vel.driving_for < HAND_OVER:
             return
         now = time.monotonic()
         self._seen[sender].append(now)
@@ -43,6 +46,13 @@ class Rivals:
             self._warned[sender] = now
             rospy.logwarn('%s sends commands while %s drives: stop one of them', sender,
                           rospy.get_name())
+
+    def _stop_hearing_oneself(self):
+        """rospy connects a subscriber to its own node as well: two threads woken by each command."""
+        topic = self._commands.impl
+        for connection in topic.connections:
+            if connection.callerid_pub == rospy.get_name():
+                topic.remove_connection(connection)
 
     @staticmethod
     def _is_rival(times):

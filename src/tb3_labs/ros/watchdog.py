@@ -1,4 +1,5 @@
 """Looks after a driving node while no message arrives to wake it."""
+import math
 import threading
 import time
 
@@ -6,12 +7,15 @@ import rospy
 
 from tb3_labs.ros.node import guarded
 
-#: Between two looks [s, wall clock].
+#: It looks when nobody has for this long [s, wall clock]: half the shortest time after which
+#: anything counts as lost,
+PATIENCE = 0.1
+#: and then this often, until somebody does again [s].
 PERIOD = 0.02
 
 
 class Watchdog:
-    """Calls `check()` every PERIOD of wall time while awake; sleeps for good while not.
+    """Calls `check()` while it is not fed; sleeps for good while not awake.
 
     A rospy.Timer would stop with the simulated clock, just when nobody else is left to look.
     """
@@ -19,6 +23,7 @@ class Watchdog:
     def __init__(self, check):
         self._check = guarded(check)
         self._awake = threading.Event()
+        self._fed_at = -math.inf
         threading.Thread(target=self._run, name='watchdog', daemon=True).start()
 
     def keep(self, awake):
@@ -28,8 +33,16 @@ class Watchdog:
         else:
             self._awake.clear()
 
+    def feed(self):
+        """A message has come, and was looked at."""
+        self._fed_at = time.monotonic()
+
     def _run(self):
         while not rospy.is_shutdown():
             self._awake.wait()
-            self._check()
-            time.sleep(PERIOD)
+            patient_for = self._fed_at + PATIENCE - time.monotonic()
+            if patient_for > 0.0:
+                time.sleep(patient_for)
+            else:
+                self._check()
+                time.sleep(PERIOD)
