@@ -6,6 +6,8 @@
     times bare      the same, in bare subscribers
     memory          resident [MB], and above the bare one's
     ready after     from the start of its process until it has subscribed [s]
+    first command   from the start of its process, told to drive at once, until its first command is
+                    heard at another node [s]
     imu to command  from the arrival of the imu sample that caused a command to that of the command
                     at another node [ms]: median, 99 %
 
@@ -13,6 +15,7 @@ Usage: benchmark_nodes.py [seconds of each measurement, default 10]
 """
 import contextlib
 import os
+import signal
 import socket
 import statistics
 import subprocess
@@ -47,7 +50,7 @@ NODES = {'imu_sub': ('imu_sub.py', IMU), 'controller': ('turtlebot_controller.py
 #: So many bare subscribers run beside each node: one alone costs a third more or less, by whatever
 #: else its core happens to do.
 BARES = 3
-ROW = '{:13} {:>13} {:>13} {:>13} {:>13} {:>11} {:>19}'
+ROW = '{:13} {:>11} {:>10} {:>11} {:>10} {:>11} {:>11} {:>13} {:>15}'
 
 
 class Bench:
@@ -78,10 +81,12 @@ class Bench:
     def close(self):
         self._stack.close()
 
-    def start(self, command):
-        """A process that ends with this one."""
-        process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+    def start(self, command, typed=''):
+        """A process that ends with this one; `typed` is its input."""
+        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
                                    stderr=subprocess.DEVNULL, start_new_session=True)
+        process.stdin.write(typed.encode())
+        process.stdin.close()
         self._stack.callback(process.wait)
         self._stack.callback(process.kill)
         return process
@@ -91,6 +96,20 @@ class Bench:
         begun = time.monotonic()
         self.start(['rosrun', 'tb3_labs', executable, '__name:=' + name])
         return self.pid(name, wait_for), time.monotonic() - begun
+
+    def first_command(self, name):
+        """Seconds until a node that is told to drive as it starts sends its first command."""
+        heard = threading.Event()
+        commands = rospy.Subscriber('cmd_vel', Twist, lambda _: heard.set(), tcp_nodelay=True)
+        begun = time.monotonic()
+        process = self.start(['rosrun', 'tb3_labs', NODES[name][0], '__name:=first_' + name,
+                              '_has_control:=true'], typed='90\n')
+        heard.wait(30.0)
+        took = time.monotonic() - begun
+        os.killpg(process.pid, signal.SIGINT)
+        process.wait()
+        commands.unregister()
+        return took
 
     def bare(self, name, topics):
         self.start([sys.executable, '-c', BARE, name] + list(topics))
@@ -130,12 +149,12 @@ class Bench:
             self.stick = 0.0
             self._stack.close()
             self._stack = outer
-        line = ROW.format(name, *cells, '{:.0f} MB ({:+.0f})'.format(used, more),
-                          '{:.2f} s'.format(ready))
-        if name not in ('imu_sub', 'gamepad'):
-            line += '   {:.2f} / {:.2f} ms'.format(
-                statistics.median(delays), delays[int(0.99 * len(delays))])
-        return line
+        by_imu = name in ('controller', 'move_to_goal')
+        return ROW.format(
+            name, *cells, '{:.0f} MB ({:+.0f})'.format(used, more), '{:.2f} s'.format(ready),
+            '{:.2f} s'.format(self.first_command(name)) if by_imu else '',
+            '{:.2f} / {:.2f} ms'.format(statistics.median(delays),
+                                        delays[int(0.99 * len(delays))]) if by_imu else '')
 
     def shares(self, pid, bare):
         """[CPU of a node, times that of the bare subscribers beside it], as text."""
@@ -195,7 +214,7 @@ def main(seconds):
     print('machine: {} cores, load {:.1f}; the same work takes {:.1f} ms, at worst {:.1f} times as '
           'long'.format(os.cpu_count(), os.getloadavg()[0], work, spread))
     print(ROW.format('node', 'CPU at rest', 'times bare', 'CPU driving', 'times bare', 'memory',
-                     'ready after') + '   imu to command')
+                     'ready after', 'first command', 'imu to command'))
     bench = Bench(seconds)
     try:
         for name in NODES:

@@ -33,6 +33,7 @@ from tb3_labs.ros.node import run, subscribe
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reset_client import ResetClient
 from tb3_labs.ros.rivals import Rivals
+from tb3_labs.ros.traffic import Traffic
 from tb3_labs.ros.watchdog import Watchdog
 
 #: How often a permission is renewed [s].
@@ -53,11 +54,11 @@ class Gamepad:
         self._resets = ResetClient()
         self._cmd_vel = CmdVel()
         self._rivals = Rivals(self._cmd_vel)
-        self._sources = SourceReport(self._pad.joy)
         self._watchdog = Watchdog(self._tick)
         rospy.on_shutdown(self._close)
         self._tick()
         subscribe('joy', Joy, self._on_joy)
+        self._sources = SourceReport((self._pad.joy, Traffic('joy', Joy)))
         Diagnostics(model.name, self._diagnose)
 
     def _on_joy(self, message):

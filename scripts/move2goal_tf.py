@@ -54,6 +54,7 @@ from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.pose_frames import PoseFrames
 from tb3_labs.ros.resets import ResetInterfaces
 from tb3_labs.ros.rivals import Rivals
+from tb3_labs.ros.traffic import Traffic
 from tb3_labs.ros.watchdog import Watchdog
 
 #: A reset answers within a second, whatever happens [s].
@@ -80,8 +81,6 @@ class MoveToGoal:
         self._watchdog = Watchdog(self._tick)
         self._reported = 0                       # the last attempt whose end was reported
         self._rivals = Rivals(self._cmd_vel)
-        self._sources = SourceReport(self._navigator.imu, self._navigator.odometry)
-        Diagnostics(self._model.name, self._diagnose)
         LiveSettings(drive, self._on_settings)
         self._old_permissions = OldPermissions()
         subscribe('imu', Imu, self._on_imu, to_imu_sample, self._navigator.imu,
@@ -89,6 +88,9 @@ class MoveToGoal:
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample,
                   self._navigator.odometry)
         subscribe('ctrl_relinq', Bool, self._on_ctrl_relinq)
+        self._sources = SourceReport((self._navigator.imu, Traffic('imu', Imu)),
+                                     (self._navigator.odometry, Traffic('odom', Odometry)))
+        Diagnostics(self._model.name, self._diagnose)
 
     def _on_imu(self, sample):
         with self._changed:

@@ -36,6 +36,7 @@ from tb3_labs.ros.news import log_news
 from tb3_labs.ros.node import end, run, subscribe
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.rivals import Rivals
+from tb3_labs.ros.traffic import Traffic
 from tb3_labs.ros.watchdog import Watchdog
 from tb3_labs.turning import TurnConfig, degrees_of, make_turn
 
@@ -57,12 +58,14 @@ class Controller:
         rospy.on_shutdown(lambda: rospy.loginfo('Controller exiting. Halting robot.'))
         self._cmd_vel = CmdVel()
         self._rivals = Rivals(self._cmd_vel)
-        self._sources = SourceReport(self._controller.imu, self._controller.mouse)
         self._watchdog = Watchdog(self._tick)
         subscribe('imu', Imu, self._on_imu, to_imu_sample, self._controller.imu,
                   idle_for=self._idle_for)
         subscribe('mouse_info', MouseController, self._on_mouse, to_mouse, self._controller.mouse)
         subscribe('turn', Float64, self._on_turn)
+        self._sources = SourceReport(
+            (self._controller.imu, Traffic('imu', Imu)),
+            (self._controller.mouse, Traffic('mouse_info', MouseController)))
         rospy.loginfo('Type l (left), r (right), b (about turn), a number of degrees, or q (quit), '
                       'and Enter')
         Keyboard(self._on_line, self._on_keyboard_end)

@@ -17,6 +17,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, Empty, Float64, String
 
+from tb3_labs.angles import difference
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped
 from tb3_labs.ros.node_process import NodeProcess
 from tb3_labs.ros.observer import Observer
@@ -63,7 +64,11 @@ class FaultsTest(unittest.TestCase):
 
     def robot(self, *parameters):
         robot = self.start('fake_turtlebot3.py', '__name:=turtlebot3', *parameters)
-        self.seen.wait_for('ground_truth')
+        try:
+            self.seen.wait_for('ground_truth')
+        except RuntimeError as problem:    # once seen: a robot that hung as it started
+            raise RuntimeError('{}; it printed: {}; it does: {}'.format(
+                problem, robot.text, robot.where())) from None
         self.settings = Client('turtlebot3', timeout=10.0)
         return robot
 
@@ -76,16 +81,20 @@ class FaultsTest(unittest.TestCase):
         self.seen.wait_for('goal_state', lambda state: state == 'waiting for control')
         self.seen.wait_until(lambda: self.control.get_num_connections() and (
             self.goals.get_num_connections()), 10.0, 'move_to_goal')
+        start = self.seen.latest('ground_truth')
         self.goals.publish(to_pose_stamped(goal, 'local', 0.0))
         self.control.publish(True)
         self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)
+        self.seen.wait_for('ground_truth', lambda pose: pose.distance_to(start) > 0.04)
         return node
 
     def controller(self):
         """A turn, in full motion."""
         node = self.start('turtlebot_controller.py')
+        start = self.seen.latest('ground_truth')
         self.ask_for_turn()
         self.seen.wait_for('cmd_vel', lambda command: command[1] > 1.4)
+        self.seen.wait_for('ground_truth', lambda pose: difference(pose.yaw, start.yaw) > 0.2)
         return node
 
     def ask_for_turn(self):

@@ -74,7 +74,7 @@ class SoakTest(unittest.TestCase):
         chance, begun, wall = random.Random(1), rospy.get_time(), time.monotonic()
         end = begun + 60.0 * rospy.get_param('~minutes')
         drives, turns, before = [], [], None
-        while rospy.get_time() < end:
+        while rospy.get_time() < end or before is None:
             drives.append(self.drive(chance))
             turns.append(self.turn(chance.choice((90.0, -90.0, 180.0))))
             if before is None and rospy.get_time() > begun + WARM:

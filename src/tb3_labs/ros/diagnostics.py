@@ -1,6 +1,5 @@
 """`/diagnostics` of a driving node, once a second, for rqt_robot_monitor and rostopic echo."""
 import threading
-import time
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -36,22 +35,17 @@ class Diagnostics:
 
 
 class SourceReport:
-    """Age, rate and bad messages of sources (freshness.Freshness), for `values` of a report."""
+    """Age, rate and bad messages of sources, for `values` of a report."""
 
     def __init__(self, *sources):
+        """Each: a freshness.Freshness, and the Traffic of its topic."""
         self._sources = sources
-        # of each source: (messages so far, at [s, wall clock])
-        self._counted = {source.name: (0, time.monotonic()) for source in sources}
 
     def values(self, now):
         """{'imu age [s]': '0.004', 'imu rate [1/s]': '200.1', ...}"""
         values = {}
-        for source in self._sources:
-            count, at = source.count, time.monotonic()
-            before, then = self._counted[source.name]
-            self._counted[source.name] = count, at
-            rate = (count - before) / (at - then) if at > then else 0.0
+        for source, traffic in self._sources:
             values[source.name + ' age [s]'] = '{:.3f}'.format(source.age(now))
-            values[source.name + ' rate [1/s]'] = '{:.1f}'.format(rate)
+            values[source.name + ' rate [1/s]'] = '{:.1f}'.format(traffic.rate())
             values[source.name + ' dropped'] = source.dropped
         return values

@@ -4,6 +4,7 @@ A bad configuration is one fatal line and exit status 1. An exception inside a c
 the node: rospy alone would print a traceback and let the robot drive on with its last command.
 The zero velocity on the way out is :mod:`tb3_labs.ros.cmd_vel`'s shutdown hook.
 """
+import faulthandler
 import functools
 import os
 import signal
@@ -33,6 +34,8 @@ def run(name, make_node):
     """
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _interrupt)
+    # `kill -USR1` has a node print where each of its threads is
+    faulthandler.register(signal.SIGUSR1)
     # A thread that is just about to wait for a lock misses a signal, and waits for ever; with a
     # pipe it does not: the interpreter writes a byte into it whenever a signal arrives.
     over, wake = os.pipe()

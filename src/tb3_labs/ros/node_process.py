@@ -94,6 +94,13 @@ class Program:
                         seconds, words, self._text))
                 self._changed.wait(left)
 
+    def where(self):
+        """What all its threads do, where it is a node of this package (see ros.node.run)."""
+        printed, _ = self.printed
+        self.send(signal.SIGUSR1)
+        time.sleep(0.5)
+        return self.text_since(printed)
+
     def send(self, number):
         """Send a signal to the whole group."""
         try:

@@ -36,7 +36,7 @@ class Trial:
 
     def resets(self):
         """The ResetCaller of the node that runs."""
-        return ResetCaller(self.stage.services())
+        return ResetCaller(self.stage.graph.services())
 
     @property
     def pose(self):
@@ -64,24 +64,19 @@ class Trial:
     def start_driving(self):
         """Have a node drive. True in the middle of it, False if it does not, None if there is no
         node. One that runs and can be reset drives again after a reset."""
+        return self.stage.set_in_motion(self._is_ready, lambda: self.control(True), REACTION,
+                                        WELL_UNDER_WAY)
+
+    def _is_ready(self):
+        self.control(False)
         stage = self.stage
-        for _ in range(2):
-            self.control(False)
-            if stage.alive and stage.wait_for_rest(2.0):
-                caller = self.resets()
-                if not caller.found or caller.call(Pose2()):
-                    stage.stop()
-            else:
+        if not stage.alive or not stage.wait_for_rest(2.0):
+            stage.stop()
+        else:
+            caller = self.resets()
+            if not caller.found or caller.call(Pose2()):
                 stage.stop()
-            if not stage.alive and not stage.start():
-                return None
-            begun = stage.now
-            self.control(True)
-            if stage.wait_until(lambda: stage.moves(begun) or not stage.alive, REACTION):
-                stage.wait(WELL_UNDER_WAY)
-                return stage.alive
-            stage.stop()        # whatever was done to it before may be the reason
-        return False if stage.start() else None
+        return stage.alive
 
 
 def drive(stage):

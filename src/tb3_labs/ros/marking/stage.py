@@ -8,10 +8,6 @@ import threading
 import time
 from contextlib import contextmanager
 
-import rosgraph
-import roslib.message
-import rosnode
-import rospkg
 import rospy
 from geometry_msgs.msg import PoseStamped, Twist
 
@@ -20,6 +16,7 @@ from tb3_labs.marking.life import CTRL_C, ENDING, STOPPING
 from tb3_labs.marking.observation import Observation, Run, Stimulus
 from tb3_labs.motion import clamp
 from tb3_labs.ros.conversions import to_pose2, to_twist
+from tb3_labs.ros.marking.graph import Graph
 from tb3_labs.ros.node import subscribe
 from tb3_labs.ros.node_process import NodeProcess
 
@@ -56,8 +53,8 @@ class Stage:
         self._keep = keep
         self._zero = rospy.get_time()
         self._lock = threading.Lock()
-        self._master = rosgraph.Master(rospy.get_name())
-        self._names = set()
+        #: What the master knows of the node.
+        self.graph = Graph()
         self._wheels = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         subscribe('ground_truth', PoseStamped, self._on_truth)
         subscribe('cmd_vel', Twist, self._on_command)
@@ -123,21 +120,21 @@ class Stage:
         runs = self.observation.runs
         if runs and runs[0].ready is None:
             return False
-        known = set(self._registered())
+        known = set(self.graph.nodes())
         runs.append(Run(self.now))
         self.node = NodeProcess(*self._what, *arguments, terminal=True, prefix=GUARD)
         seen, since = None, time.monotonic()
 
         def is_ready():
             nonlocal seen, since
-            new = {name: topics for name, topics in self._registered().items()
+            new = {name: topics for name, topics in self.graph.nodes().items()
                    if name not in known}
             if new != seen:
                 seen, since = new, time.monotonic()
             return any(topic in topics for topics in new.values()) and (
                 time.monotonic() - since >= QUIET)
         ready = self.wait_until(lambda: not self.alive or is_ready(), START_TIME) and self.alive
-        self._names = set(seen or ())
+        self.graph.names = set(seen or ())
         runs[-1].ready = self.now if ready else None
         if not ready:
             self.stop()
@@ -147,42 +144,6 @@ class Stage:
     def alive(self):
         """Does the node run?"""
         return self.node is not None and self.node.status is None
-
-    def _registered(self):
-        """name -> topics it listens to, of each node but this one."""
-        try:
-            publishers, subscribers, services = self._master.getSystemState()
-        except (OSError, rosgraph.MasterException):
-            return {}
-        nodes = {}
-        for number, groups in enumerate((subscribers, publishers, services)):
-            for topic, names in groups:
-                for name in names:
-                    if name != rospy.get_name():
-                        nodes.setdefault(name, set()).update([topic] if number == 0 else [
-                            (number, topic)])
-        return nodes
-
-    def services(self):
-        """The names of the node's services, but those every node has."""
-        _, _, services = self._master.getSystemState()
-        return [name for name, nodes in services if self._names.intersection(nodes)
-                and not name.endswith(('/get_loggers', '/set_logger_level'))]
-
-    def listens_to(self, topic):
-        """Does the node listen to `topic`?"""
-        topic, nodes = rospy.resolve_name(topic), self._registered()
-        return any(topic in nodes.get(name, ()) for name in self._names)
-
-    def kind_of(self, topic):
-        """The message class that the node itself uses on `topic`; None if it cannot be had."""
-        for name, kind in self._master.getTopicTypes():
-            if name == rospy.resolve_name(topic):
-                try:
-                    return roslib.message.get_message_class(kind)
-                except (ImportError, rospkg.ResourceNotFound, ValueError):
-                    return None    # not built, or not found
-        return None
 
     def stop(self):
         """End the node, whatever it does."""
@@ -196,7 +157,7 @@ class Stage:
         self._note_run()
         run.end, run.ended_by_itself = self.now, ended
         self.node = None
-        self._forget_registrations()
+        self.graph.forget()
         self.keep()
 
     def _note_run(self):
@@ -205,18 +166,29 @@ class Stage:
             printed = '{}\n...\n{}'.format(printed[:PRINTED], printed[-PRINTED:])
         run.printed, run.ended_by_itself = printed, self.node.status is not None
 
-    def _forget_registrations(self):
-        """A node that was killed is still known to the master: it would be taken for a live one."""
-        left = [name for name in self._names if name in self._registered()]
-        if left:
-            rosnode.cleanup_master_blacklist(self._master, left)
-
     def type(self, line):
         """Type a line, and Enter."""
         try:
             self.node.type(line)
         except OSError:
             pass    # the node has ended, which is recorded
+
+    def set_in_motion(self, is_ready, begin, reaction, well_under_way):
+        """True in the middle of a motion, False if the node does not move, None if it does not run.
+
+        `is_ready()`: does it run, and wait? Else it is started. `begin()` should set it in motion,
+        within `reaction` [s]; in the middle is `well_under_way` later [s].
+        """
+        for _ in range(2):
+            if not is_ready() and not self.start():
+                return None
+            begun = self.now
+            begin()
+            if self.wait_until(lambda: self.moves(begun) or not self.alive, reaction):
+                self.wait(well_under_way)
+                return self.alive
+            self.stop()        # whatever was done to it before may be the reason
+        return False if self.start() else None
 
     def ctrl_c_in_motion(self, set_in_motion):
         """Ctrl+C while the node moves the robot, again where it sends no zero then.

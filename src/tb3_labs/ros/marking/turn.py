@@ -55,7 +55,7 @@ class Mouse:
     """The hand on the mouse of a node that listens to mouse_info, by that node's own message."""
 
     def __init__(self, stage):
-        self._kind = stage.kind_of('mouse_info') or MouseController
+        self._kind = stage.graph.kind_of('mouse_info') or MouseController
         self._hand = Hand('mouse_info', self._kind)
 
     def at(self, x, y, active=True):
@@ -75,7 +75,7 @@ class Mouse:
 
 def _mouse_of(stage, *names):
     """The Mouse of a node; None, and these stimuli cannot be, if it does not listen to one."""
-    if not stage.listens_to('mouse_info'):
+    if not stage.graph.listens_to('mouse_info'):
         reason = 'it does not listen to mouse_info'
     else:
         mouse = Mouse(stage)
@@ -153,16 +153,8 @@ def _is_idle(stage):
 def _in_a_turn(stage):
     """Have the node turn, which runs if need be. True in the middle of the turn, False if it does
     not turn, None if it does not run."""
-    for _ in range(2):
-        if not _is_idle(stage) and not stage.start():
-            return None
-        begun = stage.now
-        stage.type('l')
-        if stage.wait_until(lambda: stage.moves(begun) or not stage.alive, REACTION):
-            stage.wait(WELL_UNDER_WAY)
-            return stage.alive
-        stage.stop()        # whatever was done to it before may be the reason
-    return False if stage.start() else None
+    return stage.set_in_motion(lambda: _is_idle(stage), lambda: stage.type('l'), REACTION,
+                               WELL_UNDER_WAY)
 
 
 def shutdown(stage):

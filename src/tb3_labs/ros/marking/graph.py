@@ -1,0 +1,57 @@
+"""What the master knows of a student's node: its topics, its services, its messages."""
+import rosgraph
+import roslib.message
+import rosnode
+import rospkg
+import rospy
+
+
+class Graph:
+    """Asks the master; where that is gone, nobody is known."""
+
+    def __init__(self):
+        self._master = rosgraph.Master(rospy.get_name())
+        #: The names by which the node is known, since it may be several, or rename itself.
+        self.names = set()
+
+    def nodes(self):
+        """name -> topics it listens to, of each node but this one."""
+        try:
+            publishers, subscribers, services = self._master.getSystemState()
+        except (OSError, rosgraph.MasterException):
+            return {}
+        nodes = {}
+        for number, groups in enumerate((subscribers, publishers, services)):
+            for topic, names in groups:
+                for name in names:
+                    if name != rospy.get_name():
+                        nodes.setdefault(name, set()).update([topic] if number == 0 else [
+                            (number, topic)])
+        return nodes
+
+    def services(self):
+        """The names of the node's services, but those every node has."""
+        _, _, services = self._master.getSystemState()
+        return [name for name, nodes in services if self.names.intersection(nodes)
+                and not name.endswith(('/get_loggers', '/set_logger_level'))]
+
+    def listens_to(self, topic):
+        """Does the node listen to `topic`?"""
+        topic, nodes = rospy.resolve_name(topic), self.nodes()
+        return any(topic in nodes.get(name, ()) for name in self.names)
+
+    def kind_of(self, topic):
+        """The message class that the node itself uses on `topic`; None if it cannot be had."""
+        for name, kind in self._master.getTopicTypes():
+            if name == rospy.resolve_name(topic):
+                try:
+                    return roslib.message.get_message_class(kind)
+                except (ImportError, rospkg.ResourceNotFound, ValueError):
+                    return None    # not built, or not found
+        return None
+
+    def forget(self):
+        """A node that was killed is still known to the master: it would be taken for a live one."""
+        left = [name for name in self.names if name in self.nodes()]
+        if left:
+            rosnode.cleanup_master_blacklist(self._master, left)
