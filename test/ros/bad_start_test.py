@@ -51,6 +51,15 @@ class BadStartTest(unittest.TestCase):
         self.assertIn('pad_none.yaml', launch.stdout)
         self.assertNotIn('started with pid', launch.stdout)
 
+    def test_a_class_of_no_robots_is_refused(self):
+        for number in ('0', '-1', '2.5', 'many'):
+            launch = subprocess.run(['roslaunch', '--nodes', 'tb3_labs', 'classroom.launch',
+                                     'robots:=' + number],
+                                    stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                    universal_newlines=True, timeout=30.0)
+            self.assertNotEqual(launch.returncode, 0, number)
+            self.assertIn('robots must be a whole number, 1 or more', launch.stdout)
+
     def test_a_misspelt_parameter_is_warned_of(self):
         node = NodeProcess('tb3_labs', 'move2goal_tf.py', '_gaol_x:=1.0')
         self.addCleanup(node.kill)
