@@ -87,7 +87,7 @@ class MoveToGoal:
                   idle_for=self._idle_for)
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample,
                   self._navigator.odometry)
-        subscribe('ctrl_relinq', Bool, self._on_ctrl_relinq)
+        subscribe('ctrl_relinq', Bool, self._on_ctrl_relinq, queue_size=10)
         self._sources = SourceReport((self._navigator.imu, Traffic('imu', Imu)),
                                      (self._navigator.odometry, Traffic('odom', Odometry)))
         Diagnostics(self._model.name, self._diagnose)

@@ -42,7 +42,7 @@ class TurnConfig(Config):
     min_ang_z: float = setting(0.5, 'lab: slowest turn', 'rad/s', low=0.0, high=5.0)
     max_ang_z: float = setting(1.5, "fastest turn; the robot's own limit holds as well", 'rad/s',
                                low=0.1, high=5.0)
-    tolerance_deg: float = setting(0.4, 'precise: how near counts as turned', 'deg',
+    tolerance_deg: float = setting(0.35, 'precise: how near counts as turned', 'deg',
                                    low=0.2, high=45.0)
     angular_acceleration: float = setting(45.0, 'precise: speeding up; a quarter of it for braking',
                                           'rad/s^2', low=1.0, high=80.0)
@@ -117,7 +117,7 @@ class PreciseTurn:
         self._tolerance = tolerance
         self._approach = Approach(
             self.period, acceleration, braking=0.25 * acceleration, gain=24.0, slowest=0.04,
-            close_enough=0.002, leave_alone=min(0.005, 0.9 * tolerance), response=response,
+            close_enough=0.002, leave_alone=0.8 * tolerance, response=response,
             speed_is_prompt=True)
 
     def start(self, yaw, angle):

@@ -81,7 +81,7 @@ class FaultsTest(unittest.TestCase):
         self.seen.wait_for('goal_state', lambda state: state == 'waiting for control')
         self.seen.wait_until(lambda: self.control.get_num_connections() and (
             self.goals.get_num_connections()), 10.0, 'move_to_goal')
-        start = self.seen.latest('ground_truth')
+        start = self.seen.wait_for('ground_truth')
         self.goals.publish(to_pose_stamped(goal, 'local', 0.0))
         self.control.publish(True)
         self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)
@@ -91,7 +91,7 @@ class FaultsTest(unittest.TestCase):
     def controller(self):
         """A turn, in full motion."""
         node = self.start('turtlebot_controller.py')
-        start = self.seen.latest('ground_truth')
+        start = self.seen.wait_for('ground_truth')
         self.ask_for_turn()
         self.seen.wait_for('cmd_vel', lambda command: command[1] > 1.4)
         self.seen.wait_for('ground_truth', lambda pose: difference(pose.yaw, start.yaw) > 0.2)
