@@ -30,6 +30,7 @@ from tb3_labs.ros.cmd_vel import CmdVel
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
 from tb3_labs.ros.news import log_news
 from tb3_labs.ros.node import run, subscribe
+from tb3_labs.ros.permissions import WILL_BE_RENEWED
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reset_client import ResetClient
 from tb3_labs.ros.rivals import Rivals
@@ -49,7 +50,8 @@ class Gamepad:
         self._lock = threading.RLock()    # guards it, and what was published of it
         self._holder = None
         self._renewed_at = 0.0
-        self._relinquished = rospy.Publisher('ctrl_relinq', Bool, queue_size=10, latch=True)
+        self._relinquished = rospy.Publisher('ctrl_relinq', Bool, queue_size=1, latch=True,
+                                             headers=WILL_BE_RENEWED)
         self._holders = rospy.Publisher('control_holder', String, queue_size=1, latch=True)
         self._resets = ResetClient()
         self._cmd_vel = CmdVel()
@@ -88,10 +90,6 @@ class Gamepad:
         if self._pad.holder is not self._holder:
             self._holder = self._pad.holder
             self._holders.publish(self._holder.value)
-            if self._pad.relinquished:
-                # once more at once: who hears it knows from the start that it is renewed, and that
-                # it lapses if this node dies before the next renewal
-                self._relinquished.publish(True)
         elif not self._pad.relinquished or abs(now - self._renewed_at) < RENEWAL:
             return
         self._renewed_at = now

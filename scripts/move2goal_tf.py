@@ -49,7 +49,7 @@ from tb3_labs.ros.goals import GoalInterfaces
 from tb3_labs.ros.live import LiveSettings
 from tb3_labs.ros.news import log_news
 from tb3_labs.ros.node import run, subscribe
-from tb3_labs.ros.old_permissions import OldPermissions
+from tb3_labs.ros.permissions import OldPermissions, will_be_renewed
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.pose_frames import PoseFrames
 from tb3_labs.ros.resets import ResetInterfaces
@@ -87,7 +87,7 @@ class MoveToGoal:
                   idle_for=self._idle_for)
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample,
                   self._navigator.odometry)
-        subscribe('ctrl_relinq', Bool, self._on_ctrl_relinq, queue_size=10)
+        subscribe('ctrl_relinq', Bool, self._on_ctrl_relinq)
         self._sources = SourceReport((self._navigator.imu, Traffic('imu', Imu)),
                                      (self._navigator.odometry, Traffic('odom', Odometry)))
         Diagnostics(self._model.name, self._diagnose)
@@ -113,7 +113,9 @@ class MoveToGoal:
         if self._old_permissions.is_old(message):
             return
         with self._changed:
-            if self._navigator.set_control(message.data, rospy.get_time()) and not message.data:
+            changed = self._navigator.set_control(message.data, rospy.get_time(),
+                                                  will_be_renewed(message))
+            if changed and not message.data:
                 self._cmd_vel.stop()
             self._log.update(rospy.get_time())
 

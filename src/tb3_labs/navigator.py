@@ -108,9 +108,9 @@ class Navigator:
         """May this node drive?"""
         return self.permission.granted
 
-    def set_control(self, has_control, now):
+    def set_control(self, has_control, now, will_be_renewed=False):
         """Permission to drive is given or taken. True if that changed anything."""
-        changed = self.permission.told(has_control, now)
+        changed = self.permission.told(has_control, now, will_be_renewed)
         if changed and has_control and self.machine.active:
             # the robot may have been driven elsewhere meanwhile
             self.machine.restart()

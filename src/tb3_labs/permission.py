@@ -20,11 +20,13 @@ class Permission:
         self._is_renewed = False
         self._told_at = None
 
-    def told(self, granted, now):
-        """A message arrived. True if that changed anything."""
+    def told(self, granted, now, will_be_renewed=False):
+        """A message arrived, from one who says that it will be renewed or not. True if that changed
+        anything."""
         changed = granted != self.granted
         quick = self._told_at is not None and 0.0 <= now - self._told_at <= RENEWAL
-        self._is_renewed = granted and not changed and (quick or self._is_renewed)
+        self._is_renewed = granted and (
+            will_be_renewed or (not changed and (quick or self._is_renewed)))
         self.granted, self._told_at = granted, now
         return changed
 

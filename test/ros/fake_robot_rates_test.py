@@ -1,7 +1,5 @@
 #!/usr/bin/env python3
 """The embedded robot's node on the wall clock: rates, cost, and the way it ends."""
-import os
-import pathlib
 import signal
 import subprocess
 import threading
@@ -16,14 +14,10 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
+from tb3_labs.ros.costs import cpu_time
+
 COUNT = 600       # imu messages: 3 s
 DEADLINE = 20.0   # of a wait [s]
-
-
-def cpu_time(pid):
-    """What a process has used so far [s]."""
-    parts = pathlib.Path('/proc/{}/stat'.format(pid)).read_text().rpartition(') ')[2].split()
-    return (int(parts[11]) + int(parts[12])) / os.sysconf('SC_CLK_TCK')
 
 
 class Arrivals:

@@ -27,3 +27,10 @@ def test_given_twice_by_hand_is_no_renewal():
     for now in (1.0, 1.5, 5.0, 9.0, 13.0):
         permission.told(True, now)
     assert not permission.has_lapsed(60.0)
+
+
+def test_a_sender_that_will_renew_it_may_die_before_the_first_renewal():
+    permission = Permission()
+    assert permission.told(True, 1.0, will_be_renewed=True) is True
+    assert not permission.has_lapsed(1.0 + LAPSE)
+    assert permission.has_lapsed(1.0 + LAPSE + 0.01) and not permission.granted

@@ -1,4 +1,4 @@
-"""Tells a permission that was given before this node started from one that is given to it.
+"""What the connection says of a permission: was it given before this node started, is it renewed?
 
 `ctrl_relinq` is latched, and a gamepad renews it, so that a node which was killed in mid-drive and
 is started again would drive off at once, to nobody's wish. What a sender had said before this node
@@ -8,8 +8,16 @@ import time
 
 import rospy
 
+#: By this in the header of its connections a sender says that it renews what it gives, so that it
+#: lapses if the sender dies, even before the first renewal.
+WILL_BE_RENEWED = {'renewed': '1'}
 #: What was latched arrives within this time of the start [s].
 CONNECTING = 1.0
+
+
+def will_be_renewed(message):
+    """Does the sender of a std_msgs/Bool renew what it gives?"""
+    return WILL_BE_RENEWED.items() <= message._connection_header.items()
 
 
 class OldPermissions:
