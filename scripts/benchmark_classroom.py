@@ -19,13 +19,11 @@ import contextlib
 import math
 import os
 import random
-import socket
 import subprocess
 import sys
 import threading
 import time
 
-import rosgraph
 import rospy
 from geometry_msgs.msg import PoseStamped
 from rospy.msg import AnyMsg
@@ -34,7 +32,7 @@ from std_msgs.msg import Bool, String
 from tb3_labs.angles import difference
 from tb3_labs.drive_laws import PreciseLaw
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped
-from tb3_labs.ros.costs import cpu_time, memory, parent
+from tb3_labs.ros.costs import cpu_time, memory, parent, private_master
 from tb3_labs.se2 import Pose2
 from tb3_labs.srv import ResetPose
 
@@ -195,26 +193,17 @@ def main():
     parser.add_argument('robots', nargs='*', type=int, default=[1, 4, 12, 24])
     parser.add_argument('-r', '--imu-rate', type=float, default=60.0, help='of the robots [1/s]')
     given = parser.parse_args()
-    with socket.socket() as probe:
-        probe.bind(('127.0.0.1', 0))
-        port = probe.getsockname()[1]
-    os.environ.update(ROS_MASTER_URI='http://localhost:%d' % port, ROS_HOSTNAME='localhost')
-    master = subprocess.Popen(['rosmaster', '--core', '-p', str(port)], stdout=subprocess.DEVNULL,
-                              stderr=subprocess.DEVNULL)
-    try:
-        while not rosgraph.is_master_online():
-            time.sleep(0.02)
-        rospy.init_node('benchmark', disable_signals=True)
-        print('machine: {} cores, load {:.1f}; IMU at {:g} Hz'.format(
-            os.cpu_count(), os.getloadavg()[0], given.imu_rate))
-        print(ROW.format('robots', 'reached', 'off', 'on time', 'cores: robots, nodes, gamepads',
-                         'memory'))
-        for number in given.robots:
-            print(lesson(number, given.imu_rate, port), flush=True)
-    finally:
-        rospy.signal_shutdown('done')
-        master.terminate()
-        master.wait()
+    with private_master() as port:
+        try:
+            rospy.init_node('benchmark', disable_signals=True)
+            print('machine: {} cores, load {:.1f}; IMU at {:g} Hz'.format(
+                os.cpu_count(), os.getloadavg()[0], given.imu_rate))
+            print(ROW.format('robots', 'reached', 'off', 'on time',
+                             'cores: robots, nodes, gamepads', 'memory'))
+            for number in given.robots:
+                print(lesson(number, given.imu_rate, port), flush=True)
+        finally:
+            rospy.signal_shutdown('done')
 
 
 if __name__ == '__main__':

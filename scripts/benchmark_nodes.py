@@ -16,7 +16,6 @@ Usage: benchmark_nodes.py [seconds of each measurement, default 10]
 import contextlib
 import os
 import signal
-import socket
 import statistics
 import subprocess
 import sys
@@ -30,7 +29,7 @@ from sensor_msgs.msg import Imu, Joy
 from std_msgs.msg import Bool, Float64
 
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.costs import cpu_time, memory, process_of
+from tb3_labs.ros.costs import cpu_time, memory, private_master, process_of
 from tb3_labs.se2 import Pose2
 
 #: A node of rospy and nothing else; its arguments: topic, package, type, three of each topic.
@@ -59,13 +58,7 @@ class Bench:
     def __init__(self, seconds):
         self.seconds = seconds
         self._stack = contextlib.ExitStack()
-        with socket.socket() as probe:
-            probe.bind(('127.0.0.1', 0))
-            port = probe.getsockname()[1]
-        os.environ.update(ROS_MASTER_URI='http://localhost:%d' % port, ROS_HOSTNAME='localhost')
-        self.start(['rosmaster', '--core', '-p', str(port)])
-        while not rosgraph.is_master_online():
-            time.sleep(0.02)
+        self._stack.enter_context(private_master())
         rospy.init_node('benchmark', disable_signals=True)
         self.master = rosgraph.Master('/benchmark')
         self._imu_at = 0.0

@@ -49,8 +49,8 @@ from tb3_labs.ros.goals import GoalInterfaces
 from tb3_labs.ros.live import LiveSettings
 from tb3_labs.ros.news import log_news
 from tb3_labs.ros.node import run, subscribe
-from tb3_labs.ros.permissions import OldPermissions, will_be_renewed
 from tb3_labs.ros.parameters import read_config, read_model
+from tb3_labs.ros.permissions import OldPermissions, will_be_renewed
 from tb3_labs.ros.pose_frames import PoseFrames
 from tb3_labs.ros.resets import ResetInterfaces
 from tb3_labs.ros.rivals import Rivals

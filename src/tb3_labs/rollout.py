@@ -169,12 +169,13 @@ def control(robot, controller):
 
 def _idle(robot, driver):
     """Is an IMU sample one that the node of `driver` would not read now? See ros.node.subscribe."""
-    woken = [-math.inf]
+    woken = -math.inf
 
     def is_idle():
-        if robot.now < woken[0]:
+        nonlocal woken
+        if robot.now < woken:
             return True
-        woken[0] = robot.now + driver.idle_for(robot.now)
+        woken = robot.now + driver.idle_for(robot.now)
         return False
     return is_idle
 

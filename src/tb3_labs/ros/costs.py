@@ -1,5 +1,8 @@
 """What a running node costs: computing, memory, threads. For benchmarks and tests, on Linux."""
+import contextlib
 import os
+import socket
+import subprocess
 import time
 import xmlrpc.client
 
@@ -7,6 +10,25 @@ import rosgraph
 import rospy
 
 _PAGE = os.sysconf('SC_PAGE_SIZE')
+
+
+@contextlib.contextmanager
+def private_master():
+    """A master of one's own, at a port that was free: this process and its children use it."""
+    with socket.socket() as probe:
+        probe.bind(('127.0.0.1', 0))
+        port = probe.getsockname()[1]
+    os.environ.update(ROS_MASTER_URI='http://localhost:%d' % port, ROS_HOSTNAME='localhost')
+    master = subprocess.Popen(
+        ['rosmaster', '--core', '-p', str(port)], stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+    try:
+        while not rosgraph.is_master_online():
+            time.sleep(0.02)
+        yield port
+    finally:
+        master.kill()
+        master.wait()
 
 
 def process_of(node):

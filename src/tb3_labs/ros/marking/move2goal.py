@@ -2,7 +2,6 @@
 import math
 
 import rospy
-from dynamic_reconfigure.client import Client
 from std_msgs.msg import Bool, Empty
 
 from tb3_labs.marking.move2goal import ASTRAY, DRIVE_TIME, GOAL
@@ -171,11 +170,7 @@ def lost(stage):
     moving = trial.start_driving()
     if moving is None:
         return
-    robot = Client('turtlebot3', timeout=10.0)
-    with stage.stimulus('odometry silent', was_moving=moving):
-        robot.update_configuration({'odom_silent': True})
-        stage.wait(2.0)
-    robot.update_configuration({'odom_silent': False})
+    stage.silence('odometry silent', 'odom_silent', moving)
     trial.control(False)
 
 

@@ -9,6 +9,7 @@ import time
 from contextlib import contextmanager
 
 import rospy
+from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import PoseStamped, Twist
 
 from tb3_labs.angles import continuous
@@ -189,6 +190,14 @@ class Stage:
                 return self.alive
             self.stop()        # whatever was done to it before may be the reason
         return False if self.start() else None
+
+    def silence(self, name, switch, was_moving):
+        """A sensor of the embedded robot falls silent for a while, by its `switch`."""
+        robot = Client('turtlebot3', timeout=10.0)
+        with self.stimulus(name, was_moving=was_moving):
+            robot.update_configuration({switch: True})
+            self.wait(2.0)
+        robot.update_configuration({switch: False})
 
     def ctrl_c_in_motion(self, set_in_motion):
         """Ctrl+C while the node moves the robot, again where it sends no zero then.

@@ -2,7 +2,6 @@
 import math
 
 import rospy
-from dynamic_reconfigure.client import Client
 
 from tb3_labs.marking.turn import BESIDE_MOUSE, NONSENSE, TURN_TIME, TURNS
 from tb3_labs.msg import MouseController
@@ -180,13 +179,8 @@ def lost(stage):
         stage.wait(0.3)
         pointer.close()
     moving = _in_a_turn(stage)
-    if moving is None:
-        return
-    robot = Client('turtlebot3', timeout=10.0)
-    with stage.stimulus('IMU silent', was_moving=moving):
-        robot.update_configuration({'imu_silent': True})
-        stage.wait(2.0)
-    robot.update_configuration({'imu_silent': False})
+    if moving is not None:
+        stage.silence('IMU silent', 'imu_silent', moving)
 
 
 PARTS = {'turns': turns, 'mouse': mouse, 'both': both, 'shutdown': shutdown, 'lost': lost}
