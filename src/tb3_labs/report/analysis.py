@@ -1,7 +1,7 @@
 """From a recorded run to what the lab's analysis asks for: drives, errors, drift, offset, gaps.
 
-Frames: ``odom`` (global), ``local`` (as last declared), ``world`` (of the ground truth). An *epoch*
-is the time between two resets, in which ``local`` stands still in ``odom``.
+Frames: ``odom`` (global), ``local`` (as last declared, see :mod:`tb3_labs.report.epochs`),
+``world`` (of the ground truth).
 
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
 Edge cases: what cannot be known (no ground truth, no sample in time) is NaN.
@@ -15,17 +15,13 @@ import numpy as np
 from tb3_labs.angles import difference, wrap
 from tb3_labs.drive_laws import DriveConfig
 from tb3_labs.goal import DRIVING, GoalState
-from tb3_labs.local_frame import LocalFrame
+from tb3_labs.report.epochs import between, declared_at_first, epoch_of, epochs
 from tb3_labs.report.run_data import Poses, wrapped
 from tb3_labs.rollout import time_bound
 from tb3_labs.se2 import Pose2
 
 #: A pause in a topic longer than this is a gap [s].
 GAP = 0.3
-#: local_pose jumps by more than this against the odometry: a reset [m], [rad].
-JUMP, JUMP_ANGLE = 0.02, math.radians(1.0)
-#: A reset's first pose in the new frame may come this long after the drive that it began [s].
-RESET_DELAY = 0.1
 #: At most so long after its end a drive is measured, at rest [s].
 SETTLE_TIME = 1.0
 #: After so long in MOVE_FORWARD the heading counts: the end of the turn before is over [s].
@@ -37,17 +33,8 @@ MAX_ANGULAR = DriveConfig().max_angular
 #: What cannot be known: (distance, angle).
 UNKNOWN = math.nan, math.nan
 
-FIRST, STRAIGHT, REACHED = DRIVING[0], DRIVING[1], GoalState.GOAL_REACHED.name
-
-
-@dataclass(frozen=True)
-class Epoch:
-    """From `begin` to `end`, ``local`` stands at `odom_T_local`."""
-
-    begin: float
-    end: float
-    odom_T_local: Pose2
-    local_T_world: Optional[Pose2]    # None: unknown
+FIRST, STRAIGHT, LAST = DRIVING
+REACHED = GoalState.GOAL_REACHED.name
 
 
 @dataclass(frozen=True)
@@ -137,59 +124,11 @@ def yaw_offset(run):
                      offset - mean)
 
 
-def epochs(run):
-    """The Epochs: by tf, else by local_pose, else one, declared at the first sample."""
-    if len(run.frames):
-        begins = run.frames.time
-        frames = [run.frames.pose(k) for k in range(len(begins))]
-    elif len(run.local_pose):
-        begins, frames = _epochs_by_jumps(run)
-    else:
-        begins, frames = run.odometry.time[:1], [_first_frame(run).odom_T_local]
-    begins = [-math.inf] + [float(begin) for begin in begins[1:]]
-    ends = begins[1:] + [math.inf]
-    return [Epoch(begin, end, frame, _local_T_world(run, begin, end))
-            for begin, end, frame in zip(begins, ends, frames)]
-
-
-def _epochs_by_jumps(run):
-    local, odometry = run.local_pose, run.odometry
-    x, y, yaw = (np.interp(local.time, odometry.time, column)
-                 for column in (odometry.x, odometry.y, np.unwrap(odometry.yaw)))
-    yaw = yaw - local.yaw
-    x = x - np.cos(yaw) * local.x + np.sin(yaw) * local.y
-    y = y - np.sin(yaw) * local.x - np.cos(yaw) * local.y
-    jumps = (np.hypot(np.diff(x), np.diff(y)) > JUMP) | (np.abs(wrapped(np.diff(yaw))) > JUMP_ANGLE)
-    first = np.concatenate([[0], np.flatnonzero(jumps) + 1])
-    return local.time[first], [Pose2(x[k], y[k], wrap(yaw[k])) for k in first]
-
-
-def _first_frame(run):
-    return LocalFrame.declared(Pose2(), run.odometry.pose(0),
-                               float(imu_yaw_at(run, run.odometry.time[0])))
-
-
-def _local_T_world(run, begin, end):
-    """By the first local_pose: right after a reset it is true by definition."""
-    if not len(run.ground_truth):
-        return None
-    known = between(run.local_pose, max(begin, run.ground_truth.time[0]),
-                    min(end, run.ground_truth.time[-1]))
-    if not len(known):
-        return None
-    return known.pose(0) @ run.ground_truth.at(known.time[0]).inverse()
-
-
-def between(samples, begin, end):
-    """The samples in [begin, end); their times never run back."""
-    return samples.take(slice(*np.searchsorted(samples.time, (begin, end))))
-
-
 def local_poses(run):
     """The robot in ``local``: as recorded, else from odometry (place) and IMU (heading)."""
     if len(run.local_pose):
         return run.local_pose
-    frame, odometry = _first_frame(run), run.odometry
+    frame, odometry = declared_at_first(run), run.odometry
     x, y = frame.odom_T_local.inverse().act(odometry.points).T
     return Poses(odometry.arrival, odometry.time, x, y,
                  wrapped(imu_yaw_at(run, odometry.time) - frame.imu_yaw_of_x))
@@ -197,21 +136,32 @@ def local_poses(run):
 
 def spans(run):
     """What move_to_goal did, as Spans in order; the instants by its own stamps where they fit."""
-    begins, goals, goal = [], [], None
-    for arrival in run.states.arrival:
-        begin = float(arrival)
-        if len(run.goals):
-            nearest = int(np.argmin(np.abs(run.goals.arrival - arrival)))
-            before = int(np.searchsorted(run.goals.arrival, arrival, side='right')) - 1
-            if abs(run.goals.arrival[nearest] - arrival) < SAME_MOMENT:
-                goal = run.goals.pose(nearest)
-                begin = min(begin, float(run.goals.time[nearest]))
-            elif before >= 0:
-                goal = run.goals.pose(before)
+    begins, goals = [], []
+    for arrival, own in zip(run.states.arrival, _goals_of_states(run)):
+        begin = float(arrival) if own is None else min(float(arrival), float(run.goals.time[own]))
         begins.append(max(begins[-1:] + [begin]))
-        goals.append(goal)
+        before = int(np.searchsorted(run.goals.arrival, arrival, side='right')) - 1
+        goal = before if own is None else own
+        goals.append(run.goals.pose(goal) if goal >= 0 else None)
     ends = begins[1:] + [max(begins[-1:] + [run.duration])]
     return [Span(*span) for span in zip(run.states.words, begins, ends, goals)]
+
+
+def _goals_of_states(run):
+    """Index of the goal that was sent together with each state, None where there is none.
+
+    They are sent in one order; several may arrive at once, where the recorder was busy.
+    """
+    states, goals = run.states.arrival, run.goals.arrival
+    if len(states) == len(goals) and (np.abs(states - goals) < SAME_MOMENT).all():
+        return list(range(len(goals)))
+    indices, left = [], 0
+    for arrival in states:
+        apart = np.abs(goals[left:] - arrival)
+        found = len(apart) and apart.min() < SAME_MOMENT
+        indices.append(left + int(np.argmin(apart)) if found else None)
+        left = indices[-1] + 1 if found else left
+    return indices
 
 
 def goal_errors(run):
@@ -231,20 +181,30 @@ def drives(run, model):
     while k < len(states):
         last = k + 1
         if states[k].state in DRIVING:
-            while last < len(states) and _goes_on(states[last].state):
+            while last < len(states) and _goes_on(frames, *states[last - 1:last + 1]):
                 last += 1
             reports.append(_drive(run, model, frames, states[k:last], states[last:]))
         k = last
     return reports
 
 
-def _goes_on(state):
-    return state in DRIVING[1:] or state.startswith('stopped')
+def _goes_on(frames, span, following):
+    """Is what follows a Span of a drive still that drive?"""
+    if following.state != FIRST:
+        return following.state in DRIVING or following.state.startswith('stopped')
+    # it ended outside its tolerance, or stood for a moment, and is driven on from there
+    return (span.state == LAST or span.state.startswith('stopped')) and (
+        span.goal == following.goal
+        and _epoch_of(frames, span) is _epoch_of(frames, following))
+
+
+def _epoch_of(frames, span):
+    return epoch_of(frames, span.begin, span.end)
 
 
 def _drive(run, model, frames, parts, later):
     begin, end, goal = parts[0].begin, parts[-1].end, parts[0].goal
-    epoch = epoch_of(frames, begin)
+    epoch = epoch_of(frames, begin, end)
     rest = end
     if later and later[0].state != FIRST:
         rest = min(end + SETTLE_TIME, later[0].end)
@@ -284,21 +244,16 @@ def _drift(run, parts):
     return float(yaw[-1] - yaw[0]), float(np.abs(yaw - yaw[0]).max())
 
 
-def epoch_of(frames, begin):
-    """The Epoch in which a drive that began at `begin` was driven."""
-    return [frame for frame in frames if frame.begin <= begin + RESET_DELAY][-1]
-
-
 def _outcome(frames, parts, later):
     if not later:
         return 'recording ended'
-    state, goal, now = later[0].state, later[0].goal, later[0].begin
+    state = later[0].state
     if state == REACHED:
         return 'reached'
     if state != FIRST:
         return state
-    if goal != parts[0].goal:
+    if later[0].goal != parts[0].goal:
         return 'replaced by a new goal'
-    if any(parts[0].begin + RESET_DELAY < frame.begin <= now + RESET_DELAY for frame in frames):
+    if epoch_of(frames, parts[0].begin, parts[-1].end) is not _epoch_of(frames, later[0]):
         return 'ended by a reset'
     return parts[-1].state if parts[-1].state not in DRIVING else 'begun anew'

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from tb3_labs.report import analysis
+from tb3_labs.report.epochs import between, epoch_of, epochs, local_in_odom
 from tb3_labs.se2 import Pose2
 
 DOTS_PER_INCH = 150
@@ -28,8 +29,8 @@ STATES = {'ROTATE_TO_GOAL': ('#c9d8ee', '///'), 'MOVE_FORWARD': ('#f7e3c4', ''),
 STRETCHES = 700
 #: More labels than this would cover each other.
 MOST_LABELS = 6
-#: A pause in a curve longer than this is left blank [s].
-BREAK = 0.5
+#: A pause in a curve longer than this is left blank [s], and a leap in a path [m].
+BREAK, LEAP = 0.5, 0.3
 
 
 def thin(*columns):
@@ -50,28 +51,27 @@ def paths(run, model):
     """The way in odom and in local, side by side at one scale, with each other's axes."""
     figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)
-    epochs, local = analysis.epochs(run), analysis.local_poses(run)
-    for number, epoch in enumerate(epochs):
+    frames, local = epochs(run), analysis.local_poses(run)
+    for number, epoch in enumerate(frames):
         colour, style = EPOCH_STYLES[number % len(EPOCH_STYLES)]
         label = 'path after reset {}'.format(number) if number else 'path'
         looks = dict(color=colour, linestyle=style, linewidth=1.6,
                      label=label if number < len(EPOCH_STYLES) else None)
-        _path(in_odom, analysis.between(run.odometry, epoch.begin, epoch.end), **looks)
-        _path(in_local, analysis.between(local, epoch.begin, epoch.end), **looks)
+        _path(in_odom, between(run.odometry, epoch.begin, epoch.end), **looks)
+        _path(in_local, between(local, epoch.begin, epoch.end), **looks)
         if epoch.local_T_world is not None:
-            truth = analysis.between(run.ground_truth, epoch.begin, epoch.end).seen_from(
+            truth = between(run.ground_truth, epoch.begin, epoch.end).seen_from(
                 epoch.local_T_world)
             looks = dict(color='#bbbbbb', linewidth=4.5, zorder=1,
                          label=None if number else 'ground truth')
             _path(in_local, truth, **looks)
-            _path(in_odom, truth.seen_from(epoch.odom_T_local), **looks)
+            _path(in_odom, local_in_odom(run, truth.time) @ truth, **looks)
     drives = [drive for drive in analysis.drives(run, model) if drive.goal]
-    _ends(in_odom, run.odometry, [
-        analysis.epoch_of(epochs, drive.begin).odom_T_local @ drive.goal for drive in drives])
+    _ends(in_odom, run.odometry, [_goal_in_odom(run, frames, drive) for drive in drives])
     _ends(in_local, local, [drive.goal for drive in drives])
-    size = _same_scale((in_odom, [epoch.odom_T_local for epoch in epochs]),
-                       (in_local, [epoch.odom_T_local.inverse() for epoch in epochs]))
-    for number, epoch in enumerate(epochs[:len(EPOCH_STYLES)]):
+    size = _same_scale((in_odom, [epoch.odom_T_local for epoch in frames]),
+                       (in_local, [epoch.odom_T_local.inverse() for epoch in frames]))
+    for number, epoch in enumerate(frames[:len(EPOCH_STYLES)]):
         after = ', reset {}'.format(number) if number else ''
         _axes_of(in_odom, epoch.odom_T_local, 'local' + after, size)
         _axes_of(in_local, epoch.odom_T_local.inverse(), 'odom' + after, size)
@@ -182,9 +182,18 @@ def curve(axes, time, values, breaks=(), circle=False, **looks):
 
 
 def _path(axes, poses, **looks):
-    if len(poses):
-        kept = thin(poses.x, poses.y)
-        axes.plot(poses.x[kept], poses.y[kept], **looks)
+    """A line with blanks where the poses leap, as odometry does that is set to zero."""
+    leaps = np.flatnonzero(np.hypot(np.diff(poses.x), np.diff(poses.y)) > LEAP) + 1
+    for piece in np.split(np.arange(len(poses)), leaps):
+        if len(piece):
+            kept = piece[thin(poses.x[piece], poses.y[piece])]
+            axes.plot(poses.x[kept], poses.y[kept], **looks)
+            looks['label'] = None
+
+
+def _goal_in_odom(run, frames, drive):
+    last = min(drive.end, epoch_of(frames, drive.begin, drive.end).end)
+    return local_in_odom(run, np.array([last])).pose(0) @ drive.goal
 
 
 def _same_scale(*panels):
@@ -244,7 +253,7 @@ def _shade(figure, plots, run):
 
 
 def _resets(run):
-    return [epoch.begin for epoch in analysis.epochs(run)[1:]]
+    return [epoch.begin for epoch in epochs(run)[1:]]
 
 
 def _finish_time(run, *plots):

@@ -13,6 +13,7 @@ import numpy as np
 
 from tb3_labs.goal import DRIVING
 from tb3_labs.report import analysis, figures, html
+from tb3_labs.report.epochs import epochs
 from tb3_labs.report.run_data import wrapped
 from tb3_labs.turtlebot3 import COMMAND_TIMEOUT
 
@@ -78,10 +79,11 @@ def write_report(run, model, folder, progress=lambda fraction: None):
 
 
 def _summary(run, model):
-    offset = analysis.yaw_offset(run)
-    words = '{} on {}, {:.1f} s, {:.2f} m driven. '.format(
+    offset, resets = analysis.yaw_offset(run), len(epochs(run)) - 1
+    words = '{} on {}, {:.1f} s, {:.2f} m driven, {} reset{}. '.format(
         model.name.capitalize(), time.strftime('%Y-%m-%d %H:%M', time.localtime(run.start)),
-        run.duration, analysis.path_length(run.odometry))
+        run.duration, analysis.path_length(run.odometry), resets or 'no',
+        '' if resets == 1 else 's')
     words += 'IMU yaw minus odometry yaw: mean {} deg, standard deviation {}, change from the ' \
         'first to the last tenth of the run {}.'.format(
             *(_number(math.degrees(value), form) for value, form in

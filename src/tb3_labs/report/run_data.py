@@ -20,9 +20,13 @@ from tb3_labs.se2 import Pose2, interpolate
 
 #: Two senders whose clocks differ by less than this share one [s].
 SAME_CLOCK = 0.1
-#: A sender whose stamps come this irregularly has no steady clock [s]: its clock was set, or it
-#: sent old messages (a latched one to a late recorder).
-UNSTEADY = 0.5
+#: A message that comes this much later than others is late [s]; no recorder is busy for longer
+#: than that [s].
+LATE, TOO_LATE = 0.5, 10.0
+#: A sender has a clock to go by if at least this fraction of its messages comes in time.
+IN_TIME = 0.25
+#: Where more than this fraction of the messages, up to one or from one on, does not, it was set.
+OTHER_CLOCK = 0.1
 
 
 @dataclass(frozen=True)
@@ -78,6 +82,18 @@ class Poses(Samples):
         begin, end = self.time[after - 1:after + 1]
         return interpolate(self.pose(after - 1), self.pose(after), (time - begin) / (end - begin))
 
+    def inverse(self):
+        """The parent frame as each pose's own frame sees it."""
+        cos, sin = np.cos(self.yaw), np.sin(self.yaw)
+        return Poses(self.arrival, self.time, -cos * self.x - sin * self.y,
+                     sin * self.x - cos * self.y, wrapped(-self.yaw))
+
+    def __matmul__(self, other):
+        """A_T_B @ B_T_C = A_T_C, one by one, at the times of the first."""
+        cos, sin = np.cos(self.yaw), np.sin(self.yaw)
+        return Poses(self.arrival, self.time, self.x + cos * other.x - sin * other.y,
+                     self.y + sin * other.x + cos * other.y, wrapped(self.yaw + other.yaw))
+
     def seen_from(self, parent_T_frame):
         """The same poses in the parent of their frame."""
         x, y = parent_T_frame.act(self.points).T
@@ -87,9 +103,10 @@ class Poses(Samples):
 
 @dataclass(frozen=True)
 class OdometrySamples(Poses):
-    """Odometry: pose in ``odom``, forward speed. Its rate of turn is left out: it has spikes."""
+    """Odometry: pose in ``odom``, forward speed, rate of turn, which has the firmware's spikes."""
 
     linear: np.ndarray
+    angular: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -120,7 +137,7 @@ class RunData:
     local_pose: Poses = field(default_factory=Poses.none)      # of the robot in local
     ground_truth: Poses = field(default_factory=Poses.none)    # of the robot in world
     goals: Poses = field(default_factory=Poses.none)           # in local
-    frames: Poses = field(default_factory=Poses.none)          # of local in odom: the changes
+    frames: Poses = field(default_factory=Poses.none)          # of local in odom
     states: States = field(default_factory=States.none)
     topics: Dict[str, str] = field(default_factory=dict)       # field's name: topic
     dropped: Dict[str, int] = field(default_factory=dict)      # field's name: bad messages
@@ -145,24 +162,46 @@ def yaws_of(w, x, y, z):
         return np.where(np.abs(np.sqrt(square) - 1.0) <= NORM_TOLERANCE, yaw, np.nan)
 
 
-def steady_lag(arrival, stamp):
-    """Recorder's clock minus sender's [s], by the quickest messages; None without a steady clock.
-    """
-    if not len(stamp):
-        return None
-    quick, slow = np.percentile(arrival - stamp, [5.0, 95.0])
-    return quick if slow - quick < UNSTEADY else None
+@dataclass(frozen=True)
+class SenderClock:
+    """A clock that messages were stamped by: it is `lag` [s] behind the recorder's."""
+
+    lag: float
+    stamps: np.ndarray
+
+    @classmethod
+    def of(cls, arrival, stamp):
+        """By the quickest messages, of which there must be some; but not by the odd one."""
+        lags = np.sort(arrival - stamp)
+        lags = lags[np.abs(lags - lags[(len(lags) - 1) // 2]) < LATE]
+        return cls(float(lags[len(lags) // 20]), stamp)
+
+    def is_same_as(self, other):
+        """Do both senders share one clock, or does one pass the other's stamps on?"""
+        shared = np.isin(np.round(self.stamps, 6), np.round(other.stamps, 6))
+        return abs(self.lag - other.lag) < SAME_CLOCK or shared.mean() > 0.5
 
 
-def times_on_recorders_clock(arrival, stamp, robot_lag):
+def times_on_recorders_clock(arrival, stamp, robot_clock):
     """The sender's instants on the recorder's clock [s], never running back.
 
-    `robot_lag` is the odometry's :func:`steady_lag`. A topic whose own lag is about the same comes
-    from the same clock, so that its stamps and the odometry's stay comparable to the microsecond.
+    `robot_clock`, the odometry's SenderClock or None, counts for all who share it, so that their
+    stamps stay comparable to the microsecond. Messages of a moment in which the recorder was busy
+    (they come late) or its simulated clock stood still (they come early) were sent when their
+    stamps say. But where none is in time up to some moment, or from then on, the sender's clock was
+    set, and the arrivals count.
     """
-    lag = steady_lag(arrival, stamp)
-    if lag is None:
+    if not len(stamp):
         return arrival
-    if robot_lag is not None and abs(lag - robot_lag) < SAME_CLOCK:
-        lag = robot_lag
-    return np.maximum.accumulate(stamp + lag)
+    clock = SenderClock.of(arrival, stamp)
+    if robot_clock is not None and clock.is_same_as(robot_clock):
+        clock = robot_clock
+    delay = np.abs(arrival - stamp - clock.lag)
+    in_time, few = np.flatnonzero(delay < LATE), OTHER_CLOCK * len(stamp)
+    if len(in_time) < IN_TIME * len(stamp):
+        return np.maximum.accumulate(arrival)
+    first, last = in_time[0], in_time[-1]
+    by_stamp = delay < TOO_LATE
+    by_stamp[:first if first > few else 0] = False
+    by_stamp[last + 1 if len(stamp) - 1 - last > few else len(stamp):] = False
+    return np.maximum.accumulate(np.where(by_stamp, stamp + clock.lag, arrival))

@@ -14,10 +14,9 @@ from tb3_labs.report.run_data import (
 HEADER = struct.Struct('<4xIII')                # seq, secs, nsecs, length of frame_id
 LENGTH = struct.Struct('<I')
 ORIENTATION_RATE = struct.Struct('<4d88xd')     # x, y, z, w; covariance; angular_velocity.z
-POSE_SPEED = struct.Struct('<2d8x4d288xd')      # x, y; x, y, z, w; covariance; linear.x
+POSE_SPEEDS = struct.Struct('<2d8x4d288xd32xd')  # x, y; x, y, z, w; covariance; as in SPEEDS
 PLACE_ORIENTATION = struct.Struct('<2d8x4d')    # x, y; x, y, z, w
 SPEEDS = struct.Struct('<d32xd')                # linear.x, angular.z
-FRAME_STEP = 1e-6
 
 
 def make_collectors(parts, local_frame):
@@ -53,7 +52,7 @@ class _Collector:
         self.arrival.append(arrival)
         self.stamp.append(stamp)
 
-    def samples(self, robot_lag):
+    def samples(self, robot_clock):
         """What was gathered, the bad left out."""
         arrival, stamp = np.array(self.arrival), np.array(self.stamp)
         width = len(self.layout.unpack(bytes(self.layout.size)))
@@ -61,7 +60,7 @@ class _Collector:
         good = np.logical_and.reduce([np.isfinite(column) for column in columns])
         self.bad += int(np.count_nonzero(~good))
         arrival, stamp = arrival[good], stamp[good]
-        return self.kind(arrival, times_on_recorders_clock(arrival, stamp, robot_lag),
+        return self.kind(arrival, times_on_recorders_clock(arrival, stamp, robot_clock),
                          *(column[good] for column in columns))
 
 
@@ -82,7 +81,7 @@ class _PoseCollector(_Collector):
 
 
 class _OdometryCollector(_PoseCollector):
-    kind, layout, strings = OdometrySamples, POSE_SPEED, 2
+    kind, layout, strings = OdometrySamples, POSE_SPEEDS, 2
 
 
 class _CommandCollector(_Collector):
@@ -102,17 +101,17 @@ class _StateCollector(_Collector):
         self.words.append(data[4:].decode('utf-8', 'replace'))
         self.arrival.append(arrival)
 
-    def samples(self, robot_lag):
+    def samples(self, robot_clock):
         arrival = np.array(self.arrival)
         return States(arrival, arrival, np.array(self.words, dtype=object))
 
 
 class _FrameCollector(_PoseCollector):
-    """Of all transforms, where ``local`` stands in ``odom``, and of those only the changes."""
+    """Of all transforms, where ``local`` stands in ``odom``."""
 
     def __init__(self, child):
         super().__init__()
-        self._child, self._last = child.encode(), None
+        self._child = child.encode()
 
     def add(self, data, arrival, start):
         offset = 4
@@ -123,12 +122,8 @@ class _FrameCollector(_PoseCollector):
             length = LENGTH.unpack_from(data, name)[0]
             numbers = name + 4 + length
             if data[name + 4:numbers].lstrip(b'/') == self._child:
-                row = PLACE_ORIENTATION.unpack_from(data, numbers)
-                if self._last is None or max(
-                        abs(one - other) for one, other in zip(row, self._last)) > FRAME_STEP:
-                    secs, nsecs, _ = HEADER.unpack_from(data, begin)
-                    self._last = row
-                    self.rows.extend(row)
-                    self.arrival.append(arrival)
-                    self.stamp.append((secs - start) + 1e-9 * nsecs)
+                secs, nsecs, _ = HEADER.unpack_from(data, begin)
+                self.rows.extend(PLACE_ORIENTATION.unpack_from(data, numbers))
+                self.arrival.append(arrival)
+                self.stamp.append((secs - start) + 1e-9 * nsecs)
             offset = numbers + 56

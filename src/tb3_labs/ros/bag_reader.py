@@ -4,7 +4,7 @@ import struct
 import numpy as np
 import rosbag
 
-from tb3_labs.report.run_data import RunData, steady_lag
+from tb3_labs.report.run_data import RunData, SenderClock
 from tb3_labs.ros.bag_collectors import make_collectors
 from tb3_labs.ros.bag_topics import BagProblem, choose_topics, parent
 
@@ -83,8 +83,9 @@ def _gather(path, namespace, progress):
 def _arrange(recording, collectors):
     """The RunData of what was gathered."""
     odometry = collectors['odometry']
-    lag = steady_lag(np.array(odometry.arrival), np.array(odometry.stamp))
-    samples = {part: collector.samples(lag) for part, collector in collectors.items()}
+    clock = SenderClock.of(np.array(odometry.arrival), np.array(odometry.stamp)) if (
+        len(odometry.stamp)) else None
+    samples = {part: collector.samples(clock) for part, collector in collectors.items()}
     for part in ('imu', 'odometry'):
         if not len(samples[part]):
             raise BagProblem('{}: not one good message on {} (bad quaternions?)'.format(

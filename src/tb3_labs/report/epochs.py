@@ -1,0 +1,213 @@
+"""When was ``local`` declared anew? A recorded run's resets, and the epochs between them.
+
+A *reset*: the robot's pose in ``local`` jumps against what odometry and IMU say of its motion.
+
+``local`` moves in ``odom`` without a reset, too. Where the odometry jumps and the robot does not,
+move_to_goal moves ``local`` along, so that the robot keeps its pose in it
+(:mod:`tb3_labs.steady_odometry`): by up to 15 mm where the firmware takes a step backwards, by any
+amount where the robot's own `reset` zeroes the odometry. The odometry itself tells which it was:
+
+* Where it is sound and complete, only a reset moves ``local`` in it, however little. tf tells
+  where ``local`` stands exactly.
+* Elsewhere it is mended as move_to_goal mends it, and a reset is what jumps by more than `JUMP`
+  against that. Without tf this holds everywhere, as it does with a tf that hardly ever stands
+  still: somebody computes it from the noise of both sensors.
+
+Units: metres, radians, seconds since the recording's start on the recorder's clock.
+Edge cases: without local_pose and tf there is one epoch, declared at the first sample; two resets
+between two messages are one.
+"""
+import math
+from dataclasses import dataclass
+from typing import NamedTuple, Optional
+
+import numpy as np
+
+from tb3_labs.angles import difference, wrap
+from tb3_labs.local_frame import LocalFrame
+from tb3_labs.report.run_data import Poses, wrapped
+from tb3_labs.se2 import Pose2
+from tb3_labs.sensors import ImuSample, OdometrySample
+from tb3_labs.steady_odometry import FASTEST, LOST, SLACK, SteadyOdometry
+
+#: local_pose jumps by more than this against the odometry: a reset [m], [rad].
+JUMP, JUMP_ANGLE = 0.02, math.radians(1.0)
+#: By tf, ``local`` stands still as long as it moves by no more than this [m], [rad].
+STILL = 1e-5
+#: What the odometry says this long before or after, tf may show at once [s].
+AROUND = 0.25
+#: An interval of the odometry that is so much longer than the others misses a message.
+HOLE = 1.5
+#: A new frame is in force from halfway between the last message of the old one and its own first
+#: one, but from no earlier than this before the latter [s].
+HALFWAY = 0.05
+#: A reset's first pose in the new frame may come this long after the drive that it began [s].
+RESET_DELAY = 0.1
+
+
+@dataclass(frozen=True)
+class Epoch:
+    """From `begin` to `end`, ``local`` is the one that stood at `odom_T_local` at first."""
+
+    begin: float
+    end: float
+    odom_T_local: Pose2
+    local_T_world: Optional[Pose2]    # None: unknown
+
+
+def epochs(run):
+    """The Epochs of a RunData, in order; the first begins at -inf, the last ends at inf."""
+    frames = _frames(run)
+    first = [0] + _resets(run, frames)
+    begins = [-math.inf] + [_begin(run, frames, k) for k in first[1:]]
+    ends = begins[1:] + [math.inf]
+    return [Epoch(begin, end, frames.pose(k), _local_T_world(run, begin, end))
+            for k, begin, end in zip(first, begins, ends)]
+
+
+def epoch_of(in_order, begin, end):
+    """Of all Epochs the one in which a drive from `begin` to `end` was driven.
+
+    The reset that began it may show a moment late; one that is nearer to its end ended it.
+    """
+    latest = min(begin + RESET_DELAY, (begin + end) / 2.0)
+    return [epoch for epoch in in_order if epoch.begin <= latest][-1]
+
+
+def between(samples, begin, end):
+    """The samples in [begin, end); their times never run back."""
+    return samples.take(slice(*np.searchsorted(samples.time, (begin, end))))
+
+
+def declared_at_first(run):
+    """The LocalFrame that has the robot at (0, 0, 0) in its first sample."""
+    imu_yaw = np.interp(run.odometry.time[0], run.imu.time, np.unwrap(run.imu.yaw))
+    return LocalFrame.declared(Pose2(), run.odometry.pose(0), float(imu_yaw))
+
+
+def local_in_odom(run, times):
+    """Where ``local`` stands in ``odom`` at each of the times: Poses."""
+    frames = _frames(run)
+    return frames.take(np.searchsorted(_changes(frames), times, side='right'))
+
+
+def _frames(run):
+    """``local`` in ``odom`` over time: by tf, else by local_pose, else once and for all."""
+    if len(run.frames):
+        return run.frames
+    if len(run.local_pose):
+        return _robot_in_odom(run, run.local_pose.time) @ run.local_pose.inverse()
+    frame, odometry = declared_at_first(run).odom_T_local, run.odometry
+    return Poses(odometry.arrival[:1], odometry.time[:1],
+                 *(np.array([value]) for value in (frame.x, frame.y, frame.yaw)))
+
+
+def _robot_in_odom(run, times):
+    x, y, yaw = (np.interp(times, run.odometry.time, column) for column in (
+        run.odometry.x, run.odometry.y, np.unwrap(run.odometry.yaw)))
+    return Poses(times, times, x, y, wrapped(yaw))
+
+
+def _changes(frames):
+    """When each frame after the first comes into force [s]."""
+    last, first = frames.time[:-1], frames.time[1:]
+    return np.maximum((last + first) / 2.0, first - HALFWAY)
+
+
+def _begin(run, frames, k):
+    """When frame `k` came into force [s]: where tf misses messages, by the jump of local_pose."""
+    first, last = np.searchsorted(run.local_pose.time, (frames.time[k - 1], frames.time[k]))
+    local = run.local_pose.take(slice(first, last + 1))
+    if len(local) > 2:
+        robot = _robot_in_odom(run, local.time)
+        frames = robot @ local.inverse()
+        distance, angle = _steps(frames, robot)
+        k = 1 + int(np.argmax(distance / JUMP + angle / JUMP_ANGLE))
+    return float(_changes(frames)[k - 1])
+
+
+def _steps(frames, robot):
+    """How far each change of the frame moves the robot in ``local``: (distances, angles)."""
+    robot = robot.take(slice(1, None))
+    old, new = (frames.take(part).inverse() @ robot for part in (slice(None, -1), slice(1, None)))
+    return np.hypot(new.x - old.x, new.y - old.y), np.abs(wrapped(new.yaw - old.yaw))
+
+
+def _resets(run, frames):
+    """Indices of the frames that were declared by a reset."""
+    if len(frames) < 2:
+        return []
+    robot = _robot_in_odom(run, frames.time)
+    local = run.local_pose if len(run.local_pose) else frames.inverse() @ robot
+    distance, angle = _steps(frames, robot)
+    moved = (distance > STILL) | (angle > STILL)
+    by_tf = len(run.frames) > 0 and moved.mean() < 0.5
+    if not by_tf:
+        moved = (distance > JUMP) | (angle > JUMP_ANGLE)
+    too_far = np.hypot(np.diff(robot.x), np.diff(robot.y)) > (
+        SLACK + FASTEST * np.diff(robot.time))
+    return [k + 1 for k in np.flatnonzero(moved | too_far) if _is_reset(
+        run, local, frames.time[k], frames.time[k + 1], by_tf and bool(moved[k]))]
+
+
+def _is_reset(run, local, last, first, moved):
+    """Was ``local`` declared anew between `last` and `first`? `moved`: so it seems by tf."""
+    before = max(0, int(np.searchsorted(local.time, last, side='right')) - 1)
+    after = min(len(local) - 1, int(np.searchsorted(local.time, first)))
+    mended = _mended_odometry(run, local.time[before], local.time[after])
+    if mended.is_lost or (moved and mended.is_sound):
+        return True
+    expected, said = local.pose(before) @ mended.motion, local.pose(after)
+    return (said.distance_to(expected) > JUMP
+            or abs(difference(said.yaw, expected.yaw)) > JUMP_ANGLE)
+
+
+class _Mended(NamedTuple):
+    """What the odometry says of a moment, mended, and the IMU."""
+
+    motion: Pose2      # of the robot, seen from where it was: place by odometry, heading by IMU
+    is_sound: bool     # nothing had to be mended, and nothing is missing
+    is_lost: bool      # nothing is known, and move_to_goal declares ``local`` anew
+
+
+def _mended_odometry(run, begin, end):
+    around = begin - AROUND, end + AROUND
+    first, last = np.searchsorted(run.odometry.time, around)
+    heard, imu = run.odometry.take(slice(max(0, first - 2), last)), between(run.imu, *around)
+    if len(heard) < 2 or not len(imu):
+        return _Mended(Pose2(), False, False)
+    poses, steady, lost_at = _replay(heard, run.imu)
+    driven = poses.at(begin).inverse() @ poses.at(end)
+    before, after = np.interp((begin, end), imu.time, np.unwrap(imu.yaw))
+    pauses = np.diff(heard.time)
+    return _Mended(Pose2(driven.x, driven.y, wrap(after - before)),
+                   bool(steady == Pose2() and pauses.max() < HOLE * np.median(pauses)),
+                   any(begin < time <= end for time in lost_at))
+
+
+def _replay(odometry, imu):
+    """What move_to_goal makes of an odometry: (Poses without jumps, where ``odom`` stands among
+    them at last, the times at which nothing is known any more)."""
+    steady, poses, lost_at = SteadyOdometry(), [], []
+    newest = np.searchsorted(imu.arrival, odometry.arrival, side='right') - 1
+    for k, heard in enumerate(newest.clip(0)):
+        sample, jump = steady.take(
+            OdometrySample(odometry.time[k], odometry.pose(k), float(odometry.linear[k]),
+                           float(odometry.angular[k])), odometry.arrival[k],
+            ImuSample(imu.time[heard], imu.yaw[heard], imu.yaw_rate[heard]))
+        poses.append((sample.pose.x, sample.pose.y, sample.pose.yaw))
+        if jump is not None and jump.outcome == LOST:
+            lost_at.append(odometry.time[k])
+    return (Poses(odometry.arrival, odometry.time, *np.array(poses).T), steady.steady_T_odom,
+            lost_at)
+
+
+def _local_T_world(run, begin, end):
+    """By the first local_pose: right after a reset it is true by definition."""
+    if not len(run.ground_truth):
+        return None
+    known = between(run.local_pose, max(begin, run.ground_truth.time[0]),
+                    min(end, run.ground_truth.time[-1]))
+    if not len(known):
+        return None
+    return known.pose(0) @ run.ground_truth.at(known.time[0]).inverse()
