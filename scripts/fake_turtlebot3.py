@@ -12,21 +12,26 @@ Publishes (frames are in the node's namespace: robot3/odom in /robot3)
     /tf_static    tf2_msgs/TFMessage           world -> odom: where the odometry's origin truly is
     ground_truth  geometry_msgs/PoseStamped    frame world, 50 Hz: for tests, never for control
     /clock        rosgraph_msgs/Clock          with use_sim_time, 200 per simulated second
+    The network (~network) delays imu, odom, joint_states and /tf. Messages of a topic that it held
+    up together are one write to each subscriber.
 Parameters
     ~speed        times real time, with use_sim_time (1)
     ~robots       0: one robot, in this node's namespace; else so many, in robot1, robot2, ...,
     ~first_robot  or from another number on (1),
     ~spacing      one beside the other [m] (1)
+    ~network      quiet, good, busy, bad: its settings in tb3_labs.network.NETWORKS count where
+                  they are not given themselves (quiet)
     ~model        burger, waffle, waffle_pi (TURTLEBOT3_MODEL in the environment, else burger)
     all others    fields of tb3_labs.simulator.SimulatorConfig, with unit, bounds and default;
                   those that are no matter of the start change while it runs, for all its robots:
-                  rosrun dynamic_reconfigure dynparam set /turtlebot3 imu_silent true
+                  rosrun dynamic_reconfigure dynparam set /turtlebot3 network_cut true
 """
 from dataclasses import dataclass, replace
 
 from tf2_ros import StaticTransformBroadcaster
 
 from tb3_labs.config import Config, setting
+from tb3_labs.network import NETWORKS
 from tb3_labs.ros.fake_robots import FakeRobot, Pacemaker
 from tb3_labs.ros.live import LiveSettings
 from tb3_labs.ros.node import run
@@ -43,6 +48,8 @@ class ClassConfig(Config):
                           low=0, high=200)
     first_robot: int = setting(1, 'number of the first of them', low=1, high=10000)
     spacing: float = setting(1.0, 'from one to the next, along y', 'm', 0.0, 100.0)
+    network: str = setting('quiet', 'named network between robots and computer',
+                           choices=tuple(NETWORKS))
 
 
 class FakeTurtlebot3:
@@ -50,7 +57,7 @@ class FakeTurtlebot3:
 
     def __init__(self):
         settings, room = read_config(SimulatorConfig, ClassConfig)
-        settings = replace(settings, model=read_model().name)
+        settings = replace(_on_network(settings, room.network), model=read_model().name)
         static_tf = StaticTransformBroadcaster()
         self._robots = [FakeRobot(settings, static_tf)] if not room.robots else [
             FakeRobot(_in_place(settings, number, room.spacing), static_tf, 'robot%d' % number)
@@ -67,6 +74,13 @@ def _in_place(settings, number, spacing):
     """Each stands beside the others, with noise of its own."""
     return replace(settings, start_y=settings.start_y + number * spacing,
                    seed=settings.seed + number)
+
+
+def _on_network(settings, network):
+    """With the settings of that network, except those that are given already."""
+    plain = SimulatorConfig()
+    return replace(settings, **{name: value for name, value in NETWORKS[network].items()
+                                if getattr(settings, name) == getattr(plain, name)})
 
 
 if __name__ == '__main__':

@@ -19,6 +19,7 @@ from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.marks import write_csv
 from tb3_labs.marking.page import feedback, overview
 from tb3_labs.marking.points import points_of
+from tb3_labs.network import NETWORKS
 from tb3_labs.ros.marking.marker import Marker, points_file
 
 
@@ -39,6 +40,8 @@ def parse(words):
                         for name, lab in sorted(LABS.items())))
     parser.add_argument('--limit', type=float, default=300.0, metavar='SECONDS',
                         help='for one submission; default: %(default)g')
+    parser.add_argument('--network', choices=list(NETWORKS), default='quiet',
+                        help='between robot and node; default: %(default)s')
     parser.add_argument('--jobs', type=int, default=1, choices=range(1, 17), metavar='N',
                         help='submissions at a time; each needs about one processor core')
     return parser.parse_args(words)
@@ -66,7 +69,7 @@ def main(words):
         if not path.is_dir():
             print('mark.py: left out, because it is no folder: {}'.format(path), file=sys.stderr)
     marker = Marker(given.lab, worth, given.folder / 'logs', parts,
-                    (given.type,) if given.type else (), given.limit)
+                    (given.type,) if given.type else (), given.limit, given.network)
     return mark_all(marker, folders, given)
 
 

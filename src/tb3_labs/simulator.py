@@ -6,10 +6,11 @@
         ...                            # ImuSample and OdometrySample, by time of arrival
 
 Parts: :mod:`tb3_labs.firmware` turns commands into motor speeds and encoders into odometry,
-:mod:`tb3_labs.drivetrain` moves the robot, :mod:`tb3_labs.imu_model` watches it turn, and
-:mod:`tb3_labs.faults` spoils the samples. Here is the clock that drives them, and what is under
-way on the wire. A step of any length gives every sample that is due, and cutting the same
-time into other steps changes nothing: the same seed gives the same samples.
+:mod:`tb3_labs.drivetrain` moves the robot, :mod:`tb3_labs.imu_model` watches it turn,
+:mod:`tb3_labs.faults` spoils the samples, and :mod:`tb3_labs.network` delays them and the
+commands. Here is the clock that drives them. A step of any length gives every sample that arrives
+in it, and cutting the same time into other steps changes nothing: the same seed gives the same
+samples.
 
 Frames: `truth` is in `world`, where the odometry starts without error; the IMU's yaw differs from
 it by `imu_offset_deg`. Stamps count seconds from 0 and never jump.
@@ -18,8 +19,9 @@ recalibrates (see :meth:`Simulator.reset`) is lost; a second reset then is, too.
 Source: the firmware where marked; noise from a recording of a real Burger at rest.
 """
 import math
-from collections import deque, namedtuple
 from dataclasses import dataclass
+from itertools import groupby
+from operator import itemgetter
 
 from tb3_labs.angles import wrap
 from tb3_labs.config import Config, setting
@@ -27,6 +29,7 @@ from tb3_labs.drivetrain import Drivetrain
 from tb3_labs.faults import Dropouts, SensorFaults
 from tb3_labs.firmware import Odometer, encoder, motor_speeds
 from tb3_labs.imu_model import ImuModel
+from tb3_labs.network import LONGEST_STALL, STALLED, Link, LinkSettings
 from tb3_labs.se2 import Pose2
 from tb3_labs.turtlebot3 import (
     COMMAND_TIMEOUT, CONTROL_RATE, DEFAULT_MODEL, MODELS, robot_model)
@@ -34,9 +37,6 @@ from tb3_labs.turtlebot3 import (
 #: Events this little after the end of a step belong to it: many small steps do not add up to
 #: exactly one large one [s].
 ROUNDING = 1e-9
-
-#: A command under way: when it arrives [s], forward speed [m/s], rate of turn [rad/s].
-Command = namedtuple('Command', 'arrival linear angular')
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class SimulatorConfig(Config):
         0.0, 'true heading at the start, also of the odometry', 'deg', -360.0, 360.0)
     imu_offset_deg: float = setting(
         0.0, 'yaw of the IMU minus yaw of the odometry at the start', 'deg', -360.0, 360.0)
-    seed: int = setting(1, 'seed of noise and dropouts', low=0, high=2 ** 31 - 1)
+    seed: int = setting(1, 'seed of noise, dropouts and network', low=0, high=2 ** 31 - 1)
 
     imu_rate: float = setting(200.0, 'samples of the IMU', '1/s', 1.0, 1000.0)
     odom_rate: float = setting(30.0, 'samples of the odometry', '1/s', 1.0, 200.0)
@@ -71,6 +71,16 @@ class SimulatorConfig(Config):
         0.05, 'time constant of the motors, first order', 's', 0.0, 2.0)
     command_latency: float = setting(0.0, 'time a command is under way', 's', 0.0, 5.0)
     sensor_latency: float = setting(0.0, 'time a sample is under way', 's', 0.0, 5.0)
+    command_jitter: float = setting(
+        0.0, 'mean of a random time on top, drawn for each command (exponential)', 's', 0.0, 1.0)
+    sensor_jitter: float = setting(
+        0.0, 'mean of a random time on top, drawn for each sample (exponential)', 's', 0.0, 1.0)
+    stalls_per_min: float = setting(
+        0.0, 'stalls of the network: at random all is held up, then arrives at once', '1/min',
+        0.0, 120.0)
+    longest_stall: float = setting(
+        LONGEST_STALL, 'longest stall; each lasts a random time up to this', 's', 0.0, 10.0)
+    stalled: str = setting(STALLED[0], 'directions that stalls hold up', choices=STALLED)
     # 512 readings at 200 Hz; the firmware gives up after 5 s.
     reset_pause: float = setting(
         2.56, 'time the board recalibrates its gyro after `reset` and does nothing else', 's',
@@ -85,6 +95,8 @@ class SimulatorConfig(Config):
     odom_frozen: bool = setting(False, 'fault: the same odometry again, with new stamps')
     dropouts_per_min: float = setting(
         0.0, 'fault: both sensors silent at random, for 0.3 to 4.3 s', '1/min', 0.0, 60.0)
+    network_cut: bool = setting(
+        False, 'fault: nothing arrives in either direction; when it ends, all arrives at once')
 
 
 #: What says how the robot starts; the other settings may change while it runs.
@@ -108,12 +120,14 @@ class Simulator:
         self._moved = 0.0           # up to here the drivetrain has moved
         self._control_rhythm = _Rhythm(CONTROL_RATE)
         self._odom_rhythm = _Rhythm(config.odom_rate)
+        self._odometry_stamp = 0.0
         self._imu_rhythm = _Rhythm(config.imu_rate)
 
-        self._commands = deque()    # under way
-        self._command = Command(-math.inf, 0.0, 0.0)
+        self._command_link = Link('commands', config.seed)
+        self._sensor_link = Link('sensors', config.seed)
+        self._sent = []             # samples of this step, oldest first
+        self._command = (-math.inf, 0.0, 0.0)   # arrival [s], forward speed, rate of turn
         self._obeyed = None         # (forward speed, rate of turn) that the motors follow
-        self._on_the_wire = []      # samples, oldest first
         self._busy_until = -math.inf
         self._resetting = False
         self._origin = Pose2()
@@ -155,6 +169,11 @@ class Simulator:
         """(left, right) as of the last odometry [rad/s]."""
         return self._odometer.wheel_speeds
 
+    @property
+    def odometry_stamp(self):
+        """When the last odometry was measured, whether or not it has arrived [s]."""
+        return self._odometry_stamp
+
     def configure(self, config):
         """Go on with other settings; ``ValueError`` if one of `STARTING` differs."""
         for name in STARTING:
@@ -171,8 +190,16 @@ class Simulator:
                             math.radians(config.imu_drift_deg_per_min) / 60.0)
         self._imu_rhythm.set_rate(config.imu_rate, self._now)
         self._odom_rhythm.set_rate(config.odom_rate, self._now)
+        self._apply_network(config)
         if any(getattr(config, name) != getattr(before, name) for name in FAULTS):
             self._plan_faults()
+
+    def _apply_network(self, config):
+        for link, delay, jitter in (
+                (self._command_link, config.command_latency, config.command_jitter),
+                (self._sensor_link, config.sensor_latency, config.sensor_jitter)):
+            link.configure(LinkSettings(delay, jitter, config.stalls_per_min, config.longest_stall,
+                                        config.stalled, config.network_cut), self._now)
 
     def _plan_faults(self):
         config = self._config
@@ -184,7 +211,7 @@ class Simulator:
         """A command is sent now: forward speed [m/s], rate of turn [rad/s]."""
         if not (math.isfinite(linear) and math.isfinite(angular)):
             raise ValueError('command ({}, {}) is not finite'.format(linear, angular))
-        self._commands.append(Command(self._now + self._config.command_latency, linear, angular))
+        self._command_link.send(((linear, angular),), (self._now,))
 
     def reset(self):
         """The firmware's reset: the board recalibrates its gyro and is deaf and dumb meanwhile;
@@ -200,6 +227,25 @@ class Simulator:
 
     def step(self, dt):
         """Let `dt` seconds pass; the samples that arrive in that time, in order."""
+        self._pass(dt)
+        if self._sensor_link.is_clear:      # no detour where nothing is delayed
+            sent, self._sent = self._sent, []
+            return sent
+        return [sample for _, sample in self._arrivals()]
+
+    def step_in_bursts(self, dt):
+        """As :meth:`step`, but samples that arrive at the same moment, as after a stall, are
+        together in one list."""
+        self._pass(dt)
+        return [[sample for _, sample in burst]
+                for _, burst in groupby(self._arrivals(), itemgetter(0))]
+
+    def _arrivals(self):
+        sent, self._sent = self._sent, []
+        self._sensor_link.send(sent, [sample.stamp for sample in sent])
+        return self._sensor_link.take(self._now + ROUNDING)
+
+    def _pass(self, dt):
         if not 0.0 <= dt < math.inf:
             raise ValueError('a step of {} s'.format(dt))
         self._now += dt
@@ -211,20 +257,11 @@ class Simulator:
             if imu.due < tick:
                 self._measure_imu(min(tick, horizon))
             if tick > horizon:
-                return self._arrived(horizon)
+                return
             if control.due == tick:
                 self._drive(control.take())
             else:
                 self._measure_odometry(odom.take())
-
-    def _arrived(self, horizon):
-        wire, latency = self._on_the_wire, self._config.sensor_latency
-        if wire and wire[-1].stamp + latency <= horizon:
-            self._on_the_wire = []
-            return wire
-        arrived = sum(sample.stamp + latency <= horizon for sample in wire)
-        self._on_the_wire = wire[arrived:]
-        return wire[:arrived]
 
     def _move_to(self, stamp):
         """Bring the drivetrain, and the error of the IMU, up to `stamp`."""
@@ -236,15 +273,14 @@ class Simulator:
 
     def _drive(self, stamp):
         """The board's own tick: the newest command that has arrived goes to the motors."""
-        while self._commands and self._commands[0].arrival <= stamp:
-            command = self._commands.popleft()
-            if command.arrival >= self._busy_until:
-                self._command = command
+        for arrival, (linear, angular) in self._command_link.take(stamp):
+            if arrival >= self._busy_until:
+                self._command = arrival, linear, angular
         if stamp < self._busy_until:
             return
         self._move_to(stamp)
-        _, linear, angular = self._command
-        if self._config.motors_off or stamp - self._command.arrival > COMMAND_TIMEOUT:
+        arrival, linear, angular = self._command
+        if self._config.motors_off or stamp - arrival > COMMAND_TIMEOUT:
             linear = angular = 0.0
         if (linear, angular) != self._obeyed:
             self._obeyed = linear, angular
@@ -256,7 +292,7 @@ class Simulator:
         if self._resetting:
             stamps = [stamp for stamp in stamps if stamp >= self._busy_until]
         samples = self._imu.measure(stamps, self._moved, self._drivetrain.turning)
-        self._on_the_wire.extend(self._imu_faults.outcome(samples))
+        self._sent.extend(self._imu_faults.outcome(samples))
 
     def _measure_odometry(self, stamp):
         if stamp < self._busy_until:
@@ -270,7 +306,8 @@ class Simulator:
             self._resetting = False
         seen = self._imu.measure([stamp], stamp, self._drivetrain.turning)[0]
         sample = self._odometer.update(stamp, ticks, seen.yaw)
-        self._on_the_wire.extend(self._odom_faults.outcome([sample]))
+        self._odometry_stamp = stamp
+        self._sent.extend(self._odom_faults.outcome([sample]))
 
 
 class _Rhythm:

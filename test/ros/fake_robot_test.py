@@ -20,6 +20,8 @@ from tb3_labs.ros.conversions import to_pose2, to_twist, yaw_of
 
 TOPICS = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'ground_truth': PoseStamped,
           '/tf': TFMessage}
+#: Heard with queue_size=1: rospy lets a process have one queue for a topic.
+NEWEST_ONLY = 'joint_states'
 DEADLINE = 10.0  # of a wait, wall clock [s]
 
 
@@ -28,7 +30,8 @@ class FakeRobotTest(unittest.TestCase):
     def setUpClass(cls):
         cls.heard = {topic: [] for topic in TOPICS}
         for topic, kind in TOPICS.items():
-            rospy.Subscriber(topic, kind, cls.heard[topic].append)
+            rospy.Subscriber(topic, kind, cls.heard[topic].append,
+                             queue_size=1 if topic == NEWEST_ONLY else 1000)
         cls.commands = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         cls.resets = rospy.Publisher('reset', Empty, queue_size=1)
         cls.live = Client('turtlebot3', timeout=DEADLINE)
@@ -160,6 +163,55 @@ class FakeRobotTest(unittest.TestCase):
         self.assertLess(self.stamps('imu')[-1], last + 0.2)
         self.live.update_configuration({'imu_silent': False})
         self.wait('imu', lambda: self.stamps('imu')[-1] > last + 1.0)
+
+    def test_wheels_are_those_of_the_odometry_however_late_it_is(self):
+        self.live.update_configuration({'sensor_latency': 0.3})
+        try:
+            seen = len(self.heard['joint_states'])
+            start = self.stamps('odom')[-1]
+            self.commands.publish(to_twist(0.1, 0.0))
+            self.wait('motion', lambda: self.last('odom').twist.twist.linear.x > 0.09)
+            self.wait_for_rest()
+            speeds = {m.header.stamp: m.twist.twist.linear.x for m in list(self.heard['odom'])}
+            wheels = [m for m in self.heard['joint_states'][seen:]
+                      if m.header.stamp.to_sec() > start and m.header.stamp in speeds]
+            for message in wheels:
+                self.assertAlmostEqual(sum(message.velocity) / 2.0 * 0.033,
+                                       speeds[message.header.stamp], delta=1e-9)
+            self.assertGreater(max(m.velocity[0] for m in wheels), 0.09 / 0.033)
+        finally:
+            self.live.update_configuration({'sensor_latency': 0.0})
+
+    def test_what_the_network_held_up_comes_in_one_write(self):
+        """A subscriber of the newest hears one message, others hear all of them, in order."""
+        self.live.update_configuration({'network_cut': True})
+        begin = self.stamps('ground_truth')[-1]
+        self.wait('the truth goes on', lambda: self.stamps('ground_truth')[-1] > begin + 1.0)
+        before = {topic: list(self.heard[topic]) for topic in TOPICS}
+        self.assertLess(before['odom'][-1].header.stamp.to_sec(), begin + 0.2)
+        self.live.update_configuration({'imu_silent': True, 'odom_silent': True})
+        self.live.update_configuration({'network_cut': False})    # nothing comes but what was held
+        try:
+            new = {topic: lambda topic=topic: self.heard[topic][len(before[topic]):]
+                   for topic in TOPICS}
+            self.wait('all that was held up', lambda: new[NEWEST_ONLY]() and new['odom']() and (
+                new['odom']()[-1].header.stamp == new[NEWEST_ONLY]()[-1].header.stamp))
+            self.assertEqual(len(new[NEWEST_ONLY]()), 1)
+            self.assertGreaterEqual(len(new['odom']()), 30)
+            self.wait('tf', lambda: len(new['/tf']()) == len(new['odom']()))
+            self.assertEqual([m.transforms[0].header.stamp for m in new['/tf']()],
+                             [m.header.stamp for m in new['odom']()])
+            self.wait('imu', lambda: new['imu']() and new['imu']()[-1].header.stamp.to_sec() >
+                      new['odom']()[-1].header.stamp.to_sec() - 0.01)
+            for topic, rate in (('odom', 30.0), ('imu', 200.0)):
+                messages = before[topic][-1:] + new[topic]()
+                for a, b in zip(messages, messages[1:]):
+                    self.assertAlmostEqual((b.header.stamp - a.header.stamp).to_sec(), 1.0 / rate,
+                                           delta=1e-6)
+                    self.assertEqual(b.header.seq, a.header.seq + 1)
+        finally:
+            self.live.update_configuration({'imu_silent': False, 'odom_silent': False})
+        self.wait('the next one', lambda: len(new[NEWEST_ONLY]()) > 1)
 
     def test_a_bad_setting_is_refused_and_changes_nothing(self):
         with self.assertRaises(DynamicReconfigureCallbackException):

@@ -45,6 +45,12 @@ FLOOD = """        def flood():
                 print(self.yaw, self.goal)
         threading.Thread(target=flood, daemon=True).start()
 """
+#: At its end this node says what delay its robot has.
+TELLS_DELAY = [
+    ("    rospy.init_node('imu_sub')", """    rospy.init_node('imu_sub')
+    from dynamic_reconfigure.client import Client
+    delay = Client('turtlebot3', timeout=10).get_configuration()['sensor_latency']"""),
+    ("        print('Shutting", "        print('sensor_latency:', delay)\n        print('Shutting")]
 
 
 class Case(NamedTuple):
@@ -56,7 +62,8 @@ class Case(NamedTuple):
     lost: set
 
 
-#: (lab, its parts) -> submissions. What a student gets wrong most easily comes with its part alone.
+#: (lab, its parts) or (lab, its parts, network) -> submissions. What a student gets wrong most
+#: easily comes with its part alone.
 CASES = {
     ('turn', ''): [
         Case('good', TURN, OWN_MESSAGE, set()),
@@ -106,6 +113,9 @@ CASES = {
     ('imu', 'heading'): [
         Case('good', IMU, [], set()),
         Case('no wrap', IMU, [('if yaw < 0:', 'if yaw < -999:')], {'from_0_to_360'}),
+    ],
+    ('imu', 'heading', 'bad'): [
+        Case('good', IMU, TELLS_DELAY, set()),
     ],
 }
 
@@ -168,13 +178,14 @@ class MarkTest(unittest.TestCase):
     @classmethod
     def run_mark(cls, key):
         """Mark these submissions; (folder of the marks, what was printed, exit status)."""
-        lab, parts = key
-        base = Path(cls.folder.name) / '{} {}'.format(lab, parts)
+        lab, parts, network = (key + ('quiet',))[:3]
+        base = Path(cls.folder.name) / ' '.join(key)
         for case in CASES[key]:
             hand_in(base / 'submissions', case)
         done = subprocess.run(
             ['rosrun', 'tb3_labs', 'mark.py', str(base / 'submissions'), '--lab', lab, '-o',
-             str(base / 'marks'), '--parts', parts, '--jobs', '2', '--limit', '120'],
+             str(base / 'marks'), '--parts', parts, '--network', network, '--jobs', '2', '--limit',
+             '120'],
             env=dict(os.environ, TMPDIR=str(cls.temporary)), stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, timeout=560, universal_newlines=True)
         return base / 'marks', done.stdout, done.returncode
@@ -223,6 +234,14 @@ class MarkTest(unittest.TestCase):
 
     def test_imu(self):
         self.check('imu', 'heading')
+
+    def test_a_bad_network_is_the_robots_and_is_told(self):
+        self.check('imu', 'heading', 'bad')
+        told = [Page(self.runs[key][0] / 'good.html').words for key in (
+            ('imu', 'heading', 'bad'), ('imu', 'heading'))]
+        self.assertIn('sensor_latency: 0.03', told[0])
+        self.assertEqual(['Judged over the network "bad".' in words for words in told],
+                         [True, False])
 
     def test_the_pages(self):
         for key in CASES:

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tb3_labs.angles import wrap
+from tb3_labs.network import NETWORKS
 from tb3_labs.se2 import Pose2
 from tb3_labs.sensors import ImuSample, OdometrySample, with_stamp
 from tb3_labs.simulator import FAULTS, STARTING, Simulator, SimulatorConfig
@@ -65,15 +66,41 @@ def test_a_thousand_small_steps_are_one_large_step():
     assert samples == Simulator().step(1.0)
 
 
+def test_ten_steps_are_one_also_where_they_add_up_to_less():
+    config = SimulatorConfig(sensor_latency=0.1)
+    robot, samples = Simulator(config), []
+    for _ in range(10):
+        samples += robot.step(0.1)
+    assert robot.now < 1.0      # what was measured at 0.9 s arrives all the same
+    assert samples == Simulator(config).step(1.0) and samples[-1].stamp == pytest.approx(0.9)
+
+
 @settings(max_examples=30, deadline=None)
-@given(st.lists(st.floats(0.0, 0.3), min_size=1, max_size=20), st.integers(0, 1000))
-def test_how_time_is_cut_changes_nothing(cuts, seed):
-    config = SimulatorConfig(seed=seed, dropouts_per_min=30.0, sensor_latency=0.02)
+@given(st.lists(st.floats(0.0, 0.3), min_size=1, max_size=20), st.integers(0, 1000),
+       st.sampled_from([{'sensor_latency': 0.02}, NETWORKS['good'], NETWORKS['bad'],
+                        {'stalls_per_min': 120.0, 'stalled': 'commands'}]))
+def test_how_time_is_cut_changes_nothing(cuts, seed, network):
+    config = SimulatorConfig(seed=seed, dropouts_per_min=30.0, **network)
     fine, coarse = Simulator(config), Simulator(config)
     for robot in fine, coarse:
         robot.command(0.15, 1.0)
     samples = [sample for cut in cuts for sample in fine.step(cut)]
     assert samples == coarse.step(sum(cuts))
+    assert close(fine.truth, coarse.truth)
+    # and goes on like that on another network
+    other = replace(config, network_cut=False, **NETWORKS['busy'])
+    samples = []
+    for robot in fine, coarse:
+        robot.configure(replace(other, network_cut=True))
+        robot.command(-0.1, 0.5)
+        samples.append(robot.step(0.0))
+    assert samples == [[], []]
+    samples = [[sample for _ in range(10) for sample in fine.step(0.05)], coarse.step(0.5)]
+    assert samples == [[], []]
+    for robot in fine, coarse:
+        robot.configure(other)
+    samples = [sample for _ in range(40) for sample in fine.step(0.025)]
+    assert samples == coarse.step(1.0)
     assert close(fine.truth, coarse.truth)
 
 
@@ -384,6 +411,110 @@ def test_a_command_under_way_has_no_effect_yet():
     assert robot.true_velocity == (0.0, 0.0)
 
 
+def test_the_network_changes_what_arrives_when_but_not_what_is_measured():
+    """The noise is the same, nothing is lost, and each sensor's samples keep their order."""
+    direct = Simulator().step(60.0)
+    late = Simulator(SimulatorConfig(**NETWORKS['bad'])).step(61.0)
+    for kind in imu_of, odom_of:
+        assert kind(late)[:len(kind(direct))] == kind(direct)
+
+
+def test_samples_are_late_by_the_jitter():
+    robot = Simulator(SimulatorConfig(imu_rate=1.0, odom_silent=True, sensor_jitter=0.05))
+    times = [robot.now - sample.stamp for _ in range(200000) for sample in robot.step(0.002)]
+    # 0.05 s, and half a step until it is seen; 400 numbers: good to 5 %
+    assert len(times) == pytest.approx(400, abs=1)
+    assert sum(times) / len(times) == pytest.approx(0.05 + 0.001, rel=0.15)
+
+
+def test_commands_are_late_by_the_jitter():
+    robot = Simulator(replace(STIFF, command_jitter=0.2, seed=5))
+    times = []
+    for _ in range(200):
+        robot.command(0.1, 0.0)
+        sent = robot.now
+        while robot.true_velocity[0] == 0.0 and robot.now < sent + 5.0:
+            robot.step(0.005)
+        times.append(robot.now - sent)
+        robot.step(3.0)   # the command has timed out
+        assert robot.true_velocity[0] == 0.0
+    # 0.2 s, and up to the board's next tick, 1/60 s on average; 200 numbers: good to 7 %
+    assert sum(times) / len(times) == pytest.approx(0.2 + 1 / 60 + 0.0025, rel=0.2)
+
+
+def cut(robot, is_cut):
+    robot.configure(replace(robot.config, network_cut=is_cut))
+
+
+def test_a_cut_holds_up_samples_and_they_come_in_one_burst():
+    robot, uncut = Simulator(), Simulator()
+    samples = robot.step(1.0)
+    cut(robot, True)
+    assert robot.step(0.5) == [] and robot.step_in_bursts(0.25) == []
+    cut(robot, False)
+    bursts = robot.step_in_bursts(0.1)
+    assert (len(imu_of(bursts[0])), len(odom_of(bursts[0]))) == (150, 22)
+    # from then on each arrives when it is measured: two together only where both sensors are due
+    assert all(len({sample.stamp for sample in burst}) == 1 for burst in bursts[1:])
+    assert sum(len(imu_of(burst)) for burst in bursts[1:]) == 20
+    assert samples + [sample for burst in bursts for sample in burst] == uncut.step(1.85)
+
+
+def test_what_arrives_together_is_known_from_what_arrives_one_after_the_other():
+    """Bursts are the samples of a step, and one of them is a stall: nothing of it is missing."""
+    config = SimulatorConfig(stalls_per_min=60.0, longest_stall=0.5)
+    robot = Simulator(config)
+    bursts = [burst for _ in range(40) for burst in robot.step_in_bursts(0.5)]
+    assert [sample for burst in bursts for sample in burst] == Simulator(config).step(20.0)
+    lengths = [burst[-1].stamp - burst[0].stamp for burst in bursts]
+    # 1 s to the next one, 0.25 s long on average: 16 in 20 s, give or take 4
+    assert 5 < sum(length > 0.0 for length in lengths) < 28
+    assert 0.25 < max(lengths) <= 0.5
+    for burst in bursts:
+        stamps = [sample.stamp for sample in imu_of(burst)]
+        assert all(b - a == pytest.approx(0.005) for a, b in zip(stamps, stamps[1:]))
+
+
+def test_the_firmware_stops_in_a_cut_and_then_obeys_the_newest_command():
+    robot = Simulator(STIFF)
+    robot.step(1.0)
+    robot.command(0.1, 0.0)
+    robot.step(0.1)
+    cut(robot, True)
+    for _ in range(8):
+        robot.command(-0.05, 0.0)    # held up, and no command for the timeout
+        robot.step(0.05)
+    assert robot.true_velocity[0] > 0.09
+    robot.command(0.2, 0.0)
+    robot.step(0.1)
+    assert robot.true_velocity == (0.0, 0.0)
+    robot.step(5.0)
+    assert robot.true_velocity == (0.0, 0.0)
+    cut(robot, False)                # the newest one, sent 5.1 s ago, arrives now
+    robot.step(1 / 30)
+    assert robot.true_velocity[0] == pytest.approx(0.2, abs=MOTOR_STEP)
+    robot.step(0.49 - 1 / 30)        # the timeout counts from the arrival
+    assert robot.true_velocity[0] > 0.19
+    robot.step(0.01 + 1 / 30)
+    assert robot.true_velocity == (0.0, 0.0)
+
+
+@pytest.mark.parametrize('stalled', ['both', 'sensors', 'commands'])
+def test_stalls_hold_up_the_directions_asked_for(stalled):
+    robot = Simulator(replace(STIFF, stalls_per_min=120.0, longest_stall=4.0, stalled=stalled))
+    longest, stops, arrived = 0.0, 0, 0.0
+    for _ in range(6000):
+        robot.command(0.1, 0.0)
+        moving = robot.true_velocity[0] > 0.0
+        samples = robot.step(0.01)
+        stops += moving and robot.true_velocity[0] == 0.0
+        arrived = robot.now if samples else arrived
+        longest = max(longest, robot.now - arrived)
+    # 24 stalls in 60 s, three of four longer than the board's patience and a tick
+    assert stops == 0 if stalled == 'sensors' else stops > 8
+    assert longest < 0.02 if stalled == 'commands' else 2.0 < longest <= 4.0
+
+
 @pytest.mark.parametrize('fault, lost', [('imu_silent', ImuSample),
                                          ('odom_silent', OdometrySample)])
 def test_silence_is_switched_on_and_off(fault, lost):
@@ -431,7 +562,8 @@ def test_what_belongs_to_the_start_cannot_change_later():
 
 
 @pytest.mark.parametrize('name', sorted(
-    {item.name for item in fields(SimulatorConfig)} - set(STARTING) - set(FAULTS)))
+    {item.name for item in fields(SimulatorConfig)} - set(STARTING) - set(FAULTS)
+    - {'stalled', 'network_cut'}))
 def test_physics_may_change_while_it_drives(name):
     """Nothing jumps: what has been driven so far stays."""
     robot = Simulator(QUIET)
@@ -450,7 +582,8 @@ def test_physics_may_change_while_it_drives(name):
 @pytest.mark.parametrize('bad', [
     {'model': 'pioneer'}, {'slip': 1.1}, {'slip': -0.1}, {'imu_rate': 0.0},
     {'motor_lag': -1.0}, {'start_x': math.nan}, {'sensor_latency': math.inf},
-    {'imu_silent': 1}, {'seed': 1.5}, {'odom_rate': 'often'}, {'wheel_mismatch': 1.0}])
+    {'imu_silent': 1}, {'seed': 1.5}, {'stalled': 'imu'}, {'stalls_per_min': 121.0},
+    {'command_jitter': -0.001}, {'odom_rate': 'often'}, {'wheel_mismatch': 1.0}])
 def test_nonsense_is_refused_by_name(bad):
     with pytest.raises(ValueError, match=list(bad)[0]):
         SimulatorConfig(**bad)

@@ -2,6 +2,7 @@
 import itertools
 import threading
 import time
+from collections import deque
 from dataclasses import replace
 
 import rospy
@@ -16,12 +17,16 @@ from tb3_labs.ros.conversions import to_pose_stamped, to_transform
 from tb3_labs.ros.frames import frame
 from tb3_labs.ros.node import guarded, subscribe
 from tb3_labs.ros.robot_messages import imu_message, joint_message, odometry_message
+from tb3_labs.ros.rospy_internals import publish_together
 from tb3_labs.sensors import ImuSample
 from tb3_labs.simulator import STARTING, Simulator
 
 STEP = 1.0 / 200.0     # of the simulation [s]
 TRUTH_EVERY = 4        # steps from one ground truth to the next
 CATCH_UP = 0.5         # a longer hiccup of the computer is not made up for [s]
+#: Of the messages of a topic that the network held up, the newest so many are sent: real queues
+#: and buffers are finite too. The longest stall of an IMU at 200 Hz fits in.
+MOST_HELD = 2000
 
 
 class FakeRobot:
@@ -44,6 +49,7 @@ class FakeRobot:
         self._truth = _publisher(prefix + 'ground_truth', PoseStamped)
         self._static_tf = static_tf
         self._origin = None
+        self._wheels = deque(maxlen=MOST_HELD)  # by odometry: stamp, angles, speeds
         subscribe(prefix + 'cmd_vel', Twist, self._on_command)
         subscribe(prefix + 'reset', Empty, self._on_reset)
 
@@ -61,17 +67,16 @@ class FakeRobot:
     def tick(self, step, epoch):
         """Let one STEP pass, and send what is due; `epoch` is the robot's time 0 [s]."""
         with self._lock:
-            samples = self._robot.step(STEP)
+            bursts = self._robot.step_in_bursts(STEP)
             now = epoch + self._robot.now
         if self._origin != self._robot.odometry_origin:
             self._origin = self._robot.odometry_origin
             self._static_tf.sendTransform(
                 to_transform(self._origin, 'world', self._frames['odom'], now))
-        for sample in samples:
-            if isinstance(sample, ImuSample):
-                self._send_imu(sample, epoch)
-            else:
-                self._send_odometry(sample, epoch)
+        self._note_wheels()
+        for burst in bursts:
+            self._send_imu([s for s in burst if isinstance(s, ImuSample)], epoch)
+            self._send_odometry([s for s in burst if not isinstance(s, ImuSample)], epoch)
         if step % TRUTH_EVERY == 0 and self._truth.get_num_connections():
             with self._lock:
                 truth = self._robot.truth
@@ -89,19 +94,37 @@ class FakeRobot:
             self._robot.reset()
         rospy.loginfo('reset: calibrating the gyro, then zeroing the odometry')
 
-    def _send_imu(self, sample, epoch):
+    def _send_imu(self, samples, epoch):
         if self._imu.get_num_connections():
-            self._imu.publish(imu_message(sample, epoch + sample.stamp, self._frames['imu_link']))
+            _publish(self._imu, [
+                imu_message(sample, epoch + sample.stamp, self._frames['imu_link'])
+                for sample in samples[-MOST_HELD:]])
 
-    def _send_odometry(self, sample, epoch):
-        stamp = epoch + sample.stamp
+    def _send_odometry(self, samples, epoch):
+        samples = samples[-MOST_HELD:]
         odom, base = self._frames['odom'], self._frames['base_footprint']
-        self._tf.publish([to_transform(sample.pose, odom, base, stamp)])
+        _publish(self._tf, [
+            TFMessage([to_transform(sample.pose, odom, base, epoch + sample.stamp)])
+            for sample in samples])
         if self._odom.get_num_connections():
-            self._odom.publish(odometry_message(sample, stamp, odom, base))
+            _publish(self._odom, [odometry_message(sample, epoch + sample.stamp, odom, base)
+                                  for sample in samples])
         if self._joints.get_num_connections():
-            self._joints.publish(joint_message(self._robot.wheel_angles, self._robot.wheel_speeds,
-                                               stamp, self._frames['base_link']))
+            _publish(self._joints, [
+                joint_message(*self._wheels_at(sample.stamp), epoch + sample.stamp,
+                              self._frames['base_link']) for sample in samples])
+
+    def _note_wheels(self):
+        """The wheels as of each odometry, which the network may hold up."""
+        stamp = self._robot.odometry_stamp
+        if not self._wheels or self._wheels[-1][0] != stamp:
+            self._wheels.append((stamp, self._robot.wheel_angles, self._robot.wheel_speeds))
+
+    def _wheels_at(self, stamp):
+        """(angles [rad], speeds [rad/s]) as of the odometry with this stamp. Ask in order."""
+        while self._wheels[0][0] < stamp and len(self._wheels) > 1:
+            self._wheels.popleft()
+        return self._wheels[0][1:]
 
 
 class Pacemaker:
@@ -146,6 +169,14 @@ class Pacemaker:
             elif late > CATCH_UP:
                 due += late
                 self._epoch += 0.0 if self._clock else late
+
+
+def _publish(publisher, messages):
+    """Messages that arrive at one moment are one write."""
+    if len(messages) > 1:
+        publish_together(publisher, messages)
+    elif messages:
+        publisher.publish(messages[0])
 
 
 def _publisher(topic, kind):

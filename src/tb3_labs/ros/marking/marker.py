@@ -68,11 +68,14 @@ HELD_UP = 0.15
 class Marker:
     """Marks submissions of one lab; several at a time, by threads, if wanted."""
 
-    def __init__(self, lab, worth, logs, parts=(), names=(), limit=300.0):
+    def __init__(self, lab, worth, logs, parts=(), names=(), limit=300.0,
+                 network='quiet'):
         """`worth`: criterion -> points; `logs`: an existing folder; `names`: of the node's file,
-        if they are not the lab's; `limit`: time for one submission [s]."""
+        if they are not the lab's; `limit`: time for one submission [s]; `network`: one of
+        tb3_labs.network.NETWORKS, between robot and node."""
         self._lab, self._worth, self._logs = lab, worth, Path(logs)
         self._parts, self._names, self._limit = parts, names or LABS[lab].files, limit
+        self._network = network
         self._interrupted = False
         self._cookies = set()
 
@@ -120,13 +123,16 @@ class Marker:
                            self._logs / (folder.name + '.build.log'), {COOKIE: cookie})
         marks.node = '{}/{}'.format(prepared.package, prepared.executable)
         marks.remarks += prepared.remarks
+        if self._network != 'quiet':
+            marks.remarks.append('Judged over the network "{}".'.format(self._network))
         record = work / 'observation.json'
         self._go_on()
         with open(str(log), 'w') as file:
             check = subprocess.Popen(
                 ['rostest', 'tb3_labs', 'check_{}.test'.format(self._lab),
                  'pkg:=' + prepared.package, 'type:=' + prepared.executable,
-                 'parts:=' + ','.join(self._parts), 'record:={}'.format(record)],
+                 'parts:=' + ','.join(self._parts), 'record:={}'.format(record),
+                 'network:=' + self._network],
                 env=self._environment(prepared.environment, work), cwd=str(work),
                 stdin=subprocess.DEVNULL, stdout=file, stderr=file, start_new_session=True)
             deadline = time.monotonic() + self._limit

@@ -28,6 +28,8 @@ class Trial:
     def __init__(self, stage):
         self.stage = stage
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1, latch=True)
+        # a node that hears of nothing but True at once may take it for what was said before it came
+        self.control(False)
 
     def control(self, given):
         """Give the robot to the node, or take it."""

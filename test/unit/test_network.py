@@ -1,0 +1,273 @@
+"""The network of the embedded robot against what its delays, jitter, stalls and cuts must bring."""
+import math
+from dataclasses import fields, replace
+from itertools import groupby
+from operator import itemgetter
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tb3_labs.network import NETWORKS, Link, LinkSettings
+from tb3_labs.simulator import SimulatorConfig
+
+SPARSE = [float(k) for k in range(20000)]           # nothing waits for what was before it [s]
+DENSE = [k / 1000.0 for k in range(600000)]         # ten minutes [s]
+STALLING = LinkSettings(stalls_per_min=20.0, longest_stall=0.3)
+
+
+def link_of(link_settings, direction='sensors', seed=1):
+    link = Link(direction, seed)
+    link.configure(link_settings, 0.0)
+    return link
+
+
+def carry(link, moments, until=math.inf):
+    """What is sent at `moments`, numbered, and has arrived by `until`: [(arrival, number)]."""
+    link.send(range(len(moments)), moments)
+    return link.take(until)
+
+
+def stalls_of(arrivals, moments):
+    """What was held up, stall by stall: [(end, moments of sending)]. Only without delay."""
+    held = [(arrival, moments[number]) for arrival, number in arrivals
+            if arrival != moments[number]]
+    return [(end, [moment for _, moment in group])
+            for end, group in groupby(held, itemgetter(0))]
+
+
+# Delay and jitter ---------------------------------------------------------------------------------
+
+def test_a_quiet_link_takes_no_time():
+    link = Link('commands', 1)
+    assert link.is_clear
+    link.send([0, 1, 2], [0.0, 0.5, 1.0])
+    assert not link.is_clear
+    assert link.take(0.5) == [(0.0, 0), (0.5, 1)]
+    assert not link.is_clear
+    assert link.take(1.0) == [(1.0, 2)] and link.is_clear
+
+
+def test_a_delay_is_the_same_for_all():
+    link = link_of(LinkSettings(delay=0.25))
+    assert carry(link, [0.0, 0.125, 0.5], 0.2) == []
+    assert link.take(0.375) == [(0.25, 0), (0.375, 1)]
+    assert link.take(9.0) == [(0.75, 2)]
+
+
+def test_jitter_is_exponential_on_top_of_the_delay():
+    arrivals = carry(link_of(LinkSettings(delay=0.02, jitter=0.01)), SPARSE)
+    extra = sorted(arrival - number - 0.02 for arrival, number in arrivals)
+    mean = sum(extra) / len(extra)
+    spread = math.sqrt(sum((e - mean) ** 2 for e in extra) / len(extra))
+    assert extra[0] >= -1e-9
+    # 20000 numbers: the mean is good to 0.7 %, the spread to 1.4 % (two sigma: twice that)
+    assert mean == pytest.approx(0.01, rel=0.025)
+    assert spread == pytest.approx(0.01, rel=0.05)
+    assert extra[len(extra) // 2] == pytest.approx(0.01 * math.log(2.0), rel=0.03)
+    assert sum(e > 0.03 for e in extra) / len(extra) == pytest.approx(math.exp(-3.0), rel=0.1)
+
+
+def test_jitter_keeps_the_order():
+    moments = DENSE[:20000]
+    arrivals = carry(link_of(LinkSettings(delay=0.01, jitter=0.05)), moments)
+    assert [number for _, number in arrivals] == list(range(len(moments)))
+    assert [arrival for arrival, _ in arrivals] == sorted(arrival for arrival, _ in arrivals)
+    assert all(arrival >= moments[number] + 0.01 for arrival, number in arrivals)
+    # Some wait for a slower one that was sent before them, and arrive with it.
+    assert len({arrival for arrival, _ in arrivals}) < len(arrivals) / 2
+
+
+@pytest.mark.parametrize('lower', [LinkSettings(), LinkSettings(delay=0.1)])
+def test_a_shorter_delay_lets_nothing_overtake(lower):
+    link = link_of(LinkSettings(delay=1.0))
+    link.send(['before'], [0.0])
+    link.configure(lower, 0.5)
+    link.send(['after', 'late'], [0.5, 2.0])
+    assert link.take(5.0) == [(1.0, 'before'), (1.0, 'after'), (2.0 + lower.delay, 'late')]
+
+
+# Stalls -------------------------------------------------------------------------------------------
+
+def test_a_stall_holds_up_what_falls_into_it_until_its_end_and_nothing_else():
+    arrivals = carry(link_of(STALLING), DENSE)
+    assert [number for _, number in arrivals] == list(range(len(DENSE)))
+    stalls = stalls_of(arrivals, DENSE)
+    for end, moments in stalls:
+        # one stretch of what was sent every millisecond, to within a millisecond of its end
+        assert len(moments) == round((moments[-1] - moments[0]) * 1000) + 1
+        assert moments[-1] < end <= moments[-1] + 0.001 + 1e-9
+        assert end - moments[0] <= 0.3
+
+
+def test_stalls_are_as_frequent_and_as_long_as_asked_for():
+    lengths = [len(moments) / 1000 for _, moments in stalls_of(
+        carry(link_of(STALLING, seed=2), DENSE), DENSE)]
+    # 3 s to the next one, 0.15 s long on average: 190.5 in ten minutes, give or take 13
+    assert 150 < len(lengths) < 230
+    # uniform: 190 numbers give the mean to 0.006 s, and a longest one near the limit
+    assert sum(lengths) / len(lengths) == pytest.approx(0.15, abs=0.02)
+    assert 0.28 < max(lengths) <= 0.301
+
+
+def test_a_stall_begins_at_any_time_after_the_last_one():
+    stalls = stalls_of(carry(link_of(LinkSettings(stalls_per_min=60.0, longest_stall=0.1)),
+                             DENSE), DENSE)
+    gaps = [moments[0] - end for (end, _), (_, moments) in zip(stalls, stalls[1:])]
+    # a Poisson process: mean 1 s, 37 % longer than that, 10 % shorter than 0.105 s
+    assert sum(gaps) / len(gaps) == pytest.approx(1.0, rel=0.15)
+    assert sum(gap > 1.0 for gap in gaps) / len(gaps) == pytest.approx(math.exp(-1.0), abs=0.06)
+    assert sum(gap < 0.105 for gap in gaps) / len(gaps) == pytest.approx(0.1, abs=0.04)
+
+
+def test_a_stall_counts_at_arrival_not_at_sending():
+    direct = stalls_of(carry(link_of(STALLING), DENSE), DENSE)
+    late = carry(link_of(replace(STALLING, delay=0.5)), DENSE)
+    held = [(arrival, DENSE[number]) for arrival, number in late
+            if arrival - DENSE[number] > 0.5 + 1e-9]
+    ends = {end for end, _ in direct}
+    assert {arrival for arrival, _ in held} == ends
+    assert [moment + 0.5 for _, moment in held[:20]] == pytest.approx(
+        [moment for _, moments in direct for moment in moments][:20])
+
+
+@pytest.mark.parametrize('every', [7, 1900, 31000])
+def test_stalls_are_the_same_whatever_is_sent(every):
+    arrivals = [arrival for arrival, _ in carry(link_of(STALLING), DENSE)]
+    assert [arrival for arrival, _ in carry(link_of(STALLING), DENSE[::every])] == (
+        arrivals[::every])
+
+
+def test_one_stall_holds_up_both_directions():
+    both = [stalls_of(carry(link_of(STALLING, direction), DENSE), DENSE)
+            for direction in ('sensors', 'commands')]
+    assert len(both[0]) > 150 and both[0] == both[1]
+
+
+def test_one_stall_holds_up_both_directions_also_when_the_other_joins_later():
+    one = replace(STALLING, stalled='sensors')
+    ends = []
+    for direction, sent in (('sensors', DENSE), ('commands', DENSE[::7])):
+        link = link_of(one, direction)
+        carry(link, sent[:len(sent) // 2], 300.0)
+        link.configure(STALLING, 300.0)
+        rest = sent[len(sent) // 2:]
+        ends.append([end for end, moments in stalls_of(carry(link, rest), rest)
+                     if len(moments) * (sent[1] - sent[0]) > 0.02 and end > 300.1])
+    assert len(ends[1]) > 60 and set(ends[1]) <= set(ends[0])
+
+
+@pytest.mark.parametrize('stalled, held', [('sensors', 'sensors'), ('commands', 'commands')])
+def test_a_stall_of_one_direction_leaves_the_other_alone(stalled, held):
+    for direction in ('sensors', 'commands'):
+        link = link_of(replace(STALLING, stalled=stalled), direction)
+        arrivals = carry(link, DENSE)
+        assert bool(stalls_of(arrivals, DENSE)) == (direction == held)
+        assert link.is_clear == (direction != held)
+
+
+def test_a_change_of_the_stalls_ends_the_present_one():
+    first = stalls_of(carry(link_of(STALLING), DENSE), DENSE)[0]
+    link, middle = link_of(STALLING), (first[1][0] + first[0]) / 2.0
+    link.send(['held'], [first[1][0]])
+    assert link.take(middle) == []
+    link.configure(LinkSettings(), middle)
+    assert not link.is_clear
+    assert link.take(middle) == [(middle, 'held')] and link.is_clear
+
+
+def test_what_changes_nothing_of_the_stalls_leaves_them_alone():
+    link, arrivals = link_of(STALLING), []
+    for second in range(600):
+        moments = DENSE[1000 * second:1000 * (second + 1)]
+        link.configure(replace(STALLING, delay=1e-9 * (second % 2)), float(second))
+        link.send(moments, moments)
+        arrivals += link.take(second + 0.999)
+    ends = {round(end, 6) for end, _ in stalls_of(carry(link_of(STALLING), DENSE), DENSE)}
+    assert ends <= {round(arrival, 6) for arrival, _ in arrivals}
+
+
+# The cut ------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('delay', [0.0, 0.25])
+def test_a_cut_holds_up_everything_and_then_it_comes_at_once(delay):
+    link = link_of(LinkSettings(delay=delay))
+    assert carry(link, [0.0, 0.125], 0.5) == [(delay, 0), (0.125 + delay, 1)]
+    link.configure(LinkSettings(delay=delay, is_cut=True), 0.5)
+    assert carry(link, [0.5, 1.0, 5.0], 100.0) == []
+    link.configure(LinkSettings(delay=delay), 100.0)
+    link.send(['after'], [100.0])
+    assert link.take(100.0 + delay) == [(100.0, 0), (100.0, 1), (100.0, 2),
+                                        (100.0 + delay, 'after')]
+
+
+def test_what_is_under_way_when_the_cut_comes_is_held_up_too():
+    link = link_of(LinkSettings(delay=0.5))
+    link.send(['arrives', 'held'], [0.0, 0.25])
+    link.configure(LinkSettings(delay=0.5, is_cut=True), 0.625)
+    assert link.take(9.0) == [(0.5, 'arrives')]
+    link.configure(LinkSettings(delay=0.5), 9.0)
+    assert link.take(9.0) == [(9.0, 'held')]
+
+
+def test_what_is_still_under_way_when_the_cut_ends_takes_its_time():
+    link = link_of(LinkSettings(delay=1.0, is_cut=True))
+    link.send(['late'], [0.75])
+    link.configure(LinkSettings(delay=1.0), 1.5)
+    assert link.take(2.0) == [(1.75, 'late')]
+
+
+# Seeds, and how time is cut -----------------------------------------------------------------------
+
+ALL = LinkSettings(delay=0.02, jitter=0.01, stalls_per_min=40.0, longest_stall=0.5)
+
+
+def test_the_seed_decides():
+    moments = DENSE[:60000]
+    assert carry(link_of(ALL, seed=3), moments) == carry(link_of(ALL, seed=3), moments)
+    assert carry(link_of(ALL, seed=3), moments) != carry(link_of(ALL, seed=4), moments)
+    jitter = LinkSettings(jitter=0.01)
+    assert carry(link_of(jitter, 'sensors'), SPARSE) != carry(link_of(jitter, 'commands'), SPARSE)
+    assert stalls_of(carry(link_of(STALLING, seed=3), moments), moments) != stalls_of(
+        carry(link_of(STALLING, seed=4), moments), moments)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.lists(st.floats(0.0, 2.0), min_size=1, max_size=30), st.integers(0, 1000))
+def test_how_often_it_is_asked_changes_nothing(cuts, seed):
+    often, once = link_of(ALL, seed=seed), link_of(ALL, seed=seed)
+    now, arrivals, moments = 0.0, [], []
+    for cut in cuts:
+        sent = [now + k * cut / 10 for k in range(10)]
+        now += cut
+        often.send(sent, sent)
+        arrivals += often.take(now)
+        moments += sent
+    once.send(moments, moments)
+    assert arrivals == once.take(now)
+    assert often.take(math.inf) == once.take(math.inf)
+
+
+def test_a_direction_has_a_name():
+    with pytest.raises(ValueError, match='both'):
+        Link('both', 1)
+
+
+# The named networks -------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('name, delay_ms, stalls, longest_ms', [
+    ('quiet', 0, 0, 400), ('good', 8, 0, 400), ('busy', 15, 20, 300), ('bad', 30, 40, 500)])
+def test_the_named_networks(name, delay_ms, stalls, longest_ms):
+    config = SimulatorConfig(**NETWORKS[name])
+    for direction in 'command', 'sensor':
+        assert getattr(config, direction + '_latency') * 1000 == pytest.approx(delay_ms)
+        assert getattr(config, direction + '_jitter') * 4000 == pytest.approx(delay_ms)
+    assert config.stalls_per_min == stalls
+    assert config.longest_stall * 1000 == pytest.approx(longest_ms)
+    assert config.stalled == 'both' and not config.network_cut
+
+
+def test_every_named_network_says_all_that_another_one_does():
+    assert SimulatorConfig(**NETWORKS['quiet']) == SimulatorConfig()
+    assert len({frozenset(network) for network in NETWORKS.values()}) == 1
+    assert set(NETWORKS['bad']) <= {item.name for item in fields(SimulatorConfig)}
