@@ -6,9 +6,12 @@ robot back, Y declares the robot to be at (0, 0, 0) in local.
 
 Subscribes
     joy             sensor_msgs/Joy, best with autorepeat (gamepad.launch)
+    ctrl_relinq     std_msgs/Bool: False of others, who take control from move_to_goal
+    has_control     std_msgs/Bool: move_to_goal has control, or no longer, whoever gave it
 Publishes
     cmd_vel         geometry_msgs/Twist, only while a stick is off its middle, one zero after it
     ctrl_relinq     std_msgs/Bool, latched: True = move_to_goal may drive; renewed while it may
+                    by this pad; False at each press of B
     control_holder  std_msgs/String, latched: gamepad, move_to_goal or nobody
     /diagnostics
 Calls
@@ -25,20 +28,17 @@ from std_msgs.msg import Bool, String
 
 from tb3_labs.pad import PadConfig
 from tb3_labs.pad_controller import PadController
-from tb3_labs.permission import LAPSE
 from tb3_labs.ros.cmd_vel import CmdVel
+from tb3_labs.ros.ctrl_relinq import ControlGiver, hear_takers
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
 from tb3_labs.ros.news import log_news
-from tb3_labs.ros.node import run, subscribe
-from tb3_labs.ros.permissions import WILL_BE_RENEWED
+from tb3_labs.ros.node import run, subscribe, when_stopped
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reset_client import ResetClient
 from tb3_labs.ros.rivals import Rivals
+from tb3_labs.ros.steady_clock import steady_time
 from tb3_labs.ros.traffic import Traffic
 from tb3_labs.ros.watchdog import Watchdog
-
-#: How often a permission is renewed [s].
-RENEWAL = 0.2 * LAPSE
 
 
 class Gamepad:
@@ -49,37 +49,49 @@ class Gamepad:
         self._pad = PadController(read_config(PadConfig), model)
         self._lock = threading.RLock()    # guards it, and what was published of it
         self._holder = None
-        self._renewed_at = 0.0
-        self._relinquished = rospy.Publisher('ctrl_relinq', Bool, queue_size=1, latch=True,
-                                             headers=WILL_BE_RENEWED)
-        self._holders = rospy.Publisher('control_holder', String, queue_size=1, latch=True)
+        self._control = ControlGiver()
+        self._holders = rospy.Publisher('control_holder', String, queue_size=20, latch=True)
         self._resets = ResetClient()
         self._cmd_vel = CmdVel()
         self._rivals = Rivals(self._cmd_vel)
         self._watchdog = Watchdog(self._tick)
-        rospy.on_shutdown(self._close)
+        rospy.on_shutdown(self._leave)
+        when_stopped(self._leave, lambda: None)
         self._tick()
-        subscribe('joy', Joy, self._on_joy)
-        self._sources = SourceReport((self._pad.joy, Traffic('joy', Joy)))
+        # every press counts, also of messages that come all at once
+        subscribe('joy', Joy, self._on_joy, self._read_joy, self._pad.joy, queue_size=None)
+        hear_takers(self._on_taken)
+        subscribe('has_control', Bool, self._on_control, queue_size=None)
+        self._sources = SourceReport((self._pad.joy, Traffic('joy', Joy), steady_time))
         Diagnostics(model.name, self._diagnose)
 
-    def _on_joy(self, message):
-        try:
-            with self._lock:
-                self._pad.on_joy(message.axes, message.buttons, rospy.get_time())
-        except ValueError as problem:
-            rospy.logwarn_throttle(1.0, 'bad message on joy dropped: {}'.format(problem))
-            self._pad.joy.dropped += 1
-            return
+    def _read_joy(self, message):
+        # by simulated time, whose pace nobody knows, stamps do not tell how late a message is
+        stamp = message.header.stamp.to_sec() if rospy.rostime.is_wallclock() else 0.0
+        with self._lock:
+            self._pad.on_joy(message.axes, message.buttons, steady_time(), stamp)
+
+    def _on_joy(self, _):
         self._tick()
         self._watchdog.feed()
         if self._pad.take_reset():
             self._resets.reset()
 
+    def _on_taken(self):
+        with self._lock:
+            self._pad.on_taken(steady_time())
+        self._tick()
+
+    def _on_control(self, message):
+        with self._lock:
+            self._pad.on_control(message.data, steady_time())
+        self._tick()
+
     def _tick(self):
         """Send the command that is due, and say who holds the robot: zero first, then the news."""
         with self._lock:
-            now = rospy.get_time()
+            now = steady_time()
+            self._pad.look_at_clock(now)
             if self._pad.due(now):
                 self._cmd_vel.send(self._pad.command(now))
             self._say_who_holds(now)
@@ -90,22 +102,22 @@ class Gamepad:
         if self._pad.holder is not self._holder:
             self._holder = self._pad.holder
             self._holders.publish(self._holder.value)
-        elif not self._pad.relinquished or abs(now - self._renewed_at) < RENEWAL:
-            return
-        self._renewed_at = now
-        self._relinquished.publish(self._pad.relinquished)
+        for word in self._pad.take_words():
+            self._control.say(word, now)
+        if self._pad.gives:
+            self._control.renew(now)
 
     def _diagnose(self):
         with self._lock:
-            now = rospy.get_time()
             problem = self._rivals.complaint or ('' if self._pad.joy.count else 'no joy yet')
-            return problem, dict(self._sources.values(now), holder=self._pad.holder.value)
+            return problem, dict(self._sources.values(), holder=self._pad.holder.value)
 
-    def _close(self):
+    def _leave(self):
         """An operator who leaves takes the robot along."""
         with self._lock:
-            if self._pad.relinquished:
-                self._relinquished.publish(False)
+            if self._pad.gives:
+                self._pad.on_taken(steady_time())
+                self._tick()
 
 
 if __name__ == '__main__':

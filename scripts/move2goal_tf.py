@@ -4,13 +4,14 @@
 Subscribes
     imu                    sensor_msgs/Imu
     odom                   nav_msgs/Odometry
-    ctrl_relinq            std_msgs/Bool: True = this node may drive
+    ctrl_relinq            std_msgs/Bool: True = this node may drive (see tb3_labs.permission)
     move_base_simple/goal  geometry_msgs/PoseStamped: a goal
     initialpose            geometry_msgs/PoseWithCovarianceStamped: a reset
 Publishes
     cmd_vel                geometry_msgs/Twist, only while driving, one zero at the end
     local_pose             geometry_msgs/PoseStamped, frame local, with each odometry message
     local_path             nav_msgs/Path, frame local
+    has_control            std_msgs/Bool, latched: may this node drive?
     goal_state             std_msgs/String, latched: the state, or why the goal was given up
     distance_error [m], angle_error_deg   std_msgs/Float32: what is left to the goal, for plots
     current_goal           geometry_msgs/PoseStamped, frame local, latched
@@ -30,17 +31,18 @@ Parameters
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import threading
+import time
 
 import rospy
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
-from std_msgs.msg import Bool
 
 from tb3_labs.approach import Response
 from tb3_labs.drive_laws import DriveConfig, make_law
 from tb3_labs.navigator import Navigator, NavigatorConfig
 from tb3_labs.ros.cmd_vel import CmdVel
 from tb3_labs.ros.conversions import to_imu_sample, to_odometry_sample
+from tb3_labs.ros.ctrl_relinq import ControlTaker
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
 from tb3_labs.ros.display import LocalDisplay
 from tb3_labs.ros.drive_log import DriveLog
@@ -50,15 +52,12 @@ from tb3_labs.ros.live import LiveSettings
 from tb3_labs.ros.news import log_news
 from tb3_labs.ros.node import run, subscribe
 from tb3_labs.ros.parameters import read_config, read_model
-from tb3_labs.ros.permissions import OldPermissions, will_be_renewed
 from tb3_labs.ros.pose_frames import PoseFrames
 from tb3_labs.ros.resets import ResetInterfaces
 from tb3_labs.ros.rivals import Rivals
+from tb3_labs.ros.steady_clock import steady_time
 from tb3_labs.ros.traffic import Traffic
 from tb3_labs.ros.watchdog import Watchdog
-
-#: A reset answers within a second, whatever happens [s].
-RESET_TIMEOUT = 0.8
 
 
 class MoveToGoal:
@@ -80,16 +79,20 @@ class MoveToGoal:
         ResetInterfaces(self._reset, self._to_local, frame('local'))
         self._watchdog = Watchdog(self._tick)
         self._reported = 0                       # the last attempt whose end was reported
+        self._had_control = False                # as of the last look at it
         self._rivals = Rivals(self._cmd_vel)
         LiveSettings(drive, self._on_settings)
-        self._old_permissions = OldPermissions()
+        self._control = ControlTaker()
+        self._look_at_control()
         subscribe('imu', Imu, self._on_imu, to_imu_sample, self._navigator.imu,
                   idle_for=self._idle_for)
+        # all of it: one message may hold the displacement that the firmware takes backwards
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample,
-                  self._navigator.odometry)
-        subscribe('ctrl_relinq', Bool, self._on_ctrl_relinq)
-        self._sources = SourceReport((self._navigator.imu, Traffic('imu', Imu)),
-                                     (self._navigator.odometry, Traffic('odom', Odometry)))
+                  self._navigator.odometry, queue_size=None)
+        self._control.hear(self._told_control, self._heard_of_old_control)
+        self._sources = SourceReport(
+            (self._navigator.imu, Traffic('imu', Imu), rospy.get_time),
+            (self._navigator.odometry, Traffic('odom', Odometry), rospy.get_time))
         Diagnostics(self._model.name, self._diagnose)
 
     def _on_imu(self, sample):
@@ -107,27 +110,41 @@ class MoveToGoal:
         with self._changed:
             self._report(self._navigator.on_odometry(sample, rospy.get_time()))
             log_news(self._navigator.take_news())
+            self._changed.notify_all()           # also of a reset that can no longer be carried out
         self._show_fix()
 
-    def _on_ctrl_relinq(self, message):
-        if self._old_permissions.is_old(message):
-            return
+    def _told_control(self, granted, sender, renews):
         with self._changed:
-            changed = self._navigator.set_control(message.data, rospy.get_time(),
-                                                  will_be_renewed(message))
-            if changed and not message.data:
-                self._cmd_vel.stop()
+            self._navigator.told_control(granted, steady_time(), sender, renews)
+            self._look_at_control()
+
+    def _heard_of_old_control(self, sender):
+        with self._changed:
+            self._navigator.permission.heard_of_old(sender)
+            self._look_at_control()
+
+    def _look_at_control(self):
+        """Stop the moment control is lost; tell everybody."""
+        navigator = self._navigator
+        navigator.look_at_control(steady_time())
+        if not navigator.has_control:
+            self._cmd_vel.stop()
+        self._control.say(navigator.permission.stands)
+        self._watchdog.keep(awake=navigator.watched)
+        news = navigator.take_news()
+        if news or navigator.has_control is not self._had_control:
+            self._had_control = navigator.has_control
+            log_news(news)
             self._log.update(rospy.get_time())
 
     def _tick(self):
         """Send the command that is due; report the end of a drive."""
         with self._changed:
+            self._look_at_control()
             now = rospy.get_time()
             if not self._navigator.due(now):
                 return
-            command = self._navigator.command(now)
-            self._cmd_vel.send(command)
-            self._watchdog.keep(awake=command is not None)
+            self._cmd_vel.send(self._navigator.command(now))
             self._log.update(now)
             machine = self._navigator.machine
             if machine.active or machine.attempt == self._reported:
@@ -148,13 +165,16 @@ class MoveToGoal:
                                        self._frames.odom, self._navigator.machine)
         self._goals.feedback(shown)
 
-    def _reset(self, declared):
-        """The robot is at `declared` (in local) now; ``ValueError`` if that is refused."""
+    def _reset(self, declared, deadline):
+        """The robot is at `declared` (in local) now; ``ValueError`` if that is refused, or could
+        not be carried out before `deadline` [s, time.monotonic()]."""
         with self._changed:
             reset = self._navigator.reset(declared, rospy.get_time())
-            if not self._changed.wait_for(lambda: reset.done, RESET_TIMEOUT):
+            self._changed.wait_for(lambda: reset.done or reset.problem,
+                                   max(0.0, deadline - time.monotonic()))
+            if not reset.done:
                 self._navigator.localizer.give_up(reset)
-                raise ValueError('imu and odom said nothing of that instant')
+                raise ValueError(reset.problem or 'imu and odom said nothing of that instant')
             return reset
 
     def _report(self, resets):
@@ -162,6 +182,7 @@ class MoveToGoal:
         for reset in resets:
             self._display.forget_path()
             rospy.loginfo('Local pose set to %s', reset.after)
+        if resets:
             self._changed.notify_all()
 
     def _to_local(self, header, pose, also_local=('map',)):
@@ -183,15 +204,15 @@ class MoveToGoal:
 
     def _cancel(self):
         with self._changed:
-            self._navigator.machine.give_up('canceled')
+            self._navigator.cancel()
             self._cmd_vel.stop()
             self._log.update(rospy.get_time())
 
     def _diagnose(self):
         with self._changed:
-            now = rospy.get_time()
-            problem, values = self._log.report(now)
-            return self._rivals.complaint or problem, dict(self._sources.values(now), **values)
+            self._look_at_control()    # also where no sensor wakes this node
+            problem, values = self._log.report(rospy.get_time())
+            return self._rivals.complaint or problem, dict(self._sources.values(), **values)
 
 
 if __name__ == '__main__':

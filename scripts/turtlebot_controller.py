@@ -30,12 +30,14 @@ from tb3_labs.msg import MouseController
 from tb3_labs.ros.cmd_vel import CmdVel
 from tb3_labs.ros.conversions import to_imu_sample, to_mouse
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
+from tb3_labs.ros.events import subscribe_news
 from tb3_labs.ros.keyboard import Keyboard
 from tb3_labs.ros.live import LiveSettings
 from tb3_labs.ros.news import log_news
 from tb3_labs.ros.node import end, run, subscribe
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.rivals import Rivals
+from tb3_labs.ros.steady_clock import steady_time
 from tb3_labs.ros.traffic import Traffic
 from tb3_labs.ros.watchdog import Watchdog
 from tb3_labs.turning import TurnConfig, degrees_of, make_turn
@@ -61,11 +63,13 @@ class Controller:
         self._watchdog = Watchdog(self._tick)
         subscribe('imu', Imu, self._on_imu, to_imu_sample, self._controller.imu,
                   idle_for=self._idle_for)
-        subscribe('mouse_info', MouseController, self._on_mouse, to_mouse, self._controller.mouse)
-        subscribe('turn', Float64, self._on_turn)
+        # scrolling up stops at once, also where later messages came together with it
+        subscribe('mouse_info', MouseController, self._on_mouse, to_mouse, self._controller.mouse,
+                  queue_size=None)
+        subscribe_news('turn', Float64, self._on_turn)
         self._sources = SourceReport(
-            (self._controller.imu, Traffic('imu', Imu)),
-            (self._controller.mouse, Traffic('mouse_info', MouseController)))
+            (self._controller.imu, Traffic('imu', Imu), rospy.get_time),
+            (self._controller.mouse, Traffic('mouse_info', MouseController), steady_time))
         rospy.loginfo('Type l (left), r (right), b (about turn), a number of degrees, or q (quit), '
                       'and Enter')
         Keyboard(self._on_line, self._on_keyboard_end)
@@ -84,7 +88,7 @@ class Controller:
 
     def _on_mouse(self, mouse):
         with self._lock:
-            self._controller.on_mouse(*mouse, rospy.get_time())
+            self._controller.on_mouse(*mouse, steady_time())
         self._tick()
         self._watchdog.feed()
 
@@ -130,6 +134,7 @@ class Controller:
         """Send the command that is due; at each change of the driver one zero comes first."""
         with self._lock:
             now = rospy.get_time()
+            self._controller.look_at_mouse(steady_time())
             due = self._controller.due(now)
             command = self._controller.command(now) if due else None
             if self._controller.driver is not self._driver:
@@ -142,9 +147,8 @@ class Controller:
 
     def _diagnose(self):
         with self._lock:
-            now = rospy.get_time()
-            problem = self._rivals.complaint or self._controller.imu.complaint(now)
-            return problem, dict(self._sources.values(now), driver=self._controller.driver.value,
+            problem = self._rivals.complaint or self._controller.sensor_complaint(rospy.get_time())
+            return problem, dict(self._sources.values(), driver=self._controller.driver.value,
                                  mouse='active' if self._controller.mouse_active else 'not active')
 
 

@@ -43,7 +43,7 @@ STEADY_TIME = 0.12
 CRUISING = 0.5
 #: and before gain errors of the motors add up [s after the start].
 LEARNING_TIME = 1.5
-#: A robot that is faster than this has begun to move [rad/s];
+#: A robot that is faster than this has begun to move [rad/s or m/s];
 ONSET = 0.03
 #: one that was told to be slower than this says too little about its motors [rad/s];
 TELLING = 0.2
@@ -105,7 +105,8 @@ class Approach:
         self._reversals = 0           # and how often it changed
         self._nudges = False          # is what moves it now a correction after a stop?
         self._delay, self._lag = self._response.delay, self._response.lag
-        self._seen_to_start = False   # has a robot been seen that was at rest and speeds up?
+        self._from_rest = False       # did the robot stand when this began,
+        self._seen_to_start = False   # and has it been seen to speed up?
         self._totals = []             # measurements of delay and lag together
         #: What would remain if the robot were told to stop now.
         self.at_rest = math.inf
@@ -115,35 +116,41 @@ class Approach:
         if self._start_remaining is not None:
             self._start_remaining += by
 
-    @property
-    def told_to_rest(self):
-        """Has nothing but a stop been commanded for as long as a command is under way?"""
-        since = self._now - self._delay - 2.0 * self._period
+    def told_to_rest(self, age=0.0):
+        """Had nothing but a stop been commanded for as long as a command is under way, `age`
+        seconds ago, and since?"""
+        since = self._now - age - self._delay - 2.0 * self._period
         return not any(command for time, command in self._sent if time >= since)
 
-    def step(self, remaining, speed, fastest, dt, backwards_from=0.0):
+    def step(self, remaining, speed, fastest, dt, backwards_from=0.0, uncertainty=0.0):
         """The speed to command, given the way left and the measured speed, `dt` after the last.
 
         It goes backwards only where it would come to rest beyond zero by more than
-        `backwards_from`; short of that it commands a stop.
+        `backwards_from`; short of that it commands a stop. By so much as `uncertainty`, `remaining`
+        may be wrong: no correction is made that is smaller.
         """
         if not self._direction:    # nothing commanded yet: here it begins
             self._now, self._start_remaining, dt = 0.0, remaining, self._period
             self._sent.clear()
-            self._seen_to_start = abs(speed) > ONSET    # too late: it moves already
+            # how a robot obeys shows only if all that it does was commanded here
+            self._from_rest = abs(speed) <= ONSET
+            if not self._speed_is_prompt:
+                self._motor_speed = speed
         else:
             self._now += dt
         travelled = self._start_remaining - remaining
-        self._look_at_start(travelled, speed)
-        if abs(self._command) >= CRUISING * fastest:
-            self._look_at_cruise(travelled, speed)
+        if self._from_rest:
+            self._look_at_start(travelled, speed)
+            if abs(self._command) >= CRUISING * fastest:
+                self._look_at_cruise(travelled, speed)
         self._follow_motors(speed, dt)
         begin = round(self._now / self._period) * self._period
         self.at_rest = (remaining - self._motor_speed * self._lag
                         - self._travel_under_way(begin))
         # after the first stop it is moved by nudges, and left alone sooner
         self._nudges = self._nudges or bool(self._direction and not self._command)
-        wanted, near = 0.0, self._leave_alone if self._nudges else self._close_enough
+        near = uncertainty + (self._leave_alone if self._nudges else self._close_enough)
+        wanted = 0.0
         if self.at_rest > near or self.at_rest < -max(near, backwards_from):
             # who turns back again and again has a wrong picture of the robot, and goes slower; so
             # does a nudge, which may be obeyed for two periods

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from tb3_labs.angles import difference, wrap
 from tb3_labs.approach import Approach, Response
 from tb3_labs.config import Config, setting
+from tb3_labs.goal import GoalState
 from tb3_labs.motion import LawStep, Twist2, proportional, saturate
 from tb3_labs.se2 import Pose2
 from tb3_labs.turning import PreciseTurn
@@ -39,7 +40,7 @@ def make_law(config, model, response=None):
     """The law that `config` (DriveConfig) asks for, for a turtlebot3.RobotModel; `response`: the
     approach.Response that was learned of this robot so far."""
     if config.law == 'lab':
-        return LabLaw(model)
+        return LabLaw(config, model)
     return PreciseLaw(config, model, response)
 
 
@@ -53,11 +54,16 @@ class LabLaw:
     FORWARD_SPEED = 0.15          # [m/s]
     distance_tolerance = 0.15     # [m]
 
-    def __init__(self, model):
-        self._model = model
+    def __init__(self, config, model):
+        self._forward = min(self.FORWARD_SPEED, config.max_linear, model.max_linear)
+        self._max_angular = min(config.max_angular, model.max_angular)
 
     def start(self, pose, goal):
         """The handout's law remembers nothing."""
+
+    def resume(self, state, pose, goal):
+        """It goes on where it was."""
+        return state
 
     def rotate_to_goal(self, motion, goal, dt):
         """Turn towards the goal."""
@@ -69,8 +75,7 @@ class LabLaw:
     def move_forward(self, motion, goal, dt):
         """Straight on until near the goal."""
         distance = motion.pose.distance_to(goal)
-        return LawStep(Twist2(self.FORWARD_SPEED, 0.0), distance,
-                       distance < self.distance_tolerance)
+        return LawStep(Twist2(self._forward, 0.0), distance, distance < self.distance_tolerance)
 
     def rotate_to_final(self, motion, goal, dt):
         """Turn to the heading asked for."""
@@ -81,7 +86,7 @@ class LabLaw:
         return ''
 
     def _turn(self, error, gain):
-        rate = proportional(error, gain, fastest=self._model.max_angular)
+        rate = proportional(error, gain, fastest=self._max_angular)
         return LawStep(Twist2(0.0, rate), error, abs(error) < self.ANGLE_TOLERANCE)
 
 
@@ -96,6 +101,8 @@ class PreciseLaw:
     period = PreciseTurn.period
     #: Nearer than this to facing along the line, driving begins: the braking turn ends on the way.
     FACING = 0.1                  # [rad]
+    #: Nearer than this to facing along the line, a drive that was interrupted goes on along it.
+    ALONG = 0.3                   # [rad]
     #: The drive ends where the robot would come to rest this far ahead of the goal.
     STOP_AHEAD = 0.0005           # [m]
     #: How far ahead on the line the robot looks: large is calm, small is strict.
@@ -126,6 +133,21 @@ class PreciseLaw:
         self._begin_turn(pose, backwards if self._reverse else self._line)
         self._driving.start()
         self._final = False
+
+    def resume(self, state, pose, goal):
+        """Where a drive goes on that was interrupted in a GoalState: on its line if it still faces
+        along it, at its end if only the last turn was left; else it begins anew from here."""
+        along = wrap(self._line + math.pi) if self._reverse else self._line
+        off = difference(along, pose.yaw)
+        if state is GoalState.MOVE_FORWARD and abs(off) <= self.ALONG:
+            self._turning.start(pose.yaw, off)
+            self._driving.start()
+        elif state is GoalState.ROTATE_TO_FINAL:
+            self._final = False
+        else:
+            state = GoalState.ROTATE_TO_GOAL
+            self.start(pose, goal)
+        return state
 
     def rotate_to_goal(self, motion, goal, dt):
         """Turn to face along the line, braking so that the turn would end there."""
@@ -172,7 +194,8 @@ class PreciseLaw:
         self._turning.start(pose.yaw, difference(face, pose.yaw))
 
     def _turn(self, motion, dt):
-        return self._turning.step(motion.pose.yaw, motion.angular, dt)
+        return self._turning.step(motion.pose.yaw, motion.angular, dt, motion.imu_age,
+                                  motion.yaw_noise)
 
     def _on_line(self, pose, goal):
         """(way left along the line, offset to its left) [m]."""

@@ -25,11 +25,14 @@ class Freshness:
         #: Messages so far, and how many more were dropped because they could not be true.
         self.count = self.dropped = 0
         self._heard_at = None
+        self._longest_gap = 0.0
         self._reading = None
         self._is_new = False
 
     def heard(self, now, reading=None):
         """A good message arrived at `now`; `reading`: what it says, its stamp aside."""
+        if self._heard_at is not None:
+            self._longest_gap = max(self._longest_gap, now - self._heard_at)
         self._heard_at = now
         self.count += 1
         if reading != self._reading:
@@ -40,25 +43,41 @@ class Freshness:
         is_new, self._is_new = self._is_new, False
         return is_new
 
+    def take_longest_gap(self):
+        """The longest silence between two messages since the last call [s].
+
+        A silence shows here also if nobody looked while it lasted, because the process slept.
+        """
+        gap, self._longest_gap = self._longest_gap, 0.0
+        return gap
+
     def age(self, now):
         """Seconds since the last message; infinite before the first."""
-        if self._heard_at is None:
-            return math.inf
-        if now < self._heard_at:
-            self._heard_at = now
-        return now - self._heard_at
+        return math.inf if self._heard_at is None else max(0.0, now - self._heard_at)
+
+    def clock_went_back(self, now):
+        """The receiver's clock may have gone back to `now`: the last message counts as just heard.
+        """
+        if self._heard_at is not None:
+            self._heard_at = min(self._heard_at, now)
 
     def is_fresh(self, now):
         """True while the last message is at most `timeout` old."""
         return self.age(now) <= self.timeout
 
-    def complaint(self, now, timeout=None):
-        """What is wrong, in words: 'no imu for 1.2 s', or '' while the source is fresh."""
+    def is_overdue(self, now):
+        """True after half the timeout: as good as lost, where another source is lost."""
+        return self.age(now) > 0.5 * self.timeout
+
+    @property
+    def complaint(self):
+        """What is wrong with a source that is not fresh: 'no imu', or 'no imu yet'."""
+        return 'no {}{}'.format(self.name, ' yet' if self._heard_at is None else '')
+
+    def complaint_with_age(self, now):
+        """The same, and for how long: 'no imu for 1.2 s'."""
         age = self.age(now)
-        if age <= (self.timeout if timeout is None else timeout):
-            return ''
-        return 'no {} yet'.format(self.name) if math.isinf(age) else 'no {} for {:.1f} s'.format(
-            self.name, age)
+        return self.complaint if math.isinf(age) else '{} for {:.1f} s'.format(self.complaint, age)
 
 
 class Sight(Enum):
@@ -75,21 +94,20 @@ class SensorWatch:
 
     def __init__(self, *sources):
         self._sources = sources
-        self._silent_since = None
         #: What is wrong, in words, since :meth:`look` found the sensors silent; else ''.
         self.hold_reason = ''
         #: How long the last silence took [s].
         self.silent_for = 0.0
 
-    def complaint(self, now):
+    def complaint(self, now, with_age=False):
         """What is wrong with any of the sensors, in words; '' when all are fresh.
 
         Where one is lost, others that are overdue are as good as lost, too.
         """
         if self.are_fresh(now):
             return ''
-        return ', '.join(filter(None, (source.complaint(now, 0.5 * source.timeout)
-                                       for source in self._sources)))
+        return ', '.join(source.complaint_with_age(now) if with_age else source.complaint
+                         for source in self._sources if source.is_overdue(now))
 
     def are_fresh(self, now):
         """True while all of them are."""
@@ -97,20 +115,24 @@ class SensorWatch:
 
     def look(self, now):
         """Called while the robot is being driven: the Sight of this moment."""
-        self.hold_reason = self.complaint(now)
-        if self.hold_reason:
-            if self._silent_since is None:
-                self._silent_since = now
+        for source in self._sources:
+            source.clock_went_back(now)
+        if not self.are_fresh(now):
+            # the first reason stands: it would change with each source that is lost after it
+            self.hold_reason = self.hold_reason or self.complaint(now)
             return Sight.SILENT
-        if self._silent_since is None:
+        self.hold_reason = ''
+        gap = max(source.take_longest_gap() for source in self._sources)
+        if gap <= min(source.timeout for source in self._sources):
             return Sight.FRESH
-        self.silent_for, self._silent_since = now - self._silent_since, None
-        return Sight.BACK_SOON if 0.0 <= self.silent_for <= RESUME_TIME else Sight.BACK_LATE
+        self.silent_for = gap
+        return Sight.BACK_SOON if gap <= RESUME_TIME else Sight.BACK_LATE
 
     def pause(self):
-        """The robot is not being driven: no silence counts."""
-        self._silent_since = None
+        """The robot is not being driven: no silence until now counts."""
         self.hold_reason = ''
+        for source in self._sources:
+            source.take_longest_gap()
 
 
 class FrozenWatch:

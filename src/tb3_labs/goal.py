@@ -3,8 +3,12 @@
     ROTATE_TO_GOAL -> MOVE_FORWARD -> ROTATE_TO_FINAL -> GOAL_REACHED
 
 A *law* (:mod:`tb3_labs.drive_laws`) says how to move in each of the three driving states and when
-the state is finished; this module decides which state it is, watches that the robot gets on, and
-gives up with a reason where it does not. A reset or a new goal starts again at ROTATE_TO_GOAL.
+the state is finished; this module decides which state it is, watches that the robot gets nearer,
+and gives up with a reason where it does not. GOAL_REACHED is said of a robot that rests, as samples
+show that were measured while it rested.
+
+A reset or a new goal starts again at ROTATE_TO_GOAL. A goal that was cancelled is over: only
+another goal is driven to.
 
 Units: metres, radians, seconds. Poses are in the local frame. Edge case: after GOAL_REACHED or a
 failure there is no command at all, not a zero.
@@ -13,7 +17,9 @@ Source: the Transformation lab's handout.
 from enum import Enum
 
 from tb3_labs.angles import difference
+from tb3_labs.motion import Twist2
 from tb3_labs.progress import Progress
+from tb3_labs.settling import Settling
 
 
 class GoalState(Enum):
@@ -32,14 +38,19 @@ DRIVING = tuple(state.name for state in GoalState if state is not GoalState.GOAL
 #: A drive that ends outside its tolerance, by a hiccup of the network say, is driven on from there
 #: so many times.
 MORE_TRIES = 2
+#: A robot that is slower than this rests [m/s], [rad/s].
+REST_LINEAR = 0.005
+REST_ANGULAR = 0.03
 
 
 class GoalMachine:
     """One robot, one goal at a time.
 
     `law` has ``start(pose, goal)`` and, for each driving state, a method named like the state in
-    lower case: ``(motion, goal, dt) -> motion.LawStep``; besides ``shortfall(pose, goal)``, '' or
-    what is wrong with the pose in which the last of them ended, and ``distance_tolerance`` [m].
+    lower case: ``(motion, goal, dt) -> motion.LawStep``; besides ``resume(state, pose, goal)``, the
+    GoalState in which a drive goes on that was interrupted in `state`, ``shortfall(pose, goal)``,
+    '' or what is wrong with the pose in which the last of them ended, and ``distance_tolerance``
+    [m].
     """
 
     def __init__(self, law):
@@ -48,12 +59,17 @@ class GoalMachine:
         self.state = GoalState.GOAL_REACHED
         #: Why the drive was given up; '' while it was not.
         self.failure = ''
+        #: True where that was by somebody's wish: nothing but another goal is driven to then.
+        self.cancelled = False
         #: True once the robot has been told to move for this goal.
         self.begun = False
         #: Counts the drives, a new one with each goal and each restart.
         self.attempt = 0
         self._tries_left = 0
-        self._progress = Progress()
+        self._interrupted = False
+        self._progress = {}          # of each state since the last restart
+        self._settling = Settling()
+        self._time = 0.0             # of the steps [s]
 
     @property
     def active(self):
@@ -63,20 +79,31 @@ class GoalMachine:
     def set_goal(self, goal):
         """Take a goal (Pose2 in local), in place of whatever was going on."""
         self.goal = goal
+        self.cancelled = False
         self.restart()
 
     def restart(self):
-        """Begin the drive to the goal anew: after a reset, or when control comes back."""
-        if self.goal is not None:
+        """Begin the drive to the goal anew, as after a reset; not to one that was cancelled."""
+        if self.goal is not None and not self.cancelled:
             self.failure = ''
-            self.begun = False
+            self.begun = self._interrupted = False
             self.attempt += 1
             self._tries_left = MORE_TRIES
-            self._enter(GoalState.ROTATE_TO_GOAL)
+            self._begin()
+
+    def interrupt(self):
+        """The robot stood for a moment in the midst of a drive, which goes on where it is now."""
+        self._interrupted = self.begun
 
     def give_up(self, reason):
         """End the drive without having reached the goal."""
         self.failure = reason
+
+    def cancel(self):
+        """End the drive for good: somebody wishes so."""
+        if self.goal is not None:
+            self.cancelled = True
+            self.give_up('canceled')
 
     def step(self, motion, dt):
         """The command for now (Twist2), or None where there is nothing (more) to drive.
@@ -86,11 +113,20 @@ class GoalMachine:
         if self.active and not self.begun:
             self.begun = True
             self.law.start(motion.pose, self.goal)
+        elif self.active and self._interrupted:
+            self._resume(motion.pose)
+        self._time += dt
+        self._settling.look(_is_slow(motion), self._time - motion.imu_age)
+        # the place is known by an odometry that was measured while the robot rested
+        rests = self._settling.rests and self._time - motion.odometry_age >= self._settling.since
         while self.active:
             move = getattr(self.law, self.state.name.lower())
             command, remaining, finished = move(motion, self.goal, dt)
+            if finished and self.state is GoalState.ROTATE_TO_FINAL and not rests:
+                return Twist2()
             if not finished:
-                self.failure = self._progress.complaint(remaining, motion, dt)
+                self.failure = self._progress[self.state].complaint(
+                    remaining, motion, dt, command != Twist2())
                 return None if self.failure else command
             self._finish_state(motion.pose)
             dt = 0.0
@@ -108,14 +144,29 @@ class GoalMachine:
         else:
             shortfall = self.law.shortfall(pose, self.goal)
             if not shortfall:
-                self._enter(GoalState.GOAL_REACHED)
+                self.state = GoalState.GOAL_REACHED
             elif self._tries_left:
                 self._tries_left -= 1
                 self.law.start(pose, self.goal)
-                self._enter(GoalState.ROTATE_TO_GOAL)
+                self._begin()
             else:
                 self.failure = shortfall
 
+    def _begin(self):
+        self._progress = {}
+        self._settling = Settling()
+        self._enter(GoalState.ROTATE_TO_GOAL)
+
+    def _resume(self, pose):
+        self._interrupted = False
+        for progress in self._progress.values():
+            progress.resume()
+        self._enter(self.law.resume(self.state, pose, self.goal))
+
     def _enter(self, state):
         self.state = state
-        self._progress = Progress()
+        self._progress.setdefault(state, Progress())
+
+
+def _is_slow(motion):
+    return abs(motion.linear) <= REST_LINEAR and abs(motion.angular) <= REST_ANGULAR

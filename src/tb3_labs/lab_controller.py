@@ -7,16 +7,19 @@ Units: seconds on the receiver's clock (`now`), radians, m/s; turns are asked fo
 """
 import math
 from dataclasses import dataclass, field, replace
+from typing import Optional
 
 from tb3_labs.angles import continuous
 from tb3_labs.arbiter import Driver, Event, who_drives
-from tb3_labs.freshness import Freshness, FrozenWatch, SensorWatch, Sight
+from tb3_labs.freshness import RESUME_TIME, Freshness, FrozenWatch, SensorWatch, Sight
 from tb3_labs.motion import Twist2
 from tb3_labs.news import NewsDesk
 from tb3_labs.pace import LONGEST_IDLE, Pace
 from tb3_labs.progress import Progress
+from tb3_labs.sender_clock import SenderClock
 from tb3_labs.sensors import heading_jump
 from tb3_labs.teleop import mouse_twist
+from tb3_labs.yaw_noise import YawNoise
 
 #: An active mouse that is silent for this long is lost [s].
 MOUSE_TIMEOUT = 0.2
@@ -35,6 +38,7 @@ class Turn:
     start: float                  # [rad], continuous yaw
     goal: float                   # [rad], the same; also makes up for what the last turn left
     progress: Progress = field(default_factory=Progress)
+    left: Optional[float] = None  # at its end, by a law that waits for rest [rad]
 
 
 class LabController:
@@ -48,8 +52,12 @@ class LabController:
         self.imu = Freshness('imu')
         self._sensors = SensorWatch(self.imu)
         self._frozen = FrozenWatch()
+        self._clock = SenderClock()
+        self._noise = YawNoise()
         self._rate = 0.0
-        self._yaw = None          # continuous over whole turns
+        self._yaw = None          # continuous over whole turns,
+        self._measured_at = 0.0   # and when it was measured, by the least delay
+        self._looked_at = None    # the time of the last command, while a turn is going on
         self._turn = None         # the Turn that is driven, or waits for rest to be judged,
         self._carried = 0.0       # and what the one before left undone
         self.mouse = Freshness('mouse', MOUSE_TIMEOUT)
@@ -72,6 +80,9 @@ class LabController:
             self._happens(Event.TURN_OVER, jump)
         self.imu.heard(now, sample[1:])
         self._yaw, self._rate = yaw, sample.yaw_rate
+        time = self._clock.time_of('imu', sample.stamp, now)
+        self._measured_at = self._clock.measured_at(time, now)
+        self._noise.learn(sample, time)
         if self.driver is Driver.TURN:
             return
         if self._turn is not None and abs(self._rate) <= REST_RATE:
@@ -80,7 +91,10 @@ class LabController:
             self._carried = 0.0
 
     def on_mouse(self, active, x, y, now):
-        """Take a message of the mouse in; ``ValueError`` for a position that is none."""
+        """Take a message of the mouse in; ``ValueError`` for a position that is not finite.
+
+        `now` is on a clock that never stands still and never goes back: the mouse is in a hand.
+        """
         twist = mouse_twist(x, y)
         centred = twist == Twist2()
         self.mouse.heard(now)
@@ -109,7 +123,7 @@ class LabController:
         if self.driver is Driver.MOUSE:
             raise ValueError('cannot turn: the mouse is driving; move it to the middle of the '
                              'screen, or scroll up, then ask again')
-        complaint = self._sensors.complaint(now)
+        complaint = self._sensors.complaint(now, with_age=True)
         if complaint:
             raise ValueError('cannot turn: {} (is the robot running?)'.format(complaint))
         if under_way:
@@ -121,11 +135,19 @@ class LabController:
         self._tell('Turning {:g} degrees'.format(round(math.degrees(self._turn.asked), 6)))
         self._happens(Event.TURN_ASKED)
 
+    def look_at_mouse(self, now):
+        """Release an active mouse that fell silent; `now` as in :meth:`on_mouse`."""
+        if self.mouse_active and not self.mouse.is_fresh(now):
+            self._mouse_lost = self._mouse_is_new = True
+            self._release_mouse('{}: move it to the middle of the screen to use it again'.format(
+                self.mouse.complaint_with_age(now)))
+
     def set_law(self, law):
         """Turn by another law from now on; a turn that is under way goes on to the same goal."""
         self._law = law
         self._pace = Pace(law.period)
         if self.driver is Driver.TURN:
+            self._turn.progress = Progress()
             self._start_law()
 
     # -- what comes out
@@ -135,9 +157,13 @@ class LabController:
         """Must somebody look at the clock, even if no message arrives?"""
         return self.driver is not Driver.NOBODY or self.mouse_active
 
+    def sensor_complaint(self, now):
+        """What is wrong with the IMU, in words; '' while it is fresh."""
+        return self._sensors.complaint(now)
+
     def due(self, now):
         """Is it time for :meth:`command`?"""
-        if self._mouse_is_new or self._mouse_is_lost(now):
+        if self._mouse_is_new:
             return True
         return self.driver is Driver.TURN and (
             self._pace.due(now) or not self._sensors.are_fresh(now))
@@ -149,14 +175,10 @@ class LabController:
     def command(self, now):
         """The Twist2 to send now, or None: silence."""
         self._mouse_is_new = False
-        if self._mouse_is_lost(now):
-            self._mouse_lost = True
-            self._release_mouse('{}: move it to the middle of the screen to use it again'.format(
-                self.mouse.complaint(now)))
         if self.driver is Driver.MOUSE:
             return self._mouse_twist
-        if self.driver is Driver.TURN and self._sensors_allow(now):
-            return self._turn_on(self._pace.step(now))
+        if self.driver is Driver.TURN and self._was_awake(now) and self._sensors_allow(now):
+            return self._turn_on(now)
         self._pace.skip(now)
         return None
 
@@ -171,10 +193,18 @@ class LabController:
     def _start_law(self):
         """Begin, or go on after a stop, from where the robot looks."""
         self._law.start(self._yaw, self._turn.goal - self._yaw)
-        self._turn.progress = Progress()
         self._pace.pause()
         self._sensors.pause()
         self._frozen.start()
+        self._looked_at = None
+
+    def _was_awake(self, now):
+        """Has this process been running? One that slept gives the turn up."""
+        before, self._looked_at = self._looked_at, now
+        if before is None or now - before <= RESUME_TIME:
+            return True
+        self._happens(Event.TURN_OVER, 'this node did not run for {:.1f} s'.format(now - before))
+        return False
 
     def _sensors_allow(self, now):
         sight = self._sensors.look(now)
@@ -184,35 +214,38 @@ class LabController:
             self._pace.pause()
         elif sight is Sight.BACK_SOON:
             self._tell('Going on: the IMU is back')
+            self._turn.progress.resume()
             self._start_law()
         elif sight is Sight.BACK_LATE:
             self._happens(Event.TURN_OVER, 'the IMU was silent for {:.1f} s'.format(
                 self._sensors.silent_for))
         return self.driver is Driver.TURN and sight is not Sight.SILENT
 
-    def _turn_on(self, dt):
-        step = self._law.step(self._yaw, self._rate, dt)
+    def _turn_on(self, now):
+        dt = self._pace.step(now)
+        age = max(0.0, now - self._measured_at)
+        step = self._law.step(self._yaw, self._rate, dt, age, self._noise.deviation)
         frozen = self._frozen.complaint(self.imu, True, dt)
         failure = frozen or ('' if step.finished else self._turn.progress.complaint(
-            step.remaining, Twist2(0.0, self._rate), dt))
+            step.remaining, Twist2(0.0, self._rate), dt, step.command != Twist2()))
         if not step.finished and not failure:
             return step.command
+        self._turn.left = step.remaining if self._law.carries_error else None
         self._happens(Event.TURN_OVER, failure)
         return None
 
     def _judge_turn(self, now):
         """A turn is over and the robot at rest: how well did it go?"""
-        error = self._turn.goal - self._yaw
+        turn, error = self._turn, self._turn.left
+        if error is None:
+            error = turn.goal - self._yaw
         self._tell('Turned {:.1f} degrees in {:.1f} s: {:.2f} degrees {} the goal'.format(
-            math.degrees(self._yaw - self._turn.start), now - self._turn.begun_at,
-            abs(math.degrees(error)), 'short of' if error * self._turn.asked > 0.0 else 'beyond'))
+            math.degrees(turn.goal - error - turn.start), now - turn.begun_at,
+            abs(math.degrees(error)), 'short of' if error * turn.asked > 0.0 else 'beyond'))
         self._carried = error if self._law.carries_error else 0.0
         self._turn = None
 
     # -- the mouse, and who drives
-
-    def _mouse_is_lost(self, now):
-        return self.mouse_active and not self.mouse.is_fresh(now)
 
     def _activate_mouse(self):
         if not self.mouse_active:

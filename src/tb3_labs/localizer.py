@@ -11,13 +11,19 @@ Units: metres, radians, seconds on the receiver's clock (`now`); the caller prov
 """
 import math
 from dataclasses import dataclass
-from typing import Optional
+from typing import NamedTuple, Optional, Union
 
 from tb3_labs.history import SensorHistory
 from tb3_labs.local_frame import LocalFrame
 from tb3_labs.se2 import Pose2
-from tb3_labs.sensors import heading_jump
+from tb3_labs.sensors import ImuSample, OdometrySample, heading_jump
 from tb3_labs.steady_odometry import LOST, Jump, SteadyOdometry
+from tb3_labs.turtlebot3 import CONTROL_RATE
+from tb3_labs.yaw_noise import YawNoise
+
+#: Motion is carried on from the newest samples for two control periods, in which a command takes
+#: effect and is seen; what a robot does later than that, nobody knows [s].
+MAX_EXTRAPOLATION = 2.0 / CONTROL_RATE
 
 
 @dataclass(frozen=True)
@@ -30,11 +36,18 @@ class Fix:
 
 @dataclass(frozen=True)
 class Motion:
-    """The robot as a controller wants it: pose in ``local`` now, and measured speeds."""
+    """The robot as a controller wants it: pose in ``local`` now, and measured speeds.
+
+    The pose is carried on from the newest samples, for `MAX_EXTRAPOLATION` at most. Their ages
+    count from when they were measured, by the least delay.
+    """
 
     pose: Pose2
-    linear: float     # [m/s], from the wheels
-    angular: float    # [rad/s], from the gyro
+    linear: float               # [m/s], from the wheels
+    angular: float              # [rad/s], from the gyro
+    imu_age: float = 0.0        # [s]
+    odometry_age: float = 0.0   # [s]
+    yaw_noise: float = 0.0      # standard deviation of a sample's yaw [rad]
 
 
 @dataclass
@@ -47,11 +60,19 @@ class Reset:
     epoch: int                       # of the history in which `stamp` counts
     before: Optional[Pose2] = None
     after: Optional[Pose2] = None
+    problem: str = ''                # why it can no longer be carried out
 
     @property
     def done(self):
         """True once the new frame is in force."""
         return self.after is not None
+
+
+class _Newest(NamedTuple):
+    """The newest sample of one sensor, and when it was measured [s, receiver's clock]."""
+
+    sample: Union[ImuSample, OdometrySample]
+    measured_at: float
 
 
 class Localizer:
@@ -63,27 +84,29 @@ class Localizer:
         self._steady = SteadyOdometry()
         self._jumps = []
         self._history = SensorHistory()
+        self._yaw_noise = YawNoise()
         self._resets = []
         self._imu = None
         self._odometry = None
 
     def on_imu(self, sample, now):
         """Take an ImuSample in. Returns the resets that were carried out by it."""
-        jump = heading_jump(self._imu[0].yaw, sample.yaw) if self._imu else ''
+        jump = heading_jump(self._imu.sample.yaw, sample.yaw) if self._imu else ''
         if jump:
             self._jumps.append(Jump(jump))
-        self._imu = (sample, now)
-        self._history.add_imu(sample, now)
+        time = self._history.add_imu(sample, now)
+        self._imu = _Newest(sample, self._history.clock.measured_at(time, now))
+        self._yaw_noise.learn(sample, time)
         return self._carry_out_resets()
 
     def on_odometry(self, sample, now):
         """Take an OdometrySample in. Returns the resets that were carried out by it."""
         if self._imu is not None:
-            sample, jump = self._steady.take(sample, now, self._imu[0])
+            sample, jump = self._steady.take(sample, now, self._imu.sample)
             if jump is not None:
                 self._on_jump(jump)
-        self._odometry = (sample, now)
-        self._history.add_odometry(sample, now)
+        time = self._history.add_odometry(sample, now)
+        self._odometry = _Newest(sample, self._history.clock.measured_at(time, now))
         return self._carry_out_resets()
 
     def take_fix(self):
@@ -128,27 +151,35 @@ class Localizer:
         return bool(self._resets)
 
     def motion(self, now):
-        """The robot's Motion at `now`, carried on from the newest samples; None before them.
+        """The robot's Motion at `now`; None before the first samples.
 
         However old they are: the caller checks that they are fresh. Where the clock went back since
-        they arrived, they count as new.
+        they were measured, they count as new.
         """
         if self.frame is None:
             return None
-        imu, imu_arrival = self._imu
-        odometry, odometry_arrival = self._odometry
-        imu_age, odometry_age = max(0.0, now - imu_arrival), max(0.0, now - odometry_arrival)
-        heading = self.frame.heading(imu.yaw + imu.yaw_rate * imu_age)
+        imu, imu_age = self._imu.sample, max(0.0, now - self._imu.measured_at)
+        odometry = self._odometry.sample
+        odometry_age = max(0.0, now - self._odometry.measured_at)
+        heading = self.frame.heading(
+            imu.yaw + imu.yaw_rate * min(imu_age, MAX_EXTRAPOLATION))
         place = self.frame.pose(odometry.pose, imu.yaw)
-        driven = odometry.linear * odometry_age
+        driven = odometry.linear * min(odometry_age, MAX_EXTRAPOLATION)
         pose = Pose2(place.x + driven * math.cos(heading), place.y + driven * math.sin(heading),
                      heading)
-        return Motion(pose, odometry.linear, imu.yaw_rate)
+        return Motion(pose, odometry.linear, imu.yaw_rate, imu_age, odometry_age,
+                      self._yaw_noise.deviation)
 
     def _on_jump(self, jump):
         self._jumps.append(jump)
         if jump.outcome == LOST:    # nothing that was known counts any more
-            self.frame, self._history, self._resets = None, SensorHistory(), []
+            self._drop_resets('the robot started anew at that moment')
+            self.frame, self._history = None, SensorHistory()
+
+    def _drop_resets(self, problem):
+        for reset in self._resets:
+            reset.problem = problem
+        self._resets = []
 
     def _carry_out_resets(self):
         done = []
@@ -157,7 +188,8 @@ class Localizer:
                 reset.stamp, reset.epoch = (
                     self._history.clock.stamp_of(reset.asked_at), self._history.clock.epoch)
             if reset.epoch != self._history.clock.epoch:
-                self._resets.remove(reset)   # the clocks changed: its instant is lost
+                reset.problem = "the robot's clock was set at that moment, or its messages ceased"
+                self._resets.remove(reset)   # its instant is lost
                 continue
             instant = self._history.at(reset.stamp)
             if instant is None:
@@ -170,3 +202,4 @@ class Localizer:
             self._resets.remove(reset)
             done.append(reset)
         return done
+

@@ -52,6 +52,8 @@ class Navigator:
         self.machine = GoalMachine(law)
         #: May it drive? A permission.Permission.
         self.permission = Permission(has_control)
+        self._may_drive = has_control      # as of the last look at it,
+        self._givings = 0                  # and its count of givings then
         self._pace = Pace(law.period)
         self.imu = Freshness('imu')
         self.odometry = Freshness('odom')
@@ -98,24 +100,40 @@ class Navigator:
         ``ValueError`` where it cannot be carried out: too far, or no fresh sensors.
         """
         _check_distance(declared)
-        complaint = self.sensor_complaint(now)
+        complaint = self._sensors.complaint(now, with_age=True)
         if complaint:
             raise ValueError('{}: is the robot running?'.format(complaint))
         return self.localizer.reset(declared, now)
+
+    def cancel(self):
+        """The goal is over, by somebody's wish."""
+        self.machine.cancel()
+        self._pause()
 
     @property
     def has_control(self):
         """May this node drive?"""
         return self.permission.granted
 
-    def set_control(self, has_control, now, will_be_renewed=False):
-        """Permission to drive is given or taken. True if that changed anything."""
-        changed = self.permission.told(has_control, now, will_be_renewed)
-        if changed and has_control and self.machine.active:
+    def told_control(self, granted, now, sender='', renews=False):
+        """`sender` gives control, or takes it; `now` as in permission.Permission."""
+        self.permission.told(granted, now, sender, renews)
+        self.look_at_control(now)
+
+    def look_at_control(self, now):
+        """What the permission has come to; to be called again and again."""
+        self.permission.update(now)
+        for news in self.permission.take_news():
+            self._tell(*news)
+        before, self._may_drive = self._may_drive, self.permission.granted
+        given, self._givings = self.permission.count > self._givings, self.permission.count
+        if given and (self.machine.failure or not before):
             # the robot may have been driven elsewhere meanwhile
-            self.machine.restart()
+            self._begin_anew()
+        elif self._may_drive and not before:
+            self.machine.interrupt()
+        elif before and not self._may_drive:
             self._pause()
-        return changed
 
     def sensor_complaint(self, now):
         """What is wrong with the sensors, in words; '' while both are fresh."""
@@ -127,6 +145,11 @@ class Navigator:
         return self._sensors.hold_reason
 
     # -- what comes out
+
+    @property
+    def watched(self):
+        """Must somebody look at the clock, even if no message arrives?"""
+        return self.permission.stands and self.machine.active
 
     def due(self, now):
         """Is it time for :meth:`command`? At the law's own rate, and whenever a sensor is lost."""
@@ -141,7 +164,7 @@ class Navigator:
 
     def command(self, now):
         """The Twist2 to send now, or None: silence."""
-        if self.permission.has_lapsed(now) or not (self.has_control and self.machine.active):
+        if not (self.has_control and self.machine.active):
             self._pause()
         elif self._sensors_allow(now):
             motion = self.localizer.motion(now)
@@ -170,12 +193,20 @@ class Navigator:
             self._pace.pause()
             self._frozen.start()
             return False
-        if sight is Sight.BACK_SOON or (sight is Sight.BACK_LATE and not self.machine.begun):
-            self.machine.restart()
-        elif sight is Sight.BACK_LATE:
+        if sight is Sight.BACK_SOON:
+            self._pace.pause()
+            self._frozen.start()
+            self.machine.interrupt()
+        elif sight is Sight.BACK_LATE and self.machine.begun:
             self.machine.give_up('sensors were silent for {:.1f} s'.format(
                 self._sensors.silent_for))
         return self.machine.active
+
+    def _begin_anew(self):
+        """The drive begins once more, unless its goal was reached or cancelled."""
+        if self.machine.failure or self.machine.active:
+            self.machine.restart()
+        self._pause()
 
     def _pause(self):
         """The robot stands, or is in other hands: the next command starts afresh."""
@@ -190,7 +221,7 @@ class Navigator:
             if jump.outcome:
                 self._tell('{}: {}'.format(jump.text[0].upper() + jump.text[1:], jump.outcome),
                            warning=True)
-            if self.machine.begun and self.machine.active:
+            if self.permission.stands and self.machine.begun and self.machine.active:
                 self.machine.give_up(jump.text)
         if resets:
             self.machine.restart()

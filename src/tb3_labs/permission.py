@@ -1,38 +1,157 @@
-"""May this node drive? Given and taken by messages of whoever holds the robot.
+"""May move_to_goal drive? A permission is an event that a person caused; all else keeps it alive.
 
-A permission that is given once stands until it is taken. One that is renewed again and again (as
-the gamepad does) lapses when that ends: then the holder is dead or out of reach.
+Several senders give and take it by True and False. The rule, after ISO 13850 (a stop holds until
+a person gives the machine anew):
 
-Units: seconds on the receiver's clock (`now`).
+* A sender *gives* by its first True, and by each True that follows a False of its own. The robot
+  may be driven while there is a giving that holds.
+* A sender that says True again without a False between only repeats itself. A repeated True is
+  no giving. It keeps a giving alive, where the sender is one that renews what it gives.
+* A False of any sender takes all that was given, whoever gave it.
+* A giving that is not renewed for `LAPSE`, by a sender that renews, is suspended. A renewal within
+  `LONGEST_LAPSE` of the last one revives it. After a longer silence it is gone.
+* A process that did not run for longer than `LONGEST_LAPSE` finds all givings gone. Those that it
+  hears as it wakes do not count: they may be as old.
+* A giving that the network held up for longer than `LONGEST_LAPSE` does not count, nor does one
+  that was under way when somebody else said False, or when this node started. Its age shows by its
+  renewals, which arrive faster than they can have been sent.
+
+Units: seconds on a clock that never stands still and never goes back (`now`). A process that sleeps
+is noticed by :meth:`Permission.update`, which is to be called at least once a second. Edge case: a
+giving of a sender that renews holds after its first renewal. A giver that has died meanwhile, or
+one whose words were held up, is found out before the robot moves.
 """
-#: A permission that follows another one faster than this is a renewal; no hand is that quick [s].
-RENEWAL = 0.3
-#: A permission that was being renewed lapses after this silence [s].
+import math
+
+from tb3_labs.news import NewsDesk
+
+#: A giver that renews its permission says so this often [s].
+RENEWAL = 0.1
+#: A permission that was being renewed is suspended after this silence [s],
 LAPSE = 0.5
+#: and gone after this one; the same for a giving that was under way for longer [s].
+LONGEST_LAPSE = 2.0
+#: A giving holds after its first renewal that comes later than this [s]: those that come together
+#: with it do not show that its giver lives.
+CONFIRMATION = 0.04
+#: For this long a process that has slept hears what waited for it [s].
+WAKING = 0.3
+
+
+class _Giving:
+    """What one sender gave, and how it keeps that alive."""
+
+    def __init__(self, now, renews):
+        self.given_at = self.heard_at = now
+        self._renews = renews
+        self._count = 0
+
+    def renewed(self, now):
+        """Its sender says True again."""
+        self.heard_at = now
+        self._count += 1
+
+    def silent_for(self, now):
+        """Time since it should have been renewed last [s]; 0 where it need not be."""
+        return now - self.heard_at if self._renews else 0.0
+
+    def holds(self, now):
+        """May the robot be driven by it? Not while its giver is silent, or has not renewed it."""
+        return not self._renews or (self.silent_for(now) <= LAPSE
+                                    and self.heard_at - self.given_at >= CONFIRMATION)
+
+    @property
+    def sent_before(self):
+        """It was sent at this time or before, by the renewals that came soon after it."""
+        heard_for = self.heard_at - self.given_at
+        if heard_for >= LONGEST_LAPSE:    # clocks differ: it is too late to tell
+            return self.given_at
+        return min(self.given_at, self.heard_at - self._count * RENEWAL)
 
 
 class Permission:
-    """What was said last, and whether it still counts."""
+    """What all senders said, and what it comes to."""
 
     def __init__(self, granted=False):
-        #: True while this node may drive.
+        #: May the robot be driven? As of the last :meth:`update`.
         self.granted = granted
-        self._is_renewed = False
-        self._told_at = None
+        #: Counts the givings.
+        self.count = 0
+        self._givings = {'': _Giving(0.0, False)} if granted else {}    # by sender
+        self._said = {}        # {sender: what it said last}
+        self._stops = {}       # {sender: when it said False last}
+        self._born_at = self._updated_at = None
+        self._woke_at = -math.inf
+        desk = NewsDesk()
+        #: Takes the News since the last call.
+        self.take_news = desk.take
+        self._tell = desk.tell
 
-    def told(self, granted, now, will_be_renewed=False):
-        """A message arrived, from one who says that it will be renewed or not. True if that changed
-        anything."""
-        changed = granted != self.granted
-        quick = self._told_at is not None and 0.0 <= now - self._told_at <= RENEWAL
-        self._is_renewed = granted and (
-            will_be_renewed or (not changed and (quick or self._is_renewed)))
-        self.granted, self._told_at = granted, now
-        return changed
+    @property
+    def stands(self):
+        """Is there a giving that nobody has taken, though its giver may be silent for a moment?"""
+        return bool(self._givings)
 
-    def has_lapsed(self, now):
-        """Takes the permission away if it was being renewed and is no longer; True if so."""
-        lapsed = self.granted and self._is_renewed and now - self._told_at > LAPSE
-        if lapsed:
-            self.granted = self._is_renewed = False
-        return lapsed
+    def told(self, granted, now, sender='', renews=False):
+        """`sender` said True or False now; it `renews` what it gives, or gives once."""
+        self.update(now)
+        repeated, self._said[sender] = granted and self._said.get(sender, False), granted
+        if not granted:
+            self._stops = {other: at for other, at in self._stops.items()
+                           if now - at <= LONGEST_LAPSE}
+            self._stops[sender] = now
+            self._givings = {}
+        elif sender in self._givings:
+            self._givings[sender].renewed(now)
+        elif now - self._woke_at < WAKING:
+            self._tell('Control from {} does not count: it may have been given while this node did '
+                       'not run. False, then True, gives it again'.format(sender), warning=True)
+        elif not repeated:
+            self._givings[sender] = _Giving(now, renews)
+            self.count += 1
+        elif not self.stands:
+            self._tell('True from {} does not count, it was said before: False, then True, gives '
+                       'control again'.format(sender), warning=True)
+        self.update(now)
+
+    def heard_of_old(self, sender):
+        """`sender` is still giving what it gave before this node lived, or before a new connection.
+
+        That is no giving; its next False and True are.
+        """
+        if not self._said.get(sender, False):
+            self._said[sender] = True
+            self._tell('Control was given by {} before this node could hear it, and does not count: '
+                       'False, then True, gives it again'.format(sender), warning=True)
+
+    def update(self, now):
+        """Suspend or end what was not renewed in time. To be called again and again."""
+        before, self._updated_at = self._updated_at, now
+        if before is None:
+            self._born_at = now
+        elif now - before > LONGEST_LAPSE:
+            self._woke_at = now
+            self._end_all('this node did not run for {:.1f} s'.format(now - before))
+        for sender, giving in list(self._givings.items()):
+            reason = self._objection(sender, giving, now)
+            if reason:
+                self._tell('Control from {} is gone: {}'.format(sender, reason), warning=True)
+                del self._givings[sender]
+        self.granted = any(giving.holds(now) for giving in self._givings.values())
+
+    def _objection(self, sender, giving, now):
+        """'' or why a giving is over."""
+        if giving.silent_for(now) > LONGEST_LAPSE:
+            return 'it was silent for {:.1f} s'.format(giving.silent_for(now))
+        if giving.given_at - giving.sent_before > LONGEST_LAPSE:
+            return 'the network held it up for more than {:.0f} s'.format(LONGEST_LAPSE)
+        if giving.sent_before < min(self._born_at, giving.given_at):
+            return 'it was given before this node lived'
+        if any(at > giving.sent_before for other, at in self._stops.items() if other != sender):
+            return 'it was taken while the network held it up'
+        return ''
+
+    def _end_all(self, reason):
+        if self._givings:
+            self._givings = {}
+            self._tell('Control is gone: {}'.format(reason), warning=True)

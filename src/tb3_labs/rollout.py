@@ -186,11 +186,19 @@ def run(robot, driver, hear, seconds):
     commands = []
     end = robot.now + seconds
     while robot.now < end:
-        for sample in robot.step(min(1.0 / robot.config.imu_rate, end - robot.now)):
+        for sample in _as_read(robot.step(min(1.0 / robot.config.imu_rate, end - robot.now))):
             hear(sample)
             _obey(robot, driver, commands)
         _obey(robot, driver, commands)
     return commands
+
+
+def _as_read(samples):
+    """What a node reads of samples that arrived together: of the IMU's only the newest."""
+    last = max((index for index, sample in enumerate(samples) if isinstance(sample, ImuSample)),
+               default=None)
+    return [sample for index, sample in enumerate(samples)
+            if index == last or not isinstance(sample, ImuSample)]
 
 
 def _obey(robot, driver, commands):

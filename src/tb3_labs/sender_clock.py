@@ -2,31 +2,38 @@
 
 Header stamps tell intervals well, but come from the robot's clock, which may be a second off,
 step, or stand at zero. Arrivals are on the receiver's clock, but a network holds messages up. So
-samples are ordered by their stamps, and the usual delay between stamp and arrival translates the
-receiver's "now", which is late by that delay: milliseconds on a quiet network. Where the stamps
-are no clock, arrivals take their place for both sensors.
+samples are ordered by their stamps, and the *least delay* between stamp and arrival within the
+last seconds translates between the two clocks: the quickest message was held up the least. Where
+the stamps are no clock, arrivals take their place for both sensors.
 
-Units: seconds. What is what:
+Units: seconds. Cases:
 
-* a stamp that is merely old is a message that was held up, and counts;
-* one that goes back, comes from the future, or follows a long silence, begins a new *epoch*:
-  instants of different epochs cannot be compared;
-* stamps of zero, stamps that stand still, and a source that is off by a clock step for long while
-  the other is not, are no clock.
+* A stamp that is merely old is a message that was held up, and counts.
+* A stamp that goes back by less than `SMALL_STEP` is a clock that is being corrected: time stands
+  still for this source until its stamps have caught up.
+* A stamp that goes back further, comes from the future, or follows a long silence, begins a new
+  *epoch*: instants of different epochs cannot be compared.
+* Stamps of zero, stamps that stand still or run back, and a source that is off by a clock step for
+  long while the other is not, are no clock.
+
+Source: the least delay as in NTP's clock filter (RFC 5905, section 10).
 """
+import math
 from collections import deque
-from statistics import median
 
-#: The usual delay is the median of the last so many, looked at anew after every few.
-DELAYS = 101
-DELAYS_REFRESH = 10
+#: The least delay is that of the messages of this time [s].
+WINDOW = 5.0
+#: A clock that goes back by less than this is being corrected [s].
+SMALL_STEP = 0.1
 #: A stamp that runs this far ahead of its arrival is a new clock; so is what follows a silence
 #: of this length [s].
 CLOCK_STEP = 1.0
 LONG_SILENCE = 1.5
-#: This many repeats of one stamp, or a source off by a clock step for this long [s]: no clock.
+#: This many repeats of one stamp, a source off by a clock step for this long, or one whose stamps
+#: have not caught up after this time [s]: no clock.
 MAX_REPEATS = 3
 MAX_OFF = 1.0
+MAX_BEHIND = 0.5
 
 
 class SenderClock:
@@ -48,31 +55,40 @@ class SenderClock:
             self._new_epoch()
         elif self._is_new_clock(source, stamp, arrival):
             self._new_epoch()
-        self._last[source] = stamp, arrival
+        time = arrival
+        if self.uses_stamps:
+            time = max(stamp, self._last[source][0]) if source in self._last else stamp
+        self._last[source] = time, stamp, arrival
         self._last_arrival = arrival
-        time = stamp if self.uses_stamps else arrival
-        self._delays.append(arrival - time)
-        self._seen += 1
-        if self._usual is None or self._seen % DELAYS_REFRESH == 0:
-            self._usual = median(self._delays)
+        self._least.add(arrival, arrival - time)
         return time
 
     def stamp_of(self, now):
         """`now` [receiver's clock] on the sender's clock; None before the first sample."""
-        return now - median(self._delays) if self._delays else None
+        return None if self._least.value is None else now - self._least.value
+
+    def measured_at(self, time, arrival):
+        """When a message was sent that is of `time` [sender's clock] and has just arrived, on the
+        receiver's clock, as if the least delay were none."""
+        return min(arrival, time + self._least.value)
 
     def _is_no_clock(self, source, stamp, arrival):
-        repeated = source in self._last and stamp == self._last[source][0]
+        repeated = source in self._last and stamp == self._last[source][1]
         self._repeats[source] = self._repeats.get(source, 0) + 1 if repeated else 0
         if stamp <= 0.0 or self._repeats[source] >= MAX_REPEATS:
             return True
-        if self._usual is None or abs(arrival - stamp - self._usual) < CLOCK_STEP:
+        if source not in self._last or stamp >= self._last[source][0]:
+            self._behind_since.pop(source, None)
+        elif arrival - self._behind_since.setdefault(source, arrival) > MAX_BEHIND:
+            return True
+        least = self._least.value
+        if least is None or abs(arrival - stamp - least) < CLOCK_STEP:
             self._off_since.pop(source, None)
             return False
         return arrival - self._off_since.setdefault(source, arrival) > MAX_OFF
 
     def _is_new_clock(self, source, stamp, arrival):
-        if self._usual is None:
+        if self._least.value is None:
             return False
         if abs(arrival - self._last_arrival) > LONG_SILENCE:
             return True
@@ -80,18 +96,66 @@ class SenderClock:
             return arrival < self._last_arrival
         if source not in self._last:
             return False
-        last_stamp, last_arrival = self._last[source]
+        _, last_stamp, last_arrival = self._last[source]
         # Messages that were held up come all at once, but their stamps go on evenly.
         ahead = (stamp - last_stamp) - (arrival - last_arrival)
-        return stamp < last_stamp or ahead > CLOCK_STEP
+        return stamp < last_stamp - SMALL_STEP or ahead > CLOCK_STEP
 
     def _new_epoch(self):
         self.epoch += 1
         self._begin()
 
     def _begin(self):
-        self._delays = deque(maxlen=DELAYS)
-        self._usual = None
-        self._seen = 0
-        self._last = {}               # of each source: (stamp, arrival)
+        self._least = _Least(WINDOW)
+        self._last = {}               # of each source: (time, stamp, arrival)
         self._off_since = {}
+        self._behind_since = {}
+
+
+class Lateness:
+    """For how long a single message was under way, beyond what is usual for its sender.
+
+    Unlike a SenderClock it has a memory that outlasts a silence: what the network held up in it is
+    late. Where nothing but late messages came for more than `patience` seconds, the sender's clock
+    was set.
+    """
+
+    def __init__(self, patience):
+        self._patience = patience
+        self._usual = math.inf          # the least delay,
+        self._least_late = math.inf     # and that of the late messages in a row
+        self._late_since = None         # the first of them arrived
+
+    def of(self, stamp, arrival):
+        """Seconds, given a message's stamp [s, sender's clock] and arrival [s, receiver's]."""
+        delay = arrival - stamp
+        if delay <= self._usual + self._patience:
+            self._usual = min(self._usual, delay)
+            self._late_since, self._least_late = None, math.inf
+            return delay - self._usual
+        self._least_late = min(self._least_late, delay)
+        if self._late_since is None:
+            self._late_since = arrival
+        elif arrival - self._late_since > self._patience:
+            self._usual = self._least_late
+        return delay - self._usual
+
+
+class _Least:
+    """The least of the values of the last `window` seconds."""
+
+    def __init__(self, window):
+        self._window = window
+        self._candidates = deque()    # (time, value); each value is less than all after it
+        #: None before the first value.
+        self.value = None
+
+    def add(self, time, value):
+        """Take a value in; one whose time is before that of others counts as of theirs."""
+        candidates = self._candidates
+        while candidates and candidates[-1][1] >= value:
+            candidates.pop()
+        candidates.append((time, value))
+        while candidates[0][0] < time - self._window:
+            candidates.popleft()
+        self.value = candidates[0][1]

@@ -13,8 +13,11 @@ from tb3_labs.angles import continuous, difference
 from tb3_labs.approach import Approach, Response
 from tb3_labs.config import Config, setting
 from tb3_labs.motion import LawStep, Twist2, proportional
+from tb3_labs.settling import RestingMean, Settling
 from tb3_labs.turtlebot3 import CONTROL_RATE
 
+#: Two moments as near as this are one, but for rounding [s].
+SAME_MOMENT = 1e-6
 #: What the keyboard calls a turn [deg].
 WORDS = {'l': 90.0, 'r': -90.0, 'b': 180.0}
 
@@ -87,7 +90,7 @@ class LabTurn:
         """Turn by `angle`, beginning at `yaw`."""
         self._goal = yaw + angle
 
-    def step(self, yaw, rate, dt):
+    def step(self, yaw, rate, dt, age=0.0, noise=0.0):
         """What to command, facing `yaw`."""
         error = math.degrees(difference(self._goal, yaw))
         command = proportional(error, self._gain, self._slowest, self._fastest)
@@ -108,8 +111,8 @@ class PreciseTurn:
     carries_error = True
     #: A robot that turns slower than this rests [rad/s].
     REST_RATE = 0.03
-    #: It has settled when it rested inside the tolerance for this long [s].
-    SETTLING_TIME = 0.06
+    #: Longest rest in which more samples of a noisy IMU are waited for [s].
+    LONGEST_LOOK = 0.6
 
     def __init__(self, fastest, acceleration, tolerance, response):
         """[rad/s], [rad/s^2], [rad]; `response` is the robot's approach.Response."""
@@ -125,26 +128,54 @@ class PreciseTurn:
         self._face = yaw + angle
         #: The angle that is left; it keeps the way round, also over many turns.
         self.remaining = angle
-        self._rested_for = 0.0
+        self._time = self._measured_at = 0.0
+        self._settling = Settling()
+        self._mean = RestingMean()    # of the angle that is left
         self._approach.start()
 
     def extend(self, angle):
         """Turn by `angle` more (or less): from the goal, while the robot is on its way there."""
         self._face += angle
         self.remaining += angle
+        self._mean = RestingMean()
         self._approach.extend(angle)
 
     def aim(self, face):
         """Face another heading from now on, the short way from the last one."""
         self._face = face
+        self._mean = RestingMean()
 
-    def step(self, yaw, rate, dt):
-        """What to command, facing `yaw` and turning at `rate`, `dt` after the last step; finished
-        when settled: at rest inside the tolerance."""
-        self.remaining = continuous(self._face - yaw, self.remaining)
-        command = self._approach.step(self.remaining, rate, self._fastest, dt)
-        rests = (abs(self.remaining) <= self._tolerance and abs(rate) <= self.REST_RATE
-                 and self._approach.told_to_rest)
-        self._rested_for = self._rested_for + dt if rests else 0.0
+    def step(self, yaw, rate, dt, age=0.0, noise=0.0):
+        """What to command, facing `yaw` and turning at `rate`, `dt` after the last step, as a
+        sample of that `age` [s] and that `noise` (one standard deviation [rad]) says.
+
+        Finished when settled: at rest inside the tolerance, as far as the noise lets that be known.
+        """
+        self._time += dt
+        raw = continuous(self._face - yaw, self.remaining)
+        self._look(raw, rate, age)
+        self.remaining = self._mean.mean_or(raw)
+        uncertainty = self._mean.uncertainty(noise)
+        command = self._approach.step(self.remaining, rate, self._fastest, dt,
+                                      uncertainty=uncertainty)
         return LawStep(Twist2(0.0, command), self.remaining,
-                       self._rested_for >= self.SETTLING_TIME)
+                       self._settling.rests and self._is_near(uncertainty))
+
+    def _look(self, raw, rate, age):
+        """Take a sample in, unless it is the one that was taken in before."""
+        measured_at = self._time - age
+        if measured_at - self._measured_at < SAME_MOMENT:
+            return
+        self._measured_at = measured_at
+        rests = abs(rate) <= self.REST_RATE and self._approach.told_to_rest(age)
+        self._settling.look(rests, measured_at)
+        if rests:
+            self._mean.add(raw)
+        else:
+            self._mean = RestingMean()
+
+    def _is_near(self, uncertainty):
+        if uncertainty <= 0.5 * self._tolerance:
+            return abs(self.remaining) <= self._tolerance
+        return (self._settling.rested_for >= self.LONGEST_LOOK
+                and abs(self.remaining) <= self._tolerance + uncertainty)

@@ -71,8 +71,8 @@ class ClassroomTest(unittest.TestCase):
     def test_a_gamepad_hands_over_its_own_robot_only(self):
         for robot in ROBOTS:
             self.seen.forget(robot + '/ctrl_relinq')
-        # A on robot2's pad, after its sticks were seen at rest
-        for pressed in (0, 1, 0):
+        # A on robot2's pad, after that was seen at rest for a while
+        for pressed in (0, 0, 0, 0, 0, 1, 0):
             self.joy['robot2'].publish(Joy(axes=8 * [0.0], buttons=[pressed] + 10 * [0]))
             rospy.rostime.wallsleep(0.1)
         self.seen.wait_for('robot2/ctrl_relinq', lambda relinquished: relinquished, 5.0)

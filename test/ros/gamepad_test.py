@@ -223,7 +223,7 @@ class GamepadTest(unittest.TestCase):
         self.seen.forget('cmd_vel')
         self.seen.forget('goal_state')
         type(self).mover = NodeProcess('tb3_labs', 'move2goal_tf.py')
-        self.mover.wait_for('Control was given by /gamepad before this node started')
+        self.mover.wait_for('Control was given by /gamepad before this node could hear it')
         self.wait_for_state('waiting for control')
         self.silence()
         self.thumb.press(B)

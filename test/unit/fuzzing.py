@@ -82,6 +82,7 @@ class Fuzz:
     def __init__(self, chance):
         self.chance = chance
         self.now, self.ahead = 1000.0, 0.0
+        self.steady = 5000.0    # the clock of what is in people's hands
         self.x = self.y = self.yaw = 0.0
         self.linear = self.angular = 0.0
         self.navigator = Navigator(make_law(DriveConfig(), BURGER))
@@ -94,7 +95,9 @@ class Fuzz:
 
     def step(self):
         """One message, then whatever the nodes would command."""
-        self.now += self.chance.choice((0.0, 0.001, 0.004, 0.005, 0.02))
+        passed = self.chance.choice((0.0, 0.001, 0.004, 0.005, 0.02))
+        self.now += passed
+        self.steady += passed
         try:
             self.chance.choice(self.acts)()
         except Refused:
@@ -140,14 +143,14 @@ class Fuzz:
             status=SimpleNamespace(data=not self.chance.yes(4)),
             xPos=self.chance.number(self.chance.uniform(-1.0, 1.0)),
             yPos=self.chance.number(self.chance.uniform(-1.0, 1.0))))
-        self.controller.on_mouse(active, x, y, self.now)
+        self.controller.on_mouse(active, x, y, self.steady)
 
     def joy(self):
         axes = [self.chance.number(self.chance.uniform(-1.0, 1.0) if self.chance.yes(2) else 0.0)
                 for _ in range(self.chance.choice((8, 8, 8, 8, 2, 0)))]
         buttons = [self.chance.below(2) if self.chance.yes(4) else 0
                    for _ in range(self.chance.choice((11, 11, 11, 1)))]
-        read(self.pad.on_joy, axes, buttons, self.now)
+        read(self.pad.on_joy, axes, buttons, self.steady, self.header().stamp.to_sec())
         self.pad.take_reset()
 
     def place(self):
@@ -165,7 +168,14 @@ class Fuzz:
             self.navigator.localizer.give_up(reset)
 
     def control(self):
-        self.navigator.set_control(not self.chance.yes(3), self.now)
+        sender = self.chance.choice(('hand', 'hand 2', 'pad', 'pad 2'))
+        if self.chance.yes(20):
+            self.navigator.permission.heard_of_old(sender)
+        else:
+            self.navigator.told_control(not self.chance.yes(3), self.steady, sender,
+                                        sender.startswith('pad'))
+        if self.chance.yes(2):
+            self.pad.on_control(self.navigator.permission.stands, self.steady)
 
     def turn(self):
         read(self.controller.ask, self.chance.number(self.chance.uniform(-360.0, 360.0)), self.now)
@@ -178,12 +188,14 @@ class Fuzz:
 
     def cancel(self):
         if self.chance.yes(8):
-            self.navigator.machine.give_up('canceled')
+            self.navigator.cancel()
 
     def clock(self):
         """Time jumps: silence, a clock that goes back, one that is set."""
         if self.chance.yes(20):
-            self.now = max(0.0, self.now + self.chance.choice((0.3, 1.0, 3.0, -0.5, -100.0, 1e6)))
+            jump = self.chance.choice((0.3, 1.0, 3.0, -0.5, -100.0, 1e6))
+            self.now = max(0.0, self.now + jump)
+            self.steady += max(0.0, jump)
         if self.chance.yes(20):
             self.ahead = self.chance.choice((0.0, 0.8, -0.8, 100.0))
         if self.chance.yes(200):
@@ -193,6 +205,8 @@ class Fuzz:
 
     def look(self):
         now = self.now
+        self.navigator.look_at_control(self.steady)
+        self.controller.look_at_mouse(self.steady)
         if self.navigator.due(now):
             allowed = self.navigator.has_control
             command = self.navigator.command(now)
@@ -201,13 +215,14 @@ class Fuzz:
         if self.controller.due(now):
             by_mouse = self.controller.driver is Driver.MOUSE
             self.send(self.controller.command(now), *((MOUSE, MOUSE) if by_mouse else (0.0, 1.5)))
-        if self.pad.due(now):
-            command = self.pad.command(now)
+        if self.pad.due(self.steady):
+            command = self.pad.command(self.steady)
             assert command is None or self.pad.holder is Holder.GAMEPAD
             self.send(command, BURGER.max_linear, BURGER.max_angular)
         self.navigator.take_news()
         self.controller.take_news()
         self.pad.take_news()
+        self.pad.take_words()
 
     def send(self, command, max_linear, max_angular):
         if command is None:

@@ -12,6 +12,7 @@ from tb3_labs.turtlebot3 import robot_model
 
 BURGER = robot_model('burger')
 GOAL = Pose2(-0.61, 0.61, 0.0)
+LAB = DriveConfig(law='lab', max_angular=2.635)    # the robot's own limit
 
 
 def at(x, y, yaw, linear=0.0, angular=0.0):
@@ -31,29 +32,36 @@ def test_handout_runs_at_10_hz():
 
 def test_handout_rotates_to_the_goal_at_0_3_of_the_error():
     # the goal lies at 135 deg; 0.3 x 135 deg in rad
-    step = LabLaw(BURGER).rotate_to_goal(at(0.0, 0.0, 0.0), GOAL, 0.1)
+    step = LabLaw(LAB, BURGER).rotate_to_goal(at(0.0, 0.0, 0.0), GOAL, 0.1)
     assert step.command == pytest.approx((0.0, 0.3 * 0.75 * math.pi))
     assert not step.finished
 
 
 @pytest.mark.parametrize('error, finished', [(0.0499, True), (0.0501, False), (-0.0501, False)])
 def test_handout_tolerance_is_0_05_rad(error, finished):
-    law = LabLaw(BURGER)
+    law = LabLaw(LAB, BURGER)
     assert law.rotate_to_goal(at(0.0, 0.0, 0.75 * math.pi - error), GOAL, 0.1).finished is finished
     assert law.rotate_to_final(at(-0.61, 0.61, -error), GOAL, 0.1).finished is finished
 
 
 @pytest.mark.parametrize('distance, finished', [(0.151, False), (0.149, True)])
 def test_handout_drives_at_0_15_until_0_15_m_away(distance, finished):
-    step = LabLaw(BURGER).move_forward(at(-0.61 + distance, 0.61, math.pi), GOAL, 0.1)
+    step = LabLaw(LAB, BURGER).move_forward(at(-0.61 + distance, 0.61, math.pi), GOAL, 0.1)
     assert step.command == (0.15, 0.0)
     assert step.finished is finished
 
 
 def test_handout_turns_to_the_final_heading_at_half_the_error_the_short_way():
-    step = LabLaw(BURGER).rotate_to_final(at(-0.61, 0.61, math.radians(-170.0)),
+    step = LabLaw(LAB, BURGER).rotate_to_final(at(-0.61, 0.61, math.radians(-170.0)),
                                           Pose2(-0.61, 0.61, math.radians(170.0)), 0.1)
     assert step.command == pytest.approx((0.0, 0.5 * math.radians(-20.0)))
+
+
+def test_the_handouts_law_keeps_the_limits_that_are_set():
+    law = LabLaw(DriveConfig(law='lab', max_linear=0.1, max_angular=0.2), BURGER)
+    assert law.rotate_to_goal(at(0.0, 0.0, 0.0), GOAL, 0.1).command == (0.0, 0.2)
+    assert law.move_forward(at(1.0, 0.61, math.pi), GOAL, 0.1).command == (0.1, 0.0)
+    assert law.rotate_to_final(at(-0.61, 0.61, 1.0), GOAL, 0.1).command == (0.0, -0.2)
 
 
 yaws = st.floats(-math.pi, math.pi)

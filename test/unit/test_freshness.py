@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from tb3_labs.freshness import SENSOR_TIMEOUT, Freshness, SensorWatch
+from tb3_labs.freshness import SENSOR_TIMEOUT, Freshness, SensorWatch, Sight
 
 
 def heard_at(time, name='imu', timeout=0.25):
@@ -16,7 +16,7 @@ def test_what_was_never_heard_is_infinitely_old():
     source = Freshness('imu')
     assert source.age(0.0) == source.age(1e9) == math.inf
     assert not source.is_fresh(0.0)
-    assert source.complaint(5.0) == 'no imu yet'
+    assert source.complaint == source.complaint_with_age(5.0) == 'no imu yet'
 
 
 @pytest.mark.parametrize('age, fresh', [(0.0, True), (0.25, True), (0.2501, False), (60.0, False)])
@@ -24,7 +24,7 @@ def test_the_timeout_itself_is_still_fresh(age, fresh):
     source = heard_at(8.0)
     assert source.age(8.0 + age) == pytest.approx(age)
     assert source.is_fresh(8.0 + age) is fresh
-    assert (source.complaint(8.0 + age) == '') is fresh
+    assert (SensorWatch(source).complaint(8.0 + age) == '') is fresh
 
 
 def test_the_newest_message_counts():
@@ -40,6 +40,7 @@ def test_zero_is_a_time_like_any_other():
 def test_a_clock_that_goes_back_does_not_make_a_source_fresh_for_ever():
     source = heard_at(1000.0)
     assert source.age(10.0) == 0.0
+    source.clock_went_back(10.0)
     assert source.is_fresh(10.25)
     assert not source.is_fresh(10.26)
 
@@ -51,5 +52,44 @@ def test_the_usual_timeout_is_5_cm_of_a_burger_at_full_speed():
 
 def test_complaints_name_each_silent_source_and_how_long():
     imu, odom, joy = heard_at(10.0, 'imu'), heard_at(8.74, 'odom'), Freshness('joy')
-    assert SensorWatch(imu, odom, joy).complaint(10.0) == 'no odom for 1.3 s, no joy yet'
+    watch = SensorWatch(imu, odom, joy)
+    assert watch.complaint(10.0, with_age=True) == 'no odom for 1.3 s, no joy yet'
+    assert watch.complaint(10.0) == 'no odom, no joy yet'
     assert SensorWatch(imu).complaint(10.1) == SensorWatch().complaint(10.0) == ''
+
+
+def test_the_words_of_a_lasting_silence_do_not_change():
+    imu, odom = heard_at(10.0, 'imu'), heard_at(10.2, 'odom')
+    watch = SensorWatch(imu, odom)
+    said = set()
+    for tick in range(300):
+        if watch.look(10.26 + 0.01 * tick) is Sight.SILENT:
+            said.add(watch.hold_reason)
+    assert said == {'no imu'}
+
+
+@pytest.mark.parametrize('silence, sight', [
+    (0.24, Sight.FRESH), (0.26, Sight.BACK_SOON), (2.0, Sight.BACK_SOON), (2.1, Sight.BACK_LATE)])
+@pytest.mark.parametrize('looked_at', [True, False])
+def test_a_silence_counts_from_its_beginning_whether_or_not_somebody_looked(
+        silence, sight, looked_at):
+    """A process that slept did not look."""
+    imu = heard_at(10.0)
+    watch = SensorWatch(imu)
+    assert watch.look(10.0) is Sight.FRESH
+    if looked_at:
+        for tick in range(1, round(100 * silence)):
+            watch.look(10.0 + 0.01 * tick)
+    imu.heard(10.0 + silence)
+    assert watch.look(10.0 + silence) is sight
+    if sight is not Sight.FRESH:
+        assert watch.silent_for == pytest.approx(silence)
+    assert watch.look(10.0 + silence) is Sight.FRESH      # said once
+
+
+def test_a_silence_before_the_motion_does_not_count():
+    imu = heard_at(10.0)
+    watch = SensorWatch(imu)
+    imu.heard(15.0)
+    watch.pause()
+    assert watch.look(15.0) is Sight.FRESH

@@ -31,6 +31,10 @@ class Told:
     def _answer(self, state):
         return LawStep(Twist2(0.1, 0.2), self.left[state], self.left[state] == 0.0)
 
+    def resume(self, state, pose, goal):
+        self.resumed_in = state
+        return state
+
     def rotate_to_goal(self, motion, goal, dt):
         return self._answer('rotate_to_goal')
 
@@ -39,6 +43,12 @@ class Told:
 
     def rotate_to_final(self, motion, goal, dt):
         return self._answer('rotate_to_final')
+
+
+def last_of(machine, motion=STANDING, seconds=1.0):
+    """The last of the machine's answers in that time, each of its looks at a new sample."""
+    answers = [machine.step(motion, 0.033) for _ in range(round(seconds / 0.033))]
+    return answers[-1]
 
 
 def test_without_a_goal_there_is_no_command():
@@ -94,7 +104,7 @@ def test_stopping_outside_the_tolerance_is_a_failure_with_the_reason():
     law.left.update(rotate_to_goal=0.0, move_forward=0.0, rotate_to_final=0.0)
     machine = GoalMachine(law)
     machine.set_goal(GOAL)
-    assert machine.step(STANDING, 0.1) is None
+    assert last_of(machine) is None
     assert machine.failure == 'stopped 30 mm from the goal'
     assert machine.state is not GoalState.GOAL_REACHED
 
@@ -157,7 +167,85 @@ def test_a_drive_that_ends_outside_is_driven_on_from_there_twice(misses, starts,
     law.left = dict.fromkeys(law.left, 0.0)
     machine = GoalMachine(law)
     machine.set_goal(GOAL)
-    assert machine.step(STANDING, 0.1) is None
+    assert last_of(machine) is None
     assert law.starts == starts
     assert (machine.state is GoalState.GOAL_REACHED) is reached
     assert machine.failure == ('' if reached else 'stopped 30 mm from the goal')
+
+
+def finished():
+    """A machine whose law has finished, of a robot that has yet to come to rest."""
+    law = Told()
+    law.left = dict.fromkeys(law.left, 0.0)
+    machine = GoalMachine(law)
+    machine.set_goal(GOAL)
+    return machine
+
+
+@pytest.mark.parametrize('motion', [Motion(Pose2(), 0.0, 0.2), Motion(Pose2(), 0.02, 0.0)])
+def test_a_robot_that_still_moves_has_not_reached_its_goal(motion):
+    machine = finished()
+    assert last_of(machine, motion) == Twist2()
+    assert machine.state is GoalState.ROTATE_TO_FINAL
+    assert last_of(machine) is None and machine.state is GoalState.GOAL_REACHED
+
+
+@pytest.mark.parametrize('ages', [('imu_age',), ('odometry_age',), ('imu_age', 'odometry_age')])
+def test_one_sample_at_rest_is_not_enough_however_often_it_is_looked_at(ages):
+    machine, age = finished(), 0.0
+    machine.step(MOVING, 0.033)
+    for _ in range(30):
+        age += 0.033      # no sample has come since
+        motion = Motion(Pose2(), 0.0, 0.0, **dict.fromkeys(ages, age))
+        assert machine.step(motion, 0.033) == Twist2()
+    assert machine.state is GoalState.ROTATE_TO_FINAL
+
+
+def test_a_goal_that_was_cancelled_does_not_come_back():
+    machine = GoalMachine(Told())
+    machine.set_goal(GOAL)
+    machine.step(STANDING, 0.1)
+    machine.cancel()
+    assert machine.failure == 'canceled' and machine.step(STANDING, 0.1) is None
+    machine.restart()
+    assert machine.failure == 'canceled' and machine.step(STANDING, 0.1) is None
+    machine.set_goal(GOAL)
+    assert machine.failure == '' and machine.step(STANDING, 0.1) is not None
+
+
+@pytest.mark.parametrize('state', ['rotate_to_goal', 'move_forward', 'rotate_to_final'])
+def test_an_interrupted_drive_goes_on_where_its_law_says(state):
+    law = Told()
+    machine = GoalMachine(law)
+    machine.set_goal(GOAL)
+    for before in ('rotate_to_goal', 'move_forward', 'rotate_to_final'):
+        if before == state:
+            break
+        law.left[before] = 0.0
+    machine.step(STANDING, 0.1)
+    machine.interrupt()
+    assert machine.step(STANDING, 0.1) is not None
+    assert law.resumed_in.value == machine.state.value == state.upper()
+    assert law.starts == 1 and machine.attempt == 1
+
+
+def test_a_stuck_robot_is_given_up_however_often_its_drive_is_interrupted():
+    machine = GoalMachine(Told())
+    machine.set_goal(GOAL)
+    driven = 0.0
+    while machine.step(STANDING, 0.033) is not None:
+        driven += 0.033
+        if round(driven / 0.033) % 10 == 0:    # every third of a second
+            machine.interrupt()
+    assert 'does not move' in machine.failure
+    assert STALL_TIME <= driven <= STALL_TIME + 0.1
+
+
+def test_a_robot_that_was_carried_on_while_it_was_not_heard_has_not_missed_its_goal():
+    law = Told()
+    machine = GoalMachine(law)
+    machine.set_goal(GOAL)
+    machine.step(MOVING, 0.033)
+    law.left['rotate_to_goal'] = 1.9      # farther than the 0.8 that count as missed
+    machine.interrupt()
+    assert machine.step(MOVING, 0.033) is not None

@@ -9,7 +9,9 @@ from hypothesis import strategies as st
 
 from known_motion import SteadyRobot, Truth, angle_between, assert_pose, held_back
 from tb3_labs.history import MAX_GAP, MEMORY, SensorHistory, Track
-from tb3_labs.sensors import ImuSample, with_stamp
+from tb3_labs.sender_clock import Lateness, SenderClock
+from tb3_labs.se2 import Pose2
+from tb3_labs.sensors import ImuSample, OdometrySample, with_stamp
 
 SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(1 - 2j, 0.3), imu_offset=-1.8,
                        clock_ahead=0.775)
@@ -140,16 +142,50 @@ def test_of_several_that_wait_the_newest_is_taken():
     assert history.take_pair() is None
 
 
-@pytest.mark.parametrize('silent', [0.4, 1.0, 4.3])
-def test_no_pair_is_made_up_while_the_imu_is_silent(silent):
-    begin, end = 2.0, 2.0 + silent
+def pairs_without_imu(silent):
+    """Pairs of a robot whose IMU is silent for that long from 2.0 s on, and when they were."""
     messages = [(arrival, sample) for arrival, sample in SPINNING.messages(0.0, 8.0)
-                if not (isinstance(sample, ImuSample) and begin < arrival < end)]
-    pairs = pairs_of(SensorHistory(), messages)
+                if not (isinstance(sample, ImuSample) and 2.0 < arrival < 2.0 + silent)]
+    pairs, history = [], SensorHistory()
+    for arrival, sample in messages:
+        add(history, arrival, sample)
+        pairs.append(history.take_pair())
+    pairs = [pair for pair in pairs if pair is not None]
+    return pairs, [odometry.stamp - SPINNING.clock_ahead for odometry, _ in pairs]
+
+
+@pytest.mark.parametrize('silent', [1.1, 1.4, 4.3])
+def test_no_pair_is_made_up_in_a_long_silence_of_the_imu(silent):
+    pairs, times = pairs_without_imu(silent)
     assert_right(pairs, SPINNING)
-    times = [odometry.stamp - SPINNING.clock_ahead for odometry, _ in pairs]
-    assert not [time for time in times if begin + 0.01 < time < end - 0.01]
+    assert not [time for time in times if 2.01 < time < 2.0 + silent - 0.01]
     assert max(times) > 7.9
+
+
+@pytest.mark.parametrize('silent', [0.2, 0.35, 0.5, 0.9])
+def test_the_odometry_bridges_a_gap_of_the_imu(silent):
+    """A node leaves out the IMU's samples but for the newest of those that came together."""
+    pairs, _ = pairs_without_imu(silent)
+    assert_right(pairs, SPINNING)
+    history = SensorHistory()
+    for arrival, sample in SPINNING.messages(0.0, 2.0 + silent + 0.1):
+        if not (isinstance(sample, ImuSample) and 2.0 < arrival < 2.0 + silent):
+            add(history, arrival, sample)
+    now = 2.0 + 0.4 * silent
+    assert_instant(instant_at(history, now), SPINNING, now, radians=1e-5)
+
+
+def test_a_bridge_ends_where_the_imu_says_also_if_the_wheels_slip():
+    """The odometry turns a tenth less than the IMU: what that leaves is spread over the gap."""
+    history = SensorHistory()
+    for time in (0.0, 0.1, 0.7, 0.8):
+        add(history, time, ImuSample(10.0 + time, math.remainder(1.0 * time + 3.0, 2 * math.pi), 1.0))
+    for k in range(9):
+        time = 0.1 * k
+        add(history, time, OdometrySample(10.0 + time, Pose2(0.0, 0.0, 0.9 * time), 0.0, 0.9))
+    instant = history.at(10.4)
+    assert angle_between(instant.imu_yaw, 3.4) < 1e-9
+    assert instant.odom_T_base.yaw == pytest.approx(0.36)
 
 
 # Both at one instant ------------------------------------------------------------------------------
@@ -314,3 +350,81 @@ def test_two_clocks_that_disagree_are_no_use(apart):
         add(history, arrival, with_stamp(sample, sample.stamp + 10.0))
     assert not history.clock.uses_stamps
     assert_instant(instant_at(history, 3.5), SPINNING, 3.5, ahead=0.0)
+
+
+# The least delay ----------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('seed', range(5))
+def test_now_is_late_by_the_least_delay_of_a_jittery_network(seed):
+    """20 ms, and something exponential of 20 ms on top of it, for each message; in order."""
+    chance, history, last = random.Random(seed), SensorHistory(), 0.0
+    for time, sample in SPINNING.messages(0.0, 8.0):
+        last = max(last, time + 0.02 + chance.expovariate(50.0))
+        add(history, last, sample)
+    late_by = 8.0 + SPINNING.clock_ahead - history.clock.stamp_of(8.0)
+    assert 0.02 <= late_by <= 0.025
+
+
+def test_the_least_delay_is_forgotten_after_some_seconds():
+    """The sender's clock is set back by 20 ms: all its messages seem to be late by that."""
+    clock = SenderClock()
+    for k in range(2000):
+        arrival = 0.01 * k
+        clock.time_of('imu', 100.0 + arrival - (0.02 if arrival >= 5.0 else 0.0), arrival)
+    assert clock.stamp_of(20.0) == pytest.approx(119.98)
+    assert clock.epoch == 0
+
+
+def test_stamps_that_go_back_a_little_once_a_second_cost_no_reset():
+    """The clock of a Pi that runs fast and is corrected: no instant is lost."""
+    history, known = SensorHistory(), 0
+    def corrected(arrival, stamp):
+        return stamp + 0.01 * (arrival % 1.0)
+    messages = restamped(SPINNING.messages(0.0, 20.0), corrected)
+    heard = 0
+    for k in range(200):
+        now = 1.0 + 0.0937 * k
+        stamp = None
+        while heard < len(messages) and messages[heard][0] <= now + 0.06:
+            if stamp is None and messages[heard][0] > now:
+                stamp = history.clock.stamp_of(now)
+            add(history, *messages[heard])
+            heard += 1
+        instant = history.at(stamp)
+        known += instant is not None
+        if instant:
+            # never off by more than the clock was
+            assert angle_between(instant.imu_yaw, SPINNING.imu(now).yaw) <= 0.03 * 2.6
+    assert known == 200 and history.clock.epoch == 0 and history.clock.uses_stamps
+
+
+def test_stamps_that_run_back_are_no_clock():
+    clock = SenderClock()
+    for k in range(400):
+        clock.time_of('imu', 1000.0 - 0.005 * k, 0.005 * k)
+    assert not clock.uses_stamps
+    assert clock.stamp_of(2.0) == 2.0
+
+
+@pytest.mark.parametrize('late', [0.0, 0.5, 1.9])
+def test_a_message_is_late_by_what_is_not_usual(late):
+    lateness = Lateness(patience=2.0)
+    for k in range(100):
+        assert lateness.of(50.0 + 0.05 * k, 1000.0 + 0.05 * k) == pytest.approx(0.0)
+    assert lateness.of(55.0, 1005.0 + late) == pytest.approx(late)
+
+
+def test_what_a_silence_held_up_is_late_also_the_first_of_it():
+    lateness = Lateness(patience=2.0)
+    lateness.of(50.0, 1000.0)
+    assert [lateness.of(50.1 + k, 1010.0 + 0.001 * k) for k in range(10)] == pytest.approx(
+        [9.9 - 0.999 * k for k in range(10)])
+    assert lateness.of(60.1, 1010.1) == pytest.approx(0.0)
+
+
+def test_a_clock_that_was_set_back_is_believed_after_a_while():
+    lateness = Lateness(patience=2.0)
+    lateness.of(50.0, 1000.0)
+    seen = [lateness.of(40.0 + 0.1 * k, 1000.0 + 0.1 * k) for k in range(1, 40)]
+    assert seen[0] == pytest.approx(10.0) and seen[-1] == pytest.approx(0.0)
+    assert sum(late > 2.0 for late in seen) <= 21

@@ -306,7 +306,7 @@ def test_resets_work_on_arrival_times_where_stamps_are_zero():
 # Motion -------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize('robot', [RESTING, STRAIGHT, SPINNING])
-@pytest.mark.parametrize('later', [0.0, 0.004, 0.1])
+@pytest.mark.parametrize('later', [0.0, 0.004, 0.04])
 def test_motion_carries_the_newest_samples_on(robot, later):
     """The IMU was last heard at 3.02 s, the odometry at 3.0 s."""
     now = 3.02 + later
@@ -323,3 +323,54 @@ def test_the_speed_of_turning_is_the_gyros_not_the_odometrys_spike():
     motion = localizer.motion(1.06)
     assert motion.angular == 2.6
     assert_pose(motion.pose, Truth(0j, 2.6 * 1.06), radians=1e-6)
+
+
+@pytest.mark.parametrize('age', [0.08, 0.2, 3.0])
+def test_motion_is_carried_on_for_two_control_periods_only(age):
+    localizer = Localizer()
+    feed(localizer, CURVING.messages(0.0, 3.0))
+    motion = localizer.motion(3.0 + age)
+    assert_pose(motion.pose, Truth(*CURVING.moved(3.0 + 2.0 / 30.0)), 1e-3, 1e-6)
+    assert motion.imu_age == pytest.approx(age) and motion.odometry_age == pytest.approx(age)
+
+
+def test_ages_count_from_when_a_sample_was_measured_not_from_when_it_came():
+    """The newest samples were held up by 50 ms, the others by 10."""
+    messages = STRAIGHT.messages(0.0, 2.0, imu_delay=lambda: 0.01, odometry_delay=lambda: 0.01)
+    localizer = Localizer()
+    feed(localizer, messages)
+    feed(localizer, [(2.15, STRAIGHT.imu(2.1)), (2.15, STRAIGHT.odometry(2.1))])
+    motion = localizer.motion(2.15)
+    # all are late by the least delay, which nobody can see
+    assert motion.imu_age == motion.odometry_age == pytest.approx(0.04)
+    assert_pose(motion.pose, Truth(*STRAIGHT.moved(2.14)), 1e-6, 1e-6)
+
+
+def in_bursts(messages, chance):
+    """`messages` over a network that stalls for up to half a second; of what a stall releases a
+    node reads all odometry, but only the newest sample of the IMU."""
+    begin, end = 1.0, messages[-1][0]
+    while begin < end:
+        stop = begin + chance.uniform(0.1, 0.5)
+        held = [m for m in messages if begin <= m[0] < stop]
+        odometry = [m for m in held if not isinstance(m[1], ImuSample)]
+        imu = [m for m in held if isinstance(m[1], ImuSample)]
+        messages = ([m for m in messages if m[0] < begin]
+                    + [(stop, sample) for _, sample in odometry + imu[-1:]]
+                    + [m for m in messages if m[0] >= stop])
+        begin = stop + chance.uniform(0.1, 1.0)
+    return messages
+
+
+@pytest.mark.parametrize('seed', range(8))
+def test_resets_under_bursts_are_carried_out_though_the_imu_is_thinned_out(seed):
+    chance = random.Random(seed)
+    messages, localizer, heard = in_bursts(SPINNING.messages(0.0, 22.0), chance), Localizer(), 0.0
+    for k in range(20):
+        asked_at = 1.0 + k + chance.uniform(0.0, 0.1)
+        feed(localizer, [m for m in messages if heard < m[0] <= asked_at])
+        reset = localizer.reset(as_pose2(DECLARED), asked_at)
+        heard = asked_at + 0.85
+        fixes, _ = feed(localizer, [m for m in messages if asked_at < m[0] <= heard])
+        assert reset.done and reset.stamp - SPINNING.clock_ahead == pytest.approx(asked_at)
+        assert_fixes(fixes[-1:], SPINNING, DECLARED, asked_at, radians=1e-5)

@@ -5,6 +5,7 @@ import pytest
 
 from tb3_labs.drive_laws import DriveConfig, PreciseLaw, make_law
 from tb3_labs.freshness import RESUME_TIME, SENSOR_TIMEOUT
+from tb3_labs.goal import GoalState
 from tb3_labs.navigator import Navigator
 from tb3_labs.pace import LONGEST_IDLE
 from tb3_labs.se2 import Pose2
@@ -23,18 +24,26 @@ class Robot:
             make_law(DriveConfig(law=law), robot_model('burger')), has_control)
         self.imu = self.odom = True
         self.imu_yaw, self.odom_pose = 1.0, Pose2(1.0, 2.0, 0.3)
+        self.tremble = 0.0             # sensors that are not frozen never repeat themselves
+
+    def control(self, granted, sender='hand'):
+        """Somebody gives or takes control."""
+        self.navigator.told_control(granted, self.now, sender)
 
     def run(self, seconds):
         """Let time pass; the commands that were due (None = silence)."""
         commands = []
         for _ in range(round(seconds / 0.01)):
             self.now += 0.01
+            self.tremble = -self.tremble
             if self.imu:
-                self.navigator.on_imu(ImuSample(self.now, self.imu_yaw, 0.0), self.now)
+                self.navigator.on_imu(
+                    ImuSample(self.now, self.imu_yaw + self.tremble, 0.0), self.now)
             if self.odom:
                 self.navigator.on_odometry(
-                    OdometrySample(self.now, self.odom_pose, 0.0, 0.0), self.now)
+                    OdometrySample(self.now, self.odom_pose, self.tremble, 0.0), self.now)
             self.navigator.localizer.take_fix()
+            self.navigator.look_at_control(self.now)
             if self.navigator.due(self.now):
                 commands.append(self.navigator.command(self.now))
         return commands
@@ -60,10 +69,9 @@ def test_without_a_goal_there_is_silence():
 
 def test_control_lost_silences_and_control_back_begins_anew():
     robot = driving()
-    assert robot.navigator.set_control(False, robot.now) is True
-    assert robot.navigator.set_control(False, robot.now) is False
+    robot.control(False)
     assert set(robot.run(0.2)) == {None}
-    robot.navigator.set_control(True, robot.now)
+    robot.control(True)
     commands = robot.run(0.1)
     assert None not in commands
     # from standing: the first command is what the acceleration allows in one period
@@ -168,7 +176,7 @@ def test_odometry_that_jumps_where_nothing_is_driven_is_only_told():
     robot.odom_pose = Pose2()
     robot.run(0.2)
     assert len(robot.navigator.take_news()) == 1
-    robot.navigator.set_control(True, robot.now)
+    robot.control(True)
     assert None not in robot.run(0.2)[2:]
 
 
@@ -184,7 +192,7 @@ def test_a_heading_that_jumped_in_a_short_silence_stops_the_drive():
 def test_a_reset_wants_every_sample_of_the_imu():
     robot = driving()
     assert robot.navigator.idle_for(robot.now) >= 0.0
-    robot.navigator.set_control(False, robot.now)
+    robot.control(False)
     assert robot.navigator.idle_for(robot.now) == LONGEST_IDLE
     robot.imu = False
     robot.run(0.05)
@@ -193,3 +201,92 @@ def test_a_reset_wants_every_sample_of_the_imu():
     robot.imu = True
     robot.run(0.05)
     assert robot.navigator.idle_for(robot.now) == LONGEST_IDLE
+
+
+@pytest.mark.parametrize('slept, goes_on', [(1.0, True), (5.0, False), (3600.0, False)])
+def test_a_node_that_did_not_run_for_long_waits_to_be_told(slept, goes_on):
+    """Ctrl+Z and fg, or a suspended computer: nobody looked meanwhile."""
+    robot = driving()
+    robot.now += slept
+    commands = robot.run(0.5)
+    assert any(command is not None for command in commands) is goes_on
+    if not goes_on:
+        assert any('this node did not run for' in news.text
+                   for news in robot.navigator.take_news())
+        assert set(robot.run(5.0)) == {None}
+        robot.navigator.reset(Pose2(), robot.now)
+        assert set(robot.run(1.0)) == {None}
+        robot.control(True)
+        assert None not in robot.run(0.2)[2:]
+
+
+@pytest.mark.parametrize('goal_is_new', [False, True])
+def test_a_cancelled_goal_comes_back_neither_by_a_reset_nor_by_control(goal_is_new):
+    robot = driving()
+    robot.navigator.cancel()
+    assert set(robot.run(0.3)) == {None}
+    robot.navigator.reset(Pose2(), robot.now)
+    assert set(robot.run(0.3)) == {None}
+    robot.control(False)
+    robot.control(True)
+    assert set(robot.run(0.3)) == {None}
+    if goal_is_new:
+        robot.navigator.set_goal(Pose2(1.0, 1.0, 0.0))
+        assert None not in robot.run(0.2)[2:]
+
+
+def test_a_drive_that_was_given_up_begins_anew_when_control_is_given():
+    robot = driving()
+    robot.tremble = 1e-6
+    robot.run(3.0)                     # a robot that stands is stuck
+    assert 'does not move' in robot.navigator.machine.failure
+    robot.control(True, 'another hand')
+    assert None not in robot.run(0.2)[2:]
+
+
+def test_a_goal_that_was_reached_is_not_driven_to_again_when_control_is_given():
+    robot = driving()
+    robot.navigator.machine.state = GoalState.GOAL_REACHED
+    robot.control(False)
+    robot.control(True)
+    assert set(robot.run(0.5)) == {None}
+
+
+@pytest.mark.parametrize('imu_yaw', [2.5, -2.0])
+def test_who_was_driven_elsewhere_without_control_drives_when_it_is_given_again(imu_yaw):
+    """B, a drive by stick in which the heading jumps for this node, A."""
+    robot = driving()
+    robot.control(False)
+    robot.run(0.2)
+    robot.imu_yaw, robot.odom_pose = imu_yaw, Pose2(1.3, 2.0, imu_yaw - 0.7)
+    robot.run(0.2)
+    assert robot.navigator.machine.failure == ''
+    robot.control(True)
+    assert None not in robot.run(0.2)[2:]
+
+
+def test_a_permission_that_is_suspended_for_a_moment_goes_on_with_the_same_drive():
+    robot = Robot(has_control=False)
+    robot.tremble = 1e-6
+    robot.navigator.set_goal(Pose2(-0.61, 0.61, 0.0))
+    for tick in range(4):
+        robot.navigator.told_control(True, robot.now, 'pad', renews=True)
+        commands = robot.run(0.1)
+    assert None not in commands
+    attempt = robot.navigator.machine.attempt
+    assert None in robot.run(1.0)      # the pad is silent
+    robot.navigator.told_control(True, robot.now, 'pad', renews=True)
+    assert None not in robot.run(0.2)[2:]
+    assert robot.navigator.machine.attempt == attempt
+
+
+def test_a_stuck_robot_on_a_flaky_network_is_given_up():
+    robot = driving()
+    robot.tremble = 1e-6
+    driven = 0
+    while robot.navigator.machine.active and driven < 1000:
+        robot.odom = not robot.odom
+        driven += sum(command is not None for command in robot.run(0.3))
+    assert 'does not move' in robot.navigator.machine.failure
+    # 1.3 s of commands, 30 a second
+    assert driven <= 1.3 * 30 + 8

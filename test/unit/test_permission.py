@@ -1,36 +1,233 @@
-"""A permission stands until it is taken, unless it was being renewed."""
-from tb3_labs.permission import LAPSE, Permission
+"""A permission is an event that a person caused; all else keeps it alive, and a stop stays a stop."""
+import itertools
+
+import pytest
+
+from tb3_labs.permission import CONFIRMATION, LAPSE, LONGEST_LAPSE, RENEWAL, Permission
 
 
-def test_given_once_it_stands():
-    permission = Permission()
-    assert not permission.granted
-    assert permission.told(True, 1.0) is True
-    assert not permission.has_lapsed(1000.0) and permission.granted
-    assert permission.told(False, 1001.0) is True and not permission.granted
-    assert permission.told(False, 1002.0) is False
+class Senders:
+    """Hands, and pads that renew what they give, before one permission; time is counted in ticks
+    of 10 ms."""
+
+    def __init__(self):
+        self.permission = Permission()
+        self.now = 1000.0
+        self.renewing = set()
+        self._next = {}
+
+    def say(self, sender, word):
+        """A word of a hand, or of a pad, whose name begins with 'pad'."""
+        renews = sender.startswith('pad')
+        self.permission.told(word, self.now, sender, renews)
+        if renews:
+            (self.renewing.add if word else self.renewing.discard)(sender)
+            self._next[sender] = self.now + RENEWAL
+
+    def run(self, seconds):
+        """Let time pass; True if the robot might be driven at any moment of it."""
+        might = False
+        for _ in range(round(seconds / 0.01)):
+            self.now += 0.01
+            for sender in sorted(self.renewing):
+                if self.now >= self._next[sender]:
+                    self._next[sender] = self.now + RENEWAL
+                    self.permission.told(True, self.now, sender, True)
+            self.permission.update(self.now)
+            might = might or self.permission.granted
+        return might
+
+    @property
+    def granted(self):
+        return self.permission.granted
+
+    def told(self, words):
+        return any(words in news.text for news in self.permission.take_news())
 
 
-def test_renewed_it_lapses_when_nobody_renews_it():
-    permission = Permission()
-    for tick in range(10):
-        permission.told(True, 0.2 * tick)
-        assert not permission.has_lapsed(0.2 * tick)
-    assert not permission.has_lapsed(1.8 + LAPSE) and permission.granted
-    assert permission.has_lapsed(1.8 + LAPSE + 0.01) and not permission.granted
-    assert not permission.has_lapsed(100.0)         # said once
-    assert permission.told(True, 101.0) is True     # the holder is back
+@pytest.fixture
+def senders():
+    senders = Senders()
+    senders.run(15.0)
+    return senders
 
 
-def test_given_twice_by_hand_is_no_renewal():
-    permission = Permission()
-    for now in (1.0, 1.5, 5.0, 9.0, 13.0):
-        permission.told(True, now)
-    assert not permission.has_lapsed(60.0)
+def test_the_numbers_that_people_rely_on():
+    assert (LAPSE, LONGEST_LAPSE, RENEWAL) == (0.5, 2.0, 0.1)
+    assert CONFIRMATION <= 0.05    # nobody waits for a robot
 
 
-def test_a_sender_that_will_renew_it_may_die_before_the_first_renewal():
-    permission = Permission()
-    assert permission.told(True, 1.0, will_be_renewed=True) is True
-    assert not permission.has_lapsed(1.0 + LAPSE)
-    assert permission.has_lapsed(1.0 + LAPSE + 0.01) and not permission.granted
+def test_nobody_has_given_anything_at_first(senders):
+    assert not senders.granted and not senders.run(10.0)
+
+
+def test_given_by_hand_it_stands(senders):
+    senders.say('hand', True)
+    senders.run(0.05)
+    assert senders.granted
+    senders.run(100.0)
+    assert senders.granted
+    senders.say('hand', False)
+    assert not senders.granted and not senders.run(10.0)
+
+
+def test_given_at_the_start_it_stands_until_anybody_takes_it(senders):
+    senders.permission = Permission(granted=True)
+    assert senders.run(10.0) and senders.granted
+    senders.say('pad', False)
+    assert not senders.run(10.0)
+
+
+@pytest.mark.parametrize('giver, taker', itertools.product(['hand', 'pad', 'pad 2'], repeat=2))
+def test_a_false_of_anybody_takes_it_whoever_gave_it(senders, giver, taker):
+    senders.say(giver, True)
+    assert senders.run(1.0)
+    senders.say(taker, False)
+    assert not senders.granted
+    assert not senders.run(5.0)        # although another pad goes on renewing
+    senders.say(giver, False)
+    senders.say(giver, True)
+    assert senders.run(0.25) and senders.granted
+
+
+def test_what_is_only_repeated_is_no_giving(senders):
+    senders.say('hand', True)
+    senders.say('pad', False)
+    for _ in range(20):
+        senders.say('hand', True)
+        assert not senders.run(0.3)
+    assert senders.told('hand does not count, it was said before: False, then True')
+    senders.say('another hand', True)
+    assert senders.run(0.25)
+
+
+def test_renewed_it_is_suspended_when_the_giver_falls_silent(senders):
+    senders.say('pad', True)
+    senders.run(1.0)
+    senders.renewing.clear()
+    last = senders.permission._givings['pad'].heard_at
+    while senders.granted:
+        senders.run(0.01)
+    assert senders.now - last == pytest.approx(LAPSE, abs=0.011)
+
+
+def test_a_giver_may_die_before_its_first_renewal(senders):
+    senders.say('pad', True)
+    senders.renewing.clear()
+    senders.run(LAPSE)
+    assert not senders.run(10.0)
+
+
+@pytest.mark.parametrize('silence, revives', [(0.6, True), (1.9, True), (2.2, False), (30.0, False)])
+def test_a_giver_that_comes_back_revives_it_only_after_a_short_silence(senders, silence, revives):
+    senders.say('pad', True)
+    senders.run(1.0)
+    senders.renewing.clear()
+    senders.run(silence)
+    assert not senders.granted
+    senders.renewing.add('pad')
+    assert senders.run(5.0) is revives
+    assert senders.told('Control from pad is gone: it was silent for') is not revives
+    if not revives:
+        senders.say('pad', True)       # a renewal by any other name
+        assert not senders.run(0.25)
+        senders.say('pad', False)
+        senders.say('pad', True)
+        assert senders.run(0.25)
+
+
+@pytest.mark.parametrize('slept', [5.0, 600.0])
+def test_a_node_that_slept_finds_it_gone_also_if_a_renewal_is_the_first_it_hears(senders, slept):
+    senders.say('pad', True)
+    senders.run(1.0)
+    senders.now += slept               # nobody looked
+    senders.permission.told(True, senders.now, 'pad', True)
+    assert not senders.granted and not senders.run(5.0)
+    assert senders.told('this node did not run for')
+
+
+@pytest.mark.parametrize('word', [True, False])
+def test_what_a_node_hears_as_it_wakes_is_no_giving_but_a_stop(senders, word):
+    senders.say('hand', True)
+    senders.run(1.0)
+    senders.now += 5.0
+    senders.permission.told(word, senders.now, 'another hand')
+    assert not senders.granted and not senders.run(5.0)
+    assert senders.told('it may have been given while this node did not run') is word
+    senders.say('a third hand', True)
+    assert senders.run(0.25)
+
+
+def test_of_two_givers_the_one_that_lives_is_enough(senders):
+    senders.say('hand', True)
+    senders.say('pad', True)
+    senders.run(1.0)
+    senders.renewing.clear()
+    senders.run(5.0)
+    assert senders.granted
+    senders.say('pad', False)
+    assert not senders.run(5.0)
+
+
+@pytest.mark.parametrize('late, counts', [(0.0, True), (0.5, True), (1.8, True), (2.5, False),
+                                          (10.0, False)])
+def test_a_giving_that_the_network_held_up_for_long_does_not_count(senders, late, counts):
+    """It arrives together with the renewals that were sent since."""
+    senders.say('pad', True)
+    for _ in range(int(late / RENEWAL)):
+        senders.permission.told(True, senders.now, 'pad', True)
+    assert senders.run(3.0) is counts
+    assert senders.told('held it up for more than 2 s') is not counts
+
+
+def test_renewals_that_were_held_up_later_do_no_harm(senders):
+    senders.say('pad', True)
+    senders.run(10.0)
+    for _ in range(4):
+        senders.now += 1.0
+        for _ in range(10):
+            senders.permission.told(True, senders.now, 'pad', True)
+        senders.permission.update(senders.now)
+        assert senders.granted
+
+
+def test_what_was_given_before_this_node_lived_is_no_giving(senders):
+    senders.permission.heard_of_old('pad')
+    assert senders.told('Control was given by pad before this node could hear it')
+    senders.renewing.add('pad')
+    senders._next['pad'] = 0.0
+    assert not senders.run(5.0)
+    senders.say('pad', False)
+    senders.say('pad', True)
+    assert senders.run(0.25)
+
+
+def test_each_giving_is_counted(senders):
+    for number in range(1, 4):
+        senders.say('hand', True)
+        senders.say('hand', True)
+        assert senders.permission.count == number
+        senders.say('hand', False)
+
+
+@pytest.mark.parametrize('late, stopper, counts', [
+    (0.0, 'hand', True), (1.5, 'hand', False), (1.5, 'pad 2', False), (1.5, 'pad', True)])
+def test_a_giving_that_was_under_way_when_somebody_else_stopped_the_robot(
+        senders, late, stopper, counts):
+    """A False of the same sender came before it, in order."""
+    senders.permission.told(False, senders.now, stopper)
+    senders.run(0.01)
+    senders.say('pad', True)
+    for _ in range(round(late / RENEWAL)):
+        senders.permission.told(True, senders.now, 'pad', True)
+    assert senders.run(3.0) is counts
+    assert senders.told('it was taken while the network held it up') is not counts
+
+
+def test_a_giving_that_is_older_than_this_node_does_not_count(senders):
+    senders.permission = Permission()
+    senders.run(0.5)
+    senders.say('pad', True)
+    for _ in range(8):                   # pressed 0.8 s ago
+        senders.permission.told(True, senders.now, 'pad', True)
+    assert not senders.run(3.0) and senders.told('it was given before this node lived')

@@ -1,13 +1,17 @@
 """Turns on the spot: both laws by the numbers, and from the keyboard's words."""
 import math
+import random
 from dataclasses import replace
 
 import pytest
 
 from tb3_labs.rollout import turns
+from tb3_labs.sensors import ImuSample
+from tb3_labs.settling import RestingMean
 from tb3_labs.simulator import SimulatorConfig
 from tb3_labs.turning import LabTurn, TurnConfig, degrees_of, make_turn
 from tb3_labs.turtlebot3 import robot_model
+from tb3_labs.yaw_noise import YawNoise
 
 BURGER = robot_model('burger')
 LAB = TurnConfig(law='lab')
@@ -111,3 +115,45 @@ def test_limits_that_contradict_each_other_are_refused():
 def test_laws_are_chosen_by_name():
     assert isinstance(make_turn(LAB, BURGER), LabTurn)
     assert not isinstance(make_turn(TurnConfig(), BURGER), LabTurn)
+
+
+# Noise --------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('noise, error', [(0.05, 0.5), (0.3, 0.6), (1.0, 1.8)])
+def test_turns_by_a_noisy_imu_end_as_near_as_it_lets_know(noise, error):
+    """Thirty of them, none given up; with 0.3 deg each sample alone would miss the tolerance."""
+    robot = replace(ROBOT, imu_noise_deg=noise)
+    for seed in range(15):
+        for turn in turns([90.0, -90.0], replace(robot, seed=seed), wait=1.0):
+            assert abs(abs(math.degrees(turn.turned)) - 90.0) <= 2.0 * error
+    errors = [abs(abs(math.degrees(turn.turned)) - 90.0) for seed in range(15)
+              for turn in turns([90.0], replace(robot, seed=seed), wait=1.0)]
+    assert sorted(errors)[int(0.9 * len(errors))] <= error
+
+
+@pytest.mark.parametrize('noise_deg', [0.0, 0.005, 0.1, 0.3, 2.0])
+@pytest.mark.parametrize('rate', [0.0, 0.1])
+def test_the_noise_of_an_imu_is_measured_while_it_turns_slowly(noise_deg, rate):
+    chance, noise = random.Random(1), YawNoise()
+    for k in range(400):
+        time = 0.03 * k
+        noise.learn(ImuSample(time, math.remainder(
+            3.0 + rate * time + math.radians(chance.gauss(0.0, noise_deg)), 2.0 * math.pi), rate), time)
+    assert math.degrees(noise.deviation) == pytest.approx(noise_deg, rel=0.3, abs=1e-6)
+
+
+def test_a_turn_that_speeds_up_is_not_taken_for_noise():
+    noise = YawNoise()
+    for k in range(100):
+        time = 0.03 * k
+        noise.learn(ImuSample(time, 0.5 * 2.0 * time ** 2 % 3.0, 2.0 * time), time)
+    assert noise.deviation < math.radians(0.01)
+
+
+def test_the_mean_of_a_resting_robot_is_known_the_better_the_more_samples_there_are():
+    mean = RestingMean()
+    assert mean.mean_or(0.4) == 0.4 and mean.uncertainty(0.1) == 0.1
+    for angle in (0.1, 0.2, 0.3, 0.4):
+        mean.add(angle)
+    assert mean.mean_or(9.0) == pytest.approx(0.25)
+    assert mean.uncertainty(0.1) == pytest.approx(0.1)       # 2 x 0.1 / sqrt(4)

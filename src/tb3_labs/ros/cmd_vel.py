@@ -2,8 +2,8 @@
 
 Whoever drives publishes commands; whoever stops, for whatever reason, publishes exactly one zero
 and is then silent, so that another node may drive. The zero is also sent, and seen off the
-machine, when the node shuts down (Ctrl+C, SIGTERM, an exception that ended it), and when the clock
-by which the node drives stands still.
+machine, when the node shuts down (Ctrl+C, SIGTERM, a closed terminal, an exception that ended it),
+when the process is stopped by Ctrl+Z, and when the clock by which the node drives stands still.
 """
 import math
 import threading
@@ -14,6 +14,7 @@ from geometry_msgs.msg import Twist
 
 from tb3_labs.ros.clock_watch import ClockWatch
 from tb3_labs.ros.conversions import to_twist
+from tb3_labs.ros.node import when_stopped
 
 #: Longest wait for the last zero to leave the process [s].
 DELIVERY_TIME = 0.15
@@ -25,10 +26,11 @@ class CmdVel:
     def __init__(self):
         self._lock = threading.Lock()
         self._driving_since = None     # [s, monotonic]; None while it stands
-        self._closed = False
+        self._closed = False           # for good, or until the process goes on
         self._publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         self._clock = ClockWatch(self.stop)
         rospy.on_shutdown(self._close)
+        when_stopped(self._close, self._open)
 
     @property
     def is_heard(self):
@@ -78,6 +80,10 @@ class CmdVel:
             sent = self._messages_sent()
             if self._stop():
                 self._wait_until_sent(sent)
+
+    def _open(self):
+        with self._lock:
+            self._closed = rospy.is_shutdown()
 
     def _messages_sent(self):
         """Messages written to each subscriber so far, by rospy's own bus statistics."""

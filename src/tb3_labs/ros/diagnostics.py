@@ -38,14 +38,14 @@ class SourceReport:
     """Age, rate and bad messages of sources, for `values` of a report."""
 
     def __init__(self, *sources):
-        """Each: a freshness.Freshness, and the Traffic of its topic."""
+        """Each: a freshness.Freshness, the Traffic of its topic, and the clock it lives by."""
         self._sources = sources
 
-    def values(self, now):
+    def values(self):
         """{'imu age [s]': '0.004', 'imu rate [1/s]': '200.1', ...}"""
         values = {}
-        for source, traffic in self._sources:
-            values[source.name + ' age [s]'] = '{:.3f}'.format(source.age(now))
+        for source, traffic, clock in self._sources:
+            values[source.name + ' age [s]'] = '{:.3f}'.format(source.age(clock()))
             values[source.name + ' rate [1/s]'] = '{:.1f}'.format(traffic.rate())
             values[source.name + ' dropped'] = source.dropped
         return values

@@ -6,6 +6,7 @@ import tf2_ros
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 
+from tb3_labs.angles import difference
 from tb3_labs.ros.conversions import to_pose_stamped, to_transform
 from tb3_labs.ros.markers import WayMarker
 
@@ -51,7 +52,7 @@ class LocalDisplay:
         if self._points:
             last = self._points[-1][0]
             if last.distance_to(fix.local_T_base) < PATH_STEP and (
-                    abs(last.yaw - fix.local_T_base.yaw) < PATH_TURN):
+                    abs(difference(fix.local_T_base.yaw, last.yaw)) < PATH_TURN):
                 return
         self._points.append((fix.local_T_base, message))
         if len(self._points) > PATH_POINTS:

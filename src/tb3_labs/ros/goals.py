@@ -1,9 +1,11 @@
 """Where goals come from: the `move2goal` action and `move_base_simple/goal`."""
 import rospy
 from actionlib import ActionServer
+from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseResult
 
+from tb3_labs.ros.events import subscribe_news
 from tb3_labs.ros.node import guarded, subscribe
 
 
@@ -13,20 +15,27 @@ class GoalInterfaces:
     `set_goal(header, pose)` takes a goal and returns it as the object by which its end is reported
     here, or raises ``ValueError`` with the reason of a refusal; `cancel()` gives the present goal
     up. Both are called with this object's lock held, so report only without locks of your own.
+
+    A cancel on `move2goal/cancel` ends the goal it names, or all until its time, or any if it has
+    neither. That holds for a goal from elsewhere, too, and for one that has ended but is driven to
+    once more after a reset: actionlib knows neither of them.
     """
 
     def __init__(self, set_goal, cancel):
         self._set_goal = set_goal
         self._cancel = cancel
-        self._goal = None         # what is being driven to,
-        self._handle = None       # and its action goal, where it came by the action
+        self._goal = None             # what is being driven to,
+        self._handle = None           # its action goal, where it came by the action and goes on,
+        self._id = GoalID(stamp=rospy.Time.now())    # and its name and time
         self._server = ActionServer('move2goal', MoveBaseAction, guarded(self._on_action_goal),
                                     guarded(self._on_cancel), auto_start=False)
-        subscribe('move_base_simple/goal', PoseStamped, self._on_simple_goal)
+        subscribe_news('move_base_simple/goal', PoseStamped, self._on_simple_goal, queue_size=1)
         # else its status thread may still publish while the topics are closed
         rospy.on_shutdown(self._server.stop)
         self._server.start()
         self._survive_clock_jumps()
+        # a stop is never too old
+        subscribe('move2goal/cancel', GoalID, self._on_any_cancel, queue_size=None)
 
     def _survive_clock_jumps(self):
         """actionlib's status timer dies, with a traceback, of a clock that jumps back."""
@@ -70,11 +79,25 @@ class GoalInterfaces:
         if handle is not None:
             handle.set_accepted('driving')
         self._goal, self._handle = goal, handle
+        self._id = handle.get_goal_id() if handle is not None else GoalID(stamp=rospy.Time.now())
 
     def _on_cancel(self, handle):
+        """actionlib has found a goal that is to be cancelled."""
         if handle == self._handle:
-            self._cancel()
-            self._end(self._goal, 'set_canceled', 'canceled')
+            self._cancel_all()
+
+    def _on_any_cancel(self, which):
+        """A message on `move2goal/cancel`, whether or not actionlib knows the goal."""
+        with self._server.lock:
+            all_goals = not which.id and not which.stamp
+            named = which.id and which.id == self._id.id
+            until_then = which.stamp and self._id.stamp and self._id.stamp <= which.stamp
+            if all_goals or named or until_then:
+                self._cancel_all()
+
+    def _cancel_all(self):
+        self._cancel()
+        self._end(self._goal, 'set_canceled', 'canceled')
 
     def _end(self, goal, how, text):
         with self._server.lock:

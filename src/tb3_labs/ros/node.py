@@ -1,8 +1,10 @@
-"""How every node of this package starts, fails and ends.
+"""How every node of this package starts, sleeps, fails and ends.
 
 A bad configuration is one fatal line and exit status 1. An exception inside a callback ends
 the node: rospy alone would print a traceback and let the robot drive on with its last command.
-The zero velocity on the way out is :mod:`tb3_labs.ros.cmd_vel`'s shutdown hook.
+SIGINT (Ctrl+C), SIGTERM and SIGHUP (its terminal was closed) end it as well. The zero velocity on
+the way out is :mod:`tb3_labs.ros.cmd_vel`'s shutdown hook. SIGTSTP (Ctrl+Z) stops the robot before
+it stops the process.
 """
 import faulthandler
 import functools
@@ -16,13 +18,19 @@ import traceback
 import rospy
 
 from tb3_labs.ros.clock_watch import say_if_no_clock_comes
+from tb3_labs.ros.console import Console
+
+#: What ends a node.
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 _failures = []
 _signalled = threading.Event()
+_sleepers = []    # (what to do before the process is stopped, and after it)
+_console = None
 
 
 class _Interrupted(BaseException):
-    """SIGINT or SIGTERM; not an Exception, so that no handler on the way up takes it for one."""
+    """One of SIGNALS; not an Exception, so that no handler on the way up takes it for one."""
 
 
 def run(name, make_node):
@@ -32,8 +40,10 @@ def run(name, make_node):
     hang where that holds one of rospy's locks. Here a signal is an exception in the main thread:
     it unwinds first, then the node shuts down once.
     """
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, _interrupt)
+    global _console
+    for number in SIGNALS:
+        if signal.getsignal(number) is not signal.SIG_IGN:    # as nohup wants it
+            signal.signal(number, _interrupt)
     # `kill -USR1` has a node print where each of its threads is
     faulthandler.register(signal.SIGUSR1)
     # A thread that is just about to wait for a lock misses a signal, and waits for ever; with a
@@ -44,10 +54,13 @@ def run(name, make_node):
     node = None
     try:
         rospy.init_node(name, disable_signals=True)
+        _console = Console()
         say_if_no_clock_comes()
         # after all of on_shutdown's hooks, by which the last zero velocity is out
         rospy.core.add_preshutdown_hook(lambda reason: os.write(wake, b'.'))
         node = make_node()
+        if signal.getsignal(signal.SIGTSTP) is signal.SIG_DFL:
+            signal.signal(signal.SIGTSTP, _sleep)
         os.read(over, 1)
         if _signalled.is_set():
             raise _Interrupted    # where a library caught it by a bare `except:`
@@ -56,14 +69,41 @@ def run(name, make_node):
     except _Interrupted:
         rospy.signal_shutdown('signal')
     del node
-    sys.exit(1 if _failures else 0)
+    status = 1 if _failures else 0
+    if _console is not None and not _console.flush():
+        os._exit(status)    # the interpreter would wait for the terminal, for ever
+    sys.exit(status)
 
 
 def _interrupt(_number, _frame):
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in SIGNALS:
         signal.signal(number, signal.SIG_IGN)  # one is enough; a second must not cut the end short
     _signalled.set()
     raise _Interrupted
+
+
+def when_stopped(before, after):
+    """Have `before()` called when the process is about to be stopped by Ctrl+Z, and `after()` when
+    it goes on."""
+    _sleepers.append((before, after))
+
+
+def _sleep(number, _frame):
+    for before, _ in _sleepers:
+        before()
+    signal.signal(number, signal.SIG_DFL)
+    os.kill(os.getpid(), number)    # here the process stands until it is continued
+    signal.signal(number, _sleep)
+    for _, after in _sleepers:
+        after()
+
+
+def say(text):
+    """Print a text that is no log line, in order with the log lines."""
+    if _console is None:
+        print(text, flush=True)
+    else:
+        _console.say(text)
 
 
 def guarded(callback):
@@ -95,7 +135,8 @@ def end(failure=''):
 
 
 def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_for=None):
-    """A guarded subscriber of the newest message, or of the newest `queue_size` that came at once.
+    """A guarded subscriber of the newest message, or of the newest `queue_size` that came at once;
+    None: of all.
 
     `read` turns the message into what `callback` wants; where it raises ``ValueError`` the message
     is dropped with one warning a second, and counted by `source`, the freshness.Freshness of this

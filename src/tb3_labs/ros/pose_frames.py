@@ -6,8 +6,8 @@ import tf2_ros
 
 from tb3_labs.ros.conversions import to_pose2, transform_to_pose2
 
-#: Longest wait for a transform [s].
-TF_TIMEOUT = 1.0
+#: Longest wait for a transform [s]: a reset in a frame of tf's answers within its second.
+TF_TIMEOUT = 0.5
 
 
 class PoseFrames:

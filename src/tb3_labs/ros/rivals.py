@@ -1,4 +1,5 @@
 """Notices that another node drives the robot at the same time, and names it."""
+import threading
 import time
 from collections import defaultdict, deque
 
@@ -6,6 +7,7 @@ import rospy
 from geometry_msgs.msg import Twist
 
 from tb3_labs.ros.node import subscribe
+from tb3_labs.ros.rospy_internals import connection_of, stop_hearing_oneself
 
 #: A node that sends this many commands within this time [s], while this one drives, is a rival;
 FIGHT = 3
@@ -21,6 +23,7 @@ class Rivals:
 
     def __init__(self, cmd_vel):
         self._cmd_vel = cmd_vel
+        self._lock = threading.Lock()    # guards what follows; each rival has a thread of its own
         self._seen = defaultdict(lambda: deque(maxlen=FIGHT))   # times of each node's commands
         self._warned = {}
         self._commands = subscribe('cmd_vel', Twist, self._on_command)
@@ -28,31 +31,27 @@ class Rivals:
     @property
     def complaint(self):
         """'' or who else drives."""
-        rivals = [name for name, times in self._seen.items() if self._is_rival(times)]
+        with self._lock:
+            rivals = [name for name, times in self._seen.items() if self._is_rival(times)]
         return 'also driven by ' + ', '.join(sorted(rivals)) if rivals else ''
 
     def _on_command(self, message):
-        # rospy keeps the header of the connection with each message: who sent it
-        sender = message._connection_header['callerid']
+        sender = connection_of(message)['callerid']
         if sender == rospy.get_name():
-            self._stop_hearing_oneself()
-            return
-        if self._cmd_vel.driving_for < HAND_OVER:
-            return
-        now = time.monotonic()
-        self._seen[sender].append(now)
-        if self._is_rival(self._seen[sender]) and (
-                now - self._warned.get(sender, -WARNING_PERIOD) >= WARNING_PERIOD):
-            self._warned[sender] = now
+            stop_hearing_oneself(self._commands)
+        elif self._cmd_vel.driving_for >= HAND_OVER and self._is_to_be_named(sender):
             rospy.logwarn('%s sends commands while %s drives: stop one of them', sender,
                           rospy.get_name())
 
-    def _stop_hearing_oneself(self):
-        """rospy connects a subscriber to its own node as well: two threads woken by each command."""
-        topic = self._commands.impl
-        for connection in topic.connections:
-            if connection.callerid_pub == rospy.get_name():
-                topic.remove_connection(connection)
+    def _is_to_be_named(self, sender):
+        now = time.monotonic()
+        with self._lock:
+            self._seen[sender].append(now)
+            if not self._is_rival(self._seen[sender]) or (
+                    now - self._warned.get(sender, -WARNING_PERIOD) < WARNING_PERIOD):
+                return False
+            self._warned[sender] = now
+            return True
 
     @staticmethod
     def _is_rival(times):

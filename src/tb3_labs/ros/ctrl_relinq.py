@@ -1,0 +1,71 @@
+"""`ctrl_relinq` (std_msgs/Bool): True gives move_to_goal control, False takes it. Both ends.
+
+Besides, move_to_goal says on `has_control` whether it has it: a giver hears there what became of
+what it gave, and others that somebody gave it.
+"""
+import rospy
+from std_msgs.msg import Bool
+
+from tb3_labs.permission import RENEWAL
+from tb3_labs.ros.events import subscribe_events
+
+#: By this in the header of its connections a sender says that it renews what it gives, so that it
+#: lapses if the sender dies, even before the first renewal.
+RENEWS = {'renewed': '1'}
+
+
+class ControlGiver:
+    """The end of a sender that gives control, renews it and takes it, such as the gamepad."""
+
+    def __init__(self):
+        self._publisher = rospy.Publisher('ctrl_relinq', Bool, queue_size=20, latch=True,
+                                          headers=RENEWS)
+        self._said_at = 0.0
+
+    def say(self, word, now):
+        """Say True or False once."""
+        self._said_at = now
+        self._publisher.publish(word)
+
+    def renew(self, now):
+        """Say True again, if it is time to."""
+        if now - self._said_at >= RENEWAL:
+            self.say(True, now)
+
+
+def hear_takers(on_taken):
+    """Call `on_taken()` when somebody else says False."""
+    def hear(event):
+        if not event.value and event.sender != rospy.get_name():
+            on_taken()
+
+    return subscribe_events('ctrl_relinq', Bool, hear, _data)
+
+
+class ControlTaker:
+    """move_to_goal's end: hears the permissions of all senders, and says what came of them."""
+
+    def __init__(self):
+        self._has_control = None
+        self._publisher = rospy.Publisher('has_control', Bool, queue_size=20, latch=True)
+
+    def hear(self, told, heard_of_old):
+        """Call `told(granted, sender, renews)` and `heard_of_old(sender)` from now on, as those of
+        permission.Permission."""
+        def hear(event):
+            if event.value and event.is_old:
+                heard_of_old(event.sender)
+            else:
+                told(event.value, event.sender, RENEWS.items() <= event.header.items())
+
+        subscribe_events('ctrl_relinq', Bool, hear, _data)
+
+    def say(self, has_control):
+        """Tell everybody whether move_to_goal has control now."""
+        if has_control != self._has_control:
+            self._has_control = has_control
+            self._publisher.publish(has_control)
+
+
+def _data(message):
+    return message.data

@@ -1,0 +1,74 @@
+"""Messages that are events: each of them counts, in order, once, and only if it is news.
+
+A permission, a turn or a goal is said by a person at one moment. Two things repeat it without that
+person: a latched topic says it again to each node that starts and after each new connection; and
+a node reads several messages at once after the network held them up, of which a subscriber of the
+newest only drops all but the last.
+"""
+from typing import Any, NamedTuple
+
+import rosgraph
+import rospy
+
+from tb3_labs.ros.node import subscribe
+from tb3_labs.ros.rospy_internals import connection_of
+
+
+class Event(NamedTuple):
+    """What a message says, who said it, and in what way."""
+
+    value: Any
+    sender: str
+    header: dict    # of the connection: rospy's own fields, and those the sender added
+    is_old: bool    # said before this node could hear it: latched, and sent with the connection
+
+
+def subscribe_events(topic, kind, callback, read=None, queue_size=None):
+    """A guarded subscriber whose `callback` gets every message as an Event, or the newest
+    `queue_size` of those that came at once; see node.subscribe."""
+    replays = _Replays(rospy.resolve_name(topic))
+
+    def to_event(message):
+        header = connection_of(message)
+        is_old = replays.is_replay(header)
+        value = message if read is None else read(message)
+        return Event(value, header.get('callerid', ''), header, is_old)
+
+    return subscribe(topic, kind, callback, to_event, queue_size=queue_size)
+
+
+def subscribe_news(topic, kind, callback, queue_size=None):
+    """As :func:`subscribe_events`, but what is old is left out, with a warning; `callback` gets
+    what the message says."""
+    def hear(event):
+        if event.is_old:
+            rospy.logwarn('%s: what %s said there before this node could hear it does not count; '
+                          'say it again', rospy.resolve_name(topic), event.sender)
+        else:
+            callback(event.value)
+
+    return subscribe_events(topic, kind, hear, queue_size=queue_size)
+
+
+class _Replays:
+    """Tells latched messages that are older than this node, or than a connection that was lost."""
+
+    def __init__(self, topic):
+        # However late their connection comes about, what those latched was said before.
+        self._before = _publishers(topic)
+        self._headers = {}    # of the senders' connections, as last heard
+
+    def is_replay(self, header):
+        """Is a message with this connection's header one that came with the connection?"""
+        sender = header.get('callerid', '')
+        known = self._headers.get(sender)
+        self._headers[sender] = header
+        if header.get('latching') != '1' or known is header:
+            return False
+        return known is not None or sender in self._before
+
+
+def _publishers(topic):
+    """Names of the nodes that publish `topic` now."""
+    published, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+    return {node for name, nodes in published if name == topic for node in nodes}

@@ -1,0 +1,39 @@
+"""Stories of stops and givings in the core, judged by the ledger; ten thousand: ledger.py itself."""
+import pytest
+
+import ledger
+from tb3_labs import pad_controller, permission
+
+
+@pytest.mark.parametrize('part', range(6))
+def test_nobody_drives_without_a_persons_leave(part):
+    results = [ledger.check(seed) for seed in range(50 * part, 50 * (part + 1))]
+    assert [(seed, wrong[0]) for seed, wrong, _ in results if wrong] == []
+    assert sum(driven for _, _, driven in results) > 1000      # else nothing was judged
+
+
+def stories_that_go_wrong(number=60):
+    return sum(bool(ledger.check(seed)[1]) for seed in range(number))
+
+
+@pytest.mark.parametrize('of, name, value', [
+    (permission, 'LAPSE', 5.0), (permission, 'LONGEST_LAPSE', 60.0),
+    (pad_controller, 'PAD_TIMEOUT', 9.0)])
+def test_it_would_be_seen_if_a_limit_were_missed(monkeypatch, of, name, value):
+    monkeypatch.setattr(of, name, value)
+    assert stories_that_go_wrong()
+
+
+def test_it_would_be_seen_if_a_repetition_gave_control(monkeypatch):
+    told = permission.Permission.told
+
+    def forgetful(self, granted, now, sender='', renews=False):
+        self._said.clear()
+        told(self, granted, now, sender, renews)
+    monkeypatch.setattr(permission.Permission, 'told', forgetful)
+    assert stories_that_go_wrong()
+
+
+def test_it_would_be_seen_if_a_pushed_stick_drove_at_once(monkeypatch):
+    monkeypatch.setattr(pad_controller.PadController, '_is_ready', lambda self, state, before: True)
+    assert stories_that_go_wrong()
