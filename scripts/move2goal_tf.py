@@ -118,9 +118,9 @@ class MoveToGoal:
             self._navigator.told_control(granted, steady_time(), sender, renews)
             self._look_at_control()
 
-    def _heard_of_old_control(self, sender):
+    def _heard_of_old_control(self, granted, sender):
         with self._changed:
-            self._navigator.permission.heard_of_old(sender)
+            self._navigator.permission.heard_of_old(granted, sender)
             self._look_at_control()
 
     def _look_at_control(self):

@@ -105,9 +105,13 @@ class PadController:
             self._happens(PadEvent.TAKEN, now)
 
     def on_taken(self, now):
-        """Somebody else took control from move_to_goal."""
+        """Somebody else took control from move_to_goal, which this pad may have given.
+
+        What others gave is over when move_to_goal says so: who knows which of both was said last.
+        """
         self._stopped_at = now
-        self._happens(PadEvent.TAKEN, now)
+        if self.gives:
+            self._happens(PadEvent.TAKEN, now)
 
     def look_at_clock(self, now):
         """To be called again and again: a pad at rest is ready as soon as it is known for long

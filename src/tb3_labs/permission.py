@@ -114,13 +114,13 @@ class Permission:
                        'control again'.format(sender), warning=True)
         self.update(now)
 
-    def heard_of_old(self, sender):
-        """`sender` is still giving what it gave before this node lived, or before a new connection.
+    def heard_of_old(self, granted, sender):
+        """`sender` had said True or False before this node could hear it.
 
-        That is no giving; its next False and True are.
+        That is neither a giving nor a stop. After a True it takes a False and a True to give.
         """
-        if not self._said.get(sender, False):
-            self._said[sender] = True
+        before, self._said[sender] = self._said.get(sender, False), granted
+        if granted and not before:
             self._tell('Control was given by {} before this node could hear it, and does not count: '
                        'False, then True, gives it again'.format(sender), warning=True)
 

@@ -300,7 +300,7 @@ class FaultsTest(unittest.TestCase):
     def test_signals_in_mid_drive(self):
         self.robot()
         for begin in (self.move_to_goal, self.controller):
-            for number in (signal.SIGINT, signal.SIGTERM):
+            for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
                 self.setUp()
                 node = begin()
                 asked = rospy.get_time()

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """The lab's demonstration by thumb, and all that may happen to a pad; a script is the thumb."""
 import math
+import os
 import signal
-import threading
+import sys
 import unittest
 
 import rospy
@@ -16,40 +17,10 @@ from tb3_labs.ros.conversions import to_pose2, to_twist
 from tb3_labs.ros.node_process import NodeProcess
 from tb3_labs.ros.observer import Observer
 
-A, B, Y = 0, 1, 2
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from thumb import A, B, Y, Thumb    # noqa: E402 (a relay's folder is another one)
+
 ZERO = (0.0, 0.0)
-
-
-class Thumb:
-    """A pad that repeats itself 20 times a second, as joy_node does with autorepeat_rate."""
-
-    def __init__(self):
-        self.plugged = True
-        self._axes, self._buttons = [0.0] * 6, [0] * 8
-        self._publisher = rospy.Publisher('joy', Joy, queue_size=1, tcp_nodelay=True)
-        threading.Thread(target=self._repeat, daemon=True).start()
-
-    def _repeat(self):
-        while not rospy.is_shutdown():
-            if self.plugged:
-                self._send()
-            rospy.rostime.wallsleep(0.05)
-
-    def _send(self):
-        self._publisher.publish(Joy(axes=list(self._axes), buttons=list(self._buttons)))
-
-    def sticks(self, forward, left):
-        self._axes[1], self._axes[3] = forward, left
-        self._send()
-
-    def press(self, button):
-        """Press and let go; returns when it was pressed [s]."""
-        pressed = rospy.get_time()
-        for down in (1, 0):
-            self._buttons[button] = down
-            self._send()
-            rospy.rostime.wallsleep(0.06)
-        return pressed
 
 
 class GamepadTest(unittest.TestCase):

@@ -31,8 +31,13 @@ class TurnTest(unittest.TestCase):
         cls.seen.watch_robot()
         cls.seen.watch('mouse_info', MouseController, to_mouse)
         cls.seen.watch('bad/mouse_info', MouseController)
-        cls.turn = rospy.Publisher('turn', Float64, queue_size=1)
+        cls.turn = rospy.Publisher('turn', Float64, queue_size=5)
         cls.seen.wait_for('ground_truth')
+
+    def setUp(self):
+        # rospy notices that a subscriber has gone when it writes to it
+        self.seen.wait_until(lambda: self.turn.publish(0.0) or not self.turn.get_num_connections(),
+                             10.0, 'the end of the last controller')
 
     def start(self, executable, *arguments, **options):
         node = NodeProcess('tb3_labs', executable, *arguments, **options)
@@ -161,6 +166,15 @@ class TurnTest(unittest.TestCase):
         node.wait_for('nan degrees: a number from')
         self.assertEqual(node.text.count('No keyboard'), 1)
         self.assertEqual(node.end(), 0)
+
+    def test_turns_that_are_asked_for_all_at_once_add_up(self):
+        node = self.controller('_law:=precise')
+        before = self.heading()
+        for _ in range(3):
+            self.turn.publish(30.0)
+        node.wait_for('Turned')
+        self.rest()
+        self.assertLess(abs(self.turned_since(before) - 90.0), 0.5)
 
     def test_the_handouts_law(self):
         node = self.controller('_law:=lab')

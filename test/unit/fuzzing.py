@@ -170,7 +170,7 @@ class Fuzz:
     def control(self):
         sender = self.chance.choice(('hand', 'hand 2', 'pad', 'pad 2'))
         if self.chance.yes(20):
-            self.navigator.permission.heard_of_old(sender)
+            self.navigator.permission.heard_of_old(not self.chance.yes(3), sender)
         else:
             self.navigator.told_control(not self.chance.yes(3), self.steady, sender,
                                         sender.startswith('pad'))

@@ -187,7 +187,7 @@ class World:
         for pad in self.pads.values():
             pad.to_mover.cut()
         for name in old:
-            self.mover.permission.heard_of_old(name)
+            self.mover.permission.heard_of_old(True, name)
 
     def on_word(self, now, sender, word, renews, why, caused_at):
         if self.mover is None:

@@ -192,7 +192,7 @@ def test_renewals_that_were_held_up_later_do_no_harm(senders):
 
 
 def test_what_was_given_before_this_node_lived_is_no_giving(senders):
-    senders.permission.heard_of_old('pad')
+    senders.permission.heard_of_old(True, 'pad')
     assert senders.told('Control was given by pad before this node could hear it')
     senders.renewing.add('pad')
     senders._next['pad'] = 0.0
@@ -231,3 +231,11 @@ def test_a_giving_that_is_older_than_this_node_does_not_count(senders):
     for _ in range(8):                   # pressed 0.8 s ago
         senders.permission.told(True, senders.now, 'pad', True)
     assert not senders.run(3.0) and senders.told('it was given before this node lived')
+
+
+def test_what_was_taken_before_this_node_lived_is_no_stop():
+    """It was started with control, which somebody wished for after that."""
+    senders = Senders()
+    senders.permission = Permission(granted=True)
+    senders.permission.heard_of_old(False, 'pad')
+    assert senders.run(1.0) and senders.granted

@@ -5,13 +5,11 @@ that nobody reads). Whoever prints then waits, and with it every thread that wan
 a robot would drive on, or never move again. So log lines go into a queue, and only the thread that
 empties it may wait. A queue that is full drops new lines, and says how many later.
 """
-import copy
-import logging
 import queue
 import sys
 import threading
 
-from rosgraph.roslogging import RosStreamHandler
+from tb3_labs.ros.rospy_internals import print_by
 
 #: So many lines wait at most.
 MOST_LINES = 1000
@@ -25,10 +23,7 @@ class Console:
     def __init__(self):
         self._waiting = queue.Queue(MOST_LINES)
         self._dropped = 0
-        logger = logging.getLogger('rosout')
-        for handler in [h for h in logger.handlers if isinstance(h, RosStreamHandler)]:
-            logger.removeHandler(handler)
-            logger.addHandler(_ToQueue(handler, self._put))
+        print_by(self._put)
         threading.Thread(target=self._run, name='console', daemon=True).start()
 
     def say(self, text):
@@ -61,17 +56,3 @@ class Console:
                 sys.stderr.flush()
             except (OSError, ValueError):
                 pass    # the terminal has gone; the log file and /rosout have it all
-
-
-class _ToQueue(logging.Handler):
-    """Has a record printed later by the handler that would have printed it at once."""
-
-    def __init__(self, handler, put):
-        super().__init__(handler.level)
-        self._handler = handler
-        self._put = put
-
-    def emit(self, record):
-        record = copy.copy(record)
-        record.msg, record.args = record.getMessage(), None    # as it is now, not when printed
-        self._put(lambda: self._handler.emit(record))

@@ -50,11 +50,11 @@ class ControlTaker:
         self._publisher = rospy.Publisher('has_control', Bool, queue_size=20, latch=True)
 
     def hear(self, told, heard_of_old):
-        """Call `told(granted, sender, renews)` and `heard_of_old(sender)` from now on, as those of
-        permission.Permission."""
+        """Call `told(granted, sender, renews)` and `heard_of_old(granted, sender)` from now on, as
+        those of permission.Permission."""
         def hear(event):
-            if event.value and event.is_old:
-                heard_of_old(event.sender)
+            if event.is_old or (event.is_late and event.value):
+                heard_of_old(event.value, event.sender)
             else:
                 told(event.value, event.sender, RENEWS.items() <= event.header.items())
 

@@ -20,7 +20,8 @@ class Event(NamedTuple):
     value: Any
     sender: str
     header: dict    # of the connection: rospy's own fields, and those the sender added
-    is_old: bool    # said before this node could hear it: latched, and sent with the connection
+    is_old: bool    # latched before this node lived,
+    is_late: bool   # or while it had lost its connection, which may have been said long ago
 
 
 def subscribe_events(topic, kind, callback, read=None, queue_size=None):
@@ -30,9 +31,9 @@ def subscribe_events(topic, kind, callback, read=None, queue_size=None):
 
     def to_event(message):
         header = connection_of(message)
-        is_old = replays.is_replay(header)
+        is_old, is_late = replays.judge(header)
         value = message if read is None else read(message)
-        return Event(value, header.get('callerid', ''), header, is_old)
+        return Event(value, header.get('callerid', ''), header, is_old, is_late)
 
     return subscribe(topic, kind, callback, to_event, queue_size=queue_size)
 
@@ -41,7 +42,7 @@ def subscribe_news(topic, kind, callback, queue_size=None):
     """As :func:`subscribe_events`, but what is old is left out, with a warning; `callback` gets
     what the message says."""
     def hear(event):
-        if event.is_old:
+        if event.is_old or event.is_late:
             rospy.logwarn('%s: what %s said there before this node could hear it does not count; '
                           'say it again', rospy.resolve_name(topic), event.sender)
         else:
@@ -58,14 +59,14 @@ class _Replays:
         self._before = _publishers(topic)
         self._headers = {}    # of the senders' connections, as last heard
 
-    def is_replay(self, header):
-        """Is a message with this connection's header one that came with the connection?"""
+    def judge(self, header):
+        """(is old, is late) of a message that came by the connection with this header."""
         sender = header.get('callerid', '')
         known = self._headers.get(sender)
         self._headers[sender] = header
-        if header.get('latching') != '1' or known is header:
-            return False
-        return known is not None or sender in self._before
+        came_with_connection = header.get('latching') == '1' and known is not header
+        return (came_with_connection and known is None and sender in self._before,
+                came_with_connection and known is not None)
 
 
 def _publishers(topic):

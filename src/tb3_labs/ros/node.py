@@ -22,6 +22,8 @@ from tb3_labs.ros.console import Console
 
 #: What ends a node.
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+#: Wakes the main thread when rospy has shut down; a signal does so by its number.
+SHUT_DOWN = b'\xff'
 
 _failures = []
 _signalled = threading.Event()
@@ -57,11 +59,12 @@ def run(name, make_node):
         _console = Console()
         say_if_no_clock_comes()
         # after all of on_shutdown's hooks, by which the last zero velocity is out
-        rospy.core.add_preshutdown_hook(lambda reason: os.write(wake, b'.'))
+        rospy.core.add_preshutdown_hook(lambda reason: os.write(wake, SHUT_DOWN))
         node = make_node()
         if signal.getsignal(signal.SIGTSTP) is signal.SIG_DFL:
             signal.signal(signal.SIGTSTP, _sleep)
-        os.read(over, 1)
+        while os.read(over, 1) != SHUT_DOWN and not _signalled.is_set():
+            pass    # a signal that does not end it
         if _signalled.is_set():
             raise _Interrupted    # where a library caught it by a bare `except:`
     except ValueError as problem:
@@ -88,12 +91,10 @@ def when_stopped(before, after):
     _sleepers.append((before, after))
 
 
-def _sleep(number, _frame):
+def _sleep(_number, _frame):
     for before, _ in _sleepers:
         before()
-    signal.signal(number, signal.SIG_DFL)
-    os.kill(os.getpid(), number)    # here the process stands until it is continued
-    signal.signal(number, _sleep)
+    os.kill(os.getpid(), signal.SIGSTOP)    # here the process stands until it is continued
     for _, after in _sleepers:
         after()
 

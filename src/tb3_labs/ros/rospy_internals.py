@@ -3,12 +3,16 @@
 Checked with rospy 1.15.15 (Debian 12); QueuedConnection is the same on ros_comm's noetic branch,
 where the queues came with 1.9.51. If a publisher's `impl` changes, with its lock, its counters or
 its connections, :func:`publish_together` ends the embedded robot by an AttributeError at the end
-of a network stall, or messages no longer arrive together: test/ros/fake_robot.test shows both.
+of a network stall, or messages no longer arrive together: test/ros/fake_robot.test shows both. If
+RosStreamHandler no longer prints by its `_write`, nodes print as rospy does, and hang where a
+terminal takes no text: test/ros/stops.test shows it.
 """
+import logging
 from io import BytesIO
 
 import genpy
 import rospy
+from rosgraph.roslogging import RosStreamHandler
 from rospy.msg import serialize_message
 
 
@@ -73,3 +77,16 @@ def connection_of(message):
     all messages of one connection. 'callerid' is the sender, 'latching' is '1' where its last
     message is sent to each new connection first."""
     return message._connection_header
+
+
+def print_by(put):
+    """Have log lines printed by ``put(job)``, which calls `job()` when it likes; they are as of the
+    moment of logging all the same."""
+    for handler in logging.getLogger('rosout').handlers:
+        if isinstance(handler, RosStreamHandler):
+            _print_by(handler, put)
+
+
+def _print_by(handler, put):
+    write = handler._write
+    handler._write = lambda stream, text, color: put(lambda: write(stream, text, color))

@@ -1,0 +1,257 @@
+#!/usr/bin/env python3
+"""A stop stays a stop, on real nodes: hands, pads, sleeping and waking processes, closed terminals.
+
+Each story ends with a robot that stands although something repeated, woke up or reconnected, and
+that drives again when a person says so.
+"""
+import os
+import pty
+import select
+import signal
+import subprocess
+import sys
+import termios
+import unittest
+
+import rospy
+import rostest
+from actionlib_msgs.msg import GoalID
+from geometry_msgs.msg import PoseStamped
+from std_msgs.msg import Bool, Float64, String
+
+from tb3_labs.ros.conversions import to_pose_stamped
+from tb3_labs.ros.node_process import NodeProcess
+from tb3_labs.ros.observer import Observer
+from tb3_labs.se2 import Pose2
+from tb3_labs.srv import ResetPose
+
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from thumb import A, B, Thumb    # noqa: E402 (a relay's folder is another one)
+
+ZERO = (0.0, 0.0)
+#: From a stop to the last command that moves the robot [s].
+PROMPT = 0.25
+#: A robot that stood for this long after something happened was not set in motion by it [s].
+PATIENCE = 0.8
+
+
+class StopsTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        cls.seen = Observer()
+        cls.seen.watch_robot()
+        for topic in ('goal_state', 'control_holder'):
+            cls.seen.watch(topic, String, lambda message: message.data)
+        cls.hand = rospy.Publisher('ctrl_relinq', Bool, queue_size=5)
+        cls.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
+        cls.cancels = rospy.Publisher('move2goal/cancel', GoalID, queue_size=1)
+        cls.turns = rospy.Publisher('turn', Float64, queue_size=5)
+        cls.thumb = Thumb()
+        cls.reset = rospy.ServiceProxy('reset_pose', ResetPose)
+
+    def setUp(self):
+        # rospy notices that a subscriber has gone when it writes to it
+        self.seen.wait_until(self.nobody_is_left, 10.0, 'the end of the last nodes')
+        if rospy.has_param('move_to_goal'):    # what a test started its node with outlives it
+            rospy.delete_param('move_to_goal')
+        self.thumb.sticks(0.0, 0.0)
+        for topic in ('cmd_vel', 'goal_state', 'control_holder'):
+            self.seen.forget(topic)
+
+    def tearDown(self):
+        self.hand.publish(False)
+
+    def nobody_is_left(self):
+        self.hand.publish(False)
+        self.turns.publish(0.0)
+        self.cancels.publish(GoalID())
+        return not any(publisher.get_num_connections() for publisher in (
+            self.hand, self.turns, self.cancels))
+
+    # -- what a test does
+
+    def start(self, executable, *arguments, **options):
+        node = NodeProcess('tb3_labs', executable, *arguments, **options)
+        self.addCleanup(node.kill)
+        return node
+
+    def move_to_goal(self, *arguments):
+        """A node with a goal far away, without control."""
+        node = self.start('move2goal_tf.py', '_goal_x:=90', '_max_angular:=0.3', *arguments)
+        self.seen.wait_for('goal_state', lambda state: state == 'waiting for control')
+        self.seen.wait_until(lambda: self.hand.get_num_connections() and (
+            self.cancels.get_num_connections()), 10.0, 'move_to_goal')
+        return node
+
+    def gamepad(self):
+        node = self.start('gamepad.py')
+        self.seen.wait_for('control_holder', lambda holder: holder == 'gamepad')
+        return node
+
+    def let_it_drive(self, give):
+        """`give` control; returns when the robot moves."""
+        start = self.seen.latest('ground_truth') or self.seen.wait_for('ground_truth')
+        self.seen.forget('cmd_vel')
+        give()
+        self.seen.wait_for('ground_truth', lambda pose: pose.distance_to(start) > 0.01 or (
+            abs(pose.yaw - start.yaw) > 0.05), 5.0)
+
+    def by_hand(self):
+        self.hand.publish(False)
+        self.hand.publish(True)
+
+    def by_pad(self):
+        self.thumb.press(A)
+
+    def is_stopped(self, since, within=PROMPT):
+        """Nothing moves the robot later than `within` after `since`, for a while."""
+        until = rospy.get_time() + PATIENCE
+        self.seen.wait_until(lambda: rospy.get_time() > until)
+        late = [at - since for at, command in self.seen.all('cmd_vel', since + within)
+                if command != ZERO]
+        self.assertEqual(late, [], 'commands after the stop')
+
+    # -- who gives and takes
+
+    def test_b_takes_what_a_hand_gave_and_a_hand_what_a_gave(self):
+        self.move_to_goal()
+        self.gamepad()
+        self.let_it_drive(self.by_hand)
+        self.seen.wait_for('control_holder', lambda holder: holder == 'move_to_goal')
+        self.is_stopped(self.thumb.press(B))
+        self.hand.publish(True)            # said before, and not taken back since
+        self.is_stopped(rospy.get_time(), 0.0)
+        self.let_it_drive(self.by_hand)
+        self.thumb.press(B)
+        self.let_it_drive(self.by_pad)
+        taken = rospy.get_time()
+        self.hand.publish(False)
+        self.is_stopped(taken)             # although the pad was renewing what it gave
+        self.assertEqual(self.seen.latest('control_holder'), 'gamepad')
+        self.let_it_drive(self.by_pad)     # A again
+        self.thumb.press(B)
+
+    def test_b_takes_what_was_given_at_the_start(self):
+        self.gamepad()
+        start = self.seen.latest('ground_truth')
+        self.start('move2goal_tf.py', '_goal_x:=90', '_has_control:=true')
+        self.seen.wait_for('ground_truth', lambda pose: pose.distance_to(start) > 0.02, 15.0)
+        self.is_stopped(self.thumb.press(B))
+
+    def test_a_tap_on_b_while_messages_are_held_up(self):
+        """The gamepad node gets them all at once: A given, B tapped, and let go again."""
+        self.move_to_goal()
+        pad = self.gamepad()
+        self.let_it_drive(self.by_pad)
+        pad.send(signal.SIGSTOP)
+        self.thumb.press(B)
+        pad.send(signal.SIGCONT)
+        self.is_stopped(rospy.get_time())
+
+    def test_a_cancel_without_a_name_ends_any_goal_for_good(self):
+        self.move_to_goal()
+        self.let_it_drive(self.by_hand)
+        asked = rospy.get_time()
+        self.cancels.publish(GoalID())
+        self.is_stopped(asked)
+        self.seen.wait_for('goal_state', lambda state: state == 'gave up: canceled')
+        self.assertTrue(self.reset(0.0, 0.0, 0.0).success)
+        self.is_stopped(rospy.get_time(), 0.0)
+        self.let_it_drive(lambda: self.goals.publish(to_pose_stamped(Pose2(50.0), 'local', 0.0)))
+
+    # -- sleep
+
+    def test_nodes_that_slept_wait_to_be_told(self):
+        mover = self.move_to_goal()
+        self.let_it_drive(self.by_hand)
+        mover.send(signal.SIGSTOP)
+        slept = rospy.get_time()
+        self.seen.wait_until(lambda: rospy.get_time() > slept + 3.0)
+        mover.send(signal.SIGCONT)
+        self.is_stopped(rospy.get_time(), 0.0)
+        mover.wait_for('Control is gone: this node did not run for')
+        self.let_it_drive(self.by_hand)
+        mover.end()
+
+        controller = self.start('turtlebot_controller.py')
+        controller.wait_for('and Enter')
+        self.seen.wait_until(self.turns.get_num_connections, 10.0, 'the controller')
+        self.let_it_drive(lambda: self.turns.publish(3600.0))
+        controller.send(signal.SIGSTOP)
+        slept = rospy.get_time()
+        self.seen.wait_until(lambda: rospy.get_time() > slept + 3.0)
+        controller.send(signal.SIGCONT)
+        self.is_stopped(rospy.get_time(), 0.0)
+        controller.wait_for('this node did not run for')
+
+    def test_ctrl_z_stops_the_robot_before_it_stops_the_process(self):
+        mover = self.move_to_goal()
+        self.let_it_drive(self.by_hand)
+        asked = rospy.get_time()
+        mover.send(signal.SIGTSTP)
+        self.seen.wait_for('cmd_vel', lambda command: command == ZERO, 1.0)
+        self.assertLess(self.seen.all('cmd_vel')[-1][0] - asked, PROMPT)
+        self.is_stopped(asked)
+        mover.send(signal.SIGCONT)         # soon enough: it goes on
+        self.seen.wait_for('cmd_vel', lambda command: command != ZERO, 3.0)
+
+    # -- terminals
+
+    def test_a_terminal_that_is_closed_ends_a_node_with_a_zero(self):
+        for executable in ('move2goal_tf.py', 'turtlebot_controller.py'):
+            terminal, process = run_in_terminal(executable)
+            self.addCleanup(process.kill)
+            if executable == 'move2goal_tf.py':
+                self.seen.wait_until(self.hand.get_num_connections, 10.0, executable)
+                self.let_it_drive(lambda: (self.by_hand(), self.goals.publish(
+                    to_pose_stamped(Pose2(90.0), 'local', 0.0))))
+            else:
+                self.seen.wait_until(self.turns.get_num_connections, 10.0, executable)
+                self.let_it_drive(lambda: os.write(terminal, b'3600\n'))
+            closed = rospy.get_time()
+            os.close(terminal)
+            self.assertEqual(process.wait(10.0), 0)
+            self.is_stopped(closed)
+
+    def test_a_terminal_that_takes_no_text_stops_nobody(self):
+        """Ctrl+S: whoever prints there waits until Ctrl+Q."""
+        terminal, process = run_in_terminal('turtlebot_controller.py')
+        self.addCleanup(process.kill)
+        self.seen.wait_until(self.turns.get_num_connections, 10.0, 'the controller')
+        self.let_it_drive(lambda: self.turns.publish(180.0))
+        self.seen.wait_for('cmd_vel')
+        os.write(terminal, b'\x13')     # Ctrl+S
+        self.seen.wait_for('cmd_vel', lambda command: command == ZERO, 5.0)
+        for _ in range(3):
+            self.seen.wait_for_rest('ground_truth')
+            self.let_it_drive(lambda: self.turns.publish(45.0))
+            self.seen.wait_for('cmd_vel', lambda command: command == ZERO, 5.0)
+        os.write(terminal, b'\x11')     # Ctrl+Q
+        text = b''
+        while text.count(b'Turned') < 4:
+            self.assertTrue(select.select([terminal], [], [], 5.0)[0], text)
+            text += os.read(terminal, 4096)
+        process.send_signal(signal.SIGTERM)
+        self.assertEqual(process.wait(10.0), 0)
+        os.close(terminal)
+
+
+def run_in_terminal(executable):
+    """A node whose terminal is its own: (the terminal's other side, the process)."""
+    ours, theirs = pty.openpty()
+
+    def own_it():
+        os.setsid()
+        import fcntl
+        fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+
+    process = subprocess.Popen(['rosrun', 'tb3_labs', executable], stdin=theirs, stdout=theirs,
+                               stderr=theirs, preexec_fn=own_it)
+    os.close(theirs)
+    return ours, process
+
+
+if __name__ == '__main__':
+    rospy.init_node('stops_test')
+    rostest.rosrun('tb3_labs', 'stops', StopsTest)
