@@ -2,9 +2,12 @@
 """How well and how fast drives and turns are, in pure Python, judged by the robot's true pose.
 
 Two tables show both laws beside each other, on the same robots, starts, offsets and goals, all
-drawn at random from a fixed seed; a third one how motions end when something fails. `at best` is, for a drive, the least time of any turn, straight
+drawn at random from a fixed seed; a third one drives over networks from good to bad; a fourth one
+how motions end when something fails. `at best` is, for a drive, the least time of any turn, straight
 line and turn within the same limits (see tb3_labs.rollout.time_bound); for a turn, its angle at
-1.5 rad/s. A turn is timed until the robot turns slower than 0.01 rad/s for good.
+1.5 rad/s. A turn is timed until the robot turns slower than 0.01 rad/s for good. `falsely` counts
+drives that were said to have reached their goal while the robot still moved, or was outside of the
+tolerance.
 
 Usage: benchmark.py [number of drives of each kind, default 100]
 """
@@ -17,6 +20,7 @@ from concurrent.futures import ProcessPoolExecutor
 
 from tb3_labs.drive_laws import DriveConfig
 from tb3_labs.goal import DRIVING, GoalState
+from tb3_labs.network import NETWORKS
 from tb3_labs.rollout import drive, time_bound, turns
 from tb3_labs.se2 import Pose2
 from tb3_labs.simulator import Simulator, SimulatorConfig
@@ -39,6 +43,12 @@ TURN_STARTS = (0.0, 90.0, 179.0, -179.0)
 #: Times each turn from each start.
 TURN_REPEATS = 6
 TURN_ROW = '{:8} {:>4} {:>8} {:>6}   {:>16} {:>15} {:>14} {:>16}'
+
+#: Networks from quiet to bad, and an IMU that is slow.
+ROBOTS_AFAR = [('quiet', {}), ('8 ms', NETWORKS['good']),
+               ('15 ms, 20 stalls/min to 0.3 s', NETWORKS['busy']),
+               ('30 ms, 40 stalls/min to 0.5 s', NETWORKS['bad']), ('IMU at 60 Hz', {'imu_rate': 60.0})]
+NETWORK_ROW = '{:29} {:>4} {:>7} {:>20} {:>21} {:>14} {:>8}'
 
 #: What fails, in a drive and in a turn by the IMU alone.
 FAULTS = [('IMU silent', setting(imu_silent=True), True),
@@ -67,6 +77,26 @@ def one_drive(job):
     return bound, drive(goal, robot, config)
 
 
+def one_drive_afar(job):
+    """rollout.Drive to the lab's goal over a network; `crosses`: the IMU's yaw is +/-180 deg on the
+    way there."""
+    (_, settings), crosses, seed = job
+    rng = random.Random(seed)
+    yaw_deg, offset_deg = rng.uniform(-180.0, 180.0), rng.uniform(-180.0, 180.0)
+    if crosses:    # the lab's goal lies at 135 deg
+        offset_deg = math.degrees(math.remainder(math.radians(45.0 - yaw_deg), 2.0 * math.pi))
+    return drive(LAB_GOAL, SimulatorConfig(
+        start_x=rng.uniform(-5.0, 5.0), start_y=rng.uniform(-5.0, 5.0), start_yaw_deg=yaw_deg,
+        imu_offset_deg=offset_deg, seed=seed, **settings))
+
+
+def is_said_falsely(result, config=DriveConfig()):
+    """Was a drive said to have reached its goal, and had not?"""
+    return result.reached and not (
+        result.rested and result.distance_error <= config.distance_tolerance
+        and abs(math.degrees(result.angle_error)) <= config.angle_tolerance_deg)
+
+
 def one_turn(job):
     """(error, overshoot, way left [deg], time over the least) of a kind of turn and a seed."""
     (law, degrees, latency, lag), (start, direction, seed) = job
@@ -86,6 +116,33 @@ def median_and_worst(values):
     return statistics.median(values), max(values)
 
 
+def median_95_and_worst(values):
+    """(median, largest but for one in twenty, largest)."""
+    values = sorted(values)
+    return statistics.median(values), values[int(0.95 * (len(values) - 1))], values[-1]
+
+
+def print_drives_afar(pool, number):
+    """The table of drives over networks."""
+    bound = time_bound(Pose2(), LAB_GOAL, robot_model('burger'),
+                       max_angular=DriveConfig().max_angular)
+    print('\n' + NETWORK_ROW.format('over a network', 'IMU', 'arrived', 'off', 'heading off',
+                                    'times at best', 'falsely'))
+    for network in ROBOTS_AFAR:
+        for crosses in (False, True):
+            results = list(pool.map(one_drive_afar, [
+                (network, crosses, seed) for seed in range(number)]))
+            good = [result for result in results if result.reached]
+            print(NETWORK_ROW.format(
+                network[0], '180' if crosses else '', '{}/{}'.format(len(good), number),
+                '{:.1f} / {:.1f} / {:.1f} mm'.format(*median_95_and_worst(
+                    [1000.0 * d.distance_error for d in good])),
+                '{:.2f} / {:.2f} / {:.2f} deg'.format(*median_95_and_worst(
+                    [abs(math.degrees(d.angle_error)) for d in good])),
+                '{:.3f} / {:.3f}'.format(*median_and_worst([d.time / bound for d in good])),
+                sum(map(is_said_falsely, results))), flush=True)
+
+
 def main(drives):
     """Drive, turn and print."""
     with ProcessPoolExecutor() as pool:
@@ -103,6 +160,7 @@ def main(drives):
                 '{:.1f} / {:.1f} s'.format(*median_and_worst([d.time for _, d in good])),
                 '{:.3f} / {:.3f}'.format(*median_and_worst(
                     [d.time / bound for bound, d in good]))), flush=True)
+        print_drives_afar(pool, drives)
 
         print('\n' + TURN_ROW.format('turn by', 'deg', 'latency', 'lag', 'off', 'overshoot',
                                      'short by', 'times at best'))

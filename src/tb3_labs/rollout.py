@@ -27,7 +27,9 @@ LOOK_PERIOD = 0.02
 TURN_LOOK_PERIOD = 0.005
 #: A robot that does not move for this long has come to rest for good [s].
 SETTLED_TIME = 0.5
-#: A robot that is slower than this is at rest [m/s], [rad/s].
+#: A robot that is slower than this goes less than 0.3 mm and 0.1 deg further [m/s], [rad/s].
+AT_REST = 0.005, 0.03
+#: A robot that is slower than this is at rest for good [m/s], [rad/s].
 REST_LINEAR = 0.001
 REST_ANGULAR = 0.01
 
@@ -55,6 +57,7 @@ class Drive:
     max_angular: float      # fastest command [rad/s]
     max_wheel: float        # fastest wheel asked for [m/s]
     overrun: float          # how far it drove beyond the goal along its line [m]
+    rested: bool            # was it slower than AT_REST when the drive was said to be over?
 
 
 def time_bound(start, goal, model, max_linear=math.inf, max_angular=math.inf, reverse=False):
@@ -89,13 +92,15 @@ def drive(goal, robot_config, drive_config=DriveConfig(), declared=Pose2(), give
     while navigator.machine.active and robot.now - begun < give_up_after:
         commands += _navigate(robot, navigator, LOOK_PERIOD)
         overrun = max(overrun, (along @ robot.truth).x)
+    rested = all(abs(speed) <= rest for speed, rest in zip(robot.true_velocity, AT_REST))
     _come_to_rest(robot)
     here = local_T_world @ robot.truth
     return Drive(
         navigator.machine.state is GoalState.GOAL_REACHED, navigator.machine.failure,
         robot.now - begun, here.distance_to(goal), difference(here.yaw, goal.yaw),
         max(abs(linear) for linear, _ in commands), max(abs(angular) for _, angular in commands),
-        max(abs(linear) + model.half_track * abs(angular) for linear, angular in commands), overrun)
+        max(abs(linear) + model.half_track * abs(angular) for linear, angular in commands), overrun,
+        rested)
 
 
 def turns(degrees, robot_config, turn_config=TurnConfig(), wait=0.3):

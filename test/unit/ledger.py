@@ -381,9 +381,13 @@ def story(seed, acts=25):
 # -- the ledger
 
 class Ledger:
-    """Of one life of move_to_goal: what persons did, as far as that has arrived."""
+    """Of one life of move_to_goal: what persons did, as far as that has arrived.
 
-    def __init__(self, started_at, old):
+    `old`: senders that had said True before it; `grace`: a stop takes effect within this time [s].
+    """
+
+    def __init__(self, started_at, old, grace=GRACE):
+        self.grace = grace
         self.givings = []              # (giver, when a person caused it)
         self.stop = started_at         # the newest stop that has arrived was caused then,
         self.stop_arrived = -1.0       # and arrived then
@@ -404,21 +408,21 @@ class Ledger:
 
     def objection(self, now):
         """'' or why the robot must not be driven at `now`."""
-        if now - self.stop_arrived <= GRACE:
+        if now - self.stop_arrived <= self.grace:
             return ''
         if self.cancelled:
             return 'its goal was cancelled'
         leave = [(giver, at) for giver, at in self.givings if at > self.stop - SAME_TIME]
         if not leave:
             return 'nobody gave it since the last stop'
-        silent = [giver in PADS and now - self.heard[giver] > SUSPENDED + GRACE
+        silent = [giver in PADS and now - self.heard[giver] > SUSPENDED + self.grace
                   for giver, _ in leave]
         return 'all who gave it have fallen silent' if all(silent) else ''
 
 
-def judge(history):
+def judge(history, grace=GRACE):
     """Go through a history; [(time, why a command was wrong)]."""
-    ledger, wrong = Ledger(0.0, []), []
+    ledger, wrong = Ledger(history[0][0], [], grace), []
     for now, what, *details in history:
         if what == 'driven':
             objection = ledger.objection(now)
@@ -427,14 +431,14 @@ def judge(history):
         elif what == 'heard':
             ledger.hear(now, *details)
         elif what == 'mover started':
-            ledger = Ledger(now, *details)
+            ledger = Ledger(now, *details, grace=grace)
         elif what == 'mover sleeps':
             ledger.stop = max(ledger.stop, details[0])    # until it wakes
         elif what == 'goal':
             ledger.cancelled = False
         elif what == 'cancelled':
             ledger.cancelled, ledger.stop_arrived = True, now
-    return wrong + judge_sticks(history)
+    return wrong
 
 
 def judge_sticks(history):
@@ -464,7 +468,7 @@ def judge_sticks(history):
 def check(seed):
     """(seed, what was wrong, number of commands)."""
     history = story(seed)
-    return seed, judge(history), sum(entry[1] == 'driven' for entry in history)
+    return seed, judge(history) + judge_sticks(history), sum(entry[1] == 'driven' for entry in history)
 
 
 if __name__ == '__main__':

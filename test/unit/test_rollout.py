@@ -7,6 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 import pytest
 
 from tb3_labs.drive_laws import DriveConfig
+from tb3_labs.network import NETWORKS
 from tb3_labs.rollout import drive, time_bound
 from tb3_labs.se2 import Pose2
 from tb3_labs.simulator import SimulatorConfig
@@ -137,3 +138,16 @@ def test_what_the_sensors_cannot_know_is_all_that_is_missed(fault, lost_share, d
     # slipping wheels move the robot slower: turns too
     assert result.time <= patience * time_bound(
         Pose2(), LAB_GOAL, BURGER, max_angular=1.5) / (1.0 - lost_share)
+
+
+@pytest.mark.parametrize('network', ['good', 'busy', 'bad'])
+@pytest.mark.parametrize('crosses', [False, True])
+def test_drives_over_a_network_arrive_and_are_never_said_to_have_arrived_falsely(network, crosses):
+    """Also with an IMU that crosses +/-180 deg on the way, where one odometry is taken backwards."""
+    for seed in range(8):
+        offset = 45.0 if crosses else 100.0          # the goal lies at 135 deg
+        d = drive(LAB_GOAL, SimulatorConfig(imu_offset_deg=offset, seed=seed, **NETWORKS[network]))
+        assert d.reached, d.failure
+        assert d.rested and d.distance_error <= 0.01 and abs(math.degrees(d.angle_error)) <= 0.5
+        assert d.max_linear <= 0.2108 + 1e-9 and d.max_angular <= 1.5 + 1e-9
+        assert d.max_wheel <= 0.2109
