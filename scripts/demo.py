@@ -29,15 +29,15 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Bool, String
 
-from tb3_labs.angles import difference
 from tb3_labs.config import Config, setting
-from tb3_labs.drive_laws import DriveConfig
+from tb3_labs.control.driving import DriveConfig
+from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.node import end, guarded, run
-from tb3_labs.ros.observer import Observer
 from tb3_labs.ros.parameters import read_config, read_model
-from tb3_labs.rollout import time_bound
-from tb3_labs.se2 import Pose2
+from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.control.least_time import least_time
 from tb3_labs.srv import ResetPose
 
 
@@ -132,7 +132,7 @@ class Demo:
         seconds = rospy.get_time() - begun
         observer.wait_for_rest('ground_truth')
         goal = observer.latest('current_goal')
-        bound = time_bound(Pose2(), goal, self._model, *self._limits, reverse=self._reverse)
+        bound = least_time(Pose2(), goal, self._model, *self._limits, reverse=self._reverse)
         return Drive(state, goal, observer.latest('local_pose'),
                      world_T_local.inverse() @ observer.latest('ground_truth'), seconds, bound)
 

@@ -3,7 +3,7 @@
 
 Subscribes
     cmd_vel       geometry_msgs/Twist          linear.x [m/s], angular.z [rad/s]
-    reset         std_msgs/Empty               the firmware's own reset (see tb3_labs.simulator)
+    reset         std_msgs/Empty               the firmware's own reset (see tb3_labs.simulation.simulator)
 Publishes (frames are in the node's namespace: robot3/odom in /robot3)
     imu           sensor_msgs/Imu              frame imu_link, ~imu_rate
     odom          nav_msgs/Odometry            odom -> base_footprint, ~odom_rate
@@ -19,10 +19,10 @@ Parameters
     ~robots       0: one robot, in this node's namespace; else so many, in robot1, robot2, ...,
     ~first_robot  or from another number on (1),
     ~spacing      one beside the other [m] (1)
-    ~network      quiet, good, busy, bad: its settings in tb3_labs.network.NETWORKS count where
+    ~network      quiet, good, busy, bad: its settings in tb3_labs.simulation.network.NETWORKS count where
                   they are not given themselves (quiet)
     ~model        burger, waffle, waffle_pi (TURTLEBOT3_MODEL in the environment, else burger)
-    all others    fields of tb3_labs.simulator.SimulatorConfig, with unit, bounds and default;
+    all others    fields of tb3_labs.simulation.simulator.SimulatorConfig, with unit, bounds and default;
                   those that are no matter of the start change while it runs, for all its robots:
                   rosrun dynamic_reconfigure dynparam set /turtlebot3 network_cut true
 """
@@ -31,12 +31,12 @@ from dataclasses import dataclass, replace
 from tf2_ros import StaticTransformBroadcaster
 
 from tb3_labs.config import Config, setting
-from tb3_labs.network import NETWORKS
-from tb3_labs.ros.fake_robots import FakeRobot, Pacemaker
-from tb3_labs.ros.live import LiveSettings
 from tb3_labs.ros.node import run
 from tb3_labs.ros.parameters import read_config, read_model
-from tb3_labs.simulator import STARTING, SimulatorConfig
+from tb3_labs.ros.reconfigure import LiveSettings
+from tb3_labs.ros.robot.fake_robots import FakeRobot, Pacemaker
+from tb3_labs.simulation.network import NETWORKS
+from tb3_labs.simulation.simulator import STARTING, SimulatorConfig
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ Publishes
 Calls
     reset_pose      tb3_labs/ResetPose
 Parameters
-    ~linear_axis, ~angular_axis, ~relinquish_button, ...: see PadConfig in tb3_labs.pad
+    ~linear_axis, ~angular_axis, ~relinquish_button, ...: see PadConfig in tb3_labs.nodes.pad
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import threading
@@ -26,18 +26,18 @@ import rospy
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String
 
-from tb3_labs.pad import PadConfig
-from tb3_labs.pad_controller import PadController
+from tb3_labs.nodes.gamepad import PadController
+from tb3_labs.nodes.pad import PadConfig
 from tb3_labs.ros.cmd_vel import CmdVel
 from tb3_labs.ros.ctrl_relinq import ControlGiver, hear_takers
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
+from tb3_labs.ros.move_to_goal.reset_client import ResetClient
 from tb3_labs.ros.news import log_news
 from tb3_labs.ros.node import run, subscribe, when_stopped
 from tb3_labs.ros.parameters import read_config, read_model
-from tb3_labs.ros.reset_client import ResetClient
 from tb3_labs.ros.rivals import Rivals
 from tb3_labs.ros.steady_clock import steady_time
-from tb3_labs.ros.traffic import Traffic
+from tb3_labs.ros.testing.traffic import Traffic
 from tb3_labs.ros.watchdog import Watchdog
 
 

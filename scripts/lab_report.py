@@ -12,7 +12,7 @@ import os
 import sys
 import time
 
-from tb3_labs.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
+from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
 
 #: Between two lines of progress where they are not written over each other [s].
 LINE_PERIOD = 2.0
@@ -63,7 +63,7 @@ def main(words):
     arguments = parse(words)
     try:
         from tb3_labs.report.page import write_report
-        from tb3_labs.ros.bag_reader import BagProblem, read_run
+        from tb3_labs.ros.bags.reader import BagProblem, read_run
     except ImportError as problem:
         return _fail('{}; install what is missing: sudo apt install python3-matplotlib '
                      'python3-rosbag'.format(problem))

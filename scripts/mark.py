@@ -19,8 +19,8 @@ from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.marks import write_csv
 from tb3_labs.marking.page import feedback, overview
 from tb3_labs.marking.points import points_of
-from tb3_labs.network import NETWORKS
 from tb3_labs.ros.marking.marker import Marker, points_file
+from tb3_labs.simulation.network import NETWORKS
 
 
 def parse(words):

@@ -18,9 +18,9 @@ from std_msgs.msg import Bool
 
 from tb3_labs.config import Config, setting
 from tb3_labs.msg import MouseController
+from tb3_labs.ros.devices.pointer import Pointer
 from tb3_labs.ros.node import end, guarded, run
 from tb3_labs.ros.parameters import read_config
-from tb3_labs.ros.pointer import Pointer
 
 
 @dataclass(frozen=True)

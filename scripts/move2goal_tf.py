@@ -4,7 +4,7 @@
 Subscribes
     imu                    sensor_msgs/Imu
     odom                   nav_msgs/Odometry
-    ctrl_relinq            std_msgs/Bool: True = this node may drive (see tb3_labs.permission)
+    ctrl_relinq            std_msgs/Bool: True = this node may drive (see tb3_labs.supervision.permission)
     move_base_simple/goal  geometry_msgs/PoseStamped: a goal
     initialpose            geometry_msgs/PoseWithCovarianceStamped: a reset
 Publishes
@@ -25,8 +25,8 @@ Services
 Action
     move2goal              move_base_msgs/MoveBaseAction
 Parameters
-    ~goal_x, ~goal_y [m], ~goal_yaw_deg, ~has_control: see NavigatorConfig in tb3_labs.navigator
-    ~law, ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.drive_laws; they may
+    ~goal_x, ~goal_y [m], ~goal_yaw_deg, ~has_control: see NavigatorConfig in tb3_labs.nodes.move_to_goal
+    ~law, ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.control.driving; they may
     change while it runs: rosrun dynamic_reconfigure dynparam set /move_to_goal max_linear 0.1
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
@@ -37,26 +37,26 @@ import rospy
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from tb3_labs.approach import Response
-from tb3_labs.drive_laws import DriveConfig, make_law
-from tb3_labs.navigator import Navigator, NavigatorConfig
+from tb3_labs.control.approach import Response
+from tb3_labs.control.driving import DriveConfig, make_law
+from tb3_labs.nodes.move_to_goal import Navigator, NavigatorConfig
 from tb3_labs.ros.cmd_vel import CmdVel
 from tb3_labs.ros.conversions import to_imu_sample, to_odometry_sample
 from tb3_labs.ros.ctrl_relinq import ControlTaker
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
-from tb3_labs.ros.display import LocalDisplay
-from tb3_labs.ros.drive_log import DriveLog
 from tb3_labs.ros.frames import frame
-from tb3_labs.ros.goals import GoalInterfaces
-from tb3_labs.ros.live import LiveSettings
+from tb3_labs.ros.move_to_goal.display import LocalDisplay
+from tb3_labs.ros.move_to_goal.drive_log import DriveLog
+from tb3_labs.ros.move_to_goal.goals import GoalInterfaces
+from tb3_labs.ros.move_to_goal.pose_frames import PoseFrames
+from tb3_labs.ros.move_to_goal.resets import ResetInterfaces
 from tb3_labs.ros.news import log_news
 from tb3_labs.ros.node import run, subscribe
 from tb3_labs.ros.parameters import read_config, read_model
-from tb3_labs.ros.pose_frames import PoseFrames
-from tb3_labs.ros.resets import ResetInterfaces
+from tb3_labs.ros.reconfigure import LiveSettings
 from tb3_labs.ros.rivals import Rivals
 from tb3_labs.ros.steady_clock import steady_time
-from tb3_labs.ros.traffic import Traffic
+from tb3_labs.ros.testing.traffic import Traffic
 from tb3_labs.ros.watchdog import Watchdog
 
 

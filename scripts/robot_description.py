@@ -12,8 +12,8 @@ import sys
 
 import rospkg
 
+from tb3_labs.robot.urdf import simple_urdf, with_prefix
 from tb3_labs.ros.parameters import NOT_GIVEN, model_called
-from tb3_labs.urdf import simple_urdf, with_prefix
 
 
 def urdf_of(model):

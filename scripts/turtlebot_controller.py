@@ -12,7 +12,7 @@ Publishes
     cmd_vel       geometry_msgs/Twist, only while turning or driven by the mouse, one zero after it
     /diagnostics
 Parameters
-    ~law, ~k_hdg, ~hdg_tol, ...: see TurnConfig in tb3_labs.turning; they may change while it
+    ~law, ~k_hdg, ~hdg_tol, ...: see TurnConfig in tb3_labs.control.turning; they may change while it
     runs: rosrun dynamic_reconfigure dynparam set /controller max_ang_z 1.0
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
@@ -23,24 +23,24 @@ import rospy
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64
 
-from tb3_labs.approach import Response
-from tb3_labs.arbiter import Driver
-from tb3_labs.lab_controller import LabController
+from tb3_labs.control.approach import Response
+from tb3_labs.control.turning import TurnConfig, degrees_of, make_turn
 from tb3_labs.msg import MouseController
+from tb3_labs.nodes.controller import LabController
 from tb3_labs.ros.cmd_vel import CmdVel
 from tb3_labs.ros.conversions import to_imu_sample, to_mouse
+from tb3_labs.ros.devices.keyboard import Keyboard
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
 from tb3_labs.ros.events import subscribe_news
-from tb3_labs.ros.keyboard import Keyboard
-from tb3_labs.ros.live import LiveSettings
 from tb3_labs.ros.news import log_news
 from tb3_labs.ros.node import end, run, subscribe
 from tb3_labs.ros.parameters import read_config, read_model
+from tb3_labs.ros.reconfigure import LiveSettings
 from tb3_labs.ros.rivals import Rivals
 from tb3_labs.ros.steady_clock import steady_time
-from tb3_labs.ros.traffic import Traffic
+from tb3_labs.ros.testing.traffic import Traffic
 from tb3_labs.ros.watchdog import Watchdog
-from tb3_labs.turning import TurnConfig, degrees_of, make_turn
+from tb3_labs.supervision.arbitration import Driver
 
 
 #: What is typed, or comes from a pipe, while the robot is not connected yet waits this long [s].

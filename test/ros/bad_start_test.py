@@ -6,8 +6,8 @@ import unittest
 import rospy
 import rostest
 
-from tb3_labs.ros.node_process import NodeProcess
-from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.testing.node_process import NodeProcess
+from tb3_labs.ros.testing.observer import Observer
 
 
 class BadStartTest(unittest.TestCase):

@@ -10,10 +10,10 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String
 from tf2_msgs.msg import TFMessage
 
-from tb3_labs.angles import difference
+from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped
-from tb3_labs.ros.observer import Observer
-from tb3_labs.se2 import Pose2
+from tb3_labs.ros.testing.observer import Observer
 from tb3_labs.srv import ResetPose
 
 ROBOTS = ('robot1', 'robot2', 'robot3')

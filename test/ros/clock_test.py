@@ -12,8 +12,8 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu
 
-from tb3_labs.ros.node_process import NodeProcess
-from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.testing.node_process import NodeProcess
+from tb3_labs.ros.testing.observer import Observer
 
 STEP = 0.01
 

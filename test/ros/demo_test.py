@@ -14,8 +14,8 @@ import rostest
 
 from tb3_labs.report.analysis import drives
 from tb3_labs.report.epochs import epochs
-from tb3_labs.ros.bag_reader import read_run
-from tb3_labs.turtlebot3 import robot_model
+from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.ros.bags.reader import read_run
 
 #: Both look at the robot at rest: the same pose, but for a step or two of the encoders [m] and
 #: ten times the noise of the IMU [deg].

@@ -14,7 +14,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
-from tb3_labs.ros.costs import cpu_time
+from tb3_labs.ros.testing.costs import cpu_time
 
 COUNT = 600       # imu messages: 3 s
 DEADLINE = 20.0   # of a wait [s]

@@ -15,7 +15,7 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Empty
 from tf2_msgs.msg import TFMessage
 
-from tb3_labs.angles import wrap
+from tb3_labs.geometry.angles import wrap
 from tb3_labs.ros.conversions import to_pose2, to_twist, yaw_of
 
 TOPICS = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'ground_truth': PoseStamped,

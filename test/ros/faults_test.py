@@ -17,11 +17,11 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, Empty, Float64, String
 
-from tb3_labs.angles import difference
+from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped
-from tb3_labs.ros.node_process import NodeProcess
-from tb3_labs.ros.observer import Observer
-from tb3_labs.se2 import Pose2
+from tb3_labs.ros.testing.node_process import NodeProcess
+from tb3_labs.ros.testing.observer import Observer
 
 ZERO = (0.0, 0.0)
 #: From the last good sample to the zero, and to the notice of a robot that is stuck [s]. Required are
@@ -311,10 +311,10 @@ class FaultsTest(unittest.TestCase):
 
     def test_an_exception_in_mid_drive(self):
         self.robot()
-        for executable, where in (('move2goal_tf.py', 'tb3_labs.navigator:Navigator.command'),
-                                  ('move2goal_tf.py', 'tb3_labs.navigator:Navigator.on_odometry'),
+        for executable, where in (('move2goal_tf.py', 'tb3_labs.nodes.move_to_goal:Navigator.command'),
+                                  ('move2goal_tf.py', 'tb3_labs.nodes.move_to_goal:Navigator.on_odometry'),
                                   ('turtlebot_controller.py',
-                                   'tb3_labs.lab_controller:LabController.command')):
+                                   'tb3_labs.nodes.controller:LabController.command')):
             self.setUp()
             node = self.start('broken_node.py', executable, where, '_has_control:=true',
                               '_goal_x:=3.0')

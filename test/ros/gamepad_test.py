@@ -14,8 +14,8 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String
 
 from tb3_labs.ros.conversions import to_pose2, to_twist
-from tb3_labs.ros.node_process import NodeProcess
-from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.testing.node_process import NodeProcess
+from tb3_labs.ros.testing.observer import Observer
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from thumb import A, B, Y, Thumb    # noqa: E402 (a relay's folder is another one)

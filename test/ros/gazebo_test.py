@@ -11,8 +11,8 @@ import rospy
 import rostest
 from rosgraph_msgs.msg import Clock
 
-from tb3_labs.ros.node_process import Program
-from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.testing.node_process import Program
+from tb3_labs.ros.testing.observer import Observer
 
 #: The package, the file and the argument are turtlebot3_simulations'; the robot is the embedded one.
 MANIFEST = ('<package format="2"><name>turtlebot3_gazebo</name><version>0.0.0</version>'

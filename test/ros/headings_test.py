@@ -8,10 +8,10 @@ import rostest
 from geometry_msgs.msg import PoseStamped, Twist
 from std_msgs.msg import Bool, String
 
-from tb3_labs.angles import difference
+from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.se2 import Pose2, interpolate
 from tb3_labs.ros.conversions import to_pose2, to_twist
-from tb3_labs.ros.observer import Observer
-from tb3_labs.se2 import Pose2, interpolate
+from tb3_labs.ros.testing.observer import Observer
 from tb3_labs.srv import ResetPose
 
 ROBOTS = ('robot1', 'robot2', 'robot3')

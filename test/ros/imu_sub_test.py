@@ -11,8 +11,8 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Float32
 
 from tb3_labs.ros.conversions import to_twist
-from tb3_labs.ros.node_process import NodeProcess
-from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.testing.node_process import NodeProcess
+from tb3_labs.ros.testing.observer import Observer
 
 LINE = re.compile(r'Current heading is (\d+\.\d{6}) degrees\.$')
 

@@ -17,11 +17,11 @@ from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import PoseStamped, Twist
 from std_msgs.msg import Bool, String
 
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.node_process import NodeProcess
-from tb3_labs.ros.observer import Observer
 from tb3_labs.ros.rospy_internals import connection_of
-from tb3_labs.se2 import Pose2
+from tb3_labs.ros.testing.node_process import NodeProcess
+from tb3_labs.ros.testing.observer import Observer
 from tb3_labs.srv import ResetPose
 
 HERE = os.path.dirname(os.path.realpath(__file__))

@@ -9,7 +9,7 @@ from dynamic_reconfigure import DynamicReconfigureCallbackException
 from dynamic_reconfigure.client import Client
 from std_msgs.msg import Bool, Float32, Float64
 
-from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.testing.observer import Observer
 
 BURGER_LINEAR, BURGER_ANGULAR = 0.2108, 2.635
 

@@ -18,10 +18,10 @@ from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, String
 
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.node_process import NodeProcess
-from tb3_labs.ros.observer import Observer
-from tb3_labs.se2 import Pose2
+from tb3_labs.ros.testing.node_process import NodeProcess
+from tb3_labs.ros.testing.observer import Observer
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from two_hosts import TwoHosts    # noqa: E402 (a relay's folder is another one)

@@ -19,9 +19,9 @@ import rospkg
 import rospy
 from geometry_msgs.msg import Twist
 
-from tb3_labs.ros.node_process import Program
-from tb3_labs.ros.observer import Observer
-from tb3_labs.turtlebot3 import MODELS
+from tb3_labs.robot.turtlebot3 import MODELS
+from tb3_labs.ros.testing.node_process import Program
+from tb3_labs.ros.testing.observer import Observer
 
 HOST = '127.0.0.1'
 CORE = '/turtlebot3_core'

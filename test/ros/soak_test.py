@@ -10,11 +10,11 @@ import rostest
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Bool, Float64, String
 
-from tb3_labs.angles import difference
+from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.costs import memory, process_of, threads
-from tb3_labs.ros.observer import Observer
-from tb3_labs.se2 import Pose2
+from tb3_labs.ros.testing.costs import memory, process_of, threads
+from tb3_labs.ros.testing.observer import Observer
 from tb3_labs.srv import ResetPose
 
 #: Memory and threads count from here on, when every history has been filled [simulated s].

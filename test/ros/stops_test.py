@@ -19,10 +19,10 @@ from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Bool, Float64, String
 
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.node_process import NodeProcess
-from tb3_labs.ros.observer import Observer
-from tb3_labs.se2 import Pose2
+from tb3_labs.ros.testing.node_process import NodeProcess
+from tb3_labs.ros.testing.observer import Observer
 from tb3_labs.srv import ResetPose
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))

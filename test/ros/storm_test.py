@@ -18,12 +18,12 @@ from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from std_msgs.msg import Bool, String
 
-from tb3_labs.angles import difference
+from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.se2 import Pose2, interpolate
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped, to_twist
-from tb3_labs.ros.costs import memory, process_of, threads
-from tb3_labs.ros.node_process import NodeProcess
-from tb3_labs.ros.observer import Observer
-from tb3_labs.se2 import Pose2, interpolate
+from tb3_labs.ros.testing.costs import memory, process_of, threads
+from tb3_labs.ros.testing.node_process import NodeProcess
+from tb3_labs.ros.testing.observer import Observer
 from tb3_labs.srv import ResetPose
 
 SEED = 20261121

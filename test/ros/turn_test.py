@@ -15,9 +15,9 @@ from std_msgs.msg import Float64
 
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.conversions import to_mouse
-from tb3_labs.ros.node_process import NodeProcess
-from tb3_labs.ros.observer import Observer
-from tb3_labs.ros.virtual_screen import VirtualScreen
+from tb3_labs.ros.testing.node_process import NodeProcess
+from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.testing.virtual_screen import VirtualScreen
 
 ZERO = (0.0, 0.0)
 WIDTH, HEIGHT = 800, 600

@@ -19,9 +19,9 @@ from rosgraph_msgs.msg import Log
 from std_msgs.msg import Bool, String
 
 from tb3_labs.ros.conversions import to_pose2, to_twist
-from tb3_labs.ros.node_process import Program
-from tb3_labs.ros.observer import Observer
-from tb3_labs.ros.virtual_screen import VirtualScreen
+from tb3_labs.ros.testing.node_process import Program
+from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.testing.virtual_screen import VirtualScreen
 
 WHEEL_RADIUS, BODY_RADIUS = 0.033, 0.105    # of a Burger [m]
 BLUE = 64, 153, 255                         # the body of the simple shape

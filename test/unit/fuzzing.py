@@ -14,16 +14,15 @@ import random
 import sys
 from types import SimpleNamespace
 
-from tb3_labs.arbiter import Driver
-from tb3_labs.drive_laws import DriveConfig, make_law
-from tb3_labs.lab_controller import LabController
-from tb3_labs.navigator import Navigator
-from tb3_labs.ownership import Holder
-from tb3_labs.pad import PadConfig
-from tb3_labs.pad_controller import PadController
+from tb3_labs.control.driving import DriveConfig, make_law
+from tb3_labs.control.turning import TurnConfig, make_turn
+from tb3_labs.nodes.controller import LabController
+from tb3_labs.nodes.gamepad import PadController
+from tb3_labs.nodes.move_to_goal import Navigator
+from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.ros.conversions import to_imu_sample, to_mouse, to_odometry_sample, to_pose2
-from tb3_labs.turning import TurnConfig, make_turn
-from tb3_labs.turtlebot3 import robot_model
+from tb3_labs.supervision.arbitration import Driver, Holder
 
 BURGER = robot_model('burger')
 NASTY = (0.0, -0.0, 1.0, -1.0, math.pi, -math.pi, math.nan, math.inf, -math.inf, 1e308, -1e308,

@@ -7,8 +7,8 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from tb3_labs.se2 import Pose2
-from tb3_labs.sensors import ImuSample, OdometrySample
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.robot.samples import ImuSample, OdometrySample
 
 
 class Truth(NamedTuple):

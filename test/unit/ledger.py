@@ -16,13 +16,13 @@ import sys
 from collections import deque
 from concurrent.futures import ProcessPoolExecutor
 
-from tb3_labs.motion import LawStep, Twist2
-from tb3_labs.navigator import Navigator
-from tb3_labs.pad import PadConfig
-from tb3_labs.pad_controller import PadController
-from tb3_labs.se2 import Pose2
-from tb3_labs.sensors import ImuSample, OdometrySample
-from tb3_labs.turtlebot3 import robot_model
+from tb3_labs.control.speed_laws import LawStep, Twist2
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.nodes.gamepad import PadController
+from tb3_labs.nodes.move_to_goal import Navigator
+from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.robot.samples import ImuSample, OdometrySample
+from tb3_labs.robot.turtlebot3 import robot_model
 
 STEP = 0.02
 #: What a pad repeats, and a gamepad renews, this often.

@@ -10,16 +10,16 @@ import time
 from dataclasses import dataclass, field
 from typing import List
 
-from tb3_labs.angles import continuous, difference
-from tb3_labs.arbiter import Driver
-from tb3_labs.drive_laws import DriveConfig, make_law
-from tb3_labs.lab_controller import LabController
-from tb3_labs.navigator import Navigator
-from tb3_labs.rollout import control, navigation, run
-from tb3_labs.se2 import Pose2
-from tb3_labs.simulator import Simulator, SimulatorConfig
-from tb3_labs.turning import TurnConfig, make_turn
-from tb3_labs.turtlebot3 import robot_model
+from tb3_labs.control.driving import DriveConfig, make_law
+from tb3_labs.control.turning import TurnConfig, make_turn
+from tb3_labs.geometry.angles import continuous, difference
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.nodes.controller import LabController
+from tb3_labs.nodes.move_to_goal import Navigator
+from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.simulation.rollout import control, navigation, run
+from tb3_labs.simulation.simulator import Simulator, SimulatorConfig
+from tb3_labs.supervision.arbitration import Driver
 
 STEP = 0.1
 #: Objects are counted after so many tasks, when every history has been filled.

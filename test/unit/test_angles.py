@@ -6,7 +6,7 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from known_motion import angle_between
-from tb3_labs.angles import TURN, compass_degrees, continuous, difference, wrap
+from tb3_labs.geometry.angles import TURN, compass_degrees, continuous, difference, wrap
 
 PI = math.pi
 ANGLES = st.floats(-1e4, 1e4)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.approach import (
+from tb3_labs.control.approach import (
     FIRST_DELAY, FIRST_LAG, MAX_DELAY, MAX_LAG, Approach, Response)
 
 TICK = 0.02

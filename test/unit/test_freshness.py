@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from tb3_labs.freshness import SENSOR_TIMEOUT, Freshness, SensorWatch, Sight
+from tb3_labs.supervision.freshness import SENSOR_TIMEOUT, Freshness, SensorWatch, Sight
 
 
 def heard_at(time, name='imu', timeout=0.25):

@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fuzzing
-from tb3_labs.lab_controller import LabController
-from tb3_labs.motion import Twist2
-from tb3_labs.navigator import Navigator
+from tb3_labs.control.speed_laws import Twist2
+from tb3_labs.nodes.controller import LabController
+from tb3_labs.nodes.move_to_goal import Navigator
 
 
 @pytest.mark.parametrize('seed', range(8))

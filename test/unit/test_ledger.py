@@ -2,7 +2,8 @@
 import pytest
 
 import ledger
-from tb3_labs import pad_controller, permission
+from tb3_labs.nodes import gamepad as pad_controller
+from tb3_labs.supervision import permission
 
 
 @pytest.mark.parametrize('part', range(6))

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from known_motion import SteadyRobot, Truth, as_pose2, assert_pose
-from tb3_labs.local_frame import LocalFrame
-from tb3_labs.se2 import Pose2
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.localization.local_frame import LocalFrame
 
 METRES, TURNS = st.floats(-10.0, 10.0), st.floats(-7.0, 7.0)
 TRUTHS = st.builds(Truth, st.builds(complex, METRES, METRES), TURNS)

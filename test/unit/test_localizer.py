@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from known_motion import SteadyRobot, Truth, angle_between, as_pose2, assert_pose, held_back
-from tb3_labs.localizer import Localizer
-from tb3_labs.sensors import ImuSample, with_stamp
-from tb3_labs.se2 import Pose2
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.localization.localizer import Localizer
+from tb3_labs.robot.samples import ImuSample, with_stamp
 
 SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(4.8 - 0.3j, -1.8),
                        imu_offset=math.radians(140.6), clock_ahead=0.775)

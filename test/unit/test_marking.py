@@ -8,7 +8,7 @@ from html.parser import HTMLParser
 import pytest
 import yaml
 
-from tb3_labs.bounded_text import BoundedText
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import move2goal, turn
 from tb3_labs.marking.criteria import Criterion, Outcome, Place, judge
 from tb3_labs.marking.labs import LABS
@@ -17,7 +17,7 @@ from tb3_labs.marking.observation import NotOffered, Observation, Run, Stimulus
 from tb3_labs.marking.page import feedback, overview
 from tb3_labs.marking.points import points_of
 from tb3_labs.ros.marking.trial import SCRIPTS
-from tb3_labs.se2 import Pose2
+from tb3_labs.ros.testing.bounded_text import BoundedText
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 TABLE = yaml.safe_load((REPOSITORY / 'test' / 'marking' / 'points.yaml').read_text(encoding='utf-8'))

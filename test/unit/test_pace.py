@@ -1,7 +1,7 @@
 """When commands are due, and how long a step is."""
 import pytest
 
-from tb3_labs.pace import LONGEST_IDLE, Pace
+from tb3_labs.control.pace import LONGEST_IDLE, Pace
 
 
 def test_keeps_its_rate_on_average_although_asked_at_other_moments():

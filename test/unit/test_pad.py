@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from tb3_labs.pad import PadConfig, PadState, read_pad
+from tb3_labs.nodes.pad import PadConfig, PadState, read_pad
 
 AXES = [0.0] * 8
 BUTTONS = [0] * 11

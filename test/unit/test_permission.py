@@ -3,7 +3,7 @@ import itertools
 
 import pytest
 
-from tb3_labs.permission import CONFIRMATION, LAPSE, LONGEST_LAPSE, RENEWAL, Permission
+from tb3_labs.supervision.permission import CONFIRMATION, LAPSE, LONGEST_LAPSE, RENEWAL, Permission
 
 
 class Senders:

@@ -6,7 +6,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from known_motion import angle_between
-from tb3_labs.quaternions import quaternion_from_yaw, yaw_from_quaternion
+from tb3_labs.geometry.quaternions import quaternion_from_yaw, yaw_from_quaternion
 
 YAWS = st.floats(-math.pi, math.pi)
 AWKWARD = [0.0, -0.0, math.pi, -math.pi, math.pi / 2, -math.pi / 2, 1e-12, -1e-12]

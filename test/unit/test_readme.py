@@ -5,11 +5,11 @@ from dataclasses import fields
 import pytest
 
 from tb3_labs.config import bounds_in_words
-from tb3_labs.drive_laws import DriveConfig
-from tb3_labs.navigator import NavigatorConfig
-from tb3_labs.pad import PadConfig
-from tb3_labs.simulator import SimulatorConfig
-from tb3_labs.turning import TurnConfig
+from tb3_labs.control.driving import DriveConfig
+from tb3_labs.control.turning import TurnConfig
+from tb3_labs.nodes.move_to_goal import NavigatorConfig
+from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.simulation.simulator import SimulatorConfig
 
 README = pathlib.Path(__file__).resolve().parents[2] / 'README.md'
 

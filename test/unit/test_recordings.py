@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from known_motion import angle_between
-from tb3_labs.localizer import Localizer
-from tb3_labs.se2 import Pose2
-from tb3_labs.sensors import ImuSample, OdometrySample
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.localization.localizer import Localizer
+from tb3_labs.robot.samples import ImuSample, OdometrySample
 
 rosbag = pytest.importorskip('rosbag', reason='rosbag cannot be imported')
 

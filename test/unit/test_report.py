@@ -19,13 +19,13 @@ import numpy as np
 import pytest
 
 from known_motion import angle_between
-from tb3_labs.quaternions import yaw_from_quaternion
+from tb3_labs.geometry.quaternions import yaw_from_quaternion
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report import analysis
 from tb3_labs.report.epochs import epochs, local_in_odom
 from tb3_labs.report.run_data import (
     Poses, SenderClock, States, times_on_recorders_clock, wrapped, yaws_of)
-from tb3_labs.se2 import Pose2
-from tb3_labs.turtlebot3 import robot_model
+from tb3_labs.robot.turtlebot3 import robot_model
 
 rosbag = pytest.importorskip('rosbag', reason='rosbag cannot be imported')
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
@@ -38,7 +38,7 @@ from std_msgs.msg import String  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 
 from tb3_labs.report.figures import LEAP, paths, thin  # noqa: E402
-from tb3_labs.ros.bag_reader import BagProblem, read_run  # noqa: E402
+from tb3_labs.ros.bags.reader import BagProblem, read_run  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 RECORDINGS = pathlib.Path(os.environ.get('TB3_LABS_RECORDINGS') or

@@ -7,9 +7,9 @@ from xml.etree import ElementTree
 
 import pytest
 
-from tb3_labs.ros.robot_messages import WHEEL_JOINTS
-from tb3_labs.turtlebot3 import MODELS
-from tb3_labs.urdf import with_prefix
+from tb3_labs.robot.turtlebot3 import MODELS
+from tb3_labs.robot.urdf import with_prefix
+from tb3_labs.ros.robot.messages import WHEEL_JOINTS
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 LINKS = {'base_footprint', 'base_link', 'wheel_left_link', 'wheel_right_link'}

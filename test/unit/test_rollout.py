@@ -6,12 +6,13 @@ from concurrent.futures import ProcessPoolExecutor
 
 import pytest
 
-from tb3_labs.drive_laws import DriveConfig
-from tb3_labs.network import NETWORKS
-from tb3_labs.rollout import drive, time_bound
-from tb3_labs.se2 import Pose2
-from tb3_labs.simulator import SimulatorConfig
-from tb3_labs.turtlebot3 import robot_model
+from tb3_labs.control.least_time import least_time
+from tb3_labs.control.driving import DriveConfig
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.simulation.network import NETWORKS
+from tb3_labs.simulation.rollout import drive
+from tb3_labs.simulation.simulator import SimulatorConfig
 
 BURGER = robot_model('burger')
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
@@ -31,7 +32,7 @@ def random_drive(number):
         imu_offset_deg=angle(), imu_rate=100.0, imu_noise_deg=rng.choice([0.0, 0.005, 0.02]),
         gyro_noise=rng.choice([0.0, 0.001, 0.005]), command_latency=rng.choice([0.0, 0.02, 0.05]),
         seed=number)
-    return time_bound(declared, goal, BURGER, math.inf, 1.5), drive(goal, robot, declared=declared)
+    return least_time(declared, goal, BURGER, math.inf, 1.5), drive(goal, robot, declared=declared)
 
 
 def test_a_thousand_random_drives_all_arrive_within_the_limits():
@@ -52,12 +53,12 @@ def test_a_thousand_random_drives_all_arrive_within_the_limits():
 @pytest.mark.parametrize('model, bound', [('burger', 5.88)])
 def test_bound_of_the_labs_goal(model, bound):
     # (b (135 + 135 deg) + 0.8627 m) / V; see FIRMWARE facts of the Burger
-    assert time_bound(Pose2(), LAB_GOAL, robot_model(model)) == pytest.approx(bound, abs=0.005)
+    assert least_time(Pose2(), LAB_GOAL, robot_model(model)) == pytest.approx(bound, abs=0.005)
 
 
 def test_bound_backwards_and_with_the_labs_turn_limit():
-    assert time_bound(Pose2(), LAB_GOAL, BURGER, reverse=True) == pytest.approx(4.69, abs=0.005)
-    assert time_bound(Pose2(), LAB_GOAL, BURGER, max_angular=1.5) == pytest.approx(7.23, abs=0.005)
+    assert least_time(Pose2(), LAB_GOAL, BURGER, reverse=True) == pytest.approx(4.69, abs=0.005)
+    assert least_time(Pose2(), LAB_GOAL, BURGER, max_angular=1.5) == pytest.approx(7.23, abs=0.005)
 
 
 def test_the_labs_goal_is_reached_in_little_more_than_the_least_time():
@@ -136,7 +137,7 @@ def test_what_the_sensors_cannot_know_is_all_that_is_missed(fault, lost_share, d
         assert result.distance_error >= lost_share * way - drifted * way - tolerance
     assert abs(result.angle_error) <= drifted + math.radians(0.5 if law == 'precise' else 3.0)
     # slipping wheels move the robot slower: turns too
-    assert result.time <= patience * time_bound(
+    assert result.time <= patience * least_time(
         Pose2(), LAB_GOAL, BURGER, max_angular=1.5) / (1.0 - lost_share)
 
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from known_motion import angle_between
-from tb3_labs.se2 import Pose2, interpolate, rotation_matrix
+from tb3_labs.geometry.se2 import Pose2, interpolate, rotation_matrix
 
 PI = math.pi
 IDENTITY = Pose2()

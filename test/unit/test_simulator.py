@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tb3_labs.angles import wrap
-from tb3_labs.network import NETWORKS
-from tb3_labs.se2 import Pose2
-from tb3_labs.sensors import ImuSample, OdometrySample, with_stamp
-from tb3_labs.simulator import FAULTS, STARTING, Simulator, SimulatorConfig
-from tb3_labs.turtlebot3 import MODELS
+from tb3_labs.geometry.angles import wrap
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.robot.samples import ImuSample, OdometrySample, with_stamp
+from tb3_labs.robot.turtlebot3 import MODELS
+from tb3_labs.simulation.network import NETWORKS
+from tb3_labs.simulation.simulator import FAULTS, STARTING, Simulator, SimulatorConfig
 
 QUIET = SimulatorConfig(imu_noise_deg=0.0, gyro_noise=0.0)
 STIFF = replace(QUIET, motor_lag=0.0)

@@ -2,13 +2,13 @@
 import math
 
 import pytest
+from stops import ROBOT, setting, stop_of_a_drive, stop_of_a_turn
 
-from tb3_labs.drive_laws import DriveConfig
-from tb3_labs.freshness import FROZEN_TIME
-from tb3_labs.goal import DRIVING, GoalState
-from tb3_labs.simulator import Simulator
-from tb3_labs.stops import ROBOT, setting, stop_of_a_drive, stop_of_a_turn
-from tb3_labs.turning import TurnConfig
+from tb3_labs.control.driving import DriveConfig
+from tb3_labs.control.goal_machine import DRIVING, GoalState
+from tb3_labs.control.turning import TurnConfig
+from tb3_labs.simulation.simulator import Simulator
+from tb3_labs.supervision.freshness import FROZEN_TIME
 
 FASTEST, FASTEST_TURN = 0.2108, 1.5     # [m/s], [rad/s]
 #: From a zero command to rest: under way, the firmware's period, the motors' lag five times.

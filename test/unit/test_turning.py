@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import pytest
 
-from tb3_labs.rollout import turns
-from tb3_labs.sensors import ImuSample
-from tb3_labs.settling import RestingMean
-from tb3_labs.simulator import SimulatorConfig
-from tb3_labs.turning import LabTurn, TurnConfig, degrees_of, make_turn
-from tb3_labs.turtlebot3 import robot_model
-from tb3_labs.yaw_noise import YawNoise
+from tb3_labs.control.settling import RestingMean
+from tb3_labs.control.turning import LabTurn, TurnConfig, degrees_of, make_turn
+from tb3_labs.localization.yaw_noise import YawNoise
+from tb3_labs.robot.samples import ImuSample
+from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.simulation.rollout import turns
+from tb3_labs.simulation.simulator import SimulatorConfig
 
 BURGER = robot_model('burger')
 LAB = TurnConfig(law='lab')

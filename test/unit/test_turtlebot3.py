@@ -4,7 +4,7 @@ from itertools import product
 
 import pytest
 
-from tb3_labs.turtlebot3 import (
+from tb3_labs.robot.turtlebot3 import (
     COMMAND_TIMEOUT, CONTROL_RATE, DEFAULT_MODEL, MODELS, MOTOR_SPEED_STEP, TICKS_PER_TURN,
     robot_model)
 

@@ -1,1 +1,1 @@
-"""Marks a node by what was observed of it, without ROS."""
+"""What is a student's node worth? Criteria and points of each lab, judged by what was observed; no ROS."""

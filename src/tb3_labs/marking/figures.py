@@ -7,8 +7,8 @@ import io
 import numpy as np
 from matplotlib.ticker import MultipleLocator
 
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.figures import BLUE, GREEN, GREY, ORANGE, curve, legend_below, new_figure, save
-from tb3_labs.se2 import Pose2
 
 #: Between two labels of what was done, of the figure's width.
 LABEL_WIDTH = 0.022

@@ -4,10 +4,10 @@ import re
 
 import numpy as np
 
-from tb3_labs.angles import wrap
+from tb3_labs.geometry.angles import wrap
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.criteria import Criterion, Place
 from tb3_labs.marking.life import clean_exit, starts, stops_robot
-from tb3_labs.se2 import Pose2
 
 #: The handout's goal: x, y [m], heading [rad].
 GOAL = (-0.61, 0.61, 0.0)

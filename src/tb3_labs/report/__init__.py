@@ -1,1 +1,1 @@
-"""The run report: from a recorded run to figures and numbers."""
+"""What did a recorded run show? From arrays to figures, numbers and a page; no ROS."""

@@ -12,13 +12,13 @@ from typing import Dict, Optional, Tuple
 
 import numpy as np
 
-from tb3_labs.angles import difference, wrap
-from tb3_labs.drive_laws import DriveConfig
-from tb3_labs.goal import DRIVING, GoalState
+from tb3_labs.control.driving import DriveConfig
+from tb3_labs.control.goal_machine import DRIVING, GoalState
+from tb3_labs.geometry.angles import difference, wrap
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.epochs import between, declared_at_first, epoch_of, epochs
 from tb3_labs.report.run_data import Poses, wrapped
-from tb3_labs.rollout import time_bound
-from tb3_labs.se2 import Pose2
+from tb3_labs.control.least_time import least_time
 
 #: A pause in a topic longer than this is a gap [s].
 GAP = 0.3
@@ -60,7 +60,7 @@ class DriveReport:
     drift: float                      # heading after driving straight minus before [rad]
     deviation: float                  # largest difference from the heading before [rad]
     in_state: Dict[str, float]        # {state: seconds}
-    least_time: float                 # [s], time_bound
+    least_time: float                 # [s], least_time
 
     @property
     def time(self):
@@ -217,7 +217,7 @@ def _drive(run, model, frames, parts, later):
                 for state in dict.fromkeys(part.state for part in parts)}
     least = math.nan
     if goal is not None and len(local):
-        least = time_bound(local.at(begin), goal, model, max_angular=MAX_ANGULAR)
+        least = least_time(local.at(begin), goal, model, max_angular=MAX_ANGULAR)
     return DriveReport(
         begin, end, goal, _outcome(frames, parts, later), _miss(local, goal, end),
         UNKNOWN if epoch.local_T_world is None else _miss(truth, goal, end),

@@ -4,7 +4,7 @@ A *reset*: the robot's pose in ``local`` jumps against what odometry and IMU say
 
 ``local`` moves in ``odom`` without a reset, too. Where the odometry jumps and the robot does not,
 move_to_goal moves ``local`` along, so that the robot keeps its pose in it
-(:mod:`tb3_labs.steady_odometry`): by up to 15 mm where the firmware takes a step backwards, by any
+(:mod:`tb3_labs.localization.odometry_jumps`): by up to 15 mm where the firmware takes a step backwards, by any
 amount where the robot's own `reset` zeroes the odometry. The odometry itself tells which it was:
 
 * Where it is sound and complete, only a reset moves ``local`` in it, however little. tf tells
@@ -23,12 +23,12 @@ from typing import NamedTuple, Optional
 
 import numpy as np
 
-from tb3_labs.angles import difference, wrap
-from tb3_labs.local_frame import LocalFrame
+from tb3_labs.geometry.angles import difference, wrap
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.localization.local_frame import LocalFrame
+from tb3_labs.localization.odometry_jumps import FASTEST, LOST, SLACK, SteadyOdometry
 from tb3_labs.report.run_data import Poses, wrapped
-from tb3_labs.se2 import Pose2
-from tb3_labs.sensors import ImuSample, OdometrySample
-from tb3_labs.steady_odometry import FASTEST, LOST, SLACK, SteadyOdometry
+from tb3_labs.robot.samples import ImuSample, OdometrySample
 
 #: local_pose jumps by more than this against the odometry: a reset [m], [rad].
 JUMP, JUMP_ANGLE = 0.02, math.radians(1.0)

@@ -12,9 +12,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report import analysis
 from tb3_labs.report.epochs import between, epoch_of, epochs, local_in_odom
-from tb3_labs.se2 import Pose2
 
 DOTS_PER_INCH = 150
 WIDTH = 7.2                     # [inch], what fits between the margins of A4

@@ -4,18 +4,18 @@ Units: as the headings of the columns say; metres and degrees for people.
 """
 import csv
 import math
-import time
+from datetime import datetime
 from html import escape
 from pathlib import Path
 from string import Template
 
 import numpy as np
 
-from tb3_labs.goal import DRIVING
+from tb3_labs.control.goal_machine import DRIVING
 from tb3_labs.report import analysis, figures, html
 from tb3_labs.report.epochs import epochs
 from tb3_labs.report.run_data import wrapped
-from tb3_labs.turtlebot3 import COMMAND_TIMEOUT
+from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: A pose belongs to an odometry message that is no further from it [s].
 SAME_INSTANT = 0.02
@@ -81,7 +81,7 @@ def write_report(run, model, folder, progress=lambda fraction: None):
 def _summary(run, model):
     offset, resets = analysis.yaw_offset(run), len(epochs(run)) - 1
     words = '{} on {}, {:.1f} s, {:.2f} m driven, {} reset{}. '.format(
-        model.name.capitalize(), time.strftime('%Y-%m-%d %H:%M', time.localtime(run.start)),
+        model.name.capitalize(), datetime.fromtimestamp(run.start).strftime('%Y-%m-%d %H:%M'),
         run.duration, analysis.path_length(run.odometry), resets or 'no',
         '' if resets == 1 else 's')
     words += 'IMU yaw minus odometry yaw: mean {} deg, standard deviation {}, change from the ' \

@@ -15,8 +15,8 @@ from typing import Dict, Tuple
 
 import numpy as np
 
-from tb3_labs.quaternions import NORM_TOLERANCE
-from tb3_labs.se2 import Pose2, interpolate
+from tb3_labs.geometry.quaternions import NORM_TOLERANCE
+from tb3_labs.geometry.se2 import Pose2, interpolate
 
 #: Two senders whose clocks differ by less than this share one [s].
 SAME_CLOCK = 0.1

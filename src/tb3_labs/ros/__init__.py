@@ -1,1 +1,1 @@
-"""The bridge between ROS and the core: what several nodes share and what knows ROS."""
+"""What knows ROS: under every node here, and a folder each for what only some of them need."""

@@ -12,9 +12,9 @@ import time
 import rospy
 from geometry_msgs.msg import Twist
 
-from tb3_labs.ros.clock_watch import ClockWatch
 from tb3_labs.ros.conversions import to_twist
 from tb3_labs.ros.node import when_stopped
+from tb3_labs.ros.sim_clock import ClockWatch
 
 #: Longest wait for the last zero to leave the process [s].
 DELIVERY_TIME = 0.15

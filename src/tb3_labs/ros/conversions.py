@@ -7,9 +7,9 @@ import math
 import rospy
 from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped, Twist
 
-from tb3_labs.quaternions import quaternion_from_yaw, yaw_from_quaternion
-from tb3_labs.se2 import Pose2
-from tb3_labs.sensors import ImuSample, OdometrySample
+from tb3_labs.geometry.quaternions import quaternion_from_yaw, yaw_from_quaternion
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.robot.samples import ImuSample, OdometrySample
 
 
 def yaw_of(orientation):

@@ -17,8 +17,8 @@ import traceback
 
 import rospy
 
-from tb3_labs.ros.clock_watch import say_if_no_clock_comes
 from tb3_labs.ros.console import Console
+from tb3_labs.ros.sim_clock import say_if_no_clock_comes
 
 #: What ends a node.
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)

@@ -9,7 +9,7 @@ from dataclasses import fields
 
 import rospy
 
-from tb3_labs.turtlebot3 import DEFAULT_MODEL, robot_model
+from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, robot_model
 
 #: What a launch file passes on for an argument that nobody set.
 NOT_GIVEN = 'default'

@@ -1,1 +1,1 @@
-"""Tries a student's node out on the embedded robot."""
+"""How is a student's node tried out on the embedded robot? One file for each lab."""

@@ -72,7 +72,7 @@ class Marker:
                  network='quiet'):
         """`worth`: criterion -> points; `logs`: an existing folder; `names`: of the node's file,
         if they are not the lab's; `limit`: time for one submission [s]; `network`: one of
-        tb3_labs.network.NETWORKS, between robot and node."""
+        tb3_labs.simulation.network.NETWORKS, between robot and node."""
         self._lab, self._worth, self._logs = lab, worth, Path(logs)
         self._parts, self._names, self._limit = parts, names or LABS[lab].files, limit
         self._network = network

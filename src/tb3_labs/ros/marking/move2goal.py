@@ -4,9 +4,9 @@ import math
 import rospy
 from std_msgs.msg import Bool, Empty
 
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.move2goal import ASTRAY, DRIVE_TIME, GOAL
 from tb3_labs.ros.marking.reset_caller import ResetCaller
-from tb3_labs.se2 import Pose2
 
 LISTENS = 'odom'
 #: A node that has not begun to move by then does not [s].

@@ -4,8 +4,8 @@ import threading
 import rospy
 import rosservice
 
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.marking.requests import fill_pose
-from tb3_labs.se2 import Pose2
 
 #: What the handouts lead to, likeliest first; then whatever has one of WORDS in its name.
 NAMES = ('reset_pose', 'reset', 'set_pose', 'reset_local_pose', 'set_local_pose')

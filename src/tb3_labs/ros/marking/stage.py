@@ -12,14 +12,14 @@ import rospy
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import PoseStamped, Twist
 
-from tb3_labs.angles import continuous
+from tb3_labs.control.speed_laws import clamp
+from tb3_labs.geometry.angles import continuous
 from tb3_labs.marking.life import CTRL_C, ENDING, STOPPING
 from tb3_labs.marking.observation import Observation, Run, Stimulus
-from tb3_labs.motion import clamp
 from tb3_labs.ros.conversions import to_pose2, to_twist
 from tb3_labs.ros.marking.graph import Graph
 from tb3_labs.ros.node import subscribe
-from tb3_labs.ros.node_process import NodeProcess
+from tb3_labs.ros.testing.node_process import NodeProcess
 
 #: The node dies with whoever tries it out, writes no file larger than 50 MB, and leaves the
 #: processor to the robot where both want it.

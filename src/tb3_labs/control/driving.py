@@ -1,0 +1,214 @@
+"""How to move in each state of a drive to a goal: the handout's law and a precise one.
+
+Units: metres, radians, seconds; poses in the local frame. Sources: LabLaw is the Transformation
+lab's handout, number by number; PreciseLaw brakes by :mod:`tb3_labs.control.approach`.
+"""
+import math
+from dataclasses import dataclass
+
+from tb3_labs.config import Config, setting
+from tb3_labs.control.approach import Approach, Response
+from tb3_labs.control.goal_machine import GoalState
+from tb3_labs.control.speed_laws import LawStep, Twist2, proportional, saturate
+from tb3_labs.control.turning import PreciseTurn
+from tb3_labs.geometry.angles import difference, wrap
+from tb3_labs.geometry.se2 import Pose2
+
+
+@dataclass(frozen=True)
+class DriveConfig(Config):
+    """How to drive to a goal."""
+
+    law: str = setting('precise', "precise, or lab for the handout's own law",
+                       choices=('precise', 'lab'))
+    allow_reverse: bool = setting(False, 'drive backwards where that is the shorter way')
+    distance_tolerance: float = setting(0.01, 'how near counts as there', unit='m',
+                                        low=0.002, high=1.0)
+    angle_tolerance_deg: float = setting(0.5, 'how near counts as faced', unit='deg',
+                                         low=0.2, high=45.0)
+    max_linear: float = setting(0.26, "fastest drive; the robot's own limit holds as well",
+                                unit='m/s', low=0.02, high=1.0)
+    max_angular: float = setting(1.5, "fastest turn; the robot's own limit holds as well",
+                                 unit='rad/s', low=0.1, high=5.0)
+    linear_acceleration: float = setting(4.0, 'speeding up; a fifth of it for braking',
+                                         unit='m/s^2', low=0.1, high=10.0)
+    angular_acceleration: float = setting(45.0, 'speeding up a turn; a quarter of it for braking',
+                                          unit='rad/s^2', low=1.0, high=80.0)
+
+
+def make_law(config, model, response=None):
+    """The law that `config` (DriveConfig) asks for, for a turtlebot3.RobotModel; `response`: the
+    approach.Response that was learned of this robot so far."""
+    if config.law == 'lab':
+        return LabLaw(config, model)
+    return PreciseLaw(config, model, response)
+
+
+class LabLaw:
+    """The handout's law: proportional turns, a straight line at constant speed."""
+
+    period = 0.1                  # [s]: 10 Hz
+    ROTATE_TO_GOAL_GAIN = 0.3     # [rad/s per rad]
+    ROTATE_TO_FINAL_GAIN = 0.5    # [rad/s per rad]
+    ANGLE_TOLERANCE = 0.05        # [rad]
+    FORWARD_SPEED = 0.15          # [m/s]
+    distance_tolerance = 0.15     # [m]
+
+    def __init__(self, config, model):
+        self._forward = min(self.FORWARD_SPEED, config.max_linear, model.max_linear)
+        self._max_angular = min(config.max_angular, model.max_angular)
+
+    def start(self, pose, goal):
+        """The handout's law remembers nothing."""
+
+    def resume(self, state, pose, goal):
+        """It goes on where it was."""
+        return state
+
+    def rotate_to_goal(self, motion, goal, dt):
+        """Turn towards the goal."""
+        error = difference(motion.pose.bearing_to(goal), motion.pose.yaw)
+        if motion.pose.distance_to(goal) < self.distance_tolerance:
+            error = 0.0           # already there: which way it lies means nothing
+        return self._turn(error, self.ROTATE_TO_GOAL_GAIN)
+
+    def move_forward(self, motion, goal, dt):
+        """Straight on until near the goal."""
+        distance = motion.pose.distance_to(goal)
+        return LawStep(Twist2(self._forward, 0.0), distance, distance < self.distance_tolerance)
+
+    def rotate_to_final(self, motion, goal, dt):
+        """Turn to the heading asked for."""
+        return self._turn(difference(goal.yaw, motion.pose.yaw), self.ROTATE_TO_FINAL_GAIN)
+
+    def shortfall(self, pose, goal):
+        """The handout is content with where it stopped."""
+        return ''
+
+    def _turn(self, error, gain):
+        rate = proportional(error, gain, fastest=self._max_angular)
+        return LawStep(Twist2(0.0, rate), error, abs(error) < self.ANGLE_TOLERANCE)
+
+
+class PreciseLaw:
+    """As fast as the limits allow, stopping where it should.
+
+    Turns are a PreciseTurn each, the way along the line is an Approach. While driving, the robot
+    follows the straight line from where it started to the goal: it looks at a point of the line a
+    little ahead, and turns towards it.
+    """
+
+    period = PreciseTurn.period
+    #: Nearer than this to facing along the line, driving begins: the braking turn ends on the way.
+    FACING = 0.1                  # [rad]
+    #: Nearer than this to facing along the line, a drive that was interrupted goes on along it.
+    ALONG = 0.3                   # [rad]
+    #: The drive ends where the robot would come to rest this far ahead of the goal.
+    STOP_AHEAD = 0.0005           # [m]
+    #: How far ahead on the line the robot looks: large is calm, small is strict.
+    LOOK_AHEAD = 0.20             # [m]
+    #: A robot that is slower than this does not drive.
+    REST_SPEED = 0.01             # [m/s]
+
+    def __init__(self, config, model, response=None):
+        response = response or Response()
+        self.distance_tolerance = config.distance_tolerance
+        self._config = config
+        self._model = model
+        self._max_linear = min(config.max_linear, model.max_linear)
+        self._max_angular = min(config.max_angular, model.max_angular)
+        self._turning = PreciseTurn(self._max_angular, config.angular_acceleration,
+                                    math.radians(config.angle_tolerance_deg), response)
+        self._driving = Approach(self.period, config.linear_acceleration,
+                                 braking=0.2 * config.linear_acceleration, gain=15.0, slowest=0.015,
+                                 close_enough=0.0005, response=response)
+
+    def start(self, pose, goal):
+        """Choose the way: the line to the goal, and which end of the robot goes first."""
+        self._line = pose.bearing_to(goal)
+        self._there = pose.distance_to(goal) <= 0.5 * self.distance_tolerance
+        backwards = wrap(self._line + math.pi)
+        self._reverse = self._config.allow_reverse and (
+            _turns(pose.yaw, backwards, goal.yaw) < _turns(pose.yaw, self._line, goal.yaw))
+        self._begin_turn(pose, backwards if self._reverse else self._line)
+        self._driving.start()
+        self._final = False
+
+    def resume(self, state, pose, goal):
+        """Where a drive goes on that was interrupted in a GoalState: on its line if it still faces
+        along it, at its end if only the last turn was left; else it begins anew from here."""
+        along = wrap(self._line + math.pi) if self._reverse else self._line
+        off = difference(along, pose.yaw)
+        if state is GoalState.MOVE_FORWARD and abs(off) <= self.ALONG:
+            self._turning.start(pose.yaw, off)
+            self._driving.start()
+        elif state is GoalState.ROTATE_TO_FINAL:
+            self._final = False
+        else:
+            state = GoalState.ROTATE_TO_GOAL
+            self.start(pose, goal)
+        return state
+
+    def rotate_to_goal(self, motion, goal, dt):
+        """Turn to face along the line, braking so that the turn would end there."""
+        if self._there:
+            return LawStep(Twist2(), 0.0, True)
+        turn = self._turn(motion, dt)
+        return self._step(0.0, turn, turn.remaining, abs(turn.remaining) < self.FACING)
+
+    def move_forward(self, motion, goal, dt):
+        """Along the line to the goal, the heading held; ends where it would come to rest there.
+
+        Only where a late command let the robot slip through, it waits for rest, and backs up
+        straight if that is outside the tolerance.
+        """
+        ahead, aside = self._on_line(motion.pose, goal)
+        direction = -1.0 if self._reverse else 1.0
+        outside = 0.8 * self.distance_tolerance
+        speed = direction * self._driving.step(ahead, direction * motion.linear,
+                                               self._max_linear, dt, backwards_from=outside)
+        at_rest = self._driving.at_rest
+        slips = at_rest < -0.3 * self.distance_tolerance and abs(motion.linear) > self.REST_SPEED
+        look = wrap(self._line + math.atan2(-aside, self.LOOK_AHEAD))
+        self._turning.aim(wrap(look + math.pi) if self._reverse else look)
+        arrived = -outside <= at_rest <= self.STOP_AHEAD and not slips
+        return self._step(speed, self._turn(motion, dt), ahead, self._there or arrived)
+
+    def rotate_to_final(self, motion, goal, dt):
+        """Turn to the heading asked for; ends settled: inside the tolerance and at rest."""
+        if not self._final:
+            self._final = True
+            self._begin_turn(motion.pose, goal.yaw)
+        turn = self._turn(motion, dt)
+        return self._step(0.0, turn, turn.remaining, turn.finished)
+
+    def shortfall(self, pose, goal):
+        """Where the robot stopped outside the tolerance, by how much."""
+        distance = pose.distance_to(goal)
+        if distance <= self.distance_tolerance:
+            return ''
+        return 'stopped {:.0f} mm from the goal (tolerance {:.0f} mm)'.format(
+            1000.0 * distance, 1000.0 * self.distance_tolerance)
+
+    def _begin_turn(self, pose, face):
+        self._turning.start(pose.yaw, difference(face, pose.yaw))
+
+    def _turn(self, motion, dt):
+        return self._turning.step(motion.pose.yaw, motion.angular, dt, motion.imu_age,
+                                  motion.yaw_noise)
+
+    def _on_line(self, pose, goal):
+        """(way left along the line, offset to its left) [m]."""
+        goal_T_line = Pose2(goal.x, goal.y, self._line)
+        place = goal_T_line.inverse() @ pose
+        return -place.x, place.y
+
+    def _step(self, linear, turn, remaining, finished):
+        both = Twist2(linear, turn.command.angular)
+        return LawStep(saturate(both, self._max_linear, self._max_angular, self._model),
+                       remaining, finished)
+
+
+def _turns(start, face, final):
+    """Angle turned in all when a drive faces `face` on its way from heading to heading [rad]."""
+    return abs(difference(face, start)) + abs(difference(final, face))

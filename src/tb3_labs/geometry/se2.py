@@ -1,0 +1,72 @@
+"""Poses in the plane and what they do to points: the handout's transformation.
+
+A pose ``A_T_B`` says where frame B stands in frame A. A point known in B is known in A by
+
+    p_A = R(theta) p_B + t            (``A_T_B.act(p_B)``)
+
+and the way back is ``p_B = R(theta)^-1 (p_A - t)`` (``A_T_B.inverse().act(p_A)``).
+Poses chain by their frames' names: ``A_T_B @ B_T_C`` is ``A_T_C``.
+
+Units: metres and radians. Source: the Transformation lab's handout; names of frame pairs as
+in the Sophus library.
+"""
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from tb3_labs.geometry.angles import wrap
+
+
+def rotation_matrix(theta):
+    """R(theta), shape (2, 2): turns a point by `theta`, counter-clockwise."""
+    cos, sin = math.cos(theta), math.sin(theta)
+    return np.array([[cos, -sin],
+                     [sin, cos]])
+
+
+@dataclass(frozen=True)
+class Pose2:
+    """A place and a heading in the plane: `x`, `y` [m], `yaw` [rad]."""
+
+    x: float = 0.0
+    y: float = 0.0
+    yaw: float = 0.0
+
+    def act(self, points):
+        """`points` of this pose's own frame, shape (..., 2) [m], seen from its parent frame."""
+        return np.asarray(points, dtype=float) @ rotation_matrix(self.yaw).T + (self.x, self.y)
+
+    def inverse(self):
+        """The parent frame as this pose's own frame sees it."""
+        cos, sin = math.cos(self.yaw), math.sin(self.yaw)
+        return Pose2(-cos * self.x - sin * self.y, sin * self.x - cos * self.y, wrap(-self.yaw))
+
+    def __matmul__(self, other):
+        """A_T_B @ B_T_C = A_T_C."""
+        cos, sin = math.cos(self.yaw), math.sin(self.yaw)
+        return Pose2(self.x + cos * other.x - sin * other.y,
+                     self.y + sin * other.x + cos * other.y,
+                     wrap(self.yaw + other.yaw))
+
+    def distance_to(self, other):
+        """Straight-line distance between the two places [m]."""
+        return math.hypot(other.x - self.x, other.y - self.y)
+
+    def bearing_to(self, other):
+        """Direction of `other` from here, in the parent frame [rad], (-pi, pi]."""
+        return wrap(math.atan2(other.y - self.y, other.x - self.x))
+
+    def is_finite(self):
+        """False where any of the three numbers is NaN or infinite."""
+        return math.isfinite(self.x) and math.isfinite(self.y) and math.isfinite(self.yaw)
+
+    def __str__(self):
+        return 'x={:.3f}, y={:.3f}, yaw={:.1f} deg'.format(self.x, self.y, math.degrees(self.yaw))
+
+
+def interpolate(start, end, fraction):
+    """The pose `fraction` (0 to 1) of the way from `start` to `end`, turning the short way."""
+    return Pose2(start.x + fraction * (end.x - start.x),
+                 start.y + fraction * (end.y - start.y),
+                 wrap(start.yaw + fraction * wrap(end.yaw - start.yaw)))

@@ -1,0 +1,157 @@
+"""The last moments of both sensors, and what both said at one instant.
+
+The IMU speaks far more often than is needed, and a node leaves out samples of it. So the yaw within
+a longer gap of the IMU is bridged by the odometry, whose every message is read: it turns as the IMU
+does, from the last sample before the gap on.
+
+Units: seconds on the sender's clock (:mod:`tb3_labs.localization.sender_clock`), metres, radians. Edge cases:
+a new epoch of that clock starts the history anew; over a gap of the odometry of more than `MAX_GAP`
+nothing is interpolated; order of arrival between the two sensors does not matter.
+"""
+from bisect import bisect_left
+from collections import deque
+from typing import NamedTuple
+
+from tb3_labs.geometry.angles import difference, wrap
+from tb3_labs.geometry.se2 import Pose2, interpolate
+from tb3_labs.localization.sender_clock import SenderClock
+
+#: How much is remembered [s].
+MEMORY = 1.5
+#: Longest silence over which motion is taken to be even [s].
+MAX_GAP = 0.3
+#: Longest gap of the IMU that the odometry bridges: it turns less than half a turn in it [s].
+MAX_BRIDGE = 1.0
+
+
+class Track:
+    """Values of one source over time, in order of time."""
+
+    def __init__(self, between):
+        self._between = between
+        self._times = deque()
+        self._values = deque()
+
+    def add(self, time, value):
+        """Append a value; `time` is not before the last one's. At the same time the newer counts."""
+        if time == self.newest:
+            self._times.pop()
+            self._values.pop()
+        self._times.append(time)
+        self._values.append(value)
+        while self._times[0] < time - MEMORY:
+            self._times.popleft()
+            self._values.popleft()
+
+    def clear(self):
+        """Forget everything."""
+        self._times.clear()
+        self._values.clear()
+
+    @property
+    def newest(self):
+        """Time of the newest value; minus infinity where there is none."""
+        return self._times[-1] if self._times else float('-inf')
+
+    def around(self, time):
+        """The samples (time, value) before and after `time`, one and the same if it is one's own;
+        None outside of the track."""
+        index = bisect_left(self._times, time)
+        if index == len(self._times):
+            return None
+        after = self._times[index], self._values[index]
+        if after[0] == time:
+            return after, after
+        return ((self._times[index - 1], self._values[index - 1]), after) if index else None
+
+    def at(self, time):
+        """The value at `time`, or None where it is not known (too old, too new, in a gap)."""
+        around = self.around(time)
+        if around is None:
+            return None
+        (begin, start), (end, stop) = around
+        if begin == end:
+            return start
+        if end - begin > MAX_GAP:
+            return None
+        return self._between(start, stop, (time - begin) / (end - begin))
+
+
+def _yaw_between(start, end, fraction):
+    return wrap(start + fraction * difference(end, start))
+
+
+class Instant(NamedTuple):
+    """What both sensors said at `stamp` [s, sender's clock]."""
+
+    stamp: float
+    odom_T_base: Pose2
+    imu_yaw: float
+
+
+class SensorHistory:
+    """Remembers IMU and odometry samples; answers for both at one instant."""
+
+    def __init__(self):
+        self._imu = Track(_yaw_between)
+        self._odometry = Track(interpolate)
+        self._unpaired = deque()
+        #: The SenderClock by which samples are ordered.
+        self.clock = SenderClock()
+
+    def add_imu(self, sample, arrival):
+        """Remember an ImuSample that arrived at `arrival` [s, receiver's clock]; its time [s]."""
+        time = self._time_of('imu', sample, arrival)
+        self._imu.add(time, sample.yaw)
+        return time
+
+    def add_odometry(self, sample, arrival):
+        """Remember an OdometrySample that arrived at `arrival` [s, receiver's clock]; its time [s].
+        """
+        time = self._time_of('odometry', sample, arrival)
+        self._odometry.add(time, sample.pose)
+        if self._unpaired and self._unpaired[-1][0] == time:
+            self._unpaired.pop()
+        self._unpaired.append((time, sample))
+        while self._unpaired[0][0] < time - MEMORY:
+            self._unpaired.popleft()
+        return time
+
+    def take_pair(self):
+        """The newest (OdometrySample, IMU yaw at its stamp) that was not taken yet, or None."""
+        pair = None
+        while self._unpaired and self._unpaired[0][0] <= self._imu.newest:
+            time, sample = self._unpaired.popleft()
+            yaw = self._imu_yaw_at(time)
+            pair = pair if yaw is None else (sample, yaw)
+        return pair
+
+    def at(self, stamp):
+        """The Instant at `stamp` [s, sender's clock]; None where it is not known (yet)."""
+        pose = self._odometry.at(stamp)
+        yaw = None if pose is None else self._imu_yaw_at(stamp)
+        return None if yaw is None else Instant(stamp, pose, yaw)
+
+    def _imu_yaw_at(self, time):
+        """The IMU's yaw [rad]: by its own samples, or by the odometry's turn in a gap of them."""
+        yaw, around = self._imu.at(time), self._imu.around(time)
+        if yaw is not None or around is None:
+            return yaw
+        (begin, start), (end, stop) = around
+        before, here, after = (self._odometry.at(moment) for moment in (begin, time, end))
+        if end - begin > MAX_BRIDGE or before is None or here is None:
+            return None
+        yaw = start + difference(here.yaw, before.yaw)
+        if after is not None:    # else the odometry has not come that far yet
+            drift = difference(stop - start, difference(after.yaw, before.yaw))
+            yaw += drift * (time - begin) / (end - begin)
+        return wrap(yaw)
+
+    def _time_of(self, source, sample, arrival):
+        epoch = self.clock.epoch
+        time = self.clock.time_of(source, sample.stamp, arrival)
+        if self.clock.epoch != epoch:
+            self._imu.clear()
+            self._odometry.clear()
+            self._unpaired.clear()
+        return time

@@ -1,0 +1,44 @@
+"""How noisy is the IMU's heading?
+
+Each sample is compared with what the one before and the gyro's rate let expect. Only a robot that
+turns slowly and evenly is looked at: there the comparison shows noise and nothing else.
+
+Units: radians, rad/s, seconds on the sender's clock.
+"""
+import math
+
+from tb3_labs.geometry.angles import difference
+
+#: A robot turns slowly and evenly where its rate, and the change of that, are below this [rad/s].
+SLOW = 0.2
+EVEN = 0.03
+#: Samples farther apart than this are not compared [s].
+FARTHEST = 0.1
+#: Share of each new sample, after the first ones.
+SHARE = 0.02
+
+
+class YawNoise:
+    """Learns from the samples of one IMU."""
+
+    def __init__(self):
+        #: Standard deviation of one sample's yaw [rad].
+        self.deviation = 0.0
+        self._count = 0
+        self._before = None
+
+    def learn(self, sample, time):
+        """Take in an ImuSample that was measured at `time`."""
+        before, self._before = self._before, (sample, time)
+        if before is None or not 0.0 < time - before[1] < FARTHEST:
+            return
+        first, begin = before
+        if abs(sample.yaw_rate) > SLOW or abs(sample.yaw_rate - first.yaw_rate) > EVEN:
+            return
+        turned = 0.5 * (first.yaw_rate + sample.yaw_rate) * (time - begin)
+        # the difference of two samples has twice the variance of one
+        square = 0.5 * (difference(sample.yaw, first.yaw) - turned) ** 2
+        self._count += 1
+        variance = self.deviation ** 2
+        self.deviation = math.sqrt(
+            variance + max(SHARE, 1.0 / self._count) * (square - variance))

@@ -1,0 +1,47 @@
+"""What the robot's two sensors say, without ROS.
+
+Units: seconds, metres, radians. `stamp` is the sender's clock, which may be off by a second.
+"""
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.se2 import Pose2
+
+#: No robot turns farther between two samples of its IMU, nor in a silence of it: who drives by the
+#: IMU stops, and so does the robot [rad].
+FARTHEST_TURN = 1.0
+
+
+class ImuSample(NamedTuple):    # there are hundreds a second: this is made faster than a dataclass
+    """One message of the IMU: heading in a frame of its own and the gyro's rate."""
+
+    stamp: float
+    yaw: float            # [rad], (-pi, pi]
+    yaw_rate: float       # [rad/s]
+
+
+@dataclass(frozen=True)
+class OdometrySample:
+    """One message of the wheels' odometry: pose and speed in the `odom` frame."""
+
+    stamp: float
+    pose: Pose2           # odom_T_base
+    linear: float         # forward speed [m/s]
+    angular: float        # [rad/s]; a spike of 2 pi times the rate at each +/-180 deg crossing
+
+
+def with_stamp(sample, stamp):
+    """The same sample with another stamp."""
+    if isinstance(sample, ImuSample):
+        return sample._replace(stamp=stamp)
+    return replace(sample, stamp=stamp)
+
+
+def heading_jump(before, after):
+    """'' or what is wrong with the IMU, given the yaws of two samples in a row [rad]."""
+    turned = difference(after, before)
+    if abs(turned) <= FARTHEST_TURN:
+        return ''
+    return "the IMU's heading jumped by {:.0f} degrees".format(abs(math.degrees(turned)))

@@ -1,0 +1,1 @@
+"""From a recorded bag to a `report.run_data.RunData`."""

@@ -1,0 +1,94 @@
+"""rosbag -> RunData, for any bag with an Imu and an Odometry."""
+import struct
+
+import numpy as np
+import rosbag
+
+from tb3_labs.report.run_data import RunData, SenderClock
+from tb3_labs.ros.bags.collectors import make_collectors
+from tb3_labs.ros.bags.topics import BagProblem, choose_topics, parent
+
+
+def read_run(path, namespace=None, progress=lambda fraction: None):
+    """The RunData of the bag file `path`.
+
+    `namespace` chooses a robot where there are several; `progress` hears how much has been read,
+    0 to 1. Raises BagProblem.
+    """
+    try:
+        recording, collectors = _gather(path, namespace, progress)
+    except FileNotFoundError:
+        raise BagProblem('{}: there is no such file'.format(path)) from None
+    except rosbag.ROSBagUnindexedException:
+        raise BagProblem('{0}: the recording was cut off and has no index; mend it with: '
+                         'rosbag reindex {0}'.format(path)) from None
+    except rosbag.ROSBagException as problem:
+        raise BagProblem('{0}: not a whole bag file ({1}); if it was cut off, try: rosbag reindex '
+                         '{0}'.format(path, _one_line(problem))) from None
+    except (OSError, EOFError, ValueError, KeyError, struct.error) as problem:
+        raise BagProblem('{}: cannot be read ({}); is it a bag, and a whole one?'.format(
+            path, _one_line(problem))) from None
+    return _arrange(recording, collectors)
+
+
+def _one_line(problem):
+    return ' '.join(str(getattr(problem, 'strerror', None) or problem).split())
+
+
+class _BagByChunks(rosbag.Bag):
+    """A bag whose index is read a chunk at a time, while its messages are, in the file's order.
+
+    rosbag itself reads the whole index first, an object of 250 bytes for each message of each topic:
+    more than all that is wanted of the messages.
+    """
+
+    def __init__(self, path):
+        super().__init__(path, skip_index=True)
+
+    def _get_entries(self, connections=None, start_time=None, end_time=None):
+        """The index entries that rosbag's read_messages() goes through."""
+        wanted = {connection.id for connection in connections}
+        for chunk in self._chunks:
+            header = self._chunk_headers[chunk.pos]
+            self._file.seek(header.data_pos + header.compressed_size)    # its index comes after it
+            self._curr_chunk_info = chunk       # where rosbag's reader takes it from
+            entries = []
+            for _ in chunk.connection_counts:
+                connection, index = self._reader.read_connection_index_record()
+                if connection in wanted:
+                    entries += index
+            yield from sorted(entries, key=lambda entry: entry.offset)
+
+
+def _gather(path, namespace, progress):
+    """({what RunData wants of the bag itself}, {RunData's field: collector})."""
+    with _BagByChunks(str(path)) as bag:
+        types = {topic: (info.msg_type, info.message_count) for topic, info
+                 in bag.get_type_and_topic_info().topics.items() if info.message_count}
+        topics = choose_topics(types, namespace)
+        start, total = bag.get_start_time(), sum(types[topic][1] for topic in topics.values())
+        collectors = make_collectors(topics, (parent(topics['odometry']) + 'local').strip('/'))
+        add = {topic: collectors[part].add for part, topic in topics.items()}
+        step = max(1, total // 200)
+        for number, (topic, message, arrival) in enumerate(
+                bag.read_messages(list(add), raw=True)):
+            add[topic](message[1], arrival.to_sec() - start, start)
+            if number % step == 0:
+                progress(number / total)
+        progress(1.0)
+        return dict(name=str(path), start=start, duration=bag.get_end_time() - start,
+                    topics=topics), collectors
+
+
+def _arrange(recording, collectors):
+    """The RunData of what was gathered."""
+    odometry = collectors['odometry']
+    clock = SenderClock.of(np.array(odometry.arrival), np.array(odometry.stamp)) if (
+        len(odometry.stamp)) else None
+    samples = {part: collector.samples(clock) for part, collector in collectors.items()}
+    for part in ('imu', 'odometry'):
+        if not len(samples[part]):
+            raise BagProblem('{}: not one good message on {} (bad quaternions?)'.format(
+                recording['name'], recording['topics'][part]))
+    dropped = {part: collector.bad for part, collector in collectors.items()}
+    return RunData(dropped=dropped, **recording, **samples)

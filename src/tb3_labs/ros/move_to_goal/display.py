@@ -1,0 +1,63 @@
+"""What others may see of a drive: pose and path in the local frame, the frame, the way to go."""
+import math
+
+import rospy
+import tf2_ros
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path
+
+from tb3_labs.geometry.angles import difference
+from tb3_labs.ros.conversions import to_pose_stamped, to_transform
+from tb3_labs.ros.move_to_goal.markers import WayMarker
+
+#: A new point of the path after this way [m] or turn [rad];
+PATH_STEP = 0.02
+PATH_TURN = math.radians(10.0)
+#: beyond this many points every other one is dropped.
+PATH_POINTS = 1000
+#: The path is sent at most this often [1/s].
+PATH_RATE = 5.0
+
+
+class LocalDisplay:
+    """Publishes `local_pose`, `local_path` and the tf from the odometry's frame to local."""
+
+    def __init__(self, local_frame):
+        self._frame = local_frame
+        self._pose = rospy.Publisher('local_pose', PoseStamped, queue_size=1)
+        self._path = rospy.Publisher('local_path', Path, queue_size=1, latch=True)
+        self._tf = tf2_ros.TransformBroadcaster()
+        self._way = WayMarker(local_frame)
+        self._way_sent = -math.inf
+        self._points = []
+        self._path_sent = -math.inf
+
+    def show(self, fix, odom_T_local, odom_frame, machine):
+        """Publish one localizer.Fix, on its way to the goal of `machine`; its PoseStamped."""
+        message = to_pose_stamped(fix.local_T_base, self._frame, fix.stamp)
+        self._pose.publish(message)
+        self._tf.sendTransform(to_transform(odom_T_local, odom_frame, self._frame, fix.stamp))
+        self._extend_path(fix, message)
+        if abs(fix.stamp - self._way_sent) >= 1.0 / PATH_RATE:
+            self._way_sent = fix.stamp
+            self._way.show(fix.local_T_base, machine.goal if machine.active else None)
+        return message
+
+    def forget_path(self):
+        """The local frame is another one: what was driven in the old one means nothing."""
+        self._points = []
+        self._path_sent = -math.inf
+
+    def _extend_path(self, fix, message):
+        if self._points:
+            last = self._points[-1][0]
+            if last.distance_to(fix.local_T_base) < PATH_STEP and (
+                    abs(difference(fix.local_T_base.yaw, last.yaw)) < PATH_TURN):
+                return
+        self._points.append((fix.local_T_base, message))
+        if len(self._points) > PATH_POINTS:
+            self._points = self._points[::2]
+        if abs(fix.stamp - self._path_sent) >= 1.0 / PATH_RATE:
+            self._path_sent = fix.stamp
+            path = Path(header=message.header, poses=[point for _, point in self._points])
+            self._path.publish(path)

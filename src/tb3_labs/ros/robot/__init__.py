@@ -1,0 +1,1 @@
+"""The embedded robots on the topics of real ones."""

@@ -1,0 +1,138 @@
+"""A node, or another program, as a process of its own, and all that it prints; for tests."""
+import os
+import pty
+import signal
+import subprocess
+import threading
+import time
+
+from tb3_labs.ros.testing.bounded_text import BoundedText
+
+#: Its output is read no faster than this, so that a flood of it leaves the machine to others
+#: [characters/s].
+FASTEST_READING = 1e6
+
+
+class Program:
+    """``command`` (a list of words) in a process group of its own.
+
+    With `terminal` it gets a pseudo-terminal to read from and print to, as if a person had started
+    it; else it reads what is given as `typed` and then finds the end of its input. What it prints,
+    errors too, is one text, of which head and tail are kept.
+    """
+
+    def __init__(self, command, terminal=False, typed='', environment=None):
+        self._changed = threading.Condition()
+        self._text = BoundedText()
+        output, theirs = pty.openpty() if terminal else os.pipe()
+        self._keyboard = output if terminal else None
+        self._process = subprocess.Popen(
+            command,
+            stdin=theirs if terminal else subprocess.PIPE, stdout=theirs, stderr=theirs,
+            # else what is printed to a pipe is seen at the end only
+            env=dict(os.environ, PYTHONUNBUFFERED='1', **(environment or {})),
+            start_new_session=True)
+        os.close(theirs)
+        if not terminal:
+            self._process.stdin.write(typed.encode())
+            self._process.stdin.close()
+        self._reader = threading.Thread(target=self._read, args=(output,), daemon=True)
+        self._reader.start()
+
+    def _read(self, output):
+        while True:
+            try:
+                chunk = os.read(output, 65536)
+            except OSError:    # a pseudo-terminal whose other side has gone
+                chunk = b''
+            with self._changed:
+                self._text.append(chunk.decode(errors='replace').replace('\r\n', '\n'))
+                self._changed.notify_all()
+            if not chunk:
+                return
+            time.sleep(len(chunk) / FASTEST_READING)
+
+    @property
+    def text(self):
+        """What it printed so far."""
+        with self._changed:
+            return str(self._text)
+
+    @property
+    def lines(self):
+        """What it printed so far, line by line."""
+        return self.text.splitlines()
+
+    @property
+    def printed(self):
+        """How much it printed so far: (characters, lines)."""
+        with self._changed:
+            return self._text.length, self._text.lines
+
+    def text_since(self, characters):
+        """What it printed after so many characters, as far as it is kept."""
+        with self._changed:
+            return self._text.since(characters)
+
+    @property
+    def status(self):
+        """Exit status, or None while it runs."""
+        return self._process.poll()
+
+    def type(self, line):
+        """Type a line, and Enter."""
+        os.write(self._keyboard, line.encode() + b'\n')
+
+    def wait_for(self, words, seconds=20.0, times=1):
+        """Wait until `words` were printed so many times; RuntimeError with the output if not."""
+        deadline = time.monotonic() + seconds
+        with self._changed:
+            while str(self._text).count(words) < times:
+                left = deadline - time.monotonic()
+                if left <= 0.0:
+                    raise RuntimeError('waited {:.0f} s in vain for {!r}; printed: {}'.format(
+                        seconds, words, self._text))
+                self._changed.wait(left)
+
+    def where(self):
+        """What all its threads do, where it is a node of this package (see ros.node.run)."""
+        printed, _ = self.printed
+        self.send(signal.SIGUSR1)
+        time.sleep(0.5)
+        return self.text_since(printed)
+
+    def send(self, number):
+        """Send a signal to the whole group."""
+        try:
+            os.killpg(self._process.pid, number)
+        except ProcessLookupError:
+            pass    # it has ended already
+
+    def end(self, number=signal.SIGINT, seconds=10.0):
+        """Send a signal and wait for the end; the exit status. RuntimeError if it goes on."""
+        self.send(number)
+        return self.wait(seconds)
+
+    def wait(self, seconds=10.0):
+        """Wait for the end, of its output too; the exit status. RuntimeError if it goes on."""
+        try:
+            status = self._process.wait(seconds)
+        except subprocess.TimeoutExpired:
+            raise RuntimeError('it still runs after {:.0f} s; printed: {}'.format(
+                seconds, self.text)) from None
+        self._reader.join(1.0)    # a child of its own may keep the output open
+        return status
+
+    def kill(self):
+        """Whatever it does, it ends."""
+        self.send(signal.SIGKILL)
+        self._process.wait()
+
+
+class NodeProcess(Program):
+    """``rosrun package executable arguments...``, with the same options; `prefix` is a command that
+    starts it."""
+
+    def __init__(self, package, executable, *arguments, prefix=(), **options):
+        super().__init__(list(prefix) + ['rosrun', package, executable] + list(arguments),
+                         **options)

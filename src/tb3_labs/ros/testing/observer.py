@@ -1,0 +1,88 @@
+"""Watches topics for code that waits: the demonstration and the tests."""
+import threading
+import time
+from collections import deque
+
+import rospy
+from geometry_msgs.msg import PoseStamped, Twist
+
+from tb3_labs.geometry.angles import difference
+from tb3_labs.ros.conversions import to_pose2
+from tb3_labs.ros.node import subscribe
+
+
+#: So much of each topic is kept: minutes, not hours.
+KEPT = 20000
+#: A pose that changed by less than this in so long rests [m], [rad], [s].
+REST_WAY = 1e-5
+REST_TURN = 1e-5
+REST_TIME = 0.3
+
+
+class Observer:
+    """Keeps what arrives on the topics it watches, and waits for conditions.
+
+    Times of arrival are ROS time [s]; deadlines are wall time, so that a simulated clock which
+    stands still cannot hang anybody.
+    """
+
+    def __init__(self):
+        self._changed = threading.Condition(threading.RLock())
+        self._seen = {}
+
+    def watch(self, topic, kind, read=None):
+        """Keep what arrives on `topic`; `read` turns each message into what is kept."""
+        self._seen[topic] = deque(maxlen=KEPT)
+
+        def keep(value):
+            with self._changed:
+                self._seen[topic].append((rospy.get_time(), value))
+                self._changed.notify_all()
+        subscribe(topic, kind, keep, read, queue_size=KEPT)    # one of two at once is missed else
+
+    def watch_robot(self):
+        """Keep `cmd_vel` as (linear [m/s], angular [rad/s]), and `ground_truth` as Pose2."""
+        self.watch('cmd_vel', Twist, lambda message: (message.linear.x, message.angular.z))
+        self.watch('ground_truth', PoseStamped, lambda message: to_pose2(message.pose))
+
+    def all(self, topic, since=float('-inf')):
+        """[(time, value)] that arrived at or after `since`."""
+        with self._changed:
+            return [entry for entry in self._seen[topic] if entry[0] >= since]
+
+    def latest(self, topic):
+        """The newest value, or None."""
+        with self._changed:
+            return self._seen[topic][-1][1] if self._seen[topic] else None
+
+    def forget(self, topic):
+        """Drop what was kept of `topic`."""
+        with self._changed:
+            self._seen[topic].clear()
+
+    def wait_for(self, topic, condition=lambda value: True, seconds=20.0):
+        """The newest value of `topic` as soon as it fulfils `condition`; else RuntimeError."""
+        return self.wait_until(
+            lambda: self._seen[topic] and condition(self._seen[topic][-1][1]),
+            seconds, topic) and self.latest(topic)
+
+    def wait_for_rest(self, topic, pose_of=lambda value: value, seconds=20.0):
+        """Wait until the poses on `topic` rest; `pose_of` reads a Pose2 from a value."""
+        def rests():
+            recent = [pose_of(value) for _, value in self.all(topic, rospy.get_time() - REST_TIME)]
+            return len(recent) > 5 and recent[0].distance_to(recent[-1]) < REST_WAY and abs(
+                difference(recent[-1].yaw, recent[0].yaw)) < REST_TURN
+        self.wait_until(rests, seconds, 'rest on ' + topic)
+
+    def wait_until(self, condition, seconds=20.0, what='a condition'):
+        """Wait until `condition()` holds; RuntimeError after `seconds` of wall time."""
+        deadline = time.monotonic() + seconds
+        with self._changed:
+            while not condition():
+                left = deadline - time.monotonic()
+                if left <= 0.0:
+                    raise RuntimeError('waited {:.0f} s in vain for {}; last seen: {}'.format(
+                        seconds, what, {topic: seen[-1][1] for topic, seen in self._seen.items()
+                                        if seen and topic in (what, 'goal_state')}))
+                self._changed.wait(min(left, 0.05))
+        return True

@@ -1,0 +1,119 @@
+"""Two driven wheels on a floor: where the robot truly is.
+
+A motor follows its goal speed with a first-order lag, so its speed and its turn are known in
+closed form and no step is too long for them. The pose follows by arcs: exact at constant speed;
+while the speed changes the arcs are short enough for an error of some micrometres per start
+or stop.
+
+Units: SI; motor angles in radians, positive forwards.
+"""
+import copy
+import math
+
+from tb3_labs.geometry.angles import wrap
+from tb3_labs.geometry.se2 import Pose2
+
+#: Longest arc while the speed changes [s].
+LONGEST_ARC = 1.0 / 60.0
+#: A motor this near to its goal speed is there [rad/s].
+STEADY = 1e-6
+
+
+class Drivetrain:
+    """Motors, wheels and the pose they lead to. Time passes in :meth:`advance` only."""
+
+    def __init__(self, model, pose):
+        self._model = model
+        self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
+        self._left_angle = self._right_angle = 0.0
+        self._left_speed = self._right_speed = 0.0
+        self._left_goal = self._right_goal = 0.0
+        self.set_physics(lag=0.0, mismatch=0.0, slip=0.0)
+
+    def set_physics(self, lag, mismatch, slip):
+        """`lag` of the motors [s]; fraction by which the right wheel is smaller; fraction of
+        the wheels' travel that does not move the robot."""
+        self._lag = lag
+        self._left_radius = self._model.wheel_radius * (1.0 - slip)
+        self._right_radius = self._left_radius * (1.0 - mismatch)
+        self.set_goals(self._left_goal, self._right_goal)
+
+    def set_goals(self, left, right):
+        """Goal speeds of the motors [rad/s]."""
+        self._left_goal, self._right_goal = left, right
+        self._settle()
+
+    def _settle(self):
+        """What follows from speeds and goals until one of them changes."""
+        left_excess = self._left_speed - self._left_goal
+        right_excess = self._right_speed - self._right_goal
+        self._steady = not self._lag or (abs(left_excess) < STEADY and abs(right_excess) < STEADY)
+        if self._steady:
+            self._left_speed, self._right_speed = self._left_goal, self._right_goal
+            left_excess = right_excess = 0.0
+        left = self._left_radius / self._model.wheel_separation
+        right = self._right_radius / self._model.wheel_separation
+        self._steady_rate = right * self._right_goal - left * self._left_goal
+        self._fading_rate = right * right_excess - left * left_excess
+
+    @property
+    def turning(self):
+        """(yaw, a, b, lag): in t seconds the rate of turn will be a + b exp(-t / lag) [rad/s];
+        b = 0 at constant speed. The yaw [rad] is not wrapped."""
+        return self._yaw, self._steady_rate, self._fading_rate, self._lag
+
+    @property
+    def pose(self):
+        """Where the robot stands in `world`."""
+        return Pose2(self._x, self._y, wrap(self._yaw))
+
+    @property
+    def velocity(self):
+        """(forward speed [m/s], rate of turn [rad/s]) over the floor."""
+        left = self._left_radius * self._left_speed
+        right = self._right_radius * self._right_speed
+        return (left + right) / 2.0, (right - left) / self._model.wheel_separation
+
+    @property
+    def angles(self):
+        """(left, right) turn of the motors since the start [rad]."""
+        return self._left_angle, self._right_angle
+
+    def ahead(self, dt):
+        """What this will be in `dt` seconds if the goals stay as they are."""
+        later = copy.copy(self)
+        later.advance(dt)
+        return later
+
+    def advance(self, dt):
+        """Let `dt` seconds pass."""
+        if self._steady:
+            if self._left_goal or self._right_goal:
+                self._roll(self._left_goal * dt, self._right_goal * dt)
+            return
+        arcs = math.ceil(dt / LONGEST_ARC - 1e-9) or 1
+        dt /= arcs
+        decay = math.exp(-dt / self._lag)
+        excess_time = self._lag * (1.0 - decay)
+        for _ in range(arcs):
+            left_excess = self._left_speed - self._left_goal
+            right_excess = self._right_speed - self._right_goal
+            self._roll(self._left_goal * dt + left_excess * excess_time,
+                       self._right_goal * dt + right_excess * excess_time)
+            self._left_speed = self._left_goal + left_excess * decay
+            self._right_speed = self._right_goal + right_excess * decay
+        self._settle()
+
+    def _roll(self, left, right):
+        """Turn the motors by these angles [rad]: the robot drives one arc."""
+        self._left_angle += left
+        self._right_angle += right
+        left *= self._left_radius
+        right *= self._right_radius
+        chord = (left + right) / 2.0
+        half = (right - left) / self._model.wheel_separation / 2.0
+        if half:
+            chord *= math.sin(half) / half
+        self._x += chord * math.cos(self._yaw + half)
+        self._y += chord * math.sin(self._yaw + half)
+        self._yaw += 2.0 * half

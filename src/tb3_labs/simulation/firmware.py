@@ -1,0 +1,88 @@
+"""What the robot's own board computes: commands into motor speeds, encoders into odometry.
+
+Copied with its faults, because the labs have to live with them:
+
+- linear and angular speed are clipped each on its own, then each wheel once more, so that a
+  fast curve is neither as fast nor as tight as was asked for;
+- motors take whole steps of speed, cut towards zero;
+- the heading of the odometry is the IMU's: ``dyaw = theta - theta_last`` is *not* wrapped. Each
+  time the IMU crosses +/-180 deg, one sample's displacement points backwards and its
+  twist.angular shows a spike of 2 pi times the rate. The yaw itself stays right;
+- `reset` zeroes the odometry's pose and leaves the IMU's yaw, so that from then on they differ.
+
+Units: SI; motor angles in radians, positive forwards. Source: ROBOTIS OpenCR firmware 1.2.6
+(turtlebot3_core.ino, turtlebot3_motor_driver.cpp).
+"""
+import math
+
+from tb3_labs.geometry.angles import wrap
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.robot.samples import OdometrySample
+from tb3_labs.robot.turtlebot3 import MOTOR_SPEED_STEP, TICKS_PER_TURN
+
+#: Turn of a wheel from one encoder step to the next [rad].
+TICK = 2.0 * math.pi / TICKS_PER_TURN
+
+
+def motor_speeds(linear, angular, model):
+    """(left, right) goal speeds of the motors [rad/s] for a command [m/s], [rad/s]."""
+    linear = _clip(linear, model.max_linear)
+    angular = _clip(angular, model.max_angular)
+    turning = angular * model.half_track
+    return _whole_steps(linear - turning, model), _whole_steps(linear + turning, model)
+
+
+def _whole_steps(rim_speed, model):
+    rim_speed = _clip(rim_speed, model.max_wheel_speed)
+    return int(rim_speed / model.wheel_radius / MOTOR_SPEED_STEP) * MOTOR_SPEED_STEP
+
+
+def _clip(value, limit):
+    return min(max(value, -limit), limit)
+
+
+def encoder(motor_angle):
+    """What the encoder reads at this angle of the motor [ticks]."""
+    return math.floor(motor_angle / TICK)
+
+
+class Odometer:
+    """Pose from encoder ticks and the IMU's yaw."""
+
+    def __init__(self, model, pose, imu_yaw):
+        self._radius = model.wheel_radius
+        self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
+        self._theta_last = imu_yaw
+        self._ticks = self._zero = (0, 0)
+        self._stamp = 0.0
+        self._wheel_speeds = (0.0, 0.0)
+
+    @property
+    def wheel_angles(self):
+        """(left, right) turn of the wheels since the start or the last reset [rad]."""
+        return tuple(TICK * (ticks - zero) for ticks, zero in zip(self._ticks, self._zero))
+
+    @property
+    def wheel_speeds(self):
+        """(left, right) mean speed of the wheels over the last interval [rad/s]."""
+        return self._wheel_speeds
+
+    def update(self, stamp, ticks, imu_yaw):
+        """The sample of this moment; `ticks` is (left, right), `imu_yaw` in (-pi, pi]."""
+        interval = stamp - self._stamp
+        left = TICK * (ticks[0] - self._ticks[0])
+        right = TICK * (ticks[1] - self._ticks[1])
+        distance = self._radius * (left + right) / 2.0
+        turn = imu_yaw - self._theta_last  # not wrapped: see above
+        self._x += distance * math.cos(self._yaw + turn / 2.0)
+        self._y += distance * math.sin(self._yaw + turn / 2.0)
+        self._yaw += turn
+        self._stamp, self._ticks, self._theta_last = stamp, ticks, imu_yaw
+        self._wheel_speeds = (left / interval, right / interval)
+        return OdometrySample(stamp, Pose2(self._x, self._y, wrap(self._yaw)),
+                              distance / interval, turn / interval)
+
+    def reset(self, ticks):
+        """Pose and wheel angles to zero; `ticks` is what the encoders read now."""
+        self._x = self._y = self._yaw = 0.0
+        self._ticks = self._zero = ticks

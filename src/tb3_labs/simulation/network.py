@@ -1,0 +1,154 @@
+"""The network between the embedded robot and a computer: it decides when a message arrives.
+
+    link = Link('sensors', seed=1)
+    link.configure(LinkSettings(delay=0.03, jitter=0.0075), now=0.0)
+    link.send(['a', 'b'], [0.10, 0.11])
+    link.take(0.2)                     # [(0.134, 'a'), (0.151, 'b')]: when, and what
+
+A link is one direction and behaves as TCP does: nothing is lost and nothing overtakes. A message
+arrives its `delay` and a random `jitter` after it was sent, the jitter drawn anew for each; but not
+before the message sent before it, and not in a stall: it waits for the end. A cut is a stall that
+lasts until it is switched off. Messages with one moment of arrival arrive together. A stall of both
+directions is the same one for both links.
+
+Stalls begin as a Poisson process, and none begins within another one, so that none is longer than
+the longest. Everything random comes from the seed, by generators of its own, and does not depend on
+how often :meth:`Link.take` is called.
+
+Units: seconds. Edge cases: a message due at the very end of a stall is not held up; a change of
+delay or jitter leaves alone what is under way; a change of the stalls ends the present one. Where
+messages follow each other faster than the jitter they wait for one another, and are later on
+average than delay and jitter say.
+Source: recordings of real TurtleBot3s over a WLAN (stalls of 0.1 to 0.4 s, then everything at
+once). The jitter's tail: 802.11 draws a new back-off, and tries again, for each frame (Malone,
+Leith and Dangerfield, "Inferring queue state by measuring delay in a WiFi network").
+"""
+import math
+import random
+from collections import deque
+from dataclasses import dataclass
+from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple
+
+#: A moment [s], and what arrives then.
+Arrival = Tuple[float, Any]
+
+#: What a stall may hold up; the last two are also the directions of a Link.
+STALLED = ('both', 'sensors', 'commands')
+#: The longest stall of the recordings [s].
+LONGEST_STALL = 0.4
+
+
+def _network(delay: float = 0.0, stalls_per_min: float = 0.0,
+             longest_stall: float = LONGEST_STALL) -> Dict[str, float]:
+    # A quarter of the delay as the jitter's mean: one message in 55 takes twice the delay.
+    return dict(command_latency=delay, sensor_latency=delay, command_jitter=delay / 4.0,
+                sensor_jitter=delay / 4.0, stalls_per_min=stalls_per_min,
+                longest_stall=longest_stall)
+
+
+#: Networks by name: the settings of tb3_labs.simulation.simulator.SimulatorConfig that make them.
+NETWORKS: Dict[str, Dict[str, float]] = {
+    'quiet': _network(),
+    'good': _network(0.008),
+    'busy': _network(0.015, 20.0, 0.3),
+    'bad': _network(0.030, 40.0, 0.5),
+}
+
+
+@dataclass(frozen=True)
+class LinkSettings:
+    """How one direction is at the moment."""
+
+    delay: float = 0.0              # of everything [s]
+    jitter: float = 0.0             # mean of what comes on top of it, exponential [s]
+    stalls_per_min: float = 0.0
+    longest_stall: float = LONGEST_STALL    # each lasts a uniform random time up to this [s]
+    stalled: str = STALLED[0]
+    is_cut: bool = False            # nothing arrives while it is
+
+    @property
+    def stalls(self) -> Tuple[float, float, str]:
+        return self.stalls_per_min, self.longest_stall, self.stalled
+
+
+class Stalls:
+    """Random stretches [start, end) in which nothing arrives, `rate` per second outside them."""
+
+    def __init__(self, rate: float, longest: float, since: float, seed: int) -> None:
+        self._rate, self._longest = rate, longest
+        self._random = random.Random('stalls {}'.format(seed))
+        self._plan(since)
+
+    def _plan(self, after: float) -> None:
+        gap = self._random.expovariate(self._rate) if self._rate else math.inf
+        self._start = after + gap
+        self._end = self._start + self._random.uniform(0.0, self._longest)
+
+    def release(self, moment: float) -> float:
+        """`moment`, or the end of the stall it falls into. Ask in order."""
+        while moment >= self._end:
+            self._plan(self._end)
+        return self._end if moment >= self._start else moment
+
+
+class Link:
+    """One direction of the network, 'sensors' or 'commands'. Its times never go back."""
+
+    def __init__(self, direction: str, seed: int) -> None:
+        if direction not in STALLED[1:]:
+            raise ValueError('direction = {!r} is not valid: one of {}'.format(
+                direction, ', '.join(STALLED[1:])))
+        self._direction, self._seed = direction, seed
+        self._random = random.Random('jitter of {} {}'.format(direction, seed))
+        self._settings = LinkSettings()
+        self._stalls: Optional[Stalls] = None
+        self._under_way: Deque[Arrival] = deque()   # by the time it is due
+        self._last_due = -math.inf
+        self._arrived: List[Arrival] = []
+        self._is_quiet = True
+        #: Does everything arrive at the moment it is sent? An attribute, since a step asks it.
+        self.is_clear = True
+
+    def configure(self, settings: LinkSettings, now: float) -> None:
+        """Other settings, from `now` on."""
+        self._arrived = self.take(now)
+        before, self._settings = self._settings, settings
+        if settings.stalls != before.stalls:
+            # The links of both directions plan alike: one stall holds up both.
+            has_stalls = settings.stalls_per_min and settings.stalled in ('both', self._direction)
+            self._stalls = Stalls(settings.stalls_per_min / 60.0, settings.longest_stall, now,
+                                  self._seed) if has_stalls else None
+        # What was held up until now is due now.
+        self._under_way = deque((max(due, now), thing) for due, thing in self._under_way)
+        self._is_quiet = not (settings.delay or settings.jitter or self._stalls or settings.is_cut)
+        self.is_clear = self._is_quiet and not (self._under_way or self._arrived)
+
+    def send(self, things: Sequence[Any], moments: Sequence[float]) -> None:
+        """Each of `things` is sent at its moment [s]."""
+        delay, jitter = self._settings.delay, self._settings.jitter
+        latest, append = self._last_due, self._under_way.append
+        for thing, moment in zip(things, moments):
+            due = moment + delay
+            if jitter:
+                due += self._random.expovariate(1.0 / jitter)
+            if due > latest:
+                latest = due
+            append((latest, thing))
+        self._last_due = latest
+        self.is_clear = False
+
+    def take(self, until: float) -> List[Arrival]:
+        """What has arrived by `until` [s], in order, with its moment of arrival."""
+        arrived, self._arrived = self._arrived, []
+        under_way, stalls = self._under_way, self._stalls
+        if not self._settings.is_cut:
+            while under_way and under_way[0][0] <= until:
+                if stalls:
+                    arrival = stalls.release(under_way[0][0])
+                    if arrival > until:
+                        break
+                    arrived.append((arrival, under_way.popleft()[1]))
+                else:
+                    arrived.append(under_way.popleft())
+        self.is_clear = self._is_quiet and not under_way
+        return arrived

@@ -1,0 +1,195 @@
+"""One motion from start to rest, in pure Python: a node's core on the embedded robot.
+
+Faster than real time by orders of magnitude; the benchmark and the tests judge by it. What is
+judged is the robot's true pose, never what the core believes.
+
+Units: seconds, metres, radians.
+"""
+import math
+from dataclasses import dataclass
+
+from tb3_labs.control.driving import DriveConfig, make_law
+from tb3_labs.control.goal_machine import GoalState
+from tb3_labs.control.speed_laws import Twist2
+from tb3_labs.control.turning import TurnConfig, make_turn
+from tb3_labs.geometry.angles import continuous, difference
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.nodes.controller import LabController
+from tb3_labs.nodes.move_to_goal import Navigator
+from tb3_labs.robot.samples import ImuSample
+from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.simulation.simulator import Simulator
+from tb3_labs.supervision.arbitration import Driver
+
+#: Between two looks at the robot's true pose [s].
+LOOK_PERIOD = 0.02
+TURN_LOOK_PERIOD = 0.005
+#: A robot that does not move for this long has come to rest for good [s].
+SETTLED_TIME = 0.5
+#: A robot that is slower than this goes less than 0.3 mm and 0.1 deg further [m/s], [rad/s].
+AT_REST = 0.005, 0.03
+#: A robot that is slower than this is at rest for good [m/s], [rad/s].
+REST_LINEAR = 0.001
+REST_ANGULAR = 0.01
+
+
+@dataclass(frozen=True)
+class SpotTurn:
+    """How a turn on the spot went; true angles, against the robot's real heading."""
+
+    turned: float           # [rad], counted over whole turns
+    time: float             # from the first command to rest [s]
+    overshoot: float        # farthest beyond the goal [rad]; 0 if never
+    fastest: float          # [rad/s], commanded
+
+
+@dataclass(frozen=True)
+class Drive:
+    """How a drive went; errors are true ones, against the robot's real pose."""
+
+    reached: bool
+    failure: str
+    time: float             # from the first command to rest [s]
+    distance_error: float   # [m]
+    angle_error: float      # [rad]
+    max_linear: float       # fastest command [m/s]
+    max_angular: float      # fastest command [rad/s]
+    max_wheel: float        # fastest wheel asked for [m/s]
+    overrun: float          # how far it drove beyond the goal along its line [m]
+    rested: bool            # was it slower than AT_REST when the drive was said to be over?
+
+
+def drive(goal, robot_config, drive_config=DriveConfig(), declared=Pose2(), give_up_after=180.0):
+    """Let a robot that is declared to be at `declared` drive to `goal` (both in local)."""
+    model = robot_model(robot_config.model)
+    robot = Simulator(robot_config)
+    navigator = Navigator(make_law(drive_config, model), has_control=True)
+    _navigate(robot, navigator, 0.2)
+    navigator.localizer.reset(declared, robot.now)
+    _navigate(robot, navigator, 0.5)
+    local_T_world = declared @ robot.truth.inverse()
+    navigator.set_goal(goal)
+    begun = robot.now
+    along = Pose2(goal.x, goal.y, declared.bearing_to(goal)).inverse() @ local_T_world
+    commands, overrun = [], -math.inf
+    while navigator.machine.active and robot.now - begun < give_up_after:
+        commands += _navigate(robot, navigator, LOOK_PERIOD)
+        overrun = max(overrun, (along @ robot.truth).x)
+    rested = all(abs(speed) <= rest for speed, rest in zip(robot.true_velocity, AT_REST))
+    _come_to_rest(robot)
+    here = local_T_world @ robot.truth
+    return Drive(
+        navigator.machine.state is GoalState.GOAL_REACHED, navigator.machine.failure,
+        robot.now - begun, here.distance_to(goal), difference(here.yaw, goal.yaw),
+        max(abs(linear) for linear, _ in commands), max(abs(angular) for _, angular in commands),
+        max(abs(linear) + model.half_track * abs(angular) for linear, angular in commands), overrun,
+        rested)
+
+
+def turns(degrees, robot_config, turn_config=TurnConfig(), wait=0.3):
+    """Let a robot make several turns on the spot, one after the other; a SpotTurn for each."""
+    robot = Simulator(robot_config)
+    controller = LabController(make_turn(turn_config, robot_model(robot_config.model)))
+    _control(robot, controller, wait)
+    return [_turn(robot, controller, asked) for asked in degrees]
+
+
+def _turn(robot, controller, degrees):
+    start = yaw = robot.truth.yaw
+    begun = resting_since = robot.now
+    goal, sign = math.radians(degrees), math.copysign(1.0, degrees)
+    commands, overshoot = [], 0.0
+    controller.ask(degrees, robot.now)
+    while controller.driver is Driver.TURN or robot.now - resting_since < SETTLED_TIME:
+        commands += _control(robot, controller, TURN_LOOK_PERIOD)
+        yaw = continuous(robot.truth.yaw, yaw)
+        overshoot = max(overshoot, sign * (yaw - start - goal))
+        if _moves(robot):
+            resting_since = robot.now
+    return SpotTurn(yaw - start, resting_since - begun, overshoot,
+                    max(abs(angular) for _, angular in commands))
+
+
+def _come_to_rest(robot):
+    while _moves(robot):
+        robot.step(LOOK_PERIOD)
+
+
+def _moves(robot):
+    linear, angular = robot.true_velocity
+    return abs(linear) > REST_LINEAR or abs(angular) > REST_ANGULAR
+
+
+def _navigate(robot, navigator, seconds):
+    """Let time pass for a drive; returns the commands."""
+    return run(robot, navigator, navigation(robot, navigator), seconds)
+
+
+def _control(robot, controller, seconds):
+    """Let time pass for a turn; returns the commands."""
+    return run(robot, controller, control(robot, controller), seconds)
+
+
+def navigation(robot, navigator):
+    """What hears a robot's samples for a Navigator."""
+    is_idle = _idle(robot, navigator)
+
+    def hear(sample):
+        if isinstance(sample, ImuSample):
+            if is_idle():
+                return
+            navigator.on_imu(sample, robot.now)
+        else:
+            navigator.on_odometry(sample, robot.now)
+        navigator.localizer.take_fix()
+    return hear
+
+
+def control(robot, controller):
+    """What hears a robot's samples for a LabController."""
+    is_idle = _idle(robot, controller)
+
+    def hear(sample):
+        if isinstance(sample, ImuSample) and not is_idle():
+            controller.on_imu(sample, robot.now)
+    return hear
+
+
+def _idle(robot, driver):
+    """Is an IMU sample one that the node of `driver` would not read now? See ros.node.subscribe."""
+    woken = -math.inf
+
+    def is_idle():
+        nonlocal woken
+        if robot.now < woken:
+            return True
+        woken = robot.now + driver.idle_for(robot.now)
+        return False
+    return is_idle
+
+
+def run(robot, driver, hear, seconds):
+    """Let time pass: each sample is heard when it arrives, and what `driver` then commands goes to
+    the robot. Returns the commands, a standing Twist2 where it fell silent."""
+    commands = []
+    end = robot.now + seconds
+    while robot.now < end:
+        for sample in _as_read(robot.step(min(1.0 / robot.config.imu_rate, end - robot.now))):
+            hear(sample)
+            _obey(robot, driver, commands)
+        _obey(robot, driver, commands)
+    return commands
+
+
+def _as_read(samples):
+    """What a node reads of samples that arrived together: of the IMU's only the newest."""
+    last = max((index for index, sample in enumerate(samples) if isinstance(sample, ImuSample)),
+               default=None)
+    return [sample for index, sample in enumerate(samples)
+            if index == last or not isinstance(sample, ImuSample)]
+
+
+def _obey(robot, driver, commands):
+    if driver.due(robot.now):
+        commands.append(driver.command(robot.now) or Twist2())
+        robot.command(*commands[-1])

@@ -1,0 +1,114 @@
+"""Who drives, who holds the robot? One rule: a table says whose turn it is after an event.
+
+Of `controller`, which drives by a turn or by the mouse:
+
+    driver   event             driver then
+    nobody   turn asked        turn
+    nobody   mouse moved       mouse
+    turn     turn asked        turn     (its goal is moved)
+    turn     turn over         nobody
+    turn     mouse moved       mouse    (the turn is given up)
+    turn     mouse centred     turn     (a mouse at rest leaves it alone)
+    turn     mouse released    nobody   (the turn is given up)
+    mouse    turn asked        mouse    (refused)
+    mouse    mouse centred     nobody
+    mouse    mouse released    nobody
+
+`mouse moved` and `mouse centred` come from an active mouse, outside and inside its dead zone;
+`mouse released` is the moment in which it is deactivated or lost, not every message of a mouse that
+is not active. At each change the robot is stopped first, by one zero.
+
+Of `gamepad`, which holds the robot itself or hands it over:
+
+    holder         event            holder then
+    nobody         pad ready        gamepad
+    nobody         relinquish       move_to_goal
+    nobody         given            move_to_goal
+    gamepad        relinquish       move_to_goal
+    gamepad        given            move_to_goal
+    gamepad        pad lost         nobody
+    move_to_goal   regain           nobody
+    move_to_goal   taken            nobody
+    move_to_goal   pad lost         nobody
+
+`relinquish` and `regain` are presses of their buttons, rising edges. `given` and `taken` are what
+others did: a hand, another pad, move_to_goal itself. `pad ready` means that the pad is heard and
+its sticks are at rest (or, with a hold button, that this was pressed anew). So a stick that is
+already pushed when the robot comes back drives nothing. A lost pad gives the robot to nobody: an
+operator without a stop button is no operator. Whoever stops holding the robot sends one zero and
+is silent.
+
+What is not listed changes nothing.
+Sources: the handouts of both labs, and what happened to those who had no such rule.
+"""
+from enum import Enum
+from typing import Dict, Tuple, TypeVar
+
+
+class Driver(Enum):
+    """Who drives the robot, as `controller` decides."""
+
+    NOBODY = 'nobody'
+    TURN = 'turn'
+    MOUSE = 'mouse'
+
+
+class DriverEvent(Enum):
+    """What may change that."""
+
+    TURN_ASKED = 'turn asked'
+    TURN_OVER = 'turn over'
+    MOUSE_MOVED = 'mouse moved'
+    MOUSE_CENTRED = 'mouse centred'
+    MOUSE_RELEASED = 'mouse released'
+
+
+DRIVERS = {
+    (Driver.NOBODY, DriverEvent.TURN_ASKED): Driver.TURN,
+    (Driver.NOBODY, DriverEvent.MOUSE_MOVED): Driver.MOUSE,
+    (Driver.TURN, DriverEvent.TURN_OVER): Driver.NOBODY,
+    (Driver.TURN, DriverEvent.MOUSE_MOVED): Driver.MOUSE,
+    (Driver.TURN, DriverEvent.MOUSE_RELEASED): Driver.NOBODY,
+    (Driver.MOUSE, DriverEvent.MOUSE_CENTRED): Driver.NOBODY,
+    (Driver.MOUSE, DriverEvent.MOUSE_RELEASED): Driver.NOBODY,
+}
+
+
+class Holder(Enum):
+    """Who may drive, as a `gamepad` knows it."""
+
+    NOBODY = 'nobody'
+    GAMEPAD = 'gamepad'
+    MOVE_TO_GOAL = 'move_to_goal'
+
+
+class HolderEvent(Enum):
+    """What may change that."""
+
+    READY = 'pad ready'
+    RELINQUISH = 'relinquish'
+    REGAIN = 'regain'
+    GIVEN = 'given'
+    TAKEN = 'taken'
+    LOST = 'pad lost'
+
+
+HOLDERS = {
+    (Holder.NOBODY, HolderEvent.READY): Holder.GAMEPAD,
+    (Holder.NOBODY, HolderEvent.RELINQUISH): Holder.MOVE_TO_GOAL,
+    (Holder.NOBODY, HolderEvent.GIVEN): Holder.MOVE_TO_GOAL,
+    (Holder.GAMEPAD, HolderEvent.RELINQUISH): Holder.MOVE_TO_GOAL,
+    (Holder.GAMEPAD, HolderEvent.GIVEN): Holder.MOVE_TO_GOAL,
+    (Holder.GAMEPAD, HolderEvent.LOST): Holder.NOBODY,
+    (Holder.MOVE_TO_GOAL, HolderEvent.REGAIN): Holder.NOBODY,
+    (Holder.MOVE_TO_GOAL, HolderEvent.TAKEN): Holder.NOBODY,
+    (Holder.MOVE_TO_GOAL, HolderEvent.LOST): Holder.NOBODY,
+}
+
+Who = TypeVar('Who')
+What = TypeVar('What')
+
+
+def after(table: Dict[Tuple[Who, What], Who], who: Who, event: What) -> Who:
+    """Who drives or holds the robot after `event`, by `table` (DRIVERS or HOLDERS)."""
+    return table.get((who, event), who)

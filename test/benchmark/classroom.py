@@ -1,0 +1,210 @@
+#!/usr/bin/env python3
+"""A class of robots on this computer: do all arrive, are the commands on time, what does it cost?
+
+Starts classroom.launch with so many robots; each is reset, sent to a goal of its own and back to
+rest, twice, all at the same time, the second time beginning one after the other while the others
+drive. What is judged is where each robot truly stands.
+
+    reached         drives that ended at their goal
+    off             true distance [mm] and angle [deg] from it, worst
+    on time         share of a drive's commands, one for each of the firmware's periods of 33 ms, that
+                    came at most 33 ms later than they were due
+    cores           computing of all its processes: robots, move_to_goal, gamepads
+    memory          resident, of all [MB]
+
+Usage: classroom.py [numbers of robots, default 1 4 12 24] [-r rate of the IMU, default 60]
+"""
+import argparse
+import contextlib
+import math
+import os
+import random
+import subprocess
+import sys
+import threading
+import time
+
+import rospy
+from geometry_msgs.msg import PoseStamped
+from rospy.msg import AnyMsg
+from std_msgs.msg import Bool, String
+
+from tb3_labs.control.driving import PreciseLaw
+from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.ros.conversions import to_pose2, to_pose_stamped
+from tb3_labs.ros.testing.costs import cpu_time, memory, parent, private_master
+from tb3_labs.srv import ResetPose
+
+ROW = '{:>6} {:>9} {:>18} {:>9} {:>29} {:>9}'
+#: A command that comes later than this after the one before is late [s]; one that comes later than
+#: that begins a drive.
+ON_TIME = PreciseLaw.period + 0.033
+PAUSE = 0.5
+PATIENCE = 120.0
+
+
+class Pupil:
+    """One robot of the class, as its student sees it."""
+
+    def __init__(self, number):
+        self.name = '/robot%d' % number
+        self._chance = random.Random(number)
+        self._state = ''
+        self.commands = []
+        self._control = rospy.Publisher(self.name + '/ctrl_relinq', Bool, queue_size=1)
+        self._goals = rospy.Publisher(self.name + '/move_base_simple/goal', PoseStamped,
+                                      queue_size=1)
+        self._subscribers = [
+            rospy.Subscriber(self.name + '/goal_state', String, self._on_state),
+            rospy.Subscriber(self.name + '/cmd_vel', AnyMsg, self._on_command, queue_size=100,
+                             tcp_nodelay=True)]
+
+    def _on_state(self, message):
+        self._state = message.data
+
+    def _on_command(self, _message):
+        self.commands.append(time.monotonic())
+
+    def wait_until_ready(self):
+        """Its node is there, and hears us."""
+        rospy.wait_for_service(self.name + '/reset_pose', PATIENCE)
+        self._wait(lambda: self._state and self._control.get_num_connections()
+                   and self._goals.get_num_connections())
+
+    def drive(self):
+        """(reached, distance [m], angle [deg] off) of one drive from a declared pose to a goal."""
+        def pose(size):
+            return Pose2(*(self._chance.uniform(-limit, limit) for limit in (size, size, math.pi)))
+        declared, goal = pose(1.0), pose(1.0)
+        before = self.at_rest()
+        reset = rospy.ServiceProxy(self.name + '/reset_pose', ResetPose)
+        answer = reset(declared.x, declared.y, math.degrees(declared.yaw))
+        if not answer.success:
+            return False, math.nan, math.nan
+        self._state = ''
+        self._goals.publish(to_pose_stamped(goal, '', 0.0))
+        self._control.publish(True)
+        self._wait(lambda: self._state.startswith(('GOAL_REACHED', 'gave up')))
+        reached = self._state == 'GOAL_REACHED'
+        self._control.publish(False)
+        place = declared @ before.inverse() @ self.at_rest()
+        return reached, place.distance_to(goal), abs(math.degrees(
+            difference(place.yaw, goal.yaw)))
+
+    def at_rest(self):
+        """Where it truly is, as soon as it does not move."""
+        last = None
+        while True:
+            here = to_pose2(rospy.wait_for_message(
+                self.name + '/ground_truth', PoseStamped, PATIENCE).pose)
+            if last and last.distance_to(here) < 1e-5 and abs(difference(last.yaw, here.yaw)) < 1e-5:
+                return here
+            last = here
+            time.sleep(0.2)
+
+    @staticmethod
+    def _wait(condition):
+        deadline = time.monotonic() + PATIENCE
+        while not condition():
+            if time.monotonic() > deadline:
+                raise RuntimeError('waited in vain')
+            time.sleep(0.02)
+
+    def leave(self):
+        """Not heard any more."""
+        for subscriber in self._subscribers:
+            subscriber.unregister()
+        self._control.unregister()
+        self._goals.unregister()
+
+
+def lesson(number, imu_rate, port):
+    """A line of the table."""
+    launch = subprocess.Popen(
+        ['roslaunch', '-p', str(port), 'tb3_labs', 'classroom.launch',
+         'robots:=%d' % number, 'imu_rate:=%g' % imu_rate], stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    pupils = [Pupil(k) for k in range(1, number + 1)]
+    try:
+        for pupil in pupils:
+            pupil.wait_until_ready()
+        time.sleep(2.0)
+        results, guard = [], threading.Lock()
+
+        def two_drives(pupil, late):
+            first = pupil.drive()
+            time.sleep(late)
+            second = pupil.drive()
+            with guard:
+                results.extend([first, second])
+        before, begun = costs(launch.pid), time.monotonic()
+        threads = [threading.Thread(target=two_drives, args=(pupil, 0.2 * k))
+                   for k, pupil in enumerate(pupils)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        took = time.monotonic() - begun
+        after = costs(launch.pid)
+        gaps = [gap for pupil in pupils for gap in (
+            later - sooner for sooner, later in zip(pupil.commands, pupil.commands[1:]))
+            if gap < PAUSE]
+        good = [result for result in results if result[0]] or [(False, math.nan, math.nan)]
+        cores = {kind: (after[kind][0] - before[kind][0]) / took for kind in after}
+        return ROW.format(
+            number, '{}/{}'.format(sum(reached for reached, _, _ in results), 2 * number),
+            '{:.1f} mm {:.2f} deg'.format(1000.0 * max(off for _, off, _ in good),
+                                          max(angle for _, _, angle in good)),
+            '{:.1f} %'.format(100.0 * sum(gap <= ON_TIME for gap in gaps) / len(gaps)),
+            '{:.2f}: {:.2f} + {:.2f} + {:.2f}'.format(
+                sum(cores.values()), *(cores[kind] for kind in KINDS)),
+            '{:.0f} MB'.format(sum(used for _, used in after.values())))
+    finally:
+        for pupil in pupils:
+            pupil.leave()
+        launch.terminate()
+        launch.wait()
+
+
+#: What is started: part of its command line.
+KINDS = {'robots': 'fake_turtlebot3.py', 'move_to_goal': 'move2goal_tf.py', 'gamepads': 'gamepad.py'}
+
+
+def costs(launch):
+    """{kind: (seconds of computing so far, resident memory [MB])} of a roslaunch's nodes."""
+    found = {kind: [0.0, 0.0] for kind in KINDS}
+    for pid in filter(str.isdigit, os.listdir('/proc')):
+        with contextlib.suppress(OSError):     # it has ended
+            if parent(pid) != launch:
+                continue
+            with open('/proc/%s/cmdline' % pid) as command:
+                line = command.read()
+            for kind, name in KINDS.items():
+                if name in line:
+                    found[kind][0] += cpu_time(int(pid))
+                    found[kind][1] += memory(pid)
+    return found
+
+
+def main():
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description='A class of robots on this computer.')
+    parser.add_argument('robots', nargs='*', type=int, default=[1, 4, 12, 24])
+    parser.add_argument('-r', '--imu-rate', type=float, default=60.0, help='of the robots [1/s]')
+    given = parser.parse_args()
+    with private_master() as port:
+        try:
+            rospy.init_node('benchmark', disable_signals=True)
+            print('machine: {} cores, load {:.1f}; IMU at {:g} Hz'.format(
+                os.cpu_count(), os.getloadavg()[0], given.imu_rate))
+            print(ROW.format('robots', 'reached', 'off', 'on time',
+                             'cores: robots, nodes, gamepads', 'memory'))
+            for number in given.robots:
+                print(lesson(number, given.imu_rate, port), flush=True)
+        finally:
+            rospy.signal_shutdown('done')
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,194 @@
+#!/usr/bin/env python3
+"""How well and how fast drives and turns are, in pure Python, judged by the robot's true pose.
+
+Two tables show both laws beside each other, on the same robots, starts, offsets and goals, all
+drawn at random from a fixed seed; a third one drives over networks from good to bad; a fourth one
+how motions end when something fails. `at best` is, for a drive, the least time of any turn, straight
+line and turn within the same limits (tb3_labs.control.least_time); for a turn, its angle at 1.5
+rad/s. A turn is timed until the robot turns slower than 0.01 rad/s for good. `falsely` counts
+drives that were said to have reached their goal while the robot still moved, or was outside of the
+tolerance.
+
+Usage: motions.py [number of drives of each kind, default 100]
+"""
+import itertools
+import math
+import random
+import statistics
+import sys
+from concurrent.futures import ProcessPoolExecutor
+
+from stops import setting, stop_of_a_drive, stop_of_a_turn
+
+from tb3_labs.control.driving import DriveConfig
+from tb3_labs.control.goal_machine import DRIVING, GoalState
+from tb3_labs.control.least_time import least_time
+from tb3_labs.control.turning import TurnConfig
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.simulation.network import NETWORKS
+from tb3_labs.simulation.rollout import drive, turns
+from tb3_labs.simulation.simulator import Simulator, SimulatorConfig
+
+LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
+DRIVES = [('precise, lab goal', {}, True),
+          ('precise, random goals', {}, False),
+          ('precise, may reverse', {'allow_reverse': True}, False),
+          ("handout's law, lab goal", {'law': 'lab'}, True)]
+DRIVE_ROW = '{:24} {:>7} {:>18} {:>16} {:>13} {:>14}'
+
+#: Law, size of the turn [deg], latency of commands [s], lag of the motors [s].
+TURNS = [(law, degrees, latency, lag) for law in ('precise', 'lab')
+         for latency, lag in ((0.05, 0.05), (0.05, 0.0), (0.0, 0.0)) for degrees in (90, 180)]
+#: Headings at the start [deg]; both ways round from each.
+TURN_STARTS = (0.0, 90.0, 179.0, -179.0)
+#: Times each turn from each start.
+TURN_REPEATS = 6
+TURN_ROW = '{:8} {:>4} {:>8} {:>6}   {:>16} {:>15} {:>14} {:>16}'
+
+#: Networks from quiet to bad, and an IMU that is slow.
+ROBOTS_AFAR = [('quiet', {}), ('8 ms', NETWORKS['good']),
+               ('15 ms, 20 stalls/min to 0.3 s', NETWORKS['busy']),
+               ('30 ms, 40 stalls/min to 0.5 s', NETWORKS['bad']), ('IMU at 60 Hz', {'imu_rate': 60.0})]
+NETWORK_ROW = '{:29} {:>4} {:>7} {:>20} {:>21} {:>14} {:>8}'
+
+#: What fails, in a drive and in a turn by the IMU alone.
+FAULTS = [('IMU silent', setting(imu_silent=True), True),
+          ('odometry silent', setting(odom_silent=True), False),
+          ('both silent', setting(imu_silent=True, odom_silent=True), True),
+          ('IMU frozen', setting(imu_frozen=True), True),
+          ('odometry frozen', setting(odom_frozen=True), False),
+          ('motors off', setting(motors_off=True), True),
+          ("the robot's own reset", Simulator.reset, True)]
+FAULT_ROW = '{:24} {:>10} {:>10} {:>12} {:>12}'
+
+
+def one_drive(job):
+    """(least time [s], rollout.Drive) for a kind of drive and a seed."""
+    (_, options, to_lab_goal), seed = job
+    rng = random.Random(seed)
+    robot = SimulatorConfig(
+        start_x=rng.uniform(-5.0, 5.0), start_y=rng.uniform(-5.0, 5.0),
+        start_yaw_deg=rng.uniform(-180.0, 180.0), imu_offset_deg=rng.uniform(-180.0, 180.0),
+        command_latency=rng.uniform(0.0, 0.05), sensor_latency=rng.uniform(0.0, 0.02), seed=seed)
+    goal = LAB_GOAL if to_lab_goal else Pose2(
+        rng.uniform(-2.0, 2.0), rng.uniform(-2.0, 2.0), rng.uniform(-math.pi, math.pi))
+    config = DriveConfig(**options)
+    bound = least_time(Pose2(), goal, robot_model(robot.model), config.max_linear,
+                       config.max_angular, config.allow_reverse)
+    return bound, drive(goal, robot, config)
+
+
+def one_drive_afar(job):
+    """rollout.Drive to the lab's goal over a network; `crosses`: the IMU's yaw is +/-180 deg on the
+    way there."""
+    (_, settings), crosses, seed = job
+    rng = random.Random(seed)
+    yaw_deg, offset_deg = rng.uniform(-180.0, 180.0), rng.uniform(-180.0, 180.0)
+    if crosses:    # the lab's goal lies at 135 deg
+        offset_deg = math.degrees(math.remainder(math.radians(45.0 - yaw_deg), 2.0 * math.pi))
+    return drive(LAB_GOAL, SimulatorConfig(
+        start_x=rng.uniform(-5.0, 5.0), start_y=rng.uniform(-5.0, 5.0), start_yaw_deg=yaw_deg,
+        imu_offset_deg=offset_deg, seed=seed, **settings))
+
+
+def is_said_falsely(result, config=DriveConfig()):
+    """Was a drive said to have reached its goal, and had not?"""
+    return result.reached and not (
+        result.rested and result.distance_error <= config.distance_tolerance
+        and abs(math.degrees(result.angle_error)) <= config.angle_tolerance_deg)
+
+
+def one_turn(job):
+    """(error, overshoot, way left [deg], time over the least) of a kind of turn and a seed."""
+    (law, degrees, latency, lag), (start, direction, seed) = job
+    rng = random.Random(seed)
+    robot = SimulatorConfig(
+        start_yaw_deg=start, imu_offset_deg=rng.uniform(-180.0, 180.0), seed=seed,
+        imu_drift_deg_per_min=rng.choice((-1.0, 1.0)), command_latency=latency, motor_lag=lag)
+    turn, = turns([direction * degrees], robot, TurnConfig(law=law), 0.3 + 0.1 * rng.random())
+    # half a turn has two ways round, and the handout's law takes either
+    left = degrees - abs(math.degrees(turn.turned))
+    return (abs(left), math.degrees(turn.overshoot), left,
+            turn.time / (math.radians(degrees) / 1.5))
+
+
+def median_and_worst(values):
+    """(median, largest)."""
+    return statistics.median(values), max(values)
+
+
+def median_95_and_worst(values):
+    """(median, largest but for one in twenty, largest)."""
+    values = sorted(values)
+    return statistics.median(values), values[int(0.95 * (len(values) - 1))], values[-1]
+
+
+def print_drives_afar(pool, number):
+    """The table of drives over networks."""
+    bound = least_time(Pose2(), LAB_GOAL, robot_model('burger'),
+                       max_angular=DriveConfig().max_angular)
+    print('\n' + NETWORK_ROW.format('over a network', 'IMU', 'arrived', 'off', 'heading off',
+                                    'times at best', 'falsely'))
+    for network in ROBOTS_AFAR:
+        for crosses in (False, True):
+            results = list(pool.map(one_drive_afar, [
+                (network, crosses, seed) for seed in range(number)]))
+            good = [result for result in results if result.reached]
+            print(NETWORK_ROW.format(
+                network[0], '180' if crosses else '', '{}/{}'.format(len(good), number),
+                '{:.1f} / {:.1f} / {:.1f} mm'.format(*median_95_and_worst(
+                    [1000.0 * d.distance_error for d in good])),
+                '{:.2f} / {:.2f} / {:.2f} deg'.format(*median_95_and_worst(
+                    [abs(math.degrees(d.angle_error)) for d in good])),
+                '{:.3f} / {:.3f}'.format(*median_and_worst([d.time / bound for d in good])),
+                sum(map(is_said_falsely, results))), flush=True)
+
+
+def main(drives):
+    """Drive, turn and print."""
+    with ProcessPoolExecutor() as pool:
+        print(DRIVE_ROW.format('median / worst', 'arrived', 'distance off', 'heading off', 'time',
+                               'times at best'))
+        for kind in DRIVES:
+            results = list(pool.map(one_drive, [(kind, seed) for seed in range(drives)]))
+            good = [(bound, result) for bound, result in results if result.reached]
+            print(DRIVE_ROW.format(
+                kind[0], '{}/{}'.format(len(good), drives),
+                '{:.1f} / {:.1f} mm'.format(*median_and_worst(
+                    [1000.0 * d.distance_error for _, d in good])),
+                '{:.2f} / {:.2f} deg'.format(*median_and_worst(
+                    [abs(math.degrees(d.angle_error)) for _, d in good])),
+                '{:.1f} / {:.1f} s'.format(*median_and_worst([d.time for _, d in good])),
+                '{:.3f} / {:.3f}'.format(*median_and_worst(
+                    [d.time / bound for bound, d in good]))), flush=True)
+        print_drives_afar(pool, drives)
+
+        print('\n' + TURN_ROW.format('turn by', 'deg', 'latency', 'lag', 'off', 'overshoot',
+                                     'short by', 'times at best'))
+        cases = [(start, direction, seed) for seed, (start, direction, _) in enumerate(
+            itertools.product(TURN_STARTS, (1.0, -1.0), range(TURN_REPEATS)))]
+        for kind in TURNS:
+            off, overshoot, left, time = zip(*pool.map(one_turn, [(kind, case) for case in cases]))
+            print(TURN_ROW.format(
+                kind[0], kind[1], '{:.0f} ms'.format(1000.0 * kind[2]),
+                '{:.0f} ms'.format(1000.0 * kind[3]),
+                '{:.2f} / {:.2f} deg'.format(*median_and_worst(off)),
+                '{:.2f} / {:.2f}'.format(*median_and_worst(overshoot)),
+                '{:.2f} deg'.format(statistics.median(left)),
+                '{:.3f} / {:.3f}'.format(*median_and_worst(time))), flush=True)
+
+    print('\n' + FAULT_ROW.format('worst of all states', 'zero after', 'rest after', 'driven on',
+                                  'turned on'))
+    for name, fault, in_turns in FAULTS:
+        stops = [stop_of_a_drive(GoalState[state], fault) for state in DRIVING]
+        stops += [stop_of_a_turn(fault)] if in_turns else []
+        print(FAULT_ROW.format(
+            name, '{:.2f} s'.format(max(stop.to_zero for stop in stops)),
+            '{:.2f} s'.format(max(stop.to_rest for stop in stops)),
+            '{:.0f} mm'.format(1000.0 * max(stop.way for stop in stops)),
+            '{:.0f} deg'.format(math.degrees(max(stop.turn for stop in stops)))))
+
+
+if __name__ == '__main__':
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 100)

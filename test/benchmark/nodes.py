@@ -1,0 +1,222 @@
+#!/usr/bin/env python3
+"""What the nodes cost, each beside a bare rospy subscriber on the same topics in the same run.
+
+    node            what runs
+    CPU             share of one core [%]: at rest, and while it drives
+    times bare      the same, in bare subscribers
+    memory          resident [MB], and above the bare one's
+    ready after     from the start of its process until it has subscribed [s]
+    first command   from the start of its process, told to drive at once, until its first command is
+                    heard at another node [s]
+    imu to command  from the arrival of the imu sample that caused a command to that of the command
+                    at another node [ms]: median, 99 %
+
+Usage: nodes.py [seconds of each measurement, default 10]
+"""
+import contextlib
+import os
+import signal
+import statistics
+import subprocess
+import sys
+import threading
+import time
+
+import rosgraph
+import rospy
+from geometry_msgs.msg import PoseStamped, Twist
+from sensor_msgs.msg import Imu, Joy
+from std_msgs.msg import Bool, Float64
+
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.ros.conversions import to_pose_stamped
+from tb3_labs.ros.testing.costs import cpu_time, memory, private_master, process_of
+
+#: A node of rospy and nothing else; its arguments: topic, package, type, three of each topic.
+BARE = '''
+import importlib, sys, rospy
+rospy.init_node(sys.argv[1])
+for topic, package, kind in zip(*[iter(sys.argv[2:])] * 3):
+    rospy.Subscriber(topic, getattr(importlib.import_module(package + '.msg'), kind),
+                     lambda message: None, queue_size=1, buff_size=65536, tcp_nodelay=True)
+rospy.spin()
+'''
+IMU, ODOM, JOY = ('imu', 'sensor_msgs', 'Imu'), ('odom', 'nav_msgs', 'Odometry'), (
+    'joy', 'sensor_msgs', 'Joy')
+#: Node: (its file, what a bare subscriber beside it listens to).
+NODES = {'imu_sub': ('imu_sub.py', IMU), 'controller': ('turtlebot_controller.py', IMU),
+         'move_to_goal': ('move2goal_tf.py', IMU + ODOM), 'gamepad': ('gamepad.py', JOY)}
+#: So many bare subscribers run beside each node: one alone costs a third more or less, by whatever
+#: else its core happens to do.
+BARES = 3
+ROW = '{:13} {:>11} {:>10} {:>11} {:>10} {:>11} {:>11} {:>13} {:>15}'
+
+
+class Bench:
+    """A master, the robot, a pad, and one node after the other beside its bare subscriber."""
+
+    def __init__(self, seconds):
+        self.seconds = seconds
+        self._stack = contextlib.ExitStack()
+        self._stack.enter_context(private_master())
+        rospy.init_node('benchmark', disable_signals=True)
+        self.master = rosgraph.Master('/benchmark')
+        self._imu_at = 0.0
+        rospy.Subscriber('imu', Imu, self._on_imu, queue_size=1, tcp_nodelay=True)
+        self.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
+        self.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
+        self.turns = rospy.Publisher('turn', Float64, queue_size=1)
+        self.joy = rospy.Publisher('joy', Joy, queue_size=1)
+        self.stick = 0.0
+        threading.Thread(target=self._hold_pad, daemon=True).start()
+        self.robot, _ = self.node('turtlebot3', 'fake_turtlebot3.py')
+
+    def close(self):
+        self._stack.close()
+
+    def start(self, command, typed=''):
+        """A process that ends with this one; `typed` is its input."""
+        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.DEVNULL, start_new_session=True)
+        process.stdin.write(typed.encode())
+        process.stdin.close()
+        self._stack.callback(process.wait)
+        self._stack.callback(process.kill)
+        return process
+
+    def node(self, name, executable, wait_for='imu'):
+        """(process id, seconds until it was ready) of one of the package's nodes."""
+        begun = time.monotonic()
+        self.start(['rosrun', 'tb3_labs', executable, '__name:=' + name])
+        return self.pid(name, wait_for), time.monotonic() - begun
+
+    def first_command(self, name):
+        """Seconds until a node that is told to drive as it starts sends its first command."""
+        heard = threading.Event()
+        commands = rospy.Subscriber('cmd_vel', Twist, lambda _: heard.set(), tcp_nodelay=True)
+        begun = time.monotonic()
+        process = self.start(['rosrun', 'tb3_labs', NODES[name][0], '__name:=first_' + name,
+                              '_has_control:=true'], typed='90\n')
+        heard.wait(30.0)
+        took = time.monotonic() - begun
+        os.killpg(process.pid, signal.SIGINT)
+        process.wait()
+        commands.unregister()
+        return took
+
+    def bare(self, name, topics):
+        self.start([sys.executable, '-c', BARE, name] + list(topics))
+        return self.pid(name, topics[0])
+
+    def pid(self, name, topic):
+        """Process id of a node once it is connected to a topic."""
+        deadline = time.monotonic() + 30.0
+        while time.monotonic() < deadline:
+            with contextlib.suppress(rosgraph.MasterException, OSError):
+                publishers, subscribers, _ = self.master.getSystemState()
+                if any('/' + name in nodes for heard, nodes in publishers + subscribers
+                       if heard == '/' + topic):
+                    return process_of('/' + name)
+            time.sleep(0.01)
+        raise RuntimeError('{} did not start'.format(name))
+
+    def row(self, name):
+        """One line of the table: a node beside its bare subscriber."""
+        executable, topics = NODES[name]
+        outer, self._stack = self._stack, contextlib.ExitStack()
+        try:
+            bare = [self.bare('{}_{}'.format(name, number), topics) for number in range(BARES)]
+            pid, ready = self.node(name, executable, topics[0])
+            time.sleep(2.0)
+            cells = self.shares(pid, bare)
+            delays = []
+            if name == 'imu_sub':
+                cells += ['', '']
+            else:
+                self.drive(name)
+                time.sleep(1.0)
+                cells += self.shares(pid, bare)
+                delays = self.delays()
+            used, more = memory(pid), memory(pid) - memory(bare[0])
+        finally:
+            self.stick = 0.0
+            self._stack.close()
+            self._stack = outer
+        by_imu = name in ('controller', 'move_to_goal')
+        return ROW.format(
+            name, *cells, '{:.0f} MB ({:+.0f})'.format(used, more), '{:.2f} s'.format(ready),
+            '{:.2f} s'.format(self.first_command(name)) if by_imu else '',
+            '{:.2f} / {:.2f} ms'.format(statistics.median(delays),
+                                        delays[int(0.99 * len(delays))]) if by_imu else '')
+
+    def shares(self, pid, bare):
+        """[CPU of a node, times that of the bare subscribers beside it], as text."""
+        share, *least = self.measure(pid, *bare)
+        return ['{:.1f} %'.format(share), '{:.2f}'.format(share / max(statistics.mean(least), 0.01))]
+
+    def measure(self, *pids):
+        """CPU shares [%] of processes over the time of a measurement."""
+        before, begun = [cpu_time(pid) for pid in pids], time.monotonic()
+        time.sleep(self.seconds)
+        took = time.monotonic() - begun
+        return [100.0 * (cpu_time(pid) - then) / took for pid, then in zip(pids, before)]
+
+    def drive(self, name):
+        """Have a node drive for as long as the next two measurements take."""
+        if name == 'controller':
+            self.turns.publish(180.0 * self.seconds)
+        elif name == 'move_to_goal':
+            self.goals.publish(to_pose_stamped(Pose2(50.0, 0.0, 0.0), 'local', 0.0))
+            self.control.publish(True)
+        elif name == 'gamepad':
+            self.stick = 0.5
+
+    def delays(self):
+        """From imu to command [ms], in order of size, over the time of a measurement."""
+        delays = []
+        commands = rospy.Subscriber(
+            'cmd_vel', Twist, lambda _: delays.append(1000.0 * (time.monotonic() - self._imu_at)),
+            queue_size=1, tcp_nodelay=True)
+        time.sleep(self.seconds)
+        commands.unregister()
+        return sorted(delays)
+
+    def _hold_pad(self):
+        while not rospy.is_shutdown():
+            self.joy.publish(Joy(axes=[0.0, self.stick] + 6 * [0.0], buttons=11 * [0]))
+            time.sleep(0.05)
+
+    def _on_imu(self, _message):
+        self._imu_at = time.monotonic()
+
+
+def noise():
+    """How long the same piece of work takes: (median [ms], worst over median)."""
+    times = []
+    for _ in range(40):
+        begun = time.perf_counter()
+        sum(range(200000))
+        times.append(1000.0 * (time.perf_counter() - begun))
+        time.sleep(0.02)
+    return statistics.median(times), max(times) / statistics.median(times)
+
+
+def main(seconds):
+    """Measure and print."""
+    work, spread = noise()
+    print('machine: {} cores, load {:.1f}; the same work takes {:.1f} ms, at worst {:.1f} times as '
+          'long'.format(os.cpu_count(), os.getloadavg()[0], work, spread))
+    print(ROW.format('node', 'CPU at rest', 'times bare', 'CPU driving', 'times bare', 'memory',
+                     'ready after', 'first command', 'imu to command'))
+    bench = Bench(seconds)
+    try:
+        for name in NODES:
+            print(bench.row(name), flush=True)
+        print('embedded robot, with all its topics heard: {:.1f} %, {:.0f} MB'.format(
+            *bench.measure(bench.robot), memory(bench.robot)))
+    finally:
+        bench.close()
+
+
+if __name__ == '__main__':
+    main(float(sys.argv[1]) if len(sys.argv) > 1 else 10.0)

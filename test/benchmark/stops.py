@@ -1,0 +1,98 @@
+"""How a motion ends when something fails in the midst of it: roll-outs on the embedded robot.
+
+In each state of a drive, and in a turn, a fault begins; what is measured is when the core commands
+zero, when the robot truly stands, and how far it truly went until then.
+
+Units: seconds, metres, radians.
+"""
+import math
+from dataclasses import dataclass, replace
+
+from tb3_labs.control.driving import DriveConfig, make_law
+from tb3_labs.control.speed_laws import Twist2
+from tb3_labs.control.turning import TurnConfig, make_turn
+from tb3_labs.geometry.angles import continuous
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.nodes.controller import LabController
+from tb3_labs.nodes.move_to_goal import Navigator
+from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.simulation.rollout import REST_ANGULAR, REST_LINEAR, control, navigation, run
+from tb3_labs.simulation.simulator import Simulator, SimulatorConfig
+
+#: A drive whose three parts are all long enough to be interrupted.
+GOAL = Pose2(-1.2, 0.9, 0.0)
+#: A robot as far off its computer as in a lab.
+ROBOT = SimulatorConfig(imu_offset_deg=140.6, command_latency=0.02, sensor_latency=0.01)
+#: The fault begins this long after the state has begun: in full motion [s].
+FULL_MOTION = 0.7
+#: What comes later than this is not waited for [s].
+PATIENCE = 5.0
+STEP = 0.005
+ZERO = Twist2()
+
+
+@dataclass(frozen=True)
+class Stop:
+    """What came after a fault."""
+
+    reason: str        # given by the core
+    to_zero: float     # from the fault to the first zero
+    to_rest: float     # from the fault to the last true motion
+    way: float         # driven since the fault, along its path
+    turn: float        # turned since the fault, either way
+
+
+def stop_of_a_drive(state, fault, robot_config=ROBOT, drive_config=DriveConfig()):
+    """Stop of a drive to GOAL: `fault` (robot -> None) begins in the midst of a GoalState."""
+    robot = Simulator(robot_config)
+    navigator = Navigator(make_law(drive_config, robot_model(robot_config.model)), True)
+    hear = navigation(robot, navigator)
+    run(robot, navigator, hear, 0.5)
+    navigator.set_goal(GOAL)
+    while navigator.machine.state is not state:
+        run(robot, navigator, hear, STEP)
+    return _stop(robot, navigator, hear, fault,
+                 lambda: navigator.machine.failure or navigator.hold_reason)
+
+
+def stop_of_a_turn(fault, robot_config=ROBOT, turn_config=TurnConfig(), degrees=180.0):
+    """Stop of a turn in whose midst `fault` (robot -> None) begins."""
+    robot = Simulator(robot_config)
+    controller = LabController(make_turn(turn_config, robot_model(robot_config.model)))
+    hear = control(robot, controller)
+    run(robot, controller, hear, 0.5)
+    controller.ask(degrees, robot.now)
+    controller.take_news()
+    told = []
+
+    def reason():
+        told.extend(news.text for news in controller.take_news() if news.warning)
+        return '; '.join(told)
+    return _stop(robot, controller, hear, fault, reason)
+
+
+def setting(**changes):
+    """A fault that is a change of the robot's settings."""
+    return lambda robot: robot.configure(replace(robot.config, **changes))
+
+
+def _stop(robot, driver, hear, fault, reason):
+    run(robot, driver, hear, FULL_MOTION)
+    fault(robot)
+    begun = moved_at = robot.now
+    last, yaw = robot.truth, robot.truth.yaw
+    zero_at, way, turn, said = None, 0.0, 0.0, ''
+    while robot.now - begun < PATIENCE:
+        commands = run(robot, driver, hear, STEP)
+        if zero_at is None and ZERO in commands:
+            zero_at, said = robot.now, reason()
+        here = robot.truth
+        way += last.distance_to(here)
+        now_yaw = continuous(here.yaw, yaw)
+        turn += abs(now_yaw - yaw)
+        last, yaw = here, now_yaw
+        linear, angular = robot.true_velocity
+        if abs(linear) > REST_LINEAR or abs(angular) > REST_ANGULAR:
+            moved_at = robot.now
+    return Stop(said or reason(), math.inf if zero_at is None else zero_at - begun,
+                moved_at - begun, way, turn)

@@ -1,0 +1,58 @@
+"""Who drives, after every event: the rule as the handout and its users would state it."""
+import itertools
+
+import pytest
+
+from tb3_labs.supervision.arbitration import (DRIVERS, HOLDERS, Driver, DriverEvent, Holder,
+                                               HolderEvent, after)
+
+NOBODY, TURN, MOUSE = Driver.NOBODY, Driver.TURN, Driver.MOUSE
+FREE, GAMEPAD, GOAL = Holder.NOBODY, Holder.GAMEPAD, Holder.MOVE_TO_GOAL
+
+DRIVER_AFTER = {
+    # event:                    nobody  turn    mouse   was driving
+    DriverEvent.TURN_ASKED:     (TURN,   TURN,   MOUSE),
+    DriverEvent.TURN_OVER:      (NOBODY, NOBODY, MOUSE),
+    DriverEvent.MOUSE_MOVED:    (MOUSE,  MOUSE,  MOUSE),
+    DriverEvent.MOUSE_CENTRED:  (NOBODY, TURN,   NOBODY),
+    DriverEvent.MOUSE_RELEASED: (NOBODY, NOBODY, NOBODY),
+}
+
+
+@pytest.mark.parametrize('event', DriverEvent)
+def test_who_drives_after_each_event(event):
+    drivers = tuple(after(DRIVERS, driver, event) for driver in (NOBODY, TURN, MOUSE))
+    assert drivers == DRIVER_AFTER[event]
+
+
+def test_released_mouse_ends_with_nobody_after_any_history():
+    for history in itertools.product(DriverEvent, repeat=4):
+        driver = NOBODY
+        for event in history:
+            driver = after(DRIVERS, driver, event)
+        assert after(DRIVERS, driver, DriverEvent.MOUSE_RELEASED) is NOBODY
+
+
+HOLDER_AFTER = {
+    # event:                 nobody   gamepad  move_to_goal   was holding
+    HolderEvent.READY:      (GAMEPAD, GAMEPAD, GOAL),
+    HolderEvent.RELINQUISH: (GOAL,    GOAL,    GOAL),
+    HolderEvent.REGAIN:     (FREE,    GAMEPAD, FREE),
+    HolderEvent.GIVEN:      (GOAL,    GOAL,    GOAL),
+    HolderEvent.TAKEN:      (FREE,    GAMEPAD, FREE),
+    HolderEvent.LOST:       (FREE,    FREE,    FREE),
+}
+
+
+@pytest.mark.parametrize('event', HolderEvent)
+def test_who_holds_after_each_event(event):
+    holders = tuple(after(HOLDERS, holder, event) for holder in (FREE, GAMEPAD, GOAL))
+    assert holders == HOLDER_AFTER[event]
+
+
+def test_a_lost_pad_ends_with_nobody_after_any_history():
+    for history in itertools.product(HolderEvent, repeat=5):
+        holder = FREE
+        for event in history:
+            holder = after(HOLDERS, holder, event)
+        assert after(HOLDERS, holder, HolderEvent.LOST) is FREE

@@ -1,0 +1,294 @@
+"""Turns, mouse and keyboard together, on the embedded robot; judged by where it truly looks."""
+import math
+
+import pytest
+
+from tb3_labs.control.speed_laws import Twist2
+from tb3_labs.control.turning import TurnConfig, make_turn
+from tb3_labs.geometry.angles import continuous
+from tb3_labs.nodes.controller import MOUSE_TIMEOUT, LabController
+from tb3_labs.robot.samples import ImuSample
+from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.simulation.simulator import Simulator, SimulatorConfig
+from tb3_labs.supervision.arbitration import Driver
+
+TICK = 0.005
+MOUSE_PERIOD = 0.05
+
+
+class Bench:
+    """A robot, its controller, and a mouse that repeats itself while it is held."""
+
+    def __init__(self, config=SimulatorConfig(start_yaw_deg=170.0, imu_offset_deg=-47.7),
+                 turn=TurnConfig()):
+        self.robot = Simulator(config)
+        self.controller = LabController(make_turn(turn, robot_model(config.model)))
+        self.mouse = None            # (active, x, y), or None: no messages
+        self.news = []
+        self.imu_is_heard = True
+        self.imu_error = 0.0         # [rad]
+        self.sent = []               # (time, command)
+        self.yaw = self.robot.truth.yaw
+        self._next_mouse = 0.0
+        self.run(0.2)
+
+    def run(self, seconds):
+        """Let time pass; the commands of that time, None for a silent one."""
+        since = len(self.sent)
+        for _ in range(round(seconds / TICK)):
+            self._step()
+        return [command for _, command in self.sent[since:]]
+
+    def _step(self):
+        for sample in self.robot.step(TICK):
+            if isinstance(sample, ImuSample) and self.imu_is_heard:
+                yaw = math.remainder(sample.yaw + self.imu_error, 2.0 * math.pi)
+                self.controller.on_imu(ImuSample(sample.stamp, yaw, sample.yaw_rate), self.now)
+        if self.mouse and self.now >= self._next_mouse:
+            self._next_mouse = self.now + MOUSE_PERIOD
+            self.controller.on_mouse(*self.mouse, self.now)
+        self.controller.look_at_mouse(self.now)
+        if self.controller.due(self.now):
+            command = self.controller.command(self.now)
+            self.sent.append((self.now, command))
+            self.robot.command(*(command or Twist2()))
+        self.yaw = continuous(self.robot.truth.yaw, self.yaw)
+        self.news += self.controller.take_news()
+
+    @property
+    def now(self):
+        return self.robot.now
+
+    def hold(self, active, x=0.0, y=0.0):
+        """The mouse is there from now on, at once."""
+        self.mouse, self._next_mouse = (active, x, y), 0.0
+
+    def ask(self, degrees):
+        self.controller.ask(degrees, self.now)
+
+    def told(self, words):
+        """Was the user told this, once?"""
+        return sum(words in news.text for news in self.news) == 1
+
+    def turned(self, degrees):
+        """Ask for a turn and let it end; how far the robot truly turned [deg]."""
+        before = self.yaw
+        self.ask(degrees)
+        self.run(abs(degrees) / 60.0 + 2.0)
+        assert self.controller.driver is Driver.NOBODY
+        return math.degrees(self.yaw - before)
+
+
+@pytest.fixture
+def bench():
+    return Bench()
+
+
+def test_turns_and_reports_the_error_it_measured(bench):
+    turned = bench.turned(90.0)
+    report = [news.text for news in bench.news if news.text.startswith('Turned')]
+    assert len(report) == 1
+    said = float(report[0].split()[1])
+    assert said == pytest.approx(turned, abs=0.1)
+    assert bench.run(1.0) == []        # silence
+
+
+def test_the_handouts_law_is_judged_at_rest():
+    bench = Bench(SimulatorConfig(command_latency=0.05), TurnConfig(law='lab'))
+    turned = bench.turned(-90.0)
+    report, = [news.text for news in bench.news if news.text.startswith('Turned')]
+    assert float(report.split()[1]) == pytest.approx(turned, abs=0.1)
+    assert abs(turned + 90.0) > 1.0
+    assert ('short' in report) == (turned > -90.0)
+
+
+@pytest.mark.parametrize('second, total', [(90.0, 180.0), (-90.0, 0.0), (-180.0, -90.0)])
+def test_a_turn_during_a_turn_moves_its_goal(bench, second, total):
+    before = bench.yaw
+    bench.ask(90.0)
+    bench.run(0.4)
+    bench.ask(second)
+    bench.run(4.0)
+    assert math.degrees(bench.yaw - before) == pytest.approx(total, abs=0.5)
+    assert bench.told('Turned')
+
+
+def test_four_times_left_looks_where_it_looked_at_first(bench):
+    assert sum(bench.turned(90.0) for _ in range(4)) == pytest.approx(360.0, abs=0.5)
+
+
+def test_who_was_driven_by_another_turns_from_where_it_looks(bench):
+    bench.turned(90.0)
+    bench.controller._carried = math.radians(9.0)    # as if the turn had ended 9 degrees short
+    for _ in range(5):
+        bench.robot.command(0.0, 0.6)
+        bench.run(0.1)
+    bench.robot.command(0.0, 0.0)
+    bench.run(0.5)
+    assert bench.turned(90.0) == pytest.approx(90.0, abs=0.5)
+
+
+@pytest.mark.parametrize('degrees, reason', [
+    (math.nan, 'from -36000 to 36000'), (math.inf, 'from -36000 to 36000'),
+    (40000.0, 'from -36000 to 36000')])
+def test_what_is_no_turn_is_refused(bench, degrees, reason):
+    with pytest.raises(ValueError, match=reason):
+        bench.ask(degrees)
+    assert bench.run(0.5) == []
+
+
+def test_a_goal_cannot_be_moved_away_without_end(bench):
+    bench.ask(36000.0)
+    with pytest.raises(ValueError, match='from -36000 to 36000'):
+        bench.ask(90.0)
+
+
+def test_the_handouts_law_refuses_what_it_would_turn_the_other_way():
+    bench = Bench(turn=TurnConfig(law='lab'))
+    with pytest.raises(ValueError, match='short way round, at most 180'):
+        bench.ask(270.0)
+    bench.ask(180.0)
+
+
+def test_no_turn_without_the_imu():
+    controller = LabController(make_turn(TurnConfig(), robot_model('burger')))
+    with pytest.raises(ValueError, match='no imu yet'):
+        controller.ask(90.0, 1.0)
+    controller.on_imu(ImuSample(0.0, 0.0, 0.0), 1.0)
+    with pytest.raises(ValueError, match='no imu for 1.0 s'):
+        controller.ask(90.0, 2.0)
+
+
+# -- the mouse
+
+def test_the_mouse_drives_outside_the_middle_while_it_is_active(bench):
+    bench.hold(True, 0.0, 1.0)
+    assert set(bench.run(0.5)) == {Twist2(0.5, 0.0)}
+    bench.hold(True, 0.1, 0.1)
+    assert set(bench.run(0.5)) == {None}
+    bench.hold(True, -1.0, 0.0)
+    assert set(bench.run(0.5)) == {Twist2(0.0, 0.5)}
+    bench.hold(False, -1.0, 0.0)
+    assert bench.run(0.5) == [] and bench.controller.driver is Driver.NOBODY
+    assert bench.told('The mouse is active') and bench.told('The mouse was deactivated')
+
+
+def test_a_mouse_that_is_not_active_means_nothing(bench):
+    bench.hold(False, 1.0, 1.0)
+    assert bench.run(0.5) == []
+    assert bench.turned(90.0) == pytest.approx(90.0, abs=0.5)
+    assert not any(news.warning for news in bench.news)
+
+
+def test_the_mouse_pre_empts_a_turn_at_once(bench):
+    bench.hold(True)
+    bench.ask(180.0)
+    bench.run(0.5)
+    assert bench.controller.driver is Driver.TURN
+    bench.hold(True, 0.0, -0.6)
+    bench.run(TICK)
+    assert bench.sent[-1][1] == Twist2(-0.3, 0.0)
+    bench.run(0.5)
+    assert bench.told('the mouse took over')
+    with pytest.raises(ValueError, match='the mouse is driving'):
+        bench.ask(90.0)
+    bench.hold(True)
+    bench.run(0.5)
+    assert bench.turned(-90.0) == pytest.approx(-90.0, abs=0.5)
+
+
+def test_a_turn_runs_beside_a_mouse_in_the_middle_which_works_on_afterwards(bench):
+    bench.hold(True, 0.2, -0.2)
+    assert bench.turned(90.0) == pytest.approx(90.0, abs=0.5)
+    bench.hold(True, 1.0, 0.0)
+    assert Twist2(0.0, -0.5) in bench.run(0.2)
+
+
+def test_deactivating_the_mouse_stops_a_turn(bench):
+    bench.hold(True)
+    bench.ask(180.0)
+    bench.run(0.5)
+    bench.hold(False)
+    bench.run(TICK)
+    assert bench.controller.driver is Driver.NOBODY
+    assert bench.told('the mouse was deactivated')
+    bench.run(1.0)
+    assert abs(bench.robot.true_velocity[1]) < 0.01
+
+
+@pytest.mark.parametrize('x', [0.0, 1.0])
+def test_a_silent_mouse_is_lost_and_stops_the_robot(bench, x):
+    bench.hold(True, x, 0.0)
+    bench.run(0.3)
+    if not x:
+        bench.ask(180.0)
+    bench.run(0.3)
+    bench.mouse = None
+    assert bench.run(MOUSE_TIMEOUT + TICK)[-1] is None
+    assert bench.run(1.0) == []
+    assert bench.told('No mouse for 0.2 s')
+
+
+def test_a_lost_mouse_must_come_to_the_middle_before_it_drives_again(bench):
+    bench.hold(True, 1.0, 0.0)
+    bench.run(0.3)
+    bench.mouse = None
+    bench.run(0.5)
+    bench.hold(True, 1.0, 0.0)
+    assert set(bench.run(0.5)) <= {None}
+    bench.hold(True)
+    bench.run(0.2)
+    bench.hold(True, 1.0, 0.0)
+    assert Twist2(0.0, -0.5) in bench.run(0.2)
+
+
+def test_a_bad_position_is_refused_and_does_not_keep_the_mouse_alive(bench):
+    bench.hold(True, 0.0, 1.0)
+    bench.run(0.3)
+    bench.mouse = None
+    for _ in range(10):
+        with pytest.raises(ValueError, match='not finite'):
+            bench.controller.on_mouse(True, math.nan, 1.0, bench.now)
+        bench.run(0.05)
+    assert bench.controller.driver is Driver.NOBODY
+
+
+# -- lost sensors, and a robot that does not turn
+
+@pytest.mark.parametrize('silence, goes_on', [(1.0, True), (3.0, False)])
+def test_a_silent_imu_stops_a_turn_which_goes_on_after_a_short_silence_only(silence, goes_on):
+    bench = Bench()
+    before = bench.yaw
+    bench.ask(180.0)
+    bench.run(0.5)
+    bench.imu_is_heard = False
+    commands = bench.run(silence)
+    assert commands[-1] is None
+    lost_at = [time for time, command in bench.sent if command is None][0]
+    assert lost_at - (bench.now - silence) <= 0.3
+    bench.imu_is_heard = True
+    bench.run(3.0)
+    turned = math.degrees(bench.yaw - before)
+    assert (turned == pytest.approx(180.0, abs=0.5)) is goes_on
+    assert bench.told('Stopped: no imu')
+    assert bench.told('Going on' if goes_on else 'given up') and bench.controller.driver is (
+        Driver.NOBODY)
+
+
+def test_a_heading_that_jumped_while_the_imu_was_silent_ends_the_turn(bench):
+    bench.ask(180.0)
+    bench.run(0.5)
+    bench.imu_is_heard, bench.imu_error = False, 2.0
+    bench.run(0.5)
+    bench.imu_is_heard = True
+    commands = bench.run(1.0)
+    assert set(commands) <= {None} and bench.told("the IMU's heading jumped by")
+
+
+def test_a_robot_that_does_not_turn_is_given_up_within_two_seconds():
+    bench = Bench(SimulatorConfig(slip=1.0))
+    bench.ask(90.0)
+    commands = bench.run(2.0)
+    assert commands[-1] is None and bench.controller.driver is Driver.NOBODY
+    assert bench.told('the robot does not move although it is told to')
+    assert bench.run(1.0) == []

@@ -1,0 +1,149 @@
+"""The handout's law number by number, and what the precise law promises at each step."""
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tb3_labs.control.driving import DriveConfig, LabLaw, PreciseLaw, make_law
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.localization.localizer import Motion
+from tb3_labs.robot.turtlebot3 import robot_model
+
+BURGER = robot_model('burger')
+GOAL = Pose2(-0.61, 0.61, 0.0)
+LAB = DriveConfig(law='lab', max_angular=2.635)    # the robot's own limit
+
+
+def at(x, y, yaw, linear=0.0, angular=0.0):
+    return Motion(Pose2(x, y, yaw), linear, angular)
+
+
+def test_law_is_chosen_by_name():
+    assert isinstance(make_law(DriveConfig(law='lab'), BURGER), LabLaw)
+    assert isinstance(make_law(DriveConfig(), BURGER), PreciseLaw)
+    with pytest.raises(ValueError, match="law = 'fast'.*precise, lab"):
+        DriveConfig(law='fast')
+
+
+def test_handout_runs_at_10_hz():
+    assert LabLaw.period == 0.1
+
+
+def test_handout_rotates_to_the_goal_at_0_3_of_the_error():
+    # the goal lies at 135 deg; 0.3 x 135 deg in rad
+    step = LabLaw(LAB, BURGER).rotate_to_goal(at(0.0, 0.0, 0.0), GOAL, 0.1)
+    assert step.command == pytest.approx((0.0, 0.3 * 0.75 * math.pi))
+    assert not step.finished
+
+
+@pytest.mark.parametrize('error, finished', [(0.0499, True), (0.0501, False), (-0.0501, False)])
+def test_handout_tolerance_is_0_05_rad(error, finished):
+    law = LabLaw(LAB, BURGER)
+    assert law.rotate_to_goal(at(0.0, 0.0, 0.75 * math.pi - error), GOAL, 0.1).finished is finished
+    assert law.rotate_to_final(at(-0.61, 0.61, -error), GOAL, 0.1).finished is finished
+
+
+@pytest.mark.parametrize('distance, finished', [(0.151, False), (0.149, True)])
+def test_handout_drives_at_0_15_until_0_15_m_away(distance, finished):
+    step = LabLaw(LAB, BURGER).move_forward(at(-0.61 + distance, 0.61, math.pi), GOAL, 0.1)
+    assert step.command == (0.15, 0.0)
+    assert step.finished is finished
+
+
+def test_handout_turns_to_the_final_heading_at_half_the_error_the_short_way():
+    step = LabLaw(LAB, BURGER).rotate_to_final(at(-0.61, 0.61, math.radians(-170.0)),
+                                          Pose2(-0.61, 0.61, math.radians(170.0)), 0.1)
+    assert step.command == pytest.approx((0.0, 0.5 * math.radians(-20.0)))
+
+
+def test_the_handouts_law_keeps_the_limits_that_are_set():
+    law = LabLaw(DriveConfig(law='lab', max_linear=0.1, max_angular=0.2), BURGER)
+    assert law.rotate_to_goal(at(0.0, 0.0, 0.0), GOAL, 0.1).command == (0.0, 0.2)
+    assert law.move_forward(at(1.0, 0.61, math.pi), GOAL, 0.1).command == (0.1, 0.0)
+    assert law.rotate_to_final(at(-0.61, 0.61, 1.0), GOAL, 0.1).command == (0.0, -0.2)
+
+
+yaws = st.floats(-math.pi, math.pi)
+places = st.floats(-5.0, 5.0)
+
+
+@given(places, places, yaws, places, places, yaws, st.floats(-0.3, 0.3), st.floats(-3.0, 3.0),
+       st.sampled_from(['burger', 'waffle']), st.booleans())
+def test_no_command_exceeds_a_limit(x, y, yaw, goal_x, goal_y, goal_yaw, linear, angular, name,
+                                    reverse):
+    model = robot_model(name)
+    law = PreciseLaw(DriveConfig(allow_reverse=reverse), model)
+    goal = Pose2(goal_x, goal_y, goal_yaw)
+    law.start(Pose2(x, y, yaw), goal)
+    for move in (law.rotate_to_goal, law.move_forward, law.rotate_to_final):
+        for _ in range(30):
+            command = move(at(x, y, yaw, linear, angular), goal, 0.02).command
+            assert abs(command.linear) <= model.max_linear + 1e-9
+            assert abs(command.angular) <= min(1.5, model.max_angular) + 1e-9
+            wheel = abs(command.linear) + model.half_track * abs(command.angular)
+            assert wheel <= model.max_wheel_speed + 1e-9
+            assert reverse or command.linear >= 0.0
+
+
+def test_beside_the_line_the_robot_turns_back_to_it():
+    law = PreciseLaw(DriveConfig(), BURGER)
+    law.start(Pose2(), Pose2(2.0, 0.0, 0.0))
+    left = [law.move_forward(at(0.5, 0.05, 0.0, 0.2), Pose2(2.0, 0.0, 0.0), 0.02)
+            for _ in range(10)][-1]
+    assert left.command.angular < -0.05
+    law.start(Pose2(), Pose2(2.0, 0.0, 0.0))
+    right = [law.move_forward(at(0.5, -0.05, 0.0, 0.2), Pose2(2.0, 0.0, 0.0), 0.02)
+             for _ in range(10)][-1]
+    assert right.command.angular > 0.05
+
+
+@pytest.mark.parametrize('goal, backwards', [
+    (Pose2(-1.0, 0.0, 0.0), True),            # right behind, to be faced as now
+    (Pose2(1.0, 0.0, 0.0), False),
+    (Pose2(-1.0, 0.0, math.pi), False),       # behind, to be faced backwards: same turns
+    (Pose2(-0.61, 0.61, 0.0), True),          # 45 + 45 instead of 135 + 135 deg
+])
+def test_reverse_is_taken_only_where_it_is_shorter_and_allowed(goal, backwards):
+    for allowed in (False, True):
+        law = PreciseLaw(DriveConfig(allow_reverse=allowed), BURGER)
+        law.start(Pose2(), goal)
+        speeds = [law.move_forward(at(0.0, 0.0, 0.0), goal, 0.02).command.linear for _ in range(9)]
+        assert (speeds[-1] < 0.0) is (allowed and backwards)
+
+
+def test_a_turn_has_only_settled_inside_the_tolerance_and_at_rest():
+    law = PreciseLaw(DriveConfig(), BURGER)
+    goal = Pose2(0.0, 0.0, 0.0)
+    law.start(Pose2(), goal)
+    near, far, dt = math.radians(0.2), math.radians(0.6), law.period
+    for _ in range(20):
+        assert not law.rotate_to_final(at(0.0, 0.0, near, 0.0, -0.5), goal, dt).finished
+    for _ in range(20):
+        assert not law.rotate_to_final(at(0.0, 0.0, far, 0.0, 0.0), goal, dt).finished
+    steps = [law.rotate_to_final(at(0.0, 0.0, near), goal, dt).finished for _ in range(10)]
+    assert steps[0] is False and steps[-1] is True
+
+
+def test_shortfall_names_both_numbers():
+    law = PreciseLaw(DriveConfig(), BURGER)
+    assert law.shortfall(Pose2(0.0, 0.0099), Pose2()) == ''
+    assert law.shortfall(Pose2(0.0, 0.0301), Pose2()) == (
+        'stopped 30 mm from the goal (tolerance 10 mm)')
+
+
+def test_a_robot_that_slips_through_the_goal_has_not_arrived_before_it_rests():
+    goal = Pose2(1.0, 0.0, 0.0)
+    for linear, arrived in ((0.1, False), (0.0, True)):
+        law = PreciseLaw(DriveConfig(), BURGER)
+        law.start(Pose2(), goal)
+        assert law.move_forward(at(1.005, 0.0, 0.0, linear), goal, 0.02).finished is arrived
+
+
+def test_a_robot_that_rests_beyond_the_tolerance_backs_up_straight():
+    law = PreciseLaw(DriveConfig(), BURGER)
+    goal = Pose2(1.0, 0.0, 0.0)
+    law.start(Pose2(), goal)
+    step = law.move_forward(at(1.015, 0.0, 0.0), goal, 0.02)
+    assert not step.finished
+    assert step.command.linear < 0.0 and step.command.angular == 0.0

@@ -1,0 +1,366 @@
+"""The pad that decides who holds the robot. Both nodes together: test_ledger."""
+import pytest
+from tb3_labs.control.speed_laws import Twist2
+from tb3_labs.nodes.gamepad import HAND_OVER, PAD_TIMEOUT, PadController
+from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.supervision.arbitration import Holder
+
+NOBODY, GAMEPAD, GOAL = Holder.NOBODY, Holder.GAMEPAD, Holder.MOVE_TO_GOAL
+BURGER = robot_model('burger')
+PERIOD = 0.05      # of a pad that repeats itself
+
+class Pad:
+    """A pad in a hand: repeats its state until it is unplugged."""
+
+    def __init__(self, config=PadConfig(), repeats=True):
+        self.controller = PadController(config, BURGER)
+        self.now = 0.0
+        self.sent = []                    # (time, command)
+        self.words = []                   # said on ctrl_relinq
+        self.sticks, self.pressed = (0.0, 0.0), ()
+        self.plugged, self.repeats = True, repeats
+        self._next, self._said = 0.0, None
+        self.run(0.5)
+
+    def run(self, seconds):
+        """Let time pass; the commands of that time."""
+        since = len(self.sent)
+        for _ in range(round(seconds / 0.01)):
+            self.now += 0.01
+            self._tick()
+        return [command for _, command in self.sent[since:]]
+
+    def _tick(self):
+        axes, buttons = [0.0] * 6, [0] * 8
+        axes[1], axes[3] = self.sticks
+        for button in self.pressed:
+            buttons[button] = 1
+        changed = (axes, buttons) != self._said
+        if self.plugged and (changed or (self.repeats and self.now >= self._next)):
+            self._said, self._next = (axes, buttons), self.now + PERIOD
+            self.controller.on_joy(axes, buttons, self.now)
+        self.controller.look_at_clock(self.now)
+        if self.controller.due(self.now):
+            self.sent.append((self.now, self.controller.command(self.now)))
+        self.words += self.controller.take_words()
+
+    def said(self):
+        """What was said on ctrl_relinq since this was asked last."""
+        words, self.words = self.words, []
+        return words
+
+    def press(self, *buttons):
+        """Press and let go."""
+        self.pressed = buttons
+        self.run(0.02)
+        self.pressed = ()
+        self.run(0.02)
+
+    @property
+    def holder(self):
+        return self.controller.holder
+
+
+A, B, Y, HOLD = 0, 1, 2, 5
+BURGER_FULL = Twist2(0.2108, 0.0)
+
+
+@pytest.fixture
+def pad():
+    return Pad()
+
+
+def test_full_stick_is_the_robots_own_limit(pad):
+    pad.sticks = (1.0, 0.0)
+    assert pad.run(0.3)[-1] == pytest.approx(BURGER_FULL)
+    pad.sticks = (-1.0, 0.0)
+    assert pad.run(0.3)[-1] == pytest.approx(Twist2(-0.2108, 0.0))
+    pad.sticks = (0.0, 1.0)
+    assert pad.run(0.3)[-1] == pytest.approx(Twist2(0.0, 2.635))
+    pad.sticks = (1.0, 1.0)
+    both = pad.run(0.3)[-1]
+    assert both.linear + 0.08 * both.angular <= 0.21085
+    pad.sticks = (0.0, 0.0)
+    assert set(pad.run(0.3)[1:]) == {None}
+
+
+def test_a_stick_that_is_not_in_the_middle_at_the_start_drives_nothing():
+    fresh = PadController(PadConfig(), BURGER)
+    for tick in range(20):
+        fresh.on_joy([0.0, 1.0, 0.0, 0.0], [0] * 3, 0.05 * tick)
+        assert fresh.command(0.05 * tick) is None
+    assert fresh.holder is NOBODY
+
+
+def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
+    assert pad.holder is GAMEPAD and not pad.controller.gives and pad.said() == [False]
+    pad.press(A)
+    assert pad.holder is GOAL and pad.controller.gives and pad.said() == [True]
+    pad.sticks = (1.0, 1.0)
+    assert set(pad.run(1.0)) == {None}
+    pad.sticks = (0.0, 0.0)
+    pad.press(B)
+    assert pad.holder is GAMEPAD and pad.said() == [False]
+    taken = pad.now
+    pad.sticks = (1.0, 1.0)
+    assert BURGER_FULL.linear > pad.run(0.5)[-1].linear > 0.0
+    first = [time for time, command in pad.sent if command is not None][0]
+    assert first - taken >= HAND_OVER - 0.06
+
+
+def test_a_stick_that_is_already_pushed_when_the_robot_comes_back_drives_nothing(pad):
+    pad.press(A)
+    pad.sticks = (1.0, 0.0)
+    pad.press(B)
+    assert pad.holder is NOBODY and set(pad.run(2.0)) == {None}
+    pad.sticks = (0.0, 0.0)
+    pad.run(0.2)
+    assert pad.holder is GAMEPAD
+    pad.sticks = (1.0, 0.0)
+    assert pad.run(0.2)[-1] == pytest.approx(BURGER_FULL)
+
+
+@pytest.mark.parametrize('silence, drives', [(0.2, True), (0.3, False), (5.0, False)])
+def test_a_pad_that_was_silent_at_rest_must_be_seen_at_rest_again(pad, silence, drives):
+    pad.plugged = False
+    pad.run(silence)
+    pad.plugged = True
+    pad.sticks = (1.0, 0.0)
+    assert any(pad.run(1.0)) is drives
+    pad.sticks = (0.0, 0.0)
+    pad.run(0.2)
+    pad.sticks = (1.0, 0.0)
+    assert any(pad.run(0.2))
+
+
+# B, whoever holds the robot ------------------------------------------------------------------------
+
+def given_by_hand(pad):
+    pad.controller.on_control(True, pad.now)
+
+
+def lost_at_rest(pad):
+    pad.plugged = False
+    pad.run(3.0)
+    pad.plugged = True
+
+
+def lost_while_driving(pad):
+    pad.sticks = (1.0, 0.0)
+    pad.run(0.2)
+    lost_at_rest(pad)
+
+
+def lost_while_it_gave(pad):
+    pad.press(A)
+    lost_at_rest(pad)
+
+
+@pytest.mark.parametrize('history', [
+    lambda pad: None, given_by_hand, lost_at_rest, lost_while_driving, lost_while_it_gave,
+    lambda pad: pad.press(A), lambda pad: pad.press(B)])
+def test_b_says_false_whoever_holds_the_robot(pad, history):
+    history(pad)
+    pad.said()
+    for _ in range(3):
+        pad.press(B)
+        assert pad.said()[-1:] == [False]
+        assert pad.holder is not GOAL
+
+
+def test_b_counts_also_if_it_is_pressed_in_the_first_message_after_a_loss(pad):
+    pad.plugged = False
+    pad.run(1.0)
+    pad.said()
+    pad.plugged, pad.pressed = True, (B,)
+    pad.run(0.02)
+    assert pad.said() == [False]
+
+
+def test_each_press_counts_though_the_messages_come_all_at_once(pad):
+    """B tapped between two messages that the network releases together."""
+    pad.press(A)
+    pad.said()
+    for buttons in ([0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1], [0, 0, 0], [1, 0, 0], [0, 0, 0],
+                    [0, 1, 0], [0, 0, 0]):
+        pad.controller.on_joy([0.0] * 6, buttons + [0] * 5, pad.now)
+    assert pad.controller.take_words() == [False, True, False]
+    assert pad.controller.take_reset() and pad.holder is GAMEPAD
+
+
+@pytest.mark.parametrize('late, counts', [(0.0, True), (1.5, True), (2.5, False), (60.0, False)])
+def test_an_a_that_the_network_held_up_for_long_does_not_count(late, counts):
+    controller = PadController(PadConfig(), BURGER)
+    for tick in range(40):
+        controller.on_joy([0.0] * 6, [0] * 8, 100.0 + 0.05 * tick, 7.0 + 0.05 * tick)
+    controller.take_words()
+    controller.on_joy([0.0] * 6, [0] * 8, 102.04 + late, 9.04)
+    controller.on_joy([0.0] * 6, [1] + [0] * 7, 102.05 + late, 9.05)
+    words = controller.take_words()
+    # with as many renewals as were due since: so the giving's age shows
+    assert words == [True] * (counts * (1 + round(late / 0.1)))
+    assert any('press it again' in news.text for news in controller.take_news()) is not counts
+    controller.on_joy([0.0] * 6, [0, 1] + [0] * 6, 102.06 + late, 9.06)
+    assert controller.take_words() == [False]       # a stop is never too late
+
+
+# What others do -------------------------------------------------------------------------------------
+
+def test_what_another_one_takes_is_not_renewed_and_a_gives_it_again(pad):
+    pad.press(A)
+    pad.said()
+    pad.controller.on_taken(pad.now)
+    assert not pad.controller.gives and pad.controller.take_words() == [False]
+    pad.run(1.0)
+    assert pad.holder is GAMEPAD and not pad.controller.gives
+    pad.press(A)
+    assert pad.said() == [True] and pad.controller.gives
+
+
+@pytest.mark.parametrize('after, is_believed', [(0.1, False), (0.5, True)])
+def test_that_move_to_goal_has_no_control_may_cross_with_an_a(pad, after, is_believed):
+    pad.press(A)
+    pad.run(after - 0.04)
+    pad.controller.on_control(False, pad.now)
+    assert pad.controller.gives is not is_believed
+    pad.controller.on_control(True, pad.now)
+    pad.controller.on_control(False, pad.now)       # it had it, and lost it
+    assert not pad.controller.gives
+
+
+def test_what_somebody_else_gave_silences_the_sticks(pad):
+    pad.sticks = (1.0, 0.0)
+    assert any(pad.run(0.3))
+    pad.controller.on_control(True, pad.now)
+    assert pad.holder is GOAL and not pad.controller.gives
+    assert set(pad.run(1.0)) == {None}
+    pad.controller.on_control(False, pad.now)
+    assert pad.holder is NOBODY
+    assert set(pad.run(1.0)) == {None}              # still pushed
+
+
+def test_what_somebody_else_gave_is_not_taken_by_a_pad_that_is_not_there(pad):
+    pad.controller.on_control(True, pad.now)
+    pad.said()
+    pad.plugged = False
+    pad.run(60.0)
+    assert pad.said() == [] and pad.holder is GOAL
+
+
+def test_rising_edges_only(pad):
+    pad.pressed = (A,)
+    pad.run(1.0)
+    pad.pressed = (A, B)
+    pad.run(1.0)
+    assert pad.holder is GAMEPAD            # B was pressed, A only held
+    pad.pressed = (A,)
+    pad.run(1.0)
+    assert pad.holder is GAMEPAD
+
+
+def test_what_is_pressed_at_first_was_not_pressed_now():
+    controller = PadController(PadConfig(), BURGER)
+    controller.on_joy([0.0] * 4, [1, 0, 1], 0.0)
+    assert not controller.gives and not controller.take_reset()
+
+
+def test_reset_is_asked_for_once_a_press(pad):
+    pad.pressed = (Y,)
+    pad.run(1.0)
+    assert pad.controller.take_reset() and not pad.controller.take_reset()
+
+
+@pytest.mark.parametrize('repeats', [True, False])
+def test_a_pad_lost_with_its_stick_off_the_middle_stops_the_robot(repeats):
+    pad = Pad(repeats=repeats)
+    pad.sticks = (1.0, 0.0)
+    pad.run(0.1)
+    pad.plugged = False
+    commands = pad.run(0.31)
+    assert commands[-1] is None and pad.holder is NOBODY
+    assert [time for time, command in pad.sent if command is None][-1] <= pad.now
+    assert pad.run(5.0) == []
+    hint = any('autorepeat_rate' in news.text for news in pad.controller.take_news())
+    assert hint is not repeats
+    # back: only after a rest
+    pad.plugged = True
+    pad.sticks = (0.9, 0.0)
+    assert set(pad.run(0.5)) == {None}
+    pad.sticks = (0.0, 0.0)
+    pad.run(0.2)
+    pad.sticks = (1.0, 0.0)
+    assert pad.run(0.2)[-1] == pytest.approx(BURGER_FULL)
+
+
+def test_a_silent_pad_in_its_middle_is_no_loss():
+    pad = Pad(repeats=False)
+    pad.run(60.0)
+    assert pad.holder is GAMEPAD
+
+
+@pytest.mark.parametrize('allowed', [False, True])
+def test_a_pad_lost_while_move_to_goal_drives(allowed):
+    pad = Pad(PadConfig(drive_without_pad=allowed))
+    pad.press(A)
+    pad.plugged = False
+    pad.run(PAD_TIMEOUT + 0.05)
+    assert pad.controller.gives is allowed
+
+
+def test_hold_to_drive():
+    pad = Pad(PadConfig(hold_button=HOLD))
+    pad.sticks = (1.0, 0.0)
+    assert set(pad.run(0.5)) == {None}
+    pad.pressed = (HOLD,)
+    assert pad.run(0.5)[-1] == pytest.approx(BURGER_FULL)
+    pad.pressed = ()
+    assert pad.run(0.5)[-1] is None
+    pad.pressed = (HOLD,)
+    pad.run(0.2)
+    pad.plugged = False
+    pad.run(0.5)
+    pad.plugged = True
+    assert set(pad.run(0.5)) == {None}          # held since before the loss
+    pad.pressed = ()
+    pad.run(0.2)
+    pad.pressed = (HOLD,)
+    assert pad.run(0.2)[-1] == pytest.approx(BURGER_FULL)
+
+
+@pytest.mark.parametrize('stop', ['lost', 'taken', 'B'])
+def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stop):
+    controller = PadController(PadConfig(), BURGER)
+    for tick in range(20):
+        controller.on_joy([0.0] * 6, [0] * 8, 100.0 + 0.05 * tick, 7.0 + 0.05 * tick)
+    if stop == 'lost':
+        controller.on_joy([0.0, 1.0] + [0.0] * 4, [0] * 8, 101.0, 8.0)
+        assert controller.command(101.3) is None
+    elif stop == 'taken':
+        controller.on_taken(101.3)
+    controller.take_words()
+    # released at 101.5: rest, A pressed at 101.1; or B before it
+    for buttons, stamp in (([0, 0], 8.05), ([0, int(stop == 'B')], 8.07), ([1, 0], 8.1), ([0, 0], 8.2)):
+        controller.on_joy([0.0] * 6, buttons + [0] * 6, 101.5, stamp)
+    words = controller.take_words()
+    assert words[:2] == ([False, True] if stop == 'B' else [])
+
+
+@pytest.mark.parametrize('after, counts', [(0.1, False), (0.4, True)])
+@pytest.mark.parametrize('stamped', [False, True])
+def test_an_a_of_a_pad_that_was_heard_for_a_moment_only_does_not_count(after, counts, stamped):
+    """It may have waited with the first message, who knows for how long."""
+    controller = PadController(PadConfig(), BURGER)
+    for now, buttons in ((100.0, [0]), (100.0 + after, [1])):
+        controller.on_joy([0.0] * 6, buttons + [0] * 7, now, now - 90.0 if stamped else 0.0)
+    assert (True in controller.take_words()) is counts
+
+
+@pytest.mark.parametrize('slept, gives', [(1.0, True), (3.0, False)])
+def test_a_node_that_slept_does_not_go_on_giving(slept, gives):
+    pad = Pad(PadConfig(drive_without_pad=True))
+    pad.press(A)
+    pad.said()
+    pad.now += slept
+    pad.run(0.5)
+    assert pad.controller.gives is gives and pad.said() == [False] * (not gives)

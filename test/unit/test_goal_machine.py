@@ -1,0 +1,251 @@
+"""The four states, and what ends a drive; with a law that only says what it is told."""
+import math
+
+import pytest
+
+from tb3_labs.control.goal_machine import GoalMachine, GoalState
+from tb3_labs.control.speed_laws import LawStep, Twist2
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.localization.localizer import Motion
+from tb3_labs.supervision.stall import STALL_TIME
+
+GOAL = Pose2(1.0, 0.0, 0.5)
+STANDING = Motion(Pose2(), 0.0, 0.0)
+MOVING = Motion(Pose2(), 0.1, 0.0)
+
+
+class Told:
+    """A law that plays back what is left in each state; a state is finished at 0."""
+
+    def __init__(self, shortfall=''):
+        self.left = {'rotate_to_goal': 1.0, 'move_forward': 1.0, 'rotate_to_final': 1.0}
+        self.starts = 0
+        self._shortfall = shortfall
+
+    def start(self, pose, goal):
+        self.starts += 1
+
+    def shortfall(self, pose, goal):
+        return self._shortfall
+
+    def _answer(self, state):
+        return LawStep(Twist2(0.1, 0.2), self.left[state], self.left[state] == 0.0)
+
+    def resume(self, state, pose, goal):
+        self.resumed_in = state
+        return state
+
+    def rotate_to_goal(self, motion, goal, dt):
+        return self._answer('rotate_to_goal')
+
+    def move_forward(self, motion, goal, dt):
+        return self._answer('move_forward')
+
+    def rotate_to_final(self, motion, goal, dt):
+        return self._answer('rotate_to_final')
+
+
+def last_of(machine, motion=STANDING, seconds=1.0):
+    """The last of the machine's answers in that time, each of its looks at a new sample."""
+    answers = [machine.step(motion, 0.033) for _ in range(round(seconds / 0.033))]
+    return answers[-1]
+
+
+def test_without_a_goal_there_is_no_command():
+    machine = GoalMachine(Told())
+    assert not machine.active
+    assert machine.step(STANDING, 0.1) is None
+    machine.restart()
+    assert machine.step(STANDING, 0.1) is None
+
+
+def test_states_follow_in_order_and_the_end_is_silence():
+    law = Told()
+    machine = GoalMachine(law)
+    machine.set_goal(GOAL)
+    for state in ('rotate_to_goal', 'move_forward', 'rotate_to_final'):
+        assert machine.step(STANDING, 0.1) == Twist2(0.1, 0.2)
+        assert machine.state.value == state.upper()
+        law.left[state] = 0.0
+    assert machine.step(STANDING, 0.1) is None
+    assert machine.state is GoalState.GOAL_REACHED
+    assert machine.failure == ''
+    assert [machine.step(STANDING, 0.1) for _ in range(3)] == [None] * 3
+
+
+def test_finished_states_are_passed_through_within_one_step():
+    law = Told()
+    law.left.update(rotate_to_goal=0.0, move_forward=0.0)
+    machine = GoalMachine(law)
+    machine.set_goal(GOAL)
+    assert machine.step(STANDING, 0.1) == Twist2(0.1, 0.2)
+    assert machine.state is GoalState.ROTATE_TO_FINAL
+
+
+@pytest.mark.parametrize('finished', [[], ['rotate_to_goal'], ['rotate_to_goal', 'move_forward'],
+                                      ['rotate_to_goal', 'move_forward', 'rotate_to_final']])
+def test_restart_goes_back_to_the_first_state_from_everywhere(finished):
+    law = Told()
+    machine = GoalMachine(law)
+    machine.set_goal(GOAL)
+    for state in finished:
+        law.left[state] = 0.0
+    machine.step(STANDING, 0.1)
+    machine.restart()
+    assert machine.state is GoalState.ROTATE_TO_GOAL
+    assert machine.active
+    law.left.update(rotate_to_goal=1.0)
+    assert machine.step(STANDING, 0.1) is not None
+    assert law.starts == 2
+
+
+def test_stopping_outside_the_tolerance_is_a_failure_with_the_reason():
+    law = Told(shortfall='stopped 30 mm from the goal')
+    law.left.update(rotate_to_goal=0.0, move_forward=0.0, rotate_to_final=0.0)
+    machine = GoalMachine(law)
+    machine.set_goal(GOAL)
+    assert last_of(machine) is None
+    assert machine.failure == 'stopped 30 mm from the goal'
+    assert machine.state is not GoalState.GOAL_REACHED
+
+
+@pytest.mark.parametrize('motion, reason', [(STANDING, 'does not move'), (MOVING, 'missed it')])
+def test_a_drive_that_does_not_get_on_is_given_up_in_time(motion, reason):
+    machine = GoalMachine(Told())
+    machine.set_goal(GOAL)
+    steps = 0
+    while machine.step(motion, 0.05) is not None:
+        steps += 1
+    assert reason in machine.failure
+    assert STALL_TIME <= 0.05 * steps <= 2.0
+
+
+def test_driving_away_is_given_up_at_once():
+    law = Told()
+    machine = GoalMachine(law)
+    machine.set_goal(GOAL)
+    machine.step(MOVING, 0.02)
+    law.left['rotate_to_goal'] = 1.9
+    assert machine.step(MOVING, 0.02) is None
+    assert 'missed' in machine.failure
+
+
+def test_getting_on_slowly_is_not_being_stuck():
+    law = Told()
+    machine = GoalMachine(law)
+    machine.set_goal(GOAL)
+    # the handout's last bit of a turn: 0.5 x 0.05 rad/s
+    for _ in range(300):
+        assert machine.step(STANDING, 0.1) is not None
+        law.left['rotate_to_goal'] -= 0.0025
+
+
+def test_given_up_stays_silent_until_restarted():
+    machine = GoalMachine(Told())
+    machine.set_goal(GOAL)
+    machine.give_up('canceled')
+    assert machine.step(STANDING, 0.1) is None
+    machine.set_goal(GOAL)
+    assert machine.failure == ''
+    assert machine.step(STANDING, 0.1) is not None
+
+
+def test_errors_are_distance_and_signed_angle_the_short_way():
+    machine = GoalMachine(Told())
+    machine.set_goal(Pose2(3.0, 4.0, math.radians(-170.0)))
+    distance, angle = machine.errors(Pose2(0.0, 0.0, math.radians(170.0)))
+    assert distance == pytest.approx(5.0)
+    assert math.degrees(angle) == pytest.approx(20.0)
+
+
+@pytest.mark.parametrize('misses, starts, reached', [(0, 1, True), (1, 2, True), (2, 3, True),
+                                                      (3, 3, False)])
+def test_a_drive_that_ends_outside_is_driven_on_from_there_twice(misses, starts, reached):
+    law = Told()
+    ends = iter(misses * ['stopped 30 mm from the goal'] + [''])
+    law.shortfall = lambda pose, goal: next(ends)
+    law.left = dict.fromkeys(law.left, 0.0)
+    machine = GoalMachine(law)
+    machine.set_goal(GOAL)
+    assert last_of(machine) is None
+    assert law.starts == starts
+    assert (machine.state is GoalState.GOAL_REACHED) is reached
+    assert machine.failure == ('' if reached else 'stopped 30 mm from the goal')
+
+
+def finished():
+    """A machine whose law has finished, of a robot that has yet to come to rest."""
+    law = Told()
+    law.left = dict.fromkeys(law.left, 0.0)
+    machine = GoalMachine(law)
+    machine.set_goal(GOAL)
+    return machine
+
+
+@pytest.mark.parametrize('motion', [Motion(Pose2(), 0.0, 0.2), Motion(Pose2(), 0.02, 0.0)])
+def test_a_robot_that_still_moves_has_not_reached_its_goal(motion):
+    machine = finished()
+    assert last_of(machine, motion) == Twist2()
+    assert machine.state is GoalState.ROTATE_TO_FINAL
+    assert last_of(machine) is None and machine.state is GoalState.GOAL_REACHED
+
+
+@pytest.mark.parametrize('ages', [('imu_age',), ('odometry_age',), ('imu_age', 'odometry_age')])
+def test_one_sample_at_rest_is_not_enough_however_often_it_is_looked_at(ages):
+    machine, age = finished(), 0.0
+    machine.step(MOVING, 0.033)
+    for _ in range(30):
+        age += 0.033      # no sample has come since
+        motion = Motion(Pose2(), 0.0, 0.0, **dict.fromkeys(ages, age))
+        assert machine.step(motion, 0.033) == Twist2()
+    assert machine.state is GoalState.ROTATE_TO_FINAL
+
+
+def test_a_goal_that_was_cancelled_does_not_come_back():
+    machine = GoalMachine(Told())
+    machine.set_goal(GOAL)
+    machine.step(STANDING, 0.1)
+    machine.cancel()
+    assert machine.failure == 'canceled' and machine.step(STANDING, 0.1) is None
+    machine.restart()
+    assert machine.failure == 'canceled' and machine.step(STANDING, 0.1) is None
+    machine.set_goal(GOAL)
+    assert machine.failure == '' and machine.step(STANDING, 0.1) is not None
+
+
+@pytest.mark.parametrize('state', ['rotate_to_goal', 'move_forward', 'rotate_to_final'])
+def test_an_interrupted_drive_goes_on_where_its_law_says(state):
+    law = Told()
+    machine = GoalMachine(law)
+    machine.set_goal(GOAL)
+    for before in ('rotate_to_goal', 'move_forward', 'rotate_to_final'):
+        if before == state:
+            break
+        law.left[before] = 0.0
+    machine.step(STANDING, 0.1)
+    machine.interrupt()
+    assert machine.step(STANDING, 0.1) is not None
+    assert law.resumed_in.value == machine.state.value == state.upper()
+    assert law.starts == 1 and machine.attempt == 1
+
+
+def test_a_stuck_robot_is_given_up_however_often_its_drive_is_interrupted():
+    machine = GoalMachine(Told())
+    machine.set_goal(GOAL)
+    driven = 0.0
+    while machine.step(STANDING, 0.033) is not None:
+        driven += 0.033
+        if round(driven / 0.033) % 10 == 0:    # every third of a second
+            machine.interrupt()
+    assert 'does not move' in machine.failure
+    assert STALL_TIME <= driven <= STALL_TIME + 0.1
+
+
+def test_a_robot_that_was_carried_on_while_it_was_not_heard_has_not_missed_its_goal():
+    law = Told()
+    machine = GoalMachine(law)
+    machine.set_goal(GOAL)
+    machine.step(MOVING, 0.033)
+    law.left['rotate_to_goal'] = 1.9      # farther than the 0.8 that count as missed
+    machine.interrupt()
+    assert machine.step(MOVING, 0.033) is not None

@@ -1,0 +1,200 @@
+"""Odometry that jumps though the robot does not, judged by where the robot truly is."""
+import math
+
+import pytest
+
+from known_motion import angle_between
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.localization.localizer import Localizer
+from tb3_labs.localization.odometry_jumps import KEPT, LOST, SteadyOdometry
+from tb3_labs.robot.samples import ImuSample, OdometrySample
+from tb3_labs.simulation.simulator import Simulator, SimulatorConfig
+
+IMU = ImuSample(0.0, 1.0, 0.0)
+
+
+def sample(x, y, yaw, stamp=0.0, linear=0.0, angular=0.0):
+    return OdometrySample(stamp, Pose2(x, y, yaw), linear, angular)
+
+
+def along_half_a_turn(noise_deg, offset_deg=180.0, seconds=8.0):
+    """A robot that drives with its IMU at +/-180 deg: (true way, the odometry's, localizer's)."""
+    robot = Simulator(SimulatorConfig(imu_offset_deg=offset_deg, imu_noise_deg=noise_deg))
+    localizer = Localizer()
+    said, spikes = [], 0
+    while robot.now < seconds:
+        if robot.now < seconds - 1.0:
+            robot.command(0.2, 0.0)
+        for seen in robot.step(0.05):
+            if isinstance(seen, ImuSample):
+                localizer.on_imu(seen, robot.now)
+            else:
+                localizer.on_odometry(seen, robot.now)
+                said.append(seen.pose)
+                spikes += abs(seen.angular) > 50.0
+        localizer.take_fix()
+    pose = localizer.motion(robot.now).pose
+    return robot.truth, said[-1], pose, spikes
+
+
+def test_the_firmwares_fault_is_in_the_robot_and_not_in_the_local_pose():
+    truth, said, pose, spikes = along_half_a_turn(noise_deg=0.5)
+    assert spikes > 50                                  # it crosses again and again
+    assert abs(said.x - truth.x) > 0.2                  # what that does to the raw odometry
+    # what is left: encoder ticks; across, the noise of the heading in which local was declared
+    assert abs(pose.x - truth.x) < 0.002 and abs(pose.y) < truth.x * math.radians(3 * 0.5)
+
+
+def test_a_sound_driver_is_left_alone():
+    truth, said, pose, spikes = along_half_a_turn(noise_deg=0.5, offset_deg=90.0)
+    assert spikes == 0
+    assert math.hypot(pose.x, pose.y) == pytest.approx(math.hypot(said.x, said.y), abs=1e-9)
+
+
+def test_a_spike_in_a_pose_that_is_right_changes_nothing():
+    steady = SteadyOdometry()
+    for k in range(20):
+        seen = sample(0.01 * k, 0.0, 0.0, k / 30.0, 0.3, 140.0 if k == 7 else 0.0)
+        assert steady.take(seen, k / 30.0, IMU) == (seen, None)
+
+
+@pytest.mark.parametrize('linear', [0.2, -0.2])
+def test_one_displacement_backwards_is_turned_round_either_way_of_driving(linear):
+    steady, step = SteadyOdometry(), linear / 30.0
+    x = 0.0
+    for k in range(10):
+        x += -step if k == 5 else step
+        seen, jump = steady.take(
+            sample(x, 0.0, 0.0, k / 30.0, linear, -188.0 if k == 5 else 0.0), k / 30.0, IMU)
+        assert jump is None
+    assert seen.pose.x == pytest.approx(10 * step, abs=1e-12)
+
+
+BEFORE = Pose2(2.0, -1.0, 2.5)
+
+
+@pytest.mark.parametrize('after, words', [
+    (Pose2(0.0, 0.0, 0.0), 'set to zero'),
+    (Pose2(5.0, -1.0, 2.5), 'jumped by 3.00 m'),
+    (Pose2(2.0, -1.0, -2.0), '102 degrees'),
+])
+def test_a_jump_is_noticed_and_the_robot_keeps_its_pose(after, words):
+    steady = SteadyOdometry()
+    steady.take(sample(BEFORE.x, BEFORE.y, BEFORE.yaw), 0.0, IMU)
+    seen, jump = steady.take(sample(after.x, after.y, after.yaw, 0.03), 0.03, IMU)
+    assert words in jump.text and jump.outcome == KEPT
+    assert (seen.pose.x, seen.pose.y, seen.pose.yaw) == pytest.approx((2.0, -1.0, 2.5))
+    # 0.1 m forward from there, as the robot looks
+    seen, jump = steady.take(sample(after.x + 0.1 * math.cos(after.yaw),
+                                    after.y + 0.1 * math.sin(after.yaw), after.yaw, 0.4), 0.4, IMU)
+    assert jump is None
+    assert (seen.pose.x, seen.pose.y) == pytest.approx(
+        (2.0 + 0.1 * math.cos(2.5), -1.0 + 0.1 * math.sin(2.5)))
+
+
+def test_set_to_zero_is_noticed_after_any_silence_and_where_the_robot_only_turned():
+    steady = SteadyOdometry()
+    steady.take(sample(0.02, 0.0, 0.0), 0.0, IMU)
+    _, jump = steady.take(sample(0.0, 0.0, 0.0, 4.0), 4.0, IMU)
+    assert 'zero' in jump.text
+    steady = SteadyOdometry()
+    steady.take(sample(0.0, 0.0, 1.5), 0.0, IMU)
+    _, jump = steady.take(sample(0.0, 0.0, 0.0, 0.03), 0.03, IMU)
+    assert 'zero' in jump.text
+
+
+@pytest.mark.parametrize('before', [Pose2(0.5, 0.0, 0.0), Pose2(0.0, 0.0, 2.0)])
+def test_set_to_zero_is_noticed_also_where_the_first_message_after_it_is_lost(before):
+    steady = SteadyOdometry()
+    steady.take(sample(before.x, before.y, before.yaw), 0.0, IMU)
+    seen, jump = steady.take(sample(0.002, 0.0, -0.02, 2.6), 2.6, IMU)
+    assert 'zero' in jump.text
+    assert (seen.pose.x, seen.pose.y, seen.pose.yaw) == pytest.approx(
+        (before.x, before.y, before.yaw))
+
+
+def test_a_robot_that_stands_near_the_origin_may_be_silent():
+    steady = SteadyOdometry()
+    steady.take(sample(0.01, 0.0, 0.03), 0.0, IMU)
+    assert steady.take(sample(0.01, 0.0, 0.031, 3.0), 3.0, IMU)[1] is None
+
+
+def test_a_robot_at_the_origin_may_turn_through_zero():
+    steady = SteadyOdometry()
+    for k in range(100):
+        _, jump = steady.take(sample(0.0, 0.0, 0.09 * (k - 50), k / 30.0), k / 30.0, IMU)
+        assert jump is None
+
+
+@pytest.mark.parametrize('gap', [0.03, 0.5, 3.0])
+def test_full_speed_over_a_silence_is_no_jump(gap):
+    steady = SteadyOdometry()
+    steady.take(sample(1.0, 0.0, 0.0), 0.0, IMU)
+    _, jump = steady.take(sample(1.0 + 0.26 * gap, 0.0, min(2.84 * gap, 3.0), gap), gap, IMU)
+    assert jump is None
+
+
+def test_a_sample_frozen_for_long_then_the_truth_is_no_jump():
+    steady = SteadyOdometry()
+    for k in range(90):
+        steady.take(sample(1.0, 0.0, 0.0, k / 30.0), k / 30.0, IMU)
+    assert steady.take(sample(1.5, 0.0, 0.0, 3.0), 3.0, IMU)[1] is None
+
+
+def test_a_board_that_restarts_loses_the_pose():
+    steady = SteadyOdometry()
+    steady.take(sample(2.0, 1.0, 0.5), 0.0, IMU)
+    seen, jump = steady.take(sample(0.0, 0.0, 0.0, 4.0), 4.0, replace_yaw(IMU, 0.0))
+    assert jump.outcome == LOST and seen.pose == Pose2()
+
+
+def replace_yaw(imu, yaw):
+    return imu._replace(yaw=yaw)
+
+
+@pytest.mark.parametrize('turn', [0.0, 1.2])
+def test_the_robots_own_reset_leaves_the_local_pose(turn):
+    """Driven, told to reset its odometry, driven on: the local pose against the true one."""
+    config = SimulatorConfig(start_x=1.0, start_yaw_deg=40.0, imu_offset_deg=-105.5)
+    robot, localizer = Simulator(config), Localizer()
+    start, jumps = robot.truth, []
+
+    def run(seconds, linear=0.0, angular=0.0):
+        end = robot.now + seconds
+        while robot.now < end:
+            robot.command(linear, angular)
+            for seen in robot.step(0.01):
+                take = localizer.on_imu if isinstance(seen, ImuSample) else localizer.on_odometry
+                take(seen, robot.now)
+            localizer.take_fix()
+            jumps.extend(localizer.take_jumps())
+    run(0.2)
+    run(2.0, 0.2, turn)
+    run(0.5)
+    robot.reset()
+    run(3.5)
+    assert [jump.outcome for jump in jumps] == [KEPT]
+    run(2.0, 0.2, -turn)
+    run(0.5)
+    truth, pose = start.inverse() @ robot.truth, localizer.motion(robot.now).pose
+    assert math.hypot(pose.x - truth.x, pose.y - truth.y) < 0.003
+    assert angle_between(pose.yaw, truth.yaw) < math.radians(0.1)
+    # and the frame that others see moved along in odom
+    in_odom = localizer.odom_T_local @ pose
+    assert in_odom.distance_to(Pose2()) < 0.45
+
+
+def test_after_a_restart_of_the_board_local_begins_anew():
+    localizer = Localizer()
+    for k in range(30):
+        localizer.on_imu(ImuSample(0.03 * k, 2.0, 0.0), 0.03 * k)
+        localizer.on_odometry(sample(2.0, 1.0, 0.5, 0.03 * k), 0.03 * k)
+        localizer.take_fix()
+    for k in range(30):
+        now = 4.0 + 0.03 * k
+        localizer.on_imu(ImuSample(now, 0.0, 0.0), now)
+        localizer.on_odometry(sample(0.0, 0.0, 0.0, now), now)
+        localizer.take_fix()
+    assert [jump.outcome for jump in localizer.take_jumps()][-1] == LOST
+    pose = localizer.motion(now).pose
+    assert (pose.x, pose.y, pose.yaw) == pytest.approx((0.0, 0.0, 0.0))

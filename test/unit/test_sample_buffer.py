@@ -1,0 +1,430 @@
+"""What both sensors said at one instant: orders of arrival, gaps, and clocks that misbehave."""
+import math
+import random
+from dataclasses import replace
+
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from known_motion import SteadyRobot, Truth, angle_between, assert_pose, held_back
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.localization.sample_buffer import MAX_GAP, MEMORY, SensorHistory, Track
+from tb3_labs.localization.sender_clock import Lateness, SenderClock
+from tb3_labs.robot.samples import ImuSample, OdometrySample, with_stamp
+
+SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(1 - 2j, 0.3), imu_offset=-1.8,
+                       clock_ahead=0.775)
+
+
+def add(history, arrival, sample):
+    (history.add_imu if isinstance(sample, ImuSample) else history.add_odometry)(sample, arrival)
+
+
+def pairs_of(history, messages):
+    """[(odometry sample, IMU yaw)] of a history that is asked after each message."""
+    pairs = []
+    for arrival, sample in messages:
+        add(history, arrival, sample)
+        pairs.append(history.take_pair())
+    return [pair for pair in pairs if pair is not None]
+
+
+def assert_right(pairs, robot, stamped_off=0.0, radians=1e-6):
+    """Each pair's yaw is the IMU's own at the instant at which the odometry was measured."""
+    assert pairs
+    for odometry, yaw in pairs:
+        truth = robot.imu(odometry.stamp - stamped_off - robot.clock_ahead).yaw
+        assert angle_between(yaw, truth) <= radians
+
+
+def instant_at(history, now):
+    """The Instant at `now` on the receiver's clock."""
+    stamp = history.clock.stamp_of(now)
+    return None if stamp is None else history.at(stamp)
+
+
+def assert_instant(instant, robot, now, ahead=None, seconds=1e-6, radians=1e-6):
+    """Both sensors as they were at the instant's stamp, which is `now` on the sender's clock."""
+    time = instant.stamp - (robot.clock_ahead if ahead is None else ahead)
+    assert abs(time - now) <= seconds
+    assert_pose(instant.odom_T_base, robot.odometry_start.then(*robot.moved(time)), 1e-9, radians)
+    assert angle_between(instant.imu_yaw, robot.imu(time).yaw) <= radians
+
+
+def restamped(messages, new_stamp):
+    return [(arrival, with_stamp(sample, new_stamp(arrival, sample.stamp)))
+            for arrival, sample in messages]
+
+
+# One track ----------------------------------------------------------------------------------------
+
+def straight_track(*times):
+    """A track whose value is ten times the time."""
+    track = Track(lambda start, end, fraction: start + fraction * (end - start))
+    for time in times:
+        track.add(time, 10.0 * time)
+    return track
+
+
+@pytest.mark.parametrize('time, value', [
+    (1.0, 10.0), (1.1, 11.0), (1.2, 12.0), (1.15, 11.5), (1.01, 10.1), (0.999, None),
+    (1.201, None), (-math.inf, None), (math.inf, None), (math.nan, None)])
+def test_a_track_knows_what_lies_between_its_samples(time, value):
+    found = straight_track(1.0, 1.1, 1.2).at(time)
+    assert found == (value if value is None else pytest.approx(value))
+
+
+@pytest.mark.parametrize('gap, known', [(MAX_GAP, True), (MAX_GAP + 0.01, False), (4.3, False)])
+def test_nothing_is_interpolated_over_a_dropout(gap, known):
+    track = straight_track(-0.1, 0.0, gap)
+    assert (track.at(gap / 2) is not None) is known
+    assert track.at(gap) == pytest.approx(10.0 * gap)
+
+
+def test_a_track_forgets_what_is_old():
+    track = straight_track(*(k / 10 for k in range(100)))
+    assert track.at(9.9 - MEMORY - 0.11) is None
+    assert track.at(9.9 - MEMORY + 0.11) == pytest.approx(10.0 * (9.9 - MEMORY + 0.11))
+
+
+def test_an_empty_track_knows_nothing():
+    track = straight_track(1.0)
+    track.clear()
+    assert track.at(1.0) is None
+    assert track.newest == straight_track().newest == -math.inf
+
+
+# Pairs: order of arrival --------------------------------------------------------------------------
+
+LATE = [0.0, 0.004, 0.02, 0.05, 0.1, 0.25]
+
+
+@pytest.mark.parametrize('imu_late, odometry_late', [(late, 0.0) for late in LATE] + [
+    (0.0, late) for late in LATE])
+def test_the_order_of_arrival_does_not_matter(imu_late, odometry_late):
+    """One source may be several samples ahead of the other, all the time."""
+    messages = SPINNING.messages(0.0, 3.0, imu_delay=lambda: imu_late,
+                                 odometry_delay=lambda: odometry_late)
+    pairs = pairs_of(SensorHistory(), messages)
+    assert_right(pairs, SPINNING)
+    assert len(pairs) >= 80
+    stamps = [odometry.stamp for odometry, _ in pairs]
+    assert stamps == sorted(set(stamps))
+
+
+@pytest.mark.parametrize('rate', [2.6, -2.6])
+@pytest.mark.parametrize('imu_rate', [20.0, 118.0, 200.0])
+def test_the_yaw_between_two_samples_goes_the_short_way_through_half_a_turn(rate, imu_rate):
+    robot = replace(SPINNING, angular=rate)
+    pairs = pairs_of(SensorHistory(), robot.messages(0.0, 5.0, imu_rate))
+    assert len(pairs) > 140
+    assert_right(pairs, robot)
+
+
+def test_a_pair_is_taken_once():
+    history = SensorHistory()
+    add(history, 0.0, SPINNING.imu(0.0))
+    add(history, 0.0, SPINNING.odometry(0.0))
+    assert history.take_pair() is not None
+    assert history.take_pair() is None
+    add(history, 0.1, SPINNING.imu(0.1))
+    assert history.take_pair() is None
+
+
+def test_of_several_that_wait_the_newest_is_taken():
+    history = SensorHistory()
+    for time in (0.0, 0.1, 0.2, 0.3):
+        add(history, time, SPINNING.imu(time))
+    for time in (0.1, 0.2):
+        add(history, time, SPINNING.odometry(time))
+    assert history.take_pair()[0] == SPINNING.odometry(0.2)
+    assert history.take_pair() is None
+
+
+def pairs_without_imu(silent):
+    """Pairs of a robot whose IMU is silent for that long from 2.0 s on, and when they were."""
+    messages = [(arrival, sample) for arrival, sample in SPINNING.messages(0.0, 8.0)
+                if not (isinstance(sample, ImuSample) and 2.0 < arrival < 2.0 + silent)]
+    pairs, history = [], SensorHistory()
+    for arrival, sample in messages:
+        add(history, arrival, sample)
+        pairs.append(history.take_pair())
+    pairs = [pair for pair in pairs if pair is not None]
+    return pairs, [odometry.stamp - SPINNING.clock_ahead for odometry, _ in pairs]
+
+
+@pytest.mark.parametrize('silent', [1.1, 1.4, 4.3])
+def test_no_pair_is_made_up_in_a_long_silence_of_the_imu(silent):
+    pairs, times = pairs_without_imu(silent)
+    assert_right(pairs, SPINNING)
+    assert not [time for time in times if 2.01 < time < 2.0 + silent - 0.01]
+    assert max(times) > 7.9
+
+
+@pytest.mark.parametrize('silent', [0.2, 0.35, 0.5, 0.9])
+def test_the_odometry_bridges_a_gap_of_the_imu(silent):
+    """A node leaves out the IMU's samples but for the newest of those that came together."""
+    pairs, _ = pairs_without_imu(silent)
+    assert_right(pairs, SPINNING)
+    history = SensorHistory()
+    for arrival, sample in SPINNING.messages(0.0, 2.0 + silent + 0.1):
+        if not (isinstance(sample, ImuSample) and 2.0 < arrival < 2.0 + silent):
+            add(history, arrival, sample)
+    now = 2.0 + 0.4 * silent
+    assert_instant(instant_at(history, now), SPINNING, now, radians=1e-5)
+
+
+def test_a_bridge_ends_where_the_imu_says_also_if_the_wheels_slip():
+    """The odometry turns a tenth less than the IMU: what that leaves is spread over the gap."""
+    history = SensorHistory()
+    for time in (0.0, 0.1, 0.7, 0.8):
+        add(history, time, ImuSample(10.0 + time, math.remainder(1.0 * time + 3.0, 2 * math.pi), 1.0))
+    for k in range(9):
+        time = 0.1 * k
+        add(history, time, OdometrySample(10.0 + time, Pose2(0.0, 0.0, 0.9 * time), 0.0, 0.9))
+    instant = history.at(10.4)
+    assert angle_between(instant.imu_yaw, 3.4) < 1e-9
+    assert instant.odom_T_base.yaw == pytest.approx(0.36)
+
+
+# Both at one instant ------------------------------------------------------------------------------
+
+def test_nothing_is_known_before_both_have_spoken():
+    history = SensorHistory()
+    assert instant_at(history, 0.0) is None and history.take_pair() is None
+    add(history, 0.0, SPINNING.imu(0.0))
+    assert instant_at(history, 0.0) is None and history.take_pair() is None
+    add(history, 0.0, SPINNING.odometry(0.0))
+    assert_instant(instant_at(history, 0.0), SPINNING, 0.0)
+
+
+def test_an_instant_is_known_once_both_have_passed_it():
+    history = SensorHistory()
+    for time in (0.0, 0.1, 0.2):
+        add(history, time, SPINNING.imu(time))
+        add(history, time, SPINNING.odometry(time))
+    add(history, 0.3, SPINNING.imu(0.3))
+    assert instant_at(history, 0.25) is None
+    add(history, 0.3, SPINNING.odometry(0.3))
+    assert_instant(instant_at(history, 0.25), SPINNING, 0.25)
+
+
+@given(st.floats(0.0, 1e6), st.floats(1.1, 2.0))
+@example(0.775, 1.5)
+def test_the_senders_clock_may_be_off_by_anything(ahead, now):
+    robot, history = replace(SPINNING, clock_ahead=ahead), SensorHistory()
+    for arrival, sample in robot.messages(0.5, 2.05, 50.0):
+        add(history, arrival, sample)
+    assert_instant(instant_at(history, now), robot, now)
+
+
+@pytest.mark.parametrize('drift', [1e-4, -1e-4, 0.0])
+def test_a_clock_that_runs_slow_or_fast_is_followed(drift):
+    """Ten minutes, the sender's clock 100 ppm off, each message up to 10 ms late."""
+    chance, history = random.Random(1), SensorHistory()
+    for k in range(600 * 20):
+        time = k / 20
+        for sample in (SPINNING.imu(time), SPINNING.odometry(time)):
+            stamped = with_stamp(sample, sample.stamp - drift * time)
+            add(history, time + chance.uniform(0.0, 0.01), stamped)
+        if k % 200 == 199:
+            ahead = SPINNING.clock_ahead - drift * time
+            now = time - 0.1
+            assert_instant(instant_at(history, now), SPINNING, now, ahead, 0.01, 1e-4)
+
+
+# Stamps that cannot be used -----------------------------------------------------------------------
+
+@pytest.mark.parametrize('useless', [
+    lambda arrival, stamp: 0.0,
+    lambda arrival, stamp: -1.0,
+    lambda arrival, stamp: 1234.5])
+@pytest.mark.parametrize('whose', ['imu', 'odometry', 'both'])
+def test_arrival_takes_the_place_of_stamps_of_zero_or_standing_still(useless, whose):
+    def stamp(sample, arrival):
+        spoilt = whose == 'both' or (whose == 'imu') == isinstance(sample, ImuSample)
+        return useless(arrival, sample.stamp) if spoilt else sample.stamp
+
+    history = SensorHistory()
+    for arrival, sample in SPINNING.messages(0.0, 2.0):
+        add(history, arrival, with_stamp(sample, stamp(sample, arrival)))
+    assert not history.clock.uses_stamps
+    assert_instant(instant_at(history, 1.55), SPINNING, 1.55, ahead=0.0)
+
+
+def test_a_stamp_of_zero_is_seen_at_once():
+    history = SensorHistory()
+    add(history, 5.0, replace(SPINNING.odometry(5.0), stamp=0.0))
+    assert not history.clock.uses_stamps
+
+
+def test_stamps_that_become_zero_on_the_way():
+    robot, history = replace(SPINNING, clock_ahead=-1000.0), SensorHistory()
+    for arrival, sample in robot.messages(2000.0, 2002.3):
+        add(history, arrival, sample if arrival < 2002.0 else with_stamp(sample, 0.0))
+    assert_instant(instant_at(history, 2002.2), robot, 2002.2, ahead=0.0)
+
+
+def test_the_receivers_clock_goes_back_where_stamps_are_zero():
+    turned, history = replace(SPINNING, imu_offset=1.0), SensorHistory()
+    messages = SPINNING.messages(0.0, 3.0) + turned.messages(2.0, 2.6)
+    for arrival, sample in restamped(messages, lambda arrival, stamp: 0.0):
+        add(history, arrival, sample)
+    assert_instant(instant_at(history, 2.5), turned, 2.5, ahead=0.0)
+
+
+def test_pairs_go_on_where_all_stamps_are_zero():
+    messages = restamped(SPINNING.messages(0.0, 2.0), lambda arrival, stamp: 0.0)
+    pairs = pairs_of(SensorHistory(), messages)
+    assert len(pairs) > 50
+
+
+@pytest.mark.parametrize('imu_late', [0.0, 0.02])
+@pytest.mark.parametrize('step', [5.0, -5.0, 1.5, -1.5, -0.2, 0.5, 3600.0])
+def test_a_step_of_the_senders_clock_starts_anew(step, imu_late):
+    robot = replace(SPINNING, clock_ahead=10000.0)
+    messages = restamped(robot.messages(0.0, 6.0, imu_delay=lambda: imu_late),
+                         lambda arrival, stamp: stamp + (step if stamp > 10003.03 else 0.0))
+    history = SensorHistory()
+    assert_right(pairs_of(history, [m for m in messages if m[0] <= 3.03]), robot)
+    pairs_of(history, [m for m in messages if 3.03 < m[0] <= 3.1])
+    pairs = pairs_of(history, [m for m in messages if m[0] > 3.1])
+    assert history.clock.uses_stamps
+    assert len(pairs) >= 85
+    assert_right(pairs, robot, stamped_off=step)
+    now = 5.55
+    assert_instant(instant_at(history, now), robot, now, robot.clock_ahead + step, imu_late + 1e-6)
+
+
+@pytest.mark.parametrize('step', [5.0, -5.0])
+@pytest.mark.parametrize('silent', [0.0, 6.0])
+def test_instants_are_known_at_once_after_a_step_of_the_clock(step, silent):
+    """Also where the clock stepped back by less than the silence: its stamps only went ahead."""
+    robot, history = replace(SPINNING, clock_ahead=1000.0), SensorHistory()
+    for arrival, sample in robot.messages(0.0, 3.0) + [(3.002, robot.odometry(3.002))]:
+        add(history, arrival, sample)
+    pairs = pairs_of(history, restamped(robot.messages(3.01 + silent, 3.2 + silent),
+                                        lambda arrival, stamp: stamp + step))
+    assert len(pairs) >= 5
+    assert_right(pairs, robot, stamped_off=step)
+    now = 3.1 + silent
+    assert_instant(instant_at(history, now), robot, now, 1000.0 + step)
+
+
+def test_a_single_stamp_that_goes_back_is_survived():
+    messages = SPINNING.messages(0.0, 4.0)
+    arrival, sample = messages[300]
+    messages[300] = (arrival, with_stamp(sample, sample.stamp - 0.05))
+    history = SensorHistory()
+    pairs = pairs_of(history, messages)
+    assert len(pairs) >= 110
+    assert_instant(instant_at(history, 3.9), SPINNING, 3.9)
+
+
+@pytest.mark.parametrize('stall', [0.9, 1.2, 1.6, 4.0, 10.0])
+def test_late_messages_are_no_new_clock(stall):
+    end = 2.1 + stall
+    messages = held_back(SPINNING.messages(0.0, end + 1.0), 2.1, end)
+    history = SensorHistory()
+    assert_right(pairs_of(history, messages), SPINNING)
+    assert history.clock.uses_stamps
+    assert_instant(instant_at(history, end + 0.7), SPINNING, end + 0.7)
+
+
+def test_a_network_that_stalls_every_few_seconds_does_not_spoil_the_stamps():
+    messages, history = SPINNING.messages(0.0, 20.0), SensorHistory()
+    for begin in (2.1, 6.1, 10.1, 14.1):
+        messages = held_back(messages, begin, begin + 1.2)
+    assert_right(pairs_of(history, messages), SPINNING)
+    assert history.clock.uses_stamps
+
+
+@pytest.mark.parametrize('apart', [5.0, -5.0, 1e9])
+def test_two_clocks_that_disagree_are_no_use(apart):
+    """Odometry stamped by another machine: arrival is what the two have in common."""
+    history = SensorHistory()
+    for arrival, sample in SPINNING.messages(0.0, 4.0):
+        if not isinstance(sample, ImuSample):
+            sample = with_stamp(sample, sample.stamp + apart)
+        add(history, arrival, with_stamp(sample, sample.stamp + 10.0))
+    assert not history.clock.uses_stamps
+    assert_instant(instant_at(history, 3.5), SPINNING, 3.5, ahead=0.0)
+
+
+# The least delay ----------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('seed', range(5))
+def test_now_is_late_by_the_least_delay_of_a_jittery_network(seed):
+    """20 ms, and something exponential of 20 ms on top of it, for each message; in order."""
+    chance, history, last = random.Random(seed), SensorHistory(), 0.0
+    for time, sample in SPINNING.messages(0.0, 8.0):
+        last = max(last, time + 0.02 + chance.expovariate(50.0))
+        add(history, last, sample)
+    late_by = 8.0 + SPINNING.clock_ahead - history.clock.stamp_of(8.0)
+    assert 0.02 <= late_by <= 0.025
+
+
+def test_the_least_delay_is_forgotten_after_some_seconds():
+    """The sender's clock is set back by 20 ms: all its messages seem to be late by that."""
+    clock = SenderClock()
+    for k in range(2000):
+        arrival = 0.01 * k
+        clock.time_of('imu', 100.0 + arrival - (0.02 if arrival >= 5.0 else 0.0), arrival)
+    assert clock.stamp_of(20.0) == pytest.approx(119.98)
+    assert clock.epoch == 0
+
+
+def test_stamps_that_go_back_a_little_once_a_second_cost_no_reset():
+    """The clock of a Pi that runs fast and is corrected: no instant is lost."""
+    history, known = SensorHistory(), 0
+    def corrected(arrival, stamp):
+        return stamp + 0.01 * (arrival % 1.0)
+    messages = restamped(SPINNING.messages(0.0, 20.0), corrected)
+    heard = 0
+    for k in range(200):
+        now = 1.0 + 0.0937 * k
+        stamp = None
+        while heard < len(messages) and messages[heard][0] <= now + 0.06:
+            if stamp is None and messages[heard][0] > now:
+                stamp = history.clock.stamp_of(now)
+            add(history, *messages[heard])
+            heard += 1
+        instant = history.at(stamp)
+        known += instant is not None
+        if instant:
+            # never off by more than the clock was
+            assert angle_between(instant.imu_yaw, SPINNING.imu(now).yaw) <= 0.03 * 2.6
+    assert known == 200 and history.clock.epoch == 0 and history.clock.uses_stamps
+
+
+def test_stamps_that_run_back_are_no_clock():
+    clock = SenderClock()
+    for k in range(400):
+        clock.time_of('imu', 1000.0 - 0.005 * k, 0.005 * k)
+    assert not clock.uses_stamps
+    assert clock.stamp_of(2.0) == 2.0
+
+
+@pytest.mark.parametrize('late', [0.0, 0.5, 1.9])
+def test_a_message_is_late_by_what_is_not_usual(late):
+    lateness = Lateness(patience=2.0)
+    for k in range(100):
+        assert lateness.of(50.0 + 0.05 * k, 1000.0 + 0.05 * k) == pytest.approx(0.0)
+    assert lateness.of(55.0, 1005.0 + late) == pytest.approx(late)
+
+
+def test_what_a_silence_held_up_is_late_also_the_first_of_it():
+    lateness = Lateness(patience=2.0)
+    lateness.of(50.0, 1000.0)
+    assert [lateness.of(50.1 + k, 1010.0 + 0.001 * k) for k in range(10)] == pytest.approx(
+        [9.9 - 0.999 * k for k in range(10)])
+    assert lateness.of(60.1, 1010.1) == pytest.approx(0.0)
+
+
+def test_a_clock_that_was_set_back_is_believed_after_a_while():
+    lateness = Lateness(patience=2.0)
+    lateness.of(50.0, 1000.0)
+    seen = [lateness.of(40.0 + 0.1 * k, 1000.0 + 0.1 * k) for k in range(1, 40)]
+    assert seen[0] == pytest.approx(10.0) and seen[-1] == pytest.approx(0.0)
+    assert sum(late > 2.0 for late in seen) <= 21

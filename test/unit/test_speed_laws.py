@@ -1,0 +1,141 @@
+"""Speed laws and limits: the handouts' numbers, braking as physics has it, what a wheel can do."""
+import math
+from itertools import product
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tb3_labs.control.speed_laws import Twist2, braking_speed, clamp, proportional, saturate
+from tb3_labs.robot.turtlebot3 import MODELS
+
+BURGER = MODELS['burger']
+SPEEDS = st.floats(-10.0, 10.0)
+WAYS = st.floats(0.0, 20.0)
+DECELERATIONS = st.floats(0.05, 40.0)
+GAINS = st.floats(0.1, 30.0)
+NAN = math.nan
+
+
+@pytest.mark.parametrize('value, expected', [
+    (-3.0, -1.0), (-1.0, -1.0), (0.5, 0.5), (2.0, 2.0), (9.0, 2.0), (math.inf, 2.0),
+    (-math.inf, -1.0)])
+def test_clamp(value, expected):
+    assert clamp(value, -1.0, 2.0) == expected
+
+
+# The handouts' law --------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('error_deg, rate', [
+    (90, 1.5), (180, 1.5), (15, 1.5), (14, 1.4), (10, 1.0), (7, 0.7), (5, 0.5), (4, 0.5),
+    (0.01, 0.5)])
+@pytest.mark.parametrize('side', [1, -1])
+def test_the_imu_labs_law(error_deg, rate, side):
+    """K_HDG = 0.1 rad/s per degree, MIN_ANG_Z = 0.5, MAX_ANG_Z = 1.5, both signs."""
+    assert proportional(side * error_deg, 0.1, 0.5, 1.5) == pytest.approx(side * rate)
+
+
+@pytest.mark.parametrize('gain, error, rate', [
+    (0.3, 1.0, 0.3), (0.3, -2.0, -0.6), (0.5, 0.06, 0.03), (0.5, -3.0, -1.5), (0.5, 0.0, 0.0),
+    (0.3, 1e-9, 3e-10)])
+def test_the_transformation_labs_law(gain, error, rate):
+    assert proportional(error, gain) == pytest.approx(rate, rel=1e-12, abs=0.0)
+
+
+# Braking ------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('way, speed', [
+    (0.0, 0.0), (1 / 32, 1 / 8), (1 / 16, 1 / 4), (2 + 1 / 32, 2.0), (8 + 1 / 32, 4.0)])
+@pytest.mark.parametrize('side', [1, -1])
+def test_braking_on_numbers(way, speed, side):
+    """a = 1, gain 4: the line 4 d up to d = 1/16, then v^2 = 2 (d - 1/32)."""
+    assert braking_speed(side * way, 1.0, 4.0) == pytest.approx(side * speed)
+
+
+@given(WAYS, DECELERATIONS, GAINS)
+def test_braking_leaves_enough_way_to_stop_in(way, deceleration, gain):
+    speed = braking_speed(way, deceleration, gain)
+    assert 0.0 <= speed
+    assert speed ** 2 <= 2.0 * deceleration * way * (1 + 1e-9)
+    assert speed <= gain * way * (1 + 1e-9)
+
+
+@given(WAYS, WAYS, DECELERATIONS, GAINS)
+def test_braking_is_monotone_and_odd(one, other, deceleration, gain):
+    near, far = sorted([one, other])
+    assert braking_speed(near, deceleration, gain) <= braking_speed(far, deceleration, gain)
+    assert braking_speed(-far, deceleration, gain) == -braking_speed(far, deceleration, gain)
+
+
+@given(DECELERATIONS, GAINS)
+def test_line_and_parabola_meet_without_a_step_or_a_kink(deceleration, gain):
+    meeting = deceleration / gain ** 2
+    h = 1e-5 * meeting
+    below, at, above = (braking_speed(meeting + k * h, deceleration, gain) for k in (-1, 0, 1))
+    assert at == pytest.approx(deceleration / gain)
+    assert (at - below) / h == pytest.approx(gain, rel=1e-3)
+    assert (above - at) / h == pytest.approx(gain, rel=1e-3)
+
+
+@given(st.floats(1e-3, 20.0), DECELERATIONS, GAINS)
+def test_following_the_profile_needs_no_more_than_the_deceleration(way, deceleration, gain):
+    h = 1e-6 * way
+    before = braking_speed(way + h, deceleration, gain)
+    after = braking_speed(way, deceleration, gain)
+    needed = (before ** 2 - after ** 2) / (2.0 * h)
+    assert needed <= deceleration * (1 + 1e-4)
+
+
+def test_far_from_the_end_the_whole_deceleration_is_used():
+    assert braking_speed(100.0, 2.0, 1000.0) == pytest.approx(20.0, rel=1e-6)
+
+
+# Limits -------------------------------------------------------------------------------------------
+
+def wheels(twist, model):
+    """Rim speeds of left and right wheel, from the geometry of a differential drive."""
+    return (twist.linear - model.wheel_separation / 2.0 * twist.angular,
+            twist.linear + model.wheel_separation / 2.0 * twist.angular)
+
+
+@pytest.mark.parametrize('linear, angular', product([1, 0, -1], [1, 0, -1]))
+def test_all_corners_of_the_limits(linear, angular):
+    twist = saturate(Twist2(9.0 * linear, 9.0 * angular), 0.15, 1.5, BURGER)
+    scale = 0.033 * 61 * 2 * math.pi / 60 / (0.15 + 0.08 * 1.5) if linear and angular else 1.0
+    assert twist == pytest.approx((0.15 * linear * scale, 1.5 * angular * scale))
+
+
+@given(SPEEDS, SPEEDS, st.floats(0.0, 1.0), st.floats(0.0, 5.0), st.sampled_from(sorted(MODELS)))
+def test_no_wheel_and_no_limit_is_exceeded(linear, angular, max_linear, max_angular, name):
+    model = MODELS[name]
+    twist = saturate(Twist2(linear, angular), max_linear, max_angular, model)
+    assert abs(twist.linear) <= min(max_linear, model.max_linear)
+    assert abs(twist.angular) <= min(max_angular, model.max_angular)
+    rim = model.wheel_radius * model.motor_rpm * 2.0 * math.pi / 60.0
+    assert max(map(abs, wheels(twist, model))) <= rim * (1 + 1e-12)
+    assert twist.linear * linear >= 0.0 and twist.angular * angular >= 0.0
+
+
+@given(st.floats(-0.2108, 0.2108), st.floats(-2.635, 2.635))
+def test_where_both_ask_too_much_of_a_wheel_the_curve_stays(linear, angular):
+    twist = saturate(Twist2(linear, angular), 1.0, 5.0, BURGER)
+    assert twist.linear * angular == pytest.approx(twist.angular * linear, abs=1e-12)
+    if max(map(abs, wheels(Twist2(linear, angular), BURGER))) < 0.2107:
+        assert twist == (linear, angular)
+    elif abs(linear) > 1e-6:
+        assert max(map(abs, wheels(twist, BURGER))) == pytest.approx(0.2108, abs=1.5e-4)
+
+
+def test_a_robot_told_not_to_move_does_not():
+    assert saturate(Twist2(), 0.2, 1.5, BURGER) == Twist2(0.0, 0.0)
+    assert saturate(Twist2(1.0, 1.0), 0.0, 0.0, BURGER) == Twist2(0.0, 0.0)
+
+
+@pytest.mark.parametrize('law', [
+    lambda: clamp(NAN, -1.0, 1.0),
+    lambda: proportional(NAN, 0.1, 0.5, 1.5),
+    lambda: braking_speed(NAN, 1.0, 1.0),
+    lambda: saturate(Twist2(NAN, 0.0), 0.2, 1.5, BURGER).linear,
+    lambda: saturate(Twist2(0.0, NAN), 0.2, 1.5, BURGER).angular])
+def test_nan_never_becomes_a_speed(law):
+    assert math.isnan(law())
