@@ -28,17 +28,20 @@ from std_msgs.msg import Bool, String
 
 from tb3_labs.nodes.gamepad import PadController
 from tb3_labs.nodes.pad import PadConfig
-from tb3_labs.ros.cmd_vel import CmdVel
-from tb3_labs.ros.ctrl_relinq import ControlGiver, hear_takers
+from tb3_labs.ros.clocks import steady_time
+from tb3_labs.ros.console import log_news
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
+from tb3_labs.ros.driving.cmd_vel import CmdVel
+from tb3_labs.ros.driving.ctrl_relinq import ControlGiver, hear_takers
+from tb3_labs.ros.driving.rivals import Rivals
+from tb3_labs.ros.driving.watchdog import Watchdog
 from tb3_labs.ros.move_to_goal.reset_client import ResetClient
-from tb3_labs.ros.news import log_news
-from tb3_labs.ros.node import run, subscribe, when_stopped
+from tb3_labs.ros.node import run
 from tb3_labs.ros.parameters import read_config, read_model
-from tb3_labs.ros.rivals import Rivals
-from tb3_labs.ros.steady_clock import steady_time
-from tb3_labs.ros.testing.traffic import Traffic
-from tb3_labs.ros.watchdog import Watchdog
+from tb3_labs.ros.rospy_internals import is_wall_time
+from tb3_labs.ros.signals import when_stopped
+from tb3_labs.ros.topics import subscribe
+from tb3_labs.ros.traffic import Traffic
 
 
 class Gamepad:
@@ -67,7 +70,7 @@ class Gamepad:
 
     def _read_joy(self, message):
         # by simulated time, whose pace nobody knows, stamps do not tell how late a message is
-        stamp = message.header.stamp.to_sec() if rospy.rostime.is_wallclock() else 0.0
+        stamp = message.header.stamp.to_sec() if is_wall_time() else 0.0
         with self._lock:
             self._pad.on_joy(message.axes, message.buttons, steady_time(), stamp)
 

@@ -19,8 +19,9 @@ from std_msgs.msg import Float32
 from tb3_labs.config import Config, setting
 from tb3_labs.geometry.angles import compass_degrees
 from tb3_labs.ros.conversions import to_imu_sample
-from tb3_labs.ros.node import run, subscribe
+from tb3_labs.ros.node import run
 from tb3_labs.ros.parameters import read_config
+from tb3_labs.ros.topics import subscribe
 
 
 @dataclass(frozen=True)

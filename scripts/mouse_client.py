@@ -11,6 +11,7 @@ Parameters
     ~rate        messages a second while the mouse is active (30)
 """
 import threading
+import time
 from dataclasses import dataclass
 
 import rospy
@@ -65,7 +66,7 @@ class Mouse:
                 return
             self._send(self._active, *position)
             if not self._active:
-                rospy.rostime.wallsleep(self._period)    # however fast it is moved
+                time.sleep(self._period)    # however fast it is moved
             self._stirred.wait(self._period if self._active else None)
             self._stirred.clear()
 
@@ -77,7 +78,7 @@ class Mouse:
                 self._publisher.publish(message)
 
     def _close(self):
-        """Who goes says so, rather than be missed."""
+        """Say that the mouse is no longer active: the robot need not wait for a timeout."""
         if self._active:
             self._send(False, 0.0, 0.0)
         with self._lock:

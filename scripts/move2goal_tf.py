@@ -40,24 +40,24 @@ from sensor_msgs.msg import Imu
 from tb3_labs.control.approach import Response
 from tb3_labs.control.driving import DriveConfig, make_law
 from tb3_labs.nodes.move_to_goal import Navigator, NavigatorConfig
-from tb3_labs.ros.cmd_vel import CmdVel
-from tb3_labs.ros.conversions import to_imu_sample, to_odometry_sample
-from tb3_labs.ros.ctrl_relinq import ControlTaker
+from tb3_labs.ros.clocks import steady_time
+from tb3_labs.ros.console import log_news
+from tb3_labs.ros.conversions import frame, to_imu_sample, to_odometry_sample
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
-from tb3_labs.ros.frames import frame
+from tb3_labs.ros.driving.cmd_vel import CmdVel
+from tb3_labs.ros.driving.ctrl_relinq import ControlTaker
+from tb3_labs.ros.driving.rivals import Rivals
+from tb3_labs.ros.driving.watchdog import Watchdog
 from tb3_labs.ros.move_to_goal.display import LocalDisplay
 from tb3_labs.ros.move_to_goal.drive_log import DriveLog
 from tb3_labs.ros.move_to_goal.goals import GoalInterfaces
 from tb3_labs.ros.move_to_goal.pose_frames import PoseFrames
 from tb3_labs.ros.move_to_goal.resets import ResetInterfaces
-from tb3_labs.ros.news import log_news
-from tb3_labs.ros.node import run, subscribe
+from tb3_labs.ros.node import run
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reconfigure import LiveSettings
-from tb3_labs.ros.rivals import Rivals
-from tb3_labs.ros.steady_clock import steady_time
-from tb3_labs.ros.testing.traffic import Traffic
-from tb3_labs.ros.watchdog import Watchdog
+from tb3_labs.ros.topics import subscribe
+from tb3_labs.ros.traffic import Traffic
 
 
 class MoveToGoal:

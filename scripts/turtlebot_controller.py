@@ -27,19 +27,19 @@ from tb3_labs.control.approach import Response
 from tb3_labs.control.turning import TurnConfig, degrees_of, make_turn
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller import LabController
-from tb3_labs.ros.cmd_vel import CmdVel
+from tb3_labs.ros.clocks import steady_time
+from tb3_labs.ros.console import log_news
 from tb3_labs.ros.conversions import to_imu_sample, to_mouse
 from tb3_labs.ros.devices.keyboard import Keyboard
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
-from tb3_labs.ros.events import subscribe_news
-from tb3_labs.ros.news import log_news
-from tb3_labs.ros.node import end, run, subscribe
+from tb3_labs.ros.driving.cmd_vel import CmdVel
+from tb3_labs.ros.driving.rivals import Rivals
+from tb3_labs.ros.driving.watchdog import Watchdog
+from tb3_labs.ros.node import end, run
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reconfigure import LiveSettings
-from tb3_labs.ros.rivals import Rivals
-from tb3_labs.ros.steady_clock import steady_time
-from tb3_labs.ros.testing.traffic import Traffic
-from tb3_labs.ros.watchdog import Watchdog
+from tb3_labs.ros.topics import subscribe, subscribe_news
+from tb3_labs.ros.traffic import Traffic
 from tb3_labs.supervision.arbitration import Driver
 
 

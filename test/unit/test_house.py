@@ -1,5 +1,6 @@
 """The rooms of the package: imports only go down, and every room says what it is for."""
 import ast
+import glob
 import os
 
 import pytest
@@ -56,3 +57,66 @@ def test_no_room_but_ros_knows_ros_or_a_clock():
 def test_every_room_says_which_question_it_answers(room):
     with open(os.path.join(SOURCES, room, '__init__.py')) as file:
         assert len(ast.get_docstring(ast.parse(file.read()))) > 30
+
+
+# ----- ros/, and the nodes and tools in scripts/ -----
+
+#: Floors within ros/, from the ground up: its own files, then its folders.
+ROS_FLOORS = [{'rospy_internals', 'conversions', 'parameters', 'reconfigure', 'signals'},
+              {'clocks', 'console', 'traffic'}, {'node'}, {'topics', 'diagnostics'},
+              {'driving', 'devices', 'robot', 'bags', 'move_to_goal', 'testing'}, {'marking'}]
+ROS_FLOOR = {part: floor for floor, parts in enumerate(ROS_FLOORS) for part in parts}
+#: These files alone touch private parts of libraries.
+INTERNALS = {'rospy_internals.py', 'rosbag_internals.py'}
+#: Private without an underscore: modules that rospy keeps for itself, and what its handles hold.
+ROSPY_PARTS = {'impl', 'core', 'rostime', 'get_stats'}
+
+
+def test_imports_within_ros_only_go_down():
+    wrong = []
+    for path, module in imports():
+        if room_of(path) == 'ros' and module.startswith('tb3_labs.ros.'):
+            here, there = room_of(os.path.relpath(path, 'ros')), module.split('.')[2]
+            if there != here and ROS_FLOOR[there] >= ROS_FLOOR[here]:
+                wrong.append('{} imports {}'.format(path, module))
+    assert wrong == []
+
+
+def private_parts(tree):
+    """(line, name) of each attribute that belongs to another one's private parts; os._exit() is
+    public in spite of its name."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute):
+            own = isinstance(node.value, ast.Name) and node.value.id in ('self', 'cls')
+            hidden = node.attr.startswith('_') and not node.attr.startswith('__')
+            if hidden and not own and node.attr != '_exit' or node.attr in ROSPY_PARTS:
+                yield node.lineno, node.attr
+        elif isinstance(node, ast.ImportFrom) and (node.module or '').startswith('rospy.'):
+            yield node.lineno, node.module
+
+
+def test_one_file_alone_touches_the_private_parts_of_rospy():
+    files = [path for folder in ('ros', os.path.join(os.pardir, os.pardir, 'scripts'))
+             for path in glob.glob(os.path.join(SOURCES, folder, '**', '*.py'), recursive=True)
+             if os.path.basename(path) not in INTERNALS
+             and os.sep + 'marking' + os.sep not in path]    # its calls move next
+    assert len(files) > 40
+    wrong = []
+    for path in files:
+        with open(path) as file:
+            wrong += ['{}:{} {}'.format(os.path.relpath(path, SOURCES), *part)
+                      for part in private_parts(ast.parse(file.read()))]
+    assert wrong == []
+
+
+@pytest.mark.parametrize('code', [
+    'message._connection_header', 'self._publisher.impl', 'rospy.core.is_shutdown_requested()',
+    'rospy.rostime.wallsleep(1.0)', 'from rospy.topics import Publisher', 'handler._write = put'])
+def test_private_parts_are_noticed(code):
+    assert list(private_parts(ast.parse(code)))
+
+
+@pytest.mark.parametrize('code', [
+    'self._publisher.publish(0)', 'rospy.get_time()', 'os._exit(1)', 'server.__class__'])
+def test_public_parts_are_not(code):
+    assert not list(private_parts(ast.parse(code)))

@@ -1,51 +1,81 @@
-"""What a node prints, printed by a thread of its own.
+"""What a node prints: log lines by rospy's own functions, news of a core, plain text.
 
-A terminal may stop taking text for as long as somebody likes (Ctrl+S, a window that hangs, a pipe
-that nobody reads). Whoever prints then waits, and with it every thread that wants the same lock:
-a robot would drive on, or never move again. So log lines go into a queue, and only the thread that
-empties it may wait. A queue that is full drops new lines, and says how many later.
+    rospy.loginfo, rospy.logwarn, ...  a line of the node's own, also in the log file and on /rosout
+    log_news()                         lines that a core has collected, in the same way
+    say()                              text that is no log line, such as a table
+
+A terminal may stop taking text at any time (Ctrl+S, a window that hangs, a pipe that nobody
+reads). A thread that prints then waits, and with it every thread that wants the same lock: a robot
+would drive on, or never move again. For this reason all three put what they print into a queue,
+and only the thread that empties it may wait. A queue that is full drops new lines, and says later
+how many.
 """
 import queue
 import sys
 import threading
 
+import rospy
+
 from tb3_labs.ros.rospy_internals import print_by
 
-#: So many lines wait at most.
-MOST_LINES = 1000
+#: Most lines that wait.
+CAPACITY = 1000
 #: Longest wait for the last lines to be printed, when a node ends [s].
 LAST_WAIT = 1.0
 
+_console = None
 
-class Console:
-    """Takes over what rospy prints, once rospy.init_node() has set that up."""
+
+def start():
+    """Take over what this process prints; after rospy.init_node(), which sets up its log lines."""
+    global _console
+    _console = _Console()
+    print_by(_console.put)
+
+
+def say(text):
+    """Print a text that is no log line, in order with the log lines."""
+    if _console is None:
+        print(text, flush=True)
+    else:
+        _console.put(lambda: print(text))
+
+
+def log_news(news):
+    """Log the lines of a core (news.News); a warning as a warning."""
+    for line in news:
+        (rospy.logwarn if line.warning else rospy.loginfo)('%s', line.text)
+
+
+def flush():
+    """Wait until everything is printed. False if the terminal does not take it."""
+    return _console is None or _console.flush()
+
+
+class _Console:
+    """The queue, and the thread that empties it."""
 
     def __init__(self):
-        self._waiting = queue.Queue(MOST_LINES)
+        self._waiting = queue.Queue(CAPACITY)
+        self._lock = threading.Lock()    # guards the count; nothing waits while it is held
         self._dropped = 0
-        print_by(self._put)
         threading.Thread(target=self._run, name='console', daemon=True).start()
 
-    def say(self, text):
-        """Print a text as it is, after the log lines so far."""
-        self._put(lambda: print(text))
+    def put(self, job):
+        """Have `job()`, which prints something, called in its turn."""
+        with self._lock:
+            try:
+                if self._dropped:
+                    self._waiting.put_nowait(_note_of(self._dropped))
+                    self._dropped = 0
+                self._waiting.put_nowait(job)
+            except queue.Full:
+                self._dropped += 1
 
     def flush(self):
-        """Wait until all is printed. False where the terminal does not take it."""
         printed = threading.Event()
-        self._put(printed.set)
+        self.put(printed.set)
         return printed.wait(LAST_WAIT)
-
-    def _put(self, job):
-        try:
-            if self._dropped:
-                dropped = self._dropped
-                self._waiting.put_nowait(lambda: print('... {} lines were dropped here: the '
-                                                       'terminal did not take them'.format(dropped)))
-                self._dropped = 0
-            self._waiting.put_nowait(job)
-        except queue.Full:
-            self._dropped += 1
 
     def _run(self):
         while True:
@@ -56,3 +86,8 @@ class Console:
                 sys.stderr.flush()
             except (OSError, ValueError):
                 pass    # the terminal has gone; the log file and /rosout have it all
+
+
+def _note_of(dropped):
+    return lambda: print('... {} lines were dropped here: the terminal did not take them'.format(
+        dropped))

@@ -1,6 +1,7 @@
-"""Messages <-> the core's types. The only file that reads or fills quaternion fields.
+"""Messages <-> the core's types, and the names of their frames.
 
-A message that cannot be true (NaN, infinity, a quaternion that is none) raises ``ValueError``.
+No other file reads or fills quaternion fields. A message that cannot be true (NaN, infinity, an
+invalid quaternion) raises ``ValueError``.
 """
 import math
 
@@ -10,6 +11,15 @@ from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped, Twist
 from tb3_labs.geometry.quaternions import quaternion_from_yaw, yaw_from_quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import ImuSample, OdometrySample
+
+
+def frame(name):
+    """`name` in this node's namespace: `robot3/odom` in /robot3, plain `odom` in the root.
+
+    tf has one tree for all robots, so that each robot needs frames of its own.
+    """
+    namespace = rospy.get_namespace().strip('/')
+    return '{}/{}'.format(namespace, name) if namespace else name
 
 
 def yaw_of(orientation):

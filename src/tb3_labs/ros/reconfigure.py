@@ -1,34 +1,36 @@
 """Settings that change while a node runs: any Config behind dynamic_reconfigure.
 
 What rqt_reconfigure and `dynparam` see (names, types, bounds, meanings) is built from the
-configuration's own fields. Unlike dynamic_reconfigure's own server this one refuses a bad value,
-with the reason, instead of silently moving it to the nearest bound; and it writes nothing to the
-parameter server, so that a node that starts again starts as it was launched, without the faults
+configuration's own fields. Unlike dynamic_reconfigure's own server this one refuses an invalid
+value, with the reason, and does not move it silently to the nearest bound. Nor does it write to
+the parameter server: a node that starts again starts as it was launched, without the faults
 somebody switched on an hour ago.
+
+Source: the messages as dynamic_reconfigure 1.7.3 (server.py, encoding.py) sends them. Its Python
+server is not used: clamping and writing are built into it, and its import asks rosdep, which
+prints a line into every student's terminal where rosdep was never initialised.
 """
 import math
+import threading
 from dataclasses import asdict, fields, replace
-from types import SimpleNamespace
 
-import roslib
 import rospy
+from dynamic_reconfigure.msg import (
+    BoolParameter, ConfigDescription, DoubleParameter, Group, GroupState, IntParameter,
+    ParamDescription, StrParameter)
+from dynamic_reconfigure.msg import Config as Values
+from dynamic_reconfigure.srv import Reconfigure
 
 from tb3_labs.config import bounds_in_words
-
-# dynamic_reconfigure asks rosdep for its own path while it is imported, of no use under catkin:
-# where rosdep was never initialised that prints a line into every student's terminal.
-_load_manifest, roslib.load_manifest = roslib.load_manifest, lambda package: None
-try:
-    from dynamic_reconfigure.server import Server
-finally:
-    roslib.load_manifest = _load_manifest
 
 _TYPES = {bool: 'bool', int: 'int', float: 'double', str: 'str'}
 _LOWEST = {bool: False, int: -2 ** 31, float: -math.inf, str: ''}
 _HIGHEST = {bool: True, int: 2 ** 31 - 1, float: math.inf, str: ''}
+#: The group that all settings are in.
+_GROUP = 'Default'
 
 
-class LiveSettings(Server):
+class LiveSettings:
     """Offers the fields of `config`, except those named in `fixed`.
 
     `apply` is called with each new configuration, in a thread of its own; it refuses by raising
@@ -38,17 +40,30 @@ class LiveSettings(Server):
     def __init__(self, config, apply, fixed=()):
         self._current = config
         self._apply = apply
-        offered = [item for item in fields(config) if item.name not in fixed]
-        super().__init__(_description(config, offered), self._change)
+        self._offered = [item for item in fields(config) if item.name not in fixed]
+        self._lock = threading.Lock()    # one change after the other
+        self._descriptions = _publisher('~parameter_descriptions', ConfigDescription)
+        self._updates = _publisher('~parameter_updates', Values)
+        self._descriptions.publish(_description(config, self._offered))
+        self._updates.publish(self._message())
+        rospy.Service('~set_parameters', Reconfigure, self._on_request)
 
-    def _change(self, wanted, _level):
-        """dynamic_reconfigure's callback: its settings in, those that hold out."""
-        values = {name: value for name, value in wanted.items() if name != 'groups'}
+    def _on_request(self, request):
+        wanted = request.config
+        with self._lock:
+            self._change({item.name: item.value for item in (
+                wanted.bools + wanted.ints + wanted.strs + wanted.doubles)})
+            self._updates.publish(self._message())
+            return self._message()
+
+    def _change(self, values):
+        """Take over what is {name: value} in `values`; ServiceException if it is refused."""
         try:
-            unknown = sorted(set(values) - set(self.type.defaults))
+            names = sorted(item.name for item in self._offered)
+            unknown = sorted(set(values) - set(names))
             if unknown:
                 raise ValueError('{} cannot be changed here; these can: {}'.format(
-                    ', '.join(unknown), ', '.join(sorted(self.type.defaults))))
+                    ', '.join(unknown), ', '.join(names)))
             changed = replace(self._current, **values)
             if changed != self._current:
                 self._apply(changed)
@@ -59,38 +74,39 @@ class LiveSettings(Server):
             if value != getattr(self._current, name):
                 rospy.loginfo('%s is now %s', name, value)
         self._current = changed
-        wanted.update({name: getattr(changed, name) for name in values})
-        return wanted
 
-    def _clamp(self, config):
-        """Nothing: `_change` refuses."""
+    def _message(self):
+        return _values({item.name: getattr(self._current, item.name) for item in self._offered},
+                       [GroupState(name=_GROUP, state=True)])
 
-    def _copy_from_parameter_server(self):
-        """Nothing: the configuration has been read."""
 
-    def _copy_to_parameter_server(self):
-        """Nothing: what is changed here lasts as long as the node."""
+def _publisher(topic, kind):
+    return rospy.Publisher(topic, kind, queue_size=10, latch=True)
+
+
+def _values(values, groups=()):
+    """dynamic_reconfigure/Config of {name: value}."""
+    def of(kind, message):
+        return [message(name, value) for name, value in values.items() if type(value) is kind]
+
+    return Values(of(bool, BoolParameter), of(int, IntParameter), of(str, StrParameter),
+                  of(float, DoubleParameter), list(groups))
 
 
 def _description(config, offered):
-    """What dynamic_reconfigure's server expects of a module made from a .cfg file."""
+    """dynamic_reconfigure/ConfigDescription of the fields `offered` of `config`."""
     def values(choose):
-        return {item.name: choose(item, type(item.default)) for item in offered}
+        return _values({item.name: choose(item, type(item.default)) for item in offered})
 
-    return SimpleNamespace(
-        defaults=values(lambda item, kind: getattr(config, item.name)),
-        min=values(lambda item, kind: _first(item.metadata['low'], _LOWEST[kind])),
+    parameters = [ParamDescription(
+        name=item.name, type=_TYPES[type(item.default)],
+        description='{}: {}'.format(item.metadata['meaning'], bounds_in_words(item)),
+        edit_method=_choices(item)) for item in offered]
+    return ConfigDescription(
+        groups=[Group(name=_GROUP, parameters=parameters)],
         max=values(lambda item, kind: _first(item.metadata['high'], _HIGHEST[kind])),
-        level=values(lambda item, kind: 0),
-        config_description={
-            'name': 'Default', 'type': '', 'state': True, 'id': 0, 'parent': 0, 'groups': [],
-            'parameters': [{
-                'name': item.name,
-                'type': _TYPES[type(item.default)],
-                'level': 0,
-                'description': '{}: {}'.format(item.metadata['meaning'], bounds_in_words(item)),
-                'edit_method': _choices(item),
-            } for item in offered]})
+        min=values(lambda item, kind: _first(item.metadata['low'], _LOWEST[kind])),
+        dflt=values(lambda item, kind: getattr(config, item.name)))
 
 
 def _first(bound, otherwise):

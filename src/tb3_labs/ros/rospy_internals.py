@@ -1,13 +1,10 @@
-"""What touches rospy's private parts.
+"""The private parts of rospy that this package reads or changes, each behind one function.
 
-Checked with rospy 1.15.15 (Debian 12); QueuedConnection is the same on ros_comm's noetic branch,
-where the queues came with 1.9.51. If a publisher's `impl` changes, with its lock, its counters or
-its connections, :func:`publish_together` ends the embedded robot by an AttributeError at the end
-of a network stall, or messages no longer arrive together: test/ros/fake_robot.test shows both. If
-RosStreamHandler no longer prints by its `_write`, nodes print as rospy does, and hang where a
-terminal takes no text: test/ros/stops.test shows it.
+rospy promises nothing about them. They were read in the sources of rospy and rosgraph 1.15.15
+(Debian 12), and the tests ran with those. Each function says what breaks if its part changes.
 """
 import logging
+import time
 from io import BytesIO
 
 import genpy
@@ -15,15 +12,85 @@ import rospy
 from rosgraph.roslogging import RosStreamHandler
 from rospy.msg import serialize_message
 
+#: From one look at a publisher's counters to the next [s].
+LOOK_AGAIN = 0.002
+#: A command that was on its way when the messages were counted may be taken for the awaited one:
+#: this much longer is waited [s].
+MARGIN = 0.01
+
+
+# ----- messages that arrive -----
+
+def connection_of(message):
+    """The header of the connection that brought a message: a dict of strings, the same object for
+    all messages of one connection. 'callerid' is the sender, 'latching' is '1' where its last
+    message is sent to each new connection first.
+
+    Without it (`_connection_header`) an AttributeError ends the node at its first event.
+    """
+    return message._connection_header
+
+
+def stop_hearing_oneself(subscriber):
+    """Close the connection from this node's own publisher to `subscriber`.
+
+    rospy connects the two as well, and each message then wakes two threads. If the connections
+    (`impl.connections`, `callerid_pub`) change, an AttributeError ends the node at its first
+    command; if only the name of the sender does, nothing is closed, and driving costs more.
+    """
+    topic = subscriber.impl
+    for connection in topic.connections:
+        if connection.callerid_pub == rospy.get_name():
+            topic.remove_connection(connection)
+
+
+def bytes_received(subscriber):
+    """Bytes received on all connections of `subscriber` since each began, lengths included.
+
+    It is the second number of each entry of `impl.get_stats()`. If that moves, the rates in
+    /diagnostics are wrong: test/ros/live.test shows it.
+    """
+    _, connections = subscriber.impl.get_stats()
+    return sum(received for _, received, *_ in connections)
+
+
+# ----- messages that leave -----
+
+def messages_written(publisher):
+    """{connection: number of messages written to it}, a connection by rospy's number for it.
+
+    It is the third number of each entry of `impl.get_stats()`. If that moves, a node that ends
+    no longer waits for its last zero, which may be lost: the robot then drives on until somebody
+    stops it.
+    """
+    return {link[0]: link[2] for link in publisher.impl.get_stats()[2]}
+
+
+def wait_until_written(publisher, before, seconds):
+    """Wait until each connection was written one message more than `before`, at most `seconds`.
+
+    `before` is what :func:`messages_written` said; a connection that has gone counts as written.
+    rospy puts messages into a queue, and at shutdown drops what is still in it.
+    """
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        now = messages_written(publisher)
+        if all(now.get(link, count + 1) > count for link, count in before.items()):
+            break
+        time.sleep(LOOK_AGAIN)
+    time.sleep(MARGIN)
+
 
 def publish_together(publisher, messages):
     """Publish several messages by one write to the socket of each subscriber.
 
-    So they come out of a network that held them up: a subscriber of the newest only (queue_size=1)
-    finds all of them in one read, and drops all but the last. ``publish()`` for each makes as many
-    writes, and a reader that is awake hears one after the other.
+    A network that held messages up delivers them like this: a subscriber of the newest only
+    (queue_size=1) finds all of them in one read, and drops all but the last. ``publish()`` for
+    each makes as many writes, and a reader that is awake hears one after the other.
 
-    Raises what ``publish()`` raises.
+    Raises what ``publish()`` raises. If the publisher's `impl` changes, with its lock, its
+    counters or its connections, an AttributeError ends the embedded robot at the end of a network
+    stall, or messages no longer arrive together: test/ros/fake_robot.test shows both.
     """
     topic = publisher.impl
     if topic is None:
@@ -64,24 +131,15 @@ def _write(connection, data, count):
         connection.close()      # this subscriber is gone; publish() does the same
 
 
-def stop_hearing_oneself(subscriber):
-    """rospy connects a subscriber to its own node as well: two threads woken by each message."""
-    topic = subscriber.impl
-    for connection in topic.connections:
-        if connection.callerid_pub == rospy.get_name():
-            topic.remove_connection(connection)
-
-
-def connection_of(message):
-    """The header of the connection that brought a message: a dict of strings, the same object for
-    all messages of one connection. 'callerid' is the sender, 'latching' is '1' where its last
-    message is sent to each new connection first."""
-    return message._connection_header
-
+# ----- log lines, time, the end -----
 
 def print_by(put):
-    """Have log lines printed by ``put(job)``, which calls `job()` when it likes; they are as of the
-    moment of logging all the same."""
+    """Have each log line printed by ``put(job)``, which calls `job()` later, in any thread; the
+    line says the time at which it was logged.
+
+    If RosStreamHandler no longer prints by its `_write`, nodes print as rospy does, and hang
+    where a terminal takes no text: test/ros/stops.test shows it.
+    """
     for handler in logging.getLogger('rosout').handlers:
         if isinstance(handler, RosStreamHandler):
             _print_by(handler, put)
@@ -90,3 +148,30 @@ def print_by(put):
 def _print_by(handler, put):
     write = handler._write
     handler._write = lambda stream, text, color: put(lambda: write(stream, text, color))
+
+
+def is_wall_time():
+    """Is ROS time the computer's time, and not that of a simulated /clock?
+
+    Without it (`rostime.is_wallclock`, which rospy calls internal) no node starts.
+    """
+    return rospy.rostime.is_wallclock()
+
+
+def is_ending():
+    """Has the shutdown begun, whose hooks still run? ``rospy.is_shutdown()`` is true only after
+    them.
+
+    Without it (`core.is_shutdown_requested`, not exported) an AttributeError comes in place of
+    a refused publish or service call while the node ends; the node ends all the same.
+    """
+    return rospy.core.is_shutdown_requested()
+
+
+def after_hooks(callback):
+    """Call `callback()` at shutdown, after all hooks of ``rospy.on_shutdown()``, in their thread.
+
+    Without it (`core.add_preshutdown_hook`) no node starts. If it came before those hooks, the
+    process might end before its last zero velocity is out.
+    """
+    rospy.core.add_preshutdown_hook(lambda reason: callback())

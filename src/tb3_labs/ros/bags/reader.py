@@ -6,6 +6,7 @@ import rosbag
 
 from tb3_labs.report.run_data import RunData, SenderClock
 from tb3_labs.ros.bags.collectors import make_collectors
+from tb3_labs.ros.bags.rosbag_internals import BagByChunks
 from tb3_labs.ros.bags.topics import BagProblem, choose_topics, parent
 
 
@@ -35,34 +36,9 @@ def _one_line(problem):
     return ' '.join(str(getattr(problem, 'strerror', None) or problem).split())
 
 
-class _BagByChunks(rosbag.Bag):
-    """A bag whose index is read a chunk at a time, while its messages are, in the file's order.
-
-    rosbag itself reads the whole index first, an object of 250 bytes for each message of each topic:
-    more than all that is wanted of the messages.
-    """
-
-    def __init__(self, path):
-        super().__init__(path, skip_index=True)
-
-    def _get_entries(self, connections=None, start_time=None, end_time=None):
-        """The index entries that rosbag's read_messages() goes through."""
-        wanted = {connection.id for connection in connections}
-        for chunk in self._chunks:
-            header = self._chunk_headers[chunk.pos]
-            self._file.seek(header.data_pos + header.compressed_size)    # its index comes after it
-            self._curr_chunk_info = chunk       # where rosbag's reader takes it from
-            entries = []
-            for _ in chunk.connection_counts:
-                connection, index = self._reader.read_connection_index_record()
-                if connection in wanted:
-                    entries += index
-            yield from sorted(entries, key=lambda entry: entry.offset)
-
-
 def _gather(path, namespace, progress):
     """({what RunData wants of the bag itself}, {RunData's field: collector})."""
-    with _BagByChunks(str(path)) as bag:
+    with BagByChunks(str(path)) as bag:
         types = {topic: (info.msg_type, info.message_count) for topic, info
                  in bag.get_type_and_topic_info().topics.items() if info.message_count}
         topics = choose_topics(types, namespace)

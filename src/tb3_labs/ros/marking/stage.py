@@ -18,8 +18,8 @@ from tb3_labs.marking.life import CTRL_C, ENDING, STOPPING
 from tb3_labs.marking.observation import Observation, Run, Stimulus
 from tb3_labs.ros.conversions import to_pose2, to_twist
 from tb3_labs.ros.marking.graph import Graph
-from tb3_labs.ros.node import subscribe
 from tb3_labs.ros.testing.node_process import NodeProcess
+from tb3_labs.ros.topics import subscribe
 
 #: The node dies with whoever tries it out, writes no file larger than 50 MB, and leaves the
 #: processor to the robot where both want it.

@@ -9,8 +9,7 @@ from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Float32, String
 
 from tb3_labs.control.goal_machine import DRIVING
-from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.frames import frame
+from tb3_labs.ros.conversions import frame, to_pose_stamped
 from tb3_labs.ros.move_to_goal.markers import GoalMarker
 
 #: Between two lines of progress [s].

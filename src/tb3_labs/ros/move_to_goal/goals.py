@@ -5,8 +5,8 @@ from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseResult
 
-from tb3_labs.ros.events import subscribe_news
-from tb3_labs.ros.node import guarded, subscribe
+from tb3_labs.ros.node import guarded
+from tb3_labs.ros.topics import subscribe, subscribe_news
 
 
 class GoalInterfaces:

@@ -4,6 +4,7 @@ import threading
 import rospy
 
 from tb3_labs.ros.node import guarded
+from tb3_labs.ros.rospy_internals import is_ending
 from tb3_labs.srv import ResetPose
 
 #: How long the service is waited for [s].
@@ -30,7 +31,7 @@ class ResetClient:
             else:
                 rospy.logwarn('Pose not reset: %s', response.message)
         except (rospy.ROSException, rospy.ServiceException) as problem:
-            if not rospy.core.is_shutdown_requested():
+            if not is_ending():
                 rospy.logwarn('Pose not reset: %s', problem)
         finally:
             self._busy.release()

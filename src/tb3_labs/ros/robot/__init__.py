@@ -1,1 +1,1 @@
-"""The embedded robots on the topics of real ones."""
+"""How does the embedded robot appear to ROS? On the topics and the clock of a real one."""

@@ -3,14 +3,9 @@ import os
 import pty
 import signal
 import subprocess
-import threading
 import time
 
-from tb3_labs.ros.testing.bounded_text import BoundedText
-
-#: Its output is read no faster than this, so that a flood of it leaves the machine to others
-#: [characters/s].
-FASTEST_READING = 1e6
+from tb3_labs.ros.testing.output import Output
 
 
 class Program:
@@ -22,8 +17,6 @@ class Program:
     """
 
     def __init__(self, command, terminal=False, typed='', environment=None):
-        self._changed = threading.Condition()
-        self._text = BoundedText()
         output, theirs = pty.openpty() if terminal else os.pipe()
         self._keyboard = output if terminal else None
         self._process = subprocess.Popen(
@@ -36,27 +29,12 @@ class Program:
         if not terminal:
             self._process.stdin.write(typed.encode())
             self._process.stdin.close()
-        self._reader = threading.Thread(target=self._read, args=(output,), daemon=True)
-        self._reader.start()
-
-    def _read(self, output):
-        while True:
-            try:
-                chunk = os.read(output, 65536)
-            except OSError:    # a pseudo-terminal whose other side has gone
-                chunk = b''
-            with self._changed:
-                self._text.append(chunk.decode(errors='replace').replace('\r\n', '\n'))
-                self._changed.notify_all()
-            if not chunk:
-                return
-            time.sleep(len(chunk) / FASTEST_READING)
+        self._output = Output(output)
 
     @property
     def text(self):
         """What it printed so far."""
-        with self._changed:
-            return str(self._text)
+        return str(self._output)
 
     @property
     def lines(self):
@@ -66,13 +44,11 @@ class Program:
     @property
     def printed(self):
         """How much it printed so far: (characters, lines)."""
-        with self._changed:
-            return self._text.length, self._text.lines
+        return self._output.size
 
     def text_since(self, characters):
-        """What it printed after so many characters, as far as it is kept."""
-        with self._changed:
-            return self._text.since(characters)
+        """What it printed after the first `characters`, as far as it is kept."""
+        return self._output.since(characters)
 
     @property
     def status(self):
@@ -84,18 +60,11 @@ class Program:
         os.write(self._keyboard, line.encode() + b'\n')
 
     def wait_for(self, words, seconds=20.0, times=1):
-        """Wait until `words` were printed so many times; RuntimeError with the output if not."""
-        deadline = time.monotonic() + seconds
-        with self._changed:
-            while str(self._text).count(words) < times:
-                left = deadline - time.monotonic()
-                if left <= 0.0:
-                    raise RuntimeError('waited {:.0f} s in vain for {!r}; printed: {}'.format(
-                        seconds, words, self._text))
-                self._changed.wait(left)
+        """Wait until `words` were printed `times` times; RuntimeError with the output if not."""
+        self._output.wait_for(words, seconds, times)
 
     def where(self):
-        """What all its threads do, where it is a node of this package (see ros.node.run)."""
+        """Where each of its threads is, if it is a node of this package (see ros.signals)."""
         printed, _ = self.printed
         self.send(signal.SIGUSR1)
         time.sleep(0.5)
@@ -120,11 +89,11 @@ class Program:
         except subprocess.TimeoutExpired:
             raise RuntimeError('it still runs after {:.0f} s; printed: {}'.format(
                 seconds, self.text)) from None
-        self._reader.join(1.0)    # a child of its own may keep the output open
+        self._output.wait_for_the_end(1.0)    # a child of its own may keep the output open
         return status
 
     def kill(self):
-        """Whatever it does, it ends."""
+        """End it at once, whatever it does."""
         self.send(signal.SIGKILL)
         self._process.wait()
 

@@ -8,7 +8,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.ros.conversions import to_pose2
-from tb3_labs.ros.node import subscribe
+from tb3_labs.ros.topics import subscribe
 
 
 #: So much of each topic is kept: minutes, not hours.

@@ -1,17 +1,50 @@
-"""Messages that are events: each of them counts, in order, once, and only if it is news.
+"""How a node listens: to samples, of which the newest counts, and to events, of which each does.
 
-A permission, a turn or a goal is said by a person at one moment. Two things repeat it without that
-person: a latched topic says it again to each node that starts and after each new connection; and
-a node reads several messages at once after the network held them up, of which a subscriber of the
-newest only drops all but the last.
+A permission, a turn or a goal is an event: a person says it at one moment. It counts in order,
+once, and only if it is news. Two things repeat it without that person, or lose it: a latched topic
+says it again to each node that starts and after each new connection; and where the network held
+several messages up, a node reads them at once, and a subscriber of the newest drops the others.
 """
+import time
 from typing import Any, NamedTuple
 
 import rosgraph
 import rospy
 
-from tb3_labs.ros.node import subscribe
-from tb3_labs.ros.rospy_internals import connection_of
+from tb3_labs.ros.node import guarded
+from tb3_labs.ros.rospy_internals import connection_of, is_wall_time
+
+
+def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_for=None):
+    """A guarded subscriber of the newest message, or of the newest `queue_size` that came at once;
+    None: of all.
+
+    `read` turns the message into what `callback` wants; where it raises ``ValueError`` the message
+    is dropped with one warning a second, and counted by `source`, the freshness.Freshness of this
+    topic. A large receive buffer goes with queue_size=1: when the node is late, what is stale is
+    dropped, and not even deserialised.
+
+    `idle_for(now)` makes use of that: it says for how long [s] after a message the topic is left
+    alone; of what came meanwhile only the newest is read. To wake up for every message of an IMU is
+    what a rospy node costs most. By simulated time, whose pace nobody knows, every message is read.
+    """
+    if not is_wall_time():
+        idle_for = None
+
+    def handle(message):
+        try:
+            value = message if read is None else read(message)
+        except ValueError as problem:
+            rospy.logwarn_throttle(1.0, 'bad message on {} dropped: {}'.format(topic, problem))
+            if source is not None:
+                source.dropped += 1
+            return
+        callback(value)
+        if idle_for is not None:
+            time.sleep(idle_for(rospy.get_time()))
+
+    return rospy.Subscriber(topic, kind, guarded(handle), queue_size=queue_size,
+                            buff_size=65536, tcp_nodelay=True)
 
 
 class Event(NamedTuple):
@@ -26,7 +59,7 @@ class Event(NamedTuple):
 
 def subscribe_events(topic, kind, callback, read=None, queue_size=None):
     """A guarded subscriber whose `callback` gets every message as an Event, or the newest
-    `queue_size` of those that came at once; see node.subscribe."""
+    `queue_size` of those that came at once; see :func:`subscribe`."""
     replays = _Replays(rospy.resolve_name(topic))
 
     def to_event(message):
@@ -52,7 +85,10 @@ def subscribe_news(topic, kind, callback, queue_size=None):
 
 
 class _Replays:
-    """Tells latched messages that are older than this node, or than a connection that was lost."""
+    """Tells latched messages that are older than this node, or than a connection that was lost.
+
+    Each connection has a thread of its own; those of different senders touch different entries.
+    """
 
     def __init__(self, topic):
         # However late their connection comes about, what those latched was said before.

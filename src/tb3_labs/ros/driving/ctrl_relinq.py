@@ -6,7 +6,7 @@ what it gave, and others that somebody gave it.
 import rospy
 from std_msgs.msg import Bool
 
-from tb3_labs.ros.events import subscribe_events
+from tb3_labs.ros.topics import subscribe_events
 from tb3_labs.supervision.permission import RENEWAL
 
 #: By this in the header of its connections a sender says that it renews what it gives, so that it

@@ -6,8 +6,8 @@ from collections import defaultdict, deque
 import rospy
 from geometry_msgs.msg import Twist
 
-from tb3_labs.ros.node import subscribe
 from tb3_labs.ros.rospy_internals import connection_of, stop_hearing_oneself
+from tb3_labs.ros.topics import subscribe
 
 #: A node that sends this many commands within this time [s], while this one drives, is a rival;
 FIGHT = 3

@@ -1,9 +1,10 @@
 """The one way this package drives and stops a robot.
 
-Whoever drives publishes commands; whoever stops, for whatever reason, publishes exactly one zero
-and is then silent, so that another node may drive. The zero is also sent, and seen off the
-machine, when the node shuts down (Ctrl+C, SIGTERM, a closed terminal, an exception that ended it),
-when the process is stopped by Ctrl+Z, and when the clock by which the node drives stands still.
+A node that drives publishes commands; when it stops, for any reason, it publishes exactly one zero
+and is then silent, so that another node may drive. The zero is also sent when the node shuts down
+(Ctrl+C, SIGTERM, a closed terminal, an exception that ended it), when the process is stopped by
+Ctrl+Z, and when the clock by which the node drives stands still. A process that ends, or is
+stopped, waits until the zero is written to each subscriber.
 """
 import math
 import threading
@@ -12,9 +13,10 @@ import time
 import rospy
 from geometry_msgs.msg import Twist
 
+from tb3_labs.ros.clocks import ClockWatch
 from tb3_labs.ros.conversions import to_twist
-from tb3_labs.ros.node import when_stopped
-from tb3_labs.ros.sim_clock import ClockWatch
+from tb3_labs.ros.rospy_internals import messages_written, wait_until_written
+from tb3_labs.ros.signals import when_stopped
 
 #: Longest wait for the last zero to leave the process [s].
 DELIVERY_TIME = 0.15
@@ -77,25 +79,10 @@ class CmdVel:
     def _close(self):
         with self._lock:
             self._closed = True
-            sent = self._messages_sent()
+            before = messages_written(self._publisher)
             if self._stop():
-                self._wait_until_sent(sent)
+                wait_until_written(self._publisher, before, DELIVERY_TIME)
 
     def _open(self):
         with self._lock:
             self._closed = rospy.is_shutdown()
-
-    def _messages_sent(self):
-        """Messages written to each subscriber so far, by rospy's own bus statistics."""
-        return {link[0]: link[2] for link in self._publisher.impl.get_stats()[2]}
-
-    def _wait_until_sent(self, before):
-        """rospy queues messages and drops the queue at shutdown: wait until the zero is written."""
-        deadline = time.monotonic() + DELIVERY_TIME
-        while time.monotonic() < deadline:
-            now = self._messages_sent()
-            if all(now.get(link, count + 1) > count for link, count in before.items()):
-                break
-            time.sleep(0.002)
-        # A command that was under way when we counted would have been taken for the zero.
-        time.sleep(0.01)

@@ -1,0 +1,32 @@
+"""The private parts of rosbag that the reading of recordings uses.
+
+Read in the source of rosbag 1.15.15 (Debian 12). If the index of a bag is kept in another way,
+reading ends by an AttributeError, or the messages come in another order: test/unit/test_report.py
+shows both.
+"""
+import rosbag
+
+
+class BagByChunks(rosbag.Bag):
+    """A bag whose index is read a chunk at a time, while its messages are, in the file's order.
+
+    rosbag itself reads the whole index first, an object of 250 bytes for each message of each topic:
+    more than all that is wanted of the messages.
+    """
+
+    def __init__(self, path):
+        super().__init__(path, skip_index=True)
+
+    def _get_entries(self, connections=None, start_time=None, end_time=None):
+        """The index entries that rosbag's read_messages() goes through."""
+        wanted = {connection.id for connection in connections}
+        for chunk in self._chunks:
+            header = self._chunk_headers[chunk.pos]
+            self._file.seek(header.data_pos + header.compressed_size)    # its index comes after it
+            self._curr_chunk_info = chunk       # where rosbag's reader takes it from
+            entries = []
+            for _ in chunk.connection_counts:
+                connection, index = self._reader.read_connection_index_record()
+                if connection in wanted:
+                    entries += index
+            yield from sorted(entries, key=lambda entry: entry.offset)

@@ -1,0 +1,75 @@
+"""An embedded robot on the topics of a real one."""
+import threading
+from dataclasses import replace
+
+import rospy
+from geometry_msgs.msg import PoseStamped, Twist
+from std_msgs.msg import Empty
+
+from tb3_labs.ros.conversions import to_pose_stamped, to_transform
+from tb3_labs.ros.robot.sensor_topics import SensorTopics, publisher
+from tb3_labs.ros.topics import subscribe
+from tb3_labs.simulation.simulator import STARTING, Simulator
+
+STEP = 1.0 / 200.0     # of the simulation [s]
+TRUTH_EVERY = 4        # steps from one ground truth to the next
+
+
+class FakeRobot:
+    """One Simulator and its topics, those of `namespace` ('' for the node's own).
+
+    `static_tf` is a tf2_ros.StaticTransformBroadcaster, one for all robots of a process: what it
+    says is latched, and what another one says would take its place.
+    """
+
+    def __init__(self, settings, static_tf, namespace=''):
+        prefix = namespace + '/' if namespace else ''
+        self._lock = threading.Lock()    # guards the simulator
+        self._robot = Simulator(settings)
+        self._sensors = SensorTopics(prefix)
+        self._truth = publisher(prefix + 'ground_truth', PoseStamped)
+        self._static_tf = static_tf
+        self._origin = None
+        subscribe(prefix + 'cmd_vel', Twist, self._on_command)
+        subscribe(prefix + 'reset', Empty, self._on_reset)
+
+    def configure(self, settings):
+        """Go on with other settings, but for what only counts at the start."""
+        with self._lock:
+            own = {name: getattr(self._robot.config, name) for name in STARTING}
+            self._robot.configure(replace(settings, **own))
+
+    @property
+    def is_heard(self):
+        """Does anybody listen to its sensors?"""
+        return self._sensors.are_heard
+
+    def tick(self, step, epoch):
+        """Let one STEP pass, and send what is due; `epoch` is the robot's time 0 [s]."""
+        truth_is_due = step % TRUTH_EVERY == 0 and self._truth.get_num_connections()
+        with self._lock:
+            bursts = self._robot.step_in_bursts(STEP)
+            now = epoch + self._robot.now
+            origin = self._robot.odometry_origin
+            truth = self._robot.truth if truth_is_due else None
+            self._sensors.note_wheels(self._robot)
+        if self._origin != origin:
+            self._origin = origin
+            self._static_tf.sendTransform(
+                to_transform(origin, 'world', self._sensors.frames['odom'], now))
+        for burst in bursts:
+            self._sensors.send(burst, epoch)
+        if truth is not None:
+            self._truth.publish(to_pose_stamped(truth, 'world', now))
+
+    def _on_command(self, message):
+        try:
+            with self._lock:
+                self._robot.command(message.linear.x, message.angular.z)
+        except ValueError as problem:
+            rospy.logwarn_throttle(1.0, 'cmd_vel dropped: {}'.format(problem))
+
+    def _on_reset(self, _message):
+        with self._lock:
+            self._robot.reset()
+        rospy.loginfo('reset: calibrating the gyro, then zeroing the odometry')

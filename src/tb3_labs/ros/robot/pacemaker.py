@@ -1,0 +1,57 @@
+"""The time of embedded robots: real time, or their own on /clock."""
+import itertools
+import threading
+import time
+
+import rospy
+from rosgraph_msgs.msg import Clock
+
+from tb3_labs.ros.node import guarded
+from tb3_labs.ros.robot.fake_robot import STEP
+from tb3_labs.ros.robot.sensor_topics import publisher
+
+CATCH_UP = 0.5         # a longer hiccup of the computer is not made up for [s]
+
+
+class Pacemaker:
+    """Steps robots in time: in real time, or `speed` times as fast on a clock of their own, which
+    it publishes. That runs in real time until somebody listens, so that nobody waits for a clock
+    and nobody misses a start.
+    """
+
+    def __init__(self, robots, speed):
+        self._robots = robots
+        self._epoch = time.time()  # of the robots' time 0, also where the clock is their own
+        self._clock = None
+        self._speed = 1.0
+        if rospy.get_param('/use_sim_time', False):
+            self._clock, self._speed = publisher('/clock', Clock), speed
+        self._thread = threading.Thread(target=guarded(self._run), name='robot', daemon=True)
+        self._ending = threading.Event()  # rospy.is_shutdown() is true only after its hooks
+        rospy.on_shutdown(self._end)
+        self._thread.start()
+
+    def _end(self):
+        self._ending.set()
+        if threading.current_thread() is not self._thread:
+            self._thread.join()
+
+    def _run(self):
+        due = time.monotonic()
+        speed = 1.0
+        for step in itertools.count():
+            if self._ending.is_set():
+                return
+            if self._clock:
+                self._clock.publish(rospy.Time.from_sec(self._epoch + (step + 1) * STEP))
+            for robot in self._robots:
+                robot.tick(step, self._epoch)
+            if speed != self._speed and any(robot.is_heard for robot in self._robots):
+                speed = self._speed
+            due += STEP / speed
+            late = time.monotonic() - due
+            if late < 0.0:
+                time.sleep(-late)
+            elif late > CATCH_UP:
+                due += late
+                self._epoch += 0.0 if self._clock else late

@@ -1,0 +1,88 @@
+"""The topics on which an embedded robot's sensors speak: `imu`, `odom`, `joint_states`, `/tf`."""
+from collections import deque
+
+import rospy
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu, JointState
+from tf2_msgs.msg import TFMessage
+
+from tb3_labs.robot.samples import ImuSample
+from tb3_labs.ros.conversions import frame, to_transform
+from tb3_labs.ros.robot.messages import imu_message, joint_message, odometry_message
+from tb3_labs.ros.rospy_internals import publish_together
+
+#: Of the messages of a topic that the network held up, at most so many are sent, the newest: real
+#: queues and buffers are finite too. The longest stall of an IMU at 200 Hz fits in.
+MOST_HELD = 2000
+
+
+class SensorTopics:
+    """Publishes samples as messages, on topics and with frames whose names begin with `prefix`.
+
+    Its methods are called by the thread that steps the robot, and by no other.
+    """
+
+    def __init__(self, prefix):
+        #: {name: name with the prefix, in this node's namespace}
+        self.frames = {name: frame(prefix + name) for name in (
+            'imu_link', 'odom', 'base_footprint', 'base_link')}
+        self._imu = publisher(prefix + 'imu', Imu)
+        self._odom = publisher(prefix + 'odom', Odometry)
+        self._joints = publisher(prefix + 'joint_states', JointState)
+        self._tf = publisher('/tf', TFMessage)
+        self._wheels = deque(maxlen=MOST_HELD)  # by odometry: stamp, angles, speeds
+
+    @property
+    def are_heard(self):
+        """Does anybody listen to the IMU or the odometry?"""
+        return self._imu.get_num_connections() or self._odom.get_num_connections()
+
+    def note_wheels(self, robot):
+        """Remember the wheels of `robot` (a Simulator) as of its latest odometry: the network may
+        hold that up, and with it the joint states."""
+        stamp = robot.odometry_stamp
+        if not self._wheels or self._wheels[-1][0] != stamp:
+            self._wheels.append((stamp, robot.wheel_angles, robot.wheel_speeds))
+
+    def send(self, burst, epoch):
+        """Publish the samples of a `burst`, those of each topic by one write: they arrive at one
+        moment. `epoch` is the robot's time 0 [s]."""
+        self._send_imu([s for s in burst if isinstance(s, ImuSample)][-MOST_HELD:], epoch)
+        self._send_odometry([s for s in burst if not isinstance(s, ImuSample)][-MOST_HELD:], epoch)
+
+    def _send_imu(self, samples, epoch):
+        if self._imu.get_num_connections():
+            _publish(self._imu, [
+                imu_message(sample, epoch + sample.stamp, self.frames['imu_link'])
+                for sample in samples])
+
+    def _send_odometry(self, samples, epoch):
+        odom, base = self.frames['odom'], self.frames['base_footprint']
+        _publish(self._tf, [
+            TFMessage([to_transform(sample.pose, odom, base, epoch + sample.stamp)])
+            for sample in samples])
+        if self._odom.get_num_connections():
+            _publish(self._odom, [odometry_message(sample, epoch + sample.stamp, odom, base)
+                                  for sample in samples])
+        if self._joints.get_num_connections():
+            _publish(self._joints, [
+                joint_message(*self._wheels_at(sample.stamp), epoch + sample.stamp,
+                              self.frames['base_link']) for sample in samples])
+
+    def _wheels_at(self, stamp):
+        """(angles [rad], speeds [rad/s]) as of the odometry with this stamp. Ask in order."""
+        while self._wheels[0][0] < stamp and len(self._wheels) > 1:
+            self._wheels.popleft()
+        return self._wheels[0][1:]
+
+
+def publisher(topic, kind):
+    """A publisher of an embedded robot: what it says is sent at once, and little of it waits."""
+    return rospy.Publisher(topic, kind, queue_size=50, tcp_nodelay=True)
+
+
+def _publish(topic, messages):
+    if len(messages) > 1:
+        publish_together(topic, messages)
+    elif messages:
+        topic.publish(messages[0])

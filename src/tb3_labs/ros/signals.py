@@ -1,0 +1,77 @@
+"""The signals of a node: three end it, Ctrl+Z stops the robot before it stops the process.
+
+rospy's own signal handlers shut down in the middle of whatever the main thread is doing, and
+hang where that holds one of rospy's locks. Here a signal is an exception in the main thread:
+it unwinds first, then the node shuts down once.
+"""
+import faulthandler
+import os
+import signal
+import threading
+
+#: What ends a node: Ctrl+C, `kill`, a closed terminal.
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+#: Wakes the main thread when rospy has shut down; a signal wakes it by its number.
+SHUT_DOWN = b'\xff'
+
+_sleepers = []    # (what to do before the process is stopped, and after it)
+
+
+class Interrupted(BaseException):
+    """One of ENDING; not an Exception, so that no handler on the way up takes it for one."""
+
+
+class Signals:
+    """Handles the signals of this process from now on; to be made in the main thread."""
+
+    def __init__(self):
+        self._signalled = threading.Event()
+        for number in ENDING:
+            if signal.getsignal(number) is not signal.SIG_IGN:    # as nohup wants it
+                signal.signal(number, self._interrupt)
+        # `kill -USR1` has a node print where each of its threads is
+        faulthandler.register(signal.SIGUSR1)
+        # A thread that is just about to wait for a lock misses a signal, and waits for ever; with a
+        # pipe it does not: the interpreter writes a byte into it whenever a signal arrives.
+        self._over, self._wake = os.pipe()
+        os.set_blocking(self._wake, False)
+        signal.set_wakeup_fd(self._wake)
+
+    def wake(self):
+        """End :meth:`wait`, from any thread."""
+        os.write(self._wake, SHUT_DOWN)
+
+    def wait(self):
+        """Wait for :meth:`wake`; a signal raises Interrupted here, and everywhere else."""
+        while os.read(self._over, 1) != SHUT_DOWN and not self._signalled.is_set():
+            pass    # a signal that does not end it
+        if self._signalled.is_set():
+            raise Interrupted    # where a library caught it by a bare `except:`
+
+    @staticmethod
+    def take_ctrl_z():
+        """From now on Ctrl+Z (SIGTSTP) does first what :func:`when_stopped` was told."""
+        if signal.getsignal(signal.SIGTSTP) is signal.SIG_DFL:
+            signal.signal(signal.SIGTSTP, _sleep)
+
+    def _interrupt(self, _number, _frame):
+        # One signal is enough; another one must not cut the end short. Ctrl+Z would wait for ever
+        # for a lock that this thread may hold while it shuts down.
+        for number in ENDING + (signal.SIGTSTP,):
+            signal.signal(number, signal.SIG_IGN)
+        self._signalled.set()
+        raise Interrupted
+
+
+def when_stopped(before, after):
+    """Have `before()` called when the process is about to be stopped by Ctrl+Z, and `after()` when
+    it goes on; both in the main thread, which holds no lock then."""
+    _sleepers.append((before, after))
+
+
+def _sleep(_number, _frame):
+    for before, _ in _sleepers:
+        before()
+    os.kill(os.getpid(), signal.SIGSTOP)    # here the process stands until it is continued
+    for _, after in _sleepers:
+        after()

@@ -1,0 +1,60 @@
+"""What a program prints, read while it runs."""
+import os
+import threading
+import time
+
+from tb3_labs.ros.testing.bounded_text import BoundedText
+
+#: Output is read no faster than this, so that a flood of it leaves the machine to others
+#: [characters/s].
+FASTEST_READING = 1e6
+
+
+class Output:
+    """The text that comes from the file descriptor `source`, of which head and tail are kept."""
+
+    def __init__(self, source):
+        self._source = source
+        self._changed = threading.Condition()
+        self._text = BoundedText()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self):
+        while True:
+            try:
+                chunk = os.read(self._source, 65536)
+            except OSError:    # a pseudo-terminal whose other side has gone
+                chunk = b''
+            with self._changed:
+                self._text.append(chunk.decode(errors='replace').replace('\r\n', '\n'))
+                self._changed.notify_all()
+            if not chunk:
+                return
+            time.sleep(len(chunk) / FASTEST_READING)
+
+    def __str__(self):
+        with self._changed:
+            return str(self._text)
+
+    @property
+    def size(self):
+        """How much came so far: (characters, lines)."""
+        with self._changed:
+            return self._text.length, self._text.lines
+
+    def since(self, characters):
+        """What came after the first `characters`, as far as it is kept."""
+        with self._changed:
+            return self._text.since(characters)
+
+    def wait_for(self, words, seconds, times):
+        """Wait until `words` came `times` times; RuntimeError with the output if not."""
+        with self._changed:
+            if not self._changed.wait_for(lambda: str(self._text).count(words) >= times, seconds):
+                raise RuntimeError('waited {:.0f} s in vain for {!r}; printed: {}'.format(
+                    seconds, words, self._text))
+
+    def wait_for_the_end(self, seconds):
+        """Wait until the other side is closed, at most `seconds`."""
+        self._reader.join(seconds)
