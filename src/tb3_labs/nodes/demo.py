@@ -1,0 +1,87 @@
+"""The demonstration: what counts as a good drive, and the table that is printed of all of them."""
+import math
+from dataclasses import dataclass
+from typing import Sequence, Tuple
+
+from tb3_labs.config import Config, setting
+from tb3_labs.control.goal_machine import GoalState
+from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.se2 import Pose2
+
+#: The state, and the first words of the other one, that end a drive on `goal_state`.
+REACHED, GIVEN_UP = GoalState.GOAL_REACHED.name, 'gave up'
+#: The first state of a drive.
+BEGUN = GoalState.ROTATE_TO_GOAL.name
+
+ROW = '{:7} {:>17} {:>17} {:>16} {:>14}  {}'  # fits a terminal of 80 columns
+HEADER = ROW.format('', 'asked [m, m, deg]', 'believed to be at', 'truly off by',
+                    'time, at best', '').rstrip()
+
+
+@dataclass(frozen=True)
+class DemoConfig(Config):
+    """What counts as a good demonstration."""
+
+    drives: int = setting(2, 'how many drives, with a reset between them', low=1, high=100)
+    distance_tolerance: float = setting(0.01, 'true error at the goal', 'm', 0.0, 10.0)
+    angle_tolerance_deg: float = setting(0.5, 'true error of the heading', 'deg', 0.0, 180.0)
+    timeout: float = setting(120.0, 'longest drive', 's', 1.0, 3600.0)
+    stay: bool = setting(False, 'say what to try next instead of ending')
+    record: bool = setting(False, 'begin when the node record, a recorder, listens')
+    status_file: str = setting('', 'file for the exit status, since roslaunch has none')
+
+
+@dataclass(frozen=True)
+class DemoDrive:
+    """How one drive went; poses in local."""
+
+    state: str               # in which it ended
+    goal: Pose2
+    believed: Pose2          # where move_to_goal had the robot at rest,
+    reached: Pose2           # and where it truly was
+    time: float              # [s]
+    bound: float             # least possible time [s]
+
+    @property
+    def off_by(self) -> Tuple[float, float]:
+        """(distance [m], angle [deg]) of the goal from where the robot is believed to be."""
+        return _miss(self.believed, self.goal)
+
+    @property
+    def truly_off(self) -> Tuple[float, float]:
+        """(distance [m], angle [deg]) of the goal from where the robot is."""
+        return _miss(self.reached, self.goal)
+
+    def is_good(self, config: DemoConfig) -> bool:
+        """Did it end at its goal, truly within the tolerances (bounds included)?"""
+        distance, angle = self.truly_off
+        return (self.state == REACHED and distance <= config.distance_tolerance
+                and angle <= config.angle_tolerance_deg)
+
+
+def table(drives: Sequence[DemoDrive], config: DemoConfig) -> str:
+    """An empty line, the header, and a row for each drive."""
+    return '\n'.join(['', HEADER] + [
+        _row(number, drive, config) for number, drive in enumerate(drives, 1)])
+
+
+def is_over(state: str) -> bool:
+    """Is this `goal_state` the end of a drive?"""
+    return state == REACHED or state.startswith(GIVEN_UP)
+
+
+def _row(number, drive, config):
+    distance, angle = drive.truly_off
+    return ROW.format('drive {}'.format(number), _in_short(drive.goal), _in_short(drive.believed),
+                      '{:.1f} mm {:.2f} deg'.format(1000.0 * distance, angle),
+                      '{:.2f}, {:.2f} s'.format(drive.time, drive.bound),
+                      'ok' if drive.is_good(config) else 'NOT GOOD: ' + drive.state)
+
+
+def _miss(pose, goal):
+    return pose.distance_to(goal), abs(math.degrees(difference(pose.yaw, goal.yaw)))
+
+
+def _in_short(pose):
+    return '{:.3f} {:.3f} {:.1f}'.format(
+        pose.x, pose.y, round(math.degrees(pose.yaw), 1) + 0.0)  # not -0.0

@@ -1,0 +1,71 @@
+"""The demonstration's judgement, and its table word for word."""
+import math
+
+import pytest
+
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.nodes.demo import HEADER, DemoConfig, DemoDrive, is_over, table
+
+GOAL = Pose2(-0.61, 0.61, 0.0)
+CONFIG = DemoConfig()
+
+
+def drive(reached=GOAL, believed=GOAL, state='GOAL_REACHED', goal=GOAL):
+    return DemoDrive(state, goal, believed, reached, 7.834, 7.226)
+
+
+def test_the_table_is_the_readmes():
+    one = drive(Pose2(-0.61, 0.6092, math.radians(0.09)), Pose2(-0.61, 0.609, math.radians(0.1)))
+    two = drive(Pose2(-0.6084, 0.61, math.radians(-0.09)), Pose2(-0.609, 0.609, math.radians(0.1)))
+    assert table([one, two], CONFIG).split('\n') == [
+        '',
+        '        asked [m, m, deg] believed to be at     truly off by  time, at best',
+        'drive 1  -0.610 0.610 0.0  -0.610 0.609 0.1  0.8 mm 0.09 deg   7.83, 7.23 s  ok',
+        'drive 2  -0.610 0.610 0.0  -0.609 0.609 0.1  1.6 mm 0.09 deg   7.83, 7.23 s  ok']
+
+
+def test_a_bad_drive_says_how_it_ended():
+    row = table([drive(state='gave up: no way')], CONFIG).split('\n')[-1]
+    assert row.endswith('  NOT GOOD: gave up: no way')
+
+
+def test_the_header_is_as_wide_as_the_rows():
+    assert len(HEADER) < 80
+    assert len(table([drive()], CONFIG).split('\n')[-1]) <= 80
+
+
+@pytest.mark.parametrize('yaw', [-0.0, -1e-9, 1e-9])
+def test_no_heading_is_minus_zero(yaw):
+    row = table([drive(believed=Pose2(0.0, 0.0, yaw))], CONFIG).split('\n')[-1]
+    assert '-0.0 ' not in row and '0.000 0.000 0.0' in row
+
+
+@pytest.mark.parametrize('reached, good', [
+    (Pose2(0.0, 0.0, 0.0), True),
+    (Pose2(0.0, 0.01, 0.0), True),                         # the bound itself
+    (Pose2(0.008, 0.008, 0.0), False),
+    (Pose2(0.0, 0.0, math.radians(0.49)), True),
+    (Pose2(0.0, 0.0, math.radians(-0.51)), False),
+    (Pose2(math.nan, 0.0, 0.0), False)])
+def test_the_true_pose_judges(reached, good):
+    origin = Pose2(0.0, 0.0, 0.0)
+    assert drive(reached, goal=origin, believed=origin).is_good(CONFIG) is good
+    assert drive(origin, goal=origin, believed=reached).is_good(CONFIG) is True
+
+
+def test_only_a_reached_goal_is_good():
+    assert not drive(state='gave up: stalled').is_good(CONFIG)
+
+
+def test_errors_are_taken_across_the_half_turn():
+    one = drive(Pose2(0.0, 0.0, math.radians(-179.9)), goal=Pose2(0.0, 0.0, math.pi))
+    assert one.truly_off == pytest.approx((0.0, 0.1), abs=1e-9)
+    assert one.is_good(CONFIG)
+
+
+@pytest.mark.parametrize('state, over', [
+    ('GOAL_REACHED', True), ('gave up: no imu', True), ('ROTATE_TO_GOAL', False),
+    ('MOVE_FORWARD', False), ('ROTATE_TO_FINAL', False), ('waiting for control', False),
+    ('stopped: imu lost', False), ('', False)])
+def test_what_ends_a_drive(state, over):
+    assert is_over(state) is over
