@@ -38,7 +38,7 @@ class Mouse:
         self._period = 1.0 / read_config(MouseConfig).rate
         self._active = False
         self._stirred = threading.Event()
-        self._lock = threading.Lock()
+        self._lock = threading.Lock()    # guards what is published: nothing after the last message
         self._closed = False
         self._publisher = rospy.Publisher('mouse_info', MouseController, queue_size=1,
                                           tcp_nodelay=True)
@@ -73,16 +73,19 @@ class Mouse:
     def _send(self, active, x, y):
         with self._lock:
             if not self._closed:
-                message = MouseController(status=Bool(active), xPos=x, yPos=y)
-                message.header.stamp = rospy.Time.now()
-                self._publisher.publish(message)
+                self._publish(active, x, y)
+
+    def _publish(self, active, x, y):
+        message = MouseController(status=Bool(active), xPos=x, yPos=y)
+        message.header.stamp = rospy.Time.now()
+        self._publisher.publish(message)
 
     def _close(self):
         """Say that the mouse is no longer active: the robot need not wait for a timeout."""
-        if self._active:
-            self._send(False, 0.0, 0.0)
         with self._lock:
             self._closed = True
+            if self._active:
+                self._publish(False, 0.0, 0.0)
 
 
 if __name__ == '__main__':

@@ -4,6 +4,8 @@
     log_news()                         lines that a core has collected, in the same way
     say()                              text that is no log line, such as a table
 
+Tools that are no nodes print to their own standard output.
+
 A terminal may stop taking text at any time (Ctrl+S, a window that hangs, a pipe that nobody
 reads). A thread that prints then waits, and with it every thread that wants the same lock: a robot
 would drive on, or never move again. For this reason all three put what they print into a queue,

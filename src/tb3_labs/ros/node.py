@@ -48,9 +48,11 @@ def run(name, make_node):
         signals.take_ctrl_z()
         signals.wait()
     except ValueError as problem:
+        signals.ignore()
         end(str(problem))
     except Interrupted:
         rospy.signal_shutdown('signal')
+    signals.ignore()
     del node
     status = 1 if _failures else 0
     if not console.flush():

@@ -4,19 +4,12 @@ rospy promises nothing about them. They were read in the sources of rospy and ro
 (Debian 12), and the tests ran with those. Each function says what breaks if its part changes.
 """
 import logging
-import time
 from io import BytesIO
 
 import genpy
 import rospy
 from rosgraph.roslogging import RosStreamHandler
 from rospy.msg import serialize_message
-
-#: From one look at a publisher's counters to the next [s].
-LOOK_AGAIN = 0.002
-#: A command that was on its way when the messages were counted may be taken for the awaited one:
-#: this much longer is waited [s].
-MARGIN = 0.01
 
 
 # ----- messages that arrive -----
@@ -64,21 +57,6 @@ def messages_written(publisher):
     stops it.
     """
     return {link[0]: link[2] for link in publisher.impl.get_stats()[2]}
-
-
-def wait_until_written(publisher, before, seconds):
-    """Wait until each connection was written one message more than `before`, at most `seconds`.
-
-    `before` is what :func:`messages_written` said; a connection that has gone counts as written.
-    rospy puts messages into a queue, and at shutdown drops what is still in it.
-    """
-    deadline = time.monotonic() + seconds
-    while time.monotonic() < deadline:
-        now = messages_written(publisher)
-        if all(now.get(link, count + 1) > count for link, count in before.items()):
-            break
-        time.sleep(LOOK_AGAIN)
-    time.sleep(MARGIN)
 
 
 def publish_together(publisher, messages):

@@ -54,11 +54,15 @@ class Signals:
         if signal.getsignal(signal.SIGTSTP) is signal.SIG_DFL:
             signal.signal(signal.SIGTSTP, _sleep)
 
-    def _interrupt(self, _number, _frame):
-        # One signal is enough; another one must not cut the end short. Ctrl+Z would wait for ever
-        # for a lock that this thread may hold while it shuts down.
+    @staticmethod
+    def ignore():
+        """One signal is enough: another one must not cut the end short, and Ctrl+Z would wait for
+        ever for a lock that the main thread holds while it shuts down."""
         for number in ENDING + (signal.SIGTSTP,):
             signal.signal(number, signal.SIG_IGN)
+
+    def _interrupt(self, _number, _frame):
+        self.ignore()
         self._signalled.set()
         raise Interrupted
 

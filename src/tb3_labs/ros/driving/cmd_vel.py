@@ -13,21 +13,25 @@ import time
 import rospy
 from geometry_msgs.msg import Twist
 
-from tb3_labs.ros.clocks import ClockWatch
+from tb3_labs.ros.clocks import ClockWatch, wait_until
 from tb3_labs.ros.conversions import to_twist
-from tb3_labs.ros.rospy_internals import messages_written, wait_until_written
+from tb3_labs.ros.rospy_internals import messages_written
 from tb3_labs.ros.signals import when_stopped
 
-#: Longest wait for the last zero to leave the process [s].
+#: Longest wait for the last zero to leave the process [s],
 DELIVERY_TIME = 0.15
+#: from one look to the next [s],
+LOOK_AGAIN = 0.002
+#: and one more wait: a command that was on its way at the first look may be taken for the zero [s].
+MARGIN = 0.01
 
 
 class CmdVel:
     """Publishes `cmd_vel` (geometry_msgs/Twist)."""
 
     def __init__(self):
-        self._lock = threading.Lock()
-        self._driving_since = None     # [s, monotonic]; None while it stands
+        self._lock = threading.Lock()  # guards the next two, and the order of what is published
+        self._driving_since = None     # [s, monotonic]; None while nothing is driven
         self._closed = False           # for good, or until the process goes on
         self._publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         self._clock = ClockWatch(self.stop)
@@ -47,7 +51,7 @@ class CmdVel:
 
     def drive(self, linear, angular):
         """Send one command: forward speed [m/s], rate of turn [rad/s]; 0, 0 is :meth:`stop`, and so
-        is everything while the clock stands still."""
+        is every command while the clock stands still. ``ValueError`` if a number is not finite."""
         if not (math.isfinite(linear) and math.isfinite(angular)):
             raise ValueError('command ({}, {}) is not finite'.format(linear, angular))
         with self._lock:
@@ -58,7 +62,7 @@ class CmdVel:
                 self._publisher.publish(to_twist(linear, angular))
 
     def send(self, command):
-        """What a core answered: a Twist2 to drive by, or None to stop."""
+        """Send what a core answered: a Twist2 to drive by, or None to stop."""
         if command is None:
             self.stop()
         else:
@@ -81,7 +85,15 @@ class CmdVel:
             self._closed = True
             before = messages_written(self._publisher)
             if self._stop():
-                wait_until_written(self._publisher, before, DELIVERY_TIME)
+                self._wait_until_written(before)
+
+    def _wait_until_written(self, before):
+        """rospy puts messages into a queue, and at shutdown drops what is still in it."""
+        def is_written():
+            now = messages_written(self._publisher)
+            return all(now.get(link, count + 1) > count for link, count in before.items())
+        wait_until(is_written, DELIVERY_TIME, LOOK_AGAIN)
+        time.sleep(MARGIN)
 
     def _open(self):
         with self._lock:

@@ -9,12 +9,17 @@ import xmlrpc.client
 import rosgraph
 import rospy
 
+from tb3_labs.ros.clocks import wait_until
+
+#: Longest wait for a master [s].
+STARTING = 30.0
 _PAGE = os.sysconf('SC_PAGE_SIZE')
 
 
 @contextlib.contextmanager
 def private_master():
-    """A master of one's own, at a port that was free: this process and its children use it."""
+    """A master of one's own, at a port that was free: this process and its children use it.
+    RuntimeError if it does not start."""
     with socket.socket() as probe:
         probe.bind(('127.0.0.1', 0))
         port = probe.getsockname()[1]
@@ -23,8 +28,8 @@ def private_master():
         ['rosmaster', '--core', '-p', str(port)], stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
     try:
-        while not rosgraph.is_master_online():
-            time.sleep(0.02)
+        if not wait_until(rosgraph.is_master_online, STARTING, 0.02):
+            raise RuntimeError('rosmaster does not answer after {:.0f} s'.format(STARTING))
         yield port
     finally:
         master.kill()

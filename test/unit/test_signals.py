@@ -1,0 +1,105 @@
+"""The signals of a node, sent to a process of its own."""
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+BEGIN = '''
+import os, signal, threading, time
+from tb3_labs.ros.signals import Interrupted, Signals, when_stopped
+lock = threading.Lock()
+
+def before():
+    with lock:
+        print('before', flush=True)
+
+when_stopped(before, lambda: print('after', flush=True))
+signals = Signals()
+signals.take_ctrl_z()
+'''
+WAIT = '''
+try:
+    print('ready', flush=True)
+    signals.wait()
+    print('woken', flush=True)
+except Interrupted:
+    print('interrupted', flush=True)
+'''
+
+
+class Process(subprocess.Popen):
+    """A process that runs `code`, and has printed 'ready'."""
+
+    def __init__(self, code, before_it=None):
+        super().__init__([sys.executable, '-c', BEGIN + code], stdout=subprocess.PIPE, text=True,
+                         preexec_fn=before_it)
+        assert self.line() == 'ready'
+
+    def line(self):
+        return self.stdout.readline().strip()
+
+    def rest(self):
+        """What it still prints until its end; it has 10 s."""
+        try:
+            text, _ = self.communicate(timeout=10.0)
+        finally:
+            self.kill()
+        assert self.returncode == 0
+        return text.split()
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_ends_the_wait(number):
+    process = Process(WAIT)
+    process.send_signal(number)
+    assert process.rest() == ['interrupted']
+
+
+def test_another_thread_ends_the_wait():
+    process = Process('threading.Timer(0.2, signals.wake).start()' + WAIT)
+    assert process.rest() == ['woken']
+
+
+def test_nohup_is_respected():
+    process = Process('threading.Timer(1.0, signals.wake).start()' + WAIT,
+                      lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+    process.send_signal(signal.SIGHUP)
+    assert process.rest() == ['woken']
+
+
+def test_a_signal_that_a_library_swallows_ends_the_wait_all_the_same():
+    process = Process('''
+try:
+    print('ready', flush=True)
+    time.sleep(10.0)
+except:
+    print('swallowed', flush=True)
+''' + WAIT)
+    process.send_signal(signal.SIGINT)
+    assert process.rest() == ['swallowed', 'ready', 'interrupted']
+
+
+def test_ctrl_z_comes_after_what_stops_the_robot():
+    process = Process(WAIT)
+    process.send_signal(signal.SIGTSTP)
+    assert process.line() == 'before'
+    _, status = os.waitpid(process.pid, os.WUNTRACED)
+    assert os.WIFSTOPPED(status)
+    process.send_signal(signal.SIGCONT)
+    assert process.line() == 'after'
+    process.send_signal(signal.SIGINT)
+    assert process.rest() == ['interrupted']
+
+
+def test_ctrl_z_does_not_hold_up_an_end_that_has_begun():
+    # as the hooks of a shutdown, which run in the main thread and hold the node's locks
+    process = Process(WAIT + '''
+with lock:
+    os.kill(os.getpid(), signal.SIGTSTP)
+    time.sleep(0.1)
+print('ended', flush=True)
+''')
+    process.send_signal(signal.SIGINT)
+    assert process.rest() == ['interrupted', 'ended']
