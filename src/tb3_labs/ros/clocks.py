@@ -1,10 +1,9 @@
-"""Which clock tells what, and what happens where simulated time never comes, or stands still.
+"""The clocks: which one counts for what; and simulated time that never comes, or stands still.
 
     rospy.get_time()   ROS time, simulated or not: the age of sensors, everything a robot drives by
     steady_time()      what is in people's hands: a pad, a mouse, a permission that is renewed
-    time.monotonic()   how long the process itself waits for something, and for a message to print:
-                       deadlines, the watchdog
-    time.time()        only where the embedded robot's own time begins
+    time.monotonic()   deadlines of waits, pauses between warnings, the watchdog
+    time.time()        only the moment at which the embedded robot's own time begins
 
 A wait that nothing else ends is :func:`wait_until`; the Observer and the NodeProcess of
 :mod:`tb3_labs.ros.testing` are woken by what arrives. Periodic work has a thread that sleeps by
@@ -17,12 +16,13 @@ import rospy
 
 from tb3_labs.ros.rospy_internals import is_wall_time
 
-#: A clock that never came is spoken of after this time, and then every so often [s, wall clock].
+#: Until a clock that never came is reported first, and between later reports [s, wall clock].
 FIRST_WARNING = 2.0
 NEXT_WARNING = 10.0
 #: A clock that says the same for this long stands still [s, wall clock].
 STANDSTILL = 0.3
-PERIOD = 0.05
+#: From one look at a clock, or at a condition, to the next [s, wall clock].
+LOOK_PERIOD = 0.05
 
 
 def steady_time():
@@ -34,7 +34,7 @@ def steady_time():
     return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 
-def wait_until(condition, seconds, period=PERIOD):
+def wait_until(condition, seconds, period=LOOK_PERIOD):
     """Wait until `condition()` holds, which is asked every `period` [s]; False if it still does not
     after `seconds` of wall time."""
     deadline = time.monotonic() + seconds
@@ -58,7 +58,7 @@ def _wait_for_clock():
             due += NEXT_WARNING
             rospy.logerr('/use_sim_time is true, but nobody publishes /clock: start a simulation, '
                          'or: rosparam set /use_sim_time false, and start the nodes again')
-        time.sleep(PERIOD)
+        time.sleep(LOOK_PERIOD)
 
 
 class ClockWatch:
@@ -86,4 +86,4 @@ class ClockWatch:
             if stopped:
                 self._on_standstill()
                 rospy.logwarn('/clock stands still: nothing is driven until it goes on')
-            time.sleep(PERIOD)
+            time.sleep(LOOK_PERIOD)

@@ -1,4 +1,4 @@
-"""What a node prints: log lines by rospy's own functions, news of a core, plain text.
+"""The lines that a node prints: log lines by rospy's own functions, news of a core, plain text.
 
     rospy.loginfo, rospy.logwarn, ...  a line of the node's own, also in the log file and on /rosout
     log_news()                         lines that a core has collected, in the same way

@@ -7,11 +7,14 @@ from diagnostic_updater import Updater
 
 from tb3_labs.ros.node import guarded
 
-PERIOD = 1.0    # [s, wall clock]
+REPORT_PERIOD = 1.0    # [s, wall clock]
 
 
 class Diagnostics:
-    """Asks `report()` for ``(problem, {what: value})``, '' being no problem, and publishes it."""
+    """Publishes what `report()` answers: ``(problem, {name: value})``; '' is no problem.
+
+    `report` is called in a thread of its own, while no lock of the node is held.
+    """
 
     def __init__(self, hardware, report):
         self._report = report
@@ -23,14 +26,14 @@ class Diagnostics:
         threading.Thread(target=guarded(self._run), name='diagnostics', daemon=True).start()
 
     def _run(self):
-        while not self._ending.wait(PERIOD):
+        while not self._ending.wait(REPORT_PERIOD):
             self._updater.force_update()
 
     def _fill(self, status):
         problem, values = self._report()
         status.summary(DiagnosticStatus.WARN if problem else DiagnosticStatus.OK, problem or 'OK')
-        for what, value in values.items():
-            status.add(what, str(value))
+        for name, value in values.items():
+            status.add(name, str(value))
         return status
 
 

@@ -1,7 +1,7 @@
 """ROS parameters read into the core's configurations.
 
 Names, defaults, units and bounds stand in the configuration's fields and nowhere else. A bad
-value raises ``ValueError`` with one sentence that names parameter, value and what is valid;
+value raises ``ValueError`` with one sentence that names the parameter, its value and the bounds;
 :func:`tb3_labs.ros.node.run` turns it into one fatal line and an exit status.
 """
 import os
@@ -11,16 +11,17 @@ import rospy
 
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, robot_model
 
-#: What a launch file passes on for an argument that nobody set.
+#: A launch file passes this on for an argument that was not given.
 NOT_GIVEN = 'default'
 
 
 def read_config(*kinds, of=None):
     """One instance of each configuration class in `kinds`, from the node's ``~`` parameters.
 
-    A private parameter that belongs to none of them is most likely misspelt: it is warned of.
-    The word "default" means "not given": so a launch file can pass on an argument that nobody set,
-    without a second copy of the number. `of` names another node, whose parameters are read.
+    A private parameter that belongs to none of them is most likely misspelt: a warning names it.
+    The word "default" means "not given": a launch file can then pass on an argument that was not
+    set, without a second copy of the number. `of` names another node, whose parameters are read.
+    Raises ``ValueError`` for the first invalid value.
     """
     given = rospy.get_param(of or '~', {})
     known = set()
@@ -40,11 +41,11 @@ def read_config(*kinds, of=None):
 
 
 def read_model():
-    """The robot's numbers, by ``~model`` or TURTLEBOT3_MODEL in the environment."""
+    """The robot's numbers, by ``~model``, else by TURTLEBOT3_MODEL in the environment."""
     return model_called(rospy.get_param('~model', NOT_GIVEN))
 
 
 def model_called(name):
-    """The robot's numbers, by what a launch file passes on as its model."""
+    """The robot's numbers; `name` is a model, or NOT_GIVEN. ``ValueError`` for an unknown one."""
     return robot_model(os.environ.get('TURTLEBOT3_MODEL') or DEFAULT_MODEL
                        if name == NOT_GIVEN else name)

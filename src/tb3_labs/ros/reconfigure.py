@@ -1,6 +1,6 @@
 """Settings that change while a node runs: any Config behind dynamic_reconfigure.
 
-What rqt_reconfigure and `dynparam` see (names, types, bounds, meanings) is built from the
+Names, types, bounds and meanings, as rqt_reconfigure and `dynparam` show them, are those of the
 configuration's own fields. Unlike dynamic_reconfigure's own server this one refuses an invalid
 value, with the reason, and does not move it silently to the nearest bound. Nor does it write to
 the parameter server: a node that starts again starts as it was launched, without the faults
@@ -57,7 +57,7 @@ class LiveSettings:
             return self._message()
 
     def _change(self, values):
-        """Take over what is {name: value} in `values`; ServiceException if it is refused."""
+        """Take over {name: value}; ServiceException with the reason if that is refused."""
         try:
             names = sorted(item.name for item in self._offered)
             unknown = sorted(set(values) - set(names))

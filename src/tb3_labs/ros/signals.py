@@ -9,7 +9,7 @@ import os
 import signal
 import threading
 
-#: What ends a node: Ctrl+C, `kill`, a closed terminal.
+#: These end a node: Ctrl+C, `kill`, a closed terminal.
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 #: Wakes the main thread when rospy has shut down; a signal wakes it by its number.
 SHUT_DOWN = b'\xff'

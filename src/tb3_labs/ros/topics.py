@@ -48,18 +48,18 @@ def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_
 
 
 class Event(NamedTuple):
-    """What a message says, who said it, and in what way."""
+    """A message with its sender and the way on which it came."""
 
     value: Any
     sender: str
     header: dict    # of the connection: rospy's own fields, and those the sender added
-    is_old: bool    # latched before this node lived,
-    is_late: bool   # or while it had lost its connection, which may have been said long ago
+    is_old: bool    # latched before this node lived
+    is_late: bool   # latched while the connection was lost; nobody knows how long ago
 
 
 def subscribe_events(topic, kind, callback, read=None, queue_size=None):
     """A guarded subscriber whose `callback` gets every message as an Event, or the newest
-    `queue_size` of those that came at once; see :func:`subscribe`."""
+    `queue_size` of those that arrived at once; see :func:`subscribe`."""
     replays = _Replays(rospy.resolve_name(topic))
 
     def to_event(message):
@@ -72,8 +72,8 @@ def subscribe_events(topic, kind, callback, read=None, queue_size=None):
 
 
 def subscribe_news(topic, kind, callback, queue_size=None):
-    """As :func:`subscribe_events`, but what is old is left out, with a warning; `callback` gets
-    what the message says."""
+    """As :func:`subscribe_events`, but old and late messages are dropped with a warning; `callback`
+    gets the message itself."""
     def hear(event):
         if event.is_old or event.is_late:
             rospy.logwarn('%s: what %s said there before this node could hear it does not count; '
@@ -91,9 +91,10 @@ class _Replays:
     """
 
     def __init__(self, topic):
-        # However late their connection comes about, what those latched was said before.
+        # A message latched by one of these is older than this node, even if the connection to it
+        # takes long.
         self._before = _publishers(topic)
-        self._headers = {}    # of the senders' connections, as last heard
+        self._headers = {}    # {sender: header of its latest connection}
 
     def judge(self, header):
         """(is old, is late) of a message that came by the connection with this header."""

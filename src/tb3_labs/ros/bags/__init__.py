@@ -1,1 +1,1 @@
-"""From a recorded bag to a `report.run_data.RunData`."""
+"""How does a recorded bag become a `report.run_data.RunData`?"""

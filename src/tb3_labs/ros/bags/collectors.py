@@ -1,7 +1,7 @@
 """From serialized messages to RunData's samples, one collector for each topic.
 
-The fields that count are unpacked from the bytes: an hour's recording holds a million messages, and
-making objects of all would take minutes.
+Only the fields that count are unpacked, from the bytes: an hour's recording holds a million
+messages, and an object for each would take minutes.
 """
 import struct
 from array import array
@@ -53,7 +53,7 @@ class _Collector:
         self.stamp.append(stamp)
 
     def samples(self, robot_clock):
-        """What was gathered, the bad left out."""
+        """The samples gathered, without those in which a number is not finite."""
         arrival, stamp = np.array(self.arrival), np.array(self.stamp)
         width = len(self.layout.unpack(bytes(self.layout.size)))
         columns = self.columns(*np.array(self.rows).reshape(-1, width).T)

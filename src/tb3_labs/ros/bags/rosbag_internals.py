@@ -1,17 +1,17 @@
 """The private parts of rosbag that the reading of recordings uses.
 
-Read in the source of rosbag 1.15.15 (Debian 12). If the index of a bag is kept in another way,
-reading ends by an AttributeError, or the messages come in another order: test/unit/test_report.py
-shows both.
+They were read in the source of rosbag 1.15.15 (Debian 12). If rosbag keeps the index of a bag in
+another way, reading ends by an AttributeError, or takes the memory of the whole index:
+test/unit/test_report.py reads bags of many chunks, compressed ones too.
 """
 import rosbag
 
 
 class BagByChunks(rosbag.Bag):
-    """A bag whose index is read a chunk at a time, while its messages are, in the file's order.
+    """A bag whose index is read chunk by chunk, together with its messages, in the file's order.
 
-    rosbag itself reads the whole index first, an object of 250 bytes for each message of each topic:
-    more than all that is wanted of the messages.
+    rosbag itself reads the whole index first, an object of 250 bytes for each message of each
+    topic. That is more than everything that is wanted of the messages.
     """
 
     def __init__(self, path):

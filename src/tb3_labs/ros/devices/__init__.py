@@ -1,1 +1,1 @@
-"""Keyboard and mouse of this computer."""
+"""How does a node read the keyboard and the mouse of this computer?"""

@@ -11,14 +11,15 @@ class Keyboard:
     """Calls `on_line(text)` for each line typed or piped in, and `on_end()` once after the last.
 
     A thread of its own waits for input, so that no callback does. It works in a terminal, in an
-    xterm, under roslaunch (which hands its own terminal on to its nodes), and from a pipe. Where
-    there is no input (no terminal, or a job in the background) that is the end of it at once.
+    xterm, under roslaunch (which hands its own terminal on to its nodes), and from a pipe. Without
+    input (no terminal, or a job in the background) `on_end()` comes at once.
     """
 
     def __init__(self, on_line, on_end):
         self._on_line = guarded(on_line)
         self._on_end = guarded(on_end)
-        # a background job that reads its terminal would be stopped; ignored, the read fails
+        # A job in the background that reads its terminal is stopped by this signal. Where the
+        # signal is ignored, the read fails.
         signal.signal(signal.SIGTTIN, signal.SIG_IGN)
         threading.Thread(target=self._run, name='keyboard', daemon=True).start()
 
@@ -34,7 +35,7 @@ class Keyboard:
 
     @staticmethod
     def _chunks():
-        """What is typed, as it comes. Unbuffered: a thread that waits in Python's own buffer
+        """The bytes typed, as they come. Unbuffered: a thread that waits in Python's own buffer
         holds its lock, which the interpreter needs to end."""
         if sys.stdin is None:      # closed; descriptor 0 may be anything by now
             return

@@ -6,10 +6,10 @@ from tb3_labs.nodes.mouse import screen_position
 
 
 class Pointer:
-    """Where the mouse is, and when its wheel turns or it moves.
+    """The position of the mouse, and calls when its wheel turns or it moves.
 
-    ``ValueError`` with one sentence where it cannot be read: at once, or from :meth:`position`
-    when the display has gone.
+    ``ValueError`` with one sentence where it cannot be read: from the constructor, or from
+    :meth:`position` when the display is lost.
     """
 
     def __init__(self, on_scroll, on_move):
@@ -56,7 +56,7 @@ def _pynput_mouse():
 
 
 def _end_quietly(thread):
-    """No traceback when `thread` dies with its display: whoever asks for the position is told."""
+    """No traceback when `thread` dies with its display: :meth:`Pointer.position` says it."""
     report = threading.excepthook
     threading.excepthook = lambda died: died.thread is thread or report(died)
 

@@ -1,7 +1,7 @@
 """`ctrl_relinq` (std_msgs/Bool): True gives move_to_goal control, False takes it. Both ends.
 
-Besides, move_to_goal says on `has_control` whether it has it: a giver hears there what became of
-what it gave, and others that somebody gave it.
+Besides, move_to_goal says on `has_control` whether it has control: a giver hears there whether what
+it gave counts, and the others hear that somebody gave it.
 """
 import rospy
 from std_msgs.msg import Bool
@@ -9,8 +9,8 @@ from std_msgs.msg import Bool
 from tb3_labs.ros.topics import subscribe_events
 from tb3_labs.supervision.permission import RENEWAL
 
-#: By this in the header of its connections a sender says that it renews what it gives, so that it
-#: lapses if the sender dies, even before the first renewal.
+#: A sender puts this into the header of its connections to say that it renews what it gives: if
+#: the sender dies, the permission lapses, even before the first renewal.
 RENEWS = {'renewed': '1'}
 
 
@@ -23,12 +23,12 @@ class ControlGiver:
         self._said_at = 0.0
 
     def say(self, word, now):
-        """Say True or False once."""
+        """Say True or False once; `now` in [s], steady."""
         self._said_at = now
         self._publisher.publish(word)
 
     def renew(self, now):
-        """Say True again, if it is time to."""
+        """Say True again if RENEWAL [s] has passed since the last word; `now` in [s], steady."""
         if now - self._said_at >= RENEWAL:
             self.say(True, now)
 
@@ -43,7 +43,7 @@ def hear_takers(on_taken):
 
 
 class ControlTaker:
-    """move_to_goal's end: hears the permissions of all senders, and says what came of them."""
+    """move_to_goal's end: hears the permissions of all senders, and says whether it has control."""
 
     def __init__(self):
         self._has_control = None

@@ -9,11 +9,11 @@ from geometry_msgs.msg import Twist
 from tb3_labs.ros.rospy_internals import connection_of, stop_hearing_oneself
 from tb3_labs.ros.topics import subscribe
 
-#: A node that sends this many commands within this time [s], while this one drives, is a rival;
+#: A node that sends this many commands within this time [s], while this one drives, is a rival.
 FIGHT = 3
 FIGHT_TIME = 1.0
-#: but not by what it sends in the first moment, when the robot changes hands [s].
-HAND_OVER = 0.3
+#: Commands in the first moment of driving [s] do not count: the robot has just changed hands.
+FIRST_MOMENT = 0.3
 #: Between two warnings of the same rival [s].
 WARNING_PERIOD = 10.0
 
@@ -30,7 +30,7 @@ class Rivals:
 
     @property
     def complaint(self):
-        """'' or who else drives."""
+        """The names of the other drivers in words; '' if there are none."""
         with self._lock:
             rivals = [name for name, times in self._seen.items() if self._is_rival(times)]
         return 'also driven by ' + ', '.join(sorted(rivals)) if rivals else ''
@@ -39,7 +39,7 @@ class Rivals:
         sender = connection_of(message)['callerid']
         if sender == rospy.get_name():
             stop_hearing_oneself(self._commands)
-        elif self._cmd_vel.driving_for >= HAND_OVER and self._is_to_be_named(sender):
+        elif self._cmd_vel.driving_for >= FIRST_MOMENT and self._is_to_be_named(sender):
             rospy.logwarn('%s sends commands while %s drives: stop one of them', sender,
                           rospy.get_name())
 

@@ -7,17 +7,17 @@ import rospy
 
 from tb3_labs.ros.node import guarded
 
-#: It looks when nobody has for this long [s, wall clock]: half the shortest time after which
+#: It looks when no message came for this long [s, wall clock]: half the shortest time after which
 #: anything counts as lost,
-PATIENCE = 0.1
-#: and then this often, until somebody does again [s].
-PERIOD = 0.02
+QUIET_TIME = 0.1
+#: and then this often, until the next message [s].
+CHECK_PERIOD = 0.02
 
 
 class Watchdog:
-    """Calls `check()` while it is not fed; sleeps for good while not awake.
+    """Calls `check()`, guarded, in a thread of its own, while it is awake and not fed.
 
-    A rospy.Timer would stop with the simulated clock, just when nobody else is left to look.
+    A rospy.Timer would stop with the simulated clock, just when nothing else is left to look.
     """
 
     def __init__(self, check):
@@ -34,15 +34,15 @@ class Watchdog:
             self._awake.clear()
 
     def feed(self):
-        """A message has come, and was looked at."""
+        """A message has arrived, and was looked at."""
         self._fed_at = time.monotonic()
 
     def _run(self):
         while not rospy.is_shutdown():
             self._awake.wait()
-            patient_for = self._fed_at + PATIENCE - time.monotonic()
+            patient_for = self._fed_at + QUIET_TIME - time.monotonic()
             if patient_for > 0.0:
                 time.sleep(patient_for)
             else:
                 self._check()
-                time.sleep(PERIOD)
+                time.sleep(CHECK_PERIOD)

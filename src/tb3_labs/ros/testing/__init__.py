@@ -1,1 +1,2 @@
-"""Watches nodes from outside: for the demonstration, the marking, the tests and the benchmarks."""
+"""How are nodes started, watched and measured from outside? For the demonstration, the marking, the
+tests and the benchmarks."""

@@ -1,13 +1,13 @@
 """Text of any length in bounded memory: its head and its tail are kept."""
 
-#: So many characters are kept of either end.
-KEPT = 100000
+#: Characters kept of either end.
+KEPT_CHARACTERS = 100000
 
 
 class BoundedText:
-    """What somebody prints, who may print for ever."""
+    """The output of a program that may print for ever."""
 
-    def __init__(self, kept=KEPT):
+    def __init__(self, kept=KEPT_CHARACTERS):
         self._kept = kept
         self._head = ''
         self._tail = ''
@@ -33,6 +33,6 @@ class BoundedText:
             self._head, dropped, self._tail)
 
     def since(self, length):
-        """What was added since the text had that `length`, as far as it is kept."""
+        """The text added since the text had that `length` [characters], as far as it is kept."""
         tail_begins = self.length - len(self._tail)
         return self._head[length:] + self._tail[max(0, length - tail_begins):]

@@ -1,4 +1,4 @@
-"""What a running node costs: computing, memory, threads. For benchmarks and tests, on Linux."""
+"""The costs of a running node: computing, memory, threads. For benchmarks and tests, on Linux."""
 import contextlib
 import os
 import socket
@@ -12,7 +12,7 @@ import rospy
 from tb3_labs.ros.clocks import wait_until
 
 #: Longest wait for a master [s].
-STARTING = 30.0
+MASTER_TIMEOUT = 30.0
 _PAGE = os.sysconf('SC_PAGE_SIZE')
 
 
@@ -28,8 +28,8 @@ def private_master():
         ['rosmaster', '--core', '-p', str(port)], stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
     try:
-        if not wait_until(rosgraph.is_master_online, STARTING, 0.02):
-            raise RuntimeError('rosmaster does not answer after {:.0f} s'.format(STARTING))
+        if not wait_until(rosgraph.is_master_online, MASTER_TIMEOUT, 0.02):
+            raise RuntimeError('rosmaster does not answer after {:.0f} s'.format(MASTER_TIMEOUT))
         yield port
     finally:
         master.kill()
@@ -44,7 +44,7 @@ def process_of(node):
 
 def cpu_time(pid):
     """Seconds of computing of a process and its threads so far."""
-    # the process's own clock, as clock_getcpuclockid(3) names it; /proc only counts in ticks of 10 ms
+    # The process's own clock, as clock_getcpuclockid(3) names it: /proc counts in ticks of 10 ms.
     return time.clock_gettime((~pid << 3) | 2)
 
 

@@ -12,8 +12,8 @@ class Program:
     """``command`` (a list of words) in a process group of its own.
 
     With `terminal` it gets a pseudo-terminal to read from and print to, as if a person had started
-    it; else it reads what is given as `typed` and then finds the end of its input. What it prints,
-    errors too, is one text, of which head and tail are kept.
+    it; else it reads `typed` and then finds the end of its input. Output and errors are one text,
+    of which head and tail are kept.
     """
 
     def __init__(self, command, terminal=False, typed='', environment=None):
@@ -33,21 +33,21 @@ class Program:
 
     @property
     def text(self):
-        """What it printed so far."""
+        """Everything printed so far."""
         return str(self._output)
 
     @property
     def lines(self):
-        """What it printed so far, line by line."""
+        """The lines printed so far."""
         return self.text.splitlines()
 
     @property
     def printed(self):
-        """How much it printed so far: (characters, lines)."""
+        """The amount printed so far: (characters, lines)."""
         return self._output.size
 
     def text_since(self, characters):
-        """What it printed after the first `characters`, as far as it is kept."""
+        """The text printed after the first `characters`, as far as it is kept."""
         return self._output.since(characters)
 
     @property

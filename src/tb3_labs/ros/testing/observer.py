@@ -10,10 +10,9 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.topics import subscribe
 
-
-#: So much of each topic is kept: minutes, not hours.
-KEPT = 20000
-#: A pose that changed by less than this in so long rests [m], [rad], [s].
+#: Messages kept of each topic: minutes, not hours.
+KEPT_MESSAGES = 20000
+#: A pose rests if it changed by less than this [m], [rad] in this time [s].
 REST_WAY = 1e-5
 REST_TURN = 1e-5
 REST_TIME = 0.3
@@ -31,14 +30,15 @@ class Observer:
         self._seen = {}
 
     def watch(self, topic, kind, read=None):
-        """Keep what arrives on `topic`; `read` turns each message into what is kept."""
-        self._seen[topic] = deque(maxlen=KEPT)
+        """Keep the messages of `topic`; `read` turns each into the value that is kept."""
+        self._seen[topic] = deque(maxlen=KEPT_MESSAGES)
 
         def keep(value):
             with self._changed:
                 self._seen[topic].append((rospy.get_time(), value))
                 self._changed.notify_all()
-        subscribe(topic, kind, keep, read, queue_size=KEPT)    # one of two at once is missed else
+        # with a shorter queue one of two that arrive at once would be dropped
+        subscribe(topic, kind, keep, read, queue_size=KEPT_MESSAGES)
 
     def watch_robot(self):
         """Keep `cmd_vel` as (linear [m/s], angular [rad/s]), and `ground_truth` as Pose2."""
@@ -56,7 +56,7 @@ class Observer:
             return self._seen[topic][-1][1] if self._seen[topic] else None
 
     def forget(self, topic):
-        """Drop what was kept of `topic`."""
+        """Drop the values kept of `topic`."""
         with self._changed:
             self._seen[topic].clear()
 

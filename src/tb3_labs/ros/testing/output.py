@@ -1,4 +1,4 @@
-"""What a program prints, read while it runs."""
+"""The output of a program, read while it runs."""
 import os
 import threading
 import time
@@ -39,12 +39,12 @@ class Output:
 
     @property
     def size(self):
-        """How much came so far: (characters, lines)."""
+        """The amount that came so far: (characters, lines)."""
         with self._changed:
             return self._text.length, self._text.lines
 
     def since(self, characters):
-        """What came after the first `characters`, as far as it is kept."""
+        """The text after the first `characters`, as far as it is kept."""
         with self._changed:
             return self._text.since(characters)
 

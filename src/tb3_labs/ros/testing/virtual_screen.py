@@ -1,4 +1,4 @@
-"""A screen that nobody sees, for whoever judges what is drawn on it or pointed at."""
+"""A screen that nobody sees: tests judge what is drawn on it, and move its mouse."""
 import os
 import subprocess
 import tempfile
@@ -21,7 +21,7 @@ class VirtualScreen:
             self.display = ':' + number.readline().strip()
 
     def pixels(self):
-        """What is on the screen: an array (height, width, 3) of red, green, blue, 0 to 255."""
+        """The picture on the screen: an array (height, width, 3) of red, green, blue, 0 to 255."""
         picture = np.memmap(os.path.join(self._folder.name, 'Xvfb_screen0'), mode='r')
         header = picture[:100].view('>u4')              # of an X window dump, see XWDFile.h
         begin, width, height, line = header[0] + 12 * header[19], header[4], header[5], header[12]
@@ -29,7 +29,7 @@ class VirtualScreen:
         return rows[:, :4 * width].reshape(height, width, 4)[:, :, 2::-1].copy()
 
     def close(self):
-        """Whoever is on it loses it."""
+        """End the server; programs that are on it lose their display."""
         self._server.kill()
         self._server.wait()
         self._folder.cleanup()
