@@ -2,19 +2,19 @@
 """The Transformation lab's demonstration, judged by the embedded robot's true pose.
 
 Gives move_to_goal control, lets it drive to its goal, resets the local frame where the robot
-stands, lets it drive again, and prints what was asked, what was reached, and how far that truly
-was off. Exit status 0 only if both drives ended inside the tolerance.
+stands, and lets it drive again. Then it prints for each drive the goal, the pose that was reached,
+and the true error. The exit status is 0 only if every drive ended within the tolerances.
 
 Subscribes
     goal_state    std_msgs/String: what move_to_goal does
-    current_goal  geometry_msgs/PoseStamped: where it drives to
-    local_pose    geometry_msgs/PoseStamped: where it believes to be
-    ground_truth  geometry_msgs/PoseStamped: where the robot is
+    current_goal  geometry_msgs/PoseStamped: its goal, in local
+    local_pose    geometry_msgs/PoseStamped: the pose it believes in, in local
+    ground_truth  geometry_msgs/PoseStamped: the true pose, in world
 Publishes
     ctrl_relinq   std_msgs/Bool: True for each drive
 Calls
     reset_pose    tb3_labs/ResetPose
-Parameters: see DemoConfig in tb3_labs.nodes.demo; the limits are read from move_to_goal's own parameters.
+Parameters: see DemoConfig in tb3_labs.nodes.demo; limits are those of move_to_goal.
     ~result       set at the end: a list with {'off_by': [m, deg], 'truly_off': [m, deg]} of each
                   drive, by local_pose and by ground_truth
 """
@@ -36,11 +36,11 @@ from tb3_labs.ros.testing.connections import comes_to_hear
 from tb3_labs.ros.testing.observer import Observer
 from tb3_labs.srv import ResetPose
 
-#: Longest wait for the robot and the nodes at the start [s];
+#: Longest wait for the robot and the nodes at the start [s].
 START_TIMEOUT = 30.0
-#: for the recorder, which may have ended: its disk was full [s].
+#: Longest wait for the recorder, which may have ended because its disk was full [s].
 RECORDER_TIMEOUT = 10.0
-#: What a recording needs from its first moment on.
+#: A recording needs these from its first moment on.
 RECORDED = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_goal',
             'ctrl_relinq', '/tf')
 

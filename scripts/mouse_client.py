@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """The real mouse of this computer as a topic: the IMU lab's mouse controller.
 
-Scrolling down activates the mouse, scrolling up deactivates it at once. While it is active its
-position is sent all the time, so that a robot notices when this node dies; otherwise when it moves.
+Scrolling down activates the mouse, scrolling up deactivates it at once. While it is active, its
+position is sent all the time: a robot notices when this node dies. Else it is sent when it moves.
 
 Publishes
     mouse_info   tb3_labs/MouseController: status, and the position on the screen, -1 to 1, x to

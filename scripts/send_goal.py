@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Sends move_to_goal to a goal in the local frame and tells how it ends.
+"""Sends move_to_goal to a goal in the local frame and prints how it ended.
 
 Usage: send_goal.py X Y YAW_DEG    [m, m, deg]; Ctrl+C cancels the goal
 
@@ -8,6 +8,7 @@ Calls
 """
 import math
 import sys
+import threading
 
 import actionlib
 import rospy
@@ -34,11 +35,11 @@ def main(words):
         return 1
     goal = Pose2(x, y, math.radians(yaw_deg))
     client.send_goal(MoveBaseGoal(target_pose=to_pose_stamped(goal, 'local', 0.0)))
-    under_way = [True]
-    rospy.on_shutdown(lambda: under_way and client.cancel_goal())
+    over = threading.Event()
+    rospy.on_shutdown(lambda: over.is_set() or client.cancel_goal())
     if not client.wait_for_result():
         return 1
-    under_way.clear()
+    over.set()
     print(client.get_goal_status_text())
     return 0 if client.get_state() == GoalStatus.SUCCEEDED else 1
 

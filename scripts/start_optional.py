@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Becomes another package's node where that package is installed; says what to install where not.
+"""Becomes the node of another package; where that is not installed, says how to install it.
 
-roslaunch cannot start a node only if its package is there: a launch file that names such a node,
-or includes such a package's launch file, fails as a whole.
+A launch file fails as a whole if it names a node of a package that is not installed, or includes
+such a package's launch file. roslaunch has no condition for that.
 
 Usage: start_optional.py PACKAGE NODE|FILE.launch [arguments of the node, or of the launch file]
 """
@@ -22,7 +22,7 @@ HOW_ON_DEBIAN = {
 
 
 def main(package, what, *arguments):
-    """Become that node, or a roslaunch of that launch file."""
+    """Become that node, or a roslaunch of that launch file; exit status 1 if it is not there."""
     try:
         if what.endswith('.launch'):
             rospkg.RosPack().get_path(package)

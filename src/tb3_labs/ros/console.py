@@ -18,11 +18,12 @@ import threading
 
 import rospy
 
+from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.rospy_internals import print_by
 
 #: Most lines that wait.
 CAPACITY = 1000
-#: Longest wait for the last lines to be printed, when a node ends [s].
+#: When a node ends: longest wait for room in the queue, and for the last lines to be printed [s].
 LAST_WAIT = 1.0
 
 _console = None
@@ -66,18 +67,28 @@ class _Console:
     def put(self, job):
         """Have `job()`, which prints something, called in its turn."""
         with self._lock:
-            try:
-                if self._dropped:
-                    self._waiting.put_nowait(_note_of(self._dropped))
-                    self._dropped = 0
-                self._waiting.put_nowait(job)
-            except queue.Full:
+            if not self._offer(job):
                 self._dropped += 1
 
     def flush(self):
+        """Wait until everything is printed; False if that takes too long."""
         printed = threading.Event()
-        self.put(printed.set)
-        return printed.wait(LAST_WAIT)
+
+        def ask():
+            with self._lock:
+                return self._offer(printed.set)
+        return wait_until(ask, LAST_WAIT) and printed.wait(LAST_WAIT)
+
+    def _offer(self, job):
+        """Put `job` into the queue, after a note of what was dropped; False if it is full."""
+        try:
+            if self._dropped:
+                self._waiting.put_nowait(_note_of(self._dropped))
+                self._dropped = 0
+            self._waiting.put_nowait(job)
+        except queue.Full:
+            return False
+        return True
 
     def _run(self):
         while True:

@@ -13,7 +13,7 @@ REPORT_PERIOD = 1.0    # [s, wall clock]
 class Diagnostics:
     """Publishes what `report()` answers: ``(problem, {name: value})``; '' is no problem.
 
-    `report` is called in a thread of its own, while no lock of the node is held.
+    `report` is called in a thread of its own, which holds no lock of the node.
     """
 
     def __init__(self, hardware, report):

@@ -26,9 +26,6 @@ class Signals:
 
     def __init__(self):
         self._signalled = threading.Event()
-        for number in ENDING:
-            if signal.getsignal(number) is not signal.SIG_IGN:    # as nohup wants it
-                signal.signal(number, self._interrupt)
         # `kill -USR1` has a node print where each of its threads is
         faulthandler.register(signal.SIGUSR1)
         # A thread that is just about to wait for a lock misses a signal, and waits for ever; with a
@@ -36,6 +33,9 @@ class Signals:
         self._over, self._wake = os.pipe()
         os.set_blocking(self._wake, False)
         signal.set_wakeup_fd(self._wake)
+        for number in ENDING:
+            if signal.getsignal(number) is not signal.SIG_IGN:    # as nohup wants it
+                signal.signal(number, self._interrupt)
 
     def wake(self):
         """End :meth:`wait`, from any thread."""

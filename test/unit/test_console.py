@@ -1,0 +1,64 @@
+"""A node's printing: in order, never waited for, and honest about what was dropped."""
+import threading
+
+import pytest
+
+pytest.importorskip('rospy')
+
+from tb3_labs.news import News    # noqa: E402
+from tb3_labs.ros import console    # noqa: E402
+
+
+@pytest.fixture
+def printer(monkeypatch):
+    """A console of three lines, as that of a node."""
+    monkeypatch.setattr(console, 'CAPACITY', 3)
+    monkeypatch.setattr(console, '_console', None)
+    console.start()
+    return console._console
+
+
+def test_before_the_start_text_is_printed_at_once(capsys, monkeypatch):
+    monkeypatch.setattr(console, '_console', None)
+    console.say('early')
+    assert capsys.readouterr().out == 'early\n'
+    assert console.flush()
+
+
+def test_text_comes_in_order(printer, capsys):
+    for word in ('one', 'two', 'three'):
+        console.say(word)
+    assert console.flush()
+    assert capsys.readouterr().out == 'one\ntwo\nthree\n'
+
+
+def test_a_terminal_that_takes_nothing_holds_up_nobody(printer, capsys, monkeypatch):
+    monkeypatch.setattr(console, 'LAST_WAIT', 0.1)
+    began, goes_on = threading.Event(), threading.Event()
+    printer.put(lambda: (began.set(), goes_on.wait(10.0)))
+    assert began.wait(5.0)
+    for number in range(7):           # three of them wait, the others are dropped
+        console.say(str(number))
+    assert not console.flush()
+    monkeypatch.setattr(console, 'LAST_WAIT', 5.0)
+    goes_on.set()
+    assert console.flush()
+    assert capsys.readouterr().out.split('\n') == ['0', '1', '2', (
+        '... 4 lines were dropped here: the terminal did not take them'), '']
+
+
+def test_a_terminal_that_has_gone_ends_nothing(printer, capsys):
+    def fail():
+        raise OSError('gone')
+    printer.put(fail)
+    console.say('next')
+    assert console.flush()
+    assert capsys.readouterr().out == 'next\n'
+
+
+def test_news_are_logged_warnings_as_such(monkeypatch):
+    logged = []
+    monkeypatch.setattr(console.rospy, 'loginfo', lambda *words: logged.append(('info',) + words))
+    monkeypatch.setattr(console.rospy, 'logwarn', lambda *words: logged.append(('warn',) + words))
+    console.log_news([News('50 % done'), News('lost', warning=True)])
+    assert logged == [('info', '%s', '50 % done'), ('warn', '%s', 'lost')]
