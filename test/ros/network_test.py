@@ -122,6 +122,26 @@ def master_gone_and_back():
         room.close()
 
 
+def master_that_does_not_answer():
+    """As one behind a network that is cut: nobody waits for it who drives, or who ends."""
+    port = free_port()
+    os.environ.update(ROS_MASTER_URI='http://localhost:%d' % port, ROS_HOSTNAME='localhost')
+    room = Room(port)
+    try:
+        room.drive(0.8)
+        room.master.send_signal(signal.SIGSTOP)
+        room.reach()
+        pauses = [after - before for (before, _), (after, _) in zip(
+            room.seen.all('cmd_vel'), room.seen.all('cmd_vel')[1:])]
+        assert max(pauses) < 0.4, 'no command for %.2f s' % max(pauses)
+        begun = time.monotonic()
+        assert room.node.end() == 0, room.node.text
+        assert time.monotonic() - begun < 8.0, 'the node did not end'
+    finally:
+        room.master.send_signal(signal.SIGCONT)
+        room.close()
+
+
 def network_cut_and_back():
     """Both sides stop; after a short cut the drive goes on, after a long one it was given up."""
     hosts = TwoHosts()
@@ -266,7 +286,7 @@ def disk_full_while_recording():
 
 
 SCENES = {scene.__name__: scene for scene in (
-    master_gone_and_back, network_cut_and_back, nothing_listens_beyond_this_machine,
+    master_gone_and_back, master_that_does_not_answer, network_cut_and_back, nothing_listens_beyond_this_machine,
     disk_full_while_recording)}
 
 
@@ -282,6 +302,9 @@ class NetworkTest(unittest.TestCase):
 
     def test_the_master_goes_and_comes_back(self):
         self.play('master_gone_and_back')
+
+    def test_the_master_does_not_answer(self):
+        self.play('master_that_does_not_answer')
 
     def test_the_network_is_cut_and_comes_back(self):
         if TwoHosts.missing():

@@ -7,10 +7,11 @@
 Tools that are no nodes print to their own standard output.
 
 A terminal may stop taking text at any time (Ctrl+S, a window that hangs, a pipe that nobody
-reads). A thread that prints then waits, and with it every thread that wants the same lock: a robot
-would drive on, or never move again. For this reason all three put what they print into a queue,
-and only the thread that empties it may wait. A queue that is full drops new lines, and says later
-how many.
+reads), and /rosout may wait as well: for each line rospy asks the master for a parameter, and a
+master that cannot be reached does not answer for minutes. A thread that logs then waits, and with
+it every thread that wants the same lock: a robot would drive on, or never move again. For this
+reason there is a queue for the terminal and one for /rosout, and only the threads that empty them
+may wait. A queue that is full drops new lines; the terminal says later how many.
 """
 import queue
 import sys
@@ -19,12 +20,14 @@ import threading
 import rospy
 
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.rospy_internals import print_by
+from tb3_labs.ros.rospy_internals import after_hooks, print_by, publish_log_by
 
 #: Most lines that wait.
 CAPACITY = 1000
-#: When a node ends: longest wait for room in the queue, and for the last lines to be printed [s].
+#: When a node ends: longest wait for room in the queue, and for the last lines to be printed [s],
 LAST_WAIT = 1.0
+#: and for them to be published on /rosout [s].
+LAST_WAIT_FOR_ROSOUT = 0.2
 
 _console = None
 
@@ -32,8 +35,11 @@ _console = None
 def start():
     """Take over what this process prints; after rospy.init_node(), which sets up its log lines."""
     global _console
-    _console = _Console()
+    _console = _Queue('console', _note_of)
     print_by(_console.put)
+    rosout = _Queue('rosout')
+    publish_log_by(rosout.put)
+    after_hooks(lambda: rosout.flush(LAST_WAIT_FOR_ROSOUT))    # before its topic is closed
 
 
 def say(text):
@@ -52,39 +58,41 @@ def log_news(news):
 
 def flush():
     """Wait until everything is printed. False if the terminal does not take it."""
-    return _console is None or _console.flush()
+    return _console is None or _console.flush(LAST_WAIT)
 
 
-class _Console:
-    """The queue, and the thread that empties it."""
+class _Queue:
+    """Jobs that wait, and the thread that does one after the other."""
 
-    def __init__(self):
+    def __init__(self, name, note_of=None):
+        """`note_of(count)`: the job that tells how many were dropped; None where nothing tells."""
         self._waiting = queue.Queue(CAPACITY)
+        self._note_of = note_of
         self._lock = threading.Lock()    # guards the count; nothing waits while it is held
         self._dropped = 0
-        threading.Thread(target=self._run, name='console', daemon=True).start()
+        threading.Thread(target=self._run, name=name, daemon=True).start()
 
     def put(self, job):
-        """Have `job()`, which prints something, called in its turn."""
+        """Have `job()` called in its turn."""
         with self._lock:
             if not self._offer(job):
                 self._dropped += 1
 
-    def flush(self):
-        """Wait until everything is printed; False if that takes too long."""
-        printed = threading.Event()
+    def flush(self, seconds):
+        """Wait until all jobs are done; False if that takes too long."""
+        done = threading.Event()
 
         def ask():
             with self._lock:
-                return self._offer(printed.set)
-        return wait_until(ask, LAST_WAIT) and printed.wait(LAST_WAIT)
+                return self._offer(done.set)
+        return wait_until(ask, seconds) and done.wait(seconds)
 
     def _offer(self, job):
         """Put `job` into the queue, after a note of what was dropped; False if it is full."""
         try:
-            if self._dropped:
-                self._waiting.put_nowait(_note_of(self._dropped))
-                self._dropped = 0
+            if self._dropped and self._note_of is not None:
+                self._waiting.put_nowait(self._note_of(self._dropped))
+            self._dropped = 0
             self._waiting.put_nowait(job)
         except queue.Full:
             return False

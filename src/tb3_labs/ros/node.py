@@ -23,14 +23,23 @@ Threads and locks
 import functools
 import os
 import sys
+import threading
+import time
 import traceback
 
+import rosgraph
 import rospy
 
 from tb3_labs.ros import console
 from tb3_labs.ros.clocks import say_if_no_clock_comes
 from tb3_labs.ros.rospy_internals import after_hooks, is_ending
 from tb3_labs.ros.signals import Interrupted, Signals
+
+#: From one look for a master to the next [s].
+LOOK_AGAIN = 0.5
+#: A node that ends tells its master; one that does not answer is waited for no longer than this
+#: [s]. The last zero velocity is out before.
+LONGEST_END = 4.0
 
 _failures = []
 
@@ -40,7 +49,9 @@ def run(name, make_node):
     signals = Signals()
     node = None
     try:
+        _wait_for_master()
         rospy.init_node(name, disable_signals=True)
+        rospy.on_shutdown(_end_in_time)    # the first of the hooks
         console.start()
         say_if_no_clock_comes()
         after_hooks(signals.wake)    # by then the last zero velocity is out
@@ -58,6 +69,27 @@ def run(name, make_node):
     if not console.flush():
         os._exit(status)    # the interpreter would wait for the terminal, for ever
     sys.exit(status)
+
+
+def _wait_for_master():
+    """Wait until a master answers; rospy does not wait where parameters are in the command line."""
+    master, said = rosgraph.Master(rospy.get_caller_id()), False
+    while True:
+        try:
+            master.getPid()
+            return
+        except OSError:
+            if not said:
+                print('Waiting for a ROS master at {}: roslaunch starts one, roscore too'.format(
+                    rosgraph.get_master_uri()), flush=True)
+                said = True
+            time.sleep(LOOK_AGAIN)
+
+
+def _end_in_time():
+    timer = threading.Timer(LONGEST_END, lambda: os._exit(1 if _failures else 0))
+    timer.daemon = True
+    timer.start()
 
 
 def guarded(callback):

@@ -9,6 +9,7 @@ from io import BytesIO
 import genpy
 import rospy
 from rosgraph.roslogging import RosStreamHandler
+from rospy.impl.rosout import RosOutHandler
 from rospy.msg import serialize_message
 
 
@@ -126,6 +127,29 @@ def print_by(put):
 def _print_by(handler, put):
     write = handler._write
     handler._write = lambda stream, text, color: put(lambda: write(stream, text, color))
+
+
+def publish_log_by(put):
+    """Have each log line published on /rosout by ``put(job)``, which calls `job()` later, in any
+    thread.
+
+    rospy's RosOutHandler asks the master for a parameter with each line (``get_param_cached`` of
+    one that is not set asks again each time). If the handler no longer publishes in its `emit`,
+    a node hangs where its master cannot be reached: test/ros/network.test shows it.
+    """
+    for handler in logging.getLogger('rosout').handlers:
+        if isinstance(handler, RosOutHandler):
+            _publish_by(handler, put)
+
+
+def _publish_by(handler, put):
+    emit = handler.emit
+
+    def emit_later(record):
+        record.msg, record.args = record.getMessage(), ()    # as of now
+        put(lambda: emit(record))
+
+    handler.emit = emit_later
 
 
 def is_wall_time():
