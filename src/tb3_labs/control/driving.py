@@ -7,12 +7,17 @@ import math
 from dataclasses import dataclass
 
 from tb3_labs.config import Config, setting
-from tb3_labs.control.approach import Approach, Response
+from tb3_labs.control.approach import Approach, ApproachConfig
 from tb3_labs.control.goal_machine import GoalState
+from tb3_labs.control.motor_response import Response
 from tb3_labs.control.speed_laws import LawStep, Twist2, proportional, saturate
 from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
+
+
+#: A drive that would end beyond the goal by more than this share of the tolerance backs up.
+OUTSIDE = 0.8
 
 
 @dataclass(frozen=True)
@@ -38,7 +43,7 @@ class DriveConfig(Config):
 
 def make_law(config, model, response=None):
     """The law that `config` (DriveConfig) asks for, for a turtlebot3.RobotModel; `response`: the
-    approach.Response that was learned of this robot so far."""
+    motor_response.Response that was learned of this robot so far."""
     if config.law == 'lab':
         return LabLaw(config, model)
     return PreciseLaw(config, model, response)
@@ -90,6 +95,14 @@ class LabLaw:
         return LawStep(Twist2(0.0, rate), error, abs(error) < self.ANGLE_TOLERANCE)
 
 
+def driving_approach(config):
+    """How a precise drive (DriveConfig) comes to rest on its line."""
+    return ApproachConfig(
+        period=PreciseTurn.period, acceleration=config.linear_acceleration,
+        braking=0.2 * config.linear_acceleration, gain=15.0, slowest=0.015, close_enough=0.0005,
+        backwards_from=OUTSIDE * config.distance_tolerance, nudge_time=PreciseTurn.period)
+
+
 class PreciseLaw:
     """As fast as the limits allow, stopping where it should.
 
@@ -119,9 +132,8 @@ class PreciseLaw:
         self._max_angular = min(config.max_angular, model.max_angular)
         self._turning = PreciseTurn(self._max_angular, config.angular_acceleration,
                                     math.radians(config.angle_tolerance_deg), response)
-        self._driving = Approach(self.period, config.linear_acceleration,
-                                 braking=0.2 * config.linear_acceleration, gain=15.0, slowest=0.015,
-                                 close_enough=0.0005, response=response)
+        self._outside = OUTSIDE * config.distance_tolerance
+        self._driving = Approach(driving_approach(config), response)
 
     def start(self, pose, goal):
         """Choose the way: the line to the goal, and which end of the robot goes first."""
@@ -164,14 +176,13 @@ class PreciseLaw:
         """
         ahead, aside = self._on_line(motion.pose, goal)
         direction = -1.0 if self._reverse else 1.0
-        outside = 0.8 * self.distance_tolerance
         speed = direction * self._driving.step(ahead, direction * motion.linear,
-                                               self._max_linear, dt, backwards_from=outside)
+                                               self._max_linear, dt)
         at_rest = self._driving.at_rest
         slips = at_rest < -0.3 * self.distance_tolerance and abs(motion.linear) > self.REST_SPEED
         look = wrap(self._line + math.atan2(-aside, self.LOOK_AHEAD))
         self._turning.aim(wrap(look + math.pi) if self._reverse else look)
-        arrived = -outside <= at_rest <= self.STOP_AHEAD and not slips
+        arrived = -self._outside <= at_rest <= self.STOP_AHEAD and not slips
         return self._step(speed, self._turn(motion, dt), ahead, self._there or arrived)
 
     def rotate_to_final(self, motion, goal, dt):

@@ -10,12 +10,15 @@ import math
 from dataclasses import dataclass
 
 from tb3_labs.config import Config, setting
-from tb3_labs.control.approach import Approach, Response
+from tb3_labs.control.approach import Approach, ApproachConfig
+from tb3_labs.control.motor_response import Response
 from tb3_labs.control.settling import RestingMean, Settling
 from tb3_labs.control.speed_laws import LawStep, Twist2, proportional
 from tb3_labs.geometry.angles import continuous, difference
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 
+#: The precise law gives one command in each control period of the firmware [s].
+PERIOD = 1.0 / CONTROL_RATE
 #: Two moments as near as this are one, but for rounding [s].
 SAME_MOMENT = 1e-6
 #: What the keyboard calls a turn [deg].
@@ -59,7 +62,7 @@ class TurnConfig(Config):
 
 def make_turn(config, model, response=None):
     """The turn that `config` (TurnConfig) asks for, for a turtlebot3.RobotModel; `response`: the
-    approach.Response that was learned of this robot so far."""
+    motor_response.Response that was learned of this robot so far."""
     if config.law == 'lab':
         return LabTurn(config, model)
     return PreciseTurn(min(config.max_ang_z, model.max_angular), config.angular_acceleration,
@@ -97,13 +100,21 @@ class LabTurn:
         return LawStep(Twist2(0.0, command), math.radians(error), abs(error) < self._tolerance)
 
 
+def turning_approach(acceleration, tolerance):
+    """How a precise turn comes to rest, given [rad/s^2] and [rad]."""
+    return ApproachConfig(
+        period=PERIOD, acceleration=acceleration, braking=0.25 * acceleration, gain=24.0,
+        slowest=0.04, close_enough=0.002, leave_alone=0.8 * tolerance, nudge_time=PERIOD,
+        speed_is_prompt=True)
+
+
 class PreciseTurn:
     """As fast as the limits allow, the way round that was asked for, at rest at the end.
 
     Also turns a drive to its goal, see :mod:`tb3_labs.control.driving`.
     """
 
-    period = 1.0 / CONTROL_RATE
+    period = PERIOD
     MAX_ANGLE = 200.0 * math.pi
     MAX_ANGLE_IN_WORDS = 'a number from -36000 to 36000'
     #: A turn during another moves its goal; one after another makes up for what that left undone.
@@ -115,13 +126,10 @@ class PreciseTurn:
     LONGEST_LOOK = 0.6
 
     def __init__(self, fastest, acceleration, tolerance, response):
-        """[rad/s], [rad/s^2], [rad]; `response` is the robot's approach.Response."""
+        """[rad/s], [rad/s^2], [rad]; `response` is the robot's motor_response.Response."""
         self._fastest = fastest
         self._tolerance = tolerance
-        self._approach = Approach(
-            self.period, acceleration, braking=0.25 * acceleration, gain=24.0, slowest=0.04,
-            close_enough=0.002, leave_alone=0.8 * tolerance, response=response,
-            speed_is_prompt=True)
+        self._approach = Approach(turning_approach(acceleration, tolerance), response)
 
     def start(self, yaw, angle):
         """Turn by `angle`, beginning at `yaw`, with a robot that stands."""
