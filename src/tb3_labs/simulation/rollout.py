@@ -7,6 +7,7 @@ Units: seconds, metres, radians.
 """
 import math
 from dataclasses import dataclass
+from typing import List
 
 from tb3_labs.control.driving import DriveConfig, make_law
 from tb3_labs.control.goal_machine import GoalState
@@ -161,7 +162,7 @@ def control(robot, controller):
 def run(robot, driver, hear, seconds):
     """Let time pass: each sample is heard when it arrives, and what `driver` then commands goes to
     the robot. Returns the commands, a standing Twist2 where it fell silent."""
-    commands = []
+    commands: List[Twist2] = []
     end = robot.now + seconds
     while robot.now < end:
         arrived = robot.step(min(1.0 / robot.config.imu_rate, end - robot.now))
