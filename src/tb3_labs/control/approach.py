@@ -31,7 +31,7 @@ class ApproachConfig:
     braking: float
     #: Near zero the speed is this times the way at rest [1/s].
     gain: float
-    #: Floor speed that carries the last bit: motors do not turn at any small speed.
+    #: Floor speed that carries the last bit, however low the gain has become.
     slowest: float
     #: Predicted rest this near to zero needs no further command; so the floor speed does not hunt
     #: about zero.
@@ -43,10 +43,6 @@ class ApproachConfig:
     #: The gain is divided by 1 plus this for each reversal: an approach that turns back again and
     #: again has a wrong model of the robot.
     reversal_caution: float = 1.0
-    #: The same for a nudge, which may be obeyed for two periods.
-    nudge_caution: float = 0.5
-    #: A nudge is held for this long [s]: a shorter one may never reach the motors.
-    nudge_time: float = 0.0
     #: The measured speed is that of the moment (a gyro's), no mean over the last control period
     #: (odometry's), which is always too high while braking.
     speed_is_prompt: bool = False
@@ -123,18 +119,15 @@ class Approach:
 
     def _wanted(self, fastest: float, uncertainty: float) -> float:
         """The speed to aim at."""
-        config, history = self._config, self._history
-        self._nudges = self._nudges or bool(self._direction and not history.command)
+        config = self._config
+        self._nudges = self._nudges or bool(self._direction and not self._history.command)
         near = uncertainty + max(config.close_enough, config.leave_alone if self._nudges else 0.0)
         if self.at_rest > near or self.at_rest < -max(near, config.backwards_from):
-            caution = 1.0 + config.reversal_caution * self._reversals
-            gain = config.gain / (caution + config.nudge_caution * self._nudges)
+            gain = config.gain / (1.0 + config.reversal_caution * self._reversals)
             size = abs(braking_speed(self.at_rest, config.braking, gain))
             wanted = math.copysign(clamp(size, min(config.slowest, fastest), fastest), self.at_rest)
             if wanted * self._direction < 0.0:
                 self._reversals += 1
             self._direction = wanted
             return wanted
-        if self._nudges and history.unchanged_for < config.nudge_time:
-            return history.command
         return 0.0
