@@ -51,7 +51,7 @@ def _checked(item: Field, value: Any) -> Any:
 
 
 def bounds_in_words(item: Field) -> str:
-    """What a field takes, as a phrase: 'a number from 0 to 10 rad/s'."""
+    """The valid values of a field, as a phrase: 'a number from 0 to 10 rad/s'."""
     rule = item.metadata
     if rule['choices']:
         return 'one of ' + ', '.join(str(choice) for choice in rule['choices'])

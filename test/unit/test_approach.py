@@ -145,7 +145,7 @@ def test_dt_of_zero_changes_nothing():
 
 @pytest.mark.parametrize('late', [0.25, -0.25, 0.4, -0.4])
 def test_each_command_is_obeyed_for_a_period_although_some_come_late_or_early(late):
-    """The firmware takes the newest command at each of its periods, whenever in the last it came."""
+    """The firmware takes the newest command at each of its periods, whenever that command came."""
     approach = make_approach(80.0, Response(delay=3.5 * TICK, lag=0.0), gain=40.0,
                              close_enough=0.001)
     remaining, speed, last, arrived = 1.0, 0.0, 0.0, 0.0

@@ -24,7 +24,7 @@ def test_the_first_step_counts_as_one_period_also_after_a_pause():
     assert pace.step(9.0) == 0.02
 
 
-def test_a_long_hiccup_is_not_made_up_for():
+def test_a_step_that_came_late_is_not_made_up_for():
     pace = Pace(0.1)
     pace.step(0.0)
     pace.step(1.0)
@@ -40,7 +40,7 @@ def test_a_clock_that_goes_back_is_no_step_backwards():
     assert pace.due(3.11) and not pace.due(3.04)
 
 
-def test_between_steps_nobody_needs_to_look_until_the_last_moment():
+def test_between_steps_no_sample_needs_a_look_until_the_last_moment():
     pace = Pace(1.0 / 30.0)
     pace.step(5.0)
     woken = 5.0 + pace.idle_for(5.0)

@@ -38,7 +38,7 @@ class ApproachConfig:
     close_enough: float
     #: The same, once the robot was told to stop.
     leave_alone: float = 0.0
-    #: It backs up only where it would come to rest beyond zero by more than this.
+    #: The robot backs up only where it would come to rest beyond zero by more than this.
     backwards_from: float = 0.0
     #: The gain is divided by 1 plus this for each reversal: an approach that turns back again and
     #: again has a wrong model of the robot.
@@ -66,11 +66,11 @@ class Approach:
         self._direction = 0.0     # of the latest command that was not zero,
         self._reversals = 0       # and how often it changed
         self._nudges = False      # was the robot told to stop since the start?
-        #: What would remain if the robot were told to stop now.
+        #: The way that would remain if the robot were told to stop now.
         self.at_rest = math.inf
 
     def extend(self, by: float) -> None:
-        """What remains has grown by `by`: another goal, on the way to the first."""
+        """The way that remains has grown by `by`: the goal was moved during the approach."""
         self._start_remaining += by
 
     def told_to_rest(self, age: float = 0.0) -> bool:

@@ -77,7 +77,7 @@ class CommandHistory:
             self._sent.popleft()
 
     def travel_under_way(self, delay: float) -> float:
-        """Travel that was commanded within the last `delay` [s], when the period from now begins."""
+        """Travel commanded within the last `delay` [s], up to the begin of the period from now."""
         travel, until = 0.0, self.begin
         horizon = self.now - delay
         for time, command in reversed(self._sent):
@@ -107,5 +107,5 @@ def followed(speed: float, command: float, lag: float, dt: float) -> float:
 
 def way_at_rest(remaining: float, motor_speed: float, history: CommandHistory, delay: float,
                 lag: float) -> float:
-    """What of `remaining` would be left if the robot were commanded to stop now."""
+    """The part of `remaining` that would be left if the robot were told to stop now."""
     return remaining - motor_speed * lag - history.travel_under_way(delay)

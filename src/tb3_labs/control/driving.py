@@ -11,13 +11,11 @@ from tb3_labs.config import Config, setting
 from tb3_labs.control.approach import Approach, ApproachConfig
 from tb3_labs.control.goal_machine import DrivingLaw, GoalState
 from tb3_labs.control.motor_response import Response
-from tb3_labs.control.speed_laws import (
-    LawStep, MeasuredMotion, Twist2, proportional, saturate)
+from tb3_labs.control.speed_laws import LawStep, MeasuredMotion, Twist2, proportional, saturate
 from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import RobotModel
-
 
 #: A drive that would end beyond the goal by more than this share of the tolerance backs up.
 OUTSIDE = 0.8
@@ -77,7 +75,7 @@ class LabLaw:
         """Turn towards the goal."""
         error = difference(motion.pose.bearing_to(goal), motion.pose.yaw)
         if motion.pose.distance_to(goal) < self.distance_tolerance:
-            error = 0.0           # already there: which way it lies means nothing
+            error = 0.0           # already there: the bearing means nothing
         return self._turn(error, self.ROTATE_TO_GOAL_GAIN)
 
     def move_forward(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
@@ -151,8 +149,8 @@ class PreciseLaw:
         self._final = False
 
     def resume(self, state: GoalState, pose: Pose2, goal: Pose2) -> GoalState:
-        """Where a drive goes on that was interrupted in a GoalState: on its line if it still faces
-        along it, at its end if only the last turn was left; else it begins anew from here."""
+        """The state in which an interrupted drive goes on: along its line if the robot still faces
+        along it, at the last turn if only that was left; else it begins anew from here."""
         along = wrap(self._line + math.pi) if self._reverse else self._line
         off = difference(along, pose.yaw)
         if state is GoalState.MOVE_FORWARD and abs(off) <= self.ALONG:
@@ -175,8 +173,8 @@ class PreciseLaw:
     def move_forward(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
         """Along the line to the goal, the heading held; ends where it would come to rest there.
 
-        Only where a late command let the robot slip through, it waits for rest, and backs up
-        straight if that is outside the tolerance.
+        A delayed command may let the robot drive past the goal. It then waits for rest, and backs
+        up straight if that is outside the tolerance.
         """
         ahead, aside = self._on_line(motion.pose, goal)
         direction = -1.0 if self._reverse else 1.0
@@ -198,7 +196,7 @@ class PreciseLaw:
         return self._step(0.0, turn, turn.remaining, turn.finished)
 
     def shortfall(self, pose: Pose2, goal: Pose2) -> str:
-        """Where the robot stopped outside the tolerance, by how much."""
+        """'' or by how much the robot stopped outside the tolerance, in words."""
         distance = pose.distance_to(goal)
         if distance <= self.distance_tolerance:
             return ''

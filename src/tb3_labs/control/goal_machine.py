@@ -2,13 +2,13 @@
 
     ROTATE_TO_GOAL -> MOVE_FORWARD -> ROTATE_TO_FINAL -> GOAL_REACHED
 
-A *law* (:mod:`tb3_labs.control.driving`) says how to move in each of the three driving states and when
-the state is finished; this module decides which state it is, watches that the robot gets nearer,
-and gives up with a reason where it does not. GOAL_REACHED is said of a robot that rests, as samples
-show that were measured while it rested.
+A *law* (:mod:`tb3_labs.control.driving`) says how to move in each of the three driving states, and
+when the state is finished. This module decides which state it is. It watches that the robot gets
+nearer, and gives up with a reason where the robot does not. The goal is reached when the robot has
+settled there, as shown by samples that were measured while it rested.
 
-A reset or a new goal starts again at ROTATE_TO_GOAL. A goal that was cancelled is over: only
-another goal is driven to.
+A reset or a new goal starts again at ROTATE_TO_GOAL. A cancelled goal is over: only another goal is
+driven to.
 
 Units: metres, radians, seconds. Poses are in the local frame. Edge case: after GOAL_REACHED or a
 failure there is no command at all, not a zero.
@@ -62,7 +62,7 @@ class DrivingLaw(Protocol):
         """The state in which a drive goes on that was interrupted in `state`."""
 
     def rotate_to_goal(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
-        """What to command in ROTATE_TO_GOAL, `dt` [s] after the last step."""
+        """The command in ROTATE_TO_GOAL, `dt` [s] after the last step."""
 
     def move_forward(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
         """The same in MOVE_FORWARD."""
@@ -71,7 +71,7 @@ class DrivingLaw(Protocol):
         """The same in ROTATE_TO_FINAL."""
 
     def shortfall(self, pose: Pose2, goal: Pose2) -> str:
-        """'' or what is wrong with the pose in which the last state ended."""
+        """'' or the reason why the pose in which the last state ended is not the goal."""
 
 
 class GoalMachine:
@@ -101,7 +101,7 @@ class GoalMachine:
         return self.state is not GoalState.GOAL_REACHED and not self.failure
 
     def set_goal(self, goal: Pose2) -> None:
-        """Take a goal (Pose2 in local), in place of whatever was going on."""
+        """Drive to another goal (in local) from now on."""
         self.goal = goal
         self.cancelled = False
         self.restart()

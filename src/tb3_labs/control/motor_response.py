@@ -84,7 +84,7 @@ def look_at_start(time: float, first: float, travelled: float,
 
 
 def look_at_cruise(commanded: float, travelled: float, speed: float) -> float:
-    """Delay and lag together [s] of a robot at steady `speed`, given both travels since the start."""
+    """Delay and lag together [s] of a robot at steady `speed`, by both travels since the start."""
     return clamp((commanded - travelled) / speed, 0.0, MAX_DELAY)
 
 

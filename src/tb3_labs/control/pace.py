@@ -34,7 +34,7 @@ Sample = TypeVar('Sample')
 
 
 class Pace:
-    """Steps at `period` on average, neither catching up nor running ahead."""
+    """Steps at `period` on average [s]; a step that came late is not made up for."""
 
     def __init__(self, period: float) -> None:
         self._period = period
@@ -64,11 +64,11 @@ class Pace:
         return max(0.0, now - last)
 
     def skip(self, now: float) -> None:
-        """Nothing to do this time."""
+        """A step that was due needs nothing; the next one is a period later."""
         self._next = clamp(self._next + self._period, now + 0.5 * self._period, now + self._period)
 
     def pause(self) -> None:
-        """The robot stands, or is in other hands: the next step starts afresh."""
+        """The robot stands, or something else drives it: the next step counts as the first."""
         self._last = None
 
 
@@ -92,7 +92,7 @@ class Listening:
 
 
 def newest_of(samples: Sequence[Sample], kind: type) -> List[Sample]:
-    """What is read of samples that arrived together: of those of a `kind` only the newest."""
+    """The samples that are read of those that arrived together: all, but of a `kind` the newest."""
     last = max((index for index, sample in enumerate(samples) if isinstance(sample, kind)),
                default=None)
     return [sample for index, sample in enumerate(samples)

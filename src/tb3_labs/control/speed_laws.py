@@ -1,7 +1,7 @@
 """Speed laws and limits shared by turning and driving.
 
-Units: metres or radians for what is left to go, per second for speeds. All laws are odd: they
-treat both directions alike. dt = 0 changes nothing.
+Units: metres or radians for the way that remains, per second for speeds. All laws are odd: they
+treat both directions alike.
 """
 import math
 from typing import NamedTuple, Protocol
@@ -18,7 +18,7 @@ class Twist2(NamedTuple):
 
 
 class MeasuredMotion(Protocol):
-    """What a law for driving is told of the robot; a localizer.Motion is one."""
+    """The robot's motion as a law for driving needs it; a localizer.Motion is one."""
 
     @property
     def pose(self) -> Pose2:
@@ -46,7 +46,7 @@ class MeasuredMotion(Protocol):
 
 
 class LawStep(NamedTuple):
-    """What a law answers: the command, what remains to go [m or rad], and is it finished?"""
+    """A law's answer: the command, the way that remains [m or rad], and is it finished?"""
 
     command: Twist2
     remaining: float

@@ -2,7 +2,7 @@
 
 Units: radians, counter-clockwise positive; the lab's own constants are in degrees, as in the
 handout. A turn is asked for as an angle, not as a heading: 180 and -180 are two turns, and 360 is
-one all the way round. Only the handout's law cannot tell them apart.
+one all the way round. The handout's law alone cannot tell them apart.
 Source: LabTurn is the IMU lab's handout, number by number; PreciseTurn brakes by
 :mod:`tb3_labs.control.approach`.
 """
@@ -22,7 +22,7 @@ from tb3_labs.robot.turtlebot3 import CONTROL_RATE, RobotModel
 PERIOD = 1.0 / CONTROL_RATE
 #: Two moments as near as this are one, but for rounding [s].
 SAME_MOMENT = 1e-6
-#: What the keyboard calls a turn [deg].
+#: Turns that the keyboard has words for [deg].
 WORDS = {'l': 90.0, 'r': -90.0, 'b': 180.0}
 
 
@@ -78,12 +78,12 @@ class TurningLaw(Protocol):
 
     @property
     def extends(self) -> bool:
-        """Does a turn that is asked for during another move the goal of that one? If not, it is
+        """True: a turn that is asked for during another moves the goal of that one. False: it is
         counted from where the robot looks, by a new start."""
 
     @property
     def carries_error(self) -> bool:
-        """Does a turn make up for what the one before left undone?"""
+        """True: a turn makes up for the error that the one before left."""
 
     def start(self, yaw: float, angle: float) -> None:
         """Turn by `angle` [rad], beginning at `yaw` [rad]."""
@@ -93,8 +93,11 @@ class TurningLaw(Protocol):
 
     def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
              noise: float = 0.0) -> LawStep:
-        """What to command, facing `yaw` [rad] and turning at `rate` [rad/s], `dt` [s] after the
-        last step; the sample is `age` [s] old, its yaw has the standard deviation `noise` [rad]."""
+        """The command for a robot that faces `yaw` [rad] and turns at `rate` [rad/s].
+
+        `dt`: time since the last step [s]; `age`: of the sample that says so [s]; `noise`: standard
+        deviation of its yaw [rad].
+        """
 
 
 def make_turn(config: TurnConfig, model: RobotModel,
@@ -136,7 +139,7 @@ class LabTurn:
 
     def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
              noise: float = 0.0) -> LawStep:
-        """What to command, facing `yaw` [rad]; the handout's law looks at nothing else."""
+        """The command for a robot that faces `yaw` [rad]; this law looks at nothing else."""
         error = math.degrees(difference(self._goal, yaw))
         command = proportional(error, self._gain, self._slowest, self._fastest)
         return LawStep(Twist2(0.0, command), math.radians(error), abs(error) < self._tolerance)
@@ -197,7 +200,7 @@ class PreciseTurn:
 
     def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
              noise: float = 0.0) -> LawStep:
-        """What to command: see TurningLaw.
+        """The command, see TurningLaw.
 
         Finished when settled: at rest inside the tolerance, as far as the noise lets that be known.
         """
@@ -212,7 +215,7 @@ class PreciseTurn:
                        self._settling.rests and self._is_near(uncertainty))
 
     def _look(self, raw: float, rate: float, age: float) -> None:
-        """Take a sample in, unless it is the one that was taken in before."""
+        """Take in a sample, unless it is the same as last time."""
         measured_at = self._time - age
         if measured_at - self._measured_at < SAME_MOMENT:
             return

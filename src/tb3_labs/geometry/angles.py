@@ -14,7 +14,7 @@ import numpy as np
 TURN = 2.0 * math.pi
 #: Half a step of a 32-bit number below 360, and a little [deg].
 ROUNDING = 1.6e-5
-#: What numpy takes for many numbers.
+#: Many numbers, in any form that numpy takes.
 Numbers = Union[float, Sequence[float], np.ndarray]
 
 
@@ -69,7 +69,7 @@ def continuous_at(at: Numbers, times: np.ndarray, angles: np.ndarray) -> np.ndar
 def compass_degrees(yaw: float) -> float:
     """`yaw` in radians as the lab's heading: degrees in [0, 360).
 
-    What would round up to 360, printed by %f or sent as a 32-bit number, is 0.
+    A heading that would round up to 360, printed by %f or sent as a 32-bit number, is 0.
     """
     heading = math.degrees(wrap(yaw)) % 360.0
     return 0.0 if heading >= 360.0 - ROUNDING else heading

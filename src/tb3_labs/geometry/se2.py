@@ -7,8 +7,8 @@ A pose ``A_T_B`` says where frame B stands in frame A. A point known in B is kno
 and the way back is ``p_B = R(theta)^-1 (p_A - t)`` (``A_T_B.inverse().act(p_A)``).
 Poses chain by their frames' names: ``A_T_B @ B_T_C`` is ``A_T_C``.
 
-Units: metres and radians. Source: the Transformation lab's handout; names of frame pairs as
-in the Sophus library.
+Units: metres and radians. Edge case: a computed yaw is in (-pi, pi].
+Source: the Transformation lab's handout; names of frame pairs as in the Sophus library.
 """
 import math
 from dataclasses import dataclass

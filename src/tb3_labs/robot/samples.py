@@ -1,4 +1,4 @@
-"""What the robot's two sensors say, without ROS.
+"""The samples of the robot's two sensors, without ROS.
 
 Units: seconds, metres, radians. `stamp` is the sender's clock, which may be off by a second.
 """
@@ -43,7 +43,7 @@ def with_stamp(sample: AnySample, stamp: float) -> AnySample:
 
 
 def heading_jump(before: float, after: float) -> str:
-    """'' or what is wrong with the IMU, given the yaws of two samples in a row [rad]."""
+    """'' or the fault of the IMU, given the yaws of two samples in a row [rad]."""
     turned = difference(after, before)
     if abs(turned) <= FARTHEST_TURN:
         return ''
