@@ -37,8 +37,8 @@ import rospy
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from tb3_labs.control.approach import Response
 from tb3_labs.control.driving import DriveConfig, make_law
+from tb3_labs.control.motor_response import Response
 from tb3_labs.nodes.move_to_goal import Navigator, NavigatorConfig
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.console import log_news

@@ -23,7 +23,7 @@ import rospy
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64
 
-from tb3_labs.control.approach import Response
+from tb3_labs.control.motor_response import Response
 from tb3_labs.control.turning import TurnConfig, degrees_of, make_turn
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller import LabController

@@ -9,10 +9,12 @@ sentence, and the bridge reads ROS parameters, documents and retunes them from t
         max_rate: float = setting(1.5, 'fastest turn', unit='rad/s', low=0.0)
 """
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import Field, dataclass, field, fields
+from typing import Any, Optional, Sequence
 
 
-def setting(default, meaning, unit='', low=None, high=None, choices=None):
+def setting(default: Any, meaning: str, unit: str = '', low: Optional[float] = None,
+            high: Optional[float] = None, choices: Optional[Sequence] = None) -> Any:
     """A dataclass field with its meaning, its unit and its closed bounds."""
     return field(default=default, metadata={
         'meaning': meaning, 'unit': unit, 'low': low, 'high': high, 'choices': choices})
@@ -22,15 +24,16 @@ def setting(default, meaning, unit='', low=None, high=None, choices=None):
 class Config:
     """Base of all configurations: checks every field made by :func:`setting`."""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for item in fields(self):
             if 'meaning' in item.metadata:
                 object.__setattr__(self, item.name, _checked(item, getattr(self, item.name)))
 
 
-def _checked(item, value):
+def _checked(item: Field, value: Any) -> Any:
     """`value` as the field's own type; ``ValueError`` names field, value and what is valid."""
-    wanted = type(item.default)
+    default: Any = item.default
+    wanted = type(default)
     valid = bounds_in_words(item)
     # bool is an int to Python, but "has_control: 2" and "rate: true" are both mistakes.
     if wanted is float and isinstance(value, int) and not isinstance(value, bool):
@@ -47,8 +50,8 @@ def _checked(item, value):
     return value
 
 
-def bounds_in_words(item):
-    """What a field takes, as a phrase: 'a number from 0 to 10 rad/s'."""
+def bounds_in_words(item: Field) -> str:
+    """The valid values of a field, as a phrase: 'a number from 0 to 10 rad/s'."""
     rule = item.metadata
     if rule['choices']:
         return 'one of ' + ', '.join(str(choice) for choice in rule['choices'])

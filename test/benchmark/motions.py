@@ -3,8 +3,8 @@
 
 Two tables show both laws beside each other, on the same robots, starts, offsets and goals, all
 drawn at random from a fixed seed; a third one drives over networks from good to bad; a fourth one
-how motions end when something fails. `at best` is, for a drive, the least time of any turn, straight
-line and turn within the same limits (tb3_labs.control.least_time); for a turn, its angle at 1.5
+how motions end when something fails. `at best` is, for a drive, the least time of any turn,
+straight line and turn within the same limits (tb3_labs.control.least_time); for a turn, its angle at 1.5
 rad/s. A turn is timed until the robot turns slower than 0.01 rad/s for good. `falsely` counts
 drives that were said to have reached their goal while the robot still moved, or was outside of the
 tolerance.
@@ -49,10 +49,11 @@ TURN_ROW = '{:8} {:>4} {:>8} {:>6}   {:>16} {:>15} {:>14} {:>16}'
 #: Networks from quiet to bad, and an IMU that is slow.
 ROBOTS_AFAR = [('quiet', {}), ('8 ms', NETWORKS['good']),
                ('15 ms, 20 stalls/min to 0.3 s', NETWORKS['busy']),
-               ('30 ms, 40 stalls/min to 0.5 s', NETWORKS['bad']), ('IMU at 60 Hz', {'imu_rate': 60.0})]
+               ('30 ms, 40 stalls/min to 0.5 s', NETWORKS['bad']),
+               ('IMU at 60 Hz', {'imu_rate': 60.0})]
 NETWORK_ROW = '{:29} {:>4} {:>7} {:>20} {:>21} {:>14} {:>8}'
 
-#: What fails, in a drive and in a turn by the IMU alone.
+#: Name, fault, and does it end a turn by the IMU alone as well?
 FAULTS = [('IMU silent', setting(imu_silent=True), True),
           ('odometry silent', setting(odom_silent=True), False),
           ('both silent', setting(imu_silent=True, odom_silent=True), True),

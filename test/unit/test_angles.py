@@ -1,12 +1,15 @@
 """Angles: both ends of the interval, many turns, what is not a number."""
 import math
 
+import numpy as np
 import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from known_motion import angle_between
-from tb3_labs.geometry.angles import TURN, compass_degrees, continuous, difference, wrap
+from tb3_labs.geometry.angles import (
+    TURN, compass_degrees, continuous, continuous_at, difference, difference_degrees,
+    interpolate_angle, wrap, wrap_all)
 
 PI = math.pi
 ANGLES = st.floats(-1e4, 1e4)
@@ -117,3 +120,43 @@ def test_compass_is_never_360(yaw):
 def test_the_labs_line_never_shows_360(yaw):
     line = 'Current heading is %f degrees.' % compass_degrees(yaw)
     assert line == 'Current heading is 0.000000 degrees.'
+
+
+@given(st.lists(ANGLES, max_size=20))
+@example([PI, -PI, TURN, -TURN, 3 * PI, -3 * PI, 5 * PI, 0.0, 1e4])
+def test_an_array_is_wrapped_as_its_numbers_are(angles):
+    wrapped = wrap_all(angles)
+    assert np.all((wrapped > -PI) & (wrapped <= PI))
+    for angle, once in zip(angles, wrapped):
+        assert angle_between(once, angle) < 1e-8
+
+
+def test_an_array_keeps_its_shape_and_what_is_inside_the_interval():
+    angles = np.array([[0.0, 1.0, PI], [-1e-300, -3.14159, 2.0]])
+    assert np.array_equal(wrap_all(angles), angles)
+    assert np.array_equal(wrap_all([-PI, 3 * PI]), [PI, PI])
+
+
+def test_what_is_no_angle_in_an_array_does_not_hide_the_others():
+    assert np.array_equal(np.isnan(wrap_all([math.nan, 1.0, math.inf])), [True, False, True])
+
+
+@pytest.mark.parametrize('target, start, expected', [
+    (10.0, 350.0, 20.0), (350.0, 10.0, -20.0), (180.0, 0.0, 180.0), (0.0, 180.0, 180.0),
+    (725.0, 0.0, 5.0)])
+def test_difference_in_degrees(target, start, expected):
+    assert difference_degrees(target, start) == expected
+
+
+@pytest.mark.parametrize('start, end, fraction, expected', [
+    (0.0, 1.0, 0.25, 0.25), (3.0, -3.0, 0.5, PI), (-3.0, 3.0, 0.0, -3.0), (-3.0, 3.0, 1.0, 3.0),
+    (0.0, PI, 0.5, PI / 2)])
+def test_interpolates_the_short_way(start, end, fraction, expected):
+    assert angle_between(interpolate_angle(start, end, fraction), expected) < 1e-12
+
+
+def test_samples_are_interpolated_across_half_a_turn():
+    times, angles = np.array([0.0, 1.0, 2.0]), np.array([3.0, -3.0, -2.0])
+    assert continuous_at([0.5, 1.0, 2.0], times, angles) == pytest.approx(
+        [PI, TURN - 3.0, TURN - 2.0])
+    assert continuous_at([-5.0, 9.0], times, angles) == pytest.approx([3.0, TURN - 2.0])

@@ -6,11 +6,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.control.approach import (
-    FIRST_DELAY, FIRST_LAG, MAX_DELAY, MAX_LAG, Approach, Response)
+from tb3_labs.control.approach import Approach, ApproachConfig
+from tb3_labs.control.motor_response import (
+    FIRST_DELAY, FIRST_LAG, MAX_DELAY, MAX_LAG, Response)
 
 TICK = 0.02
 NEAR = math.radians(0.5)
+
+
+def make_approach(acceleration, response=None, **more):
+    """Brakes with half the acceleration; the floor and what is near as in a turn."""
+    settings = dict(gain=20.0, slowest=0.04, close_enough=0.003)
+    settings.update(more)
+    return Approach(ApproachConfig(period=TICK, acceleration=acceleration,
+                                   braking=0.5 * acceleration, **settings),
+                    response or Response())
 
 
 def approach_to(remaining, delay, lag=0.05, fastest=1.5, learned=None, prompt=False,
@@ -20,8 +30,7 @@ def approach_to(remaining, delay, lag=0.05, fastest=1.5, learned=None, prompt=Fa
     The first `lost` commands never arrive.
     """
     learned = learned or Response()
-    approach = Approach(TICK, 24.0, braking=12.0, gain=20.0, slowest=0.04, close_enough=0.003, response=learned,
-                        speed_is_prompt=prompt)
+    approach = make_approach(24.0, learned, speed_is_prompt=prompt)
     commands = deque([0.0] * round(delay / TICK))
     speed, overshoot, time, near_at, greatest, still = 0.0, 0.0, 0.0, 0.0, 0.0, 0
     sign = math.copysign(1.0, remaining)
@@ -90,8 +99,7 @@ def test_comes_to_rest_in_time_although_it_knows_the_robot_badly(wrong, lag, los
 
 def test_a_goal_that_moves_on_the_way_confuses_neither_the_stop_nor_what_is_learned():
     learned = Response()
-    approach = Approach(TICK, 24.0, braking=12.0, gain=20.0, slowest=0.04, close_enough=0.003, response=learned,
-                        speed_is_prompt=True)
+    approach = make_approach(24.0, learned, speed_is_prompt=True)
     remaining, speed = 1.5, 0.0
     for tick in range(200):
         if tick == 30:
@@ -119,27 +127,27 @@ def test_takes_little_more_than_the_least_time():
 
 
 def test_zero_remaining_moves_nothing():
-    approach = Approach(TICK, 12.0, braking=6.0, gain=20.0, slowest=0.04, close_enough=0.003, response=Response())
+    approach = make_approach(12.0)
     assert [approach.step(0.0, 0.0, 1.5, TICK) for _ in range(5)] == [0.0] * 5
 
 
 def test_acceleration_is_bounded():
-    approach = Approach(TICK, 12.0, braking=6.0, gain=20.0, slowest=0.04, close_enough=0.003, response=Response())
+    approach = make_approach(12.0)
     commands = [approach.step(3.0, 0.0, 1.5, TICK) for _ in range(4)]
     assert commands == pytest.approx([0.24, 0.48, 0.72, 0.96])
 
 
 def test_dt_of_zero_changes_nothing():
-    approach = Approach(TICK, 12.0, braking=6.0, gain=20.0, slowest=0.04, close_enough=0.003, response=Response())
+    approach = make_approach(12.0)
     approach.step(3.0, 0.0, 1.5, TICK)
     assert approach.step(3.0, 0.0, 1.5, 0.0) == pytest.approx(0.24)
 
 
 @pytest.mark.parametrize('late', [0.25, -0.25, 0.4, -0.4])
 def test_each_command_is_obeyed_for_a_period_although_some_come_late_or_early(late):
-    """The firmware takes the newest command at each of its periods, whenever in the last it came."""
-    approach = Approach(TICK, 80.0, braking=40.0, gain=40.0, slowest=0.04, close_enough=0.001,
-                        response=Response(delay=3.5 * TICK, lag=0.0))
+    """The firmware takes the newest command at each of its periods, whenever that command came."""
+    approach = make_approach(80.0, Response(delay=3.5 * TICK, lag=0.0), gain=40.0,
+                             close_enough=0.001)
     remaining, speed, last, arrived = 1.0, 0.0, 0.0, 0.0
     commands = deque([0.0] * 3)
     for tick in range(100):
@@ -171,10 +179,10 @@ def test_what_is_learned_stays_within_bounds():
 @pytest.mark.parametrize('stall, backs_up', [(0.0, False), (0.2, True)])
 def test_a_command_that_comes_late_is_made_good_backwards(stall, backs_up):
     """The drive to a goal, with the last 2 cm driven at the speed of one late command."""
-    approach = Approach(TICK, 2.0, braking=1.0, gain=20.0, slowest=0.015, close_enough=0.0005, response=Response())
+    approach = make_approach(2.0, slowest=0.015, close_enough=0.0005, backwards_from=0.008)
     remaining, speed, time, held, lowest = 0.5, 0.0, 0.0, None, 0.0
     while time < 6.0:
-        command = approach.step(remaining, speed, 0.2108, TICK, backwards_from=0.008)
+        command = approach.step(remaining, speed, 0.2108, TICK)
         if held is None and remaining < 0.02:
             held = (time + stall, command)
         if held and time < held[0]:
@@ -186,3 +194,20 @@ def test_a_command_that_comes_late_is_made_good_backwards(stall, backs_up):
     assert abs(remaining) <= 0.009
     assert abs(speed) < 1e-3
     assert (lowest < -0.01) is backs_up
+
+
+@pytest.mark.parametrize('remaining', [0.3, -0.3, 2.0])
+def test_brakes_with_the_deceleration_that_was_planned_and_stops_at_zero(remaining):
+    """A robot that obeys at once, in fine steps: from speed v the way v^2 / (2 a) is left."""
+    fine = 0.001
+    approach = Approach(ApproachConfig(period=fine, acceleration=100.0, braking=2.0, gain=50.0,
+                                       slowest=0.0, close_enough=1e-4), Response(0.0, 0.0))
+    speed, slowing = 0.0, []
+    for tick in range(4000):
+        before, speed = speed, approach.step(remaining, speed, 1.0, fine)
+        remaining -= speed * fine
+        if 0.2 < abs(speed) < abs(before):
+            slowing.append((abs(before) - abs(speed)) / fine)
+            assert abs(remaining) == pytest.approx(speed ** 2 / (2.0 * 2.0), abs=0.002)
+    assert slowing and max(slowing) <= 2.0 * 1.05
+    assert abs(remaining) <= 1e-3 and speed == 0.0

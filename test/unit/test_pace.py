@@ -1,7 +1,7 @@
 """When commands are due, and how long a step is."""
 import pytest
 
-from tb3_labs.control.pace import LONGEST_IDLE, Pace
+from tb3_labs.control.pace import LONGEST_IDLE, Listening, Pace, newest_of
 
 
 def test_keeps_its_rate_on_average_although_asked_at_other_moments():
@@ -24,7 +24,7 @@ def test_the_first_step_counts_as_one_period_also_after_a_pause():
     assert pace.step(9.0) == 0.02
 
 
-def test_a_long_hiccup_is_not_made_up_for():
+def test_a_step_that_came_late_is_not_made_up_for():
     pace = Pace(0.1)
     pace.step(0.0)
     pace.step(1.0)
@@ -40,7 +40,7 @@ def test_a_clock_that_goes_back_is_no_step_backwards():
     assert pace.due(3.11) and not pace.due(3.04)
 
 
-def test_between_steps_nobody_needs_to_look_until_the_last_moment():
+def test_between_steps_no_sample_needs_a_look_until_the_last_moment():
     pace = Pace(1.0 / 30.0)
     pace.step(5.0)
     woken = 5.0 + pace.idle_for(5.0)
@@ -62,3 +62,41 @@ def test_steps_after_the_first_are_rather_early_than_late():
             assert -0.004 < now - begun - taken / 30.0 < 0.002
             taken += 1
     assert taken == pytest.approx(150, abs=1)
+
+
+def test_a_stream_is_left_alone_until_shortly_before_the_next_step():
+    """Samples at 200 Hz: those that take the steps, and the first after each, are read."""
+    pace = Pace(1.0 / 30.0)
+    listening, read, steps = Listening(pace.idle_for), [], []
+    for tick in range(2000):
+        now = 0.005 * tick
+        if listening.reads(now):
+            read.append(now)
+            if pace.due(now):
+                pace.step(now)
+                steps.append(now)
+            assert 0.0 <= listening.rest(now) <= LONGEST_IDLE
+    assert len(steps) == pytest.approx(300, abs=2)
+    assert set(steps) <= set(read)
+    assert len(read) <= 2 * len(steps)
+
+
+def test_a_driver_that_needs_every_sample_reads_every_one():
+    listening = Listening(lambda now: 0.0)
+    for now in (1.0, 1.0, 1.001):
+        assert listening.reads(now)
+        assert listening.rest(now) == 0.0
+
+
+def test_a_clock_that_goes_back_does_not_close_a_stream():
+    listening = Listening(lambda now: 0.03)
+    assert listening.rest(100.0) == 0.03
+    assert not listening.reads(100.01)
+    assert listening.reads(50.0)
+    assert listening.reads(100.03)
+
+
+def test_of_samples_that_arrived_together_the_newest_of_a_kind_is_read_and_all_others():
+    assert newest_of(['a', 1, 2, 'b', 3, 'c'], int) == ['a', 'b', 3, 'c']
+    assert newest_of(['a', 'b'], int) == ['a', 'b']
+    assert newest_of([], int) == []

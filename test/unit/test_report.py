@@ -19,12 +19,13 @@ import numpy as np
 import pytest
 
 from known_motion import angle_between
-from tb3_labs.geometry.quaternions import yaw_from_quaternion
+from tb3_labs.geometry.angles import wrap_all
+from tb3_labs.geometry.quaternions import yaw_from_quaternion, yaws_from_quaternions
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report import analysis
 from tb3_labs.report.epochs import epochs, local_in_odom
 from tb3_labs.report.run_data import (
-    Poses, SenderClock, States, times_on_recorders_clock, wrapped, yaws_of)
+    Poses, SenderClock, States, times_on_recorders_clock)
 from tb3_labs.robot.turtlebot3 import robot_model
 
 rosbag = pytest.importorskip('rosbag', reason='rosbag cannot be imported')
@@ -306,7 +307,7 @@ def test_a_robot_that_is_turned_while_its_odometry_is_set_to_zero(run, by_tf):
     turned = Pose2(0.0, 0.0, math.radians(3.0))
     run = declared(odometry_jumps(run, 8.5, odom.inverse()), 8.5,
                    local @ turned @ local.inverse())
-    yaw = wrapped(run.imu.yaw + np.where(run.imu.time > 8.49, turned.yaw, 0.0))
+    yaw = wrap_all(run.imu.yaw + np.where(run.imu.time > 8.49, turned.yaw, 0.0))
     assert [RESET] == resets(recorded(replace(run, imu=replace(run.imu, yaw=yaw)), by_tf))
 
 
@@ -326,7 +327,7 @@ def test_a_board_that_restarts_is_a_reset(run):
     here = run.odometry.pose(np.searchsorted(run.odometry.time, 8.49))
     run = declared(odometry_jumps(run, 8.5, here.inverse()), 8.5, here.inverse())
     assert np.abs(np.hypot(run.frames.x, run.frames.y)[run.frames.time < 9.9]).max() < 1e-6
-    yaw = wrapped(run.imu.yaw + np.where(run.imu.time > 8.49, 1.0, 0.0))
+    yaw = wrap_all(run.imu.yaw + np.where(run.imu.time > 8.49, 1.0, 0.0))
     assert [8.5, RESET] == resets(replace(run, imu=replace(run.imu, yaw=yaw)))
 
 
@@ -385,7 +386,7 @@ def test_a_tf_of_noise_says_nothing_of_resets(run):
 def test_noise_in_one_of_two_headings_is_no_reset(run, noisy):
     """local_pose has the other one."""
     samples = getattr(run, noisy)
-    yaw = wrapped(samples.yaw + 0.02 * np.random.RandomState(1).standard_normal(len(samples)))
+    yaw = wrap_all(samples.yaw + 0.02 * np.random.RandomState(1).standard_normal(len(samples)))
     run = replace(run, **{noisy: replace(samples, yaw=yaw)})
     assert [RESET] == resets(recorded(run, by_tf=False))
 
@@ -622,10 +623,10 @@ def test_yaws_of_many_quaternions():
                   z * np.cos(tilt / 2))
     w, x, y, z = 0.99 * w, 0.99 * x, 0.99 * y, 0.99 * z
     expected = [yaw_from_quaternion(w=a, x=b, y=c, z=d) for a, b, c, d in zip(w, x, y, z)]
-    assert np.abs(wrapped(yaws_of(w, x, y, z) - expected)).max() < 1e-9
+    assert np.abs(wrap_all(yaws_from_quaternions(w=w, x=x, y=y, z=z) - expected)).max() < 1e-9
     bad = np.array([[0.0] * 4, [math.nan, 0.0, 0.0, 1.0], [2.0, 0.0, 0.0, 0.0],
                     [math.inf, 0.0, 0.0, 0.0]]).T
-    assert np.isnan(yaws_of(*bad)).all()
+    assert np.isnan(yaws_from_quaternions(**dict(zip('wxyz', bad)))).all()
 
 
 def test_thinning_keeps_extremes_and_ends():

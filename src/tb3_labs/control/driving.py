@@ -5,14 +5,20 @@ lab's handout, number by number; PreciseLaw brakes by :mod:`tb3_labs.control.app
 """
 import math
 from dataclasses import dataclass
+from typing import Optional, Tuple
 
 from tb3_labs.config import Config, setting
-from tb3_labs.control.approach import Approach, Response
-from tb3_labs.control.goal_machine import GoalState
-from tb3_labs.control.speed_laws import LawStep, Twist2, proportional, saturate
+from tb3_labs.control.approach import Approach, ApproachConfig
+from tb3_labs.control.goal_machine import DrivingLaw, GoalState
+from tb3_labs.control.motor_response import Response
+from tb3_labs.control.speed_laws import LawStep, MeasuredMotion, Twist2, proportional, saturate
 from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.robot.turtlebot3 import RobotModel
+
+#: A drive that would end beyond the goal by more than this share of the tolerance backs up.
+OUTSIDE = 0.8
 
 
 @dataclass(frozen=True)
@@ -36,9 +42,9 @@ class DriveConfig(Config):
                                           unit='rad/s^2', low=1.0, high=80.0)
 
 
-def make_law(config, model, response=None):
-    """The law that `config` (DriveConfig) asks for, for a turtlebot3.RobotModel; `response`: the
-    approach.Response that was learned of this robot so far."""
+def make_law(config: DriveConfig, model: RobotModel,
+             response: Optional[Response] = None) -> DrivingLaw:
+    """The law that `config` asks for; `response` is what was learned of this robot so far."""
     if config.law == 'lab':
         return LabLaw(config, model)
     return PreciseLaw(config, model, response)
@@ -54,40 +60,48 @@ class LabLaw:
     FORWARD_SPEED = 0.15          # [m/s]
     distance_tolerance = 0.15     # [m]
 
-    def __init__(self, config, model):
+    def __init__(self, config: DriveConfig, model: RobotModel) -> None:
         self._forward = min(self.FORWARD_SPEED, config.max_linear, model.max_linear)
         self._max_angular = min(config.max_angular, model.max_angular)
 
-    def start(self, pose, goal):
+    def start(self, pose: Pose2, goal: Pose2) -> None:
         """The handout's law remembers nothing."""
 
-    def resume(self, state, pose, goal):
-        """It goes on where it was."""
+    def resume(self, state: GoalState, pose: Pose2, goal: Pose2) -> GoalState:
+        """It goes on in the same state."""
         return state
 
-    def rotate_to_goal(self, motion, goal, dt):
+    def rotate_to_goal(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
         """Turn towards the goal."""
         error = difference(motion.pose.bearing_to(goal), motion.pose.yaw)
         if motion.pose.distance_to(goal) < self.distance_tolerance:
-            error = 0.0           # already there: which way it lies means nothing
+            error = 0.0           # already there: the bearing means nothing
         return self._turn(error, self.ROTATE_TO_GOAL_GAIN)
 
-    def move_forward(self, motion, goal, dt):
+    def move_forward(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
         """Straight on until near the goal."""
         distance = motion.pose.distance_to(goal)
         return LawStep(Twist2(self._forward, 0.0), distance, distance < self.distance_tolerance)
 
-    def rotate_to_final(self, motion, goal, dt):
+    def rotate_to_final(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
         """Turn to the heading asked for."""
         return self._turn(difference(goal.yaw, motion.pose.yaw), self.ROTATE_TO_FINAL_GAIN)
 
-    def shortfall(self, pose, goal):
+    def shortfall(self, pose: Pose2, goal: Pose2) -> str:
         """The handout is content with where it stopped."""
         return ''
 
-    def _turn(self, error, gain):
+    def _turn(self, error: float, gain: float) -> LawStep:
         rate = proportional(error, gain, fastest=self._max_angular)
         return LawStep(Twist2(0.0, rate), error, abs(error) < self.ANGLE_TOLERANCE)
+
+
+def driving_approach(config: DriveConfig) -> ApproachConfig:
+    """How a precise drive comes to rest on its line."""
+    return ApproachConfig(
+        period=PreciseTurn.period, acceleration=config.linear_acceleration,
+        braking=0.2 * config.linear_acceleration, gain=15.0, slowest=0.015, close_enough=0.0005,
+        backwards_from=OUTSIDE * config.distance_tolerance)
 
 
 class PreciseLaw:
@@ -110,7 +124,8 @@ class PreciseLaw:
     #: A robot that is slower than this does not drive.
     REST_SPEED = 0.01             # [m/s]
 
-    def __init__(self, config, model, response=None):
+    def __init__(self, config: DriveConfig, model: RobotModel,
+                 response: Optional[Response] = None) -> None:
         response = response or Response()
         self.distance_tolerance = config.distance_tolerance
         self._config = config
@@ -119,11 +134,10 @@ class PreciseLaw:
         self._max_angular = min(config.max_angular, model.max_angular)
         self._turning = PreciseTurn(self._max_angular, config.angular_acceleration,
                                     math.radians(config.angle_tolerance_deg), response)
-        self._driving = Approach(self.period, config.linear_acceleration,
-                                 braking=0.2 * config.linear_acceleration, gain=15.0, slowest=0.015,
-                                 close_enough=0.0005, response=response)
+        self._outside = OUTSIDE * config.distance_tolerance
+        self._driving = Approach(driving_approach(config), response)
 
-    def start(self, pose, goal):
+    def start(self, pose: Pose2, goal: Pose2) -> None:
         """Choose the way: the line to the goal, and which end of the robot goes first."""
         self._line = pose.bearing_to(goal)
         self._there = pose.distance_to(goal) <= 0.5 * self.distance_tolerance
@@ -134,9 +148,9 @@ class PreciseLaw:
         self._driving.start()
         self._final = False
 
-    def resume(self, state, pose, goal):
-        """Where a drive goes on that was interrupted in a GoalState: on its line if it still faces
-        along it, at its end if only the last turn was left; else it begins anew from here."""
+    def resume(self, state: GoalState, pose: Pose2, goal: Pose2) -> GoalState:
+        """The state in which an interrupted drive goes on: along its line if the robot still faces
+        along it, at the last turn if only that was left; else it begins anew from here."""
         along = wrap(self._line + math.pi) if self._reverse else self._line
         off = difference(along, pose.yaw)
         if state is GoalState.MOVE_FORWARD and abs(off) <= self.ALONG:
@@ -149,32 +163,31 @@ class PreciseLaw:
             self.start(pose, goal)
         return state
 
-    def rotate_to_goal(self, motion, goal, dt):
+    def rotate_to_goal(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
         """Turn to face along the line, braking so that the turn would end there."""
         if self._there:
             return LawStep(Twist2(), 0.0, True)
         turn = self._turn(motion, dt)
         return self._step(0.0, turn, turn.remaining, abs(turn.remaining) < self.FACING)
 
-    def move_forward(self, motion, goal, dt):
+    def move_forward(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
         """Along the line to the goal, the heading held; ends where it would come to rest there.
 
-        Only where a late command let the robot slip through, it waits for rest, and backs up
-        straight if that is outside the tolerance.
+        A delayed command may let the robot drive past the goal. It then waits for rest, and backs
+        up straight if that is outside the tolerance.
         """
         ahead, aside = self._on_line(motion.pose, goal)
         direction = -1.0 if self._reverse else 1.0
-        outside = 0.8 * self.distance_tolerance
         speed = direction * self._driving.step(ahead, direction * motion.linear,
-                                               self._max_linear, dt, backwards_from=outside)
+                                               self._max_linear, dt)
         at_rest = self._driving.at_rest
         slips = at_rest < -0.3 * self.distance_tolerance and abs(motion.linear) > self.REST_SPEED
         look = wrap(self._line + math.atan2(-aside, self.LOOK_AHEAD))
         self._turning.aim(wrap(look + math.pi) if self._reverse else look)
-        arrived = -outside <= at_rest <= self.STOP_AHEAD and not slips
+        arrived = -self._outside <= at_rest <= self.STOP_AHEAD and not slips
         return self._step(speed, self._turn(motion, dt), ahead, self._there or arrived)
 
-    def rotate_to_final(self, motion, goal, dt):
+    def rotate_to_final(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
         """Turn to the heading asked for; ends settled: inside the tolerance and at rest."""
         if not self._final:
             self._final = True
@@ -182,33 +195,33 @@ class PreciseLaw:
         turn = self._turn(motion, dt)
         return self._step(0.0, turn, turn.remaining, turn.finished)
 
-    def shortfall(self, pose, goal):
-        """Where the robot stopped outside the tolerance, by how much."""
+    def shortfall(self, pose: Pose2, goal: Pose2) -> str:
+        """'' or by how much the robot stopped outside the tolerance, in words."""
         distance = pose.distance_to(goal)
         if distance <= self.distance_tolerance:
             return ''
         return 'stopped {:.0f} mm from the goal (tolerance {:.0f} mm)'.format(
             1000.0 * distance, 1000.0 * self.distance_tolerance)
 
-    def _begin_turn(self, pose, face):
+    def _begin_turn(self, pose: Pose2, face: float) -> None:
         self._turning.start(pose.yaw, difference(face, pose.yaw))
 
-    def _turn(self, motion, dt):
+    def _turn(self, motion: MeasuredMotion, dt: float) -> LawStep:
         return self._turning.step(motion.pose.yaw, motion.angular, dt, motion.imu_age,
                                   motion.yaw_noise)
 
-    def _on_line(self, pose, goal):
+    def _on_line(self, pose: Pose2, goal: Pose2) -> Tuple[float, float]:
         """(way left along the line, offset to its left) [m]."""
         goal_T_line = Pose2(goal.x, goal.y, self._line)
         place = goal_T_line.inverse() @ pose
         return -place.x, place.y
 
-    def _step(self, linear, turn, remaining, finished):
+    def _step(self, linear: float, turn: LawStep, remaining: float, finished: bool) -> LawStep:
         both = Twist2(linear, turn.command.angular)
         return LawStep(saturate(both, self._max_linear, self._max_angular, self._model),
                        remaining, finished)
 
 
-def _turns(start, face, final):
+def _turns(start: float, face: float, final: float) -> float:
     """Angle turned in all when a drive faces `face` on its way from heading to heading [rad]."""
     return abs(difference(face, start)) + abs(difference(final, face))

@@ -2,23 +2,25 @@
 
     ROTATE_TO_GOAL -> MOVE_FORWARD -> ROTATE_TO_FINAL -> GOAL_REACHED
 
-A *law* (:mod:`tb3_labs.control.driving`) says how to move in each of the three driving states and when
-the state is finished; this module decides which state it is, watches that the robot gets nearer,
-and gives up with a reason where it does not. GOAL_REACHED is said of a robot that rests, as samples
-show that were measured while it rested.
+A *law* (:mod:`tb3_labs.control.driving`) says how to move in each of the three driving states, and
+when the state is finished. This module decides which state it is. It watches that the robot gets
+nearer, and gives up with a reason where the robot does not. The goal is reached when the robot has
+settled there, as shown by samples that were measured while it rested.
 
-A reset or a new goal starts again at ROTATE_TO_GOAL. A goal that was cancelled is over: only
-another goal is driven to.
+A reset or a new goal starts again at ROTATE_TO_GOAL. A cancelled goal is over: only another goal is
+driven to.
 
 Units: metres, radians, seconds. Poses are in the local frame. Edge case: after GOAL_REACHED or a
 failure there is no command at all, not a zero.
 Source: the Transformation lab's handout.
 """
 from enum import Enum
+from typing import Dict, Optional, Protocol, Tuple
 
 from tb3_labs.control.settling import Settling
-from tb3_labs.control.speed_laws import Twist2
+from tb3_labs.control.speed_laws import LawStep, MeasuredMotion, Twist2
 from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.supervision.stall import Progress
 
 
@@ -34,32 +36,54 @@ class GoalState(Enum):
 #: Names of the states in which the robot drives, in order.
 DRIVING = tuple(state.name for state in GoalState if state is not GoalState.GOAL_REACHED)
 
-
-#: A drive that ends outside its tolerance, by a hiccup of the network say, is driven on from there
-#: so many times.
+#: A drive that ends outside its tolerance, by a stall of the network say, is driven on from there.
+#: This counts how often at most.
 MORE_TRIES = 2
 #: A robot that is slower than this rests [m/s], [rad/s].
 REST_LINEAR = 0.005
 REST_ANGULAR = 0.03
 
 
+class DrivingLaw(Protocol):
+    """A law for drives to a goal: how to move in each driving state. Poses are in local."""
+
+    @property
+    def period(self) -> float:
+        """It wants to be asked for a command this often [s]."""
+
+    @property
+    def distance_tolerance(self) -> float:
+        """How near to the goal counts as there [m]."""
+
+    def start(self, pose: Pose2, goal: Pose2) -> None:
+        """Begin a drive from `pose`."""
+
+    def resume(self, state: GoalState, pose: Pose2, goal: Pose2) -> GoalState:
+        """The state in which a drive goes on that was interrupted in `state`."""
+
+    def rotate_to_goal(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
+        """The command in ROTATE_TO_GOAL, `dt` [s] after the last step."""
+
+    def move_forward(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
+        """The same in MOVE_FORWARD."""
+
+    def rotate_to_final(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
+        """The same in ROTATE_TO_FINAL."""
+
+    def shortfall(self, pose: Pose2, goal: Pose2) -> str:
+        """'' or the reason why the pose in which the last state ended is not the goal."""
+
+
 class GoalMachine:
-    """One robot, one goal at a time.
+    """One robot, one goal at a time."""
 
-    `law` has ``start(pose, goal)`` and, for each driving state, a method named like the state in
-    lower case: ``(motion, goal, dt) -> motion.LawStep``; besides ``resume(state, pose, goal)``, the
-    GoalState in which a drive goes on that was interrupted in `state`, ``shortfall(pose, goal)``,
-    '' or what is wrong with the pose in which the last of them ended, and ``distance_tolerance``
-    [m].
-    """
-
-    def __init__(self, law):
+    def __init__(self, law: DrivingLaw) -> None:
         self.law = law
-        self.goal = None
+        self.goal: Optional[Pose2] = None
         self.state = GoalState.GOAL_REACHED
         #: Why the drive was given up; '' while it was not.
         self.failure = ''
-        #: True where that was by somebody's wish: nothing but another goal is driven to then.
+        #: True where a person or program cancelled it: only another goal is driven to then.
         self.cancelled = False
         #: True once the robot has been told to move for this goal.
         self.begun = False
@@ -67,22 +91,22 @@ class GoalMachine:
         self.attempt = 0
         self._tries_left = 0
         self._interrupted = False
-        self._progress = {}          # of each state since the last restart
+        self._progress: Dict[GoalState, Progress] = {}    # since the last restart
         self._settling = Settling()
         self._time = 0.0             # of the steps [s]
 
     @property
-    def active(self):
+    def active(self) -> bool:
         """True while there is something left to drive."""
         return self.state is not GoalState.GOAL_REACHED and not self.failure
 
-    def set_goal(self, goal):
-        """Take a goal (Pose2 in local), in place of whatever was going on."""
+    def set_goal(self, goal: Pose2) -> None:
+        """Drive to another goal (in local) from now on."""
         self.goal = goal
         self.cancelled = False
         self.restart()
 
-    def restart(self):
+    def restart(self) -> None:
         """Begin the drive to the goal anew, as after a reset; not to one that was cancelled."""
         if self.goal is not None and not self.cancelled:
             self.failure = ''
@@ -91,82 +115,98 @@ class GoalMachine:
             self._tries_left = MORE_TRIES
             self._begin()
 
-    def interrupt(self):
-        """The robot stood for a moment in the midst of a drive, which goes on where it is now."""
+    def interrupt(self) -> None:
+        """The robot stood for a moment during a drive, which goes on from where it is now."""
         self._interrupted = self.begun
 
-    def give_up(self, reason):
+    def give_up(self, reason: str) -> None:
         """End the drive without having reached the goal."""
         self.failure = reason
 
-    def cancel(self):
-        """End the drive for good: somebody wishes so."""
+    def cancel(self) -> None:
+        """End the drive for good: it was cancelled."""
         if self.goal is not None:
             self.cancelled = True
             self.give_up('canceled')
 
-    def step(self, motion, dt):
-        """The command for now (Twist2), or None where there is nothing (more) to drive.
+    def step(self, motion: MeasuredMotion, dt: float) -> Optional[Twist2]:
+        """The command for now, or None where there is nothing (more) to drive.
 
-        `motion` is a localizer.Motion; `dt` is the time since the last step [s].
+        `dt` is the time since the last step [s].
         """
-        if self.active and not self.begun:
+        goal = self.goal
+        if goal is None or not self.active:
+            return None
+        if not self.begun:
             self.begun = True
-            self.law.start(motion.pose, self.goal)
-        elif self.active and self._interrupted:
-            self._resume(motion.pose)
+            self.law.start(motion.pose, goal)
+        elif self._interrupted:
+            self._resume(motion.pose, goal)
         self._time += dt
         self._settling.look(_is_slow(motion), self._time - motion.imu_age)
-        # the place is known by an odometry that was measured while the robot rested
-        rests = self._settling.rests and self._time - motion.odometry_age >= self._settling.since
         while self.active:
-            move = getattr(self.law, self.state.name.lower())
-            command, remaining, finished = move(motion, self.goal, dt)
-            if finished and self.state is GoalState.ROTATE_TO_FINAL and not rests:
+            command, remaining, finished = self._move(motion, goal, dt)
+            if finished and self.state is GoalState.ROTATE_TO_FINAL and not self._rests(motion):
                 return Twist2()
             if not finished:
                 self.failure = self._progress[self.state].complaint(
                     remaining, motion, dt, command != Twist2())
                 return None if self.failure else command
-            self._finish_state(motion.pose)
+            self._finish_state(motion.pose, goal)
             dt = 0.0
         return None
 
-    def errors(self, pose):
-        """(distance [m], angle [rad]) by which `pose` misses the goal."""
+    def errors(self, pose: Pose2) -> Tuple[float, float]:
+        """(distance [m], angle [rad]) by which `pose` misses the goal; ``ValueError`` without one.
+        """
+        if self.goal is None:
+            raise ValueError('there is no goal')
         return pose.distance_to(self.goal), difference(self.goal.yaw, pose.yaw)
 
-    def _finish_state(self, pose):
+    def _move(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
+        if self.state is GoalState.ROTATE_TO_GOAL:
+            return self.law.rotate_to_goal(motion, goal, dt)
+        if self.state is GoalState.MOVE_FORWARD:
+            return self.law.move_forward(motion, goal, dt)
+        return self.law.rotate_to_final(motion, goal, dt)
+
+    def _rests(self, motion: MeasuredMotion) -> bool:
+        """Has the robot settled, and was its odometry measured while it rested?"""
+        since = self._settling.since
+        return (self._settling.rests and since is not None
+                and self._time - motion.odometry_age >= since)
+
+    def _finish_state(self, pose: Pose2, goal: Pose2) -> None:
         if self.state is GoalState.ROTATE_TO_GOAL:
             self._enter(GoalState.MOVE_FORWARD)
         elif self.state is GoalState.MOVE_FORWARD:
             self._enter(GoalState.ROTATE_TO_FINAL)
         else:
-            shortfall = self.law.shortfall(pose, self.goal)
+            shortfall = self.law.shortfall(pose, goal)
             if not shortfall:
                 self.state = GoalState.GOAL_REACHED
             elif self._tries_left:
                 self._tries_left -= 1
-                self.law.start(pose, self.goal)
+                self.law.start(pose, goal)
                 self._begin()
             else:
                 self.failure = shortfall
 
-    def _begin(self):
+    def _begin(self) -> None:
         self._progress = {}
         self._settling = Settling()
         self._enter(GoalState.ROTATE_TO_GOAL)
 
-    def _resume(self, pose):
+    def _resume(self, pose: Pose2, goal: Pose2) -> None:
         self._interrupted = False
         for progress in self._progress.values():
             progress.resume()
-        self._enter(self.law.resume(self.state, pose, self.goal))
+        self._enter(self.law.resume(self.state, pose, goal))
 
-    def _enter(self, state):
+    def _enter(self, state: GoalState) -> None:
         self.state = state
         self._progress.setdefault(state, Progress())
 
 
-def _is_slow(motion):
+def _is_slow(motion: MeasuredMotion) -> bool:
     return abs(motion.linear) <= REST_LINEAR and abs(motion.angular) <= REST_ANGULAR

@@ -1,10 +1,13 @@
 """Speed laws and limits shared by turning and driving.
 
-Units: metres or radians for what is left to go, per second for speeds. All laws are odd: they
-treat both directions alike. dt = 0 changes nothing.
+Units: metres or radians for the way that remains, per second for speeds. All laws are odd: they
+treat both directions alike.
 """
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
+
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.robot.turtlebot3 import RobotModel
 
 
 class Twist2(NamedTuple):
@@ -14,33 +17,62 @@ class Twist2(NamedTuple):
     angular: float = 0.0
 
 
+class MeasuredMotion(Protocol):
+    """The robot's motion as a law for driving needs it; a localizer.Motion is one."""
+
+    @property
+    def pose(self) -> Pose2:
+        """local_T_base, now."""
+
+    @property
+    def linear(self) -> float:
+        """Forward speed, by the wheels [m/s]."""
+
+    @property
+    def angular(self) -> float:
+        """Rate of turn, by the gyro [rad/s]."""
+
+    @property
+    def imu_age(self) -> float:
+        """Time since the newest IMU sample was measured [s]."""
+
+    @property
+    def odometry_age(self) -> float:
+        """Time since the newest odometry sample was measured [s]."""
+
+    @property
+    def yaw_noise(self) -> float:
+        """Standard deviation of one sample's yaw [rad]."""
+
+
 class LawStep(NamedTuple):
-    """What a law answers: the command, what remains to go [m or rad], and is it finished."""
+    """A law's answer: the command, the way that remains [m or rad], and is it finished?"""
 
     command: Twist2
     remaining: float
     finished: bool
 
 
-def clamp(value, low, high):
+def clamp(value: float, low: float, high: float) -> float:
     """`value` brought into [low, high]; NaN stays NaN, where min and max would make it a limit."""
     return value if math.isnan(value) else max(low, min(high, value))
 
 
-def proportional(error, gain, slowest=0.0, fastest=math.inf):
+def proportional(error: float, gain: float, slowest: float = 0.0,
+                 fastest: float = math.inf) -> float:
     """The handouts' law: gain x error, its size kept in [slowest, fastest].
 
-    It moves at `slowest` at an error of 0 as well: whoever uses it stops by a tolerance first.
+    It moves at `slowest` at an error of 0 as well: its caller stops by a tolerance first.
     """
     return math.copysign(clamp(abs(gain * error), slowest, fastest), error)
 
 
-def braking_speed(remaining, deceleration, gain):
-    """Fastest speed from which the remaining way is enough to stop in.
+def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
+    """Fastest speed from which a robot can stop within the remaining way.
 
-    Far away the braking profile sqrt(2 a d) of constant deceleration a; near the end the line
-    gain x d, which it meets without a step or a kink, because the profile's slope is infinite at
-    0 and no motor follows that.
+    `deceleration` is in [1/s^2], `gain` in [1/s]. Far away this is the braking profile sqrt(2 a d)
+    of constant deceleration a. Its slope is infinite at 0, which no motor can follow; so near the
+    end it is the line gain x d. Both meet without a step or a kink.
     """
     distance = abs(remaining)
     meeting = deceleration / gain ** 2
@@ -49,11 +81,11 @@ def braking_speed(remaining, deceleration, gain):
     return math.copysign(math.sqrt(deceleration * (2.0 * distance - meeting)), remaining)
 
 
-def saturate(twist, max_linear, max_angular, model):
-    """`twist` within the limits asked for and those of the robot (a turtlebot3.RobotModel).
+def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotModel) -> Twist2:
+    """`twist` within the limits asked for ([m/s], [rad/s]) and those of the robot.
 
-    Each is clipped on its own first. Where both together then ask too much of a wheel, both are
-    scaled alike: the curve stays the same, only slower.
+    Each speed is clipped on its own first. Where both together then ask too much of a wheel, both
+    are scaled alike: the curve stays the same, only slower.
     """
     linear_limit = min(max_linear, model.max_linear)
     angular_limit = min(max_angular, model.max_angular)

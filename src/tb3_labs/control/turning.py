@@ -2,27 +2,31 @@
 
 Units: radians, counter-clockwise positive; the lab's own constants are in degrees, as in the
 handout. A turn is asked for as an angle, not as a heading: 180 and -180 are two turns, and 360 is
-one all the way round. Only the handout's law cannot tell them apart.
+one all the way round. The handout's law alone cannot tell them apart.
 Source: LabTurn is the IMU lab's handout, number by number; PreciseTurn brakes by
 :mod:`tb3_labs.control.approach`.
 """
 import math
 from dataclasses import dataclass
+from typing import Optional, Protocol
 
 from tb3_labs.config import Config, setting
-from tb3_labs.control.approach import Approach, Response
+from tb3_labs.control.approach import Approach, ApproachConfig
+from tb3_labs.control.motor_response import Response
 from tb3_labs.control.settling import RestingMean, Settling
 from tb3_labs.control.speed_laws import LawStep, Twist2, proportional
 from tb3_labs.geometry.angles import continuous, difference
-from tb3_labs.robot.turtlebot3 import CONTROL_RATE
+from tb3_labs.robot.turtlebot3 import CONTROL_RATE, RobotModel
 
+#: The precise law gives one command in each control period of the firmware [s].
+PERIOD = 1.0 / CONTROL_RATE
 #: Two moments as near as this are one, but for rounding [s].
 SAME_MOMENT = 1e-6
-#: What the keyboard calls a turn [deg].
+#: Turns that the keyboard has words for [deg].
 WORDS = {'l': 90.0, 'r': -90.0, 'b': 180.0}
 
 
-def degrees_of(text):
+def degrees_of(text: str) -> float:
     """The turn that `text` asks for [deg]: a word, or a number; else ``ValueError``."""
     try:
         return WORDS[text] if text in WORDS else float(text)
@@ -50,16 +54,55 @@ class TurnConfig(Config):
     angular_acceleration: float = setting(45.0, 'precise: speeding up; a quarter of it for braking',
                                           'rad/s^2', low=1.0, high=80.0)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         if self.min_ang_z > self.max_ang_z:
             raise ValueError('min_ang_z = {:g} is not valid: a number up to max_ang_z, which is '
                              '{:g} rad/s'.format(self.min_ang_z, self.max_ang_z))
 
 
-def make_turn(config, model, response=None):
-    """The turn that `config` (TurnConfig) asks for, for a turtlebot3.RobotModel; `response`: the
-    approach.Response that was learned of this robot so far."""
+class TurningLaw(Protocol):
+    """A law for turns on the spot."""
+
+    @property
+    def period(self) -> float:
+        """It wants to be asked for a command this often [s]."""
+
+    @property
+    def MAX_ANGLE(self) -> float:
+        """The largest turn [rad],"""
+
+    @property
+    def MAX_ANGLE_IN_WORDS(self) -> str:
+        """as a refusal of a larger one says it, in degrees."""
+
+    @property
+    def extends(self) -> bool:
+        """True: a turn that is asked for during another moves the goal of that one. False: it is
+        counted from where the robot looks, by a new start."""
+
+    @property
+    def carries_error(self) -> bool:
+        """True: a turn makes up for the error that the one before left."""
+
+    def start(self, yaw: float, angle: float) -> None:
+        """Turn by `angle` [rad], beginning at `yaw` [rad]."""
+
+    def extend(self, angle: float) -> None:
+        """Turn by `angle` [rad] more (or less), counted from the goal."""
+
+    def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
+             noise: float = 0.0) -> LawStep:
+        """The command for a robot that faces `yaw` [rad] and turns at `rate` [rad/s].
+
+        `dt`: time since the last step [s]; `age`: of the sample that says so [s]; `noise`: standard
+        deviation of its yaw [rad].
+        """
+
+
+def make_turn(config: TurnConfig, model: RobotModel,
+              response: Optional[Response] = None) -> TurningLaw:
+    """The turn that `config` asks for; `response` is what was learned of this robot so far."""
     if config.law == 'lab':
         return LabTurn(config, model)
     return PreciseTurn(min(config.max_ang_z, model.max_angular), config.angular_acceleration,
@@ -76,25 +119,37 @@ class LabTurn:
     period = 0.1    # [s]: 10 Hz
     MAX_ANGLE = math.pi
     MAX_ANGLE_IN_WORDS = "the handout's law goes the short way round, at most 180"
-    #: Every turn is counted from where the robot looks when it is asked, also during another.
     extends = False
     carries_error = False
 
-    def __init__(self, config, model):
+    def __init__(self, config: TurnConfig, model: RobotModel) -> None:
+        self._goal = 0.0
         self._gain = config.k_hdg
         self._tolerance = config.hdg_tol
         self._slowest = min(config.min_ang_z, model.max_angular)
         self._fastest = min(config.max_ang_z, model.max_angular)
 
-    def start(self, yaw, angle):
-        """Turn by `angle`, beginning at `yaw`."""
+    def start(self, yaw: float, angle: float) -> None:
+        """Turn by `angle`, beginning at `yaw` [rad]."""
         self._goal = yaw + angle
 
-    def step(self, yaw, rate, dt, age=0.0, noise=0.0):
-        """What to command, facing `yaw`."""
+    def extend(self, angle: float) -> None:
+        """Move the goal by `angle` [rad]."""
+        self._goal += angle
+
+    def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
+             noise: float = 0.0) -> LawStep:
+        """The command for a robot that faces `yaw` [rad]; this law looks at nothing else."""
         error = math.degrees(difference(self._goal, yaw))
         command = proportional(error, self._gain, self._slowest, self._fastest)
         return LawStep(Twist2(0.0, command), math.radians(error), abs(error) < self._tolerance)
+
+
+def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
+    """How a precise turn comes to rest, given [rad/s^2] and [rad]."""
+    return ApproachConfig(
+        period=PERIOD, acceleration=acceleration, braking=0.25 * acceleration, gain=24.0,
+        slowest=0.04, close_enough=0.002, leave_alone=0.8 * tolerance, speed_is_prompt=True)
 
 
 class PreciseTurn:
@@ -103,10 +158,9 @@ class PreciseTurn:
     Also turns a drive to its goal, see :mod:`tb3_labs.control.driving`.
     """
 
-    period = 1.0 / CONTROL_RATE
+    period = PERIOD
     MAX_ANGLE = 200.0 * math.pi
     MAX_ANGLE_IN_WORDS = 'a number from -36000 to 36000'
-    #: A turn during another moves its goal; one after another makes up for what that left undone.
     extends = True
     carries_error = True
     #: A robot that turns slower than this rests [rad/s].
@@ -114,40 +168,39 @@ class PreciseTurn:
     #: Longest rest in which more samples of a noisy IMU are waited for [s].
     LONGEST_LOOK = 0.6
 
-    def __init__(self, fastest, acceleration, tolerance, response):
-        """[rad/s], [rad/s^2], [rad]; `response` is the robot's approach.Response."""
+    def __init__(self, fastest: float, acceleration: float, tolerance: float,
+                 response: Response) -> None:
+        """[rad/s], [rad/s^2], [rad]; `response` is what was learned of this robot so far."""
         self._fastest = fastest
         self._tolerance = tolerance
-        self._approach = Approach(
-            self.period, acceleration, braking=0.25 * acceleration, gain=24.0, slowest=0.04,
-            close_enough=0.002, leave_alone=0.8 * tolerance, response=response,
-            speed_is_prompt=True)
+        self._approach = Approach(turning_approach(acceleration, tolerance), response)
+        self.start(0.0, 0.0)
 
-    def start(self, yaw, angle):
-        """Turn by `angle`, beginning at `yaw`, with a robot that stands."""
+    def start(self, yaw: float, angle: float) -> None:
+        """Turn by `angle`, beginning at `yaw` [rad], with a robot that stands."""
         self._face = yaw + angle
         #: The angle that is left; it keeps the way round, also over many turns.
         self.remaining = angle
-        self._time = self._measured_at = 0.0
+        self._time = self._measured_at = 0.0    # since the start [s]
         self._settling = Settling()
         self._mean = RestingMean()    # of the angle that is left
         self._approach.start()
 
-    def extend(self, angle):
-        """Turn by `angle` more (or less): from the goal, while the robot is on its way there."""
+    def extend(self, angle: float) -> None:
+        """Turn by `angle` [rad] more (or less), from the goal, while the robot is on its way."""
         self._face += angle
         self.remaining += angle
         self._mean = RestingMean()
         self._approach.extend(angle)
 
-    def aim(self, face):
-        """Face another heading from now on, the short way from the last one."""
+    def aim(self, face: float) -> None:
+        """Face another heading [rad] from now on, the short way from the last one."""
         self._face = face
         self._mean = RestingMean()
 
-    def step(self, yaw, rate, dt, age=0.0, noise=0.0):
-        """What to command, facing `yaw` and turning at `rate`, `dt` after the last step, as a
-        sample of that `age` [s] and that `noise` (one standard deviation [rad]) says.
+    def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
+             noise: float = 0.0) -> LawStep:
+        """The command, see TurningLaw.
 
         Finished when settled: at rest inside the tolerance, as far as the noise lets that be known.
         """
@@ -161,8 +214,8 @@ class PreciseTurn:
         return LawStep(Twist2(0.0, command), self.remaining,
                        self._settling.rests and self._is_near(uncertainty))
 
-    def _look(self, raw, rate, age):
-        """Take a sample in, unless it is the one that was taken in before."""
+    def _look(self, raw: float, rate: float, age: float) -> None:
+        """Take in a sample, unless it is the same as last time."""
         measured_at = self._time - age
         if measured_at - self._measured_at < SAME_MOMENT:
             return
@@ -174,7 +227,7 @@ class PreciseTurn:
         else:
             self._mean = RestingMean()
 
-    def _is_near(self, uncertainty):
+    def _is_near(self, uncertainty: float) -> bool:
         if uncertainty <= 0.5 * self._tolerance:
             return abs(self.remaining) <= self._tolerance
         return (self._settling.rested_for >= self.LONGEST_LOOK

@@ -2,28 +2,48 @@
 
 Units: radians, counter-clockwise positive, except where a name ends in ``degrees``.
 Edge cases: the half-open interval is (-pi, pi], so that exactly half a turn is +pi;
-a compass heading is in [0, 360) and never shows 360.0. NaN stays NaN, infinity raises
-``ValueError`` (from :func:`math.remainder`).
+a compass heading is in [0, 360) and never shows 360.0. NaN stays NaN. Infinity raises
+``ValueError`` (from :func:`math.remainder`); in an array it becomes NaN, since one bad sample
+must not hide the others.
 """
 import math
+from typing import Sequence, Union
+
+import numpy as np
 
 TURN = 2.0 * math.pi
 #: Half a step of a 32-bit number below 360, and a little [deg].
 ROUNDING = 1.6e-5
+#: Many numbers, in any form that numpy takes.
+Numbers = Union[float, Sequence[float], np.ndarray]
 
 
-def wrap(angle):
+def wrap(angle: float) -> float:
     """The same direction as `angle`, in (-pi, pi]."""
     wrapped = math.remainder(angle, TURN)
     return math.pi if wrapped <= -math.pi else wrapped
 
 
-def difference(target, start):
+def wrap_all(angles: Numbers) -> np.ndarray:
+    """:func:`wrap` for an array of any shape."""
+    angles = np.asarray(angles, dtype=float)
+    with np.errstate(invalid='ignore'):
+        wrapped = np.minimum(angles - TURN * np.round(angles / TURN), math.pi)
+        return np.where(wrapped <= -math.pi, math.pi, wrapped)
+
+
+def difference(target: float, start: float) -> float:
     """The turn from `start` to `target` the short way round, in (-pi, pi]."""
     return wrap(target - start)
 
 
-def continuous(angle, previous):
+def difference_degrees(target: float, start: float) -> float:
+    """The turn from `start` to `target` the short way round, in (-180, 180] [deg]."""
+    turn = math.remainder(target - start, 360.0)
+    return 180.0 if turn <= -180.0 else turn
+
+
+def continuous(angle: float, previous: float) -> float:
     """`angle` plus the whole turns that bring it nearest to `previous`.
 
     Fed with one sample after the other this undoes the jump at +/-pi, as long as two
@@ -32,10 +52,24 @@ def continuous(angle, previous):
     return previous + difference(angle, previous)
 
 
-def compass_degrees(yaw):
+def interpolate_angle(start: float, end: float, fraction: float) -> float:
+    """The angle `fraction` (0 to 1) of the short way from `start` to `end`, in (-pi, pi]."""
+    return wrap(start + fraction * difference(end, start))
+
+
+def continuous_at(at: Numbers, times: np.ndarray, angles: np.ndarray) -> np.ndarray:
+    """The angle at the times `at`, interpolated between samples `angles`, shape (n,), of `times`.
+
+    It does not jump at +/-pi, as long as two samples are less than half a turn apart. Before the
+    first sample and after the last one it is that sample's.
+    """
+    return np.interp(at, times, np.unwrap(angles))
+
+
+def compass_degrees(yaw: float) -> float:
     """`yaw` in radians as the lab's heading: degrees in [0, 360).
 
-    What would round up to 360, printed by %f or sent as a 32-bit number, is 0.
+    A heading that would round up to 360, printed by %f or sent as a 32-bit number, is 0.
     """
     heading = math.degrees(wrap(yaw)) % 360.0
     return 0.0 if heading >= 360.0 - ROUNDING else heading

@@ -2,22 +2,24 @@
 
 squaternion is w-first and checks nothing: with the parts in another order it answers a
 plausible wrong angle, an all-zero quaternion gives yaw 0, one of norm 2 a wrong yaw. So the
-parts are keywords here, and what cannot be the attitude of a robot on a floor is refused.
+parts are keywords here, and what cannot be the attitude of a robot on a floor is invalid.
 
-Units: radians. Source: squaternion (PyPI), REP-103 for the axes.
+Units: radians. Edge case: a yaw is in (-pi, pi]. Source: squaternion (PyPI), REP-103 for the axes.
 """
 import math
+from typing import Tuple
 
+import numpy as np
 from squaternion import Quaternion
 
-#: A real TurtleBot3 sends norms of 0.999996; further off than this is no rounding.
+#: A real TurtleBot3 sends norms of 0.999996; a norm further off than this is no rounding error.
 NORM_TOLERANCE = 0.05
 #: A robot that drives does not lean further; parts in a wrong order do.
 MAX_TILT = math.radians(45.0)
 
 
-def yaw_from_quaternion(*, w, x, y, z):
-    """Heading [rad], (-pi, pi], of a robot that stands on a floor.
+def yaw_from_quaternion(*, w: float, x: float, y: float, z: float) -> float:
+    """Heading [rad] of a robot that stands on a floor.
 
     Raises ``ValueError``, saying why, for NaN, infinity, a norm that is not 1, and a tilt of
     more than 45 degrees.
@@ -33,7 +35,22 @@ def yaw_from_quaternion(*, w, x, y, z):
     return math.pi if yaw <= -math.pi else yaw
 
 
-def quaternion_from_yaw(yaw):
+def yaws_from_quaternions(*, w: np.ndarray, x: np.ndarray, y: np.ndarray,
+                          z: np.ndarray) -> np.ndarray:
+    """:func:`yaw_from_quaternion` for arrays of the four parts, shape (n,); NaN for an invalid one.
+    """
+    with np.errstate(invalid='ignore', divide='ignore', over='ignore'):
+        norm = np.sqrt(w * w + x * x + y * y + z * z)
+        w, x, y, z = w / norm, x / norm, y / norm, z / norm
+        roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+        pitch = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
+        yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        valid = ((np.abs(norm - 1.0) <= NORM_TOLERANCE)
+                 & (np.abs(roll) <= MAX_TILT) & (np.abs(pitch) <= MAX_TILT))
+    return np.where(valid, np.where(yaw <= -math.pi, math.pi, yaw), np.nan)
+
+
+def quaternion_from_yaw(yaw: float) -> Tuple[float, float, float, float]:
     """(w, x, y, z) of a heading [rad]."""
     quaternion = Quaternion.from_euler(0.0, 0.0, yaw)
     return quaternion.w, quaternion.x, quaternion.y, quaternion.z

@@ -7,18 +7,19 @@ A pose ``A_T_B`` says where frame B stands in frame A. A point known in B is kno
 and the way back is ``p_B = R(theta)^-1 (p_A - t)`` (``A_T_B.inverse().act(p_A)``).
 Poses chain by their frames' names: ``A_T_B @ B_T_C`` is ``A_T_C``.
 
-Units: metres and radians. Source: the Transformation lab's handout; names of frame pairs as
-in the Sophus library.
+Units: metres and radians. Edge case: a computed yaw is in (-pi, pi].
+Source: the Transformation lab's handout; names of frame pairs as in the Sophus library.
 """
 import math
 from dataclasses import dataclass
+from typing import Sequence, Union
 
 import numpy as np
 
-from tb3_labs.geometry.angles import wrap
+from tb3_labs.geometry.angles import interpolate_angle, wrap
 
 
-def rotation_matrix(theta):
+def rotation_matrix(theta: float) -> np.ndarray:
     """R(theta), shape (2, 2): turns a point by `theta`, counter-clockwise."""
     cos, sin = math.cos(theta), math.sin(theta)
     return np.array([[cos, -sin],
@@ -33,40 +34,40 @@ class Pose2:
     y: float = 0.0
     yaw: float = 0.0
 
-    def act(self, points):
+    def act(self, points: Union[np.ndarray, Sequence]) -> np.ndarray:
         """`points` of this pose's own frame, shape (..., 2) [m], seen from its parent frame."""
         return np.asarray(points, dtype=float) @ rotation_matrix(self.yaw).T + (self.x, self.y)
 
-    def inverse(self):
+    def inverse(self) -> 'Pose2':
         """The parent frame as this pose's own frame sees it."""
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         return Pose2(-cos * self.x - sin * self.y, sin * self.x - cos * self.y, wrap(-self.yaw))
 
-    def __matmul__(self, other):
+    def __matmul__(self, other: 'Pose2') -> 'Pose2':
         """A_T_B @ B_T_C = A_T_C."""
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         return Pose2(self.x + cos * other.x - sin * other.y,
                      self.y + sin * other.x + cos * other.y,
                      wrap(self.yaw + other.yaw))
 
-    def distance_to(self, other):
+    def distance_to(self, other: 'Pose2') -> float:
         """Straight-line distance between the two places [m]."""
         return math.hypot(other.x - self.x, other.y - self.y)
 
-    def bearing_to(self, other):
+    def bearing_to(self, other: 'Pose2') -> float:
         """Direction of `other` from here, in the parent frame [rad], (-pi, pi]."""
         return wrap(math.atan2(other.y - self.y, other.x - self.x))
 
-    def is_finite(self):
+    def is_finite(self) -> bool:
         """False where any of the three numbers is NaN or infinite."""
         return math.isfinite(self.x) and math.isfinite(self.y) and math.isfinite(self.yaw)
 
-    def __str__(self):
+    def __str__(self) -> str:
         return 'x={:.3f}, y={:.3f}, yaw={:.1f} deg'.format(self.x, self.y, math.degrees(self.yaw))
 
 
-def interpolate(start, end, fraction):
+def interpolate(start: Pose2, end: Pose2, fraction: float) -> Pose2:
     """The pose `fraction` (0 to 1) of the way from `start` to `end`, turning the short way."""
     return Pose2(start.x + fraction * (end.x - start.x),
                  start.y + fraction * (end.y - start.y),
-                 wrap(start.yaw + fraction * wrap(end.yaw - start.yaw)))
+                 interpolate_angle(start.yaw, end.yaw, fraction))

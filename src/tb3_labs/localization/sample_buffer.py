@@ -12,7 +12,7 @@ from bisect import bisect_left
 from collections import deque
 from typing import NamedTuple
 
-from tb3_labs.geometry.angles import difference, wrap
+from tb3_labs.geometry.angles import difference, interpolate_angle, wrap
 from tb3_labs.geometry.se2 import Pose2, interpolate
 from tb3_labs.localization.sender_clock import SenderClock
 
@@ -77,10 +77,6 @@ class Track:
         return self._between(start, stop, (time - begin) / (end - begin))
 
 
-def _yaw_between(start, end, fraction):
-    return wrap(start + fraction * difference(end, start))
-
-
 class Instant(NamedTuple):
     """What both sensors said at `stamp` [s, sender's clock]."""
 
@@ -93,7 +89,7 @@ class SensorHistory:
     """Remembers IMU and odometry samples; answers for both at one instant."""
 
     def __init__(self):
-        self._imu = Track(_yaw_between)
+        self._imu = Track(interpolate_angle)
         self._odometry = Track(interpolate)
         self._unpaired = deque()
         #: The SenderClock by which samples are ordered.

@@ -1,7 +1,7 @@
 """The IMU exercise: the heading in the terminal."""
-import math
 import re
 
+from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.marking.criteria import Criterion, Place
 from tb3_labs.marking.observation import NotSeen
 from tb3_labs.marking.life import TRACEBACK, clean_exit, says, starts
@@ -46,7 +46,7 @@ def heading_right(seen):
     """Is the heading that of the IMU, in whatever way it is counted?"""
     for heading, printed in _standing(seen):
         for number in printed:
-            if abs(math.remainder(number - heading, 360.0)) > TOLERANCE:
+            if abs(difference_degrees(number, heading)) > TOLERANCE:
                 return 'printed {:.1f} degrees while the IMU said {:.1f}'.format(number, heading)
     return ''
 

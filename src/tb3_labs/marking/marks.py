@@ -1,6 +1,7 @@
 """What a submission earned."""
 import csv
 from dataclasses import dataclass, field
+from typing import Optional
 
 from tb3_labs.marking.criteria import Outcome
 from tb3_labs.marking.observation import Observation
@@ -14,7 +15,7 @@ class Marks:
     node: str = ''                   # package/file
     verdicts: list = field(default_factory=list)
     remarks: list = field(default_factory=list)      # sentences
-    observation: Observation = None  # None: nothing could be observed
+    observation: Optional[Observation] = None    # None: nothing could be observed
     failed: bool = False             # by no fault of the submission, as far as is known
 
     @property

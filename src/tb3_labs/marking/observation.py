@@ -7,6 +7,7 @@ moved the robot.
 import json
 import math
 from dataclasses import asdict, dataclass, field
+from typing import Optional
 
 import numpy as np
 
@@ -37,8 +38,8 @@ class Run:
     """One life of the node, from its start to its end."""
 
     begin: float
-    ready: float = None         # when it listened to what it should; None: never
-    end: float = None
+    ready: Optional[float] = None         # when it listened to what it should; None: never
+    end: Optional[float] = None
     ended_by_itself: bool = False
     printed: str = ''           # head and tail
 

@@ -14,10 +14,10 @@ import numpy as np
 
 from tb3_labs.control.driving import DriveConfig
 from tb3_labs.control.goal_machine import DRIVING, GoalState
-from tb3_labs.geometry.angles import difference, wrap
+from tb3_labs.geometry.angles import continuous_at, difference, wrap, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.epochs import between, declared_at_first, epoch_of, epochs
-from tb3_labs.report.run_data import Poses, wrapped
+from tb3_labs.report.run_data import Poses
 from tb3_labs.control.least_time import least_time
 
 #: A pause in a topic longer than this is a gap [s].
@@ -107,7 +107,7 @@ def rate(samples):
 
 def imu_yaw_at(run, time):
     """The IMU's continuous yaw [rad] at the times of an array."""
-    return np.interp(time, run.imu.time, np.unwrap(run.imu.yaw))
+    return continuous_at(time, run.imu.time, run.imu.yaw)
 
 
 def yaw_offset(run):
@@ -131,7 +131,7 @@ def local_poses(run):
     frame, odometry = declared_at_first(run), run.odometry
     x, y = frame.odom_T_local.inverse().act(odometry.points).T
     return Poses(odometry.arrival, odometry.time, x, y,
-                 wrapped(imu_yaw_at(run, odometry.time) - frame.imu_yaw_of_x))
+                 wrap_all(imu_yaw_at(run, odometry.time) - frame.imu_yaw_of_x))
 
 
 def spans(run):
@@ -172,7 +172,7 @@ def goal_errors(run):
         return np.empty(0), np.empty(0), np.empty(0)
     number = np.searchsorted([begin for begin, _ in goals], poses.time, side='right') - 1
     x, y, yaw = np.array([(goal.x, goal.y, goal.yaw) for _, goal in goals])[number].T
-    return poses.time, np.hypot(x - poses.x, y - poses.y), wrapped(yaw - poses.yaw)
+    return poses.time, np.hypot(x - poses.x, y - poses.y), wrap_all(yaw - poses.yaw)
 
 
 def drives(run, model):

@@ -23,11 +23,11 @@ from typing import NamedTuple, Optional
 
 import numpy as np
 
-from tb3_labs.geometry.angles import difference, wrap
+from tb3_labs.geometry.angles import continuous_at, difference, wrap, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.localization.odometry_jumps import FASTEST, LOST, SLACK, SteadyOdometry
-from tb3_labs.report.run_data import Poses, wrapped
+from tb3_labs.report.run_data import Poses
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 
 #: local_pose jumps by more than this against the odometry: a reset [m], [rad].
@@ -81,7 +81,7 @@ def between(samples, begin, end):
 
 def declared_at_first(run):
     """The LocalFrame that has the robot at (0, 0, 0) in its first sample."""
-    imu_yaw = np.interp(run.odometry.time[0], run.imu.time, np.unwrap(run.imu.yaw))
+    imu_yaw = continuous_at(run.odometry.time[0], run.imu.time, run.imu.yaw)
     return LocalFrame.declared(Pose2(), run.odometry.pose(0), float(imu_yaw))
 
 
@@ -103,9 +103,9 @@ def _frames(run):
 
 
 def _robot_in_odom(run, times):
-    x, y, yaw = (np.interp(times, run.odometry.time, column) for column in (
-        run.odometry.x, run.odometry.y, np.unwrap(run.odometry.yaw)))
-    return Poses(times, times, x, y, wrapped(yaw))
+    odometry = run.odometry
+    x, y = (np.interp(times, odometry.time, column) for column in (odometry.x, odometry.y))
+    return Poses(times, times, x, y, wrap_all(continuous_at(times, odometry.time, odometry.yaw)))
 
 
 def _changes(frames):
@@ -130,7 +130,7 @@ def _steps(frames, robot):
     """How far each change of the frame moves the robot in ``local``: (distances, angles)."""
     robot = robot.take(slice(1, None))
     old, new = (frames.take(part).inverse() @ robot for part in (slice(None, -1), slice(1, None)))
-    return np.hypot(new.x - old.x, new.y - old.y), np.abs(wrapped(new.yaw - old.yaw))
+    return np.hypot(new.x - old.x, new.y - old.y), np.abs(wrap_all(new.yaw - old.yaw))
 
 
 def _resets(run, frames):
@@ -178,7 +178,7 @@ def _mended_odometry(run, begin, end):
         return _Mended(Pose2(), False, False)
     poses, steady, lost_at = _replay(heard, run.imu)
     driven = poses.at(begin).inverse() @ poses.at(end)
-    before, after = np.interp((begin, end), imu.time, np.unwrap(imu.yaw))
+    before, after = continuous_at((begin, end), imu.time, imu.yaw)
     pauses = np.diff(heard.time)
     return _Mended(Pose2(driven.x, driven.y, wrap(after - before)),
                    bool(steady == Pose2() and pauses.max() < HOLE * np.median(pauses)),

@@ -12,9 +12,9 @@ from string import Template
 import numpy as np
 
 from tb3_labs.control.goal_machine import DRIVING
+from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.report import analysis, figures, html
 from tb3_labs.report.epochs import epochs
-from tb3_labs.report.run_data import wrapped
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: A pose belongs to an odometry message that is no further from it [s].
@@ -167,7 +167,7 @@ def write_csv(run, path):
     newest = np.searchsorted(run.commands.time, at, side='right') - 1
     newest[_chosen(run.commands.time, newest) < at - COMMAND_TIMEOUT] = -1
     columns += [
-        ('imu_yaw_deg', np.degrees(wrapped(analysis.imu_yaw_at(run, at))), 3),
+        ('imu_yaw_deg', np.degrees(wrap_all(analysis.imu_yaw_at(run, at))), 3),
         ('distance_error_m', _chosen(distance, near), 4),
         ('angle_error_deg', np.degrees(_chosen(angle, near)), 3),
         ('linear_m_s', odometry.linear, 4),

@@ -6,16 +6,15 @@ robot up to a second off) to the recorder's: even like the stamps, comparable be
 the arrivals. Messages without a stamp have their arrival in both.
 
 Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi] as the sender said them.
-Edge cases: a topic that was not recorded has samples of length 0; a bad quaternion (its norm not
-1, NaN) or a number that is not finite is no sample, only counted.
+Edge cases: a topic that was not recorded has samples of length 0; an invalid quaternion (see
+:mod:`tb3_labs.geometry.quaternions`) or a number that is not finite is no sample, only counted.
 """
-import math
 from dataclasses import dataclass, field, fields
 from typing import Dict, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.quaternions import NORM_TOLERANCE
+from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.geometry.se2 import Pose2, interpolate
 
 #: Two senders whose clocks differ by less than this share one [s].
@@ -86,19 +85,19 @@ class Poses(Samples):
         """The parent frame as each pose's own frame sees it."""
         cos, sin = np.cos(self.yaw), np.sin(self.yaw)
         return Poses(self.arrival, self.time, -cos * self.x - sin * self.y,
-                     sin * self.x - cos * self.y, wrapped(-self.yaw))
+                     sin * self.x - cos * self.y, wrap_all(-self.yaw))
 
     def __matmul__(self, other):
         """A_T_B @ B_T_C = A_T_C, one by one, at the times of the first."""
         cos, sin = np.cos(self.yaw), np.sin(self.yaw)
         return Poses(self.arrival, self.time, self.x + cos * other.x - sin * other.y,
-                     self.y + sin * other.x + cos * other.y, wrapped(self.yaw + other.yaw))
+                     self.y + sin * other.x + cos * other.y, wrap_all(self.yaw + other.yaw))
 
     def seen_from(self, parent_T_frame):
         """The same poses in the parent of their frame."""
         x, y = parent_T_frame.act(self.points).T
         return Poses(self.arrival, self.time, x, y,
-                     wrapped(self.yaw + parent_T_frame.yaw))
+                     wrap_all(self.yaw + parent_T_frame.yaw))
 
 
 @dataclass(frozen=True)
@@ -147,19 +146,6 @@ class RunData:
         return tuple(part.name for part in fields(self)
                      if isinstance(getattr(self, part.name), Samples)
                      and len(getattr(self, part.name)))
-
-
-def wrapped(angles):
-    """`angles` [rad] as an array in [-pi, pi)."""
-    return (np.asarray(angles) + math.pi) % (2.0 * math.pi) - math.pi
-
-
-def yaws_of(w, x, y, z):
-    """Headings [rad] of many quaternions, arrays of their parts; NaN for a bad one."""
-    with np.errstate(invalid='ignore', divide='ignore', over='ignore'):
-        square = w * w + x * x + y * y + z * z
-        yaw = np.arctan2(2.0 * (w * z + x * y) / square, 1.0 - 2.0 * (y * y + z * z) / square)
-        return np.where(np.abs(np.sqrt(square) - 1.0) <= NORM_TOLERANCE, yaw, np.nan)
 
 
 @dataclass(frozen=True)

@@ -1,16 +1,16 @@
-"""What the robot's two sensors say, without ROS.
+"""The samples of the robot's two sensors, without ROS.
 
 Units: seconds, metres, radians. `stamp` is the sender's clock, which may be off by a second.
 """
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 
-#: No robot turns farther between two samples of its IMU, nor in a silence of it: who drives by the
-#: IMU stops, and so does the robot [rad].
+#: No robot turns farther between two samples of its IMU, nor while the IMU is silent: a node that
+#: drives by the IMU stops then, and so does the robot [rad].
 FARTHEST_TURN = 1.0
 
 
@@ -32,15 +32,18 @@ class OdometrySample:
     angular: float        # [rad/s]; a spike of 2 pi times the rate at each +/-180 deg crossing
 
 
-def with_stamp(sample, stamp):
-    """The same sample with another stamp."""
+AnySample = TypeVar('AnySample', ImuSample, OdometrySample)
+
+
+def with_stamp(sample: AnySample, stamp: float) -> AnySample:
+    """The same sample with another stamp [s]."""
     if isinstance(sample, ImuSample):
         return sample._replace(stamp=stamp)
     return replace(sample, stamp=stamp)
 
 
-def heading_jump(before, after):
-    """'' or what is wrong with the IMU, given the yaws of two samples in a row [rad]."""
+def heading_jump(before: float, after: float) -> str:
+    """'' or the fault of the IMU, given the yaws of two samples in a row [rad]."""
     turned = difference(after, before)
     if abs(turned) <= FARTHEST_TURN:
         return ''

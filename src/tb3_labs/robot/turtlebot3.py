@@ -6,12 +6,14 @@ for the Burger are rounded up: its wheels stop at 61 rpm.
 """
 import math
 from dataclasses import dataclass
+from typing import Dict
 
 #: Encoder steps per turn of a wheel.
 TICKS_PER_TURN = 4096
 #: Goal velocities are sent to the motors in whole steps of 0.229 rpm, cut towards zero.
 MOTOR_SPEED_STEP = 0.229 * 2.0 * math.pi / 60.0
-#: The firmware applies the newest command, and sends odometry, this often [1/s].
+#: The firmware applies the newest command, and sends odometry, this often [1/s]. Laws command in
+#: this rhythm, see tb3_labs.control.pace.
 CONTROL_RATE = 30.0
 #: Without a command for this long the wheels are commanded to zero [s].
 COMMAND_TIMEOUT = 0.5
@@ -32,17 +34,17 @@ class RobotModel:
     body_radius: float        # a circle about the wheels' axle that holds the robot [m]
 
     @property
-    def half_track(self):
+    def half_track(self) -> float:
         """From the robot's centre to a wheel [m]."""
         return self.wheel_separation / 2.0
 
     @property
-    def max_wheel_speed(self):
+    def max_wheel_speed(self) -> float:
         """Fastest speed of a wheel's rim [m/s]; bounds |v| + half_track |w|."""
         return self.wheel_radius * self.motor_rpm * 2.0 * math.pi / 60.0
 
 
-MODELS = {
+MODELS: Dict[str, RobotModel] = {
     'burger': RobotModel('burger', 0.033, 0.160, 61.0, 0.2108, 2.635, 0.105),
     'waffle': RobotModel('waffle', 0.033, 0.287, 77.0, 0.26, 1.82, 0.220),
     'waffle_pi': RobotModel('waffle_pi', 0.033, 0.287, 77.0, 0.26, 1.82, 0.220),
@@ -50,7 +52,7 @@ MODELS = {
 DEFAULT_MODEL = 'burger'
 
 
-def robot_model(name):
+def robot_model(name: str) -> RobotModel:
     """The model called `name` (as in ``TURTLEBOT3_MODEL``); ``ValueError`` for an unknown one."""
     try:
         return MODELS[name]

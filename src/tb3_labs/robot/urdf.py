@@ -11,7 +11,7 @@ forward. Units: metres.
 """
 from xml.etree import ElementTree
 
-from tb3_labs.robot.turtlebot3 import WHEEL_WIDTH
+from tb3_labs.robot.turtlebot3 import WHEEL_WIDTH, RobotModel
 
 #: Of body and nose [m].
 THICKNESS = 0.005
@@ -61,8 +61,8 @@ _WHEEL = """
 """
 
 
-def simple_urdf(model):
-    """The URDF of a shape as large as `model`, a turtlebot3.RobotModel."""
+def simple_urdf(model: RobotModel) -> str:
+    """The URDF of a shape as large as `model`."""
     wheels = [_WHEEL.format(side=side, y=y, radius=model.wheel_radius, width=WHEEL_WIDTH)
               for side, y in (('left', model.half_track), ('right', -model.half_track))]
     return _ROBOT.format(
@@ -72,10 +72,11 @@ def simple_urdf(model):
         wheels=''.join(wheels))
 
 
-def with_prefix(urdf, prefix):
+def with_prefix(urdf: str, prefix: str) -> str:
     """The same robot with `prefix`, such as ``robot3/``, before the names of its links.
 
-    Links are frames in tf, which has one tree for all robots. ``ValueError`` if `urdf` is no XML.
+    Links are frames in tf, which has one tree for all robots. ``ValueError`` if `urdf` is not
+    valid.
     """
     try:
         robot = ElementTree.fromstring(urdf)
@@ -83,5 +84,8 @@ def with_prefix(urdf, prefix):
         raise ValueError('not a URDF: {}'.format(problem)) from None
     for path, attribute in (('link', 'name'), ('joint/parent', 'link'), ('joint/child', 'link')):
         for element in robot.findall(path):
-            element.set(attribute, prefix + element.get(attribute))
+            name = element.get(attribute)
+            if name is None:
+                raise ValueError('not a URDF: <{}> has no {}'.format(element.tag, attribute))
+            element.set(attribute, prefix + name)
     return ElementTree.tostring(robot, encoding='unicode')

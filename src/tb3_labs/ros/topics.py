@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import rosgraph
 import rospy
 
+from tb3_labs.control.pace import Listening
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, is_wall_time
 
@@ -24,12 +25,12 @@ def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_
     topic. A large receive buffer goes with queue_size=1: when the node is late, what is stale is
     dropped, and not even deserialised.
 
-    `idle_for(now)` makes use of that: it says for how long [s] after a message the topic is left
-    alone; of what came meanwhile only the newest is read. To wake up for every message of an IMU is
-    what a rospy node costs most. By simulated time, whose pace nobody knows, every message is read.
+    `idle_for(now)`, in [s], makes use of that: the topic is read in the rhythm of the node's steps,
+    see :mod:`tb3_labs.control.pace`. By simulated time, whose pace is unknown, every message is
+    read.
     """
-    if not is_wall_time():
-        idle_for = None
+    in_rhythm = idle_for is not None and is_wall_time()
+    listening = Listening(idle_for) if in_rhythm else None
 
     def handle(message):
         try:
@@ -40,8 +41,8 @@ def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_
                 source.dropped += 1
             return
         callback(value)
-        if idle_for is not None:
-            time.sleep(idle_for(rospy.get_time()))
+        if listening is not None:
+            time.sleep(listening.rest(rospy.get_time()))
 
     return rospy.Subscriber(topic, kind, guarded(handle), queue_size=queue_size,
                             buff_size=65536, tcp_nodelay=True)

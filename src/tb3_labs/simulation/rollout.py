@@ -7,9 +7,11 @@ Units: seconds, metres, radians.
 """
 import math
 from dataclasses import dataclass
+from typing import List
 
 from tb3_labs.control.driving import DriveConfig, make_law
 from tb3_labs.control.goal_machine import GoalState
+from tb3_labs.control.pace import Listening, newest_of
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous, difference
@@ -131,62 +133,44 @@ def _control(robot, controller, seconds):
 
 
 def navigation(robot, navigator):
-    """What hears a robot's samples for a Navigator."""
-    is_idle = _idle(robot, navigator)
+    """What hears a robot's samples for a Navigator, as its node does."""
+    listening = Listening(navigator.idle_for)
 
     def hear(sample):
-        if isinstance(sample, ImuSample):
-            if is_idle():
-                return
+        if not isinstance(sample, ImuSample):
+            navigator.on_odometry(sample, robot.now)
+        elif listening.reads(robot.now):
+            listening.rest(robot.now)
             navigator.on_imu(sample, robot.now)
         else:
-            navigator.on_odometry(sample, robot.now)
+            return
         navigator.localizer.take_fix()
     return hear
 
 
 def control(robot, controller):
-    """What hears a robot's samples for a LabController."""
-    is_idle = _idle(robot, controller)
+    """What hears a robot's samples for a LabController, as its node does."""
+    listening = Listening(controller.idle_for)
 
     def hear(sample):
-        if isinstance(sample, ImuSample) and not is_idle():
+        if isinstance(sample, ImuSample) and listening.reads(robot.now):
+            listening.rest(robot.now)
             controller.on_imu(sample, robot.now)
     return hear
-
-
-def _idle(robot, driver):
-    """Is an IMU sample one that the node of `driver` would not read now? See ros.node.subscribe."""
-    woken = -math.inf
-
-    def is_idle():
-        nonlocal woken
-        if robot.now < woken:
-            return True
-        woken = robot.now + driver.idle_for(robot.now)
-        return False
-    return is_idle
 
 
 def run(robot, driver, hear, seconds):
     """Let time pass: each sample is heard when it arrives, and what `driver` then commands goes to
     the robot. Returns the commands, a standing Twist2 where it fell silent."""
-    commands = []
+    commands: List[Twist2] = []
     end = robot.now + seconds
     while robot.now < end:
-        for sample in _as_read(robot.step(min(1.0 / robot.config.imu_rate, end - robot.now))):
+        arrived = robot.step(min(1.0 / robot.config.imu_rate, end - robot.now))
+        for sample in newest_of(arrived, ImuSample):
             hear(sample)
             _obey(robot, driver, commands)
         _obey(robot, driver, commands)
     return commands
-
-
-def _as_read(samples):
-    """What a node reads of samples that arrived together: of the IMU's only the newest."""
-    last = max((index for index, sample in enumerate(samples) if isinstance(sample, ImuSample)),
-               default=None)
-    return [sample for index, sample in enumerate(samples)
-            if index == last or not isinstance(sample, ImuSample)]
 
 
 def _obey(robot, driver, commands):

@@ -3,6 +3,7 @@
 Units: metres or radians for the way that remains, per second for speeds, seconds.
 """
 import math
+from typing import Optional
 
 #: The robot counts as stuck when it got no nearer for this long while it was told to move [s],
 STALL_TIME = 1.3
@@ -20,8 +21,8 @@ MOVING = 0.005
 class Progress:
     """Watches one stretch of way: a drive's state, or a turn."""
 
-    def __init__(self):
-        self._least = math.inf
+    def __init__(self) -> None:
+        self._least: Optional[float] = math.inf
         self._stalled_for = 0.0
         self._rested_for = 0.0
 

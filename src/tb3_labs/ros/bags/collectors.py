@@ -8,8 +8,9 @@ from array import array
 
 import numpy as np
 
+from tb3_labs.geometry.quaternions import yaws_from_quaternions
 from tb3_labs.report.run_data import (
-    Commands, ImuSamples, OdometrySamples, Poses, States, times_on_recorders_clock, yaws_of)
+    Commands, ImuSamples, OdometrySamples, Poses, States, times_on_recorders_clock)
 
 HEADER = struct.Struct('<4xIII')                # seq, secs, nsecs, length of frame_id
 LENGTH = struct.Struct('<I')
@@ -69,7 +70,7 @@ class _ImuCollector(_Collector):
 
     @staticmethod
     def columns(x, y, z, w, rate):
-        return yaws_of(w, x, y, z), rate
+        return yaws_from_quaternions(w=w, x=x, y=y, z=z), rate
 
 
 class _PoseCollector(_Collector):
@@ -77,7 +78,7 @@ class _PoseCollector(_Collector):
 
     @staticmethod
     def columns(x, y, qx, qy, qz, qw, *more):
-        return (x, y, yaws_of(qw, qx, qy, qz)) + more
+        return (x, y, yaws_from_quaternions(w=qw, x=qx, y=qy, z=qz)) + more
 
 
 class _OdometryCollector(_PoseCollector):

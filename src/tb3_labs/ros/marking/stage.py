@@ -13,7 +13,7 @@ from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import PoseStamped, Twist
 
 from tb3_labs.control.speed_laws import clamp
-from tb3_labs.geometry.angles import continuous
+from tb3_labs.geometry.angles import continuous, difference
 from tb3_labs.marking.life import CTRL_C, ENDING, STOPPING
 from tb3_labs.marking.observation import Observation, Run, Stimulus
 from tb3_labs.ros.conversions import to_pose2, to_twist
@@ -278,7 +278,7 @@ class Stage:
     def face(self, heading_deg, seconds=8.0):
         """Turn the robot to a heading, the short way, by commands of this stage."""
         def error():
-            return math.remainder(math.radians(heading_deg) - self.pose[2], 2.0 * math.pi)
+            return difference(math.radians(heading_deg), self.pose[2])
         deadline = time.monotonic() + seconds
         while abs(error()) > 0.01 and time.monotonic() < deadline:
             rate = clamp(3.0 * error(), -1.5, 1.5)

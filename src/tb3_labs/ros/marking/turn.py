@@ -1,8 +1,7 @@
 """How a node of the IMU lab is tried out."""
-import math
-
 import rospy
 
+from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.marking.turn import BESIDE_MOUSE, NONSENSE, TURN_TIME, TURNS
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.marking.hand import Hand
@@ -30,7 +29,7 @@ def turns(stage):
 
 def _begin_at(stage, heading):
     """A node that waits for input, and a robot that rests near this heading [deg]."""
-    astray = abs(math.remainder(stage.heading_deg - heading, 360.0)) > ASTRAY
+    astray = abs(difference_degrees(stage.heading_deg, heading)) > ASTRAY
     if stage.alive and stage.rests() and not astray:
         return True
     stage.stop()

@@ -1,0 +1,111 @@
+"""Dead-time compensation: what was commanded and is not driven yet.
+
+A robot obeys late. A command is under way for the *delay*, and the motors follow with a first-order
+*lag*. A controller that brakes by the measured position alone overshoots by the travel that is
+still to come. A Smith predictor subtracts that travel with a model of the robot: the controller
+then sees the robot as it would stand if it were told to stop now,
+
+    remaining - (speed of the motors) * lag - (travel of the commands under way)
+
+The middle term is the coasting of a first-order motor: the integral of v exp(-t / lag) is v lag.
+
+Commands are given in the rhythm of the firmware, one for each of its control periods. Each is
+then obeyed for exactly one period, so what is under way is known.
+
+Units: seconds; radians or metres for travel, per second for speeds. Works for either direction.
+Source: O. J. M. Smith, Closer control of loops with dead time, Chemical Engineering Progress 53
+(1957), 217-219.
+"""
+import math
+from collections import deque
+from typing import Deque, Tuple
+
+#: Commands are remembered for this long [s]. It exceeds every delay and every age of a sample.
+MEMORY = 1.4
+#: A lag below this counts as this [s], since time is divided by it.
+LEAST_LAG = 1e-6
+
+
+class CommandHistory:
+    """The commands since a start, each for one period of the robot; nothing but stops before."""
+
+    def __init__(self, period: float) -> None:
+        """`period`: each command is obeyed for this long [s]."""
+        self._period = period
+        self._sent: Deque[Tuple[float, float]] = deque()   # (begin of its period, command)
+        #: Time since the start [s].
+        self.now = 0.0
+        #: The latest command.
+        self.command = 0.0
+        self._same_since = 0.0
+        self._earlier_travel = 0.0        # commanded up to the begin of the latest period
+
+    @property
+    def begin(self) -> float:
+        """Begin of the period that a command given now is for [s]."""
+        return round(self.now / self._period) * self._period
+
+    @property
+    def first(self) -> float:
+        """The oldest command that is remembered."""
+        return self._sent[0][1]
+
+    @property
+    def unchanged_for(self) -> float:
+        """Time since the latest change of the command [s]."""
+        return self.now - self._same_since
+
+    @property
+    def travel(self) -> float:
+        """Travel that was commanded since the start."""
+        return self._earlier_travel + self.command * (self.now - self._sent[-1][0])
+
+    def advance(self, dt: float) -> None:
+        """Time goes on by `dt` [s]."""
+        self.now += dt
+
+    def send(self, command: float) -> None:
+        """Give a command for the period that begins now."""
+        begin = self.begin
+        if self._sent:
+            self._earlier_travel += self.command * (begin - self._sent[-1][0])
+        if command != self.command:
+            self._same_since = self.now
+        self.command = command
+        self._sent.append((begin, command))
+        while self._sent[0][0] < self.now - MEMORY:
+            self._sent.popleft()
+
+    def travel_under_way(self, delay: float) -> float:
+        """Travel commanded within the last `delay` [s], up to the begin of the period from now."""
+        travel, until = 0.0, self.begin
+        horizon = self.now - delay
+        for time, command in reversed(self._sent):
+            if until <= horizon:
+                break
+            travel += command * (until - max(time, horizon))
+            until = time
+        return travel
+
+    def arrived(self, delay: float) -> float:
+        """The command that reaches the motors now; 0 before the first one arrives."""
+        horizon = self.now - delay
+        return next((command for time, command in reversed(self._sent) if time <= horizon), 0.0)
+
+    def only_stops_since(self, time: float) -> bool:
+        """Was nothing but a stop commanded for the periods from `time` on?"""
+        return not any(command for begin, command in self._sent if begin >= time)
+
+
+def followed(speed: float, command: float, lag: float, dt: float) -> float:
+    """The speed of a first-order motor with this `lag`, `dt` [s] after it had `speed`.
+
+    Exact for a constant `command`.
+    """
+    return speed - math.expm1(-dt / max(lag, LEAST_LAG)) * (command - speed)
+
+
+def way_at_rest(remaining: float, motor_speed: float, history: CommandHistory, delay: float,
+                lag: float) -> float:
+    """The part of `remaining` that would be left if the robot were told to stop now."""
+    return remaining - motor_speed * lag - history.travel_under_way(delay)

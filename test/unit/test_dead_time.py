@@ -1,0 +1,106 @@
+"""What is commanded and not yet driven, against closed forms."""
+import math
+
+import pytest
+
+from tb3_labs.control.dead_time import CommandHistory, followed, way_at_rest
+
+PERIOD = 0.02
+
+
+def history_of(commands, extra=0.0):
+    """A history of one command in each period, `extra` seconds after the last period's begin."""
+    history = CommandHistory(PERIOD)
+    for index, command in enumerate(commands):
+        if index:
+            history.advance(PERIOD)
+        history.send(command)
+    history.advance(extra)
+    return history
+
+
+def test_travel_under_way_is_the_sum_of_the_commands_within_the_delay():
+    history = history_of([0.1, 0.2, 0.3], extra=PERIOD)
+    # at 0.06 s: both newest are under way in whole, and the last 10 ms of the first
+    assert history.travel_under_way(0.05) == pytest.approx(0.02 * 0.3 + 0.02 * 0.2 + 0.01 * 0.1)
+    assert history.travel_under_way(0.0) == 0.0
+    assert history.travel_under_way(10.0) == pytest.approx(0.012)
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+def test_a_constant_command_has_its_speed_times_the_delay_under_way(sign):
+    history = history_of([sign * 0.5] * 20, extra=PERIOD)
+    for delay in (0.0, 0.013, 0.1, 0.33):
+        assert history.travel_under_way(delay) == pytest.approx(sign * 0.5 * delay)
+
+
+def test_nothing_is_under_way_before_the_first_command():
+    history = CommandHistory(PERIOD)
+    assert history.travel_under_way(0.3) == 0.0
+    assert history.arrived(0.0) == 0.0
+    assert history.only_stops_since(-math.inf)
+
+
+@pytest.mark.parametrize('delay, command', [(0.0, 0.3), (0.015, 0.3), (0.03, 0.2), (0.05, 0.1),
+                                            (0.07, 0.0)])
+def test_the_command_that_arrives_is_the_one_of_a_delay_ago(delay, command):
+    assert history_of([0.1, 0.2, 0.3], extra=PERIOD).arrived(delay) == command
+
+
+def test_all_that_was_commanded_is_counted_up_to_now():
+    history = history_of([0.5] * 10, extra=0.5 * PERIOD)
+    assert history.travel == pytest.approx(0.5 * 9.5 * PERIOD)
+    assert history.unchanged_for == pytest.approx(9.5 * PERIOD)
+    assert history.first == 0.5
+
+
+def test_a_command_counts_from_the_begin_of_the_period_it_is_for():
+    history = history_of([0.5])
+    history.advance(1.3 * PERIOD)
+    assert history.begin == pytest.approx(PERIOD)
+    history.advance(0.4 * PERIOD)
+    assert history.begin == pytest.approx(2.0 * PERIOD)
+
+
+def test_only_stops_are_seen_from_the_first_of_them_on():
+    history = history_of([0.3, 0.0, 0.0])
+    assert history.only_stops_since(PERIOD)
+    assert not history.only_stops_since(0.0)
+
+
+def test_commands_are_forgotten_but_not_their_travel():
+    history = history_of([0.1] * 500, extra=PERIOD)
+    assert history.travel == pytest.approx(0.1 * 500 * PERIOD)
+    assert history.travel_under_way(10.0) < 0.1 * 1.5
+
+
+@pytest.mark.parametrize('lag', [0.02, 0.1])
+@pytest.mark.parametrize('steps', [1, 7])
+def test_a_motor_follows_exponentially_in_however_many_steps(lag, steps):
+    speed = 0.2
+    for _ in range(steps):
+        speed = followed(speed, -1.0, lag, 0.05 / steps)
+    assert speed == pytest.approx(-1.0 + 1.2 * math.exp(-0.05 / lag))
+
+
+def test_a_motor_without_lag_follows_at_once_and_in_no_time_not_at_all():
+    assert followed(0.2, 1.0, 0.0, PERIOD) == 1.0
+    assert followed(0.2, 1.0, 0.05, 0.0) == 0.2
+
+
+@pytest.mark.parametrize('delay, lag', [(0.0, 0.05), (0.06, 0.0), (0.1, 0.05), (0.05, 0.1)])
+def test_the_way_at_rest_is_where_a_robot_that_is_told_to_stop_ends(delay, lag):
+    """The robot integrated in fine steps: up to now and, after the stop, until it rests."""
+    commands = [0.2, 0.5, 0.5, 0.9, 0.9, 0.4, 0.4, 0.1]
+    history = history_of(commands, extra=PERIOD)
+    fine, speed, travelled, travelled_now, speed_now = 1e-4, 0.0, 0.0, None, None
+    for tick in range(20000):
+        time = (tick + 0.5) * fine - delay
+        if travelled_now is None and tick * fine >= history.now - 1e-9:
+            travelled_now, speed_now = travelled, speed
+        index = math.floor(time / PERIOD)
+        command = commands[index] if 0 <= index < len(commands) else 0.0
+        speed = command if not lag else speed + (1.0 - math.exp(-fine / lag)) * (command - speed)
+        travelled += speed * fine
+    predicted = way_at_rest(1.0 - travelled_now, speed_now, history, delay, lag)
+    assert predicted == pytest.approx(1.0 - travelled, abs=2e-4)

@@ -1,0 +1,54 @@
+"""Type hints of the pure rooms say the truth, as far as mypy sees; types.ini says what it looks at.
+"""
+import importlib.util
+import os
+import pathlib
+import subprocess
+import sys
+
+import pytest
+
+HERE = pathlib.Path(__file__).resolve().parent
+SOURCES = HERE.parents[1] / 'src'
+PURE = sorted('tb3_labs.' + path.stem for path in (SOURCES / 'tb3_labs').iterdir()
+              if path.stem != 'ros' and not path.name.startswith('__'))
+
+pytestmark = pytest.mark.skipif(
+    importlib.util.find_spec('mypy') is None,
+    reason='mypy is not installed (TB3_LABS_TESTS=1 ./scripts/setup.sh installs it)')
+
+
+@pytest.fixture(scope='module')
+def cache(tmp_path_factory):
+    """What one run has found out of the sources, for the next one."""
+    return tmp_path_factory.mktemp('mypy')
+
+
+def complaints(cache, packages, more=''):
+    """What mypy says about packages of the sources, or of the folder `more`, line by line."""
+    command = [sys.executable, '-m', 'mypy', '--config-file', str(HERE / 'types.ini'),
+               '--cache-dir', str(cache), '--no-error-summary']
+    for package in packages:
+        command += ['-p', package]
+    result = subprocess.run(
+        command, cwd=str(SOURCES), timeout=600.0,
+        env=dict(os.environ, MYPYPATH=os.pathsep.join(filter(None, (str(SOURCES), str(more))))),
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, check=False)
+    assert result.returncode in (0, 1), result.stdout
+    return result.stdout.splitlines()
+
+
+def test_the_pure_rooms_have_no_wrong_hint(cache):
+    assert len(PURE) > 10
+    assert complaints(cache, PURE) == []
+
+
+def test_what_is_no_law_is_noticed(cache, tmp_path):
+    (tmp_path / 'mistakes.py').write_text(
+        'from tb3_labs.control.goal_machine import GoalMachine\n'
+        'from tb3_labs.control.turning import LabTurn, TurnConfig\n'
+        'from tb3_labs.robot.turtlebot3 import robot_model\n'
+        'GoalMachine(LabTurn(TurnConfig(), robot_model(3)))\n')
+    said = '\n'.join(complaints(cache, ['mistakes'], tmp_path))
+    assert 'expected "DrivingLaw"' in said
+    assert 'Argument 1 to "robot_model"' in said
