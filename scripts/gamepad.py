@@ -26,7 +26,7 @@ import rospy
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String
 
-from tb3_labs.nodes.gamepad import PadController
+from tb3_labs.nodes.gamepad import GamepadCore
 from tb3_labs.nodes.pad import PadConfig
 from tb3_labs.ros.cmd_vel import CmdVel
 from tb3_labs.ros.ctrl_relinq import ControlGiver, hear_takers
@@ -42,11 +42,11 @@ from tb3_labs.ros.watchdog import Watchdog
 
 
 class Gamepad:
-    """Glue between ROS and the core's PadController."""
+    """Glue between ROS and the core's GamepadCore."""
 
     def __init__(self):
         model = read_model()
-        self._pad = PadController(read_config(PadConfig), model)
+        self._pad = GamepadCore(read_config(PadConfig), model)
         self._lock = threading.RLock()    # guards it, and what was published of it
         self._holder = None
         self._control = ControlGiver()

@@ -25,7 +25,8 @@ Services
 Action
     move2goal              move_base_msgs/MoveBaseAction
 Parameters
-    ~goal_x, ~goal_y [m], ~goal_yaw_deg, ~has_control: see NavigatorConfig in tb3_labs.nodes.move_to_goal
+    ~goal_x, ~goal_y [m], ~goal_yaw_deg, ~has_control: see MoveToGoalConfig in
+        tb3_labs.nodes.move_to_goal
     ~law, ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.control.driving; they may
     change while it runs: rosrun dynamic_reconfigure dynparam set /move_to_goal max_linear 0.1
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
@@ -39,14 +40,14 @@ from sensor_msgs.msg import Imu
 
 from tb3_labs.control.approach import Response
 from tb3_labs.control.driving import DriveConfig, make_law
-from tb3_labs.nodes.move_to_goal import Navigator, NavigatorConfig
+from tb3_labs.nodes.move_to_goal import MoveToGoalCore, MoveToGoalConfig
 from tb3_labs.ros.cmd_vel import CmdVel
 from tb3_labs.ros.conversions import to_imu_sample, to_odometry_sample
 from tb3_labs.ros.ctrl_relinq import ControlTaker
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
 from tb3_labs.ros.frames import frame
 from tb3_labs.ros.move_to_goal.display import LocalDisplay
-from tb3_labs.ros.move_to_goal.drive_log import DriveLog
+from tb3_labs.ros.move_to_goal.drive_status import DriveStatusPublisher
 from tb3_labs.ros.move_to_goal.goals import GoalInterfaces
 from tb3_labs.ros.move_to_goal.pose_frames import PoseFrames
 from tb3_labs.ros.move_to_goal.resets import ResetInterfaces
@@ -64,17 +65,17 @@ class MoveToGoal:
     """Glue between ROS and the navigator."""
 
     def __init__(self):
-        start, drive = read_config(NavigatorConfig, DriveConfig)
+        start, drive = read_config(MoveToGoalConfig, DriveConfig)
         self._model = read_model()
         self._response = Response()              # of this robot, as far as it has been learned
-        self._navigator = Navigator(make_law(drive, self._model, self._response),
+        self._navigator = MoveToGoalCore(make_law(drive, self._model, self._response),
                                     start.has_control)
         self._navigator.set_goal(start.goal)
         self._changed = threading.Condition()    # guards the navigator
         self._frames = PoseFrames(frame('local'), frame('odom'))
         self._cmd_vel = CmdVel()
         self._display = LocalDisplay(frame('local'))
-        self._log = DriveLog(self._navigator, frame('local'))
+        self._log = DriveStatusPublisher(self._navigator, frame('local'))
         self._goals = GoalInterfaces(self._set_goal, self._cancel)
         ResetInterfaces(self._reset, self._to_local, frame('local'))
         self._watchdog = Watchdog(self._tick)

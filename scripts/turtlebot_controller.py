@@ -26,7 +26,7 @@ from std_msgs.msg import Float64
 from tb3_labs.control.approach import Response
 from tb3_labs.control.turning import TurnConfig, degrees_of, make_turn
 from tb3_labs.msg import MouseController
-from tb3_labs.nodes.controller import LabController
+from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.ros.cmd_vel import CmdVel
 from tb3_labs.ros.conversions import to_imu_sample, to_mouse
 from tb3_labs.ros.devices.keyboard import Keyboard
@@ -48,12 +48,12 @@ CONNECTING = 5.0
 
 
 class Controller:
-    """Glue between ROS, the keyboard and the core's LabController."""
+    """Glue between ROS, the keyboard and the core's ControllerCore."""
 
     def __init__(self):
         config, self._model = read_config(TurnConfig), read_model()
         self._response = Response()      # of this robot, as far as it has been learned
-        self._controller = LabController(make_turn(config, self._model, self._response))
+        self._controller = ControllerCore(make_turn(config, self._model, self._response))
         self._driver = Driver.NOBODY
         self._lock = threading.Lock()    # guards both
         self._robot_wait = time.monotonic() + CONNECTING

@@ -13,8 +13,8 @@ from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.controller import LabController
-from tb3_labs.nodes.move_to_goal import Navigator
+from tb3_labs.nodes.controller import ControllerCore
+from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.rollout import REST_ANGULAR, REST_LINEAR, control, navigation, run
 from tb3_labs.simulation.simulator import Simulator, SimulatorConfig
@@ -45,7 +45,7 @@ class Stop:
 def stop_of_a_drive(state, fault, robot_config=ROBOT, drive_config=DriveConfig()):
     """Stop of a drive to GOAL: `fault` (robot -> None) begins in the midst of a GoalState."""
     robot = Simulator(robot_config)
-    navigator = Navigator(make_law(drive_config, robot_model(robot_config.model)), True)
+    navigator = MoveToGoalCore(make_law(drive_config, robot_model(robot_config.model)), True)
     hear = navigation(robot, navigator)
     run(robot, navigator, hear, 0.5)
     navigator.set_goal(GOAL)
@@ -58,7 +58,7 @@ def stop_of_a_drive(state, fault, robot_config=ROBOT, drive_config=DriveConfig()
 def stop_of_a_turn(fault, robot_config=ROBOT, turn_config=TurnConfig(), degrees=180.0):
     """Stop of a turn in whose midst `fault` (robot -> None) begins."""
     robot = Simulator(robot_config)
-    controller = LabController(make_turn(turn_config, robot_model(robot_config.model)))
+    controller = ControllerCore(make_turn(turn_config, robot_model(robot_config.model)))
     hear = control(robot, controller)
     run(robot, controller, hear, 0.5)
     controller.ask(degrees, robot.now)

@@ -16,9 +16,9 @@ from types import SimpleNamespace
 
 from tb3_labs.control.driving import DriveConfig, make_law
 from tb3_labs.control.turning import TurnConfig, make_turn
-from tb3_labs.nodes.controller import LabController
-from tb3_labs.nodes.gamepad import PadController
-from tb3_labs.nodes.move_to_goal import Navigator
+from tb3_labs.nodes.controller import ControllerCore
+from tb3_labs.nodes.gamepad import GamepadCore
+from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.nodes.pad import PadConfig
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.ros.conversions import to_imu_sample, to_mouse, to_odometry_sample, to_pose2
@@ -84,9 +84,9 @@ class Fuzz:
         self.steady = 5000.0    # the clock of what is in people's hands
         self.x = self.y = self.yaw = 0.0
         self.linear = self.angular = 0.0
-        self.navigator = Navigator(make_law(DriveConfig(), BURGER))
-        self.controller = LabController(make_turn(TurnConfig(), BURGER))
-        self.pad = PadController(PadConfig(), BURGER)
+        self.navigator = MoveToGoalCore(make_law(DriveConfig(), BURGER))
+        self.controller = ControllerCore(make_turn(TurnConfig(), BURGER))
+        self.pad = GamepadCore(PadConfig(), BURGER)
         self.commands = self.refused = 0
         self.acts = (10 * [self.imu] + 3 * [self.odometry] + 2 * [self.mouse, self.joy]
                      + [self.goal, self.reset, self.control, self.control, self.turn, self.law,

@@ -18,8 +18,8 @@ from concurrent.futures import ProcessPoolExecutor
 
 from tb3_labs.control.speed_laws import LawStep, Twist2
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.gamepad import PadController
-from tb3_labs.nodes.move_to_goal import Navigator
+from tb3_labs.nodes.gamepad import GamepadCore
+from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.nodes.pad import PadConfig
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import robot_model
@@ -101,7 +101,7 @@ class PadNode:
         self.start(0.0)
 
     def start(self, now):
-        self.core = PadController(PadConfig(), robot_model('burger'))
+        self.core = GamepadCore(PadConfig(), robot_model('burger'))
         self.alive, self.said_at, self.latched = True, -1.0, False
         self.next_joy, self.moves = now, False
         for word in self.core.take_words():
@@ -178,7 +178,7 @@ class World:
     # -- move_to_goal
 
     def start_mover(self):
-        self.mover = Navigator(Ahead())
+        self.mover = MoveToGoalCore(Ahead())
         self.mover.set_goal(Pose2(50.0, 0.0, 0.0))
         self.has_control = None
         # its new connections bring what others have latched: said before it lived

@@ -14,8 +14,8 @@ from tb3_labs.control.driving import DriveConfig, make_law
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous, difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.controller import LabController
-from tb3_labs.nodes.move_to_goal import Navigator
+from tb3_labs.nodes.controller import ControllerCore
+from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.rollout import control, navigation, run
 from tb3_labs.simulation.simulator import Simulator, SimulatorConfig
@@ -42,8 +42,8 @@ def soak(seconds, seed=1):
     chance, result = random.Random(seed), Soak()
     robot = Simulator(SimulatorConfig(imu_offset_deg=-105.5, command_latency=0.02, seed=seed))
     model = robot_model('burger')
-    navigator = Navigator(make_law(DriveConfig(), model), has_control=True)
-    controller = LabController(make_turn(TurnConfig(), model))
+    navigator = MoveToGoalCore(make_law(DriveConfig(), model), has_control=True)
+    controller = ControllerCore(make_turn(TurnConfig(), model))
     hear_drive, hear_turn = navigation(robot, navigator), control(robot, controller)
 
     def hear(sample):

@@ -36,5 +36,5 @@ def test_it_would_be_seen_if_a_repetition_gave_control(monkeypatch):
 
 
 def test_it_would_be_seen_if_a_pushed_stick_drove_at_once(monkeypatch):
-    monkeypatch.setattr(pad_controller.PadController, '_is_ready', lambda self, state, before: True)
+    monkeypatch.setattr(pad_controller.GamepadCore, '_is_ready', lambda self, state, before: True)
     assert stories_that_go_wrong()

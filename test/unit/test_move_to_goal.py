@@ -7,7 +7,7 @@ from tb3_labs.control.driving import DriveConfig, PreciseLaw, make_law
 from tb3_labs.control.goal_machine import GoalState
 from tb3_labs.control.pace import LONGEST_IDLE
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.move_to_goal import Navigator
+from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.supervision.freshness import RESUME_TIME, SENSOR_TIMEOUT
@@ -20,7 +20,7 @@ class Robot:
 
     def __init__(self, has_control=True, law='precise'):
         self.now = START
-        self.navigator = Navigator(
+        self.navigator = MoveToGoalCore(
             make_law(DriveConfig(law=law), robot_model('burger')), has_control)
         self.imu = self.odom = True
         self.imu_yaw, self.odom_pose = 1.0, Pose2(1.0, 2.0, 0.3)

@@ -15,8 +15,8 @@ from typing import NamedTuple, Optional, Union
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.local_frame import LocalFrame
-from tb3_labs.localization.odometry_jumps import LOST, Jump, SteadyOdometry
-from tb3_labs.localization.sample_buffer import SensorHistory
+from tb3_labs.localization.odometry_jumps import POSE_LOST, Jump, JumpFilter
+from tb3_labs.localization.sample_buffer import SampleBuffer
 from tb3_labs.localization.yaw_noise import YawNoise
 from tb3_labs.robot.samples import ImuSample, OdometrySample, heading_jump
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
@@ -81,9 +81,9 @@ class Localizer:
     def __init__(self):
         #: The LocalFrame in force, in steady odometry; None before the first pair of samples.
         self.frame = None
-        self._steady = SteadyOdometry()
+        self._steady = JumpFilter()
         self._jumps = []
-        self._history = SensorHistory()
+        self._history = SampleBuffer()
         self._yaw_noise = YawNoise()
         self._resets = []
         self._imu = None
@@ -172,9 +172,9 @@ class Localizer:
 
     def _on_jump(self, jump):
         self._jumps.append(jump)
-        if jump.outcome == LOST:    # nothing that was known counts any more
+        if jump.outcome == POSE_LOST:    # nothing that was known counts any more
             self._drop_resets('the robot started anew at that moment')
-            self.frame, self._history = None, SensorHistory()
+            self.frame, self._history = None, SampleBuffer()
 
     def _drop_resets(self, problem):
         for reset in self._resets:

@@ -54,11 +54,11 @@ class Jump(NamedTuple):
 
 
 #: Outcomes of a jump of the odometry.
-KEPT = 'the local pose is kept'
-LOST = "the IMU's heading as well: local begins anew at (0, 0, 0), where the robot is now"
+POSE_KEPT = 'the local pose is kept'
+POSE_LOST = "the IMU's heading as well: local begins anew at (0, 0, 0), where the robot is now"
 
 
-class SteadyOdometry:
+class JumpFilter:
     """Takes the messages of one robot in, in order."""
 
     def __init__(self):
@@ -91,10 +91,10 @@ class SteadyOdometry:
         turned = difference(imu.yaw, self._imu.yaw)
         if abs(turned) > RESTING_TURN + STOPPING_TIME * abs(self._imu.yaw_rate):
             self.steady_T_odom = Pose2()
-            return Jump(what, LOST)
+            return Jump(what, POSE_LOST)
         here = self.steady_T_odom @ self._last.pose
         self._hold(Pose2(here.x, here.y, here.yaw + turned), sample.pose)
-        return Jump(what, KEPT)
+        return Jump(what, POSE_KEPT)
 
     def _seconds(self, sample, arrival):
         """Since the last sample: by stamps or arrivals, whichever allows for more."""

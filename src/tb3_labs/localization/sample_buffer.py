@@ -89,7 +89,7 @@ class Instant(NamedTuple):
     imu_yaw: float
 
 
-class SensorHistory:
+class SampleBuffer:
     """Remembers IMU and odometry samples; answers for both at one instant."""
 
     def __init__(self):

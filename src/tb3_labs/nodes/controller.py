@@ -1,6 +1,6 @@
 """Everything `controller` decides, without ROS: turns beside the mouse, and who drives.
 
-Samples, mouse and turns go in with the time of their arrival; :meth:`LabController.command` says
+Samples, mouse and turns go in with the time of their arrival; :meth:`ControllerCore.command` says
 what to send. None means: be silent (after one zero, if the robot was being driven).
 
 Units: seconds on the receiver's clock (`now`), radians, m/s; turns are asked for in degrees.
@@ -41,7 +41,7 @@ class Turn:
     left: Optional[float] = None  # at its end, by a law that waits for rest [rad]
 
 
-class LabController:
+class ControllerCore:
     """One robot that turns by the IMU and drives by the mouse."""
 
     def __init__(self, law):

@@ -1,9 +1,9 @@
 """Everything `gamepad` decides, without ROS: who holds the robot, and what the sticks command.
 
-Messages of the pad go in with the time of their arrival; :meth:`PadController.command` says what to
+Messages of the pad go in with the time of their arrival; :meth:`GamepadCore.command` says what to
 send. None means: be silent (after one zero, if the robot was being driven). Every press of a button
 counts, also where several messages arrive together: the operator's words for `ctrl_relinq` are
-collected in order, see :meth:`PadController.take_words`.
+collected in order, see :meth:`GamepadCore.take_words`.
 
 B always says False, whoever holds the robot and however that came about. A says True; what merely
 keeps that alive is a renewal, which is the node's. A press of A that the network held up for long
@@ -36,7 +36,7 @@ WAKING = 0.3
 CROSSING = 0.3
 
 
-class PadController:
+class GamepadCore:
     """One pad, one robot."""
 
     def __init__(self, config, model):

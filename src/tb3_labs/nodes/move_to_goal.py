@@ -1,6 +1,6 @@
 """Everything `move_to_goal` decides, without ROS: where the robot is, may it drive, how.
 
-Samples go in with the time of their arrival; :meth:`Navigator.command` says what to send. None
+Samples go in with the time of their arrival; :meth:`MoveToGoalCore.command` says what to send. None
 means: be silent (after one zero, if the robot was being driven). A robot moves only while this
 node has control, both sensors are fresh, and there is a goal left to drive to.
 
@@ -28,7 +28,7 @@ SURELY_TURNS = 0.1
 
 
 @dataclass(frozen=True)
-class NavigatorConfig(Config):
+class MoveToGoalConfig(Config):
     """What `move_to_goal` begins with."""
 
     goal_x: float = setting(-0.61, 'first goal, in the local frame', 'm',
@@ -44,7 +44,7 @@ class NavigatorConfig(Config):
         return Pose2(self.goal_x, self.goal_y, wrap(math.radians(self.goal_yaw_deg)))
 
 
-class Navigator:
+class MoveToGoalCore:
     """Localizer, goal machine and permission of one robot."""
 
     def __init__(self, law, has_control=False):

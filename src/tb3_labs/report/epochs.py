@@ -26,7 +26,7 @@ import numpy as np
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.local_frame import LocalFrame
-from tb3_labs.localization.odometry_jumps import FASTEST, LOST, SLACK, SteadyOdometry
+from tb3_labs.localization.odometry_jumps import FASTEST, LOST, SLACK, JumpFilter
 from tb3_labs.report.run_data import Poses, wrapped
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 
@@ -188,7 +188,7 @@ def _mended_odometry(run, begin, end):
 def _replay(odometry, imu):
     """What move_to_goal makes of an odometry: (Poses without jumps, where ``odom`` stands among
     them at last, the times at which nothing is known any more)."""
-    steady, poses, lost_at = SteadyOdometry(), [], []
+    steady, poses, lost_at = JumpFilter(), [], []
     newest = np.searchsorted(imu.arrival, odometry.arrival, side='right') - 1
     for k, heard in enumerate(newest.clip(0)):
         sample, jump = steady.take(

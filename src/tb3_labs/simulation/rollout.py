@@ -14,8 +14,8 @@ from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous, difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.controller import LabController
-from tb3_labs.nodes.move_to_goal import Navigator
+from tb3_labs.nodes.controller import ControllerCore
+from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator import Simulator
@@ -63,7 +63,7 @@ def drive(goal, robot_config, drive_config=DriveConfig(), declared=Pose2(), give
     """Let a robot that is declared to be at `declared` drive to `goal` (both in local)."""
     model = robot_model(robot_config.model)
     robot = Simulator(robot_config)
-    navigator = Navigator(make_law(drive_config, model), has_control=True)
+    navigator = MoveToGoalCore(make_law(drive_config, model), has_control=True)
     _navigate(robot, navigator, 0.2)
     navigator.localizer.reset(declared, robot.now)
     _navigate(robot, navigator, 0.5)
@@ -89,7 +89,7 @@ def drive(goal, robot_config, drive_config=DriveConfig(), declared=Pose2(), give
 def turns(degrees, robot_config, turn_config=TurnConfig(), wait=0.3):
     """Let a robot make several turns on the spot, one after the other; a SpotTurn for each."""
     robot = Simulator(robot_config)
-    controller = LabController(make_turn(turn_config, robot_model(robot_config.model)))
+    controller = ControllerCore(make_turn(turn_config, robot_model(robot_config.model)))
     _control(robot, controller, wait)
     return [_turn(robot, controller, asked) for asked in degrees]
 
@@ -131,7 +131,7 @@ def _control(robot, controller, seconds):
 
 
 def navigation(robot, navigator):
-    """What hears a robot's samples for a Navigator."""
+    """What hears a robot's samples for a MoveToGoalCore."""
     is_idle = _idle(robot, navigator)
 
     def hear(sample):
@@ -146,7 +146,7 @@ def navigation(robot, navigator):
 
 
 def control(robot, controller):
-    """What hears a robot's samples for a LabController."""
+    """What hears a robot's samples for a ControllerCore."""
     is_idle = _idle(robot, controller)
 
     def hear(sample):

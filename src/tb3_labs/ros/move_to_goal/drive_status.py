@@ -17,7 +17,7 @@ from tb3_labs.ros.move_to_goal.markers import GoalMarker
 PROGRESS_PERIOD = 1.0
 
 
-class DriveLog:
+class DriveStatusPublisher:
     """Says what changed since it was last asked; call :meth:`update` with the navigator locked."""
 
     def __init__(self, navigator, local_frame):
