@@ -72,14 +72,16 @@ class MoveToGoalCore:
     def on_imu(self, sample, now):
         """Take an ImuSample in. Returns the resets that were carried out by it."""
         self.imu.heard(now, sample[1:])
-        return self._after(self.localizer.on_imu(sample, now))
+        self.localizer.on_imu(sample, now)
+        return self._after(self.localizer.take_resets())
 
     def on_odometry(self, sample, now):
         """Take an OdometrySample in. Returns the resets that were carried out by it."""
         self.odometry.heard(now, (sample.pose, sample.linear, sample.angular))
         self._odometry_turned = sample.pose.yaw != self._odometry_yaw
         self._odometry_yaw = sample.pose.yaw
-        return self._after(self.localizer.on_odometry(sample, now))
+        self.localizer.on_odometry(sample, now)
+        return self._after(self.localizer.take_resets())
 
     def set_law(self, law):
         """Drive by another law from now on; a drive that is under way begins anew."""

@@ -4,7 +4,7 @@ Units: seconds, metres, radians. `stamp` is the sender's clock, which may be off
 """
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, Union
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
@@ -30,6 +30,10 @@ class OdometrySample:
     pose: Pose2           # odom_T_base
     linear: float         # forward speed [m/s]
     angular: float        # [rad/s]; a spike of 2 pi times the rate at each +/-180 deg crossing
+
+
+#: What either sensor sends.
+Sample = Union[ImuSample, OdometrySample]
 
 
 def with_stamp(sample, stamp):
