@@ -49,10 +49,13 @@ def stop_of_a_drive(state, fault, robot_config=ROBOT, drive_config=DriveConfig()
     hear = navigation(robot, navigator)
     run(robot, navigator, hear, 0.5)
     navigator.set_goal(GOAL)
-    while navigator.machine.state is not state:
+    while navigator.status(robot.now).state is not state:
         run(robot, navigator, hear, STEP)
-    return _stop(robot, navigator, hear, fault,
-                 lambda: navigator.machine.failure or navigator.hold_reason)
+
+    def reason():
+        status = navigator.status(robot.now)
+        return status.failure or status.hold_reason
+    return _stop(robot, navigator, hear, fault, reason)
 
 
 def stop_of_a_turn(fault, robot_config=ROBOT, turn_config=TurnConfig(), degrees=180.0):

@@ -57,14 +57,14 @@ def soak(seconds, seed=1):
         navigator.reset(declared, robot.now)
         run(robot, navigator, hear, 0.1)
         navigator.set_goal(goal)
-        while navigator.machine.active:
+        while navigator.status(robot.now).active:
             run(robot, navigator, hear, STEP)
         run(robot, navigator, hear, 0.5)
         here = local_T_world @ robot.truth
         result.drives.append(here.distance_to(goal))
         result.headings.append(abs(math.degrees(difference(here.yaw, goal.yaw))))
-        if navigator.machine.failure:
-            result.failures.append(navigator.machine.failure)
+        if navigator.status(robot.now).failure:
+            result.failures.append(navigator.status(robot.now).failure)
 
         angle, start = chance.choice((90.0, -90.0, 180.0)), robot.truth.yaw
         run(robot, controller, hear, 0.3)
@@ -79,6 +79,7 @@ def soak(seconds, seed=1):
         result.turns.append(abs(turned - angle))
         result.failures += [news.text for news in controller.take_news() if news.warning]
         navigator.take_news()
+        navigator.take_resets()
         if len(result.drives) >= WARM:
             gc.collect()
             result.objects.append(len(gc.get_objects()))

@@ -6,7 +6,8 @@ import pytest
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous
-from tb3_labs.nodes.controller import MOUSE_TIMEOUT, ControllerCore
+from tb3_labs.nodes.controller import ControllerCore
+from tb3_labs.nodes.mouse import MOUSE_TIMEOUT
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator import Simulator, SimulatorConfig
@@ -47,7 +48,7 @@ class Bench:
         if self.mouse and self.now >= self._next_mouse:
             self._next_mouse = self.now + MOUSE_PERIOD
             self.controller.on_mouse(*self.mouse, self.now)
-        self.controller.look_at_mouse(self.now)
+        self.controller.update_mouse(self.now)
         if self.controller.due(self.now):
             command = self.controller.command(self.now)
             self.sent.append((self.now, command))

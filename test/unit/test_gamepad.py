@@ -1,8 +1,8 @@
 """The pad that decides who holds the robot. Both nodes together: test_ledger."""
 import pytest
 from tb3_labs.control.speed_laws import Twist2
-from tb3_labs.nodes.gamepad import HAND_OVER, PAD_TIMEOUT, GamepadCore
-from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.nodes.gamepad import HAND_BACK, GamepadCore
+from tb3_labs.nodes.pad import PAD_TIMEOUT, PadConfig
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.supervision.arbitration import Holder
 
@@ -40,7 +40,7 @@ class Pad:
         if self.plugged and (changed or (self.repeats and self.now >= self._next)):
             self._said, self._next = (axes, buttons), self.now + PERIOD
             self.controller.on_joy(axes, buttons, self.now)
-        self.controller.look_at_clock(self.now)
+        self.controller.update(self.now)
         if self.controller.due(self.now):
             self.sent.append((self.now, self.controller.command(self.now)))
         self.words += self.controller.take_words()
@@ -106,7 +106,7 @@ def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
     pad.sticks = (1.0, 1.0)
     assert BURGER_FULL.linear > pad.run(0.5)[-1].linear > 0.0
     first = [time for time, command in pad.sent if command is not None][0]
-    assert first - taken >= HAND_OVER - 0.06
+    assert first - taken >= HAND_BACK - 0.06
 
 
 def test_a_stick_that_is_already_pushed_when_the_robot_comes_back_drives_nothing(pad):

@@ -33,6 +33,24 @@ class GoalState(Enum):
 
 #: Names of the states in which the robot drives, in order.
 DRIVING = tuple(state.name for state in GoalState if state is not GoalState.GOAL_REACHED)
+#: `goal_state` is the name of a state, WAITING_FOR_CONTROL, or one of these words and the reason.
+WAITING, STOPPED, GAVE_UP = 'waiting', 'stopped', 'gave up'
+WAITING_FOR_CONTROL = WAITING + ' for control'
+
+
+def with_reason(word: str, reason: str) -> str:
+    """What `goal_state` says where one of WAITING, STOPPED, GAVE_UP holds for a reason."""
+    return '{}: {}'.format(word, reason)
+
+
+def is_stopped(goal_state: str) -> bool:
+    """Does the robot stand for a moment in the midst of a drive?"""
+    return goal_state.startswith(STOPPED)
+
+
+def is_over(goal_state: str) -> bool:
+    """Is it the end of a drive?"""
+    return goal_state == GoalState.GOAL_REACHED.name or goal_state.startswith(GAVE_UP)
 
 
 #: A drive that ends outside its tolerance, by a hiccup of the network say, is driven on from there
@@ -125,8 +143,9 @@ class GoalMachine:
             if finished and self.state is GoalState.ROTATE_TO_FINAL and not rests:
                 return Twist2()
             if not finished:
-                self.failure = self._progress[self.state].complaint(
-                    remaining, motion, dt, command != Twist2())
+                progress = self._progress[self.state]
+                progress.update(remaining, motion.linear, motion.angular, dt, command != Twist2())
+                self.failure = progress.problem()
                 return None if self.failure else command
             self._finish_state(motion.pose)
             dt = 0.0

@@ -205,7 +205,7 @@ class Localizer:
                 reset.problem = "the robot's clock was set at that moment, or its messages ceased"
                 self._resets.remove(reset)   # its instant is lost
                 continue
-            instant = self._buffer.at(reset.stamp)
+            instant = None if reset.stamp is None else self._buffer.at(reset.stamp)
             if instant is None:
                 continue
             if self.frame is not None:

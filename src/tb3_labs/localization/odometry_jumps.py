@@ -94,9 +94,9 @@ class JumpFilter:
                 jump = self._stand_still(problem, self._last, sample.pose, imu)
             elif _is_backwards(before, sample):
                 # The robot drove the other way: from the last place by the opposite of this step.
-                place = self.steady_T_odom.act((2.0 * before.x - sample.pose.x,
-                                                2.0 * before.y - sample.pose.y))
-                self._hold(Pose2(*place, self.steady_T_odom.yaw + sample.pose.yaw), sample.pose)
+                x, y = self.steady_T_odom.act((2.0 * before.x - sample.pose.x,
+                                               2.0 * before.y - sample.pose.y))
+                self._hold(Pose2(x, y, self.steady_T_odom.yaw + sample.pose.yaw), sample.pose)
         if self._last is None or sample.pose != self._last.sample.pose:
             self._last = _Heard(sample, arrival, imu)
         return replace(sample, pose=self.steady_T_odom @ sample.pose), jump

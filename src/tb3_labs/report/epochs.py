@@ -26,7 +26,7 @@ import numpy as np
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.local_frame import LocalFrame
-from tb3_labs.localization.odometry_jumps import FASTEST, LOST, SLACK, JumpFilter
+from tb3_labs.localization.odometry_jumps import FASTEST, POSE_LOST, SLACK, JumpFilter
 from tb3_labs.report.run_data import Poses, wrapped
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 
@@ -196,7 +196,7 @@ def _replay(odometry, imu):
                            float(odometry.angular[k])), odometry.arrival[k],
             ImuSample(imu.time[heard], imu.yaw[heard], imu.yaw_rate[heard]))
         poses.append((sample.pose.x, sample.pose.y, sample.pose.yaw))
-        if jump is not None and jump.outcome == LOST:
+        if jump is not None and jump.outcome == POSE_LOST:
             lost_at.append(odometry.time[k])
     return (Poses(odometry.arrival, odometry.time, *np.array(poses).T), steady.steady_T_odom,
             lost_at)

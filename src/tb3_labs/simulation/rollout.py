@@ -65,21 +65,22 @@ def drive(goal, robot_config, drive_config=DriveConfig(), declared=Pose2(), give
     robot = Simulator(robot_config)
     navigator = MoveToGoalCore(make_law(drive_config, model), has_control=True)
     _navigate(robot, navigator, 0.2)
-    navigator.localizer.reset(declared, robot.now)
+    navigator.reset(declared, robot.now)
     _navigate(robot, navigator, 0.5)
     local_T_world = declared @ robot.truth.inverse()
     navigator.set_goal(goal)
     begun = robot.now
     along = Pose2(goal.x, goal.y, declared.bearing_to(goal)).inverse() @ local_T_world
     commands, overrun = [], -math.inf
-    while navigator.machine.active and robot.now - begun < give_up_after:
+    while navigator.status(robot.now).active and robot.now - begun < give_up_after:
         commands += _navigate(robot, navigator, LOOK_PERIOD)
         overrun = max(overrun, (along @ robot.truth).x)
     rested = all(abs(speed) <= rest for speed, rest in zip(robot.true_velocity, AT_REST))
     _come_to_rest(robot)
     here = local_T_world @ robot.truth
+    status = navigator.status(robot.now)
     return Drive(
-        navigator.machine.state is GoalState.GOAL_REACHED, navigator.machine.failure,
+        status.state is GoalState.GOAL_REACHED, status.failure,
         robot.now - begun, here.distance_to(goal), difference(here.yaw, goal.yaw),
         max(abs(linear) for linear, _ in commands), max(abs(angular) for _, angular in commands),
         max(abs(linear) + model.half_track * abs(angular) for linear, angular in commands), overrun,
@@ -141,7 +142,7 @@ def navigation(robot, navigator):
             navigator.on_imu(sample, robot.now)
         else:
             navigator.on_odometry(sample, robot.now)
-        navigator.localizer.take_fix()
+        navigator.take_fix()
     return hear
 
 

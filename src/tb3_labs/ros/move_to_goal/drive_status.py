@@ -1,6 +1,6 @@
-"""A drive in words: in the terminal, as `goal_state`, and beside the robot in RViz; its errors.
+"""The status of a drive: in the terminal, as `goal_state`, beside the robot in RViz; its errors.
 
-`goal_state` is one of the four states, or begins with 'waiting', 'stopped' or 'gave up'.
+The words of `goal_state` are those of :mod:`tb3_labs.control.goal_machine`.
 """
 import math
 
@@ -8,7 +8,7 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Float32, String
 
-from tb3_labs.control.goal_machine import DRIVING
+from tb3_labs.control.goal_machine import DRIVING, WAITING_FOR_CONTROL, is_stopped
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.frames import frame
 from tb3_labs.ros.move_to_goal.markers import GoalMarker
@@ -18,92 +18,76 @@ PROGRESS_PERIOD = 1.0
 
 
 class DriveStatusPublisher:
-    """Says what changed since it was last asked; call :meth:`update` with the navigator locked."""
+    """Publishes what changed in the status of a MoveToGoalCore.
 
-    def __init__(self, navigator, local_frame):
-        self._navigator = navigator
+    Its methods are called with the core locked.
+    """
+
+    def __init__(self, core, local_frame):
+        self._core = core
         self._frame = local_frame
         self._state = rospy.Publisher('goal_state', String, queue_size=10, latch=True)
         self._goal = rospy.Publisher('current_goal', PoseStamped, queue_size=1, latch=True)
         self._distance = rospy.Publisher('distance_error', Float32, queue_size=10)
         self._angle = rospy.Publisher('angle_error_deg', Float32, queue_size=10)
         self._marker = GoalMarker(local_frame, frame('base_footprint'))
-        self._said = None
+        self._said = None         # what was published last
         self._begun = None        # the attempt that began last,
         self._begun_at = 0.0      # and when
         self._progress_at = 0.0
 
     def update(self, now):
-        """Report a new state at once, and progress once a second while the robot drives."""
-        machine = self._navigator.machine
-        state = self._state_in_words(now)
-        present = (machine.attempt, machine.goal, state)
-        if state is None:
+        """Publish a new status at once, and progress once a second while the robot drives."""
+        status = self._core.status(now)
+        present = (status.attempt, status.goal, status.words)
+        if not status.words:
             return
         if present != self._said:
-            if machine.begun and (self._said is None or machine.attempt != self._begun):
-                self._begun, self._begun_at = machine.attempt, now
+            if status.begun and (self._said is None or status.attempt != self._begun):
+                self._begun, self._begun_at = status.attempt, now
             self._said = present
-            self._announce(state, now)
-            self._state.publish(state)
-            self._goal.publish(to_pose_stamped(machine.goal, self._frame, now))
-            self._marker.show(machine.goal, machine.law.distance_tolerance, state)
+            self._announce(status, now)
+            self._state.publish(status.words)
+            self._goal.publish(to_pose_stamped(status.goal, self._frame, now))
+            self._marker.show(status.goal, status.tolerance, status.words)
             self._progress_at = now
-        elif state in DRIVING and abs(now - self._progress_at) >= PROGRESS_PERIOD:
+        elif status.words in DRIVING and abs(now - self._progress_at) >= PROGRESS_PERIOD:
             self._progress_at = now
-            rospy.loginfo('%s: %s to go', state, self._to_go(now))
+            rospy.loginfo('%s: %s to go', status.words, self._to_go(status))
 
     def plot(self, pose):
         """The errors of a Pose2 in local, on topics made for rqt_plot."""
-        distance, angle = self._navigator.machine.errors(pose)
+        distance, angle = self._core.errors(pose)
         self._distance.publish(distance)
         self._angle.publish(math.degrees(angle))
 
     def report(self, now):
         """(problem or '', {what: value}) for the diagnostics."""
-        machine, frame = self._navigator.machine, self._navigator.localizer.frame
-        values = {'state': self._state_in_words(now) or 'about to begin',
-                  'control': 'granted' if self._navigator.has_control else 'not granted',
-                  'goal': machine.goal, 'last failure': machine.failure or 'none'}
-        if frame is not None:
-            values['imu yaw - odom yaw [deg]'] = '{:.1f}'.format(
-                math.degrees(frame.imu_minus_odometry))
-        return machine.failure or self._navigator.sensor_complaint(now), values
+        status, turned = self._core.status(now), self._core.imu_minus_odometry
+        values = {'state': status.words or 'about to begin',
+                  'control': 'granted' if status.has_control else 'not granted',
+                  'goal': status.goal, 'last failure': status.failure or 'none'}
+        if turned is not None:
+            values['imu yaw - odom yaw [deg]'] = '{:.1f}'.format(math.degrees(turned))
+        return status.failure or status.sensor_problem, values
 
-    def _state_in_words(self, now):
-        """What `goal_state` says; None in the moment before the first command."""
-        machine = self._navigator.machine
-        if machine.failure:
-            return 'gave up: ' + machine.failure
-        if not machine.active:
-            return machine.state.name
-        if not self._navigator.has_control:
-            return 'waiting for control'
-        if not machine.begun:
-            complaint = self._navigator.sensor_complaint(now)
-            return 'waiting: ' + complaint if complaint else None
-        if self._navigator.hold_reason:
-            return 'stopped: ' + self._navigator.hold_reason
-        return machine.state.name
-
-    def _announce(self, state, now):
+    def _announce(self, status, now):
         """Say a new state in the terminal."""
-        machine = self._navigator.machine
-        if machine.failure:
-            rospy.logwarn('Goal (%s) given up: %s', machine.goal, machine.failure)
-        elif not machine.active:
-            rospy.loginfo('Goal reached! %s off, after %.1f s', self._to_go(now),
+        if status.failure:
+            rospy.logwarn('Goal (%s) given up: %s', status.goal, status.failure)
+        elif not status.active:
+            rospy.loginfo('Goal reached! %s off, after %.1f s', self._to_go(status),
                           now - self._begun_at)
-        elif state in DRIVING:
+        elif status.words in DRIVING:
             if self._begun_at == now:
-                rospy.loginfo('Goal (%s): %s to go', machine.goal, self._to_go(now))
-            rospy.loginfo('%s', state)
-        elif state.startswith('stopped'):
-            rospy.logwarn('%s', state.capitalize())
+                rospy.loginfo('Goal (%s): %s to go', status.goal, self._to_go(status))
+            rospy.loginfo('%s', status.words)
+        elif is_stopped(status.words):
+            rospy.logwarn('%s', status.words.capitalize())
         else:
-            hint = ' (True on ctrl_relinq)' if state == 'waiting for control' else ''
-            rospy.loginfo('Goal (%s): %s%s', machine.goal, state, hint)
+            hint = ' (True on ctrl_relinq)' if status.words == WAITING_FOR_CONTROL else ''
+            rospy.loginfo('Goal (%s): %s%s', status.goal, status.words, hint)
 
-    def _to_go(self, now):
-        distance, angle = self._navigator.machine.errors(self._navigator.localizer.motion(now).pose)
+    def _to_go(self, status):
+        distance, angle = self._core.errors(status.pose)
         return '{:.3f} m and {:.1f} deg'.format(distance, abs(math.degrees(angle)))
