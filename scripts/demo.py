@@ -31,7 +31,6 @@ from std_msgs.msg import Bool, String
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.driving import DriveConfig
-from tb3_labs.control.goal_machine import GoalState, is_over
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2
@@ -162,7 +161,7 @@ class Drive:
     def is_good(self, config):
         """Did it end as it should?"""
         distance, angle = self.truly_off
-        return (self.state == GoalState.GOAL_REACHED.name and distance <= config.distance_tolerance
+        return (self.state == 'GOAL_REACHED' and distance <= config.distance_tolerance
                 and angle <= config.angle_tolerance_deg)
 
     def row(self, number, config):
@@ -177,6 +176,11 @@ class Drive:
 def miss(pose, goal):
     """(distance [m], angle [deg]) from a pose to the goal."""
     return pose.distance_to(goal), abs(math.degrees(difference(pose.yaw, goal.yaw)))
+
+
+def is_over(state):
+    """Is this `goal_state` the end of a drive?"""
+    return state == 'GOAL_REACHED' or state.startswith('gave up')
 
 
 def in_short(pose):

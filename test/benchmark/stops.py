@@ -16,7 +16,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.robot.turtlebot3 import robot_model
-from tb3_labs.simulation.rollout import REST_ANGULAR, REST_LINEAR, control, navigation, run
+from tb3_labs.simulation.rollout import STILL_ANGULAR, STILL_LINEAR, control, navigation, run
 from tb3_labs.simulation.simulator import Simulator, SimulatorConfig
 
 #: A drive whose three parts are all long enough to be interrupted.
@@ -95,7 +95,7 @@ def _stop(robot, driver, hear, fault, reason):
         turn += abs(now_yaw - yaw)
         last, yaw = here, now_yaw
         linear, angular = robot.true_velocity
-        if abs(linear) > REST_LINEAR or abs(angular) > REST_ANGULAR:
+        if abs(linear) > STILL_LINEAR or abs(angular) > STILL_ANGULAR:
             moved_at = robot.now
     return Stop(said or reason(), math.inf if zero_at is None else zero_at - begun,
                 moved_at - begun, way, turn)

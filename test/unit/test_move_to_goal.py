@@ -4,7 +4,8 @@ import math
 import pytest
 
 from tb3_labs.control.driving import DriveConfig, PreciseLaw, make_law
-from tb3_labs.control.goal_machine import GoalState
+from tb3_labs.control.goal_machine import (
+    DRIVING, WAITING_FOR_CONTROL, GoalState, is_over, is_stopped)
 from tb3_labs.control.pace import LONGEST_IDLE
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
@@ -297,3 +298,62 @@ def test_a_stuck_robot_on_a_flaky_network_is_given_up():
     assert 'does not move' in robot.status.failure
     # 1.3 s of commands, 30 a second
     assert driven <= 1.3 * 30 + 8
+
+
+# What others see of it -----------------------------------------------------------------------------
+
+def test_the_words_of_a_drive_from_waiting_to_its_end():
+    robot = Robot(has_control=False)
+    assert robot.status.goal is None and robot.status.pose is None
+    robot.core.set_goal(Pose2(0.5, 0.0, 0.0))
+    assert robot.status.words == WAITING_FOR_CONTROL
+    robot.control(True)
+    assert robot.status.words == 'waiting: no imu yet, no odom yet' and not robot.status.begun
+    robot.run(0.1)
+    assert robot.status.words == robot.status.state.name in DRIVING and robot.status.begun
+    robot.imu = False
+    robot.run(0.5)
+    assert robot.status.words == 'stopped: no imu' and is_stopped(robot.status.words)
+    assert robot.status.sensor_problem == 'no imu'
+    robot.run(RESUME_TIME)
+    robot.imu = True
+    robot.run(0.5)
+    assert robot.status.words.startswith('gave up: sensors were silent')
+    assert is_over(robot.status.words) and not robot.status.active
+
+
+def test_the_words_that_end_a_drive():
+    assert is_over('GOAL_REACHED') and is_over('gave up: canceled')
+    assert not any(is_over(words) for words in DRIVING + (WAITING_FOR_CONTROL, 'stopped: no imu'))
+    assert not is_stopped(WAITING_FOR_CONTROL)
+
+
+def test_an_end_is_taken_once_and_a_question_changes_nothing():
+    robot = driving()
+    assert robot.core.take_end() is None
+    robot.core.cancel()
+    assert robot.status == robot.status
+    assert robot.core.take_end() == (Pose2(-0.61, 0.61, 0.0), 'canceled')
+    assert robot.core.take_end() is None
+    robot.core.set_goal(Pose2())
+    robot.run(0.5)
+    assert robot.core.take_end() == (Pose2(), '')
+
+
+def test_resets_are_taken_once_in_order():
+    robot = Robot()
+    robot.run(0.2)
+    asked = [robot.core.reset(Pose2(k, 0.0, 0.0), robot.now) for k in range(2)]
+    assert robot.core.take_resets() == []
+    robot.run(0.05)
+    assert robot.core.take_resets() == asked and robot.core.take_resets() == []
+
+
+def test_a_reset_that_was_given_up_is_not_carried_out():
+    robot = Robot()
+    robot.run(0.2)
+    reset = robot.core.reset(Pose2(3.0, 0.0, 0.0), robot.now)
+    robot.core.give_up_reset(reset)
+    robot.run(0.1)
+    assert not reset.done and robot.core.take_resets() == []
+    assert robot.status.pose.x == pytest.approx(0.0)

@@ -16,7 +16,7 @@ Source: the Transformation lab's handout.
 """
 from enum import Enum
 
-from tb3_labs.control.settling import Settling
+from tb3_labs.control.settling import REST_ANGULAR, REST_LINEAR, Settling
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.angles import difference
 from tb3_labs.supervision.stall import Progress
@@ -56,9 +56,6 @@ def is_over(goal_state: str) -> bool:
 #: A drive that ends outside its tolerance, by a hiccup of the network say, is driven on from there
 #: so many times.
 MORE_TRIES = 2
-#: A robot that is slower than this rests [m/s], [rad/s].
-REST_LINEAR = 0.005
-REST_ANGULAR = 0.03
 
 
 class GoalMachine:

@@ -9,6 +9,9 @@ Units: seconds on one clock, on which the samples were measured; radians.
 """
 import math
 
+#: A robot that is slower than this rests, as far as its samples show [m/s], [rad/s].
+REST_LINEAR = 0.005
+REST_ANGULAR = 0.03
 #: Samples at rest must span this time [s], nearly one control period of the robot.
 SETTLING_TIME = 0.03
 #: Two standard errors hold the truth in 95 of 100 cases.

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.approach import Approach, Response
-from tb3_labs.control.settling import RestingMean, Settling
+from tb3_labs.control.settling import REST_ANGULAR, RestingMean, Settling
 from tb3_labs.control.speed_laws import LawStep, Twist2, proportional
 from tb3_labs.geometry.angles import continuous, difference
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
@@ -109,8 +109,6 @@ class PreciseTurn:
     #: A turn during another moves its goal; one after another makes up for what that left undone.
     extends = True
     carries_error = True
-    #: A robot that turns slower than this rests [rad/s].
-    REST_RATE = 0.03
     #: Longest rest in which more samples of a noisy IMU are waited for [s].
     LONGEST_LOOK = 0.6
 
@@ -167,7 +165,7 @@ class PreciseTurn:
         if measured_at - self._measured_at < SAME_MOMENT:
             return
         self._measured_at = measured_at
-        rests = abs(rate) <= self.REST_RATE and self._approach.told_to_rest(age)
+        rests = abs(rate) <= REST_ANGULAR and self._approach.told_to_rest(age)
         self._settling.look(rests, measured_at)
         if rests:
             self._mean.add(raw)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from tb3_labs.control.driving import DriveConfig, make_law
 from tb3_labs.control.goal_machine import GoalState
+from tb3_labs.control.settling import REST_ANGULAR, REST_LINEAR
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous, difference
@@ -27,10 +28,10 @@ TURN_LOOK_PERIOD = 0.005
 #: A robot that does not move for this long has come to rest for good [s].
 SETTLED_TIME = 0.5
 #: A robot that is slower than this goes less than 0.3 mm and 0.1 deg further [m/s], [rad/s].
-AT_REST = 0.005, 0.03
-#: A robot that is slower than this is at rest for good [m/s], [rad/s].
-REST_LINEAR = 0.001
-REST_ANGULAR = 0.01
+AT_REST = REST_LINEAR, REST_ANGULAR
+#: A robot whose true speeds are below this stands still [m/s], [rad/s].
+STILL_LINEAR = 0.001
+STILL_ANGULAR = 0.01
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,7 @@ def _come_to_rest(robot):
 
 def _moves(robot):
     linear, angular = robot.true_velocity
-    return abs(linear) > REST_LINEAR or abs(angular) > REST_ANGULAR
+    return abs(linear) > STILL_LINEAR or abs(angular) > STILL_ANGULAR
 
 
 def _navigate(robot, navigator, seconds):
