@@ -28,8 +28,8 @@ Action
 Parameters
     ~goal_x, ~goal_y [m], ~goal_yaw_deg, ~has_control: see MoveToGoalConfig in
         tb3_labs.nodes.move_to_goal
-    ~law, ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.control.driving; they may
-    change while it runs: rosrun dynamic_reconfigure dynparam set /move_to_goal max_linear 0.1
+    ~law, ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.control.driving; they
+    may change while it runs: rosrun dynamic_reconfigure dynparam set /move_to_goal max_linear 0.1
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import threading
@@ -88,7 +88,7 @@ class MoveToGoal:
         self._rivals = Rivals(self._cmd_vel)
         LiveSettings(drive, self._on_settings)
         self._control = ControlTaker()
-        self._look_at_control()
+        self._update_control()
         subscribe('imu', Imu, self._on_imu, to_imu_sample, self._core.imu,
                   idle_for=self._idle_for)
         # all of it: one message may hold the displacement that the firmware takes backwards
@@ -123,14 +123,14 @@ class MoveToGoal:
     def _told_control(self, granted, sender, renews):
         with self._changed:
             self._core.told_control(granted, steady_time(), sender, renews)
-            self._look_at_control()
+            self._update_control()
 
     def _heard_of_old_control(self, granted, sender):
         with self._changed:
             self._core.heard_of_old_control(granted, sender)
-            self._look_at_control()
+            self._update_control()
 
-    def _look_at_control(self):
+    def _update_control(self):
         """Stop the moment control is lost; tell everybody."""
         core = self._core
         core.update_control(steady_time())
@@ -147,7 +147,7 @@ class MoveToGoal:
     def _tick(self):
         """Send the command that is due; report the end of a drive."""
         with self._changed:
-            self._look_at_control()
+            self._update_control()
             now = rospy.get_time()
             if not self._core.due(now):
                 return
@@ -181,7 +181,7 @@ class MoveToGoal:
             return reset
 
     def _tell_resets(self):
-        """Tell of the resets that were just carried out, and wake the threads that wait for them."""
+        """Tell of the resets that were just carried out, and wake those that wait for them."""
         resets = self._core.take_resets()
         for reset in resets:
             self._display.forget_path()
@@ -214,7 +214,7 @@ class MoveToGoal:
 
     def _diagnose(self):
         with self._changed:
-            self._look_at_control()    # also where no sensor wakes this node
+            self._update_control()    # also where no sensor wakes this node
             problem, values = self._status.report(rospy.get_time())
             return self._rivals.complaint or problem, dict(self._sources.values(), **values)
 

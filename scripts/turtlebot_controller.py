@@ -12,8 +12,8 @@ Publishes
     cmd_vel       geometry_msgs/Twist, only while turning or driven by the mouse, one zero after it
     /diagnostics
 Parameters
-    ~law, ~k_hdg, ~hdg_tol, ...: see TurnConfig in tb3_labs.control.turning; they may change while it
-    runs: rosrun dynamic_reconfigure dynparam set /controller max_ang_z 1.0
+    ~law, ~k_hdg, ~hdg_tol, ...: see TurnConfig in tb3_labs.control.turning; they may change while
+    it runs: rosrun dynamic_reconfigure dynparam set /controller max_ang_z 1.0
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import threading

@@ -1,4 +1,4 @@
-"""What a node's core has to tell its user; the node prints it."""
+"""Lines that a node's core tells its user; the node prints them."""
 from typing import List, NamedTuple
 
 

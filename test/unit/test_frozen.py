@@ -23,7 +23,7 @@ def test_before_the_first_look_there_is_no_problem():
 
 @pytest.mark.parametrize('reading, must_change, frozen', [
     (lambda k: 7, True, True), (lambda k: 7, False, False), (lambda k: k % 2, True, False)])
-def test_who_repeats_itself_though_it_must_change_is_frozen(reading, must_change, frozen):
+def test_a_source_that_repeats_itself_though_it_must_change_is_frozen(reading, must_change, frozen):
     problem = look(FrozenWatch(), MANY, Freshness('imu'), reading, must_change)
     assert problem.startswith('imu says the very same') if frozen else problem == ''
 

@@ -300,7 +300,7 @@ def test_a_stuck_robot_on_a_flaky_network_is_given_up():
     assert driven <= 1.3 * 30 + 8
 
 
-# What others see of it -----------------------------------------------------------------------------
+# Status and events --------------------------------------------------------------------------------
 
 def test_the_words_of_a_drive_from_waiting_to_its_end():
     robot = Robot(has_control=False)

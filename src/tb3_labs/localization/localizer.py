@@ -7,8 +7,8 @@ rest; it is carried out as soon as both sensors have passed that instant. Where 
 and the robot does not, ``local`` moves along in ``odom``, so that the robot keeps its pose in it
 (:mod:`tb3_labs.localization.odometry_jumps`).
 
-Samples go in by `on_imu` and `on_odometry`. What they bring about is an event and is taken once
-(`take_fix`, `take_jumps`, `take_resets`); `motion` and the properties are state.
+Samples go in by `on_imu` and `on_odometry`. Fixes, jumps and carried-out resets are events, taken
+once (`take_fix`, `take_jumps`, `take_resets`); `motion` and the properties are state.
 
 Units: metres, radians, seconds on the receiver's clock (`now`); the caller provides the time.
 """
@@ -25,7 +25,7 @@ from tb3_labs.robot.samples import ImuSample, OdometrySample, heading_jump
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 
 #: Motion is extrapolated from the latest samples for two control periods, in which a command takes
-#: effect and is seen. What a robot does later is not known [s].
+#: effect and is seen; the motion after that is not known [s].
 MAX_EXTRAPOLATION = 2.0 / CONTROL_RATE
 
 

@@ -48,13 +48,13 @@ STOPPING_TIME = 0.5
 
 
 class Jump(NamedTuple):
-    """What a sensor did that the robot cannot have done, in words, and what becomes of the pose."""
+    """A step of a sensor that no robot can have made, in words, and what becomes of the pose."""
 
     text: str
     outcome: str = ''
 
 
-#: What becomes of the local pose after a jump of the odometry.
+#: The two outcomes of a jump of the odometry.
 POSE_KEPT = 'the local pose is kept'
 POSE_LOST = "the IMU's heading as well: local begins anew at (0, 0, 0), where the robot is now"
 

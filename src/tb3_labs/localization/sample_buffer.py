@@ -5,8 +5,8 @@ whose every message is read, bridges a longer gap of the IMU: it turns as the IM
 last sample before the gap on.
 
 Units: seconds on the sender's clock (:mod:`tb3_labs.localization.sender_clock`), metres, radians.
-Edge cases: a new epoch of that clock empties the buffer; over a gap of the odometry of more than `MAX_GAP`
-nothing is interpolated; order of arrival between the two sensors does not matter.
+Edge cases: a new epoch of that clock empties the buffer; nothing is interpolated over a gap of the
+odometry of more than `MAX_GAP`; order of arrival between the two sensors does not matter.
 """
 from bisect import bisect_left
 from collections import deque
@@ -35,7 +35,8 @@ class Track:
         self._values: Deque[Any] = deque()
 
     def add(self, time: float, value: Any) -> None:
-        """Append a value; `time` is not before the last one's. At the same time the newer counts."""
+        """Append a value; `time` is not before the last one's. Of two at one time the later counts.
+        """
         if time == self.newest:
             self._times.pop()
             self._values.pop()
@@ -84,7 +85,7 @@ def _yaw_between(start: float, end: float, fraction: float) -> float:
 
 
 class Instant(NamedTuple):
-    """What both sensors said at `stamp` [s, sender's clock]."""
+    """The readings of both sensors at `stamp` [s, sender's clock]."""
 
     stamp: float
     odom_T_base: Pose2

@@ -1,4 +1,4 @@
-"""What one pad says on `ctrl_relinq`, in order: True gives the robot to move_to_goal, False takes it.
+"""The words of one pad on `ctrl_relinq`: True gives the robot to move_to_goal, False takes it.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
 """
@@ -7,7 +7,7 @@ from typing import List
 
 from tb3_labs.supervision.permission import LONGEST_LAPSE, RENEWAL
 
-#: What move_to_goal says this soon after A may have been said before it heard of it [s].
+#: An answer of move_to_goal this soon after A may be older than A [s].
 CROSSING = 0.3
 
 

@@ -22,7 +22,7 @@ from tb3_labs.supervision.stall import Progress
 
 #: A robot that turns faster than this while nobody here drives is driven by another [rad/s].
 DRIVEN_RATE = 0.1
-#: A robot that turns slower than this rests for long enough that its turn can be judged [rad/s].
+#: A turn is judged when the robot turns slower than this [rad/s].
 JUDGING_RATE = 0.01
 
 
@@ -42,7 +42,7 @@ class TurnLaw(Protocol):
         """Turn by so much more; of a law that `extends`."""
 
     def step(self, yaw: float, rate: float, dt: float, age: float, noise: float) -> LawStep:
-        """What to command, `dt` after the last step, by a sample of that age and noise."""
+        """The command, `dt` after the last step, by a sample of that age and noise."""
 
 
 class ControllerCore:
@@ -57,10 +57,10 @@ class ControllerCore:
         self._sensors = SensorWatch(self.imu)
         self._frozen = FrozenWatch()
         self._sleep = SleepWatch(RESUME_TIME)    # while a turn is going on
-        self._turn: Optional[Turn] = None  # that is driven, or waits for rest to be judged,
-        self._carried = 0.0                # and what the one before left to do [rad]
+        self._turn: Optional[Turn] = None        # that is driven, or waits for rest to be judged,
+        self._carried = 0.0                      # and what the one before left to do [rad]
         self._mouse = Mouse()
-        self._mouse_is_new = False         # and must be answered by a command
+        self._mouse_is_new = False               # and must be answered by a command
         self._news = NewsDesk()
 
     # -- what comes in
@@ -166,7 +166,7 @@ class ControllerCore:
             self._pace.due(now) or not self._sensors.are_fresh(now))
 
     def idle_for(self, now: float) -> float:
-        """For so long no sample of the IMU needs to be looked at [s]."""
+        """Time for which no sample of the IMU needs to be looked at [s]."""
         return self._pace.idle_for(now) if self.driver is Driver.TURN else LONGEST_IDLE
 
     def command(self, now: float) -> Optional[Twist2]:

@@ -1,7 +1,7 @@
 """Everything `gamepad` decides, without ROS: who holds the robot, and what the sticks command.
 
-Every press of a button counts, also where several messages arrive together: what is to be said on
-`ctrl_relinq` is collected in order (:meth:`GamepadCore.take_words`).
+Every press of a button counts, also where several messages arrive together: the words for
+`ctrl_relinq` are collected in order (:meth:`GamepadCore.take_words`).
 
 B always says False, whoever holds the robot and whoever gave it. A says True; a renewal, which the
 node sends, only keeps that alive. A press of A that the network held up for long does not count.
@@ -100,7 +100,7 @@ class GamepadCore:
     # -- what comes out
 
     def take_words(self) -> List[bool]:
-        """What is to be said on `ctrl_relinq` since the last call, in order: True and False."""
+        """The words for `ctrl_relinq` since the last call, in order: True and False."""
         return self._words.take()
 
     def take_reset(self) -> bool:

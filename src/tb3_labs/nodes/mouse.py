@@ -14,7 +14,7 @@ from tb3_labs.supervision.freshness import Freshness
 MOUSE_TIMEOUT = 0.2
 #: Nearer to the middle of the screen than this, in each direction, the mouse means nothing.
 MOUSE_DEAD_ZONE = 0.25
-#: What the edge of the screen means [m/s], [rad/s]; more than a robot drives, which clips it.
+#: The edge of the screen asks for this [m/s], [rad/s]; the robot clips it to its own limit.
 MOUSE_FULL = 0.5
 
 
@@ -28,7 +28,7 @@ class Mouse:
     def __init__(self) -> None:
         self.source = Freshness('mouse', MOUSE_TIMEOUT)
         self.active = False
-        #: What an active mouse asks for; zero in the middle of the screen.
+        #: The velocity that an active mouse asks for; zero in the middle of the screen.
         self.twist = Twist2()
         self._was_lost = False
 

@@ -29,7 +29,7 @@ MAX_DISTANCE = 100.0
 
 @dataclass(frozen=True)
 class MoveToGoalConfig(Config):
-    """What `move_to_goal` begins with."""
+    """The settings that `move_to_goal` begins with."""
 
     goal_x: float = setting(-0.61, 'first goal, in the local frame', 'm',
                             -MAX_DISTANCE, MAX_DISTANCE)
@@ -45,9 +45,9 @@ class MoveToGoalConfig(Config):
 
 
 class DriveStatus(NamedTuple):
-    """What others may know of a drive at one moment; poses in local."""
+    """A drive at one moment, as others may know it; poses in local."""
 
-    words: str                    # what `goal_state` says; '' in the moment before the first command
+    words: str                    # of `goal_state`; '' in the moment before the first command
     state: GoalState
     goal: Optional[Pose2]
     tolerance: float              # of the distance to the goal [m]
@@ -55,7 +55,7 @@ class DriveStatus(NamedTuple):
     begun: bool                   # has the robot been told to move in this attempt?
     active: bool                  # is there something left to drive?
     failure: str                  # why the drive was given up; '' while it was not
-    hold_reason: str              # why a robot stands that has control and a goal; '' while it moves
+    hold_reason: str              # why the robot stands in the midst of a drive, or ''
     has_control: bool             # may this node drive?
     sensor_problem: str           # which sensors are lost; '' while both are fresh
     pose: Optional[Pose2]         # where the robot is now; None before the first samples
@@ -147,7 +147,7 @@ class MoveToGoalCore:
         self._permission.heard_of_old(granted, sender)
 
     def update_control(self, now: float) -> None:
-        """Look at what has become of the permission; to be called again and again, at least once a
+        """Look whether the permission still holds; to be called again and again, at least once a
         second. `now` as in permission.Permission."""
         permission, machine = self._permission, self._machine
         permission.update(now)
@@ -203,7 +203,7 @@ class MoveToGoalCore:
         self._pace.skip(now)
         return None
 
-    # -- what is so
+    # -- state
 
     @property
     def has_control(self) -> bool:
@@ -227,7 +227,7 @@ class MoveToGoalCore:
         return None if frame is None else frame.imu_minus_odometry
 
     def status(self, now: float) -> DriveStatus:
-        """What others may know of the drive."""
+        """The drive at this moment."""
         machine, motion = self._machine, self._localizer.motion(now)
         problem = self._sensors.problem(now)
         return DriveStatus(
@@ -250,7 +250,7 @@ class MoveToGoalCore:
         return self._pace.due(now) or not self._sensors.are_fresh(now)
 
     def idle_for(self, now: float) -> float:
-        """For so long no sample of the IMU needs to be looked at [s]."""
+        """Time for which no sample of the IMU needs to be looked at [s]."""
         if self._localizer.has_resets:
             return 0.0
         driving = self.has_control and self._machine.active

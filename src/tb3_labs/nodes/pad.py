@@ -1,4 +1,4 @@
-"""What a gamepad says: its sticks and buttons, and whether that is how the pad is now.
+"""The messages of a gamepad: its sticks and buttons, and whether they are still so now.
 
 Units: axes from -1 to 1, forward and left positive (as joy_node sends them). Indices count from 0,
 as in sensor_msgs/Joy; the defaults are the handout's numbering. Seconds on a clock that never

@@ -9,7 +9,7 @@ from tb3_labs.supervision.stall import Progress
 
 
 class Turn:
-    """What was asked for, and how well it went."""
+    """The angle that was asked for, and how well it went."""
 
     def __init__(self, asked: float, yaw: float, carried: float, now: float) -> None:
         """Turn by `asked` from `yaw`, and by what the turn before left to do (`carried`)."""
@@ -35,7 +35,7 @@ class Turn:
         self._left_at_end = left
 
     def error(self, yaw: float) -> float:
-        """What is left of a turn that is over, of a robot that rests at `yaw`."""
+        """The angle that is left of a turn that is over, of a robot that rests at `yaw`."""
         return self.left(yaw) if self._left_at_end is None else self._left_at_end
 
     def result(self, yaw: float, now: float) -> str:

@@ -7,7 +7,8 @@ import math
 from enum import Enum
 from typing import Any, Optional
 
-#: A sensor that is silent for longer than this is lost [s]: a robot at full speed drives 5 cm in it.
+#: A sensor that is silent for longer than this is lost [s]; a robot at full speed drives 5 cm in
+#: this time.
 SENSOR_TIMEOUT = 0.22
 #: After a silence of the sensors up to this long a motion goes on by itself [s].
 RESUME_TIME = 2.0
@@ -68,7 +69,7 @@ class Freshness:
 
     @property
     def silence(self) -> str:
-        """What to say of a source that is not fresh: 'no imu', or 'no imu yet'."""
+        """The words for a source that is not fresh: 'no imu', or 'no imu yet'."""
         return 'no {}{}'.format(self.name, ' yet' if self._heard_at is None else '')
 
     def silence_with_age(self, now: float) -> str:
@@ -78,7 +79,7 @@ class Freshness:
 
 
 class Sight(Enum):
-    """What the sensors let a robot do that is being driven."""
+    """The verdict of the sensors on a robot that is being driven."""
 
     FRESH = 'go on'
     SILENT = 'stand'
@@ -93,7 +94,7 @@ class SensorWatch:
         self._sources = sources
         #: The Sight as of the last :meth:`update`. Each silence is BACK_SOON or BACK_LATE once.
         self.sight = Sight.SILENT
-        #: What is wrong, in words, since an update found the sensors silent; else ''.
+        #: The problem, in words, since an update found the sensors silent; else ''.
         self.hold_reason = ''
         #: How long the last silence took [s].
         self.silent_for = 0.0

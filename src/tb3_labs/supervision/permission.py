@@ -41,7 +41,7 @@ WAKING = 0.3
 
 
 class _Giving:
-    """What one sender gave, and how it keeps that alive."""
+    """A permission of one sender, and how the sender keeps it alive."""
 
     def __init__(self, now: float, renews: bool) -> None:
         self.given_at = self.heard_at = now
@@ -72,7 +72,7 @@ class _Giving:
 
 
 class Permission:
-    """What all senders said, and what it comes to."""
+    """The words of all senders, and what they come to."""
 
     def __init__(self, granted: bool = False) -> None:
         #: May the robot be driven? As of the last :meth:`update`.

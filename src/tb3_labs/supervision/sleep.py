@@ -29,5 +29,5 @@ class SleepWatch:
         self._updated_at = None
 
     def in_words(self) -> str:
-        """What the last update found: '' or 'this node did not run for 3.2 s'."""
+        """The sleep that the last update found: '' or 'this node did not run for 3.2 s'."""
         return 'this node did not run for {:.1f} s'.format(self.slept_for) if self.slept_for else ''
