@@ -26,7 +26,7 @@ import rospy
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String
 
-from tb3_labs.nodes.gamepad import PadController
+from tb3_labs.nodes.gamepad import GamepadCore
 from tb3_labs.nodes.pad import PadConfig
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.console import log_news
@@ -45,11 +45,11 @@ from tb3_labs.ros.traffic import Traffic
 
 
 class Gamepad:
-    """Glue between ROS and the core's PadController."""
+    """Connects ROS and the GamepadCore."""
 
     def __init__(self):
         model = read_model()
-        self._pad = PadController(read_config(PadConfig), model)
+        self._core = GamepadCore(read_config(PadConfig), model)
         self._lock = threading.RLock()    # guards it, and what was published of it
         self._holder = None
         self._control = ControlGiver()
@@ -62,64 +62,64 @@ class Gamepad:
         when_stopped(self._leave, lambda: None)
         self._tick()
         # every press counts, also of messages that come all at once
-        subscribe('joy', Joy, self._on_joy, self._read_joy, self._pad.joy, queue_size=None)
+        subscribe('joy', Joy, self._on_joy, self._read_joy, self._core.joy, queue_size=None)
         hear_takers(self._on_taken)
         subscribe('has_control', Bool, self._on_control, queue_size=None)
-        self._sources = SourceReport((self._pad.joy, Traffic('joy', Joy), steady_time))
+        self._sources = SourceReport((self._core.joy, Traffic('joy', Joy), steady_time))
         Diagnostics(model.name, self._diagnose)
 
     def _read_joy(self, message):
         # by simulated time, whose pace nobody knows, stamps do not tell how late a message is
         stamp = message.header.stamp.to_sec() if is_wall_time() else 0.0
         with self._lock:
-            self._pad.on_joy(message.axes, message.buttons, steady_time(), stamp)
+            self._core.on_joy(message.axes, message.buttons, steady_time(), stamp)
 
     def _on_joy(self, _):
         self._tick()
         self._watchdog.feed()
-        if self._pad.take_reset():
+        if self._core.take_reset():
             self._resets.reset()
 
     def _on_taken(self):
         with self._lock:
-            self._pad.on_taken(steady_time())
+            self._core.on_taken(steady_time())
         self._tick()
 
     def _on_control(self, message):
         with self._lock:
-            self._pad.on_control(message.data, steady_time())
+            self._core.on_control(message.data, steady_time())
         self._tick()
 
     def _tick(self):
         """Send the command that is due, and say who holds the robot: zero first, then the news."""
         with self._lock:
             now = steady_time()
-            self._pad.look_at_clock(now)
-            if self._pad.due(now):
-                self._cmd_vel.send(self._pad.command(now))
+            self._core.update(now)
+            if self._core.due(now):
+                self._cmd_vel.send(self._core.command(now))
             self._say_who_holds(now)
-            log_news(self._pad.take_news())
-            self._watchdog.keep(awake=self._pad.watched)
+            log_news(self._core.take_news())
+            self._watchdog.keep(awake=self._core.watched)
 
     def _say_who_holds(self, now):
-        if self._pad.holder is not self._holder:
-            self._holder = self._pad.holder
+        if self._core.holder is not self._holder:
+            self._holder = self._core.holder
             self._holders.publish(self._holder.value)
-        for word in self._pad.take_words():
+        for word in self._core.take_words():
             self._control.say(word, now)
-        if self._pad.gives:
+        if self._core.gives:
             self._control.renew(now)
 
     def _diagnose(self):
         with self._lock:
-            problem = self._rivals.complaint or ('' if self._pad.joy.count else 'no joy yet')
-            return problem, dict(self._sources.values(), holder=self._pad.holder.value)
+            problem = self._rivals.complaint or ('' if self._core.joy.count else 'no joy yet')
+            return problem, dict(self._sources.values(), holder=self._core.holder.value)
 
     def _leave(self):
         """An operator who leaves takes the robot along."""
         with self._lock:
-            if self._pad.gives:
-                self._pad.on_taken(steady_time())
+            if self._core.gives:
+                self._core.on_taken(steady_time())
                 self._tick()
 
 

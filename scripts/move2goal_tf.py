@@ -4,7 +4,8 @@
 Subscribes
     imu                    sensor_msgs/Imu
     odom                   nav_msgs/Odometry
-    ctrl_relinq            std_msgs/Bool: True = this node may drive (see tb3_labs.supervision.permission)
+    ctrl_relinq            std_msgs/Bool: True = this node may drive (see
+                           tb3_labs.supervision.permission)
     move_base_simple/goal  geometry_msgs/PoseStamped: a goal
     initialpose            geometry_msgs/PoseWithCovarianceStamped: a reset
 Publishes
@@ -25,9 +26,10 @@ Services
 Action
     move2goal              move_base_msgs/MoveBaseAction
 Parameters
-    ~goal_x, ~goal_y [m], ~goal_yaw_deg, ~has_control: see NavigatorConfig in tb3_labs.nodes.move_to_goal
-    ~law, ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.control.driving; they may
-    change while it runs: rosrun dynamic_reconfigure dynparam set /move_to_goal max_linear 0.1
+    ~goal_x, ~goal_y [m], ~goal_yaw_deg, ~has_control: see MoveToGoalConfig in
+        tb3_labs.nodes.move_to_goal
+    ~law, ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.control.driving; they
+    may change while it runs: rosrun dynamic_reconfigure dynparam set /move_to_goal max_linear 0.1
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import threading
@@ -39,7 +41,7 @@ from sensor_msgs.msg import Imu
 
 from tb3_labs.control.driving import DriveConfig, make_law
 from tb3_labs.control.motor_response import Response
-from tb3_labs.nodes.move_to_goal import Navigator, NavigatorConfig
+from tb3_labs.nodes.move_to_goal import MoveToGoalConfig, MoveToGoalCore
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.console import log_news
 from tb3_labs.ros.conversions import frame, to_imu_sample, to_odometry_sample
@@ -49,7 +51,7 @@ from tb3_labs.ros.driving.ctrl_relinq import ControlTaker
 from tb3_labs.ros.driving.rivals import Rivals
 from tb3_labs.ros.driving.watchdog import Watchdog
 from tb3_labs.ros.move_to_goal.display import LocalDisplay
-from tb3_labs.ros.move_to_goal.drive_log import DriveLog
+from tb3_labs.ros.move_to_goal.drive_status import DriveStatusPublisher
 from tb3_labs.ros.move_to_goal.goals import GoalInterfaces
 from tb3_labs.ros.move_to_goal.pose_frames import PoseFrames
 from tb3_labs.ros.move_to_goal.resets import ResetInterfaces
@@ -61,124 +63,126 @@ from tb3_labs.ros.traffic import Traffic
 
 
 class MoveToGoal:
-    """Glue between ROS and the navigator."""
+    """Connects ROS and the MoveToGoalCore.
+
+    The order of locks: actionlib's, which GoalInterfaces holds while it calls, then `_changed`. So
+    nothing of GoalInterfaces is called while `_changed` is held; test_lock_order.py sees to that.
+    """
 
     def __init__(self):
-        start, drive = read_config(NavigatorConfig, DriveConfig)
+        start, drive = read_config(MoveToGoalConfig, DriveConfig)
         self._model = read_model()
         self._response = Response()              # of this robot, as far as it has been learned
-        self._navigator = Navigator(make_law(drive, self._model, self._response),
+        self._core = MoveToGoalCore(make_law(drive, self._model, self._response),
                                     start.has_control)
-        self._navigator.set_goal(start.goal)
-        self._changed = threading.Condition()    # guards the navigator
+        self._core.set_goal(start.goal)
+        self._changed = threading.Condition()    # guards the core; see the order of locks above
         self._frames = PoseFrames(frame('local'), frame('odom'))
         self._cmd_vel = CmdVel()
         self._display = LocalDisplay(frame('local'))
-        self._log = DriveLog(self._navigator, frame('local'))
+        self._status = DriveStatusPublisher(self._core, frame('local'))
         self._goals = GoalInterfaces(self._set_goal, self._cancel)
         ResetInterfaces(self._reset, self._to_local, frame('local'))
         self._watchdog = Watchdog(self._tick)
-        self._reported = 0                       # the last attempt whose end was reported
         self._had_control = False                # as of the last look at it
         self._rivals = Rivals(self._cmd_vel)
         LiveSettings(drive, self._on_settings)
         self._control = ControlTaker()
-        self._look_at_control()
-        subscribe('imu', Imu, self._on_imu, to_imu_sample, self._navigator.imu,
+        self._update_control()
+        subscribe('imu', Imu, self._on_imu, to_imu_sample, self._core.imu,
                   idle_for=self._idle_for)
         # all of it: one message may hold the displacement that the firmware takes backwards
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample,
-                  self._navigator.odometry, queue_size=None)
+                  self._core.odometry, queue_size=None)
         self._control.hear(self._told_control, self._heard_of_old_control)
         self._sources = SourceReport(
-            (self._navigator.imu, Traffic('imu', Imu), rospy.get_time),
-            (self._navigator.odometry, Traffic('odom', Odometry), rospy.get_time))
+            (self._core.imu, Traffic('imu', Imu), rospy.get_time),
+            (self._core.odometry, Traffic('odom', Odometry), rospy.get_time))
         Diagnostics(self._model.name, self._diagnose)
 
     def _on_imu(self, sample):
         with self._changed:
-            self._report(self._navigator.on_imu(sample, rospy.get_time()))
+            self._core.on_imu(sample, rospy.get_time())
+            self._tell_resets()
         self._tick()
         self._watchdog.feed()
         self._show_fix()
 
     def _idle_for(self, now):
         with self._changed:
-            return self._navigator.idle_for(now)
+            return self._core.idle_for(now)
 
     def _on_odometry(self, sample):
         with self._changed:
-            self._report(self._navigator.on_odometry(sample, rospy.get_time()))
-            log_news(self._navigator.take_news())
-            self._changed.notify_all()           # also of a reset that can no longer be carried out
+            self._core.on_odometry(sample, rospy.get_time())
+            self._tell_resets()
+            log_news(self._core.take_news())
+            self._changed.notify_all()    # also of a reset that can no longer be carried out
         self._show_fix()
 
     def _told_control(self, granted, sender, renews):
         with self._changed:
-            self._navigator.told_control(granted, steady_time(), sender, renews)
-            self._look_at_control()
+            self._core.told_control(granted, steady_time(), sender, renews)
+            self._update_control()
 
     def _heard_of_old_control(self, granted, sender):
         with self._changed:
-            self._navigator.permission.heard_of_old(granted, sender)
-            self._look_at_control()
+            self._core.heard_of_old_control(granted, sender)
+            self._update_control()
 
-    def _look_at_control(self):
+    def _update_control(self):
         """Stop the moment control is lost; tell everybody."""
-        navigator = self._navigator
-        navigator.look_at_control(steady_time())
-        if not navigator.has_control:
+        core = self._core
+        core.update_control(steady_time())
+        if not core.has_control:
             self._cmd_vel.stop()
-        self._control.say(navigator.permission.stands)
-        self._watchdog.keep(awake=navigator.watched)
-        news = navigator.take_news()
-        if news or navigator.has_control is not self._had_control:
-            self._had_control = navigator.has_control
+        self._control.say(core.control_stands)
+        self._watchdog.keep(awake=core.watched)
+        news = core.take_news()
+        if news or core.has_control is not self._had_control:
+            self._had_control = core.has_control
             log_news(news)
-            self._log.update(rospy.get_time())
+            self._status.update(rospy.get_time())
 
     def _tick(self):
         """Send the command that is due; report the end of a drive."""
         with self._changed:
-            self._look_at_control()
+            self._update_control()
             now = rospy.get_time()
-            if not self._navigator.due(now):
+            if not self._core.due(now):
                 return
-            self._cmd_vel.send(self._navigator.command(now))
-            self._log.update(now)
-            machine = self._navigator.machine
-            if machine.active or machine.attempt == self._reported:
-                return
-            self._reported, goal, failure = machine.attempt, machine.goal, machine.failure
-        if failure:
-            self._goals.failed(goal, failure)
-        else:
-            self._goals.reached(goal)
+            self._cmd_vel.send(self._core.command(now))
+            self._status.update(now)
+            end = self._core.take_end()
+        if end is not None:
+            self._goals.ended(end.goal, end.failure)
 
     def _show_fix(self):
         with self._changed:
-            fix = self._navigator.localizer.take_fix()
+            fix = self._core.take_fix()
             if fix is None:
                 return
-            self._log.plot(fix.local_T_base)
-            shown = self._display.show(fix, self._navigator.localizer.odom_T_local,
-                                       self._frames.odom, self._navigator.machine)
+            self._status.plot(fix.local_T_base)
+            status = self._core.status(rospy.get_time())
+            shown = self._display.show(fix, self._core.odom_T_local, self._frames.odom,
+                                       status.goal if status.active else None)
         self._goals.feedback(shown)
 
     def _reset(self, declared, deadline):
         """The robot is at `declared` (in local) now; ``ValueError`` if that is refused, or could
         not be carried out before `deadline` [s, time.monotonic()]."""
         with self._changed:
-            reset = self._navigator.reset(declared, rospy.get_time())
+            reset = self._core.reset(declared, rospy.get_time())
             self._changed.wait_for(lambda: reset.done or reset.problem,
                                    max(0.0, deadline - time.monotonic()))
             if not reset.done:
-                self._navigator.localizer.give_up(reset)
+                self._core.give_up_reset(reset)
                 raise ValueError(reset.problem or 'imu and odom said nothing of that instant')
             return reset
 
-    def _report(self, resets):
-        """Resets that were just carried out: say so, and wake who waits for them."""
+    def _tell_resets(self):
+        """Tell of the resets that were just carried out, and wake those that wait for them."""
+        resets = self._core.take_resets()
         for reset in resets:
             self._display.forget_path()
             rospy.loginfo('Local pose set to %s', reset.after)
@@ -187,31 +191,31 @@ class MoveToGoal:
 
     def _to_local(self, header, pose, also_local=('map',)):
         with self._changed:
-            odom_T_local = self._navigator.localizer.odom_T_local
+            odom_T_local = self._core.odom_T_local
         return self._frames.to_local(header, pose, odom_T_local, also_local)
 
     def _set_goal(self, header, pose):
         goal = self._to_local(header, pose, also_local=())
         with self._changed:
-            self._navigator.set_goal(goal)
-            self._log.update(rospy.get_time())
+            self._core.set_goal(goal)
+            self._status.update(rospy.get_time())
         return goal
 
     def _on_settings(self, drive):
         law = make_law(drive, self._model, self._response)
         with self._changed:
-            self._navigator.set_law(law)
+            self._core.set_law(law)
 
     def _cancel(self):
         with self._changed:
-            self._navigator.cancel()
+            self._core.cancel()
             self._cmd_vel.stop()
-            self._log.update(rospy.get_time())
+            self._status.update(rospy.get_time())
 
     def _diagnose(self):
         with self._changed:
-            self._look_at_control()    # also where no sensor wakes this node
-            problem, values = self._log.report(rospy.get_time())
+            self._update_control()    # also where no sensor wakes this node
+            problem, values = self._status.report(rospy.get_time())
             return self._rivals.complaint or problem, dict(self._sources.values(), **values)
 
 

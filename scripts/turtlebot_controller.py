@@ -12,8 +12,8 @@ Publishes
     cmd_vel       geometry_msgs/Twist, only while turning or driven by the mouse, one zero after it
     /diagnostics
 Parameters
-    ~law, ~k_hdg, ~hdg_tol, ...: see TurnConfig in tb3_labs.control.turning; they may change while it
-    runs: rosrun dynamic_reconfigure dynparam set /controller max_ang_z 1.0
+    ~law, ~k_hdg, ~hdg_tol, ...: see TurnConfig in tb3_labs.control.turning; they may change while
+    it runs: rosrun dynamic_reconfigure dynparam set /controller max_ang_z 1.0
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import threading
@@ -26,7 +26,7 @@ from std_msgs.msg import Float64
 from tb3_labs.control.motor_response import Response
 from tb3_labs.control.turning import TurnConfig, degrees_of, make_turn
 from tb3_labs.msg import MouseController
-from tb3_labs.nodes.controller import LabController
+from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.console import log_news
 from tb3_labs.ros.conversions import to_imu_sample, to_mouse
@@ -43,33 +43,33 @@ from tb3_labs.ros.traffic import Traffic
 from tb3_labs.supervision.arbitration import Driver
 
 
-#: What is typed, or comes from a pipe, while the robot is not connected yet waits this long [s].
-CONNECTING = 5.0
+#: A turn that is asked for before the robot is connected waits this long for it [s].
+ROBOT_WAIT = 5.0
 
 
 class Controller:
-    """Glue between ROS, the keyboard and the core's LabController."""
+    """Connects ROS, the keyboard and the ControllerCore."""
 
     def __init__(self):
         config, self._model = read_config(TurnConfig), read_model()
         self._response = Response()      # of this robot, as far as it has been learned
-        self._controller = LabController(make_turn(config, self._model, self._response))
+        self._core = ControllerCore(make_turn(config, self._model, self._response))
         self._driver = Driver.NOBODY
         self._lock = threading.Lock()    # guards both
-        self._robot_wait = time.monotonic() + CONNECTING
+        self._robot_wait = time.monotonic() + ROBOT_WAIT
         rospy.on_shutdown(lambda: rospy.loginfo('Controller exiting. Halting robot.'))
         self._cmd_vel = CmdVel()
         self._rivals = Rivals(self._cmd_vel)
         self._watchdog = Watchdog(self._tick)
-        subscribe('imu', Imu, self._on_imu, to_imu_sample, self._controller.imu,
+        subscribe('imu', Imu, self._on_imu, to_imu_sample, self._core.imu,
                   idle_for=self._idle_for)
         # scrolling up stops at once, also where later messages came together with it
-        subscribe('mouse_info', MouseController, self._on_mouse, to_mouse, self._controller.mouse,
+        subscribe('mouse_info', MouseController, self._on_mouse, to_mouse, self._core.mouse,
                   queue_size=None)
         subscribe_news('turn', Float64, self._on_turn)
         self._sources = SourceReport(
-            (self._controller.imu, Traffic('imu', Imu), rospy.get_time),
-            (self._controller.mouse, Traffic('mouse_info', MouseController), steady_time))
+            (self._core.imu, Traffic('imu', Imu), rospy.get_time),
+            (self._core.mouse, Traffic('mouse_info', MouseController), steady_time))
         rospy.loginfo('Type l (left), r (right), b (about turn), a number of degrees, or q (quit), '
                       'and Enter')
         Keyboard(self._on_line, self._on_keyboard_end)
@@ -78,17 +78,17 @@ class Controller:
 
     def _on_imu(self, sample):
         with self._lock:
-            self._controller.on_imu(sample, rospy.get_time())
+            self._core.on_imu(sample, rospy.get_time())
         self._tick()
         self._watchdog.feed()
 
     def _idle_for(self, now):
         with self._lock:
-            return self._controller.idle_for(now)
+            return self._core.idle_for(now)
 
     def _on_mouse(self, mouse):
         with self._lock:
-            self._controller.on_mouse(*mouse, steady_time())
+            self._core.on_mouse(*mouse, steady_time())
         self._tick()
         self._watchdog.feed()
 
@@ -101,7 +101,7 @@ class Controller:
     def _on_settings(self, config):
         law = make_turn(config, self._model, self._response)
         with self._lock:
-            self._controller.set_law(law)
+            self._core.set_law(law)
 
     def _on_line(self, line):
         if line.lower() == 'q':
@@ -116,7 +116,7 @@ class Controller:
 
     def _wait_for_robot(self):
         while time.monotonic() < self._robot_wait and not (
-                self._cmd_vel.is_heard and self._controller.imu.is_fresh(rospy.get_time())):
+                self._cmd_vel.is_heard and self._core.imu.is_fresh(rospy.get_time())):
             time.sleep(0.02)
 
     @staticmethod
@@ -127,29 +127,29 @@ class Controller:
     def _turn(self, degrees):
         """``ValueError`` where that is refused."""
         with self._lock:
-            self._controller.ask(degrees, rospy.get_time())
+            self._core.ask(degrees, rospy.get_time())
         self._tick()
 
     def _tick(self):
         """Send the command that is due; at each change of the driver one zero comes first."""
         with self._lock:
             now = rospy.get_time()
-            self._controller.look_at_mouse(steady_time())
-            due = self._controller.due(now)
-            command = self._controller.command(now) if due else None
-            if self._controller.driver is not self._driver:
-                self._driver = self._controller.driver
+            self._core.update_mouse(steady_time())
+            due = self._core.due(now)
+            command = self._core.command(now) if due else None
+            if self._core.driver is not self._driver:
+                self._driver = self._core.driver
                 self._cmd_vel.stop()
             if due:
                 self._cmd_vel.send(command)
-            self._watchdog.keep(awake=self._controller.watched)
-            log_news(self._controller.take_news())
+            self._watchdog.keep(awake=self._core.watched)
+            log_news(self._core.take_news())
 
     def _diagnose(self):
         with self._lock:
-            problem = self._rivals.complaint or self._controller.sensor_complaint(rospy.get_time())
-            return problem, dict(self._sources.values(), driver=self._controller.driver.value,
-                                 mouse='active' if self._controller.mouse_active else 'not active')
+            problem = self._rivals.complaint or self._core.problem(rospy.get_time())
+            return problem, dict(self._sources.values(), driver=self._core.driver.value,
+                                 mouse='active' if self._core.mouse_active else 'not active')
 
 
 if __name__ == '__main__':

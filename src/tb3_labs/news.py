@@ -1,5 +1,5 @@
-"""What a node's core has to tell its user; the node prints it."""
-from typing import NamedTuple
+"""Lines that a node's core tells its user; the node prints them."""
+from typing import List, NamedTuple
 
 
 class News(NamedTuple):
@@ -12,14 +12,14 @@ class News(NamedTuple):
 class NewsDesk:
     """Collects News until somebody takes them."""
 
-    def __init__(self):
-        self._waiting = []
+    def __init__(self) -> None:
+        self._waiting: List[News] = []
 
-    def tell(self, text, warning=False):
+    def tell(self, text: str, warning: bool = False) -> None:
         """Add a line."""
         self._waiting.append(News(text, warning))
 
-    def take(self):
+    def take(self) -> List[News]:
         """All News since the last call."""
         news, self._waiting = self._waiting, []
         return news

@@ -30,6 +30,7 @@ from rospy.msg import AnyMsg
 from std_msgs.msg import Bool, String
 
 from tb3_labs.control.driving import PreciseLaw
+from tb3_labs.control.goal_machine import GoalState, is_over
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped
@@ -85,8 +86,8 @@ class Pupil:
         self._state = ''
         self._goals.publish(to_pose_stamped(goal, '', 0.0))
         self._control.publish(True)
-        self._wait(lambda: self._state.startswith(('GOAL_REACHED', 'gave up')))
-        reached = self._state == 'GOAL_REACHED'
+        self._wait(lambda: is_over(self._state))
+        reached = self._state == GoalState.GOAL_REACHED.name
         self._control.publish(False)
         place = declared @ before.inverse() @ self.at_rest()
         return reached, place.distance_to(goal), abs(math.degrees(

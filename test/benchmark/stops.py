@@ -13,10 +13,10 @@ from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.controller import LabController
-from tb3_labs.nodes.move_to_goal import Navigator
+from tb3_labs.nodes.controller import ControllerCore
+from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.robot.turtlebot3 import robot_model
-from tb3_labs.simulation.rollout import REST_ANGULAR, REST_LINEAR, control, navigation, run
+from tb3_labs.simulation.rollout import STILL_ANGULAR, STILL_LINEAR, control, navigation, run
 from tb3_labs.simulation.simulator import Simulator, SimulatorConfig
 
 #: A drive whose three parts are all long enough to be interrupted.
@@ -45,20 +45,23 @@ class Stop:
 def stop_of_a_drive(state, fault, robot_config=ROBOT, drive_config=DriveConfig()):
     """Stop of a drive to GOAL: `fault` (robot -> None) begins in the midst of a GoalState."""
     robot = Simulator(robot_config)
-    navigator = Navigator(make_law(drive_config, robot_model(robot_config.model)), True)
+    navigator = MoveToGoalCore(make_law(drive_config, robot_model(robot_config.model)), True)
     hear = navigation(robot, navigator)
     run(robot, navigator, hear, 0.5)
     navigator.set_goal(GOAL)
-    while navigator.machine.state is not state:
+    while navigator.status(robot.now).state is not state:
         run(robot, navigator, hear, STEP)
-    return _stop(robot, navigator, hear, fault,
-                 lambda: navigator.machine.failure or navigator.hold_reason)
+
+    def reason():
+        status = navigator.status(robot.now)
+        return status.failure or status.hold_reason
+    return _stop(robot, navigator, hear, fault, reason)
 
 
 def stop_of_a_turn(fault, robot_config=ROBOT, turn_config=TurnConfig(), degrees=180.0):
     """Stop of a turn in whose midst `fault` (robot -> None) begins."""
     robot = Simulator(robot_config)
-    controller = LabController(make_turn(turn_config, robot_model(robot_config.model)))
+    controller = ControllerCore(make_turn(turn_config, robot_model(robot_config.model)))
     hear = control(robot, controller)
     run(robot, controller, hear, 0.5)
     controller.ask(degrees, robot.now)
@@ -92,7 +95,7 @@ def _stop(robot, driver, hear, fault, reason):
         turn += abs(now_yaw - yaw)
         last, yaw = here, now_yaw
         linear, angular = robot.true_velocity
-        if abs(linear) > REST_LINEAR or abs(angular) > REST_ANGULAR:
+        if abs(linear) > STILL_LINEAR or abs(angular) > STILL_ANGULAR:
             moved_at = robot.now
     return Stop(said or reason(), math.inf if zero_at is None else zero_at - begun,
                 moved_at - begun, way, turn)

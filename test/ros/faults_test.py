@@ -311,10 +311,11 @@ class FaultsTest(unittest.TestCase):
 
     def test_an_exception_in_mid_drive(self):
         self.robot()
-        for executable, where in (('move2goal_tf.py', 'tb3_labs.nodes.move_to_goal:Navigator.command'),
-                                  ('move2goal_tf.py', 'tb3_labs.nodes.move_to_goal:Navigator.on_odometry'),
+        core = 'tb3_labs.nodes.move_to_goal:MoveToGoalCore'
+        for executable, where in (('move2goal_tf.py', core + '.command'),
+                                  ('move2goal_tf.py', core + '.on_odometry'),
                                   ('turtlebot_controller.py',
-                                   'tb3_labs.nodes.controller:LabController.command')):
+                                   'tb3_labs.nodes.controller:ControllerCore.command')):
             self.setUp()
             node = self.start('broken_node.py', executable, where, '_has_control:=true',
                               '_goal_x:=3.0')

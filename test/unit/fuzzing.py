@@ -16,9 +16,9 @@ from types import SimpleNamespace
 
 from tb3_labs.control.driving import DriveConfig, make_law
 from tb3_labs.control.turning import TurnConfig, make_turn
-from tb3_labs.nodes.controller import LabController
-from tb3_labs.nodes.gamepad import PadController
-from tb3_labs.nodes.move_to_goal import Navigator
+from tb3_labs.nodes.controller import ControllerCore
+from tb3_labs.nodes.gamepad import GamepadCore
+from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.nodes.pad import PadConfig
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.ros.conversions import to_imu_sample, to_mouse, to_odometry_sample, to_pose2
@@ -84,9 +84,9 @@ class Fuzz:
         self.steady = 5000.0    # the clock of what is in people's hands
         self.x = self.y = self.yaw = 0.0
         self.linear = self.angular = 0.0
-        self.navigator = Navigator(make_law(DriveConfig(), BURGER))
-        self.controller = LabController(make_turn(TurnConfig(), BURGER))
-        self.pad = PadController(PadConfig(), BURGER)
+        self.navigator = MoveToGoalCore(make_law(DriveConfig(), BURGER))
+        self.controller = ControllerCore(make_turn(TurnConfig(), BURGER))
+        self.pad = GamepadCore(PadConfig(), BURGER)
         self.commands = self.refused = 0
         self.acts = (10 * [self.imu] + 3 * [self.odometry] + 2 * [self.mouse, self.joy]
                      + [self.goal, self.reset, self.control, self.control, self.turn, self.law,
@@ -122,7 +122,7 @@ class Fuzz:
         sample = read(to_imu_sample, message)
         self.controller.on_imu(sample, self.now)
         self.navigator.on_imu(sample, self.now)
-        self.navigator.localizer.take_fix()
+        self.navigator.take_fix()
 
     def odometry(self):
         self.x += 0.02 * self.linear * math.cos(self.yaw)
@@ -135,7 +135,7 @@ class Fuzz:
         self.navigator.on_odometry(read(to_odometry_sample, SimpleNamespace(
             header=self.header(), pose=SimpleNamespace(pose=pose),
             twist=SimpleNamespace(twist=twist))), self.now)
-        self.navigator.localizer.take_fix()
+        self.navigator.take_fix()
 
     def mouse(self):
         active, x, y = read(to_mouse, SimpleNamespace(
@@ -164,17 +164,17 @@ class Fuzz:
     def reset(self):
         reset = read(self.navigator.reset, self.place(), self.now)
         if self.chance.yes(4):
-            self.navigator.localizer.give_up(reset)
+            self.navigator.give_up_reset(reset)
 
     def control(self):
         sender = self.chance.choice(('hand', 'hand 2', 'pad', 'pad 2'))
         if self.chance.yes(20):
-            self.navigator.permission.heard_of_old(not self.chance.yes(3), sender)
+            self.navigator.heard_of_old_control(not self.chance.yes(3), sender)
         else:
             self.navigator.told_control(not self.chance.yes(3), self.steady, sender,
                                         sender.startswith('pad'))
         if self.chance.yes(2):
-            self.pad.on_control(self.navigator.permission.stands, self.steady)
+            self.pad.on_control(self.navigator.control_stands, self.steady)
 
     def turn(self):
         read(self.controller.ask, self.chance.number(self.chance.uniform(-360.0, 360.0)), self.now)
@@ -198,14 +198,14 @@ class Fuzz:
         if self.chance.yes(20):
             self.ahead = self.chance.choice((0.0, 0.8, -0.8, 100.0))
         if self.chance.yes(200):
-            self.navigator.localizer.__init__()    # a node that was started again
+            self.navigator = MoveToGoalCore(make_law(DriveConfig(), BURGER))    # started again
 
     # -- what goes out
 
     def look(self):
         now = self.now
-        self.navigator.look_at_control(self.steady)
-        self.controller.look_at_mouse(self.steady)
+        self.navigator.update_control(self.steady)
+        self.controller.update_mouse(self.steady)
         if self.navigator.due(now):
             allowed = self.navigator.has_control
             command = self.navigator.command(now)
@@ -219,6 +219,9 @@ class Fuzz:
             assert command is None or self.pad.holder is Holder.GAMEPAD
             self.send(command, BURGER.max_linear, BURGER.max_angular)
         self.navigator.take_news()
+        self.navigator.take_resets()
+        self.navigator.take_end()
+        self.navigator.status(now)
         self.controller.take_news()
         self.pad.take_news()
         self.pad.take_words()

@@ -18,8 +18,8 @@ from concurrent.futures import ProcessPoolExecutor
 
 from tb3_labs.control.speed_laws import LawStep, Twist2
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.gamepad import PadController
-from tb3_labs.nodes.move_to_goal import Navigator
+from tb3_labs.nodes.gamepad import GamepadCore
+from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.nodes.pad import PadConfig
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import robot_model
@@ -101,7 +101,7 @@ class PadNode:
         self.start(0.0)
 
     def start(self, now):
-        self.core = PadController(PadConfig(), robot_model('burger'))
+        self.core = GamepadCore(PadConfig(), robot_model('burger'))
         self.alive, self.said_at, self.latched = True, -1.0, False
         self.next_joy, self.moves = now, False
         for word in self.core.take_words():
@@ -133,7 +133,7 @@ class PadNode:
             self.moves = False
             return
         if self.alive:
-            self.core.look_at_clock(now)
+            self.core.update(now)
         for link in (self.joy, self.from_mover, self.from_others):
             link.run(now)
         if not self.alive:
@@ -178,7 +178,7 @@ class World:
     # -- move_to_goal
 
     def start_mover(self):
-        self.mover = Navigator(Ahead())
+        self.mover = MoveToGoalCore(Ahead())
         self.mover.set_goal(Pose2(50.0, 0.0, 0.0))
         self.has_control = None
         # its new connections bring what others have latched: said before it lived
@@ -187,7 +187,7 @@ class World:
         for pad in self.pads.values():
             pad.to_mover.cut()
         for name in old:
-            self.mover.permission.heard_of_old(True, name)
+            self.mover.heard_of_old_control(True, name)
 
     def on_word(self, now, sender, word, renews, why, caused_at):
         if self.mover is None:
@@ -200,7 +200,8 @@ class World:
             return
         take = self.mover.on_imu if isinstance(sample, ImuSample) else self.mover.on_odometry
         take(sample, self.now + self.ros_ahead)
-        self.mover.localizer.take_fix()
+        self.mover.take_fix()
+        self.mover.take_resets()
 
     def run_mover(self):
         if self.mover is None or self.now < self.asleep_until:
@@ -209,7 +210,7 @@ class World:
             pad.to_mover.run(self.now)
         self.hands.run(self.now)
         self.sensors.run(self.now)
-        self.mover.look_at_control(self.now)
+        self.mover.update_control(self.now)
         ros_now = self.now + self.ros_ahead
         if self.mover.due(ros_now):
             command = self.mover.command(ros_now)
@@ -218,8 +219,8 @@ class World:
                 self.note('driven')
         elif not self.mover.has_control:
             self.speed = 0.0
-        if self.mover.permission.stands is not self.has_control:
-            self.has_control = self.mover.permission.stands
+        if self.mover.control_stands is not self.has_control:
+            self.has_control = self.mover.control_stands
             for pad in self.pads.values():
                 pad.from_mover.send(self.now, self.has_control)
         self.mover.take_news()

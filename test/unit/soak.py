@@ -14,8 +14,8 @@ from tb3_labs.control.driving import DriveConfig, make_law
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous, difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.controller import LabController
-from tb3_labs.nodes.move_to_goal import Navigator
+from tb3_labs.nodes.controller import ControllerCore
+from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.rollout import control, navigation, run
 from tb3_labs.simulation.simulator import Simulator, SimulatorConfig
@@ -42,8 +42,8 @@ def soak(seconds, seed=1):
     chance, result = random.Random(seed), Soak()
     robot = Simulator(SimulatorConfig(imu_offset_deg=-105.5, command_latency=0.02, seed=seed))
     model = robot_model('burger')
-    navigator = Navigator(make_law(DriveConfig(), model), has_control=True)
-    controller = LabController(make_turn(TurnConfig(), model))
+    navigator = MoveToGoalCore(make_law(DriveConfig(), model), has_control=True)
+    controller = ControllerCore(make_turn(TurnConfig(), model))
     hear_drive, hear_turn = navigation(robot, navigator), control(robot, controller)
 
     def hear(sample):
@@ -57,14 +57,14 @@ def soak(seconds, seed=1):
         navigator.reset(declared, robot.now)
         run(robot, navigator, hear, 0.1)
         navigator.set_goal(goal)
-        while navigator.machine.active:
+        while navigator.status(robot.now).active:
             run(robot, navigator, hear, STEP)
         run(robot, navigator, hear, 0.5)
         here = local_T_world @ robot.truth
         result.drives.append(here.distance_to(goal))
         result.headings.append(abs(math.degrees(difference(here.yaw, goal.yaw))))
-        if navigator.machine.failure:
-            result.failures.append(navigator.machine.failure)
+        if navigator.status(robot.now).failure:
+            result.failures.append(navigator.status(robot.now).failure)
 
         angle, start = chance.choice((90.0, -90.0, 180.0)), robot.truth.yaw
         run(robot, controller, hear, 0.3)
@@ -79,6 +79,7 @@ def soak(seconds, seed=1):
         result.turns.append(abs(turned - angle))
         result.failures += [news.text for news in controller.take_news() if news.warning]
         navigator.take_news()
+        navigator.take_resets()
         if len(result.drives) >= WARM:
             gc.collect()
             result.objects.append(len(gc.get_objects()))

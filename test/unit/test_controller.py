@@ -6,7 +6,8 @@ import pytest
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous
-from tb3_labs.nodes.controller import MOUSE_TIMEOUT, LabController
+from tb3_labs.nodes.controller import ControllerCore
+from tb3_labs.nodes.mouse import MOUSE_TIMEOUT
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator import Simulator, SimulatorConfig
@@ -22,7 +23,7 @@ class Bench:
     def __init__(self, config=SimulatorConfig(start_yaw_deg=170.0, imu_offset_deg=-47.7),
                  turn=TurnConfig()):
         self.robot = Simulator(config)
-        self.controller = LabController(make_turn(turn, robot_model(config.model)))
+        self.controller = ControllerCore(make_turn(turn, robot_model(config.model)))
         self.mouse = None            # (active, x, y), or None: no messages
         self.news = []
         self.imu_is_heard = True
@@ -47,7 +48,7 @@ class Bench:
         if self.mouse and self.now >= self._next_mouse:
             self._next_mouse = self.now + MOUSE_PERIOD
             self.controller.on_mouse(*self.mouse, self.now)
-        self.controller.look_at_mouse(self.now)
+        self.controller.update_mouse(self.now)
         if self.controller.due(self.now):
             command = self.controller.command(self.now)
             self.sent.append((self.now, command))
@@ -151,7 +152,7 @@ def test_the_handouts_law_refuses_what_it_would_turn_the_other_way():
 
 
 def test_no_turn_without_the_imu():
-    controller = LabController(make_turn(TurnConfig(), robot_model('burger')))
+    controller = ControllerCore(make_turn(TurnConfig(), robot_model('burger')))
     with pytest.raises(ValueError, match='no imu yet'):
         controller.ask(90.0, 1.0)
     controller.on_imu(ImuSample(0.0, 0.0, 0.0), 1.0)

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 import fuzzing
 from tb3_labs.control.speed_laws import Twist2
-from tb3_labs.nodes.controller import LabController
-from tb3_labs.nodes.move_to_goal import Navigator
+from tb3_labs.nodes.controller import ControllerCore
+from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 
 
 @pytest.mark.parametrize('seed', range(8))
@@ -26,8 +26,8 @@ def test_no_bytes_make_a_wild_command(data):
 
 
 @pytest.mark.parametrize('owner, command', [
-    (Navigator, Twist2(math.nan, 0.0)), (Navigator, Twist2(0.0, 1.6)),
-    (LabController, Twist2(0.1, 0.0))])
+    (MoveToGoalCore, Twist2(math.nan, 0.0)), (MoveToGoalCore, Twist2(0.0, 1.6)),
+    (ControllerCore, Twist2(0.1, 0.0))])
 def test_it_would_be_seen(monkeypatch, owner, command):
     sound = owner.command
     monkeypatch.setattr(owner, 'command', lambda self, now: sound(self, now) and command)
@@ -36,6 +36,6 @@ def test_it_would_be_seen(monkeypatch, owner, command):
 
 
 def test_a_command_without_permission_would_be_seen(monkeypatch):
-    monkeypatch.setattr(Navigator, 'command', lambda self, now: Twist2(0.1, 0.0))
+    monkeypatch.setattr(MoveToGoalCore, 'command', lambda self, now: Twist2(0.1, 0.0))
     with pytest.raises(AssertionError, match='without permission'):
         fuzzing.run(20000, 1)

@@ -1,8 +1,8 @@
 """The pad that decides who holds the robot. Both nodes together: test_ledger."""
 import pytest
 from tb3_labs.control.speed_laws import Twist2
-from tb3_labs.nodes.gamepad import HAND_OVER, PAD_TIMEOUT, PadController
-from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.nodes.gamepad import HAND_BACK, GamepadCore
+from tb3_labs.nodes.pad import PAD_TIMEOUT, PadConfig
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.supervision.arbitration import Holder
 
@@ -14,7 +14,7 @@ class Pad:
     """A pad in a hand: repeats its state until it is unplugged."""
 
     def __init__(self, config=PadConfig(), repeats=True):
-        self.controller = PadController(config, BURGER)
+        self.controller = GamepadCore(config, BURGER)
         self.now = 0.0
         self.sent = []                    # (time, command)
         self.words = []                   # said on ctrl_relinq
@@ -40,7 +40,7 @@ class Pad:
         if self.plugged and (changed or (self.repeats and self.now >= self._next)):
             self._said, self._next = (axes, buttons), self.now + PERIOD
             self.controller.on_joy(axes, buttons, self.now)
-        self.controller.look_at_clock(self.now)
+        self.controller.update(self.now)
         if self.controller.due(self.now):
             self.sent.append((self.now, self.controller.command(self.now)))
         self.words += self.controller.take_words()
@@ -86,7 +86,7 @@ def test_full_stick_is_the_robots_own_limit(pad):
 
 
 def test_a_stick_that_is_not_in_the_middle_at_the_start_drives_nothing():
-    fresh = PadController(PadConfig(), BURGER)
+    fresh = GamepadCore(PadConfig(), BURGER)
     for tick in range(20):
         fresh.on_joy([0.0, 1.0, 0.0, 0.0], [0] * 3, 0.05 * tick)
         assert fresh.command(0.05 * tick) is None
@@ -106,7 +106,7 @@ def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
     pad.sticks = (1.0, 1.0)
     assert BURGER_FULL.linear > pad.run(0.5)[-1].linear > 0.0
     first = [time for time, command in pad.sent if command is not None][0]
-    assert first - taken >= HAND_OVER - 0.06
+    assert first - taken >= HAND_BACK - 0.06
 
 
 def test_a_stick_that_is_already_pushed_when_the_robot_comes_back_drives_nothing(pad):
@@ -191,7 +191,7 @@ def test_each_press_counts_though_the_messages_come_all_at_once(pad):
 
 @pytest.mark.parametrize('late, counts', [(0.0, True), (1.5, True), (2.5, False), (60.0, False)])
 def test_an_a_that_the_network_held_up_for_long_does_not_count(late, counts):
-    controller = PadController(PadConfig(), BURGER)
+    controller = GamepadCore(PadConfig(), BURGER)
     for tick in range(40):
         controller.on_joy([0.0] * 6, [0] * 8, 100.0 + 0.05 * tick, 7.0 + 0.05 * tick)
     controller.take_words()
@@ -260,7 +260,7 @@ def test_rising_edges_only(pad):
 
 
 def test_what_is_pressed_at_first_was_not_pressed_now():
-    controller = PadController(PadConfig(), BURGER)
+    controller = GamepadCore(PadConfig(), BURGER)
     controller.on_joy([0.0] * 4, [1, 0, 1], 0.0)
     assert not controller.gives and not controller.take_reset()
 
@@ -330,7 +330,7 @@ def test_hold_to_drive():
 
 @pytest.mark.parametrize('stop', ['lost', 'taken', 'B'])
 def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stop):
-    controller = PadController(PadConfig(), BURGER)
+    controller = GamepadCore(PadConfig(), BURGER)
     for tick in range(20):
         controller.on_joy([0.0] * 6, [0] * 8, 100.0 + 0.05 * tick, 7.0 + 0.05 * tick)
     if stop == 'lost':
@@ -350,7 +350,7 @@ def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stop):
 @pytest.mark.parametrize('stamped', [False, True])
 def test_an_a_of_a_pad_that_was_heard_for_a_moment_only_does_not_count(after, counts, stamped):
     """It may have waited with the first message, who knows for how long."""
-    controller = PadController(PadConfig(), BURGER)
+    controller = GamepadCore(PadConfig(), BURGER)
     for now, buttons in ((100.0, [0]), (100.0 + after, [1])):
         controller.on_joy([0.0] * 6, buttons + [0] * 7, now, now - 90.0 if stamped else 0.0)
     assert (True in controller.take_words()) is counts

@@ -2,7 +2,7 @@
 import pytest
 
 import ledger
-from tb3_labs.nodes import gamepad as pad_controller
+from tb3_labs.nodes import gamepad, pad
 from tb3_labs.supervision import permission
 
 
@@ -19,7 +19,7 @@ def stories_that_go_wrong(number=60):
 
 @pytest.mark.parametrize('of, name, value', [
     (permission, 'LAPSE', 5.0), (permission, 'LONGEST_LAPSE', 60.0),
-    (pad_controller, 'PAD_TIMEOUT', 9.0)])
+    (pad, 'PAD_TIMEOUT', 9.0)])
 def test_it_would_be_seen_if_a_limit_were_missed(monkeypatch, of, name, value):
     monkeypatch.setattr(of, name, value)
     assert stories_that_go_wrong()
@@ -36,5 +36,5 @@ def test_it_would_be_seen_if_a_repetition_gave_control(monkeypatch):
 
 
 def test_it_would_be_seen_if_a_pushed_stick_drove_at_once(monkeypatch):
-    monkeypatch.setattr(pad_controller.PadController, '_is_ready', lambda self, state, before: True)
+    monkeypatch.setattr(gamepad.GamepadCore, '_is_ready', lambda self, message: True)
     assert stories_that_go_wrong()

@@ -3,7 +3,8 @@ import math
 
 import pytest
 
-from tb3_labs.nodes.mouse import mouse_twist, screen_position
+from tb3_labs.control.speed_laws import Twist2
+from tb3_labs.nodes.mouse import MOUSE_TIMEOUT, Mouse, mouse_twist, screen_position
 
 
 @pytest.mark.parametrize('x, y, linear, angular', [
@@ -33,3 +34,45 @@ def test_a_position_that_is_none_is_refused(x, y):
     ((959.5, 539.5), (0.0, 0.0)), ((2500, -3), (1.0, 1.0))])
 def test_pixels_are_scaled_over_the_whole_screen(pixel, position):
     assert screen_position(*pixel, 1920, 1080) == pytest.approx(position)
+
+
+def test_a_mouse_drives_only_while_it_is_active():
+    mouse = Mouse()
+    assert not mouse.active
+    mouse.heard(True, 0.0, 0.5, 1.0)
+    assert mouse.active and mouse.twist == Twist2(0.25, 0.0) and not mouse.is_centred
+    mouse.heard(True, 0.1, 0.1, 1.1)
+    assert mouse.active and mouse.is_centred
+    mouse.heard(False, 0.0, 0.5, 1.2)
+    assert not mouse.active
+
+
+@pytest.mark.parametrize('silence, lost', [(MOUSE_TIMEOUT, False), (1.01 * MOUSE_TIMEOUT, True)])
+def test_an_active_mouse_that_is_silent_is_lost(silence, lost):
+    mouse = Mouse()
+    assert not mouse.is_lost(100.0)
+    mouse.heard(True, 0.0, 0.5, 0.0)
+    assert mouse.is_lost(silence) is lost
+    mouse.heard(False, 0.0, 0.5, 0.0)
+    assert not mouse.is_lost(100.0)
+
+
+@pytest.mark.parametrize('active, x', [(True, 0.0), (False, 0.9)])
+def test_a_lost_mouse_comes_back_by_the_middle_or_a_deactivation(active, x):
+    mouse = Mouse()
+    mouse.heard(True, 0.9, 0.0, 0.0)
+    mouse.release()
+    assert not mouse.active
+    mouse.heard(True, 0.9, 0.0, 1.0)
+    assert not mouse.active
+    mouse.heard(active, x, 0.0, 1.1)
+    mouse.heard(True, 0.9, 0.0, 1.2)
+    assert mouse.active and not mouse.is_centred
+
+
+def test_an_invalid_position_leaves_the_mouse_as_it_was():
+    mouse = Mouse()
+    mouse.heard(True, 0.9, 0.0, 0.0)
+    with pytest.raises(ValueError):
+        mouse.heard(False, math.nan, 0.0, 5.0)
+    assert mouse.active and mouse.source.age(5.0) == 5.0

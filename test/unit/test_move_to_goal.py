@@ -4,10 +4,11 @@ import math
 import pytest
 
 from tb3_labs.control.driving import DriveConfig, PreciseLaw, make_law
-from tb3_labs.control.goal_machine import GoalState
+from tb3_labs.control.goal_machine import (
+    DRIVING, WAITING_FOR_CONTROL, GoalState, is_over, is_stopped)
 from tb3_labs.control.pace import LONGEST_IDLE
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.move_to_goal import Navigator
+from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.supervision.freshness import RESUME_TIME, SENSOR_TIMEOUT
@@ -16,11 +17,11 @@ START = 100.0
 
 
 class Robot:
-    """A standing robot that feeds a navigator, and counts what it would be told."""
+    """A standing robot that feeds a core, and counts what it would be told."""
 
     def __init__(self, has_control=True, law='precise'):
         self.now = START
-        self.navigator = Navigator(
+        self.core = MoveToGoalCore(
             make_law(DriveConfig(law=law), robot_model('burger')), has_control)
         self.imu = self.odom = True
         self.imu_yaw, self.odom_pose = 1.0, Pose2(1.0, 2.0, 0.3)
@@ -28,7 +29,11 @@ class Robot:
 
     def control(self, granted, sender='hand'):
         """Somebody gives or takes control."""
-        self.navigator.told_control(granted, self.now, sender)
+        self.core.told_control(granted, self.now, sender)
+
+    @property
+    def status(self):
+        return self.core.status(self.now)
 
     def run(self, seconds):
         """Let time pass; the commands that were due (None = silence)."""
@@ -37,29 +42,29 @@ class Robot:
             self.now += 0.01
             self.tremble = -self.tremble
             if self.imu:
-                self.navigator.on_imu(
+                self.core.on_imu(
                     ImuSample(self.now, self.imu_yaw + self.tremble, 0.0), self.now)
             if self.odom:
-                self.navigator.on_odometry(
+                self.core.on_odometry(
                     OdometrySample(self.now, self.odom_pose, self.tremble, 0.0), self.now)
-            self.navigator.localizer.take_fix()
-            self.navigator.look_at_control(self.now)
-            if self.navigator.due(self.now):
-                commands.append(self.navigator.command(self.now))
+            self.core.take_fix()
+            self.core.update_control(self.now)
+            if self.core.due(self.now):
+                commands.append(self.core.command(self.now))
         return commands
 
 
 def driving(**kwargs):
     robot = Robot(**kwargs)
     robot.run(0.1)
-    robot.navigator.set_goal(Pose2(-0.61, 0.61, 0.0))
+    robot.core.set_goal(Pose2(-0.61, 0.61, 0.0))
     assert None not in robot.run(0.2)
     return robot
 
 
 def test_without_control_there_is_silence():
     robot = Robot(has_control=False)
-    robot.navigator.set_goal(Pose2(1.0, 1.0, 0.0))
+    robot.core.set_goal(Pose2(1.0, 1.0, 0.0))
     assert set(robot.run(0.5)) == {None}
 
 
@@ -102,8 +107,8 @@ def test_silent_sensors_stop_the_drive_in_time_and_say_which(lost):
     while None not in robot.run(0.01):
         pass
     assert robot.now - before <= 0.3
-    assert all(name in robot.navigator.hold_reason for name in lost)
-    assert ('imu' in robot.navigator.hold_reason) is ('imu' in lost)
+    assert all(name in robot.status.hold_reason for name in lost)
+    assert ('imu' in robot.status.hold_reason) is ('imu' in lost)
 
 
 def test_a_short_silence_is_driven_on_after_by_itself():
@@ -112,7 +117,7 @@ def test_a_short_silence_is_driven_on_after_by_itself():
     assert None in robot.run(1.0)
     robot.imu = True
     assert None not in robot.run(0.3)[2:]
-    assert robot.navigator.hold_reason == ''
+    assert robot.status.hold_reason == ''
 
 
 def test_after_a_long_silence_the_robot_waits_to_be_told():
@@ -121,14 +126,14 @@ def test_after_a_long_silence_the_robot_waits_to_be_told():
     robot.run(RESUME_TIME + SENSOR_TIMEOUT + 1.0)
     robot.odom = True
     assert set(robot.run(0.5)) == {None}
-    assert 'silent' in robot.navigator.machine.failure
-    robot.navigator.set_goal(Pose2(1.0, 0.0, 0.0))
+    assert 'silent' in robot.status.failure
+    robot.core.set_goal(Pose2(1.0, 0.0, 0.0))
     assert None not in robot.run(0.2)[2:]
 
 
 def test_a_goal_may_wait_long_for_the_first_samples():
     robot = Robot()
-    robot.navigator.set_goal(Pose2(1.0, 1.0, 0.0))
+    robot.core.set_goal(Pose2(1.0, 1.0, 0.0))
     robot.imu = robot.odom = False
     assert set(robot.run(5.0)) == {None}
     robot.imu = robot.odom = True
@@ -137,12 +142,12 @@ def test_a_goal_may_wait_long_for_the_first_samples():
 
 def test_a_reset_starts_the_drive_anew_in_the_new_frame():
     robot = driving()
-    reset = robot.navigator.localizer.reset(Pose2(5.0, -1.0, math.pi / 2.0), robot.now)
+    reset = robot.core.reset(Pose2(5.0, -1.0, math.pi / 2.0), robot.now)
     robot.run(0.05)
     assert reset.done
-    pose = robot.navigator.localizer.motion(robot.now).pose
+    pose = robot.status.pose
     assert (pose.x, pose.y, pose.yaw) == pytest.approx((5.0, -1.0, math.pi / 2.0), abs=1e-9)
-    assert robot.navigator.machine.state.value == 'ROTATE_TO_GOAL'
+    assert robot.status.state.value == 'ROTATE_TO_GOAL'
 
 
 def test_a_clock_that_goes_back_neither_drives_wild_nor_hangs():
@@ -157,25 +162,25 @@ def test_a_clock_that_goes_back_neither_drives_wild_nor_hangs():
     (Pose2(), 'set to zero'), (Pose2(4.0, 2.0, 0.3), 'jumped by 3.00 m')])
 def test_odometry_that_jumps_stops_the_drive_and_leaves_the_pose(odom_pose, words):
     robot = driving()
-    before = robot.navigator.localizer.motion(robot.now).pose
+    before = robot.status.pose
     robot.odom_pose = odom_pose
     assert set(robot.run(0.5)[1:]) == {None}
-    assert words in robot.navigator.machine.failure
-    news, = robot.navigator.take_news()
+    assert words in robot.status.failure
+    news, = robot.core.take_news()
     assert words in news.text and 'the local pose is kept' in news.text and news.warning
-    after = robot.navigator.localizer.motion(robot.now).pose
+    after = robot.status.pose
     assert (after.x, after.y, after.yaw) == pytest.approx((before.x, before.y, before.yaw))
-    robot.navigator.set_goal(Pose2(1.0, 0.0, 0.0))
+    robot.core.set_goal(Pose2(1.0, 0.0, 0.0))
     assert None not in robot.run(0.2)[2:]
 
 
 def test_odometry_that_jumps_where_nothing_is_driven_is_only_told():
     robot = Robot(has_control=False)
-    robot.navigator.set_goal(Pose2(1.0, 1.0, 0.0))
+    robot.core.set_goal(Pose2(1.0, 1.0, 0.0))
     robot.run(0.2)
     robot.odom_pose = Pose2()
     robot.run(0.2)
-    assert len(robot.navigator.take_news()) == 1
+    assert len(robot.core.take_news()) == 1
     robot.control(True)
     assert None not in robot.run(0.2)[2:]
 
@@ -186,21 +191,21 @@ def test_a_heading_that_jumped_in_a_short_silence_stops_the_drive():
     robot.run(0.6)
     robot.imu, robot.imu_yaw = True, -1.5
     assert set(robot.run(0.5)) == {None}
-    assert "the IMU's heading jumped by 143 degrees" == robot.navigator.machine.failure
+    assert "the IMU's heading jumped by 143 degrees" == robot.status.failure
 
 
 def test_a_reset_wants_every_sample_of_the_imu():
     robot = driving()
-    assert robot.navigator.idle_for(robot.now) >= 0.0
+    assert robot.core.idle_for(robot.now) >= 0.0
     robot.control(False)
-    assert robot.navigator.idle_for(robot.now) == LONGEST_IDLE
+    assert robot.core.idle_for(robot.now) == LONGEST_IDLE
     robot.imu = False
     robot.run(0.05)
-    robot.navigator.reset(Pose2(), robot.now)
-    assert robot.navigator.idle_for(robot.now) == 0.0
+    robot.core.reset(Pose2(), robot.now)
+    assert robot.core.idle_for(robot.now) == 0.0
     robot.imu = True
     robot.run(0.05)
-    assert robot.navigator.idle_for(robot.now) == LONGEST_IDLE
+    assert robot.core.idle_for(robot.now) == LONGEST_IDLE
 
 
 @pytest.mark.parametrize('slept, goes_on', [(1.0, True), (5.0, False), (3600.0, False)])
@@ -212,9 +217,9 @@ def test_a_node_that_did_not_run_for_long_waits_to_be_told(slept, goes_on):
     assert any(command is not None for command in commands) is goes_on
     if not goes_on:
         assert any('this node did not run for' in news.text
-                   for news in robot.navigator.take_news())
+                   for news in robot.core.take_news())
         assert set(robot.run(5.0)) == {None}
-        robot.navigator.reset(Pose2(), robot.now)
+        robot.core.reset(Pose2(), robot.now)
         assert set(robot.run(1.0)) == {None}
         robot.control(True)
         assert None not in robot.run(0.2)[2:]
@@ -223,15 +228,15 @@ def test_a_node_that_did_not_run_for_long_waits_to_be_told(slept, goes_on):
 @pytest.mark.parametrize('goal_is_new', [False, True])
 def test_a_cancelled_goal_comes_back_neither_by_a_reset_nor_by_control(goal_is_new):
     robot = driving()
-    robot.navigator.cancel()
+    robot.core.cancel()
     assert set(robot.run(0.3)) == {None}
-    robot.navigator.reset(Pose2(), robot.now)
+    robot.core.reset(Pose2(), robot.now)
     assert set(robot.run(0.3)) == {None}
     robot.control(False)
     robot.control(True)
     assert set(robot.run(0.3)) == {None}
     if goal_is_new:
-        robot.navigator.set_goal(Pose2(1.0, 1.0, 0.0))
+        robot.core.set_goal(Pose2(1.0, 1.0, 0.0))
         assert None not in robot.run(0.2)[2:]
 
 
@@ -239,14 +244,17 @@ def test_a_drive_that_was_given_up_begins_anew_when_control_is_given():
     robot = driving()
     robot.tremble = 1e-6
     robot.run(3.0)                     # a robot that stands is stuck
-    assert 'does not move' in robot.navigator.machine.failure
+    assert 'does not move' in robot.status.failure
     robot.control(True, 'another hand')
     assert None not in robot.run(0.2)[2:]
 
 
 def test_a_goal_that_was_reached_is_not_driven_to_again_when_control_is_given():
-    robot = driving()
-    robot.navigator.machine.state = GoalState.GOAL_REACHED
+    robot = Robot()
+    robot.run(0.1)
+    robot.core.set_goal(Pose2())       # where it stands
+    robot.run(0.5)
+    assert robot.status.state is GoalState.GOAL_REACHED
     robot.control(False)
     robot.control(True)
     assert set(robot.run(0.5)) == {None}
@@ -260,7 +268,7 @@ def test_who_was_driven_elsewhere_without_control_drives_when_it_is_given_again(
     robot.run(0.2)
     robot.imu_yaw, robot.odom_pose = imu_yaw, Pose2(1.3, 2.0, imu_yaw - 0.7)
     robot.run(0.2)
-    assert robot.navigator.machine.failure == ''
+    assert robot.status.failure == ''
     robot.control(True)
     assert None not in robot.run(0.2)[2:]
 
@@ -268,25 +276,84 @@ def test_who_was_driven_elsewhere_without_control_drives_when_it_is_given_again(
 def test_a_permission_that_is_suspended_for_a_moment_goes_on_with_the_same_drive():
     robot = Robot(has_control=False)
     robot.tremble = 1e-6
-    robot.navigator.set_goal(Pose2(-0.61, 0.61, 0.0))
+    robot.core.set_goal(Pose2(-0.61, 0.61, 0.0))
     for tick in range(4):
-        robot.navigator.told_control(True, robot.now, 'pad', renews=True)
+        robot.core.told_control(True, robot.now, 'pad', renews=True)
         commands = robot.run(0.1)
     assert None not in commands
-    attempt = robot.navigator.machine.attempt
+    attempt = robot.status.attempt
     assert None in robot.run(1.0)      # the pad is silent
-    robot.navigator.told_control(True, robot.now, 'pad', renews=True)
+    robot.core.told_control(True, robot.now, 'pad', renews=True)
     assert None not in robot.run(0.2)[2:]
-    assert robot.navigator.machine.attempt == attempt
+    assert robot.status.attempt == attempt
 
 
 def test_a_stuck_robot_on_a_flaky_network_is_given_up():
     robot = driving()
     robot.tremble = 1e-6
     driven = 0
-    while robot.navigator.machine.active and driven < 1000:
+    while robot.status.active and driven < 1000:
         robot.odom = not robot.odom
         driven += sum(command is not None for command in robot.run(0.3))
-    assert 'does not move' in robot.navigator.machine.failure
+    assert 'does not move' in robot.status.failure
     # 1.3 s of commands, 30 a second
     assert driven <= 1.3 * 30 + 8
+
+
+# Status and events --------------------------------------------------------------------------------
+
+def test_the_words_of_a_drive_from_waiting_to_its_end():
+    robot = Robot(has_control=False)
+    assert robot.status.goal is None and robot.status.pose is None
+    robot.core.set_goal(Pose2(0.5, 0.0, 0.0))
+    assert robot.status.words == WAITING_FOR_CONTROL
+    robot.control(True)
+    assert robot.status.words == 'waiting: no imu yet, no odom yet' and not robot.status.begun
+    robot.run(0.1)
+    assert robot.status.words == robot.status.state.name in DRIVING and robot.status.begun
+    robot.imu = False
+    robot.run(0.5)
+    assert robot.status.words == 'stopped: no imu' and is_stopped(robot.status.words)
+    assert robot.status.sensor_problem == 'no imu'
+    robot.run(RESUME_TIME)
+    robot.imu = True
+    robot.run(0.5)
+    assert robot.status.words.startswith('gave up: sensors were silent')
+    assert is_over(robot.status.words) and not robot.status.active
+
+
+def test_the_words_that_end_a_drive():
+    assert is_over('GOAL_REACHED') and is_over('gave up: canceled')
+    assert not any(is_over(words) for words in DRIVING + (WAITING_FOR_CONTROL, 'stopped: no imu'))
+    assert not is_stopped(WAITING_FOR_CONTROL)
+
+
+def test_an_end_is_taken_once_and_a_question_changes_nothing():
+    robot = driving()
+    assert robot.core.take_end() is None
+    robot.core.cancel()
+    assert robot.status == robot.status
+    assert robot.core.take_end() == (Pose2(-0.61, 0.61, 0.0), 'canceled')
+    assert robot.core.take_end() is None
+    robot.core.set_goal(Pose2())
+    robot.run(0.5)
+    assert robot.core.take_end() == (Pose2(), '')
+
+
+def test_resets_are_taken_once_in_order():
+    robot = Robot()
+    robot.run(0.2)
+    asked = [robot.core.reset(Pose2(k, 0.0, 0.0), robot.now) for k in range(2)]
+    assert robot.core.take_resets() == []
+    robot.run(0.05)
+    assert robot.core.take_resets() == asked and robot.core.take_resets() == []
+
+
+def test_a_reset_that_was_given_up_is_not_carried_out():
+    robot = Robot()
+    robot.run(0.2)
+    reset = robot.core.reset(Pose2(3.0, 0.0, 0.0), robot.now)
+    robot.core.give_up_reset(reset)
+    robot.run(0.1)
+    assert not reset.done and robot.core.take_resets() == []
+    assert robot.status.pose.x == pytest.approx(0.0)

@@ -6,7 +6,7 @@ import pytest
 from known_motion import angle_between
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.localizer import Localizer
-from tb3_labs.localization.odometry_jumps import KEPT, LOST, SteadyOdometry
+from tb3_labs.localization.odometry_jumps import POSE_KEPT, POSE_LOST, JumpFilter
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.simulation.simulator import Simulator, SimulatorConfig
 
@@ -52,7 +52,7 @@ def test_a_sound_driver_is_left_alone():
 
 
 def test_a_spike_in_a_pose_that_is_right_changes_nothing():
-    steady = SteadyOdometry()
+    steady = JumpFilter()
     for k in range(20):
         seen = sample(0.01 * k, 0.0, 0.0, k / 30.0, 0.3, 140.0 if k == 7 else 0.0)
         assert steady.take(seen, k / 30.0, IMU) == (seen, None)
@@ -60,7 +60,7 @@ def test_a_spike_in_a_pose_that_is_right_changes_nothing():
 
 @pytest.mark.parametrize('linear', [0.2, -0.2])
 def test_one_displacement_backwards_is_turned_round_either_way_of_driving(linear):
-    steady, step = SteadyOdometry(), linear / 30.0
+    steady, step = JumpFilter(), linear / 30.0
     x = 0.0
     for k in range(10):
         x += -step if k == 5 else step
@@ -79,10 +79,10 @@ BEFORE = Pose2(2.0, -1.0, 2.5)
     (Pose2(2.0, -1.0, -2.0), '102 degrees'),
 ])
 def test_a_jump_is_noticed_and_the_robot_keeps_its_pose(after, words):
-    steady = SteadyOdometry()
+    steady = JumpFilter()
     steady.take(sample(BEFORE.x, BEFORE.y, BEFORE.yaw), 0.0, IMU)
     seen, jump = steady.take(sample(after.x, after.y, after.yaw, 0.03), 0.03, IMU)
-    assert words in jump.text and jump.outcome == KEPT
+    assert words in jump.text and jump.outcome == POSE_KEPT
     assert (seen.pose.x, seen.pose.y, seen.pose.yaw) == pytest.approx((2.0, -1.0, 2.5))
     # 0.1 m forward from there, as the robot looks
     seen, jump = steady.take(sample(after.x + 0.1 * math.cos(after.yaw),
@@ -93,11 +93,11 @@ def test_a_jump_is_noticed_and_the_robot_keeps_its_pose(after, words):
 
 
 def test_set_to_zero_is_noticed_after_any_silence_and_where_the_robot_only_turned():
-    steady = SteadyOdometry()
+    steady = JumpFilter()
     steady.take(sample(0.02, 0.0, 0.0), 0.0, IMU)
     _, jump = steady.take(sample(0.0, 0.0, 0.0, 4.0), 4.0, IMU)
     assert 'zero' in jump.text
-    steady = SteadyOdometry()
+    steady = JumpFilter()
     steady.take(sample(0.0, 0.0, 1.5), 0.0, IMU)
     _, jump = steady.take(sample(0.0, 0.0, 0.0, 0.03), 0.03, IMU)
     assert 'zero' in jump.text
@@ -105,7 +105,7 @@ def test_set_to_zero_is_noticed_after_any_silence_and_where_the_robot_only_turne
 
 @pytest.mark.parametrize('before', [Pose2(0.5, 0.0, 0.0), Pose2(0.0, 0.0, 2.0)])
 def test_set_to_zero_is_noticed_also_where_the_first_message_after_it_is_lost(before):
-    steady = SteadyOdometry()
+    steady = JumpFilter()
     steady.take(sample(before.x, before.y, before.yaw), 0.0, IMU)
     seen, jump = steady.take(sample(0.002, 0.0, -0.02, 2.6), 2.6, IMU)
     assert 'zero' in jump.text
@@ -114,13 +114,13 @@ def test_set_to_zero_is_noticed_also_where_the_first_message_after_it_is_lost(be
 
 
 def test_a_robot_that_stands_near_the_origin_may_be_silent():
-    steady = SteadyOdometry()
+    steady = JumpFilter()
     steady.take(sample(0.01, 0.0, 0.03), 0.0, IMU)
     assert steady.take(sample(0.01, 0.0, 0.031, 3.0), 3.0, IMU)[1] is None
 
 
 def test_a_robot_at_the_origin_may_turn_through_zero():
-    steady = SteadyOdometry()
+    steady = JumpFilter()
     for k in range(100):
         _, jump = steady.take(sample(0.0, 0.0, 0.09 * (k - 50), k / 30.0), k / 30.0, IMU)
         assert jump is None
@@ -128,24 +128,24 @@ def test_a_robot_at_the_origin_may_turn_through_zero():
 
 @pytest.mark.parametrize('gap', [0.03, 0.5, 3.0])
 def test_full_speed_over_a_silence_is_no_jump(gap):
-    steady = SteadyOdometry()
+    steady = JumpFilter()
     steady.take(sample(1.0, 0.0, 0.0), 0.0, IMU)
     _, jump = steady.take(sample(1.0 + 0.26 * gap, 0.0, min(2.84 * gap, 3.0), gap), gap, IMU)
     assert jump is None
 
 
 def test_a_sample_frozen_for_long_then_the_truth_is_no_jump():
-    steady = SteadyOdometry()
+    steady = JumpFilter()
     for k in range(90):
         steady.take(sample(1.0, 0.0, 0.0, k / 30.0), k / 30.0, IMU)
     assert steady.take(sample(1.5, 0.0, 0.0, 3.0), 3.0, IMU)[1] is None
 
 
 def test_a_board_that_restarts_loses_the_pose():
-    steady = SteadyOdometry()
+    steady = JumpFilter()
     steady.take(sample(2.0, 1.0, 0.5), 0.0, IMU)
     seen, jump = steady.take(sample(0.0, 0.0, 0.0, 4.0), 4.0, replace_yaw(IMU, 0.0))
-    assert jump.outcome == LOST and seen.pose == Pose2()
+    assert jump.outcome == POSE_LOST and seen.pose == Pose2()
 
 
 def replace_yaw(imu, yaw):
@@ -173,7 +173,7 @@ def test_the_robots_own_reset_leaves_the_local_pose(turn):
     run(0.5)
     robot.reset()
     run(3.5)
-    assert [jump.outcome for jump in jumps] == [KEPT]
+    assert [jump.outcome for jump in jumps] == [POSE_KEPT]
     run(2.0, 0.2, -turn)
     run(0.5)
     truth, pose = start.inverse() @ robot.truth, localizer.motion(robot.now).pose
@@ -195,6 +195,6 @@ def test_after_a_restart_of_the_board_local_begins_anew():
         localizer.on_imu(ImuSample(now, 0.0, 0.0), now)
         localizer.on_odometry(sample(0.0, 0.0, 0.0, now), now)
         localizer.take_fix()
-    assert [jump.outcome for jump in localizer.take_jumps()][-1] == LOST
+    assert [jump.outcome for jump in localizer.take_jumps()][-1] == POSE_LOST
     pose = localizer.motion(now).pose
     assert (pose.x, pose.y, pose.yaw) == pytest.approx((0.0, 0.0, 0.0))

@@ -3,7 +3,8 @@ import math
 
 import pytest
 
-from tb3_labs.nodes.pad import PadConfig, PadState, read_pad
+from tb3_labs.nodes.pad import (
+    LATENESS_SHOWS, PAD_TIMEOUT, PadConfig, PadListener, PadState, read_pad)
 
 AXES = [0.0] * 8
 BUTTONS = [0] * 11
@@ -46,3 +47,48 @@ def test_a_pad_with_too_few_of_them_is_refused(values, buttons):
 def test_a_stick_that_is_no_number_is_refused(bad):
     with pytest.raises(ValueError, match='not finite'):
         read_pad(axes(a1=bad), BUTTONS, CONFIG)
+
+
+def pressed(*indices):
+    return [int(index in indices) for index in range(11)]
+
+
+def test_what_is_pressed_in_the_first_message_was_pressed_before_but_a_stop_counts():
+    message = PadListener(CONFIG).hear(AXES, pressed(0, 1, 2), 1.0, 0.0)
+    assert message.before.relinquish and message.before.reset and not message.before.regain
+    assert message.state.regain and not message.came_after_loss
+
+
+def test_a_pad_that_never_repeats_itself_is_not_lost_by_silence():
+    listener = PadListener(CONFIG)
+    listener.hear(AXES, pressed(), 1.0, 0.0)
+    message = listener.hear(AXES, pressed(0), 100.0, 0.0)
+    assert not message.came_after_loss and not message.before.relinquish
+    assert not listener.repeats
+
+
+def test_a_pad_that_repeats_itself_begins_anew_after_a_silence():
+    listener = PadListener(CONFIG)
+    for now in (1.0, 1.1):
+        listener.hear(AXES, pressed(), now, 0.0)
+    message = listener.hear(AXES, pressed(0), 1.1 + PAD_TIMEOUT + 0.01, 0.0)
+    assert message.came_after_loss and message.before.relinquish
+
+
+def test_lateness_shows_after_a_while_and_a_late_message_is_not_current():
+    listener = PadListener(CONFIG)
+    assert not listener.tells_lateness(1e9)
+    listener.hear(AXES, pressed(), 1.0, 501.0)
+    assert not listener.is_current(1.0 + 0.9 * LATENESS_SHOWS)
+    assert listener.is_current(1.0 + LATENESS_SHOWS)
+    message = listener.hear(AXES, pressed(), 2.0, 501.5)
+    assert message.lateness == pytest.approx(0.5)
+    assert not listener.is_current(2.0)
+
+
+def test_an_invalid_message_leaves_the_pad_as_it_was():
+    listener = PadListener(CONFIG)
+    listener.hear(AXES, pressed(), 1.0, 0.0)
+    with pytest.raises(ValueError):
+        listener.hear(AXES[:1], pressed(), 2.0, 0.0)
+    assert listener.source.count == 1 and listener.state == PadState()

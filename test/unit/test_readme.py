@@ -7,7 +7,7 @@ import pytest
 from tb3_labs.config import bounds_in_words
 from tb3_labs.control.driving import DriveConfig
 from tb3_labs.control.turning import TurnConfig
-from tb3_labs.nodes.move_to_goal import NavigatorConfig
+from tb3_labs.nodes.move_to_goal import MoveToGoalConfig
 from tb3_labs.nodes.pad import PadConfig
 from tb3_labs.simulation.simulator import SimulatorConfig
 
@@ -26,7 +26,7 @@ def row(item):
 
 
 @pytest.mark.parametrize('kind', [
-    NavigatorConfig, DriveConfig, TurnConfig, PadConfig, SimulatorConfig])
+    MoveToGoalConfig, DriveConfig, TurnConfig, PadConfig, SimulatorConfig])
 def test_every_setting_stands_in_the_readme_as_in_the_code(kind):
     lines = README.read_text(encoding='utf-8').splitlines()
     assert [row(item) for item in fields(kind) if row(item) not in lines] == []

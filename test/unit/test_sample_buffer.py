@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from known_motion import SteadyRobot, Truth, angle_between, assert_pose, held_back
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.localization.sample_buffer import MAX_GAP, MEMORY, SensorHistory, Track
+from tb3_labs.localization.sample_buffer import MAX_GAP, MEMORY, SampleBuffer, Track
 from tb3_labs.localization.sender_clock import Lateness, SenderClock
 from tb3_labs.robot.samples import ImuSample, OdometrySample, with_stamp
 
@@ -106,7 +106,7 @@ def test_the_order_of_arrival_does_not_matter(imu_late, odometry_late):
     """One source may be several samples ahead of the other, all the time."""
     messages = SPINNING.messages(0.0, 3.0, imu_delay=lambda: imu_late,
                                  odometry_delay=lambda: odometry_late)
-    pairs = pairs_of(SensorHistory(), messages)
+    pairs = pairs_of(SampleBuffer(), messages)
     assert_right(pairs, SPINNING)
     assert len(pairs) >= 80
     stamps = [odometry.stamp for odometry, _ in pairs]
@@ -117,13 +117,13 @@ def test_the_order_of_arrival_does_not_matter(imu_late, odometry_late):
 @pytest.mark.parametrize('imu_rate', [20.0, 118.0, 200.0])
 def test_the_yaw_between_two_samples_goes_the_short_way_through_half_a_turn(rate, imu_rate):
     robot = replace(SPINNING, angular=rate)
-    pairs = pairs_of(SensorHistory(), robot.messages(0.0, 5.0, imu_rate))
+    pairs = pairs_of(SampleBuffer(), robot.messages(0.0, 5.0, imu_rate))
     assert len(pairs) > 140
     assert_right(pairs, robot)
 
 
 def test_a_pair_is_taken_once():
-    history = SensorHistory()
+    history = SampleBuffer()
     add(history, 0.0, SPINNING.imu(0.0))
     add(history, 0.0, SPINNING.odometry(0.0))
     assert history.take_pair() is not None
@@ -133,7 +133,7 @@ def test_a_pair_is_taken_once():
 
 
 def test_of_several_that_wait_the_newest_is_taken():
-    history = SensorHistory()
+    history = SampleBuffer()
     for time in (0.0, 0.1, 0.2, 0.3):
         add(history, time, SPINNING.imu(time))
     for time in (0.1, 0.2):
@@ -146,7 +146,7 @@ def pairs_without_imu(silent):
     """Pairs of a robot whose IMU is silent for that long from 2.0 s on, and when they were."""
     messages = [(arrival, sample) for arrival, sample in SPINNING.messages(0.0, 8.0)
                 if not (isinstance(sample, ImuSample) and 2.0 < arrival < 2.0 + silent)]
-    pairs, history = [], SensorHistory()
+    pairs, history = [], SampleBuffer()
     for arrival, sample in messages:
         add(history, arrival, sample)
         pairs.append(history.take_pair())
@@ -167,7 +167,7 @@ def test_the_odometry_bridges_a_gap_of_the_imu(silent):
     """A node leaves out the IMU's samples but for the newest of those that came together."""
     pairs, _ = pairs_without_imu(silent)
     assert_right(pairs, SPINNING)
-    history = SensorHistory()
+    history = SampleBuffer()
     for arrival, sample in SPINNING.messages(0.0, 2.0 + silent + 0.1):
         if not (isinstance(sample, ImuSample) and 2.0 < arrival < 2.0 + silent):
             add(history, arrival, sample)
@@ -177,7 +177,7 @@ def test_the_odometry_bridges_a_gap_of_the_imu(silent):
 
 def test_a_bridge_ends_where_the_imu_says_also_if_the_wheels_slip():
     """The odometry turns a tenth less than the IMU: what that leaves is spread over the gap."""
-    history = SensorHistory()
+    history = SampleBuffer()
     for time in (0.0, 0.1, 0.7, 0.8):
         add(history, time, ImuSample(10.0 + time, math.remainder(1.0 * time + 3.0, 2 * math.pi), 1.0))
     for k in range(9):
@@ -191,7 +191,7 @@ def test_a_bridge_ends_where_the_imu_says_also_if_the_wheels_slip():
 # Both at one instant ------------------------------------------------------------------------------
 
 def test_nothing_is_known_before_both_have_spoken():
-    history = SensorHistory()
+    history = SampleBuffer()
     assert instant_at(history, 0.0) is None and history.take_pair() is None
     add(history, 0.0, SPINNING.imu(0.0))
     assert instant_at(history, 0.0) is None and history.take_pair() is None
@@ -200,7 +200,7 @@ def test_nothing_is_known_before_both_have_spoken():
 
 
 def test_an_instant_is_known_once_both_have_passed_it():
-    history = SensorHistory()
+    history = SampleBuffer()
     for time in (0.0, 0.1, 0.2):
         add(history, time, SPINNING.imu(time))
         add(history, time, SPINNING.odometry(time))
@@ -213,7 +213,7 @@ def test_an_instant_is_known_once_both_have_passed_it():
 @given(st.floats(0.0, 1e6), st.floats(1.1, 2.0))
 @example(0.775, 1.5)
 def test_the_senders_clock_may_be_off_by_anything(ahead, now):
-    robot, history = replace(SPINNING, clock_ahead=ahead), SensorHistory()
+    robot, history = replace(SPINNING, clock_ahead=ahead), SampleBuffer()
     for arrival, sample in robot.messages(0.5, 2.05, 50.0):
         add(history, arrival, sample)
     assert_instant(instant_at(history, now), robot, now)
@@ -222,7 +222,7 @@ def test_the_senders_clock_may_be_off_by_anything(ahead, now):
 @pytest.mark.parametrize('drift', [1e-4, -1e-4, 0.0])
 def test_a_clock_that_runs_slow_or_fast_is_followed(drift):
     """Ten minutes, the sender's clock 100 ppm off, each message up to 10 ms late."""
-    chance, history = random.Random(1), SensorHistory()
+    chance, history = random.Random(1), SampleBuffer()
     for k in range(600 * 20):
         time = k / 20
         for sample in (SPINNING.imu(time), SPINNING.odometry(time)):
@@ -246,7 +246,7 @@ def test_arrival_takes_the_place_of_stamps_of_zero_or_standing_still(useless, wh
         spoilt = whose == 'both' or (whose == 'imu') == isinstance(sample, ImuSample)
         return useless(arrival, sample.stamp) if spoilt else sample.stamp
 
-    history = SensorHistory()
+    history = SampleBuffer()
     for arrival, sample in SPINNING.messages(0.0, 2.0):
         add(history, arrival, with_stamp(sample, stamp(sample, arrival)))
     assert not history.clock.uses_stamps
@@ -254,20 +254,20 @@ def test_arrival_takes_the_place_of_stamps_of_zero_or_standing_still(useless, wh
 
 
 def test_a_stamp_of_zero_is_seen_at_once():
-    history = SensorHistory()
+    history = SampleBuffer()
     add(history, 5.0, replace(SPINNING.odometry(5.0), stamp=0.0))
     assert not history.clock.uses_stamps
 
 
 def test_stamps_that_become_zero_on_the_way():
-    robot, history = replace(SPINNING, clock_ahead=-1000.0), SensorHistory()
+    robot, history = replace(SPINNING, clock_ahead=-1000.0), SampleBuffer()
     for arrival, sample in robot.messages(2000.0, 2002.3):
         add(history, arrival, sample if arrival < 2002.0 else with_stamp(sample, 0.0))
     assert_instant(instant_at(history, 2002.2), robot, 2002.2, ahead=0.0)
 
 
 def test_the_receivers_clock_goes_back_where_stamps_are_zero():
-    turned, history = replace(SPINNING, imu_offset=1.0), SensorHistory()
+    turned, history = replace(SPINNING, imu_offset=1.0), SampleBuffer()
     messages = SPINNING.messages(0.0, 3.0) + turned.messages(2.0, 2.6)
     for arrival, sample in restamped(messages, lambda arrival, stamp: 0.0):
         add(history, arrival, sample)
@@ -276,7 +276,7 @@ def test_the_receivers_clock_goes_back_where_stamps_are_zero():
 
 def test_pairs_go_on_where_all_stamps_are_zero():
     messages = restamped(SPINNING.messages(0.0, 2.0), lambda arrival, stamp: 0.0)
-    pairs = pairs_of(SensorHistory(), messages)
+    pairs = pairs_of(SampleBuffer(), messages)
     assert len(pairs) > 50
 
 
@@ -286,7 +286,7 @@ def test_a_step_of_the_senders_clock_starts_anew(step, imu_late):
     robot = replace(SPINNING, clock_ahead=10000.0)
     messages = restamped(robot.messages(0.0, 6.0, imu_delay=lambda: imu_late),
                          lambda arrival, stamp: stamp + (step if stamp > 10003.03 else 0.0))
-    history = SensorHistory()
+    history = SampleBuffer()
     assert_right(pairs_of(history, [m for m in messages if m[0] <= 3.03]), robot)
     pairs_of(history, [m for m in messages if 3.03 < m[0] <= 3.1])
     pairs = pairs_of(history, [m for m in messages if m[0] > 3.1])
@@ -301,7 +301,7 @@ def test_a_step_of_the_senders_clock_starts_anew(step, imu_late):
 @pytest.mark.parametrize('silent', [0.0, 6.0])
 def test_instants_are_known_at_once_after_a_step_of_the_clock(step, silent):
     """Also where the clock stepped back by less than the silence: its stamps only went ahead."""
-    robot, history = replace(SPINNING, clock_ahead=1000.0), SensorHistory()
+    robot, history = replace(SPINNING, clock_ahead=1000.0), SampleBuffer()
     for arrival, sample in robot.messages(0.0, 3.0) + [(3.002, robot.odometry(3.002))]:
         add(history, arrival, sample)
     pairs = pairs_of(history, restamped(robot.messages(3.01 + silent, 3.2 + silent),
@@ -316,7 +316,7 @@ def test_a_single_stamp_that_goes_back_is_survived():
     messages = SPINNING.messages(0.0, 4.0)
     arrival, sample = messages[300]
     messages[300] = (arrival, with_stamp(sample, sample.stamp - 0.05))
-    history = SensorHistory()
+    history = SampleBuffer()
     pairs = pairs_of(history, messages)
     assert len(pairs) >= 110
     assert_instant(instant_at(history, 3.9), SPINNING, 3.9)
@@ -326,14 +326,14 @@ def test_a_single_stamp_that_goes_back_is_survived():
 def test_late_messages_are_no_new_clock(stall):
     end = 2.1 + stall
     messages = held_back(SPINNING.messages(0.0, end + 1.0), 2.1, end)
-    history = SensorHistory()
+    history = SampleBuffer()
     assert_right(pairs_of(history, messages), SPINNING)
     assert history.clock.uses_stamps
     assert_instant(instant_at(history, end + 0.7), SPINNING, end + 0.7)
 
 
 def test_a_network_that_stalls_every_few_seconds_does_not_spoil_the_stamps():
-    messages, history = SPINNING.messages(0.0, 20.0), SensorHistory()
+    messages, history = SPINNING.messages(0.0, 20.0), SampleBuffer()
     for begin in (2.1, 6.1, 10.1, 14.1):
         messages = held_back(messages, begin, begin + 1.2)
     assert_right(pairs_of(history, messages), SPINNING)
@@ -343,7 +343,7 @@ def test_a_network_that_stalls_every_few_seconds_does_not_spoil_the_stamps():
 @pytest.mark.parametrize('apart', [5.0, -5.0, 1e9])
 def test_two_clocks_that_disagree_are_no_use(apart):
     """Odometry stamped by another machine: arrival is what the two have in common."""
-    history = SensorHistory()
+    history = SampleBuffer()
     for arrival, sample in SPINNING.messages(0.0, 4.0):
         if not isinstance(sample, ImuSample):
             sample = with_stamp(sample, sample.stamp + apart)
@@ -357,7 +357,7 @@ def test_two_clocks_that_disagree_are_no_use(apart):
 @pytest.mark.parametrize('seed', range(5))
 def test_now_is_late_by_the_least_delay_of_a_jittery_network(seed):
     """20 ms, and something exponential of 20 ms on top of it, for each message; in order."""
-    chance, history, last = random.Random(seed), SensorHistory(), 0.0
+    chance, history, last = random.Random(seed), SampleBuffer(), 0.0
     for time, sample in SPINNING.messages(0.0, 8.0):
         last = max(last, time + 0.02 + chance.expovariate(50.0))
         add(history, last, sample)
@@ -377,7 +377,7 @@ def test_the_least_delay_is_forgotten_after_some_seconds():
 
 def test_stamps_that_go_back_a_little_once_a_second_cost_no_reset():
     """The clock of a Pi that runs fast and is corrected: no instant is lost."""
-    history, known = SensorHistory(), 0
+    history, known = SampleBuffer(), 0
     def corrected(arrival, stamp):
         return stamp + 0.01 * (arrival % 1.0)
     messages = restamped(SPINNING.messages(0.0, 20.0), corrected)

@@ -8,7 +8,7 @@ from tb3_labs.control.driving import DriveConfig
 from tb3_labs.control.goal_machine import DRIVING, GoalState
 from tb3_labs.control.turning import TurnConfig
 from tb3_labs.simulation.simulator import Simulator
-from tb3_labs.supervision.freshness import FROZEN_TIME
+from tb3_labs.supervision.frozen import FROZEN_TIME
 
 FASTEST, FASTEST_TURN = 0.2108, 1.5     # [m/s], [rad/s]
 #: From a zero command to rest: under way, the firmware's period, the motors' lag five times.

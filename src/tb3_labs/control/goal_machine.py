@@ -17,7 +17,7 @@ Source: the Transformation lab's handout.
 from enum import Enum
 from typing import Dict, Optional, Protocol, Tuple
 
-from tb3_labs.control.settling import Settling
+from tb3_labs.control.settling import REST_ANGULAR, REST_LINEAR, Settling
 from tb3_labs.control.speed_laws import LawStep, MeasuredMotion, Twist2
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
@@ -35,13 +35,28 @@ class GoalState(Enum):
 
 #: Names of the states in which the robot drives, in order.
 DRIVING = tuple(state.name for state in GoalState if state is not GoalState.GOAL_REACHED)
+#: `goal_state` is the name of a state, WAITING_FOR_CONTROL, or one of these words and the reason.
+WAITING, STOPPED, GAVE_UP = 'waiting', 'stopped', 'gave up'
+WAITING_FOR_CONTROL = WAITING + ' for control'
+
+
+def with_reason(word: str, reason: str) -> str:
+    """What `goal_state` says where one of WAITING, STOPPED, GAVE_UP holds for a reason."""
+    return '{}: {}'.format(word, reason)
+
+
+def is_stopped(goal_state: str) -> bool:
+    """Does the robot stand for a moment in the midst of a drive?"""
+    return goal_state.startswith(STOPPED)
+
+
+def is_over(goal_state: str) -> bool:
+    """Is it the end of a drive?"""
+    return goal_state == GoalState.GOAL_REACHED.name or goal_state.startswith(GAVE_UP)
 
 #: A drive that ends outside its tolerance, by a stall of the network say, is driven on from there.
 #: This counts how often at most.
 MORE_TRIES = 2
-#: A robot that is slower than this rests [m/s], [rad/s].
-REST_LINEAR = 0.005
-REST_ANGULAR = 0.03
 
 
 class DrivingLaw(Protocol):
@@ -149,8 +164,9 @@ class GoalMachine:
             if finished and self.state is GoalState.ROTATE_TO_FINAL and not self._rests(motion):
                 return Twist2()
             if not finished:
-                self.failure = self._progress[self.state].complaint(
-                    remaining, motion, dt, command != Twist2())
+                progress = self._progress[self.state]
+                progress.update(remaining, motion.linear, motion.angular, dt, command != Twist2())
+                self.failure = progress.problem()
                 return None if self.failure else command
             self._finish_state(motion.pose, goal)
             dt = 0.0

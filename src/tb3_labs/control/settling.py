@@ -10,6 +10,9 @@ Units: seconds on one clock, on which the samples were measured; radians.
 import math
 from typing import Optional
 
+#: A robot that is slower than this rests, as far as its samples show [m/s], [rad/s].
+REST_LINEAR = 0.005
+REST_ANGULAR = 0.03
 #: Samples at rest must span this time [s], nearly one control period of the robot.
 SETTLING_TIME = 0.03
 #: In 95 of 100 cases the true value is within two standard errors of the mean.

@@ -13,7 +13,7 @@ from typing import Optional, Protocol
 from tb3_labs.config import Config, setting
 from tb3_labs.control.approach import Approach, ApproachConfig
 from tb3_labs.control.motor_response import Response
-from tb3_labs.control.settling import RestingMean, Settling
+from tb3_labs.control.settling import REST_ANGULAR, RestingMean, Settling
 from tb3_labs.control.speed_laws import LawStep, Twist2, proportional
 from tb3_labs.geometry.angles import continuous, difference
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, RobotModel
@@ -163,8 +163,6 @@ class PreciseTurn:
     MAX_ANGLE_IN_WORDS = 'a number from -36000 to 36000'
     extends = True
     carries_error = True
-    #: A robot that turns slower than this rests [rad/s].
-    REST_RATE = 0.03
     #: Longest rest in which more samples of a noisy IMU are waited for [s].
     LONGEST_LOOK = 0.6
 
@@ -220,7 +218,7 @@ class PreciseTurn:
         if measured_at - self._measured_at < SAME_MOMENT:
             return
         self._measured_at = measured_at
-        rests = abs(rate) <= self.REST_RATE and self._approach.told_to_rest(age)
+        rests = abs(rate) <= REST_ANGULAR and self._approach.told_to_rest(age)
         self._settling.look(rests, measured_at)
         if rests:
             self._mean.add(raw)

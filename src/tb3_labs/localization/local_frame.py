@@ -28,20 +28,20 @@ class LocalFrame:
     imu_yaw_of_x: float
 
     @classmethod
-    def declared(cls, local_T_base, odom_T_base, imu_yaw):
+    def declared(cls, local_T_base: Pose2, odom_T_base: Pose2, imu_yaw: float) -> 'LocalFrame':
         """The frame in which the robot is at `local_T_base` while its sensors read the others."""
         return cls(odom_T_base @ local_T_base.inverse(), wrap(imu_yaw - local_T_base.yaw))
 
     @property
-    def imu_minus_odometry(self):
+    def imu_minus_odometry(self) -> float:
         """The IMU's yaw minus the odometry's when this frame was declared [rad]."""
         return wrap(self.imu_yaw_of_x - self.odom_T_local.yaw)
 
-    def pose(self, odom_T_base, imu_yaw):
+    def pose(self, odom_T_base: Pose2, imu_yaw: float) -> Pose2:
         """The robot's pose in ``local``: place by odometry, heading by IMU."""
         place = self.odom_T_local.inverse() @ odom_T_base
         return Pose2(place.x, place.y, self.heading(imu_yaw))
 
-    def heading(self, imu_yaw):
+    def heading(self, imu_yaw: float) -> float:
         """The robot's heading in ``local`` [rad], (-pi, pi]."""
         return wrap(imu_yaw - self.imu_yaw_of_x)

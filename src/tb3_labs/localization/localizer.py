@@ -7,22 +7,25 @@ rest; it is carried out as soon as both sensors have passed that instant. Where 
 and the robot does not, ``local`` moves along in ``odom``, so that the robot keeps its pose in it
 (:mod:`tb3_labs.localization.odometry_jumps`).
 
+Samples go in by `on_imu` and `on_odometry`. Fixes, jumps and carried-out resets are events, taken
+once (`take_fix`, `take_jumps`, `take_resets`); `motion` and the properties are state.
+
 Units: metres, radians, seconds on the receiver's clock (`now`); the caller provides the time.
 """
 import math
 from dataclasses import dataclass
-from typing import NamedTuple, Optional, Union
+from typing import Any, List, NamedTuple, Optional
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.local_frame import LocalFrame
-from tb3_labs.localization.odometry_jumps import LOST, Jump, SteadyOdometry
-from tb3_labs.localization.sample_buffer import SensorHistory
+from tb3_labs.localization.odometry_jumps import POSE_LOST, Jump, JumpFilter
+from tb3_labs.localization.sample_buffer import SampleBuffer
 from tb3_labs.localization.yaw_noise import YawNoise
 from tb3_labs.robot.samples import ImuSample, OdometrySample, heading_jump
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 
-#: Motion is carried on from the newest samples for two control periods, in which a command takes
-#: effect and is seen; what a robot does later than that, nobody knows [s].
+#: Motion is extrapolated from the latest samples for two control periods, in which a command takes
+#: effect and is seen; the motion after that is not known [s].
 MAX_EXTRAPOLATION = 2.0 / CONTROL_RATE
 
 
@@ -38,7 +41,7 @@ class Fix:
 class Motion:
     """The robot as a controller wants it: pose in ``local`` now, and measured speeds.
 
-    The pose is carried on from the newest samples, for `MAX_EXTRAPOLATION` at most. Their ages
+    The pose is extrapolated from the latest samples, for `MAX_EXTRAPOLATION` at most. Their ages
     count from when they were measured, by the least delay.
     """
 
@@ -52,69 +55,78 @@ class Motion:
 
 @dataclass
 class Reset:
-    """One declaration; `before` and `after` are filled in when it is carried out."""
+    """The handle of one declaration, for whoever asked for it.
+
+    The localizer fills in `before` and `after` when the reset is carried out, or `problem` when it
+    can no longer be. Nobody else writes.
+    """
 
     declared: Pose2
     asked_at: float                  # [s, receiver's clock]
     stamp: Optional[float]           # the same instant [s, sender's clock]; None: no sample yet
-    epoch: int                       # of the history in which `stamp` counts
+    epoch: int                       # of the sender's clock in which `stamp` counts
     before: Optional[Pose2] = None
     after: Optional[Pose2] = None
     problem: str = ''                # why it can no longer be carried out
 
     @property
-    def done(self):
+    def done(self) -> bool:
         """True once the new frame is in force."""
         return self.after is not None
 
 
-class _Newest(NamedTuple):
-    """The newest sample of one sensor, and when it was measured [s, receiver's clock]."""
+class _Latest(NamedTuple):
+    """The latest sample of a sensor, and when it was measured [s, receiver's clock]."""
 
-    sample: Union[ImuSample, OdometrySample]
+    sample: Any
     measured_at: float
+
+    def age(self, now: float) -> float:
+        """[s]; 0 where the clock went back since."""
+        return max(0.0, now - self.measured_at)
 
 
 class Localizer:
     """Takes samples in, answers with poses in the local frame."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         #: The LocalFrame in force, in steady odometry; None before the first pair of samples.
-        self.frame = None
-        self._steady = SteadyOdometry()
-        self._jumps = []
-        self._history = SensorHistory()
+        self.frame: Optional[LocalFrame] = None
+        self._jump_filter = JumpFilter()
+        self._jumps: List[Jump] = []
+        self._buffer = SampleBuffer()
         self._yaw_noise = YawNoise()
-        self._resets = []
-        self._imu = None
-        self._odometry = None
+        self._resets: List[Reset] = []         # that wait for the samples of their instant,
+        self._carried_out: List[Reset] = []    # and those that nobody has taken yet
+        self._imu: Optional[_Latest] = None
+        self._odometry: Optional[_Latest] = None
 
-    def on_imu(self, sample, now):
-        """Take an ImuSample in. Returns the resets that were carried out by it."""
+    def on_imu(self, sample: ImuSample, now: float) -> None:
+        """Take a sample of the IMU in."""
         jump = heading_jump(self._imu.sample.yaw, sample.yaw) if self._imu else ''
         if jump:
             self._jumps.append(Jump(jump))
-        time = self._history.add_imu(sample, now)
-        self._imu = _Newest(sample, self._history.clock.measured_at(time, now))
+        time = self._buffer.add_imu(sample, now)
+        self._imu = _Latest(sample, self._buffer.clock.measured_at(time, now))
         self._yaw_noise.learn(sample, time)
-        return self._carry_out_resets()
+        self._carry_out_resets()
 
-    def on_odometry(self, sample, now):
-        """Take an OdometrySample in. Returns the resets that were carried out by it."""
+    def on_odometry(self, sample: OdometrySample, now: float) -> None:
+        """Take a message of the odometry in."""
         if self._imu is not None:
-            sample, jump = self._steady.take(sample, now, self._imu.sample)
+            sample, jump = self._jump_filter.take(sample, now, self._imu.sample)
             if jump is not None:
                 self._on_jump(jump)
-        time = self._history.add_odometry(sample, now)
-        self._odometry = _Newest(sample, self._history.clock.measured_at(time, now))
-        return self._carry_out_resets()
+        time = self._buffer.add_odometry(sample, now)
+        self._odometry = _Latest(sample, self._buffer.clock.measured_at(time, now))
+        self._carry_out_resets()
 
-    def take_fix(self):
-        """The newest Fix that was not taken yet, or None.
+    def take_fix(self) -> Optional[Fix]:
+        """The latest Fix, once; None where there is no new one. Older ones are dropped.
 
-        The first one is at (0, 0, 0), unless a reset came before it.
+        The first one declares the frame, so it is at (0, 0, 0), unless a reset came before it.
         """
-        pair = self._history.take_pair()
+        pair = self._buffer.take_pair()
         if pair is None:
             return None
         odometry, imu_yaw = pair
@@ -123,44 +135,47 @@ class Localizer:
         return Fix(odometry.stamp, self.frame.pose(odometry.pose, imu_yaw))
 
     @property
-    def odom_T_local(self):
+    def odom_T_local(self) -> Optional[Pose2]:
         """Where ``local`` stands in the odometry's own frame; None before the first fix."""
         if self.frame is None:
             return None
-        return self._steady.steady_T_odom.inverse() @ self.frame.odom_T_local
+        return self._jump_filter.steady_T_odom.inverse() @ self.frame.odom_T_local
 
-    def take_jumps(self):
-        """The steady_odometry.Jumps of both sensors since the last call."""
+    def take_jumps(self) -> List[Jump]:
+        """The jumps of both sensors since the last call."""
         jumps, self._jumps = self._jumps, []
         return jumps
 
-    def reset(self, declared, now):
+    def take_resets(self) -> List[Reset]:
+        """The resets that were carried out since the last call, in order."""
+        resets, self._carried_out = self._carried_out, []
+        return resets
+
+    def reset(self, declared: Pose2, now: float) -> Reset:
         """Declare that the robot is at `declared` in local at `now`. Returns the Reset to watch."""
-        reset = Reset(declared, now, self._history.clock.stamp_of(now), self._history.clock.epoch)
+        reset = Reset(declared, now, self._buffer.clock.stamp_of(now), self._buffer.clock.epoch)
         self._resets.append(reset)
         return reset
 
-    def give_up(self, reset):
-        """Forget a Reset that has not been carried out: the old frame stays."""
+    def give_up(self, reset: Reset) -> None:
+        """Drop a reset that has not been carried out: the old frame stays."""
         if reset in self._resets:
             self._resets.remove(reset)
 
     @property
-    def has_resets(self):
+    def has_resets(self) -> bool:
         """Are there resets that wait for the samples of their instant?"""
         return bool(self._resets)
 
-    def motion(self, now):
+    def motion(self, now: float) -> Optional[Motion]:
         """The robot's Motion at `now`; None before the first samples.
 
-        However old they are: the caller checks that they are fresh. Where the clock went back since
-        they were measured, they count as new.
+        The samples may be of any age: the caller checks that they are fresh.
         """
-        if self.frame is None:
+        if self.frame is None or self._imu is None or self._odometry is None:
             return None
-        imu, imu_age = self._imu.sample, max(0.0, now - self._imu.measured_at)
-        odometry = self._odometry.sample
-        odometry_age = max(0.0, now - self._odometry.measured_at)
+        imu, imu_age = self._imu.sample, self._imu.age(now)
+        odometry, odometry_age = self._odometry.sample, self._odometry.age(now)
         heading = self.frame.heading(
             imu.yaw + imu.yaw_rate * min(imu_age, MAX_EXTRAPOLATION))
         place = self.frame.pose(odometry.pose, imu.yaw)
@@ -170,28 +185,27 @@ class Localizer:
         return Motion(pose, odometry.linear, imu.yaw_rate, imu_age, odometry_age,
                       self._yaw_noise.deviation)
 
-    def _on_jump(self, jump):
+    def _on_jump(self, jump: Jump) -> None:
         self._jumps.append(jump)
-        if jump.outcome == LOST:    # nothing that was known counts any more
+        if jump.outcome == POSE_LOST:    # whatever was known is of another board
             self._drop_resets('the robot started anew at that moment')
-            self.frame, self._history = None, SensorHistory()
+            self.frame, self._buffer = None, SampleBuffer()
 
-    def _drop_resets(self, problem):
+    def _drop_resets(self, problem: str) -> None:
         for reset in self._resets:
             reset.problem = problem
         self._resets = []
 
-    def _carry_out_resets(self):
-        done = []
+    def _carry_out_resets(self) -> None:
         for reset in list(self._resets):
             if reset.stamp is None:
                 reset.stamp, reset.epoch = (
-                    self._history.clock.stamp_of(reset.asked_at), self._history.clock.epoch)
-            if reset.epoch != self._history.clock.epoch:
+                    self._buffer.clock.stamp_of(reset.asked_at), self._buffer.clock.epoch)
+            if reset.epoch != self._buffer.clock.epoch:
                 reset.problem = "the robot's clock was set at that moment, or its messages ceased"
                 self._resets.remove(reset)   # its instant is lost
                 continue
-            instant = self._history.at(reset.stamp)
+            instant = None if reset.stamp is None else self._buffer.at(reset.stamp)
             if instant is None:
                 continue
             if self.frame is not None:
@@ -200,6 +214,4 @@ class Localizer:
                 reset.declared, instant.odom_T_base, instant.imu_yaw)
             reset.after = reset.declared
             self._resets.remove(reset)
-            done.append(reset)
-        return done
-
+            self._carried_out.append(reset)

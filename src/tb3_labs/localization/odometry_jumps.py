@@ -1,112 +1,123 @@
-"""The odometry without the jumps that are none of the robot's.
+"""The odometry without its jumps, which are no motion of the robot.
 
-Odometry jumps for two reasons although the robot does not:
+The odometry jumps for two reasons although the robot does not:
 
 * When the IMU crosses +/-180 deg, the firmware takes one displacement backwards. Such a message
   contradicts itself: it shows the spike in its rate of turn, and a displacement against its own
-  forward speed. That one displacement is turned round again.
-* It is set to zero by the robot's own `reset`, or its wheels spin in the hands of somebody who
-  carries the robot. Then the robot is taken to stand where it was, turned as the IMU says. Where
-  the IMU jumps as well, the board has restarted, and nothing is known any more.
+  forward speed. That one displacement is reversed.
+* The robot's own `reset` sets it to zero, or the wheels spin while somebody carries the robot. Then
+  the robot is taken to stand where it was, turned as the IMU says. Where the IMU jumps as well, the
+  board has restarted, and the pose is lost.
 
 Frames: ``odom`` is the odometry's own, ``steady`` the one in which nothing jumps; they are the same
 until the first jump. Units: metres, radians, seconds.
-Source: OpenCR firmware 1.2.6 (see :mod:`tb3_labs.simulation.firmware`); a recording of a real Burger shows its
-crossing 7.3 mm backwards.
+Source: OpenCR firmware 1.2.6 (see :mod:`tb3_labs.simulation.firmware`); a recording of a real
+Burger shows a displacement of 7.3 mm backwards at the crossing.
 """
 import math
 from dataclasses import replace
-from typing import NamedTuple
+from typing import NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.robot.samples import ImuSample, OdometrySample
 
 #: No robot of these is faster, whoever drives it [m/s], [rad/s];
 FASTEST = 0.5
 FASTEST_TURN = 4.0
-#: and messages are not that even [m], [rad].
+#: messages that arrive unevenly are allowed this much more [m], [rad].
 SLACK = 0.05
 SLACK_TURN = 0.3
-#: What happened in a silence longer than this, nobody knows [s].
-LONGEST = 5.0
+#: A longer silence than this allows no larger displacement [s].
+LONGEST_SILENCE = 5.0
 #: A rate of turn beyond this is the firmware's spike [rad/s].
 SPIKE = 10.0
 #: An odometry whose place is exactly zero, and whose yaw is that near to it, was just set to zero,
 #: unless it was as near before [rad], [m].
 ZERO_YAW = 0.01
 ZERO_PLACE = 0.001
-#: The board is deaf and dumb while it resets, for seconds; what is first heard after such a silence
-#: [s] may have moved a little since [m], [rad].
+#: The board neither hears nor sends for seconds while it resets. The first message after such a
+#: silence [s] may be this far from zero [m], [rad]: the robot has moved a little since.
 RESET_SILENCE = 1.0
 NEAR_ZERO_PLACE = 0.03
 NEAR_ZERO_YAW = 0.1
-#: A robot at rest turns no farther than this between two messages, [rad];
+#: A robot at rest turns no farther than this between two messages [rad];
 RESTING_TURN = 0.1
-#: one that turns comes to rest within this time of the last one, as do its commands [s].
+#: a robot that turns comes to rest within this time of its last message [s].
 STOPPING_TIME = 0.5
 
 
 class Jump(NamedTuple):
-    """What a sensor did that the robot cannot have done, in words, and what becomes of the pose."""
+    """A step of a sensor that no robot can have made, in words, and what becomes of the pose."""
 
     text: str
     outcome: str = ''
 
 
-#: Outcomes of a jump of the odometry.
-KEPT = 'the local pose is kept'
-LOST = "the IMU's heading as well: local begins anew at (0, 0, 0), where the robot is now"
+#: The two outcomes of a jump of the odometry.
+POSE_KEPT = 'the local pose is kept'
+POSE_LOST = "the IMU's heading as well: local begins anew at (0, 0, 0), where the robot is now"
 
 
-class SteadyOdometry:
-    """Takes the messages of one robot in, in order."""
+class _Heard(NamedTuple):
+    """An odometry message as it was sent, and the IMU's latest sample at its arrival."""
 
-    def __init__(self):
+    sample: OdometrySample
+    arrival: float
+    imu: ImuSample
+
+    def seconds_to(self, sample: OdometrySample, arrival: float) -> float:
+        """Time until a later message [s]: by stamps or arrivals, whichever allows for more."""
+        by_stamps = sample.stamp - self.sample.stamp
+        return min(max(by_stamps, arrival - self.arrival, 0.0), LONGEST_SILENCE)
+
+
+class JumpFilter:
+    """Takes the odometry of one robot in, message by message, and removes its jumps."""
+
+    def __init__(self) -> None:
         #: Where ``odom`` stands in ``steady``.
         self.steady_T_odom = Pose2()
-        self._last = None         # the sample that last said something new, as it was sent,
-        self._arrival = None      # when it arrived,
-        self._imu = None          # and the IMU's newest sample then
+        self._last: Optional[_Heard] = None      # the last message that said something new
 
-    def take(self, sample, arrival, imu):
+    def take(self, sample: OdometrySample, arrival: float,
+             imu: ImuSample) -> Tuple[OdometrySample, Optional[Jump]]:
         """(The OdometrySample in ``steady``, the Jump it shows or None).
 
         `imu`: the newest ImuSample, by which the robot turned while the odometry jumped.
         """
         jump = None
         if self._last is not None:
-            what = _jump(self._last.pose, sample.pose, self._seconds(sample, arrival))
-            if what:
-                jump = self._stand_still(what, sample, imu)
-            elif _is_backwards(self._last.pose, sample):
-                # what it drove is the other way: twice the step from where it says it is
-                place = self.steady_T_odom.act((2.0 * self._last.pose.x - sample.pose.x,
-                                                2.0 * self._last.pose.y - sample.pose.y))
-                self._hold(Pose2(*place, self.steady_T_odom.yaw + sample.pose.yaw), sample.pose)
-        if self._last is None or sample.pose != self._last.pose:
-            self._last, self._arrival, self._imu = sample, arrival, imu
+            before = self._last.sample.pose
+            problem = _jump(before, sample.pose, self._last.seconds_to(sample, arrival))
+            if problem:
+                jump = self._stand_still(problem, self._last, sample.pose, imu)
+            elif _is_backwards(before, sample):
+                # The robot drove the other way: from the last place by the opposite of this step.
+                x, y = self.steady_T_odom.act((2.0 * before.x - sample.pose.x,
+                                               2.0 * before.y - sample.pose.y))
+                self._hold(Pose2(x, y, self.steady_T_odom.yaw + sample.pose.yaw), sample.pose)
+        if self._last is None or sample.pose != self._last.sample.pose:
+            self._last = _Heard(sample, arrival, imu)
         return replace(sample, pose=self.steady_T_odom @ sample.pose), jump
 
-    def _stand_still(self, what, sample, imu):
-        turned = difference(imu.yaw, self._imu.yaw)
-        if abs(turned) > RESTING_TURN + STOPPING_TIME * abs(self._imu.yaw_rate):
+    def _stand_still(self, problem: str, last: '_Heard', odom_T_base: Pose2,
+                     imu: ImuSample) -> Jump:
+        """The odometry says `odom_T_base` now, but the robot stands where it was at `last`."""
+        turned = difference(imu.yaw, last.imu.yaw)
+        if abs(turned) > RESTING_TURN + STOPPING_TIME * abs(last.imu.yaw_rate):
             self.steady_T_odom = Pose2()
-            return Jump(what, LOST)
-        here = self.steady_T_odom @ self._last.pose
-        self._hold(Pose2(here.x, here.y, here.yaw + turned), sample.pose)
-        return Jump(what, KEPT)
+            return Jump(problem, POSE_LOST)
+        here = self.steady_T_odom @ last.sample.pose
+        self._hold(Pose2(here.x, here.y, here.yaw + turned), odom_T_base)
+        return Jump(problem, POSE_KEPT)
 
-    def _seconds(self, sample, arrival):
-        """Since the last sample: by stamps or arrivals, whichever allows for more."""
-        by_stamps = sample.stamp - self._last.stamp
-        return min(max(by_stamps, arrival - self._arrival, 0.0), LONGEST)
-
-    def _hold(self, steady_T_base, odom_T_base):
+    def _hold(self, steady_T_base: Pose2, odom_T_base: Pose2) -> None:
         """From now on the pose that is ``odom_T_base`` in odom is that one in steady."""
         self.steady_T_odom = steady_T_base @ odom_T_base.inverse()
 
 
-def _jump(before, after, seconds):
+def _jump(before: Pose2, after: Pose2, seconds: float) -> str:
     """'' or what no robot can have done between two poses."""
     moved, turned = before.distance_to(after), abs(difference(after.yaw, before.yaw))
     at_zero = after.x == after.y == 0.0 and abs(after.yaw) < ZERO_YAW
@@ -122,7 +133,7 @@ def _jump(before, after, seconds):
     return ''
 
 
-def _is_backwards(before, sample):
+def _is_backwards(before: Pose2, sample: OdometrySample) -> bool:
     """Does the message show the firmware's fault at +/-180 deg: spike and displacement?"""
     forward = ((sample.pose.x - before.x) * math.cos(sample.pose.yaw)
                + (sample.pose.y - before.y) * math.sin(sample.pose.yaw))

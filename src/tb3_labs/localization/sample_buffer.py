@@ -1,20 +1,21 @@
 """The last moments of both sensors, and what both said at one instant.
 
-The IMU speaks far more often than is needed, and a node leaves out samples of it. So the yaw within
-a longer gap of the IMU is bridged by the odometry, whose every message is read: it turns as the IMU
-does, from the last sample before the gap on.
+The IMU sends far more often than is needed, and a node does not read every sample. The odometry,
+whose every message is read, bridges a longer gap of the IMU: it turns as the IMU does, from the
+last sample before the gap on.
 
-Units: seconds on the sender's clock (:mod:`tb3_labs.localization.sender_clock`), metres, radians. Edge cases:
-a new epoch of that clock starts the history anew; over a gap of the odometry of more than `MAX_GAP`
-nothing is interpolated; order of arrival between the two sensors does not matter.
+Units: seconds on the sender's clock (:mod:`tb3_labs.localization.sender_clock`), metres, radians.
+Edge cases: a new epoch of that clock empties the buffer; nothing is interpolated over a gap of the
+odometry of more than `MAX_GAP`; order of arrival between the two sensors does not matter.
 """
 from bisect import bisect_left
 from collections import deque
-from typing import NamedTuple
+from typing import Any, Callable, Deque, NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angles import difference, interpolate_angle, wrap
 from tb3_labs.geometry.se2 import Pose2, interpolate
 from tb3_labs.localization.sender_clock import SenderClock
+from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
 
 #: How much is remembered [s].
 MEMORY = 1.5
@@ -27,13 +28,15 @@ MAX_BRIDGE = 1.0
 class Track:
     """Values of one source over time, in order of time."""
 
-    def __init__(self, between):
+    def __init__(self, between: Callable[[Any, Any, float], Any]) -> None:
+        """`between(start, end, fraction)`: the value at a `fraction` (0 to 1) of the way."""
         self._between = between
-        self._times = deque()
-        self._values = deque()
+        self._times: Deque[float] = deque()
+        self._values: Deque[Any] = deque()
 
-    def add(self, time, value):
-        """Append a value; `time` is not before the last one's. At the same time the newer counts."""
+    def add(self, time: float, value: Any) -> None:
+        """Append a value; `time` is not before the last one's. Of two at one time the later counts.
+        """
         if time == self.newest:
             self._times.pop()
             self._values.pop()
@@ -43,19 +46,19 @@ class Track:
             self._times.popleft()
             self._values.popleft()
 
-    def clear(self):
+    def clear(self) -> None:
         """Forget everything."""
         self._times.clear()
         self._values.clear()
 
     @property
-    def newest(self):
+    def newest(self) -> float:
         """Time of the newest value; minus infinity where there is none."""
         return self._times[-1] if self._times else float('-inf')
 
-    def around(self, time):
-        """The samples (time, value) before and after `time`, one and the same if it is one's own;
-        None outside of the track."""
+    def around(self, time: float) -> Optional[Tuple[Tuple[float, Any], Tuple[float, Any]]]:
+        """The samples (time, value) before and after `time`; twice the same one where it is of that
+        time. None outside of the track."""
         index = bisect_left(self._times, time)
         if index == len(self._times):
             return None
@@ -64,7 +67,7 @@ class Track:
             return after, after
         return ((self._times[index - 1], self._values[index - 1]), after) if index else None
 
-    def at(self, time):
+    def at(self, time: float) -> Any:
         """The value at `time`, or None where it is not known (too old, too new, in a gap)."""
         around = self.around(time)
         if around is None:
@@ -78,30 +81,30 @@ class Track:
 
 
 class Instant(NamedTuple):
-    """What both sensors said at `stamp` [s, sender's clock]."""
+    """The readings of both sensors at `stamp` [s, sender's clock]."""
 
     stamp: float
     odom_T_base: Pose2
     imu_yaw: float
 
 
-class SensorHistory:
+class SampleBuffer:
     """Remembers IMU and odometry samples; answers for both at one instant."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._imu = Track(interpolate_angle)
         self._odometry = Track(interpolate)
-        self._unpaired = deque()
+        self._unpaired: Deque[Tuple[float, OdometrySample]] = deque()
         #: The SenderClock by which samples are ordered.
         self.clock = SenderClock()
 
-    def add_imu(self, sample, arrival):
+    def add_imu(self, sample: ImuSample, arrival: float) -> float:
         """Remember an ImuSample that arrived at `arrival` [s, receiver's clock]; its time [s]."""
         time = self._time_of('imu', sample, arrival)
         self._imu.add(time, sample.yaw)
         return time
 
-    def add_odometry(self, sample, arrival):
+    def add_odometry(self, sample: OdometrySample, arrival: float) -> float:
         """Remember an OdometrySample that arrived at `arrival` [s, receiver's clock]; its time [s].
         """
         time = self._time_of('odometry', sample, arrival)
@@ -113,7 +116,7 @@ class SensorHistory:
             self._unpaired.popleft()
         return time
 
-    def take_pair(self):
+    def take_pair(self) -> Optional[Tuple[OdometrySample, float]]:
         """The newest (OdometrySample, IMU yaw at its stamp) that was not taken yet, or None."""
         pair = None
         while self._unpaired and self._unpaired[0][0] <= self._imu.newest:
@@ -122,13 +125,13 @@ class SensorHistory:
             pair = pair if yaw is None else (sample, yaw)
         return pair
 
-    def at(self, stamp):
+    def at(self, stamp: float) -> Optional[Instant]:
         """The Instant at `stamp` [s, sender's clock]; None where it is not known (yet)."""
         pose = self._odometry.at(stamp)
         yaw = None if pose is None else self._imu_yaw_at(stamp)
         return None if yaw is None else Instant(stamp, pose, yaw)
 
-    def _imu_yaw_at(self, time):
+    def _imu_yaw_at(self, time: float) -> Optional[float]:
         """The IMU's yaw [rad]: by its own samples, or by the odometry's turn in a gap of them."""
         yaw, around = self._imu.at(time), self._imu.around(time)
         if yaw is not None or around is None:
@@ -143,7 +146,7 @@ class SensorHistory:
             yaw += drift * (time - begin) / (end - begin)
         return wrap(yaw)
 
-    def _time_of(self, source, sample, arrival):
+    def _time_of(self, source: str, sample: Sample, arrival: float) -> float:
         epoch = self.clock.epoch
         time = self.clock.time_of(source, sample.stamp, arrival)
         if self.clock.epoch != epoch:

@@ -20,6 +20,7 @@ Source: the least delay as in NTP's clock filter (RFC 5905, section 10).
 """
 import math
 from collections import deque
+from typing import Deque, Dict, Optional, Tuple
 
 #: The least delay is that of the messages of this time [s].
 WINDOW = 5.0
@@ -39,16 +40,16 @@ MAX_BEHIND = 0.5
 class SenderClock:
     """Reads the stamps of one sender's several sources."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         #: Counts the epochs.
         self.epoch = 0
         #: False once the stamps turned out to be no clock.
         self.uses_stamps = True
+        self._repeats: Dict[str, int] = {}
+        self._last_arrival = math.nan    # before the first sample
         self._begin()
-        self._repeats = {}
-        self._last_arrival = None
 
-    def time_of(self, source, stamp, arrival):
+    def time_of(self, source: str, stamp: float, arrival: float) -> float:
         """When `source` measured a sample, on the sender's clock (or by arrival: see above)."""
         if self.uses_stamps and self._is_no_clock(source, stamp, arrival):
             self.uses_stamps = False
@@ -63,16 +64,17 @@ class SenderClock:
         self._least.add(arrival, arrival - time)
         return time
 
-    def stamp_of(self, now):
+    def stamp_of(self, now: float) -> Optional[float]:
         """`now` [receiver's clock] on the sender's clock; None before the first sample."""
         return None if self._least.value is None else now - self._least.value
 
-    def measured_at(self, time, arrival):
-        """When a message was sent that is of `time` [sender's clock] and has just arrived, on the
-        receiver's clock, as if the least delay were none."""
+    def measured_at(self, time: float, arrival: float) -> float:
+        """When a sample of `time` [sender's clock], which has just arrived, was measured
+        [receiver's clock], as if the least delay were none. After :meth:`time_of` only."""
+        assert self._least.value is not None
         return min(arrival, time + self._least.value)
 
-    def _is_no_clock(self, source, stamp, arrival):
+    def _is_no_clock(self, source: str, stamp: float, arrival: float) -> bool:
         repeated = source in self._last and stamp == self._last[source][1]
         self._repeats[source] = self._repeats.get(source, 0) + 1 if repeated else 0
         if stamp <= 0.0 or self._repeats[source] >= MAX_REPEATS:
@@ -87,7 +89,7 @@ class SenderClock:
             return False
         return arrival - self._off_since.setdefault(source, arrival) > MAX_OFF
 
-    def _is_new_clock(self, source, stamp, arrival):
+    def _is_new_clock(self, source: str, stamp: float, arrival: float) -> bool:
         if self._least.value is None:
             return False
         if abs(arrival - self._last_arrival) > LONG_SILENCE:
@@ -101,15 +103,15 @@ class SenderClock:
         ahead = (stamp - last_stamp) - (arrival - last_arrival)
         return stamp < last_stamp - SMALL_STEP or ahead > CLOCK_STEP
 
-    def _new_epoch(self):
+    def _new_epoch(self) -> None:
         self.epoch += 1
         self._begin()
 
-    def _begin(self):
+    def _begin(self) -> None:
         self._least = _Least(WINDOW)
-        self._last = {}               # of each source: (time, stamp, arrival)
-        self._off_since = {}
-        self._behind_since = {}
+        self._last: Dict[str, Tuple[float, float, float]] = {}    # by source: time, stamp, arrival
+        self._off_since: Dict[str, float] = {}
+        self._behind_since: Dict[str, float] = {}
 
 
 class Lateness:
@@ -120,13 +122,13 @@ class Lateness:
     was set.
     """
 
-    def __init__(self, patience):
+    def __init__(self, patience: float) -> None:
         self._patience = patience
         self._usual = math.inf          # the least delay,
         self._least_late = math.inf     # and that of the late messages in a row
-        self._late_since = None         # the first of them arrived
+        self._late_since: Optional[float] = None    # the first of them arrived
 
-    def of(self, stamp, arrival):
+    def of(self, stamp: float, arrival: float) -> float:
         """Seconds, given a message's stamp [s, sender's clock] and arrival [s, receiver's]."""
         delay = arrival - stamp
         if delay <= self._usual + self._patience:
@@ -144,13 +146,14 @@ class Lateness:
 class _Least:
     """The least of the values of the last `window` seconds."""
 
-    def __init__(self, window):
+    def __init__(self, window: float) -> None:
         self._window = window
-        self._candidates = deque()    # (time, value); each value is less than all after it
+        #: (time, value); each value is less than all after it.
+        self._candidates: Deque[Tuple[float, float]] = deque()
         #: None before the first value.
-        self.value = None
+        self.value: Optional[float] = None
 
-    def add(self, time, value):
+    def add(self, time: float, value: float) -> None:
         """Take a value in; one whose time is before that of others counts as of theirs."""
         candidates = self._candidates
         while candidates and candidates[-1][1] >= value:

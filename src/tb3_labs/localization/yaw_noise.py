@@ -1,13 +1,15 @@
 """How noisy is the IMU's heading?
 
-Each sample is compared with what the one before and the gyro's rate let expect. Only a robot that
-turns slowly and evenly is looked at: there the comparison shows noise and nothing else.
+Each sample is compared with the prediction from the sample before and the gyro's rate. Only a robot
+that turns slowly and evenly is looked at: there the difference is noise and nothing else.
 
 Units: radians, rad/s, seconds on the sender's clock.
 """
 import math
+from typing import Optional, Tuple
 
 from tb3_labs.geometry.angles import difference
+from tb3_labs.robot.samples import ImuSample
 
 #: A robot turns slowly and evenly where its rate, and the change of that, are below this [rad/s].
 SLOW = 0.2
@@ -21,13 +23,13 @@ SHARE = 0.02
 class YawNoise:
     """Learns from the samples of one IMU."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         #: Standard deviation of one sample's yaw [rad].
         self.deviation = 0.0
         self._count = 0
-        self._before = None
+        self._before: Optional[Tuple[ImuSample, float]] = None    # the last, and its time
 
-    def learn(self, sample, time):
+    def learn(self, sample: ImuSample, time: float) -> None:
         """Take in an ImuSample that was measured at `time`."""
         before, self._before = self._before, (sample, time)
         if before is None or not 0.0 < time - before[1] < FARTHEST:

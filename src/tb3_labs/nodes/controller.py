@@ -1,182 +1,179 @@
 """Everything `controller` decides, without ROS: turns beside the mouse, and who drives.
 
-Samples, mouse and turns go in with the time of their arrival; :meth:`LabController.command` says
-what to send. None means: be silent (after one zero, if the robot was being driven).
+How samples, mouse and turns go in, and commands come out: see :mod:`tb3_labs.nodes`.
 
 Units: seconds on the receiver's clock (`now`), radians, m/s; turns are asked for in degrees.
 """
 import math
-from dataclasses import dataclass, field, replace
-from typing import Optional
+from typing import List, Optional, Protocol
 
 from tb3_labs.control.pace import LONGEST_IDLE, Pace
-from tb3_labs.control.speed_laws import Twist2
-from tb3_labs.geometry.angles import continuous
-from tb3_labs.localization.sender_clock import SenderClock
-from tb3_labs.localization.yaw_noise import YawNoise
-from tb3_labs.news import NewsDesk
-from tb3_labs.nodes.mouse import mouse_twist
-from tb3_labs.robot.samples import heading_jump
+from tb3_labs.control.speed_laws import LawStep, Twist2
+from tb3_labs.localization.heading import Heading
+from tb3_labs.news import News, NewsDesk
+from tb3_labs.nodes.mouse import Mouse
+from tb3_labs.nodes.turn import Turn
+from tb3_labs.robot.samples import ImuSample
 from tb3_labs.supervision.arbitration import DRIVERS, Driver, DriverEvent, after
-from tb3_labs.supervision.freshness import RESUME_TIME, Freshness, FrozenWatch, SensorWatch, Sight
+from tb3_labs.supervision.freshness import RESUME_TIME, Freshness, SensorWatch, Sight
+from tb3_labs.supervision.frozen import FrozenWatch
+from tb3_labs.supervision.sleep import SleepWatch
 from tb3_labs.supervision.stall import Progress
 
-#: An active mouse that is silent for this long is lost [s].
-MOUSE_TIMEOUT = 0.2
 #: A robot that turns faster than this while nobody here drives is driven by another [rad/s].
 DRIVEN_RATE = 0.1
-#: A robot that turns slower than this rests, and its turn can be judged [rad/s].
-REST_RATE = 0.01
+#: A turn is judged when the robot turns slower than this [rad/s].
+JUDGING_RATE = 0.01
 
 
-@dataclass
-class Turn:
-    """One turn, from the moment it was asked for until it is judged."""
+class TurnLaw(Protocol):
+    """How to turn: a turning.LabTurn or turning.PreciseTurn."""
 
-    asked: float                  # [rad]
-    begun_at: float               # [s]
-    start: float                  # [rad], continuous yaw
-    goal: float                   # [rad], the same; also makes up for what the last turn left
-    progress: Progress = field(default_factory=Progress)
-    left: Optional[float] = None  # at its end, by a law that waits for rest [rad]
+    period: float               # [s]
+    MAX_ANGLE: float            # [rad]
+    MAX_ANGLE_IN_WORDS: str
+    extends: bool               # does a turn that is asked for during another move its goal?
+    carries_error: bool         # does a turn make up for what the one before left to do?
+
+    def start(self, yaw: float, angle: float) -> None:
+        """Turn by `angle`, beginning at `yaw`."""
+
+    def extend(self, angle: float) -> None:
+        """Turn by so much more; of a law that `extends`."""
+
+    def step(self, yaw: float, rate: float, dt: float, age: float, noise: float) -> LawStep:
+        """The command, `dt` after the last step, by a sample of that age and noise."""
 
 
-class LabController:
+class ControllerCore:
     """One robot that turns by the IMU and drives by the mouse."""
 
-    def __init__(self, law):
-        """`law`: a turning.LabTurn or turning.PreciseTurn."""
+    def __init__(self, law: TurnLaw) -> None:
+        self.imu = Freshness('imu')
         self.driver = Driver.NOBODY
         self._law = law
         self._pace = Pace(law.period)
-        self.imu = Freshness('imu')
+        self._heading = Heading()
         self._sensors = SensorWatch(self.imu)
         self._frozen = FrozenWatch()
-        self._clock = SenderClock()
-        self._noise = YawNoise()
-        self._rate = 0.0
-        self._yaw = None          # continuous over whole turns,
-        self._measured_at = 0.0   # and when it was measured, by the least delay
-        self._looked_at = None    # the time of the last command, while a turn is going on
-        self._turn = None         # the Turn that is driven, or waits for rest to be judged,
-        self._carried = 0.0       # and what the one before left undone
-        self.mouse = Freshness('mouse', MOUSE_TIMEOUT)
-        self.mouse_active = False
-        self._mouse_lost = False  # and not yet seen in the middle again
-        self._mouse_twist = Twist2()
-        self._mouse_is_new = False
-        self._desk = NewsDesk()
-        #: Takes the News since the last call.
-        self.take_news = self._desk.take
-        self._tell = self._desk.tell
+        self._sleep = SleepWatch(RESUME_TIME)    # while a turn is going on
+        self._turn: Optional[Turn] = None        # that is driven, or waits for rest to be judged,
+        self._carried = 0.0                      # and what the one before left to do [rad]
+        self._mouse = Mouse()
+        self._mouse_is_new = False               # and must be answered by a command
+        self._news = NewsDesk()
 
     # -- what comes in
 
-    def on_imu(self, sample, now):
-        """Take an ImuSample in."""
-        yaw = sample.yaw if self._yaw is None else continuous(sample.yaw, self._yaw)
-        jump = self._yaw is not None and heading_jump(self._yaw, yaw)
+    def on_imu(self, sample: ImuSample, now: float) -> None:
+        """Take a sample of the IMU in."""
+        jump = self._heading.jump_to(sample)
         if jump and self.driver is Driver.TURN:
             self._happens(DriverEvent.TURN_OVER, jump)
         self.imu.heard(now, sample[1:])
-        self._yaw, self._rate = yaw, sample.yaw_rate
-        time = self._clock.time_of('imu', sample.stamp, now)
-        self._measured_at = self._clock.measured_at(time, now)
-        self._noise.learn(sample, time)
+        self._heading.on_imu(sample, now)
+        rate = abs(self._heading.rate)
         if self.driver is Driver.TURN:
             return
-        if self._turn is not None and abs(self._rate) <= REST_RATE:
-            self._judge_turn(now)
-        elif self._turn is None and abs(self._rate) > DRIVEN_RATE:
+        if self._turn is not None and rate <= JUDGING_RATE:
+            self._judge_turn(self._turn, now)
+        elif self._turn is None and rate > DRIVEN_RATE:
             self._carried = 0.0
 
-    def on_mouse(self, active, x, y, now):
+    def on_mouse(self, active: bool, x: float, y: float, now: float) -> None:
         """Take a message of the mouse in; ``ValueError`` for a position that is not finite.
 
         `now` is on a clock that never stands still and never goes back: the mouse is in a hand.
         """
-        twist = mouse_twist(x, y)
-        centred = twist == Twist2()
-        self.mouse.heard(now)
-        if not active or centred:
-            self._mouse_lost = False
-        if not active:
-            self._release_mouse('the mouse was deactivated')
-        elif not self._mouse_lost:
-            self._activate_mouse()
-            self._mouse_twist, self._mouse_is_new = twist, True
-            self._happens(DriverEvent.MOUSE_CENTRED if centred else DriverEvent.MOUSE_MOVED,
-                          'the mouse took over')
+        was_active = self._mouse.active
+        self._mouse.heard(active, x, y, now)
+        if self._mouse.active:
+            if not was_active:
+                self._news.tell('The mouse is active: it drives outside the middle of the screen; '
+                                'scroll up to stop')
+            self._mouse_is_new = True
+            self._happens(DriverEvent.MOUSE_CENTRED if self._mouse.is_centred
+                          else DriverEvent.MOUSE_MOVED, 'the mouse took over')
+        elif was_active:
+            self._released('the mouse was deactivated')
 
-    def ask(self, degrees, now):
+    def ask(self, degrees: float, now: float) -> None:
         """Turn by so many degrees, left positive; ``ValueError`` with the reason of a refusal.
 
         While a turn is going on, the precise law moves its goal by so much; the handout's begins
         anew from where the robot looks.
         """
         angle = math.radians(degrees)
-        under_way = self.driver is Driver.TURN and self._law.extends
-        whole = self._turn.goal - self._yaw + angle if under_way else angle
-        if not abs(whole) <= self._law.MAX_ANGLE + 1e-9:    # nor NaN
-            raise ValueError('cannot turn by {:g} degrees: {}'.format(
-                math.degrees(whole), self._law.MAX_ANGLE_IN_WORDS))
-        if self.driver is Driver.MOUSE:
-            raise ValueError('cannot turn: the mouse is driving; move it to the middle of the '
-                             'screen, or scroll up, then ask again')
-        complaint = self._sensors.complaint(now, with_age=True)
-        if complaint:
-            raise ValueError('cannot turn: {} (is the robot running?)'.format(complaint))
-        if under_way:
-            self._law.extend(angle)
-            self._turn = replace(self._turn, asked=self._turn.asked + angle,
-                                 goal=self._turn.goal + angle, progress=Progress())
-        else:
+        extended = self._turn if self.driver is Driver.TURN and self._law.extends else None
+        whole = angle if extended is None else extended.left(self._yaw) + angle
+        self._check(whole, now)
+        if extended is None:
             self._begin_turn(angle, now)
-        self._tell('Turning {:g} degrees'.format(round(math.degrees(self._turn.asked), 6)))
+        else:
+            self._law.extend(angle)
+            extended.extend(angle)
+        asked = angle if extended is None else extended.asked
+        self._news.tell('Turning {:g} degrees'.format(round(math.degrees(asked), 6)))
         self._happens(DriverEvent.TURN_ASKED)
 
-    def look_at_mouse(self, now):
-        """Release an active mouse that fell silent; `now` as in :meth:`on_mouse`."""
-        if self.mouse_active and not self.mouse.is_fresh(now):
-            self._mouse_lost = self._mouse_is_new = True
-            self._release_mouse('{}: move it to the middle of the screen to use it again'.format(
-                self.mouse.complaint_with_age(now)))
+    def update_mouse(self, now: float) -> None:
+        """Release an active mouse that is lost; `now` as in :meth:`on_mouse`. To be called again
+        and again while :attr:`watched`."""
+        if self._mouse.is_lost(now):
+            self._mouse.release()
+            self._mouse_is_new = True
+            self._released('{}: move it to the middle of the screen to use it again'.format(
+                self.mouse.silence_with_age(now)))
 
-    def set_law(self, law):
+    def set_law(self, law: TurnLaw) -> None:
         """Turn by another law from now on; a turn that is under way goes on to the same goal."""
         self._law = law
         self._pace = Pace(law.period)
-        if self.driver is Driver.TURN:
+        if self._turn is not None and self.driver is Driver.TURN:
             self._turn.progress = Progress()
-            self._start_law()
+            self._start_law(self._turn)
 
     # -- what comes out
 
+    def take_news(self) -> List[News]:
+        """The News since the last call."""
+        return self._news.take()
+
     @property
-    def watched(self):
+    def mouse(self) -> Freshness:
+        """Whether the mouse is heard."""
+        return self._mouse.source
+
+    @property
+    def mouse_active(self) -> bool:
+        """Does the mouse drive, outside the middle of the screen?"""
+        return self._mouse.active
+
+    @property
+    def watched(self) -> bool:
         """Must somebody look at the clock, even if no message arrives?"""
-        return self.driver is not Driver.NOBODY or self.mouse_active
+        return self.driver is not Driver.NOBODY or self._mouse.active
 
-    def sensor_complaint(self, now):
-        """What is wrong with the IMU, in words; '' while it is fresh."""
-        return self._sensors.complaint(now)
+    def problem(self, now: float) -> str:
+        """'' or what is wrong with the IMU, in words."""
+        return self._sensors.problem(now)
 
-    def due(self, now):
+    def due(self, now: float) -> bool:
         """Is it time for :meth:`command`?"""
         if self._mouse_is_new:
             return True
         return self.driver is Driver.TURN and (
             self._pace.due(now) or not self._sensors.are_fresh(now))
 
-    def idle_for(self, now):
-        """For so long no sample of the IMU needs to be looked at [s]."""
+    def idle_for(self, now: float) -> float:
+        """Time for which no sample of the IMU needs to be looked at [s]."""
         return self._pace.idle_for(now) if self.driver is Driver.TURN else LONGEST_IDLE
 
-    def command(self, now):
-        """The Twist2 to send now, or None: silence."""
+    def command(self, now: float) -> Optional[Twist2]:
+        """The velocity to send now, or None: silence."""
         self._mouse_is_new = False
         if self.driver is Driver.MOUSE:
-            return self._mouse_twist
+            return self._mouse.twist
         if self.driver is Driver.TURN and self._was_awake(now) and self._sensors_allow(now):
             return self._turn_on(now)
         self._pace.skip(now)
@@ -184,88 +181,99 @@ class LabController:
 
     # -- turns
 
-    def _begin_turn(self, angle, now):
-        if self._turn is not None and self.driver is not Driver.TURN:
-            self._judge_turn(now)
-        self._turn = Turn(angle, now, self._yaw, self._yaw + self._carried + angle)
-        self._start_law()
+    @property
+    def _yaw(self) -> float:
+        assert self._heading.yaw is not None    # no turn begins before the IMU is fresh
+        return self._heading.yaw
 
-    def _start_law(self):
+    def _check(self, angle: float, now: float) -> None:
+        """``ValueError`` where the robot cannot turn by so much now."""
+        if not abs(angle) <= self._law.MAX_ANGLE + 1e-9:    # nor NaN
+            raise ValueError('cannot turn by {:g} degrees: {}'.format(
+                math.degrees(angle), self._law.MAX_ANGLE_IN_WORDS))
+        if self.driver is Driver.MOUSE:
+            raise ValueError('cannot turn: the mouse is driving; move it to the middle of the '
+                             'screen, or scroll up, then ask again')
+        problem = self._sensors.problem(now, with_age=True)
+        if problem:
+            raise ValueError('cannot turn: {} (is the robot running?)'.format(problem))
+
+    def _begin_turn(self, angle: float, now: float) -> None:
+        if self._turn is not None and self.driver is not Driver.TURN:
+            self._judge_turn(self._turn, now)
+        self._turn = Turn(angle, self._yaw, self._carried, now)
+        self._start_law(self._turn)
+
+    def _start_law(self, turn: Turn) -> None:
         """Begin, or go on after a stop, from where the robot looks."""
-        self._law.start(self._yaw, self._turn.goal - self._yaw)
+        self._law.start(self._yaw, turn.left(self._yaw))
         self._pace.pause()
         self._sensors.pause()
         self._frozen.start()
-        self._looked_at = None
+        self._sleep.start()
 
-    def _was_awake(self, now):
-        """Has this process been running? One that slept gives the turn up."""
-        before, self._looked_at = self._looked_at, now
-        if before is None or now - before <= RESUME_TIME:
-            return True
-        self._happens(DriverEvent.TURN_OVER, 'this node did not run for {:.1f} s'.format(now - before))
-        return False
+    def _was_awake(self, now: float) -> bool:
+        """A turn during which this process slept is given up."""
+        self._sleep.update(now)
+        if self._sleep.slept_for:
+            self._happens(DriverEvent.TURN_OVER, self._sleep.in_words())
+        return not self._sleep.slept_for
 
-    def _sensors_allow(self, now):
-        sight = self._sensors.look(now)
-        if sight is Sight.SILENT:
+    def _sensors_allow(self, now: float) -> bool:
+        turn = self._turn
+        assert turn is not None
+        self._sensors.update(now)
+        if self._sensors.sight is Sight.SILENT:
             if self._pace.running:
-                self._tell('Stopped: ' + self._sensors.hold_reason, warning=True)
+                self._news.tell('Stopped: ' + self._sensors.hold_reason, warning=True)
             self._pace.pause()
-        elif sight is Sight.BACK_SOON:
-            self._tell('Going on: the IMU is back')
-            self._turn.progress.resume()
-            self._start_law()
-        elif sight is Sight.BACK_LATE:
+        elif self._sensors.sight is Sight.BACK_SOON:
+            self._news.tell('Going on: the IMU is back')
+            turn.progress.resume()
+            self._start_law(turn)
+        elif self._sensors.sight is Sight.BACK_LATE:
             self._happens(DriverEvent.TURN_OVER, 'the IMU was silent for {:.1f} s'.format(
                 self._sensors.silent_for))
-        return self.driver is Driver.TURN and sight is not Sight.SILENT
+        return self.driver is Driver.TURN and self._sensors.sight is not Sight.SILENT
 
-    def _turn_on(self, now):
+    def _turn_on(self, now: float) -> Optional[Twist2]:
+        turn, heading = self._turn, self._heading
+        assert turn is not None
         dt = self._pace.step(now)
-        age = max(0.0, now - self._measured_at)
-        step = self._law.step(self._yaw, self._rate, dt, age, self._noise.deviation)
-        frozen = self._frozen.complaint(self.imu, True, dt)
-        failure = frozen or ('' if step.finished else self._turn.progress.complaint(
-            step.remaining, Twist2(0.0, self._rate), dt, step.command != Twist2()))
-        if not step.finished and not failure:
+        step = self._law.step(self._yaw, heading.rate, dt, heading.age(now), heading.noise)
+        self._frozen.update(self.imu, True, dt)
+        problem = self._frozen.problem()
+        if not problem and not step.finished:
+            turn.progress.update(step.remaining, 0.0, heading.rate, dt, step.command != Twist2())
+            problem = turn.progress.problem()
+        if not step.finished and not problem:
             return step.command
-        self._turn.left = step.remaining if self._law.carries_error else None
-        self._happens(DriverEvent.TURN_OVER, failure)
+        if self._law.carries_error:
+            turn.end(step.remaining)
+        self._happens(DriverEvent.TURN_OVER, problem)
         return None
 
-    def _judge_turn(self, now):
+    def _judge_turn(self, turn: Turn, now: float) -> None:
         """A turn is over and the robot at rest: how well did it go?"""
-        turn, error = self._turn, self._turn.left
-        if error is None:
-            error = turn.goal - self._yaw
-        self._tell('Turned {:.1f} degrees in {:.1f} s: {:.2f} degrees {} the goal'.format(
-            math.degrees(turn.goal - error - turn.start), now - turn.begun_at,
-            abs(math.degrees(error)), 'short of' if error * turn.asked > 0.0 else 'beyond'))
-        self._carried = error if self._law.carries_error else 0.0
+        self._news.tell(turn.result(self._yaw, now))
+        self._carried = turn.error(self._yaw) if self._law.carries_error else 0.0
         self._turn = None
 
-    # -- the mouse, and who drives
+    # -- who drives
 
-    def _activate_mouse(self):
-        if not self.mouse_active:
-            self.mouse_active = True
-            self._tell('The mouse is active: it drives outside the middle of the screen; scroll '
-                       'up to stop')
+    def _released(self, reason: str) -> None:
+        """The mouse is not active any more."""
+        self._news.tell(reason[0].upper() + reason[1:])
+        self._happens(DriverEvent.MOUSE_RELEASED, reason)
 
-    def _release_mouse(self, reason):
-        if self.mouse_active:
-            self.mouse_active = False
-            self._tell(reason[0].upper() + reason[1:])
-            self._happens(DriverEvent.MOUSE_RELEASED, reason)
-
-    def _happens(self, event, reason=''):
-        """The rule of the arbiter; a turn that ends by it for a `reason` has been given up."""
+    def _happens(self, event: DriverEvent, reason: str = '') -> None:
+        """The rule of the arbiter; a turn that ends by it for a `reason` is given up."""
         before, self.driver = self.driver, after(DRIVERS, self.driver, event)
         if self.driver is Driver.MOUSE:
             self._carried = 0.0
-        if before is Driver.TURN and self.driver is not Driver.TURN and reason:
-            self._tell('Turn given up {:.0f} degrees before its end: {}'.format(
-                abs(math.degrees(self._turn.goal - self._yaw)), reason), warning=True)
+        is_over = before is Driver.TURN and self.driver is not Driver.TURN
+        if is_over and reason and self._turn is not None:
+            self._news.tell('Turn given up {:.0f} degrees before its end: {}'.format(
+                abs(math.degrees(self._turn.left(self._yaw))), reason), warning=True)
             self._turn = None
             self._carried = 0.0

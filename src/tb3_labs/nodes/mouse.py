@@ -1,19 +1,62 @@
-"""From a hand to a velocity.
+"""From a hand on the mouse to a velocity.
 
-Units: positions from -1 to 1, x to the right, y up; speeds in m/s and rad/s, left positive.
+Units: positions from -1 to 1, x to the right, y up; speeds in m/s and rad/s, left positive; seconds
+on a clock that never stands still and never goes back (`now`): the mouse is in a hand.
 Source: the IMU lab's handout for the mouse.
 """
 import math
+from typing import Tuple
 
 from tb3_labs.control.speed_laws import Twist2, clamp
+from tb3_labs.supervision.freshness import Freshness
 
+#: An active mouse that is silent for longer than this is lost [s].
+MOUSE_TIMEOUT = 0.2
 #: Nearer to the middle of the screen than this, in each direction, the mouse means nothing.
 MOUSE_DEAD_ZONE = 0.25
-#: What the edge of the screen means [m/s], [rad/s]; more than a robot drives, which clips it.
+#: The edge of the screen asks for this [m/s], [rad/s]; the robot clips it to its own limit.
 MOUSE_FULL = 0.5
 
 
-def mouse_twist(x, y):
+class Mouse:
+    """Is the mouse active, and what does it ask for?
+
+    A mouse that was lost while it was active stays inactive until it is seen in the middle of the
+    screen, or deactivated: a hand that comes back does not drive at once.
+    """
+
+    def __init__(self) -> None:
+        self.source = Freshness('mouse', MOUSE_TIMEOUT)
+        self.active = False
+        #: The velocity that an active mouse asks for; zero in the middle of the screen.
+        self.twist = Twist2()
+        self._was_lost = False
+
+    def heard(self, active: bool, x: float, y: float, now: float) -> None:
+        """A message arrived; ``ValueError`` for a position that is not finite."""
+        twist = mouse_twist(x, y)
+        self.source.heard(now)
+        if not active or twist == Twist2():
+            self._was_lost = False
+        self.active = active and not self._was_lost
+        if self.active:
+            self.twist = twist
+
+    def is_lost(self, now: float) -> bool:
+        """Is it active, but silent?"""
+        return self.active and not self.source.is_fresh(now)
+
+    def release(self) -> None:
+        """It is lost: not active any more."""
+        self.active, self._was_lost = False, True
+
+    @property
+    def is_centred(self) -> bool:
+        """Is it in the middle of the screen?"""
+        return self.twist == Twist2()
+
+
+def mouse_twist(x: float, y: float) -> Twist2:
     """The velocity a mouse at (x, y) asks for: up is forward, left is left.
 
     Each direction has its own dead zone, the closed interval +/-MOUSE_DEAD_ZONE; outside of it
@@ -25,13 +68,14 @@ def mouse_twist(x, y):
     return Twist2(_scaled(y), _scaled(-x))
 
 
-def screen_position(pixel_x, pixel_y, width, height):
+def screen_position(pixel_x: float, pixel_y: float, width: float,
+                    height: float) -> Tuple[float, float]:
     """A pixel (counted from the top left corner) as a position on a screen of that size."""
     return (clamp(2.0 * pixel_x / max(width - 1, 1) - 1.0, -1.0, 1.0),
             clamp(1.0 - 2.0 * pixel_y / max(height - 1, 1), -1.0, 1.0))
 
 
-def _scaled(position):
+def _scaled(position: float) -> float:
     if abs(position) <= MOUSE_DEAD_ZONE:
         return 0.0
     return MOUSE_FULL * clamp(position, -1.0, 1.0)

@@ -1,35 +1,35 @@
 """Everything `move_to_goal` decides, without ROS: where the robot is, may it drive, how.
 
-Samples go in with the time of their arrival; :meth:`Navigator.command` says what to send. None
-means: be silent (after one zero, if the robot was being driven). A robot moves only while this
-node has control, both sensors are fresh, and there is a goal left to drive to.
+How samples and requests go in, and commands come out: see :mod:`tb3_labs.nodes`. A robot moves only
+while this node has control, both sensors are fresh, and there is a goal left to drive to.
 
 Units: seconds on the receiver's clock (`now`), metres, radians; poses in the local frame.
 """
 import math
 from dataclasses import dataclass
+from typing import Any, List, NamedTuple, Optional, Tuple
 
 from tb3_labs.config import Config, setting
-from tb3_labs.control.goal_machine import GoalMachine
+from tb3_labs.control.goal_machine import (
+    GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalMachine, GoalState, with_reason)
 from tb3_labs.control.pace import LONGEST_IDLE, Pace
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.localization.localizer import Localizer
-from tb3_labs.news import NewsDesk
-from tb3_labs.supervision.freshness import Freshness, FrozenWatch, SensorWatch, Sight
+from tb3_labs.localization.localizer import Fix, Localizer, Reset
+from tb3_labs.news import News, NewsDesk
+from tb3_labs.robot.samples import ImuSample, OdometrySample
+from tb3_labs.supervision.freshness import Freshness, SensorWatch, Sight
+from tb3_labs.supervision.frozen import DriveFrozenWatch
 from tb3_labs.supervision.permission import Permission
 
 #: A place farther than this from the local origin is a mistake, most likely in the unit [m].
 MAX_DISTANCE = 100.0
-#: A robot that is told to be faster than this must be seen to drive, or to turn [m/s], [rad/s].
-SURELY_DRIVES = 0.02
-SURELY_TURNS = 0.1
 
 
 @dataclass(frozen=True)
-class NavigatorConfig(Config):
-    """What `move_to_goal` begins with."""
+class MoveToGoalConfig(Config):
+    """The settings that `move_to_goal` begins with."""
 
     goal_x: float = setting(-0.61, 'first goal, in the local frame', 'm',
                             -MAX_DISTANCE, MAX_DISTANCE)
@@ -39,197 +39,283 @@ class NavigatorConfig(Config):
     has_control: bool = setting(False, 'may drive from the start, without ctrl_relinq')
 
     @property
-    def goal(self):
+    def goal(self) -> Pose2:
         """The first goal as a Pose2 in local."""
         return Pose2(self.goal_x, self.goal_y, wrap(math.radians(self.goal_yaw_deg)))
 
 
-class Navigator:
+class DriveStatus(NamedTuple):
+    """A drive at one moment, as others may know it; poses in local."""
+
+    words: str                    # of `goal_state`; '' in the moment before the first command
+    state: GoalState
+    goal: Optional[Pose2]
+    tolerance: float              # of the distance to the goal [m]
+    attempt: int                  # counts the drives, a new one with each goal and each restart
+    begun: bool                   # has the robot been told to move in this attempt?
+    active: bool                  # is there something left to drive?
+    failure: str                  # why the drive was given up; '' while it was not
+    hold_reason: str              # why the robot stands in the midst of a drive, or ''
+    has_control: bool             # may this node drive?
+    sensor_problem: str           # which sensors are lost; '' while both are fresh
+    pose: Optional[Pose2]         # where the robot is now; None before the first samples
+
+
+class DriveEnd(NamedTuple):
+    """How a drive ended."""
+
+    goal: Pose2
+    failure: str                  # '': the goal was reached
+
+
+class MoveToGoalCore:
     """Localizer, goal machine and permission of one robot."""
 
-    def __init__(self, law, has_control=False):
-        self.localizer = Localizer()
-        self.machine = GoalMachine(law)
-        #: May it drive? A permission.Permission.
-        self.permission = Permission(has_control)
-        self._may_drive = has_control      # as of the last look at it,
-        self._givings = 0                  # and its count of givings then
-        self._pace = Pace(law.period)
+    def __init__(self, law: Any, has_control: bool = False) -> None:
+        """`law`: as of goal_machine.GoalMachine."""
         self.imu = Freshness('imu')
         self.odometry = Freshness('odom')
+        self._localizer = Localizer()
+        self._machine = GoalMachine(law)
+        self._permission = Permission(has_control)
+        self._may_drive = has_control      # as of the last look at the permission,
+        self._givings = 0                  # and its count of givings then
+        self._pace = Pace(law.period)
         self._sensors = SensorWatch(self.imu, self.odometry)
-        self._frozen = FrozenWatch()
+        self._frozen = DriveFrozenWatch(self.imu, self.odometry)
         self._sent = Twist2()
-        self._odometry_yaw = None
-        self._odometry_turned = False
-        desk = NewsDesk()
-        #: Takes the News since the last call.
-        self.take_news = desk.take
-        self._tell = desk.tell
+        self._ended = 0                    # the last attempt whose end was taken
+        self._resets: List[Reset] = []     # that were carried out, and not taken
+        self._news = NewsDesk()
 
     # -- what comes in
 
-    def on_imu(self, sample, now):
-        """Take an ImuSample in. Returns the resets that were carried out by it."""
+    def on_imu(self, sample: ImuSample, now: float) -> None:
+        """Take a sample of the IMU in."""
         self.imu.heard(now, sample[1:])
-        return self._after(self.localizer.on_imu(sample, now))
+        self._localizer.on_imu(sample, now)
+        self._look_at_localizer()
 
-    def on_odometry(self, sample, now):
-        """Take an OdometrySample in. Returns the resets that were carried out by it."""
+    def on_odometry(self, sample: OdometrySample, now: float) -> None:
+        """Take a message of the odometry in."""
         self.odometry.heard(now, (sample.pose, sample.linear, sample.angular))
-        self._odometry_turned = sample.pose.yaw != self._odometry_yaw
-        self._odometry_yaw = sample.pose.yaw
-        return self._after(self.localizer.on_odometry(sample, now))
+        self._frozen.on_odometry(sample.pose.yaw)
+        self._localizer.on_odometry(sample, now)
+        self._look_at_localizer()
 
-    def set_law(self, law):
+    def set_law(self, law: Any) -> None:
         """Drive by another law from now on; a drive that is under way begins anew."""
-        self.machine.law = law
+        self._machine.law = law
         self._pace = Pace(law.period)
-        if self.machine.active:
-            self.machine.restart()
+        if self._machine.active:
+            self._machine.restart()
 
-    def set_goal(self, goal):
-        """A new goal (Pose2 in local), in place of any other; ``ValueError`` if it is too far."""
+    def set_goal(self, goal: Pose2) -> None:
+        """A new goal, in place of any other; ``ValueError`` if it is too far."""
         _check_distance(goal)
-        self.machine.set_goal(goal)
+        self._machine.set_goal(goal)
         self._pause()
 
-    def reset(self, declared, now):
-        """The robot is at `declared` (Pose2 in local) now: the localizer.Reset to watch.
+    def cancel(self) -> None:
+        """The goal is over, by somebody's wish."""
+        self._machine.cancel()
+        self._pause()
+
+    def reset(self, declared: Pose2, now: float) -> Reset:
+        """The robot is at `declared` now: the Reset to watch.
 
         ``ValueError`` where it cannot be carried out: too far, or no fresh sensors.
         """
         _check_distance(declared)
-        complaint = self._sensors.complaint(now, with_age=True)
-        if complaint:
-            raise ValueError('{}: is the robot running?'.format(complaint))
-        return self.localizer.reset(declared, now)
+        problem = self._sensors.problem(now, with_age=True)
+        if problem:
+            raise ValueError('{}: is the robot running?'.format(problem))
+        return self._localizer.reset(declared, now)
 
-    def cancel(self):
-        """The goal is over, by somebody's wish."""
-        self.machine.cancel()
-        self._pause()
+    def give_up_reset(self, reset: Reset) -> None:
+        """Drop a reset that has not been carried out: the old frame stays."""
+        self._localizer.give_up(reset)
 
-    @property
-    def has_control(self):
-        """May this node drive?"""
-        return self.permission.granted
+    def told_control(self, granted: bool, now: float, sender: str = '',
+                     renews: bool = False) -> None:
+        """`sender` gives control, or takes it; `now` and all else as in permission.Permission."""
+        self._permission.told(granted, now, sender, renews)
+        self.update_control(now)
 
-    def told_control(self, granted, now, sender='', renews=False):
-        """`sender` gives control, or takes it; `now` as in permission.Permission."""
-        self.permission.told(granted, now, sender, renews)
-        self.look_at_control(now)
+    def heard_of_old_control(self, granted: bool, sender: str) -> None:
+        """`sender` had said so before this node could hear it."""
+        self._permission.heard_of_old(granted, sender)
 
-    def look_at_control(self, now):
-        """What the permission has come to; to be called again and again."""
-        self.permission.update(now)
-        for news in self.permission.take_news():
-            self._tell(*news)
-        before, self._may_drive = self._may_drive, self.permission.granted
-        given, self._givings = self.permission.count > self._givings, self.permission.count
-        if given and (self.machine.failure or not before):
+    def update_control(self, now: float) -> None:
+        """Look whether the permission still holds; to be called again and again, at least once a
+        second. `now` as in permission.Permission."""
+        permission, machine = self._permission, self._machine
+        permission.update(now)
+        for news in permission.take_news():
+            self._news.tell(*news)
+        before, self._may_drive = self._may_drive, permission.granted
+        given, self._givings = permission.count > self._givings, permission.count
+        if given and (machine.failure or not before):
             # the robot may have been driven elsewhere meanwhile
             self._begin_anew()
         elif self._may_drive and not before:
-            self.machine.interrupt()
+            machine.interrupt()
         elif before and not self._may_drive:
             self._pause()
 
-    def sensor_complaint(self, now):
-        """What is wrong with the sensors, in words; '' while both are fresh."""
-        return self._sensors.complaint(now)
+    # -- what comes out, once
 
-    @property
-    def hold_reason(self):
-        """Why the robot stands although it has control and a goal; '' while it does not."""
-        return self._sensors.hold_reason
+    def take_news(self) -> List[News]:
+        """The News since the last call."""
+        return self._news.take()
 
-    # -- what comes out
+    def take_fix(self) -> Optional[Fix]:
+        """The latest Fix, once; None where there is no new one."""
+        return self._localizer.take_fix()
 
-    @property
-    def watched(self):
-        """Must somebody look at the clock, even if no message arrives?"""
-        return self.permission.stands and self.machine.active
+    def take_resets(self) -> List[Reset]:
+        """The resets that were carried out since the last call, in order."""
+        resets, self._resets = self._resets, []
+        return resets
 
-    def due(self, now):
-        """Is it time for :meth:`command`? At the law's own rate, and whenever a sensor is lost."""
-        return self._pace.due(now) or not self._sensors.are_fresh(now)
+    def take_end(self) -> Optional[DriveEnd]:
+        """How the present drive ended, once; None while it goes on, and where there was none."""
+        machine = self._machine
+        if machine.active or machine.attempt == self._ended:
+            return None
+        self._ended = machine.attempt
+        return DriveEnd(machine.goal, machine.failure)
 
-    def idle_for(self, now):
-        """For so long no sample of the IMU needs to be looked at [s]."""
-        if self.localizer.has_resets:
-            return 0.0
-        driving = self.has_control and self.machine.active
-        return self._pace.idle_for(now) if driving else LONGEST_IDLE
-
-    def command(self, now):
-        """The Twist2 to send now, or None: silence."""
-        if not (self.has_control and self.machine.active):
+    def command(self, now: float) -> Optional[Twist2]:
+        """The velocity to send now, or None: silence."""
+        if not (self.has_control and self._machine.active):
             self._pause()
         elif self._sensors_allow(now):
-            motion = self.localizer.motion(now)
+            motion = self._localizer.motion(now)
             if motion is not None:
                 dt = self._pace.step(now)
-                self._look_for_frozen(dt)
-                command = self.machine.step(motion, dt)
+                self._frozen.update(self._sent.linear, self._sent.angular, dt)
+                if self._frozen.problem():
+                    self._machine.give_up(self._frozen.problem())
+                command = self._machine.step(motion, dt)
                 self._sent = command or Twist2()
                 return command
         self._pace.skip(now)
         return None
 
-    def _look_for_frozen(self, dt):
-        drives = abs(self._sent.linear) > SURELY_DRIVES
-        turns = abs(self._sent.angular) > SURELY_TURNS
-        # An odometry that turns knows it from the same IMU.
-        complaints = [
-            self._frozen.complaint(self.odometry, drives or turns, dt),
-            self._frozen.complaint(self.imu, turns or (drives and self._odometry_turned), dt)]
-        if any(complaints):
-            self.machine.give_up(' and '.join(filter(None, complaints)))
+    # -- state
 
-    def _sensors_allow(self, now):
-        sight = self._sensors.look(now)
-        if sight is Sight.SILENT:
+    @property
+    def has_control(self) -> bool:
+        """May this node drive?"""
+        return self._permission.granted
+
+    @property
+    def control_stands(self) -> bool:
+        """Has it been given control that nobody took? The giver may be silent for a moment."""
+        return self._permission.stands
+
+    @property
+    def odom_T_local(self) -> Optional[Pose2]:
+        """Where ``local`` stands in the odometry's frame; None before the first fix."""
+        return self._localizer.odom_T_local
+
+    @property
+    def imu_minus_odometry(self) -> Optional[float]:
+        """The IMU's yaw minus the odometry's when the frame was declared [rad]."""
+        frame = self._localizer.frame
+        return None if frame is None else frame.imu_minus_odometry
+
+    def status(self, now: float) -> DriveStatus:
+        """The drive at this moment."""
+        machine, motion = self._machine, self._localizer.motion(now)
+        problem = self._sensors.problem(now)
+        return DriveStatus(
+            self._words(problem), machine.state, machine.goal, machine.law.distance_tolerance,
+            machine.attempt, machine.begun, machine.active, machine.failure,
+            self._sensors.hold_reason, self.has_control, problem,
+            None if motion is None else motion.pose)
+
+    def errors(self, pose: Pose2) -> Tuple[float, float]:
+        """(distance [m], angle [rad]) by which `pose` misses the goal."""
+        return self._machine.errors(pose)
+
+    @property
+    def watched(self) -> bool:
+        """Must somebody look at the clock, even if no message arrives?"""
+        return self._permission.stands and self._machine.active
+
+    def due(self, now: float) -> bool:
+        """Is it time for :meth:`command`? At the law's own rate, and whenever a sensor is lost."""
+        return self._pace.due(now) or not self._sensors.are_fresh(now)
+
+    def idle_for(self, now: float) -> float:
+        """Time for which no sample of the IMU needs to be looked at [s]."""
+        if self._localizer.has_resets:
+            return 0.0
+        driving = self.has_control and self._machine.active
+        return self._pace.idle_for(now) if driving else LONGEST_IDLE
+
+    def _words(self, sensor_problem: str) -> str:
+        machine = self._machine
+        if machine.failure:
+            return with_reason(GAVE_UP, machine.failure)
+        if not machine.active:
+            return machine.state.name
+        if not self.has_control:
+            return WAITING_FOR_CONTROL
+        if not machine.begun:
+            return with_reason(WAITING, sensor_problem) if sensor_problem else ''
+        if self._sensors.hold_reason:
+            return with_reason(STOPPED, self._sensors.hold_reason)
+        return machine.state.name
+
+    # -- the drive
+
+    def _sensors_allow(self, now: float) -> bool:
+        self._sensors.update(now)
+        if self._sensors.sight is Sight.SILENT:
             self._pace.pause()
             self._frozen.start()
             return False
-        if sight is Sight.BACK_SOON:
+        if self._sensors.sight is Sight.BACK_SOON:
             self._pace.pause()
             self._frozen.start()
-            self.machine.interrupt()
-        elif sight is Sight.BACK_LATE and self.machine.begun:
-            self.machine.give_up('sensors were silent for {:.1f} s'.format(
+            self._machine.interrupt()
+        elif self._sensors.sight is Sight.BACK_LATE and self._machine.begun:
+            self._machine.give_up('sensors were silent for {:.1f} s'.format(
                 self._sensors.silent_for))
-        return self.machine.active
+        return self._machine.active
 
-    def _begin_anew(self):
+    def _begin_anew(self) -> None:
         """The drive begins once more, unless its goal was reached or cancelled."""
-        if self.machine.failure or self.machine.active:
-            self.machine.restart()
+        if self._machine.failure or self._machine.active:
+            self._machine.restart()
         self._pause()
 
-    def _pause(self):
+    def _pause(self) -> None:
         """The robot stands, or is in other hands: the next command starts afresh."""
         self._pace.pause()
         self._sensors.pause()
         self._frozen.start()
         self._sent = Twist2()
 
-    def _after(self, resets):
-        """What a sample may bring about; returns `resets`, those that were carried out by it."""
-        for jump in self.localizer.take_jumps():
+    def _look_at_localizer(self) -> None:
+        """A drive in which a sensor jumped is given up; after a reset it begins anew."""
+        for jump in self._localizer.take_jumps():
             if jump.outcome:
-                self._tell('{}: {}'.format(jump.text[0].upper() + jump.text[1:], jump.outcome),
-                           warning=True)
-            if self.permission.stands and self.machine.begun and self.machine.active:
-                self.machine.give_up(jump.text)
+                self._news.tell('{}: {}'.format(jump.text[0].upper() + jump.text[1:], jump.outcome),
+                                warning=True)
+            if self._permission.stands and self._machine.begun and self._machine.active:
+                self._machine.give_up(jump.text)
+        resets = self._localizer.take_resets()
         if resets:
-            self.machine.restart()
+            self._resets += resets
+            self._machine.restart()
             self._pause()
-        return resets
 
 
-def _check_distance(pose):
+def _check_distance(pose: Pose2) -> None:
     if math.hypot(pose.x, pose.y) > MAX_DISTANCE:
         raise ValueError('({}) is farther than {:.0f} m from the local origin; x and y are in '
                          'metres'.format(pose, MAX_DISTANCE))

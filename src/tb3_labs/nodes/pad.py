@@ -1,14 +1,22 @@
-"""What the sticks and buttons of a gamepad mean.
+"""The messages of a gamepad: its sticks and buttons, and whether they are still so now.
 
 Units: axes from -1 to 1, forward and left positive (as joy_node sends them). Indices count from 0,
-as in sensor_msgs/Joy; the defaults are the handout's numbering.
+as in sensor_msgs/Joy; the defaults are the handout's numbering. Seconds on a clock that never
+stands still and never goes back (`now`); `stamp` is on the sender's clock.
 """
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Optional, Sequence, Tuple
 
 from tb3_labs.config import Config, setting
+from tb3_labs.localization.sender_clock import Lateness
+from tb3_labs.supervision.freshness import Freshness
+from tb3_labs.supervision.permission import LONGEST_LAPSE
 
+#: A pad that is silent for longer than this is lost [s].
+PAD_TIMEOUT = 0.25
+#: How late a message is shows when a pad has been heard for this long [s].
+LATENESS_SHOWS = 0.3
 #: No pad has as many axes or buttons.
 MOST = 31
 
@@ -31,6 +39,11 @@ class PadConfig(Config):
     drive_without_pad: bool = setting(
         False, 'move_to_goal may drive on when the pad is lost')
 
+    @property
+    def has_hold(self) -> bool:
+        """Does the pad drive only while a button is held?"""
+        return self.hold_button >= 0
+
 
 class PadState(NamedTuple):
     """A pad at one moment: sticks after their dead zone, and what is pressed."""
@@ -43,13 +56,75 @@ class PadState(NamedTuple):
     hold: bool = False
 
     @property
-    def at_rest(self):
+    def at_rest(self) -> bool:
         """Are both sticks in their middle?"""
         return self.forward == 0.0 and self.left == 0.0
 
 
-def read_pad(axes, buttons, config):
-    """The PadState of a message's axes and buttons; ``ValueError`` where it is no such pad."""
+class PadMessage(NamedTuple):
+    """One message, beside what was known before it."""
+
+    state: PadState
+    before: PadState         # of the message before it
+    lateness: float          # for so long it was held up [s]
+    came_after_loss: bool
+
+
+class PadListener:
+    """Hears one pad.
+
+    joy_node sends only changes unless its autorepeat_rate is set. So a pad that has never repeated
+    itself may be silent, and is not lost by that alone.
+    """
+
+    def __init__(self, config: PadConfig) -> None:
+        self.source = Freshness('joy', PAD_TIMEOUT)
+        #: The latest state; None before the first message, and after a loss.
+        self.state: Optional[PadState] = None
+        #: Does the pad send what has not changed?
+        self.repeats = False
+        self._config = config
+        self._lateness = Lateness(LONGEST_LAPSE)
+        self._heard_since = math.inf     # from here on its messages tell how late they are
+        self._is_late = False
+        self._last: Optional[Tuple[Sequence[float], Sequence[int]]] = None
+
+    def hear(self, axes: Sequence[float], buttons: Sequence[int], now: float,
+             stamp: float) -> PadMessage:
+        """Take a message in, sent at `stamp` (0: unknown); ``ValueError`` for another kind of pad.
+
+        What is pressed in the first message was not pressed now. A stop counts all the same.
+        """
+        state = read_pad(axes, buttons, self._config)
+        lateness = self._lateness.of(stamp, now) if stamp > 0.0 else 0.0
+        self.repeats = self.repeats or (axes, buttons) == self._last
+        self._last = axes, buttons
+        came_after_loss = self.repeats and not self.source.is_fresh(now)
+        self.source.heard(now)
+        if math.isinf(self._heard_since) or (came_after_loss and stamp <= 0.0):
+            self._heard_since = now
+        self._is_late = lateness > PAD_TIMEOUT
+        before = state._replace(regain=False)
+        if self.state is not None and not came_after_loss:
+            before = self.state
+        self.state = state
+        return PadMessage(state, before, lateness, came_after_loss)
+
+    def lose(self) -> None:
+        """The pad is lost: what it said does not count any more."""
+        self.state = None
+
+    def tells_lateness(self, now: float) -> bool:
+        """Has it been heard for long enough that a late message shows?"""
+        return now - self._heard_since >= LATENESS_SHOWS
+
+    def is_current(self, now: float) -> bool:
+        """Does the last message say how the pad is now, and not how it was?"""
+        return self.tells_lateness(now) and not self._is_late
+
+
+def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -> PadState:
+    """The PadState of a message's axes and buttons; ``ValueError`` for another kind of pad."""
     needed_axes = 1 + max(config.linear_axis, config.angular_axis)
     needed_buttons = 1 + max(config.relinquish_button, config.regain_button, config.reset_button,
                              config.hold_button)
@@ -60,14 +135,14 @@ def read_pad(axes, buttons, config):
     forward, left = axes[config.linear_axis], axes[config.angular_axis]
     if not (math.isfinite(forward) and math.isfinite(left)):
         raise ValueError('stick ({}, {}) is not finite'.format(forward, left))
-    pressed = [bool(buttons[index]) for index in (
-        config.relinquish_button, config.regain_button, config.reset_button)]
-    hold = config.hold_button >= 0 and bool(buttons[config.hold_button])
-    return PadState(_outside(config.dead_zone, forward), _outside(config.dead_zone, left),
-                    *pressed, hold)
+    return PadState(
+        _outside(config.dead_zone, forward), _outside(config.dead_zone, left),
+        relinquish=bool(buttons[config.relinquish_button]),
+        regain=bool(buttons[config.regain_button]), reset=bool(buttons[config.reset_button]),
+        hold=config.has_hold and bool(buttons[config.hold_button]))
 
 
-def _outside(dead_zone, position):
+def _outside(dead_zone: float, position: float) -> float:
     """Rest inside the dead zone; from its edge evenly up to the full stick."""
     size = min(abs(position), 1.0)
     if size <= dead_zone:

@@ -13,7 +13,7 @@ from typing import Dict, Optional, Tuple
 import numpy as np
 
 from tb3_labs.control.driving import DriveConfig
-from tb3_labs.control.goal_machine import DRIVING, GoalState
+from tb3_labs.control.goal_machine import DRIVING, GoalState, is_stopped
 from tb3_labs.geometry.angles import continuous_at, difference, wrap, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.epochs import between, declared_at_first, epoch_of, epochs
@@ -191,9 +191,9 @@ def drives(run, model):
 def _goes_on(frames, span, following):
     """Is what follows a Span of a drive still that drive?"""
     if following.state != FIRST:
-        return following.state in DRIVING or following.state.startswith('stopped')
+        return following.state in DRIVING or is_stopped(following.state)
     # it ended outside its tolerance, or stood for a moment, and is driven on from there
-    return (span.state == LAST or span.state.startswith('stopped')) and (
+    return (span.state == LAST or is_stopped(span.state)) and (
         span.goal == following.goal
         and _epoch_of(frames, span) is _epoch_of(frames, following))
 

@@ -26,7 +26,7 @@ import numpy as np
 from tb3_labs.geometry.angles import continuous_at, difference, wrap, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.local_frame import LocalFrame
-from tb3_labs.localization.odometry_jumps import FASTEST, LOST, SLACK, SteadyOdometry
+from tb3_labs.localization.odometry_jumps import FASTEST, POSE_LOST, SLACK, JumpFilter
 from tb3_labs.report.run_data import Poses
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 
@@ -188,7 +188,7 @@ def _mended_odometry(run, begin, end):
 def _replay(odometry, imu):
     """What move_to_goal makes of an odometry: (Poses without jumps, where ``odom`` stands among
     them at last, the times at which nothing is known any more)."""
-    steady, poses, lost_at = SteadyOdometry(), [], []
+    steady, poses, lost_at = JumpFilter(), [], []
     newest = np.searchsorted(imu.arrival, odometry.arrival, side='right') - 1
     for k, heard in enumerate(newest.clip(0)):
         sample, jump = steady.take(
@@ -196,7 +196,7 @@ def _replay(odometry, imu):
                            float(odometry.angular[k])), odometry.arrival[k],
             ImuSample(imu.time[heard], imu.yaw[heard], imu.yaw_rate[heard]))
         poses.append((sample.pose.x, sample.pose.y, sample.pose.yaw))
-        if jump is not None and jump.outcome == LOST:
+        if jump is not None and jump.outcome == POSE_LOST:
             lost_at.append(odometry.time[k])
     return (Poses(odometry.arrival, odometry.time, *np.array(poses).T), steady.steady_T_odom,
             lost_at)

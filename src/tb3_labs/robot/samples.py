@@ -4,7 +4,7 @@ Units: seconds, metres, radians. `stamp` is the sender's clock, which may be off
 """
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar, Union
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
@@ -32,6 +32,8 @@ class OdometrySample:
     angular: float        # [rad/s]; a spike of 2 pi times the rate at each +/-180 deg crossing
 
 
+#: What either sensor sends.
+Sample = Union[ImuSample, OdometrySample]
 AnySample = TypeVar('AnySample', ImuSample, OdometrySample)
 
 

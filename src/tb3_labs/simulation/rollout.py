@@ -12,12 +12,13 @@ from typing import List
 from tb3_labs.control.driving import DriveConfig, make_law
 from tb3_labs.control.goal_machine import GoalState
 from tb3_labs.control.pace import Listening, newest_of
+from tb3_labs.control.settling import REST_ANGULAR, REST_LINEAR
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous, difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.controller import LabController
-from tb3_labs.nodes.move_to_goal import Navigator
+from tb3_labs.nodes.controller import ControllerCore
+from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator import Simulator
@@ -29,10 +30,10 @@ TURN_LOOK_PERIOD = 0.005
 #: A robot that does not move for this long has come to rest for good [s].
 SETTLED_TIME = 0.5
 #: A robot that is slower than this goes less than 0.3 mm and 0.1 deg further [m/s], [rad/s].
-AT_REST = 0.005, 0.03
-#: A robot that is slower than this is at rest for good [m/s], [rad/s].
-REST_LINEAR = 0.001
-REST_ANGULAR = 0.01
+AT_REST = REST_LINEAR, REST_ANGULAR
+#: A robot whose true speeds are below this stands still [m/s], [rad/s].
+STILL_LINEAR = 0.001
+STILL_ANGULAR = 0.01
 
 
 @dataclass(frozen=True)
@@ -65,23 +66,24 @@ def drive(goal, robot_config, drive_config=DriveConfig(), declared=Pose2(), give
     """Let a robot that is declared to be at `declared` drive to `goal` (both in local)."""
     model = robot_model(robot_config.model)
     robot = Simulator(robot_config)
-    navigator = Navigator(make_law(drive_config, model), has_control=True)
+    navigator = MoveToGoalCore(make_law(drive_config, model), has_control=True)
     _navigate(robot, navigator, 0.2)
-    navigator.localizer.reset(declared, robot.now)
+    navigator.reset(declared, robot.now)
     _navigate(robot, navigator, 0.5)
     local_T_world = declared @ robot.truth.inverse()
     navigator.set_goal(goal)
     begun = robot.now
     along = Pose2(goal.x, goal.y, declared.bearing_to(goal)).inverse() @ local_T_world
     commands, overrun = [], -math.inf
-    while navigator.machine.active and robot.now - begun < give_up_after:
+    while navigator.status(robot.now).active and robot.now - begun < give_up_after:
         commands += _navigate(robot, navigator, LOOK_PERIOD)
         overrun = max(overrun, (along @ robot.truth).x)
     rested = all(abs(speed) <= rest for speed, rest in zip(robot.true_velocity, AT_REST))
     _come_to_rest(robot)
     here = local_T_world @ robot.truth
+    status = navigator.status(robot.now)
     return Drive(
-        navigator.machine.state is GoalState.GOAL_REACHED, navigator.machine.failure,
+        status.state is GoalState.GOAL_REACHED, status.failure,
         robot.now - begun, here.distance_to(goal), difference(here.yaw, goal.yaw),
         max(abs(linear) for linear, _ in commands), max(abs(angular) for _, angular in commands),
         max(abs(linear) + model.half_track * abs(angular) for linear, angular in commands), overrun,
@@ -91,7 +93,7 @@ def drive(goal, robot_config, drive_config=DriveConfig(), declared=Pose2(), give
 def turns(degrees, robot_config, turn_config=TurnConfig(), wait=0.3):
     """Let a robot make several turns on the spot, one after the other; a SpotTurn for each."""
     robot = Simulator(robot_config)
-    controller = LabController(make_turn(turn_config, robot_model(robot_config.model)))
+    controller = ControllerCore(make_turn(turn_config, robot_model(robot_config.model)))
     _control(robot, controller, wait)
     return [_turn(robot, controller, asked) for asked in degrees]
 
@@ -119,7 +121,7 @@ def _come_to_rest(robot):
 
 def _moves(robot):
     linear, angular = robot.true_velocity
-    return abs(linear) > REST_LINEAR or abs(angular) > REST_ANGULAR
+    return abs(linear) > STILL_LINEAR or abs(angular) > STILL_ANGULAR
 
 
 def _navigate(robot, navigator, seconds):
@@ -133,7 +135,7 @@ def _control(robot, controller, seconds):
 
 
 def navigation(robot, navigator):
-    """What hears a robot's samples for a Navigator, as its node does."""
+    """What hears a robot's samples for a MoveToGoalCore, as its node does."""
     listening = Listening(navigator.idle_for)
 
     def hear(sample):
@@ -144,12 +146,12 @@ def navigation(robot, navigator):
             navigator.on_imu(sample, robot.now)
         else:
             return
-        navigator.localizer.take_fix()
+        navigator.take_fix()
     return hear
 
 
 def control(robot, controller):
-    """What hears a robot's samples for a LabController, as its node does."""
+    """What hears a robot's samples for a ControllerCore, as its node does."""
     listening = Listening(controller.idle_for)
 
     def hear(sample):

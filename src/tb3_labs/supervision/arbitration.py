@@ -46,7 +46,7 @@ from typing import Dict, Tuple, TypeVar
 
 
 class Driver(Enum):
-    """Who drives the robot, as `controller` decides."""
+    """The driver of the robot, as `controller` decides."""
 
     NOBODY = 'nobody'
     TURN = 'turn'
@@ -54,7 +54,7 @@ class Driver(Enum):
 
 
 class DriverEvent(Enum):
-    """What may change that."""
+    """An event that may change that."""
 
     TURN_ASKED = 'turn asked'
     TURN_OVER = 'turn over'
@@ -75,7 +75,7 @@ DRIVERS = {
 
 
 class Holder(Enum):
-    """Who may drive, as a `gamepad` knows it."""
+    """The node that may drive, as a `gamepad` knows it."""
 
     NOBODY = 'nobody'
     GAMEPAD = 'gamepad'
@@ -83,7 +83,7 @@ class Holder(Enum):
 
 
 class HolderEvent(Enum):
-    """What may change that."""
+    """An event that may change that."""
 
     READY = 'pad ready'
     RELINQUISH = 'relinquish'
@@ -110,5 +110,5 @@ What = TypeVar('What')
 
 
 def after(table: Dict[Tuple[Who, What], Who], who: Who, event: What) -> Who:
-    """Who drives or holds the robot after `event`, by `table` (DRIVERS or HOLDERS)."""
+    """The driver or holder after `event`, by `table` (DRIVERS or HOLDERS)."""
     return table.get((who, event), who)

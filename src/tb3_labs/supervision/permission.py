@@ -1,4 +1,4 @@
-"""May move_to_goal drive? A permission is an event that a person caused; all else keeps it alive.
+"""May move_to_goal drive? A person gives the permission, once; all else only keeps it alive.
 
 Several senders give and take it by True and False. The rule, after ISO 13850 (a stop holds until
 a person gives the machine anew):
@@ -11,7 +11,7 @@ a person gives the machine anew):
 * A giving that is not renewed for `LAPSE`, by a sender that renews, is suspended. A renewal within
   `LONGEST_LAPSE` of the last one revives it. After a longer silence it is gone.
 * A process that did not run for longer than `LONGEST_LAPSE` finds all givings gone. Those that it
-  hears as it wakes do not count: they may be as old.
+  hears as it wakes do not count: they may be as old as its sleep is long.
 * A giving that the network held up for longer than `LONGEST_LAPSE` does not count, nor does one
   that was under way when somebody else said False, or when this node started. Its age shows by its
   renewals, which arrive faster than they can have been sent.
@@ -22,8 +22,10 @@ giving of a sender that renews holds after its first renewal. A giver that has d
 one whose words were held up, is found out before the robot moves.
 """
 import math
+from typing import Dict, List
 
-from tb3_labs.news import NewsDesk
+from tb3_labs.news import News, NewsDesk
+from tb3_labs.supervision.sleep import SleepWatch
 
 #: A giver that renews its permission says so this often [s].
 RENEWAL = 0.1
@@ -39,29 +41,29 @@ WAKING = 0.3
 
 
 class _Giving:
-    """What one sender gave, and how it keeps that alive."""
+    """A permission of one sender, and how the sender keeps it alive."""
 
-    def __init__(self, now, renews):
+    def __init__(self, now: float, renews: bool) -> None:
         self.given_at = self.heard_at = now
         self._renews = renews
         self._count = 0
 
-    def renewed(self, now):
+    def renewed(self, now: float) -> None:
         """Its sender says True again."""
         self.heard_at = now
         self._count += 1
 
-    def silent_for(self, now):
+    def silent_for(self, now: float) -> float:
         """Time since it should have been renewed last [s]; 0 where it need not be."""
         return now - self.heard_at if self._renews else 0.0
 
-    def holds(self, now):
+    def holds(self, now: float) -> bool:
         """May the robot be driven by it? Not while its giver is silent, or has not renewed it."""
         return not self._renews or (self.silent_for(now) <= LAPSE
                                     and self.heard_at - self.given_at >= CONFIRMATION)
 
     @property
-    def sent_before(self):
+    def sent_before(self) -> float:
         """It was sent at this time or before, by the renewals that came soon after it."""
         heard_for = self.heard_at - self.given_at
         if heard_for >= LONGEST_LAPSE:    # clocks differ: it is too late to tell
@@ -70,29 +72,32 @@ class _Giving:
 
 
 class Permission:
-    """What all senders said, and what it comes to."""
+    """The words of all senders, and what they come to."""
 
-    def __init__(self, granted=False):
+    def __init__(self, granted: bool = False) -> None:
         #: May the robot be driven? As of the last :meth:`update`.
         self.granted = granted
         #: Counts the givings.
         self.count = 0
-        self._givings = {'': _Giving(0.0, False)} if granted else {}    # by sender
-        self._said = {}        # {sender: what it said last}
-        self._stops = {}       # {sender: when it said False last}
-        self._born_at = self._updated_at = None
+        # All three by sender: what it gave, what it said last, when it said False last.
+        self._givings: Dict[str, _Giving] = {'': _Giving(0.0, False)} if granted else {}
+        self._said: Dict[str, bool] = {}
+        self._stops: Dict[str, float] = {}
+        self._born_at = math.nan       # the time of the first update
+        self._sleep = SleepWatch(LONGEST_LAPSE)
         self._woke_at = -math.inf
-        desk = NewsDesk()
-        #: Takes the News since the last call.
-        self.take_news = desk.take
-        self._tell = desk.tell
+        self._news = NewsDesk()
+
+    def take_news(self) -> List[News]:
+        """The News since the last call."""
+        return self._news.take()
 
     @property
-    def stands(self):
+    def stands(self) -> bool:
         """Is there a giving that nobody has taken, though its giver may be silent for a moment?"""
         return bool(self._givings)
 
-    def told(self, granted, now, sender='', renews=False):
+    def told(self, granted: bool, now: float, sender: str = '', renews: bool = False) -> None:
         """`sender` said True or False now; it `renews` what it gives, or gives once."""
         self.update(now)
         repeated, self._said[sender] = granted and self._said.get(sender, False), granted
@@ -104,42 +109,45 @@ class Permission:
         elif sender in self._givings:
             self._givings[sender].renewed(now)
         elif now - self._woke_at < WAKING:
-            self._tell('Control from {} does not count: it may have been given while this node did '
-                       'not run. False, then True, gives it again'.format(sender), warning=True)
+            self._news.tell(
+                'Control from {} does not count: it may have been given while this node did '
+                'not run. False, then True, gives it again'.format(sender), warning=True)
         elif not repeated:
             self._givings[sender] = _Giving(now, renews)
             self.count += 1
         elif not self.stands:
-            self._tell('True from {} does not count, it was said before: False, then True, gives '
-                       'control again'.format(sender), warning=True)
+            self._news.tell(
+                'True from {} does not count, it was said before: False, then True, gives '
+                'control again'.format(sender), warning=True)
         self.update(now)
 
-    def heard_of_old(self, granted, sender):
+    def heard_of_old(self, granted: bool, sender: str) -> None:
         """`sender` had said True or False before this node could hear it.
 
         That is neither a giving nor a stop. After a True it takes a False and a True to give.
         """
         before, self._said[sender] = self._said.get(sender, False), granted
         if granted and not before:
-            self._tell('Control was given by {} before this node could hear it, and does not count: '
-                       'False, then True, gives it again'.format(sender), warning=True)
+            self._news.tell(
+                'Control was given by {} before this node could hear it, and does not count: '
+                'False, then True, gives it again'.format(sender), warning=True)
 
-    def update(self, now):
+    def update(self, now: float) -> None:
         """Suspend or end what was not renewed in time. To be called again and again."""
-        before, self._updated_at = self._updated_at, now
-        if before is None:
+        if math.isnan(self._born_at):
             self._born_at = now
-        elif now - before > LONGEST_LAPSE:
+        self._sleep.update(now)
+        if self._sleep.slept_for:
             self._woke_at = now
-            self._end_all('this node did not run for {:.1f} s'.format(now - before))
+            self._end_all(self._sleep.in_words())
         for sender, giving in list(self._givings.items()):
             reason = self._objection(sender, giving, now)
             if reason:
-                self._tell('Control from {} is gone: {}'.format(sender, reason), warning=True)
+                self._news.tell('Control from {} is gone: {}'.format(sender, reason), warning=True)
                 del self._givings[sender]
         self.granted = any(giving.holds(now) for giving in self._givings.values())
 
-    def _objection(self, sender, giving, now):
+    def _objection(self, sender: str, giving: _Giving, now: float) -> str:
         """'' or why a giving is over."""
         if giving.silent_for(now) > LONGEST_LAPSE:
             return 'it was silent for {:.1f} s'.format(giving.silent_for(now))
@@ -151,7 +159,7 @@ class Permission:
             return 'it was taken while the network held it up'
         return ''
 
-    def _end_all(self, reason):
+    def _end_all(self, reason: str) -> None:
         if self._givings:
             self._givings = {}
-            self._tell('Control is gone: {}'.format(reason), warning=True)
+            self._news.tell('Control is gone: {}'.format(reason), warning=True)

@@ -1,4 +1,4 @@
-"""Notices that a robot which is told to move does not get nearer to its goal.
+"""Is the robot stalled: told to move, but no nearer to its goal?
 
 Units: metres or radians for the way that remains, per second for speeds, seconds.
 """
@@ -22,11 +22,12 @@ class Progress:
     """Watches one stretch of way: a drive's state, or a turn."""
 
     def __init__(self) -> None:
-        self._least: Optional[float] = math.inf
+        self._least: Optional[float] = math.inf    # None: what remains next is the least
         self._stalled_for = 0.0
         self._rested_for = 0.0
+        self._problem = ''
 
-    def resume(self):
+    def resume(self) -> None:
         """The robot stood for a moment because its sensors were silent.
 
         What remains may have grown meanwhile. The time for which the robot got no nearer goes on
@@ -34,25 +35,32 @@ class Progress:
         """
         self._least = None
 
-    def complaint(self, remaining, measured, dt, told_to_move=True):
-        """'' or what is wrong, given what remains now [m or rad], the measured speeds
-        (``.linear``, ``.angular``), the time since the last look [s], and whether the robot is told
-        to move, or to rest.
+    def update(self, remaining: float, linear: float, angular: float, dt: float,
+               told_to_move: bool = True) -> None:
+        """Take in what remains now [m or rad], the measured speeds [m/s, rad/s], the time since the
+        last update [s], and whether the robot is told to move, or to rest.
         """
         if not told_to_move:
             self._rested_for += dt
-            return '' if self._rested_for <= LONGEST_REST else (
+            self._problem = '' if self._rested_for <= LONGEST_REST else (
                 'the robot does not settle although it is told to rest (a noisy IMU?)')
+            return
         remaining = abs(remaining)
         if self._least is None:
             self._least = remaining
         if remaining <= self._least - STALL_STEP:
             self._least = remaining
             self._stalled_for = 0.0
-            return ''
-        self._stalled_for += dt
+        else:
+            self._stalled_for += dt
         if remaining <= self._least + AWAY_LIMIT and self._stalled_for <= STALL_TIME:
-            return ''
-        if abs(measured.linear) > MOVING or abs(measured.angular) > MOVING:
-            return 'the robot moves, but no longer nearer to its goal: it has missed it'
-        return 'the robot does not move although it is told to (stuck, or motors off?)'
+            self._problem = ''
+        elif abs(linear) > MOVING or abs(angular) > MOVING:
+            self._problem = 'the robot moves, but no longer nearer to its goal: it has missed it'
+        else:
+            self._problem = (
+                'the robot does not move although it is told to (stuck, or motors off?)')
+
+    def problem(self) -> str:
+        """'' or what is wrong, as of the last update."""
+        return self._problem

@@ -1,1 +1,1 @@
-"""What only `move_to_goal` shows and hears: goals, resets, frames, RViz, and its story in words."""
+"""What does only `move_to_goal` show and hear? Goals, resets, frames, RViz, a drive's status."""

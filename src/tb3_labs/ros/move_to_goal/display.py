@@ -1,4 +1,4 @@
-"""What others may see of a drive: pose and path in the local frame, the frame, the way to go."""
+"""Shows a drive to others: pose and path in the local frame, the frame itself, the way to go."""
 import math
 
 import rospy
@@ -32,15 +32,18 @@ class LocalDisplay:
         self._points = []
         self._path_sent = -math.inf
 
-    def show(self, fix, odom_T_local, odom_frame, machine):
-        """Publish one localizer.Fix, on its way to the goal of `machine`; its PoseStamped."""
+    def show(self, fix, odom_T_local, odom_frame, goal):
+        """Publish one localizer.Fix on its way to `goal`; returns its PoseStamped.
+
+        `goal` is a Pose2 in local; None where there is nothing left to drive.
+        """
         message = to_pose_stamped(fix.local_T_base, self._frame, fix.stamp)
         self._pose.publish(message)
         self._tf.sendTransform(to_transform(odom_T_local, odom_frame, self._frame, fix.stamp))
         self._extend_path(fix, message)
         if abs(fix.stamp - self._way_sent) >= 1.0 / PATH_RATE:
             self._way_sent = fix.stamp
-            self._way.show(fix.local_T_base, machine.goal if machine.active else None)
+            self._way.show(fix.local_T_base, goal)
         return message
 
     def forget_path(self):

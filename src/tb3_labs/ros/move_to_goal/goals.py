@@ -45,13 +45,12 @@ class GoalInterfaces:
             server.status_timer = rospy.Timer(rospy.Duration(1.0 / server.status_frequency),
                                               server.publish_status_async, reset=True)
 
-    def reached(self, goal):
-        """`goal` was reached."""
-        self._end(goal, 'set_succeeded', 'Goal reached!')
-
-    def failed(self, goal, reason):
-        """`goal` was given up."""
-        self._end(goal, 'set_aborted', reason)
+    def ended(self, goal, failure):
+        """`goal` was reached, or given up for the reason `failure`."""
+        if failure:
+            self._end(goal, 'set_aborted', failure)
+        else:
+            self._end(goal, 'set_succeeded', 'Goal reached!')
 
     def feedback(self, local_pose):
         """Tell action clients where the robot is (PoseStamped)."""

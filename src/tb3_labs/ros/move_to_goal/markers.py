@@ -1,4 +1,4 @@
-"""What RViz cannot draw by itself.
+"""Markers for RViz, which cannot draw this by itself.
 
 The goal as an arrow, the tolerance as a disc, the line there, the state in words above the robot.
 """
@@ -14,7 +14,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
 
 #: Markers are sent again after this time [s, wall clock].
-PERIOD = 1.0
+REPEAT_PERIOD = 1.0
 
 ORANGE = ColorRGBA(r=1.0, g=0.55, b=0.0, a=1.0)
 PALE_YELLOW = ColorRGBA(r=1.0, g=0.95, b=0.6, a=0.6)
@@ -48,7 +48,7 @@ class GoalMarker:
 
     def _run(self):
         while not rospy.is_shutdown():
-            time.sleep(PERIOD)
+            time.sleep(REPEAT_PERIOD)
             try:
                 self._publisher.publish(self._shown)
             except rospy.ROSException:  # closed: the node is on its way out

@@ -15,7 +15,7 @@ from tb3_labs.srv import (
 
 
 #: A reset is answered within a second, whatever happens [s].
-ANSWER_TIME = 0.85
+ANSWER_WITHIN = 0.85
 
 
 class ResetInterfaces:
@@ -35,7 +35,7 @@ class ResetInterfaces:
         subscribe_news('initialpose', PoseWithCovarianceStamped, self._on_initialpose, queue_size=1)
 
     def _on_reset_pose(self, request):
-        response, deadline = ResetPoseResponse(), time.monotonic() + ANSWER_TIME
+        response, deadline = ResetPoseResponse(), time.monotonic() + ANSWER_WITHIN
         try:
             if not Pose2(request.x, request.y, request.yaw_deg).is_finite():
                 raise ValueError('x, y and yaw_deg must be finite numbers, not {}, {}, {}'.format(
@@ -68,5 +68,5 @@ class ResetInterfaces:
             rospy.logwarn('Reset refused, the old frame stays: %s', problem)
 
     def _declare(self, stamped):
-        deadline = time.monotonic() + ANSWER_TIME
+        deadline = time.monotonic() + ANSWER_WITHIN
         self._reset(self._to_local(stamped.header, stamped.pose.pose), deadline)

@@ -1,0 +1,48 @@
+"""Where does the robot face, by its IMU alone?
+
+For a node that only turns: the yaw counted on over whole turns, the rate of turn, and how old and
+how noisy they are.
+
+Frame: the IMU's own; its zero direction is any constant. Units: radians, rad/s, seconds on the
+receiver's clock (`now`).
+"""
+from typing import Optional
+
+from tb3_labs.geometry.angles import continuous
+from tb3_labs.localization.sender_clock import SenderClock
+from tb3_labs.localization.yaw_noise import YawNoise
+from tb3_labs.robot.samples import ImuSample, heading_jump
+
+
+class Heading:
+    """Follows the samples of one IMU."""
+
+    def __init__(self) -> None:
+        #: Continuous over whole turns [rad]; None before the first sample.
+        self.yaw: Optional[float] = None
+        #: Rate of turn [rad/s].
+        self.rate = 0.0
+        self._measured_at = 0.0
+        self._clock = SenderClock()
+        self._noise = YawNoise()
+
+    def jump_to(self, sample: ImuSample) -> str:
+        """'' or what is wrong with the IMU, if `sample` comes next."""
+        return '' if self.yaw is None else heading_jump(self.yaw, sample.yaw)
+
+    def on_imu(self, sample: ImuSample, now: float) -> None:
+        """Take a sample in."""
+        self.yaw = sample.yaw if self.yaw is None else continuous(sample.yaw, self.yaw)
+        self.rate = sample.yaw_rate
+        time = self._clock.time_of('imu', sample.stamp, now)
+        self._measured_at = self._clock.measured_at(time, now)
+        self._noise.learn(sample, time)
+
+    def age(self, now: float) -> float:
+        """Time since the latest sample was measured, by the least delay [s]."""
+        return max(0.0, now - self._measured_at)
+
+    @property
+    def noise(self) -> float:
+        """Standard deviation of one sample's yaw [rad]."""
+        return self._noise.deviation

@@ -1,0 +1,33 @@
+"""Did this process sleep? It was stopped, swapped out, or its computer suspended.
+
+A process cannot see its own sleep but by the clock. So somebody looks at the clock again and again,
+and a long time between two looks is a sleep. Units: seconds on a clock that does not stand still
+(`now`).
+"""
+from typing import Optional
+
+
+class SleepWatch:
+    """Looks at the clock for one node, or for one motion of it."""
+
+    def __init__(self, longest_gap: float) -> None:
+        """Two looks at the clock that are farther apart than `longest_gap` [s] show a sleep."""
+        #: How long the sleep took that the last update found [s]; 0 where it found none.
+        self.slept_for = 0.0
+        self._longest_gap = longest_gap
+        self._updated_at: Optional[float] = None
+
+    def update(self, now: float) -> None:
+        """Look at the clock. To be called at least once a second."""
+        gap = 0.0 if self._updated_at is None else now - self._updated_at
+        self._updated_at = now
+        self.slept_for = gap if gap > self._longest_gap else 0.0
+
+    def start(self) -> None:
+        """Nobody needed to look until now."""
+        self.slept_for = 0.0
+        self._updated_at = None
+
+    def in_words(self) -> str:
+        """The sleep that the last update found: '' or 'this node did not run for 3.2 s'."""
+        return 'this node did not run for {:.1f} s'.format(self.slept_for) if self.slept_for else ''

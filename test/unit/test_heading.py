@@ -1,0 +1,40 @@
+"""The heading of one IMU: whole turns, jumps, and how old a sample is."""
+import math
+
+import pytest
+
+from tb3_labs.localization.heading import Heading
+from tb3_labs.robot.samples import ImuSample
+
+
+def test_before_the_first_sample_there_is_no_heading_and_no_jump():
+    heading = Heading()
+    assert heading.yaw is None
+    assert heading.jump_to(ImuSample(1.0, 3.0, 0.0)) == ''
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+def test_the_yaw_goes_on_over_whole_turns(sign):
+    heading = Heading()
+    for step in range(101):    # 10 rad, in steps of 0.1
+        yaw = math.remainder(sign * 0.1 * step, 2.0 * math.pi)
+        heading.on_imu(ImuSample(0.01 * step, yaw, sign * 10.0), 0.01 * step)
+    assert heading.yaw == pytest.approx(sign * 10.0)
+    assert heading.rate == sign * 10.0
+
+
+def test_a_jump_is_told_before_the_sample_is_taken_in():
+    heading = Heading()
+    heading.on_imu(ImuSample(1.0, 3.1, 0.0), 1.0)
+    assert heading.jump_to(ImuSample(1.1, -3.1, 0.0)) == ''      # across 180 degrees
+    assert '92 degrees' in heading.jump_to(ImuSample(1.1, 1.5, 0.0))
+    assert heading.yaw == 3.1
+
+
+@pytest.mark.parametrize('clock_ahead', [0.0, 0.8, -300.0])
+def test_the_age_counts_from_the_measurement_by_the_least_delay(clock_ahead):
+    heading = Heading()
+    for sent, delay in ((1.0, 0.004), (1.1, 0.0), (1.2, 0.1)):
+        heading.on_imu(ImuSample(1000.0 + sent + clock_ahead, 0.0, 0.0), 1000.0 + sent + delay)
+    assert heading.age(1001.31) == pytest.approx(0.11)
+    assert heading.age(1000.0) == 0.0      # a clock that went back

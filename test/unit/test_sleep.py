@@ -1,0 +1,36 @@
+"""A process that did not run: seen by the clock at the next look, and once."""
+import pytest
+
+from tb3_labs.supervision.sleep import SleepWatch
+
+
+def test_the_first_look_sees_no_sleep():
+    watch = SleepWatch(2.0)
+    watch.update(1e9)
+    assert watch.slept_for == 0.0 and watch.in_words() == ''
+
+
+@pytest.mark.parametrize('gap, slept', [(0.0, 0.0), (2.0, 0.0), (2.5, 2.5), (3600.0, 3600.0),
+                                        (-50.0, 0.0)])
+def test_a_gap_beyond_the_limit_is_a_sleep(gap, slept):
+    watch = SleepWatch(2.0)
+    watch.update(100.0)
+    watch.update(100.0 + gap)
+    assert watch.slept_for == slept
+    watch.update(100.0 + gap)
+    assert watch.slept_for == 0.0
+
+
+def test_it_is_said_how_long():
+    watch = SleepWatch(2.0)
+    watch.update(10.0)
+    watch.update(13.25)
+    assert watch.in_words() == 'this node did not run for 3.2 s'
+
+
+def test_nobody_needed_to_look_before_the_start():
+    watch = SleepWatch(2.0)
+    watch.update(10.0)
+    watch.start()
+    watch.update(100.0)
+    assert watch.slept_for == 0.0

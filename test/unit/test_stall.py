@@ -1,0 +1,63 @@
+"""A robot that is told to move: stuck, driven past its goal, or never at rest."""
+import pytest
+
+from tb3_labs.supervision.stall import (
+    AWAY_LIMIT, LONGEST_REST, MOVING, STALL_STEP, STALL_TIME, Progress)
+
+DT = 0.1
+STUCK, MISSED, UNSETTLED = 'does not move', 'has missed it', 'does not settle'
+
+
+def after(progress, seconds, remaining, speed=(0.0, 0.0), **told):
+    """The problem after that time."""
+    for k in range(round(seconds / DT)):
+        progress.update(remaining(k * DT) if callable(remaining) else remaining, *speed, DT, **told)
+    return progress.problem()
+
+
+def test_before_the_first_update_there_is_no_problem():
+    assert Progress().problem() == ''
+
+
+@pytest.mark.parametrize('speed, words', [
+    ((0.0, 0.0), STUCK), ((MOVING, -MOVING), STUCK), ((0.1, 0.0), MISSED), ((0.0, -0.1), MISSED)])
+def test_a_robot_that_gets_no_nearer_is_stuck_or_has_missed_its_goal(speed, words):
+    progress = Progress()
+    assert after(progress, STALL_TIME - DT, 1.0, speed) == ''
+    assert words in after(progress, 4 * DT, 1.0, speed)
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+def test_a_robot_that_gets_nearer_in_time_has_no_problem(sign):
+    slowly = 1.1 * STALL_STEP / (STALL_TIME - 2 * DT)
+    assert after(Progress(), 20.0, lambda time: sign * (1.0 - slowly * time), (0.1, 0.0)) == ''
+
+
+def test_a_robot_that_goes_away_has_missed_its_goal_at_once():
+    progress = Progress()
+    progress.update(0.1, 0.2, 0.0, DT)
+    progress.update(0.1 + AWAY_LIMIT, 0.2, 0.0, DT)
+    assert progress.problem() == ''
+    progress.update(0.11 + AWAY_LIMIT, 0.2, 0.0, DT)
+    assert MISSED in progress.problem()
+
+
+def test_a_rest_is_no_stall_but_has_an_end():
+    progress = Progress()
+    assert after(progress, LONGEST_REST - DT, 1.0, told_to_move=False) == ''
+    assert UNSETTLED in after(progress, 3 * DT, 1.0, told_to_move=False)
+
+
+def test_after_a_stand_the_way_may_be_longer_but_the_time_goes_on():
+    progress = Progress()
+    assert after(progress, 1.0, 0.5) == ''
+    progress.resume()
+    progress.update(0.5 + 2.0 * AWAY_LIMIT, 0.0, 0.0, DT)
+    assert progress.problem() == ''
+    assert STUCK in after(progress, STALL_TIME - 1.0 + DT, 0.5 + 2.0 * AWAY_LIMIT)
+
+
+def test_a_question_changes_nothing():
+    progress = Progress()
+    after(progress, STALL_TIME - DT, 1.0)
+    assert [progress.problem() for _ in range(100)] == 100 * ['']
