@@ -3,9 +3,17 @@ import ast
 import pathlib
 import sys
 import xml.etree.ElementTree as ET
+from dataclasses import fields
 
 import pytest
 import yaml
+
+from tb3_labs.config import bounds_in_words
+from tb3_labs.control.driving import DriveConfig
+from tb3_labs.control.turning import TurnConfig
+from tb3_labs.nodes.move_to_goal import NavigatorConfig
+from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.simulation.simulator import SimulatorConfig
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / 'test'))
@@ -25,6 +33,25 @@ def test_the_files_are_as_the_command_makes_them():
     for path, text in make_parameters.made().items():
         assert (ROOT / path).read_text(encoding='utf-8') == text, \
             path + ' is old: python3 test/make_parameters.py'
+
+
+def row(item):
+    """A field as the page's tables show it, but for the last column."""
+    default = item.default
+    if isinstance(default, bool):
+        default = str(default).lower()
+    elif isinstance(default, float):
+        default = '{:g}'.format(default)
+    return '| `{}` | {} | {} | {} |'.format(
+        item.name, default, bounds_in_words(item), item.metadata['meaning'])
+
+
+@pytest.mark.parametrize('kind', [
+    NavigatorConfig, DriveConfig, TurnConfig, PadConfig, SimulatorConfig])
+def test_every_setting_stands_in_the_page_as_in_the_code(kind):
+    lines = (ROOT / 'doc' / 'parameters.md').read_text(encoding='utf-8').splitlines()
+    assert [row(item) for item in fields(kind) if item.name != 'model'
+            and not any(line.startswith(row(item)) for line in lines)] == []
 
 
 def test_each_script_that_reads_settings_is_among_the_nodes():
