@@ -46,7 +46,7 @@ class ModelConfig(Config):
 HEAD = """\
 # Parameters of all nodes
 
-`python3 test/make_parameters.py` makes this page from the settings in the code. Edit those, not it.
+`python3 test/make_parameters.py` makes this page from the settings in the code. Edit the settings.
 
 Each parameter can be given in four ways. Where two of them disagree, the lower one of this list holds.
 
@@ -57,11 +57,13 @@ Each parameter can be given in four ways. Where two of them disagree, the lower 
 | an argument of the launch file | `roslaunch tb3_labs move2goal.launch sim:=true max_linear:=0.1` |
 | while the node runs, where *live* says yes | `dynparam set /move_to_goal max_linear 0.1` |
 
-A file of your own holds only what differs: copy lines of the package's file. `gamepad.launch` and
-`demo.launch` take a file for each of their nodes: `move_to_goal_params:=`, `turtlebot3_params:=`.
-`demo.launch`, `gamepad.launch` and `robot.launch` pass every argument on to the launch files that
-they include. roslaunch itself ignores an argument that no file knows. A node names the parameters
-that it does not know, in a warning at its start. A value out of bounds ends the node with one line.
+A file of your own holds only what differs: copy lines of the package's file. Where a launch file starts
+more than one node, the others have files too: `move_to_goal_params:=`, `turtlebot3_params:=`,
+`mouse_params:=`. Each launch file but `classroom.launch` passes every argument on to those that it
+includes: `roslaunch tb3_labs turn.launch sim:=true slip:=0.1`.
+
+roslaunch itself ignores an argument that no file knows. A node names the parameters that it does not
+know, in a warning at its start. A value out of bounds ends the node with one line.
 
 `dynparam` stands on the PATH of `scripts/setup.sh`'s shell; in a workspace of your own it is
 `rosrun dynamic_reconfigure dynparam`. What it sets lasts as long as the node.

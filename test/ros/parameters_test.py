@@ -47,6 +47,9 @@ class ParametersTest(unittest.TestCase):
         cls.mine = os.path.join(cls.folder.name, 'my.yaml')
         with open(cls.mine, 'w') as file:
             file.write('max_linear: 0.2\nallow_reverse: true\nmodel: waffle\n')
+        cls.faulty = os.path.join(cls.folder.name, 'faulty.yaml')
+        with open(cls.faulty, 'w') as file:
+            file.write('motor_lag: 0.1\n')
         cls.seen = Observer()
         cls.seen.watch('/diagnostics', DiagnosticArray, lambda message: message.status[0])
         cls.launches = [launch('plain'), launch('argument', 'max_linear:=0.1'),
@@ -117,6 +120,10 @@ class ParametersTest(unittest.TestCase):
         self.assertEqual((pad['/gamepad/reset_button'], pad['/gamepad/dead_zone']), (3, 0.2))
         self.assertEqual((pad['/move_to_goal/max_angular'], pad['/move_to_goal/max_linear']),
                          (1.1, 0.2))
+        lab = parameters_of('turn.launch', 'sim:=true', 'slip:=0.2', 'tolerance_deg:=1.5',
+                            'turtlebot3_params:=' + self.faulty)
+        self.assertEqual((lab['/turtlebot3/slip'], lab['/turtlebot3/motor_lag']), (0.2, 0.1))
+        self.assertEqual(lab['/controller/tolerance_deg'], 1.5)
         robot = parameters_of('robot.launch', 'robot:=localhost', 'lab:=turn', 'hdg_tol:=3')
         self.assertEqual(robot['/controller/hdg_tol'], 3)
 

@@ -21,6 +21,8 @@ PLACEHOLDER = re.compile(r'[A-Z]{2,}(?![a-z])')
 OWN_FILE = re.compile(r'[\w*./-]+\.(?:py|launch|test|rviz|sh|msg|srv)')
 #: Files of others, or of the reader, that the pages name.
 OTHERS = {'turtlebot3_robot.launch', 'move2goal.py'}
+#: What robot.launch may include.
+LABS = ['turn', 'move2goal', 'gamepad', 'imu_sub']
 #: Launch files and rostests, by name.
 LAUNCHABLE = {path.name: path for folder, kind in (
     ('launch', '*.launch'), ('test/ros', '*.test'), ('test/marking', '*.test'))
@@ -70,8 +72,8 @@ def arguments_of(path):
     found = {arg.get('name') for arg in launch.findall('arg')}
     for include in launch.iter('include'):
         if include.get('pass_all_args') == 'true':
-            names = re.findall(r'(\w+)\.launch', include.get('file')) or ['turn', 'move2goal',
-                                                                         'gamepad', 'imu_sub']
+            names = re.findall(r'(\w+)\.launch', include.get('file')) or (
+                ['fake_robot'] if 'fake_robot' in include.get('file') else LABS)
             found.update(*(arguments_of(ROOT / 'launch' / (name + '.launch')) for name in names))
     return found
 
