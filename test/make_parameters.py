@@ -48,22 +48,22 @@ HEAD = """\
 
 `python3 test/make_parameters.py` makes this page from the settings in the code. Edit the settings.
 
-Each parameter can be given in four ways. Where two of them disagree, the lower one of this list holds.
+Each parameter can be given in four ways. Where two of them disagree, the lower one holds.
 
 | way | example |
 |---|---|
-| the package's file, `launch/params/NODE.yaml` | loaded by each launch file; it holds the defaults |
+| the package's file, `launch/params/NODE.yaml` | loaded by each launch file; holds the defaults |
 | a file of your own | `roslaunch tb3_labs move2goal.launch sim:=true params:=my.yaml` |
 | an argument of the launch file | `roslaunch tb3_labs move2goal.launch sim:=true max_linear:=0.1` |
 | while the node runs, where *live* says yes | `dynparam set /move_to_goal max_linear 0.1` |
 
-A file of your own holds only what differs: copy lines of the package's file. Where a launch file starts
-more than one node, the others have files too: `move_to_goal_params:=`, `turtlebot3_params:=`,
+A file of your own holds only what differs: copy lines of the package's file. Where a launch file
+starts several nodes, the others have files too: `move_to_goal_params:=`, `turtlebot3_params:=`,
 `mouse_params:=`. Each launch file but `classroom.launch` passes every argument on to those that it
 includes: `roslaunch tb3_labs turn.launch sim:=true slip:=0.1`.
 
-roslaunch itself ignores an argument that no file knows. A node names the parameters that it does not
-know, in a warning at its start. A value out of bounds ends the node with one line.
+roslaunch itself ignores an argument that no file knows. A node names the parameters that it does
+not know, in a warning at its start. A value out of bounds ends the node with one line.
 
 `dynparam` stands on the PATH of `scripts/setup.sh`'s shell; in a workspace of your own it is
 `rosrun dynamic_reconfigure dynparam`. What it sets lasts as long as the node.
@@ -153,7 +153,7 @@ def annotated_yaml(node):
     own_file = node.argument(node.settings[0][0]) == node.settings[0][0].name
     lines = ['# {} ({}): all parameters with their defaults, what is valid, what it means.'.format(
                  node.name, node.script),
-             '# Made by `python3 test/make_parameters.py`. Copy the lines that you change to a file of',
+             '# Made by `python3 test/make_parameters.py`. Copy lines that you change to a file of',
              '# your own: roslaunch tb3_labs {} {}:=my.yaml'.format(
                  node.launch_file, 'params' if own_file else node.name + '_params')]
     if node.name == 'gamepad':
