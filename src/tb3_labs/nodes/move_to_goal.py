@@ -181,7 +181,7 @@ class MoveToGoalCore:
     def take_end(self) -> Optional[DriveEnd]:
         """How the present drive ended, once; None while it goes on, and where there was none."""
         machine = self._machine
-        if machine.active or machine.attempt == self._ended:
+        if machine.goal is None or machine.active or machine.attempt == self._ended:
             return None
         self._ended = machine.attempt
         return DriveEnd(machine.goal, machine.failure)

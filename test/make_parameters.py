@@ -1,0 +1,178 @@
+#!/usr/bin/env python3
+"""Writes what is made from the nodes' settings: `doc/parameters.md` and `launch/params/NODE.yaml`.
+
+    python3 test/make_parameters.py
+
+A setting's default, unit, bounds and meaning stand in one place, the dataclass made of
+`tb3_labs.config.setting` that the node reads. A new node is one more line in `LAUNCH_FILES`.
+`test/unit/test_parameters.py` compares the files with this command.
+"""
+import ast
+import importlib
+import pathlib
+from dataclasses import dataclass, fields
+
+import yaml
+
+from tb3_labs.config import Config, bounds_in_words, setting
+from tb3_labs.robot.turtlebot3 import MODELS
+from tb3_labs.simulation.simulator import STARTING
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+#: The nodes with settings, and the launch file that offers all of them as arguments.
+LAUNCH_FILES = {
+    'imu_sub.py': 'imu_sub.launch',
+    'turtlebot_controller.py': 'turn.launch',
+    'mouse_client.py': 'turn.launch',
+    'move2goal_tf.py': 'move2goal.launch',
+    'gamepad.py': 'gamepad.launch',
+    'fake_turtlebot3.py': 'fake_robot.launch',
+}
+#: Argument of the launch file, where it is not called as the parameter: {(node, parameter): name}.
+ARGUMENTS = {('mouse', 'rate'): 'mouse_rate'}
+#: Configurations that dynamic_reconfigure offers, and what of them it does not.
+LIVE = {'DriveConfig': (), 'TurnConfig': (), 'SimulatorConfig': STARTING}
+#: Marks them in the YAML files.
+LIVE_MARK = ' (live)'
+
+
+@dataclass(frozen=True)
+class ModelConfig(Config):
+    """What tb3_labs.ros.parameters.read_model reads."""
+
+    model: str = setting('default', 'kind of TurtleBot3', choices=('default',) + tuple(MODELS))
+
+
+HEAD = """\
+# Parameters of all nodes
+
+`python3 test/make_parameters.py` makes this page from the settings in the code. Edit the settings.
+
+Each parameter can be given in four ways. Where two of them disagree, the lower one holds.
+
+| way | example |
+|---|---|
+| the package's file, `launch/params/NODE.yaml` | loaded by each launch file; holds the defaults |
+| a file of your own | `roslaunch tb3_labs move2goal.launch sim:=true params:=my.yaml` |
+| an argument of the launch file | `roslaunch tb3_labs move2goal.launch sim:=true max_linear:=0.1` |
+| while the node runs, where *live* says yes | `dynparam set /move_to_goal max_linear 0.1` |
+
+A file of your own holds only what differs: copy lines of the package's file. Where a launch file
+starts several nodes, the others have files too: `move_to_goal_params:=`, `turtlebot3_params:=`,
+`mouse_params:=`. Each launch file but `classroom.launch` passes every argument on to those that it
+includes: `roslaunch tb3_labs turn.launch sim:=true slip:=0.1`.
+
+roslaunch itself ignores an argument that no file knows. A node names the parameters that it does
+not know, in a warning at its start. A value out of bounds ends the node with one line.
+
+`dynparam` stands on the PATH of `scripts/setup.sh`'s shell; in a workspace of your own it is
+`rosrun dynamic_reconfigure dynparam`. What it sets lasts as long as the node.
+
+The model `default` is `TURTLEBOT3_MODEL` in the environment, else burger.
+"""
+
+
+class Node:
+    """A script's node, with the configurations that it reads; the script itself does not run."""
+
+    def __init__(self, script):
+        self.script = script
+        self.launch_file = LAUNCH_FILES[script]
+        self._tree = ast.parse((ROOT / 'scripts' / script).read_text(encoding='utf-8'))
+        self.name = self._calls('run')[0].args[0].value
+        known = self._known()
+        self.configs = [known[kind.id] for kind in self._calls('read_config')[0].args]
+        if self._calls('read_model'):
+            self.configs.insert(0, ModelConfig)
+
+    def _calls(self, function):
+        return [node for node in ast.walk(self._tree) if isinstance(node, ast.Call)
+                and getattr(node.func, 'id', None) == function]
+
+    def _known(self):
+        """{name: object} of what the script imports without ROS, and of its own configurations."""
+        known = {}
+        for node in self._tree.body:
+            if isinstance(node, ast.ImportFrom):
+                room = node.module.split('.')
+                if room[0] == 'dataclasses' or (
+                        room[0] == 'tb3_labs' and room[1] not in ('ros', 'msg', 'srv')):
+                    module = importlib.import_module(node.module)
+                    known.update({item.name: getattr(module, item.name) for item in node.names})
+            elif isinstance(node, ast.ClassDef) and any(
+                    getattr(base, 'id', '') == Config.__name__ for base in node.bases):
+                exec(compile(ast.Module([node], []), self.script, 'exec'), known)
+        return known
+
+    @property
+    def settings(self):
+        """(field, may it change while the node runs?) of each parameter."""
+        found = {}
+        for kind in self.configs:
+            for item in fields(kind):
+                live = kind.__name__ in LIVE and item.name not in LIVE[kind.__name__]
+                found.setdefault(item.name, (item, live))    # the robot's own model comes second
+        return list(found.values())
+
+    def argument(self, item):
+        """What the launch file calls the parameter."""
+        return ARGUMENTS.get((self.name, item.name), item.name)
+
+
+def nodes():
+    """All nodes of LAUNCH_FILES."""
+    return [Node(script) for script in LAUNCH_FILES]
+
+
+def shown(value):
+    """A default as the tables show it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return '{:g}'.format(value) if isinstance(value, float) else str(value)
+
+
+def table(node):
+    """The node's part of doc/parameters.md."""
+    lines = ['', '## {}'.format(node.name), '',
+             '`scripts/{}`, started by `launch/{}`; file `launch/params/{}.yaml`.'.format(
+                 node.script, node.launch_file, node.name), '',
+             '| parameter | default | valid | meaning | live |', '|---|---|---|---|---|']
+    for item, live in node.settings:
+        lines.append('| `{}` | {} | {} | {} | {} |'.format(
+            item.name, shown(item.default), bounds_in_words(item), item.metadata['meaning'],
+            'yes' if live else 'no'))
+    for item, _ in node.settings:
+        if node.argument(item) != item.name:
+            lines += ['', 'The launch file calls `{}` `{}`.'.format(
+                item.name, node.argument(item))]
+    return '\n'.join(lines) + '\n'
+
+
+def annotated_yaml(node):
+    """launch/params/NODE.yaml: each default, and beside it what is valid, and what it means."""
+    own_file = node.argument(node.settings[0][0]) == node.settings[0][0].name
+    lines = ['# {} ({}): all parameters with their defaults, what is valid, what it means.'.format(
+                 node.name, node.script),
+             '# Made by `python3 test/make_parameters.py`. Copy lines that you change to a file of',
+             '# your own: roslaunch tb3_labs {} {}:=my.yaml'.format(
+                 node.launch_file, 'params' if own_file else node.name + '_params')]
+    if node.name == 'gamepad':
+        lines.append('# Axes and buttons of other pads: pad_*.yaml beside this file (pad:=xbox).')
+    for item, live in node.settings:
+        value = yaml.safe_dump({item.name: item.default}, default_flow_style=False).strip()
+        lines.append('{:<28} # {}: {}{}'.format(value, bounds_in_words(item),
+                                                item.metadata['meaning'], LIVE_MARK * live))
+    return '\n'.join(lines) + '\n'
+
+
+def made():
+    """{path: text} of all that is made here."""
+    files = {'doc/parameters.md': HEAD + ''.join(table(node) for node in nodes())}
+    files.update({'launch/params/{}.yaml'.format(node.name): annotated_yaml(node)
+                  for node in nodes()})
+    return files
+
+
+if __name__ == '__main__':
+    for path, text in made().items():
+        (ROOT / path).write_text(text, encoding='utf-8')
