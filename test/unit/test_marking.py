@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking import move2goal, turn
+from tb3_labs.marking import drives, move2goal, turn, turning
 from tb3_labs.marking.criteria import Criterion, Outcome, Place, judge
 from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.marks import Marks, write_csv
@@ -89,8 +89,8 @@ def test_the_sheet_for_instructors_lists_every_part():
         lab = line[0] or lab
         listed.append((lab, line[1]))
     assert listed == [(name, part) for name, lab in LABS.items()
-                      for part in SCRIPTS[name].parts]
-    assert all(set(lab.parts) == set(SCRIPTS[name].parts) for name, lab in LABS.items())
+                      for part in SCRIPTS[name]]
+    assert all(set(lab.parts) == set(SCRIPTS[name]) for name, lab in LABS.items())
 
 
 # -- turns
@@ -99,7 +99,7 @@ def test_the_sheet_for_instructors_lists_every_part():
     (90.0, True), (79.5, True), (100.5, True), (78.5, False), (101.5, False), (-90.0, False),
     (450.0, False), (-270.0, False), (0.0, False)])
 def test_a_turn_to_the_left_is_counted_as_it_was_turned(degrees, met):
-    missed = turn.left(turned(degrees))
+    missed = turning.left(turned(degrees))
     assert (missed == '') is met
     if missed and degrees:
         assert '{:.1f} degrees to the {}'.format(
@@ -107,19 +107,19 @@ def test_a_turn_to_the_left_is_counted_as_it_was_turned(degrees, met):
 
 
 def test_a_turn_to_the_right_is_one():
-    assert turn.right(turned(-85.0, 'r')) == ''
-    assert turn.right(turned(85.0, 'r')) != ''
+    assert turning.right(turned(-85.0, 'r')) == ''
+    assert turning.right(turned(85.0, 'r')) != ''
 
 
 def test_a_robot_that_does_not_rest_or_does_not_move_has_not_turned():
-    assert 'still moving' in turn.left(turned(90.0, rested=False))
-    assert 'did not turn' in turn.left(turned(0.0, moved=False))
+    assert 'still moving' in turning.left(turned(90.0, rested=False))
+    assert 'did not turn' in turning.left(turned(0.0, moved=False))
 
 
 def test_commands_while_turning():
-    assert turn.clamped(turned(90.0)) == turn.on_the_spot(turned(90.0)) == ''
-    assert '9.0 rad/s' in turn.clamped(turned(90.0, rate=9.0))
-    assert '0.10 m/s' in turn.on_the_spot(turned(90.0, forward=0.1))
+    assert turning.clamped(turned(90.0)) == turning.on_the_spot(turned(90.0)) == ''
+    assert '9.0 rad/s' in turning.clamped(turned(90.0, rate=9.0))
+    assert '0.10 m/s' in turning.on_the_spot(turned(90.0, forward=0.1))
 
 
 @pytest.mark.parametrize('answer, met', [
@@ -127,12 +127,12 @@ def test_commands_while_turning():
     ('x\nnot a valid letter, really\n', False)])
 def test_an_answer_names_what_is_valid(answer, met):
     seen = observation(stimuli=[stimulus('nonsense', printed=answer, lines=2)])
-    assert (turn.answers_nonsense(seen) == '') is met
+    assert (turning.answers_nonsense(seen) == '') is met
 
 
 def test_an_answer_in_a_flood_is_none():
     seen = observation(stimuli=[stimulus('nonsense', printed='l or r', lines=20000)])
-    assert '20000 lines' in turn.answers_nonsense(seen)
+    assert '20000 lines' in turning.answers_nonsense(seen)
 
 
 # -- drives
@@ -147,7 +147,7 @@ def test_a_drive_is_judged_in_the_frame_it_began_in(start, end, place, heading):
     local_T_world = start.inverse()
     there = start @ end
     seen = observation('move2goal', stimuli=[stimulus('first drive', facts={
-        'moved': True, 'rested': True, 'goal': move2goal.GOAL,
+        'moved': True, 'rested': True, 'goal': drives.GOAL,
         'local_T_world': [local_T_world.x, local_T_world.y, local_T_world.yaw]})],
         truth=[[0.0, start.x, start.y, start.yaw], [2.0, there.x, there.y, there.yaw]])
     assert (move2goal.goal_place(seen) == '') is place

@@ -8,7 +8,8 @@ import pytest
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.marking.requests import fill_pose, is_origin
-from tb3_labs.ros.marking.submission import Unusable, find_node, prepare
+from tb3_labs.ros.marking.submission import Unusable, find_node
+from tb3_labs.ros.marking.workspace import prepare
 from tb3_labs.srv import ResetPoseRequest, SetInitialPoseRequest
 
 NAMES = ('move2goal_tf.py', 'move2goal.py')
