@@ -19,7 +19,7 @@ from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.marks import write_csv
 from tb3_labs.marking.page import feedback, overview
 from tb3_labs.marking.points import points_of
-from tb3_labs.ros.marking.marker import Marker, points_file
+from tb3_labs.ros.marking.marker import QUIET, Marker, points_file
 from tb3_labs.simulation.network import NETWORKS
 
 
@@ -40,7 +40,7 @@ def parse(words):
                         for name, lab in sorted(LABS.items())))
     parser.add_argument('--limit', type=float, default=300.0, metavar='SECONDS',
                         help='for one submission; default: %(default)g')
-    parser.add_argument('--network', choices=list(NETWORKS), default='quiet',
+    parser.add_argument('--network', choices=list(NETWORKS), default=QUIET,
                         help='between robot and node; default: %(default)s')
     parser.add_argument('--jobs', type=int, default=1, choices=range(1, 17), metavar='N',
                         help='submissions at a time; each needs about one processor core')

@@ -62,13 +62,11 @@ class Case(NamedTuple):
     lost: set
 
 
-#: (lab, its parts) or (lab, its parts, network) -> submissions. What a student gets wrong most
-#: easily comes with its part alone.
+#: This number of mark.py runs at a time; each marks all of its submissions at a time.
+AT_A_TIME = 3
+#: (lab, its parts) or (lab, its parts, network) -> submissions, the longest runs first. What a
+#: student gets wrong most easily comes with its part alone.
 CASES = {
-    ('turn', ''): [
-        Case('good', TURN, OWN_MESSAGE, set()),
-        Case('good as well', TURN, [], set()),
-    ],
     ('turn', 'turns'): [
         Case('no wrap', TURN, [
             ('.to_euler(degrees=True)[2] % 360', '.to_euler(degrees=True)[2]'),
@@ -83,18 +81,9 @@ CASES = {
         Case('syntax error', TURN, [('def turn(self):', 'def turn(self)')], EVERYTHING),
         Case('wrong side', TURN, [('self.yaw + 90', 'self.yaw - 90')], {'left', 'short_way'}),
     ],
-    ('turn', 'mouse,both'): [
-        Case('blocking input', TURN, [
-            ('threading.Thread(target=self.keyboard, daemon=True).start()', 'pass'),
-            ('            self.control()\n', '            if self.goal is None:\n'
-             "                self.handle(input('l or r? '))\n            self.control()\n")],
-            {'mouse_drives', 'mouse_dead_zone', 'mouse_off', 'mouse_after_turn', 'mouse_in_turn'}),
-    ],
-    ('turn', 'shutdown'): [
-        Case('hangs', TURN, [('        self.pub.publish(Twist())\n\n    def run', HANG
-                              + '\n    def run')], {'clean_exit'}),
-        Case('no stop', TURN, [('        self.pub.publish(Twist())\n\n    def run',
-                                '\n    def run')], {'stops_robot'}),
+    ('turn', ''): [
+        Case('good', TURN, OWN_MESSAGE, set()),
+        Case('good as well', TURN, [], set()),
     ],
     ('move2goal', 'drive,reset,control'): [
         Case('good', MOVE, [], set()),
@@ -109,6 +98,19 @@ CASES = {
         Case('waits for the service', PAD, [
             ('threading.Thread(target=self.reset, daemon=True).start()', 'self.reset()')],
             {'not_blocked'}),
+    ],
+    ('turn', 'mouse,both'): [
+        Case('blocking input', TURN, [
+            ('threading.Thread(target=self.keyboard, daemon=True).start()', 'pass'),
+            ('            self.control()\n', '            if self.goal is None:\n'
+             "                self.handle(input('l or r? '))\n            self.control()\n")],
+            {'mouse_drives', 'mouse_dead_zone', 'mouse_off', 'mouse_after_turn', 'mouse_in_turn'}),
+    ],
+    ('turn', 'shutdown'): [
+        Case('hangs', TURN, [('        self.pub.publish(Twist())\n\n    def run', HANG
+                              + '\n    def run')], {'clean_exit'}),
+        Case('no stop', TURN, [('        self.pub.publish(Twist())\n\n    def run',
+                                '\n    def run')], {'stops_robot'}),
     ],
     ('imu', 'heading'): [
         Case('good', IMU, [], set()),
@@ -168,7 +170,7 @@ class MarkTest(unittest.TestCase):
         cls.folder = tempfile.TemporaryDirectory(prefix='mark test ')    # spaces happen
         cls.temporary = Path(cls.folder.name) / 'tmp'
         cls.temporary.mkdir()
-        with ThreadPoolExecutor(3) as pool:
+        with ThreadPoolExecutor(AT_A_TIME) as pool:
             cls.runs = dict(zip(CASES, pool.map(cls.run_mark, CASES)))
 
     @classmethod
@@ -184,8 +186,8 @@ class MarkTest(unittest.TestCase):
             hand_in(base / 'submissions', case)
         done = subprocess.run(
             ['rosrun', 'tb3_labs', 'mark.py', str(base / 'submissions'), '--lab', lab, '-o',
-             str(base / 'marks'), '--parts', parts, '--network', network, '--jobs', '2', '--limit',
-             '120'],
+             str(base / 'marks'), '--parts', parts, '--network', network, '--jobs',
+             str(len(CASES[key])), '--limit', '120'],
             env=dict(os.environ, TMPDIR=str(cls.temporary)), stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, timeout=560, universal_newlines=True)
         return base / 'marks', done.stdout, done.returncode

@@ -1,4 +1,5 @@
 """Verdicts on observations that are made up, so that what really happened is known."""
+import ast
 import csv
 import math
 import pathlib
@@ -91,6 +92,46 @@ def test_the_sheet_for_instructors_lists_every_part():
     assert listed == [(name, part) for name, lab in LABS.items()
                       for part in SCRIPTS[name]]
     assert all(set(lab.parts) == set(SCRIPTS[name]) for name, lab in LABS.items())
+
+
+# -- names
+
+#: Spelled the same in core and bridge by chance; in the core a part, a column, an input, a mode.
+BY_CHANCE = {'heading', 'reset', 'points', 'x', 'w', 'utf-8'}
+
+
+def parsed(folder):
+    """The syntax trees of the modules in a folder, by file name."""
+    return {path.name: ast.parse(path.read_text(encoding='utf-8'))
+            for path in sorted((REPOSITORY / folder).glob('*.py'))}
+
+
+def literals(tree):
+    """The strings with letters in a module, but for docstrings."""
+    docstrings = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    return [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)
+            and isinstance(node.value, str) and id(node) not in docstrings
+            and re.search('[a-z]', node.value)]
+
+
+def named(tree):
+    """The strings that a module gives to constants of its own: NAME = 'x', or A, B = 'x', 'y'."""
+    values = [node.value for node in tree.body if isinstance(node, ast.Assign)]
+    return {item.value for value in values for item in getattr(value, 'elts', [value])
+            if isinstance(item, ast.Constant) and isinstance(item.value, str)}
+
+
+def test_core_and_bridge_share_names_by_constants():
+    core, bridge = ({text for tree in parsed(folder).values() for text in literals(tree)}
+                    for folder in ('src/tb3_labs/marking', 'src/tb3_labs/ros/marking'))
+    for program in ('scripts/mark.py', 'test/marking/check_lab.py'):
+        bridge.update(literals(ast.parse((REPOSITORY / program).read_text(encoding='utf-8'))))
+    assert core & bridge - BY_CHANCE == set()
+
+
+@pytest.mark.parametrize('name, tree', parsed('src/tb3_labs/marking').items())
+def test_a_string_that_has_a_name_stands_once(name, tree):
+    assert [text for text in named(tree) if literals(tree).count(text) > 1] == [], name
 
 
 # -- turns

@@ -1,7 +1,8 @@
 """The Transformation lab's gamepad: driving, handing the robot over, resetting. All it asks for."""
-from tb3_labs.marking.criteria import Criterion, Place, first_missed
+from tb3_labs.marking.criteria import Criterion, first_missed
 from tb3_labs.marking.life import TRACEBACK, clean_exit, starts, stops_robot
 from tb3_labs.marking.observation import NotSeen, Observation
+from tb3_labs.marking.sheets import STATES, THUMB
 from tb3_labs.marking.steering import ANGULAR, LINEAR, opposite, steers
 from tb3_labs.marking.stopping import AT_ONCE, stops_when_silent
 
@@ -23,7 +24,7 @@ PAD_SILENT = 'pad silent'
 #: Keys of their facts. A and B: the latest value on ctrl_relinq, None without one. A: did a late
 #: subscriber hear it? Y: the number of calls; did each call declare (0, 0, 0)?
 RELINQUISHED = 'relinquished'
-LATCHED = 'latched'
+LATCHED = 'heard late'
 CALLS = 'calls'
 ORIGIN = 'origin'
 
@@ -34,9 +35,6 @@ HALF = (0.25, 0.75)
 #: A node that is not blocked obeys a stick within this time [s]; waiting for a service takes 1 s.
 PROMPT = 0.7
 SUCCESS = 'Pose reset successfully'
-
-SHEET = 'transformation_lab.md'
-THUMB, STATES = Place(SHEET, '3. By thumb'), Place(SHEET, '1. The node and its states')
 
 
 def _stick(seen, name, column, bounds):

@@ -6,6 +6,7 @@ from typing import List
 from tb3_labs.marking.criteria import Criterion, Place
 from tb3_labs.marking.life import CTRL_C, TRACEBACK, clean_exit, says, starts
 from tb3_labs.marking.observation import NotSeen, Observation
+from tb3_labs.marking.sheets import EXERCISE, HEADING_EXERCISE, IMU_SHEET
 
 #: The parts of the lab.
 HEADING, ODD_SAMPLES = 'heading', 'odd samples'
@@ -25,8 +26,7 @@ GOODBYE = 'Shutting down the IMU subscriber'
 #: A printed heading is right if it is at most this far from the IMU's [deg].
 TOLERANCE = 1.0
 
-SHEET, SECTION = 'imu_lab.md', 'Exercise: the heading'
-EXERCISE, QUATERNION, AT_CTRL_C = (Place(SHEET, SECTION, step) for step in (1, 2, 4))
+QUATERNION, AT_CTRL_C = (Place(IMU_SHEET, HEADING_EXERCISE, step) for step in (2, 4))
 
 
 def headings(text: str) -> List[float]:

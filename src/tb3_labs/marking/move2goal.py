@@ -7,6 +7,7 @@ from tb3_labs.marking import drives
 from tb3_labs.marking.criteria import Criterion, Place, first_missed
 from tb3_labs.marking.life import clean_exit, starts, stops_robot
 from tb3_labs.marking.observation import WAS_MOVING, Observation
+from tb3_labs.marking.sheets import STATES, THUMB, TRANSFORMATION_SHEET
 from tb3_labs.marking.stopping import AT_ONCE, stops_when_silent
 
 #: The parts of the lab.
@@ -33,10 +34,10 @@ LAST_WORD = 0.5
 REACHED = re.compile(r'goal reached', re.IGNORECASE)
 SET = re.compile(r'local pose set', re.IGNORECASE)
 
-SHEET = 'transformation_lab.md'
-STATES, AT_RESET, DEMONSTRATION, ANALYSIS, THUMB, THEORY = (Place(SHEET, heading) for heading in (
-    '1. The node and its states', '2. The reset', '4. The demonstration to hand in', '5. Analysis',
-    '3. By thumb', 'Transformation lab: drive to a goal in a frame of your own'))
+AT_RESET, DEMONSTRATION, ANALYSIS, THEORY = (
+    Place(TRANSFORMATION_SHEET, heading) for heading in (
+        '2. The reset', '4. The demonstration to hand in', '5. Analysis',
+        'Transformation lab: drive to a goal in a frame of your own'))
 
 
 def waits(seen: Observation) -> str:

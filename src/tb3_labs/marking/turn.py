@@ -3,6 +3,7 @@ from tb3_labs.marking import mouse, turning
 from tb3_labs.marking.criteria import Criterion, Place
 from tb3_labs.marking.life import clean_exit, says, starts, stops_robot
 from tb3_labs.marking.observation import Observation
+from tb3_labs.marking.sheets import EXERCISE, IMU_SHEET, TURN_LAB
 from tb3_labs.marking.stopping import stops_when_silent
 
 #: The parts of the lab.
@@ -11,9 +12,7 @@ TURNS, MOUSE, BOTH, SHUTDOWN, LOST = 'turns', 'mouse', 'both', 'shutdown', 'lost
 IMU_SILENT = 'IMU silent'
 GOODBYE = 'Controller exiting. Halting robot.'
 
-SHEET, SECTION = 'imu_lab.md', 'Lab: turn 90 and 180 degrees'
-START, AT_MOUSE, LAW, AT_CTRL_C = (Place(SHEET, SECTION, step) for step in (1, 3, 4, 5))
-WRAP = Place(SHEET, 'Exercise: the heading', 1)
+START, AT_MOUSE, LAW, AT_CTRL_C = (Place(IMU_SHEET, TURN_LAB, step) for step in (1, 3, 4, 5))
 
 
 def says_goodbye(seen: Observation) -> str:
@@ -31,7 +30,7 @@ CRITERIA = [
     Criterion('left', TURNS, 'l turns 90 degrees left, within 10', LAW, turning.left),
     Criterion('right', TURNS, 'r turns 90 degrees right, within 10', LAW, turning.right),
     Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees, where it jumps',
-              WRAP, turning.short_way),
+              EXERCISE, turning.short_way),
     Criterion('clamped', TURNS, 'turns no faster than 1.5 rad/s', LAW, turning.clamped),
     Criterion('on_the_spot', TURNS, 'does not drive forward while it turns', LAW,
               turning.on_the_spot),

@@ -26,7 +26,7 @@ def build(workspace, log, environment, remarks):
     `log` is the file into which catkin_make prints. The build leaves the processor to the robots
     that run beside it.
     """
-    command = ['nice', '-n', '10', 'catkin_make', '--directory', str(workspace),
+    command = ['nice', '-n', '5', 'catkin_make', '--directory', str(workspace),
                '-DPYTHON_EXECUTABLE=' + sys.executable, '-DCATKIN_ENABLE_TESTING=0']
     with open(str(log), 'w') as file:
         try:
@@ -48,4 +48,4 @@ def build(workspace, log, environment, remarks):
 def _first_error(printed):
     lines = [line.strip() for line in printed.splitlines() if line.strip()]
     errors = [line for line in lines if ERROR.search(line)]
-    return (errors + lines[-1:] + ['it printed nothing'])[0][:LENGTH]
+    return (errors + lines[-1:] + ['without a word'])[0][:LENGTH]

@@ -7,9 +7,10 @@ from tb3_labs.ros.marking.waiting import wait, wait_until
 
 #: How often the message is sent [s].
 PERIOD = 0.05
-#: A node that is ready connects within this time [s], and has heard a message after SETTLED.
+#: A node that is ready connects within this time [s]. It may want to see a new pad at rest for a
+#: moment before it obeys (this package's gamepad for 0.3 s): it has seen enough after SETTLED.
 CONNECTING = 1.0
-SETTLED = 0.2
+SETTLED = 0.45
 
 
 class Hand:
