@@ -21,7 +21,8 @@ from tb3_labs.ros.marking.trial import SCRIPTS
 from tb3_labs.ros.testing.bounded_text import BoundedText
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-TABLE = yaml.safe_load((REPOSITORY / 'test' / 'marking' / 'points.yaml').read_text(encoding='utf-8'))
+TABLE = yaml.safe_load(
+    (REPOSITORY / 'test' / 'marking' / 'points.yaml').read_text(encoding='utf-8'))
 
 
 def stimulus(name, begin=0.0, end=2.0, **more):
@@ -66,8 +67,9 @@ def test_every_criterion_has_points_and_a_place_in_a_lab_sheet(lab):
 @pytest.mark.parametrize('change, words', [
     ({'left': -1}, 'left = -1'), ({'left': 'many'}, "left = 'many'"),
     ({'left': True}, 'left = True'), ({'left': math.nan}, 'left = nan'),
-    ({'lfet': 1}, '"lfet"'), ({'extra': {'left': 1}}, '"left"'), ({'extra': 3}, 'section of its own')])
-def test_points_that_are_none_are_refused(change, words):
+    ({'lfet': 1}, '"lfet"'), ({'extra': {'left': 1}}, '"left"'),
+    ({'extra': 3}, 'section of its own')])
+def test_points_that_are_not_valid_are_refused(change, words):
     with pytest.raises(ValueError, match=re.escape(words)):
         points_of('turn', turn.CRITERIA, {'turn': dict(TABLE['turn'], **change)})
 
@@ -166,12 +168,12 @@ def test_commands_while_turning():
 @pytest.mark.parametrize('answer, met', [
     ("x\nNot valid: use 'l' or 'r'.\n", True), ('Please type left or right', True), ('x\n', False),
     ('x\nnot a valid letter, really\n', False)])
-def test_an_answer_names_what_is_valid(answer, met):
+def test_an_answer_names_the_valid_inputs(answer, met):
     seen = observation(stimuli=[stimulus('nonsense', printed=answer, lines=2)])
     assert (turning.answers_nonsense(seen) == '') is met
 
 
-def test_an_answer_in_a_flood_is_none():
+def test_an_answer_in_a_flood_is_not_seen():
     seen = observation(stimuli=[stimulus('nonsense', printed='l or r', lines=20000)])
     assert '20000 lines' in turning.answers_nonsense(seen)
 
@@ -195,7 +197,7 @@ def test_a_drive_is_judged_in_the_frame_it_began_in(start, end, place, heading):
     assert (move2goal.goal_heading(seen) == '') is heading
 
 
-# -- what could not be seen
+# -- what was not seen
 
 def test_a_node_that_ended_at_once_loses_all_and_is_told_why():
     seen = Observation('turn', 'lab2/node.py', runs=[Run(
