@@ -136,6 +136,16 @@ def test_a_string_that_has_a_name_stands_once(name, tree):
     assert [text for text in named(tree) if literals(tree).count(text) > 1] == [], name
 
 
+@pytest.mark.parametrize('name, tree', parsed('src/tb3_labs/marking').items())
+def test_public_functions_say_their_types(name, tree):
+    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)
+                 and not re.match('_(?!_)', node.name)]
+    bare = ['{} of {}'.format(argument.arg, function.name) for function in functions
+            for argument in function.args.args
+            if argument.arg not in ('self', 'cls') and argument.annotation is None]
+    assert bare + [function.name for function in functions if function.returns is None] == [], name
+
+
 # -- turns
 
 @pytest.mark.parametrize('degrees, met', [

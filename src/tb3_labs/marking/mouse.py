@@ -1,4 +1,6 @@
 """The mouse of the IMU lab: alone, and beside turns."""
+from typing import Iterable, Sequence
+
 from tb3_labs.marking.observation import WAS_MOVING, NotSeen, Observation
 from tb3_labs.marking.steering import ANGULAR, LINEAR, NEAR, opposite, steers
 from tb3_labs.marking.stopping import AT_ONCE, stops_when_silent
@@ -81,7 +83,7 @@ def in_turn(seen: Observation) -> str:
             scene.end - scene.begin)
 
 
-def drives_forward(commands) -> bool:
+def drives_forward(commands: Iterable[Sequence[float]]) -> bool:
     """Is there a command as that of a mouse at the upper edge? Rows of time, linear, angular."""
     return any(command[LINEAR] > AT_EDGE[0] for command in commands)
 

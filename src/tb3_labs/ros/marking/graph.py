@@ -5,6 +5,9 @@ import rosnode
 import rospkg
 import rospy
 
+#: What a node does with a topic, or a service.
+ROLES = PUBLISHES, LISTENS, OFFERS = 'publishes', 'listens', 'offers'
+
 
 class Graph:
     """Asks the master; if it does not answer, no node is known."""
@@ -15,19 +18,18 @@ class Graph:
         self.names = set()
 
     def nodes(self):
-        """name -> what it registered, of each node but this one: the topics that it listens to, and
-        a pair of a number and a name for all else."""
+        """name -> what it registered, of each node but this one: a set of (role, name of the topic
+        or service), where the role is one of ROLES."""
         try:
             publishers, subscribers, services = self._master.getSystemState()
         except (OSError, rosgraph.MasterException):
             return {}
         nodes = {}
-        for number, groups in enumerate((subscribers, publishers, services)):
+        for role, groups in zip(ROLES, (publishers, subscribers, services)):
             for topic, names in groups:
                 for name in names:
-                    if name != rospy.get_name():
-                        nodes.setdefault(name, set()).update([topic] if number == 0 else [
-                            (number, topic)])
+                    nodes.setdefault(name, set()).add((role, topic))
+        nodes.pop(rospy.get_name(), None)
         return nodes
 
     def services(self):
@@ -39,7 +41,7 @@ class Graph:
     def listens_to(self, topic):
         """Does the node listen to `topic`?"""
         topic, nodes = rospy.resolve_name(topic), self.nodes()
-        return any(topic in nodes.get(name, ()) for name in self.names)
+        return any((LISTENS, topic) in nodes.get(name, ()) for name in self.names)
 
     def kind_of(self, topic):
         """The message class that the node itself uses on `topic`; None if there is none."""

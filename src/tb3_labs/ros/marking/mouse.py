@@ -9,13 +9,13 @@ from tb3_labs.ros.marking.hand import Hand
 class Mouse(Hand):
     """The mouse on the topic mouse_info.
 
-    AttributeError if the node's message has not the fields of tb3_labs/MouseController.
+    AttributeError if the node's message does not have the fields of tb3_labs/MouseController.
     """
 
     def __init__(self, graph):
         """`graph`: the Graph of the node that runs."""
         self._kind = graph.kind_of(MOUSE_INFO) or MouseController
-        self._message_at(0.0, 0.0, False)
+        self._message_at(0.0, 0.0, False)    # raises here, not in the middle of a stimulus
         super().__init__(MOUSE_INFO, self._kind)
 
     def at(self, x, y, active=True):

@@ -9,7 +9,7 @@ import time
 import rospy
 
 from tb3_labs.marking.observation import Run
-from tb3_labs.ros.marking.graph import Graph
+from tb3_labs.ros.marking.graph import LISTENS, Graph
 from tb3_labs.ros.marking.waiting import wait_until
 from tb3_labs.ros.testing.node_process import NodeProcess
 
@@ -75,11 +75,11 @@ class StudentNode:
 
         def is_ready():
             nonlocal new, since
-            seen = {name: topics for name, topics in self.graph.nodes().items()
+            seen = {name: registered for name, registered in self.graph.nodes().items()
                     if name not in known}
             if seen != new:
                 new, since = seen, time.monotonic()
-            return any(topic in topics for topics in new.values()) and (
+            return any((LISTENS, topic) in registered for registered in new.values()) and (
                 time.monotonic() - since >= QUIET)
         ready = wait_until(lambda: not self.alive or is_ready(), START_TIME, LOOK)
         self.graph.names = set(new)
