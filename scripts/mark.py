@@ -3,7 +3,7 @@
 
 Usage: mark.py SUBMISSIONS --lab turn -o MARKS
 
-SUBMISSIONS holds one folder for each student, with a catkin package somewhere below. MARKS gets
+SUBMISSIONS has one folder for each student, with a catkin package somewhere below. MARKS gets
 marks.csv, overview.html, and a page of feedback for each student. doc/marking.md tells more.
 """
 import argparse
@@ -19,7 +19,7 @@ from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.marks import write_csv
 from tb3_labs.marking.page import feedback, overview
 from tb3_labs.marking.points import points_of
-from tb3_labs.ros.marking.marker import Marker, points_file
+from tb3_labs.ros.marking.marker import QUIET, Marker, points_file
 from tb3_labs.simulation.network import NETWORKS
 
 
@@ -30,17 +30,17 @@ def parse(words):
     parser.add_argument('submissions', metavar='SUBMISSIONS', type=Path)
     parser.add_argument('--lab', required=True, choices=sorted(LABS))
     parser.add_argument('-o', dest='folder', metavar='MARKS', type=Path, required=True,
-                        help='folder for what is written')
-    parser.add_argument('--points', type=Path, help='YAML file with what each criterion is worth; '
+                        help='folder for the marks and pages')
+    parser.add_argument('--points', type=Path, help='YAML file with the points of each criterion; '
                         'default: test/marking/points.yaml of this package')
-    parser.add_argument('--type', metavar='NAME', help="the node's file, if it is not called as in "
-                        'the lab')
-    parser.add_argument('--parts', default='', help='only these parts of the lab, with commas: '
+    parser.add_argument('--type', metavar='NAME', help="the node's file, if its name is not that "
+                        'of the lab')
+    parser.add_argument('--parts', default='', help='these parts of the lab alone, with commas: '
                         + '; '.join('{}: {}'.format(name, ', '.join(lab.parts))
                         for name, lab in sorted(LABS.items())))
     parser.add_argument('--limit', type=float, default=300.0, metavar='SECONDS',
                         help='for one submission; default: %(default)g')
-    parser.add_argument('--network', choices=list(NETWORKS), default='quiet',
+    parser.add_argument('--network', choices=list(NETWORKS), default=QUIET,
                         help='between robot and node; default: %(default)s')
     parser.add_argument('--jobs', type=int, default=1, choices=range(1, 17), metavar='N',
                         help='submissions at a time; each needs about one processor core')
@@ -48,74 +48,108 @@ def parse(words):
 
 
 def main(words):
-    """Mark all, write all; the exit status."""
+    """Mark all submissions, write the marks; the exit status."""
     given = parse(words)
     lab = LABS[given.lab]
-    parts = [part.strip() for part in given.parts.split(',') if part.strip()]
     try:
-        if not set(parts) <= set(lab.parts):
-            raise ValueError('lab {} has these parts: {}'.format(given.lab, ', '.join(lab.parts)))
+        parts = lab.checked_parts(given.parts)
         with open(str(given.points or points_file())) as file:
             worth = points_of(given.lab, lab.criteria, yaml.safe_load(file))
-        folders = sorted(path for path in given.submissions.iterdir() if path.is_dir()
-                         and not path.name.startswith('.'))
-        if not folders:
-            raise ValueError('there is no folder in {}'.format(given.submissions))
+        folders = submissions_in(given.submissions)
         (given.folder / 'logs').mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError, yaml.YAMLError) as problem:
-        print('mark.py: {}'.format(problem), file=sys.stderr)
+        tell_problem(problem)
         return 2
-    for path in sorted(given.submissions.iterdir()):
-        if not path.is_dir():
-            print('mark.py: left out, because it is no folder: {}'.format(path), file=sys.stderr)
     marker = Marker(given.lab, worth, given.folder / 'logs', parts,
                     (given.type,) if given.type else (), given.limit, given.network)
-    return mark_all(marker, folders, given)
-
-
-def mark_all(marker, folders, given):
-    """Mark the submissions, tell how far it is, write what there is; the exit status."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    title, done, failed = LABS[given.lab].title, {}, False
+    pages = Pages(given.folder, lab.title)
+    done, failed = mark_all(marker, folders, given.jobs, pages)
+    if done:
+        pages.write_overview(done)
+    return 1 if failed else 0
+
+
+def submissions_in(folder):
+    """The folders in a folder, sorted; anything else is told. ``ValueError`` if there is none."""
+    paths = sorted(folder.iterdir())
+    found = [path for path in paths if path.is_dir() and not path.name.startswith('.')]
+    if not found:
+        raise ValueError('there is no folder in {}'.format(folder))
+    for path in paths:
+        if not path.is_dir():
+            tell_problem('left out, because it is no folder: {}'.format(path))
+    return found
+
+
+def mark_all(marker, folders, jobs, pages):
+    """Mark the submissions, `jobs` at a time, and write each one's page.
+
+    Returns the Marks of those that are done, in order, and whether anything failed.
+    """
+    done, failed, total = {}, False, len(folders)
 
     def mark(number, folder):
-        # one write: several threads tell
-        sys.stdout.write('[{}/{}] {} ...\n'.format(number, len(folders), folder.name))
-        sys.stdout.flush()
+        tell('[{}/{}] {} ...'.format(number, total, folder.name))
         begun = time.monotonic()
-        return marker.mark(folder), time.monotonic() - begun
+        return number, marker.mark(folder), time.monotonic() - begun
 
-    with ThreadPoolExecutor(given.jobs) as pool:
-        jobs = {pool.submit(mark, number, folder): number
-                for number, folder in enumerate(folders, 1)}
+    with ThreadPoolExecutor(jobs) as pool:
+        tasks = [pool.submit(mark, number, folder) for number, folder in enumerate(folders, 1)]
         try:
-            for job in as_completed(jobs):
+            for task in as_completed(tasks):
                 try:
-                    marks, seconds = job.result()
+                    number, marks, seconds = task.result()
                 except OSError as problem:
-                    print('mark.py: {}'.format(problem), file=sys.stderr)
+                    tell_problem(problem)
                     failed = True
                     continue
-                done[jobs[job]] = marks
+                done[number] = marks
                 failed = failed or marks.failed
-                (given.folder / (marks.student + '.html')).write_text(
-                    feedback(marks, title), encoding='utf-8')
-                print('[{}/{}] {}: {:g} of {:g} points, {:.0f} s'.format(
-                    jobs[job], len(folders), marks.student, marks.points, marks.worth, seconds),
-                    flush=True)
+                pages.write(marks)
+                tell('[{}/{}] {}: {:g} of {:g} points, {:.0f} s'.format(
+                    number, total, marks.student, marks.points, marks.worth, seconds))
         except KeyboardInterrupt:
-            print('mark.py: interrupted; what is done is written', file=sys.stderr)
+            tell_problem('interrupted; the marks so far are written')
             failed = True
-            for job in jobs:
-                job.cancel()
+            for task in tasks:
+                task.cancel()
             marker.interrupt()
-    if done:
-        all_marks = [done[number] for number in sorted(done)]
-        write_csv(all_marks, given.folder / 'marks.csv')
-        (given.folder / 'overview.html').write_text(overview(
-            all_marks, title, [marks.student + '.html' for marks in all_marks]), encoding='utf-8')
-        print('Overview: {}'.format(given.folder / 'overview.html'))
-    return 1 if failed else 0
+    return [done[number] for number in sorted(done)], failed
+
+
+class Pages:
+    """What is written into the folder of the marks."""
+
+    def __init__(self, folder, title):
+        """`title`: of the lab."""
+        self._folder, self._title = folder, title
+
+    def write(self, marks):
+        """Write the page of one student."""
+        self._path(marks).write_text(feedback(marks, self._title), encoding='utf-8')
+
+    def write_overview(self, all_marks):
+        """Write the table of all marks, and the page of all students."""
+        write_csv(all_marks, self._folder / 'marks.csv')
+        path = self._folder / 'overview.html'
+        path.write_text(overview(all_marks, self._title, [
+            self._path(marks).name for marks in all_marks]), encoding='utf-8')
+        tell('Overview: {}'.format(path))
+
+    def _path(self, marks):
+        return self._folder / (marks.student + '.html')
+
+
+def tell(line):
+    """Print a line by one write, since several threads print."""
+    sys.stdout.write(line + '\n')
+    sys.stdout.flush()
+
+
+def tell_problem(problem):
+    """Print why something was not done."""
+    print('mark.py: {}'.format(problem), file=sys.stderr)
 
 
 if __name__ == '__main__':

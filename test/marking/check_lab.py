@@ -2,13 +2,13 @@
 """Checks a node by the criteria of its lab, as a rostest: one test for each criterion.
 
 Started by check_LAB.test. Parameters
-    ~lab        imu, turn, move2goal, gamepad
+    ~lab        imu, turn, move2goal or gamepad
     ~pkg        package of the node
     ~type       its file, as rosrun knows it
     ~points     YAML file with the points of each criterion
-    ~parts      only these parts of the lab, with commas; empty: all
+    ~parts      these parts of the lab alone, with commas; empty: all
     ~record     file to which the observation is written; empty: none
-    ~strict     criteria beyond the handout fail the test too
+    ~strict     whether criteria beyond the handout fail the test too
 """
 import os
 import sys
@@ -25,30 +25,33 @@ from tb3_labs.ros.marking.trial import try_out
 
 
 def observe():
-    """The Observation, and its verdicts."""
-    given = {name: rospy.get_param('~' + name) for name in (
-        'lab', 'pkg', 'type', 'points', 'parts', 'record')}
-    parts = [part.strip() for part in given['parts'].split(',') if part.strip()]
-    lab = LABS[given['lab']]
-    with open(given['points']) as file:
-        worth = points_of(given['lab'], lab.criteria, yaml.safe_load(file))
+    """Try the node out; the verdicts."""
+    name, package, executable, points, parts, record = (rospy.get_param('~' + name) for name in (
+        'lab', 'pkg', 'type', 'points', 'parts', 'record'))
+    if name not in LABS:
+        raise ValueError('there is no lab {!r}: {}'.format(name, ', '.join(LABS)))
+    lab = LABS[name]
+    parts = lab.checked_parts(parts)
+    with open(points) as file:
+        worth = points_of(name, lab.criteria, yaml.safe_load(file))
 
     def keep(observation):
-        if given['record']:
-            with open(given['record'] + '.part', 'w') as file:
+        if record:
+            with open(record + '.part', 'w') as file:
                 file.write(observation.to_json())
-            os.replace(given['record'] + '.part', given['record'])
-    observation = try_out(given['lab'], given['pkg'], given['type'], parts, keep)
+            os.replace(record + '.part', record)
+    observation = try_out(name, package, executable, parts, keep)
     return judge(lab.criteria, observation, worth, parts)
 
 
 def test_of(verdict, strict):
-    """A test method that tells a Verdict."""
+    """A test method that fails with a Verdict that is not met."""
     def test(self):
         if verdict.outcome is Outcome.MET:
             return
-        message = '{}: {} ({:g} of {:g} points)'.format(
-            verdict.outcome.value, verdict.sentence, verdict.points, verdict.worth)
+        message = '{}: {} ({:g} of {:g} points). Asked: {}'.format(
+            verdict.outcome.value, verdict.sentence, verdict.points, verdict.worth,
+            verdict.criterion.meaning)
         if verdict.criterion.extra and not strict:
             self.skipTest(message)
         self.fail(message)
@@ -56,15 +59,14 @@ def test_of(verdict, strict):
 
 
 def main():
-    """Try out, judge, report as a rostest."""
+    """Try the node out, judge it, report as a rostest."""
     rospy.init_node('check')
     try:
         verdicts = observe()
     except (OSError, ValueError, yaml.YAMLError) as problem:
         sys.exit('check_lab.py: {}'.format(problem))
     strict = rospy.get_param('~strict')
-    tests = {'test_{}{}'.format('extra_' if v.criterion.extra else '', v.criterion.name):
-             test_of(v, strict) for v in verdicts}
+    tests = {'test_' + verdict.criterion.label: test_of(verdict, strict) for verdict in verdicts}
     rostest.rosrun('tb3_labs', 'check', type('Check', (unittest.TestCase,), tests))
 
 

@@ -1,6 +1,9 @@
 #!/usr/bin/env python3
-"""Marks submissions whose marks are known: nodes as a student writes them (student_nodes/), and the
-same with one deliberate mistake each, which must lose just the marks it should."""
+"""Marks submissions whose marks are known.
+
+They are the nodes of student_nodes/, written as a student writes them, and the same nodes with one
+deliberate mistake each. Each mistake must lose the marks that it should, and no others.
+"""
 import csv
 import os
 import subprocess
@@ -32,7 +35,7 @@ catkin_package()
 '''
 MESSAGE = 'Header header\nstd_msgs/Bool status\nfloat32 xPos\nfloat32 yPos\n'
 OWN_MESSAGE = [('from tb3_labs.msg import', 'from lab2.msg import')]
-#: Nobody else sleeps so long [s].
+#: No other program sleeps for this time [s].
 SLEEP = '97531'
 HANG = """        self.pub.publish(Twist())
         import subprocess
@@ -62,15 +65,14 @@ class Case(NamedTuple):
     lost: set
 
 
-#: (lab, its parts) or (lab, its parts, network) -> submissions. What a student gets wrong most
-#: easily comes with its part alone.
+#: This number of mark.py runs at a time; each marks no more submissions at a time than JOBS. More
+#: of them hold the robots up, and each is tried twice.
+AT_A_TIME, JOBS = 3, 4
+#: (lab, its parts) or (lab, its parts, network) -> submissions, the longest runs first. What a
+#: student gets wrong most easily comes with its part alone.
 CASES = {
-    ('turn', ''): [
-        Case('good', TURN, OWN_MESSAGE, set()),
-        Case('good as well', TURN, [], set()),
-    ],
     ('turn', 'turns'): [
-        Case('no wrap', TURN, [
+        Case('across the jump', TURN, [
             ('.to_euler(degrees=True)[2] % 360', '.to_euler(degrees=True)[2]'),
             ('(self.yaw + 90) % 360', 'self.yaw + 90'), ('(self.yaw - 90) % 360', 'self.yaw - 90'),
             ('error -= 360', 'pass'), ('error += 360', 'pass')], {'short_way'}),
@@ -83,18 +85,9 @@ CASES = {
         Case('syntax error', TURN, [('def turn(self):', 'def turn(self)')], EVERYTHING),
         Case('wrong side', TURN, [('self.yaw + 90', 'self.yaw - 90')], {'left', 'short_way'}),
     ],
-    ('turn', 'mouse,both'): [
-        Case('blocking input', TURN, [
-            ('threading.Thread(target=self.keyboard, daemon=True).start()', 'pass'),
-            ('            self.control()\n', '            if self.goal is None:\n'
-             "                self.handle(input('l or r? '))\n            self.control()\n")],
-            {'mouse_drives', 'mouse_dead_zone', 'mouse_off', 'mouse_after_turn', 'mouse_in_turn'}),
-    ],
-    ('turn', 'shutdown'): [
-        Case('hangs', TURN, [('        self.pub.publish(Twist())\n\n    def run', HANG
-                              + '\n    def run')], {'clean_exit'}),
-        Case('no stop', TURN, [('        self.pub.publish(Twist())\n\n    def run',
-                                '\n    def run')], {'stops_robot'}),
+    ('turn', ''): [
+        Case('good', TURN, OWN_MESSAGE, set()),
+        Case('good as well', TURN, [], set()),
     ],
     ('move2goal', 'drive,reset,control'): [
         Case('good', MOVE, [], set()),
@@ -110,6 +103,19 @@ CASES = {
             ('threading.Thread(target=self.reset, daemon=True).start()', 'self.reset()')],
             {'not_blocked'}),
     ],
+    ('turn', 'mouse,both'): [
+        Case('blocking input', TURN, [
+            ('threading.Thread(target=self.keyboard, daemon=True).start()', 'pass'),
+            ('            self.control()\n', '            if self.goal is None:\n'
+             "                self.handle(input('l or r? '))\n            self.control()\n")],
+            {'mouse_drives', 'mouse_dead_zone', 'mouse_off', 'mouse_after_turn', 'mouse_in_turn'}),
+    ],
+    ('turn', 'shutdown'): [
+        Case('hangs', TURN, [('        self.pub.publish(Twist())\n\n    def run', HANG
+                              + '\n    def run')], {'clean_exit'}),
+        Case('no stop', TURN, [('        self.pub.publish(Twist())\n\n    def run',
+                                '\n    def run')], {'stops_robot'}),
+    ],
     ('imu', 'heading'): [
         Case('good', IMU, [], set()),
         Case('no wrap', IMU, [('if yaw < 0:', 'if yaw < -999:')], {'from_0_to_360'}),
@@ -121,7 +127,7 @@ CASES = {
 
 
 def hand_in(folder, case):
-    """Write a submission, as careless as some are."""
+    """Write a submission: no exec bit, and one of them has Windows line endings."""
     code = (NODES / case.node).read_text()
     for old, new in case.changes:
         assert old in code, old
@@ -161,14 +167,14 @@ class Page(HTMLParser):
 
 
 class MarkTest(unittest.TestCase):
-    """mark.py is run once for each lab and parts of it, then looked at."""
+    """mark.py runs once for each lab and parts of it; the tests look at what it wrote."""
 
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory(prefix='mark test ')    # spaces happen
         cls.temporary = Path(cls.folder.name) / 'tmp'
         cls.temporary.mkdir()
-        with ThreadPoolExecutor(3) as pool:
+        with ThreadPoolExecutor(AT_A_TIME) as pool:
             cls.runs = dict(zip(CASES, pool.map(cls.run_mark, CASES)))
 
     @classmethod
@@ -184,8 +190,8 @@ class MarkTest(unittest.TestCase):
             hand_in(base / 'submissions', case)
         done = subprocess.run(
             ['rosrun', 'tb3_labs', 'mark.py', str(base / 'submissions'), '--lab', lab, '-o',
-             str(base / 'marks'), '--parts', parts, '--network', network, '--jobs', '2', '--limit',
-             '120'],
+             str(base / 'marks'), '--parts', parts, '--network', network, '--jobs',
+             str(min(JOBS, len(CASES[key]))), '--limit', '120'],
             env=dict(os.environ, TMPDIR=str(cls.temporary)), stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, timeout=560, universal_newlines=True)
         return base / 'marks', done.stdout, done.returncode

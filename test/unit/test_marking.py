@@ -1,4 +1,5 @@
 """Verdicts on observations that are made up, so that what really happened is known."""
+import ast
 import csv
 import math
 import pathlib
@@ -9,7 +10,7 @@ import pytest
 import yaml
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking import move2goal, turn
+from tb3_labs.marking import drives, move2goal, turn, turning
 from tb3_labs.marking.criteria import Criterion, Outcome, Place, judge
 from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.marks import Marks, write_csv
@@ -20,7 +21,8 @@ from tb3_labs.ros.marking.trial import SCRIPTS
 from tb3_labs.ros.testing.bounded_text import BoundedText
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-TABLE = yaml.safe_load((REPOSITORY / 'test' / 'marking' / 'points.yaml').read_text(encoding='utf-8'))
+TABLE = yaml.safe_load(
+    (REPOSITORY / 'test' / 'marking' / 'points.yaml').read_text(encoding='utf-8'))
 
 
 def stimulus(name, begin=0.0, end=2.0, **more):
@@ -65,8 +67,9 @@ def test_every_criterion_has_points_and_a_place_in_a_lab_sheet(lab):
 @pytest.mark.parametrize('change, words', [
     ({'left': -1}, 'left = -1'), ({'left': 'many'}, "left = 'many'"),
     ({'left': True}, 'left = True'), ({'left': math.nan}, 'left = nan'),
-    ({'lfet': 1}, '"lfet"'), ({'extra': {'left': 1}}, '"left"'), ({'extra': 3}, 'section of its own')])
-def test_points_that_are_none_are_refused(change, words):
+    ({'lfet': 1}, '"lfet"'), ({'extra': {'left': 1}}, '"left"'),
+    ({'extra': 3}, 'section of its own')])
+def test_points_that_are_not_valid_are_refused(change, words):
     with pytest.raises(ValueError, match=re.escape(words)):
         points_of('turn', turn.CRITERIA, {'turn': dict(TABLE['turn'], **change)})
 
@@ -89,8 +92,58 @@ def test_the_sheet_for_instructors_lists_every_part():
         lab = line[0] or lab
         listed.append((lab, line[1]))
     assert listed == [(name, part) for name, lab in LABS.items()
-                      for part in SCRIPTS[name].parts]
-    assert all(set(lab.parts) == set(SCRIPTS[name].parts) for name, lab in LABS.items())
+                      for part in SCRIPTS[name]]
+    assert all(set(lab.parts) == set(SCRIPTS[name]) for name, lab in LABS.items())
+
+
+# -- names
+
+#: Spelled the same in core and bridge by chance; in the core a part, a column, an input, a mode.
+BY_CHANCE = {'heading', 'reset', 'points', 'x', 'w', 'utf-8'}
+
+
+def parsed(folder):
+    """The syntax trees of the modules in a folder, by file name."""
+    return {path.name: ast.parse(path.read_text(encoding='utf-8'))
+            for path in sorted((REPOSITORY / folder).glob('*.py'))}
+
+
+def literals(tree):
+    """The strings with letters in a module, but for docstrings."""
+    docstrings = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    return [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)
+            and isinstance(node.value, str) and id(node) not in docstrings
+            and re.search('[a-z]', node.value)]
+
+
+def named(tree):
+    """The strings that a module gives to constants of its own: NAME = 'x', or A, B = 'x', 'y'."""
+    values = [node.value for node in tree.body if isinstance(node, ast.Assign)]
+    return {item.value for value in values for item in getattr(value, 'elts', [value])
+            if isinstance(item, ast.Constant) and isinstance(item.value, str)}
+
+
+def test_core_and_bridge_share_names_by_constants():
+    core, bridge = ({text for tree in parsed(folder).values() for text in literals(tree)}
+                    for folder in ('src/tb3_labs/marking', 'src/tb3_labs/ros/marking'))
+    for program in ('scripts/mark.py', 'test/marking/check_lab.py'):
+        bridge.update(literals(ast.parse((REPOSITORY / program).read_text(encoding='utf-8'))))
+    assert core & bridge - BY_CHANCE == set()
+
+
+@pytest.mark.parametrize('name, tree', parsed('src/tb3_labs/marking').items())
+def test_a_string_that_has_a_name_stands_once(name, tree):
+    assert [text for text in named(tree) if literals(tree).count(text) > 1] == [], name
+
+
+@pytest.mark.parametrize('name, tree', parsed('src/tb3_labs/marking').items())
+def test_public_functions_say_their_types(name, tree):
+    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)
+                 and not re.match('_(?!_)', node.name)]
+    bare = ['{} of {}'.format(argument.arg, function.name) for function in functions
+            for argument in function.args.args
+            if argument.arg not in ('self', 'cls') and argument.annotation is None]
+    assert bare + [function.name for function in functions if function.returns is None] == [], name
 
 
 # -- turns
@@ -99,7 +152,7 @@ def test_the_sheet_for_instructors_lists_every_part():
     (90.0, True), (79.5, True), (100.5, True), (78.5, False), (101.5, False), (-90.0, False),
     (450.0, False), (-270.0, False), (0.0, False)])
 def test_a_turn_to_the_left_is_counted_as_it_was_turned(degrees, met):
-    missed = turn.left(turned(degrees))
+    missed = turning.left(turned(degrees))
     assert (missed == '') is met
     if missed and degrees:
         assert '{:.1f} degrees to the {}'.format(
@@ -107,32 +160,32 @@ def test_a_turn_to_the_left_is_counted_as_it_was_turned(degrees, met):
 
 
 def test_a_turn_to_the_right_is_one():
-    assert turn.right(turned(-85.0, 'r')) == ''
-    assert turn.right(turned(85.0, 'r')) != ''
+    assert turning.right(turned(-85.0, 'r')) == ''
+    assert turning.right(turned(85.0, 'r')) != ''
 
 
 def test_a_robot_that_does_not_rest_or_does_not_move_has_not_turned():
-    assert 'still moving' in turn.left(turned(90.0, rested=False))
-    assert 'did not turn' in turn.left(turned(0.0, moved=False))
+    assert 'still moving' in turning.left(turned(90.0, rested=False))
+    assert 'did not turn' in turning.left(turned(0.0, moved=False))
 
 
 def test_commands_while_turning():
-    assert turn.clamped(turned(90.0)) == turn.on_the_spot(turned(90.0)) == ''
-    assert '9.0 rad/s' in turn.clamped(turned(90.0, rate=9.0))
-    assert '0.10 m/s' in turn.on_the_spot(turned(90.0, forward=0.1))
+    assert turning.clamped(turned(90.0)) == turning.on_the_spot(turned(90.0)) == ''
+    assert '9.0 rad/s' in turning.clamped(turned(90.0, rate=9.0))
+    assert '0.10 m/s' in turning.on_the_spot(turned(90.0, forward=0.1))
 
 
 @pytest.mark.parametrize('answer, met', [
     ("x\nNot valid: use 'l' or 'r'.\n", True), ('Please type left or right', True), ('x\n', False),
     ('x\nnot a valid letter, really\n', False)])
-def test_an_answer_names_what_is_valid(answer, met):
+def test_an_answer_names_the_valid_inputs(answer, met):
     seen = observation(stimuli=[stimulus('nonsense', printed=answer, lines=2)])
-    assert (turn.answers_nonsense(seen) == '') is met
+    assert (turning.answers_nonsense(seen) == '') is met
 
 
-def test_an_answer_in_a_flood_is_none():
+def test_an_answer_in_a_flood_is_not_seen():
     seen = observation(stimuli=[stimulus('nonsense', printed='l or r', lines=20000)])
-    assert '20000 lines' in turn.answers_nonsense(seen)
+    assert '20000 lines' in turning.answers_nonsense(seen)
 
 
 # -- drives
@@ -147,14 +200,14 @@ def test_a_drive_is_judged_in_the_frame_it_began_in(start, end, place, heading):
     local_T_world = start.inverse()
     there = start @ end
     seen = observation('move2goal', stimuli=[stimulus('first drive', facts={
-        'moved': True, 'rested': True, 'goal': move2goal.GOAL,
+        'moved': True, 'rested': True, 'goal': drives.GOAL,
         'local_T_world': [local_T_world.x, local_T_world.y, local_T_world.yaw]})],
         truth=[[0.0, start.x, start.y, start.yaw], [2.0, there.x, there.y, there.yaw]])
     assert (move2goal.goal_place(seen) == '') is place
     assert (move2goal.goal_heading(seen) == '') is heading
 
 
-# -- what could not be seen
+# -- what was not seen
 
 def test_a_node_that_ended_at_once_loses_all_and_is_told_why():
     seen = Observation('turn', 'lab2/node.py', runs=[Run(

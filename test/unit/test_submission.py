@@ -1,4 +1,4 @@
-"""What students hand in, found and made to run; services they may have made up."""
+"""Submissions are found and made to run; services of unknown types are filled and read."""
 import math
 import os
 import subprocess
@@ -8,7 +8,8 @@ import pytest
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.marking.requests import fill_pose, is_origin
-from tb3_labs.ros.marking.submission import Unusable, find_node, prepare
+from tb3_labs.ros.marking.submission import Unusable, find_node
+from tb3_labs.ros.marking.workspace import prepare
 from tb3_labs.srv import ResetPoseRequest, SetInitialPoseRequest
 
 NAMES = ('move2goal_tf.py', 'move2goal.py')
@@ -17,7 +18,7 @@ NODE = '#!/usr/bin/env python3\nprint("runs")\n'
 
 
 def hand_in(folder, **files):
-    """Write files; '__' in a keyword is '/', and each is a .py, or as it is called."""
+    """Write files; '__' in a keyword stands for '/', and a name without a dot gets '.py'."""
     for name, text in files.items():
         path = folder / (name.replace('__', '/') + ('' if '.' in name else '.py'))
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -47,7 +48,7 @@ def test_of_several_nodes_the_one_in_a_package_and_in_scripts_is_taken(tmp_path)
     assert '3 files are called move2goal.py; judged was lab7/scripts/move2goal.py' in remarks[0]
 
 
-def test_without_a_node_it_is_said_what_there_is(tmp_path):
+def test_without_a_node_the_python_files_are_named(tmp_path):
     with pytest.raises(Unusable, match='No Python file was found at all'):
         find_node(tmp_path, NAMES)
     hand_in(tmp_path, lab7__scripts__goal=NODE)
@@ -76,7 +77,7 @@ def test_a_node_that_could_not_be_started_is_made_to_run(tmp_path, code, words):
 @pytest.mark.parametrize('manifest, words', [
     (None, 'no package.xml'), ('<package', 'cannot be read'),
     (MANIFEST.format('tb3_labs'), 'tb3_labs'), (MANIFEST.format('lab 7'), 'lab 7')])
-def test_a_package_without_a_name_of_use_gets_one(tmp_path, manifest, words):
+def test_a_package_whose_name_cannot_be_used_gets_another(tmp_path, manifest, words):
     files = {'lab7__package.xml': manifest} if manifest else {}
     folder = hand_in(tmp_path / 'bob', lab7__scripts__move2goal=NODE, lab7__scripts__helper=NODE,
                      **files)
@@ -134,14 +135,14 @@ def test_own_services_are_filled():
     (('x', 'y', 'theta'), {'x', 'y', 'yaw'}, math.pi / 2), (('pos_x', 'pos_y'), {'x', 'y'}, None),
     (('x', 'y', 'heading_deg'), {'x', 'y', 'yaw', 'unit'}, 90.0), (('speed',), set(), 0.0),
     ((), set(), 0.0)])
-def test_services_that_were_made_up_are_filled_by_their_names(fields, filled, yaw):
+def test_services_of_unknown_types_are_filled_by_the_names_of_their_fields(fields, filled, yaw):
     request = message(**dict.fromkeys(fields, 0.0))
     assert fill_pose(request, POSE) == filled
     if 'yaw' in filled:
         assert getattr(request, fields[-1]) == pytest.approx(yaw)
 
 
-def test_what_declares_the_origin():
+def test_a_request_that_declares_the_origin():
     assert is_origin(message(x=0.0, y=0.0, yaw=0.0)) and is_origin(message())
     assert not is_origin(message(x=0.0, y=0.1, yaw=0.0))
     pose = PoseWithCovarianceStamped()

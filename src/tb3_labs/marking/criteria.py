@@ -1,14 +1,14 @@
-"""What a lab asks for, and whether a node does it.
+"""The criteria of a lab, and the verdict on a node for each.
 
-A criterion's `judge` looks at an Observation and returns '' where it is met, else one sentence of
-what was seen. The sentence and `where` (a place in a lab sheet) are what a student gets to read:
-they never tell the solution.
+The function `judge` of a criterion looks at an Observation. It returns '' if the criterion is met,
+else one clause that says what was seen. Students read this clause together with `meaning` (what was
+asked) and `where` (a place in a lab sheet). None of the three tells the solution.
 """
 from dataclasses import dataclass
 from enum import Enum
-from typing import Callable
+from typing import Callable, Iterable, List, Mapping, Sequence
 
-from tb3_labs.marking.observation import NotOffered, NotSeen
+from tb3_labs.marking.observation import NotOffered, NotSeen, Observation
 
 
 class Outcome(Enum):
@@ -21,13 +21,13 @@ class Outcome(Enum):
 
 @dataclass(frozen=True)
 class Place:
-    """A place in a lab sheet: a heading, and a numbered step below it where there is one."""
+    """A place in a lab sheet: a heading, and a numbered step below it (0: no step)."""
 
     sheet: str
     heading: str
     step: int = 0
 
-    def __str__(self):
+    def __str__(self) -> str:
         return 'doc/{}, "{}"{}'.format(
             self.sheet, self.heading, ', step {}'.format(self.step) if self.step else '')
 
@@ -37,37 +37,46 @@ class Criterion:
     """One thing that a node should do."""
 
     name: str
-    part: str                # of the lab, in which it is tried
-    meaning: str
-    where: Place
-    judge: Callable
+    part: str                # part of the lab in which it is tried
+    meaning: str             # what is asked
+    where: Place             # where to look
+    judge: Callable[[Observation], str]
     extra: bool = False      # beyond what the handout asks for
+
+    @property
+    def label(self) -> str:
+        """The name, which begins with 'extra_' for a criterion beyond the handout."""
+        return 'extra_' + self.name if self.extra else self.name
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of a criterion; `points` of `worth`."""
+    """The judgement of one criterion."""
 
     criterion: Criterion
     outcome: Outcome
-    seen: str
-    worth: float
+    seen: str                # '' if it is met
+    worth: float             # points for a criterion that is met
 
     @property
-    def points(self):
-        """What it earns."""
+    def points(self) -> float:
+        """The points that were earned: all of them or none."""
         return self.worth if self.outcome is Outcome.MET else 0.0
 
     @property
-    def sentence(self):
-        """What was seen and where to look; '' where it is met."""
+    def sentence(self) -> str:
+        """What was seen and where to look; '' if the criterion is met."""
         if self.outcome is Outcome.MET:
             return ''
         return '{}; see {}'.format(self.seen, self.criterion.where)
 
 
-def judge(criteria, observation, worth, parts=()):
-    """A Verdict for each criterion of these parts, or of all; `worth`: name -> points."""
+def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mapping[str, float],
+          parts: Sequence[str] = ()) -> List[Verdict]:
+    """One Verdict for each criterion of these parts, of all parts if there are none given.
+
+    `worth` has the points of each criterion by its name.
+    """
     verdicts = []
     for criterion in criteria:
         if parts and criterion.part not in parts:
@@ -81,3 +90,8 @@ def judge(criteria, observation, worth, parts=()):
             outcome, seen = Outcome.MISSED, str(reason)
         verdicts.append(Verdict(criterion, outcome, seen, worth[criterion.name]))
     return verdicts
+
+
+def first_missed(*missed: str) -> str:
+    """The first of several judgements that is not ''; '' if all are met."""
+    return next((said for said in missed if said), '')

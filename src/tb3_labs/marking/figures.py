@@ -1,35 +1,41 @@
-"""What a robot did while a node was tried out, as figures.
+"""Figures of what the robot did while a node was tried out.
 
 Units on the axes: metres, degrees, seconds since the observation began, m/s, rad/s.
 """
 import io
 
+from typing import Optional
+
 import numpy as np
+from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.marking.drives import GOAL_POSE, LOCAL_T_WORLD
+from tb3_labs.marking.observation import Observation
+from tb3_labs.marking.steering import ANGULAR, LINEAR
 from tb3_labs.report.figures import BLUE, GREEN, GREY, ORANGE, curve, legend_below, new_figure, save
 
-#: Between two labels of what was done, of the figure's width.
+#: Distance between the labels of two stimuli, as a part of the figure's width.
 LABEL_WIDTH = 0.022
 
 
-def png(figure):
-    """A figure as bytes of PNG."""
+def png(figure: Figure) -> bytes:
+    """The figure as a PNG file."""
     data = io.BytesIO()
     save(figure, data)
     return data.getvalue()
 
 
-def over_time(observation):
-    """True heading and the node's commands, what was done to it as shaded stretches."""
+def over_time(observation: Observation) -> Figure:
+    """True heading and the node's commands over time; each stimulus is a shaded stretch."""
     figure = new_figure(5.4)
     heading, angular, linear = plots = figure.subplots(3, 1, sharex=True)
     truth = np.array(observation.truth, dtype=float).reshape(-1, 4)
     commands = np.array(observation.commands, dtype=float).reshape(-1, 3)
     if len(truth):
         curve(heading, truth[:, 0], np.degrees(truth[:, 3]), color=BLUE)
-    for axes, column in ((angular, 2), (linear, 1)):
+    for axes, column in ((angular, ANGULAR), (linear, LINEAR)):
         if len(commands):
             axes.plot(commands[:, 0], commands[:, column], '.', markersize=2.0, color=ORANGE)
         axes.margins(y=0.1)
@@ -41,21 +47,26 @@ def over_time(observation):
         for run in observation.runs:
             axes.axvline(run.begin, color=GREY, linewidth=0.8, linestyle=':')
     end = max([1.0] + [row[0] for row in observation.truth[-1:]])
-    place = -1.0
-    for stimulus in observation.stimuli:
-        place = max(stimulus.begin / end, place + LABEL_WIDTH)
-        heading.annotate(stimulus.name, (stimulus.begin / end, 1.0), (place, 1.08), rotation=60,
-                         fontsize=7, xycoords='axes fraction', ha='left', va='bottom',
-                         arrowprops=dict(arrowstyle='-', linewidth=0.4, color=GREY))
+    _label_stimuli(heading, observation.stimuli, end)
     heading.yaxis.set_major_locator(MultipleLocator(90.0))
     linear.set_xlim(0.0, end)
     linear.set_xlabel('time [s]; dotted: the node was started')
     return figure
 
 
-def path(observation):
-    """The robot's true way in each local frame that was asked for; None without one."""
-    drives = [stimulus for stimulus in observation.stimuli if 'goal' in stimulus.facts]
+def _label_stimuli(axes, stimuli, end):
+    """Write the names above the axes, no two of them over each other."""
+    place = -1.0
+    for stimulus in stimuli:
+        place = max(stimulus.begin / end, place + LABEL_WIDTH)
+        axes.annotate(stimulus.name, (stimulus.begin / end, 1.0), (place, 1.08), rotation=60,
+                      fontsize=7, xycoords='axes fraction', ha='left', va='bottom',
+                      arrowprops=dict(arrowstyle='-', linewidth=0.4, color=GREY))
+
+
+def path(observation: Observation) -> Optional[Figure]:
+    """The robot's true way in the local frame of each drive; None if there was no drive."""
+    drives = [stimulus for stimulus in observation.stimuli if GOAL_POSE in stimulus.facts]
     if not drives:
         return None
     figure = new_figure(3.6)
@@ -63,7 +74,7 @@ def path(observation):
     truth = np.array(observation.truth, dtype=float).reshape(-1, 4)
     for drive, (colour, style) in zip(drives, ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'),
                                                ('#7a3a8a', ':'))):
-        local_T_world = Pose2(*drive.facts['local_T_world'])
+        local_T_world = Pose2(*drive.facts[LOCAL_T_WORLD])
         rows = truth[(truth[:, 0] >= drive.begin) & (truth[:, 0] <= drive.end)]
         if len(rows):
             way = local_T_world.act(rows[:, 1:3])
@@ -71,7 +82,7 @@ def path(observation):
             facing = local_T_world.yaw + rows[-1, 3]
             axes.annotate('', way[-1] + 0.12 * np.array([np.cos(facing), np.sin(facing)]), way[-1],
                           arrowprops=dict(arrowstyle='-|>', color=colour))
-        axes.plot(*drive.facts['goal'][:2], '*', markerfacecolor='none', markeredgecolor='black',
+        axes.plot(*drive.facts[GOAL_POSE][:2], '*', markerfacecolor='none', markeredgecolor='black',
                   markersize=13)
     axes.plot(0.0, 0.0, 'o', color='black', markersize=5)
     axes.set_aspect('equal', adjustable='datalim')

@@ -1,40 +1,49 @@
 """The IMU exercise: the heading in the terminal."""
 import re
+from typing import List
 
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.marking.criteria import Criterion, Place
-from tb3_labs.marking.observation import NotSeen
-from tb3_labs.marking.life import TRACEBACK, clean_exit, says, starts
+from tb3_labs.marking.life import CTRL_C, TRACEBACK, clean_exit, says, starts
+from tb3_labs.marking.observation import NotSeen, Observation
+from tb3_labs.marking.sheets import EXERCISE, HEADING_EXERCISE, IMU_SHEET
+
+#: The parts of the lab.
+HEADING, ODD_SAMPLES = 'heading', 'odd samples'
+#: The headings at which the robot stands; stimulus -> heading [deg].
+STANDS = {'at 50 degrees': 50.0, 'at 150 degrees': 150.0, 'at 220 degrees': 220.0,
+          'at 350 degrees': 350.0}
+#: Samples that a real IMU sends seldom.
+HAIR_BELOW_ZERO = 'a hair below zero'
+ZERO_QUATERNION = 'a quaternion of zeros'
+#: The heading that is sent after the quaternion of zeros [deg].
+AFTERWARDS = 57.0
+#: Key of a stand's facts: the heading that the IMU says [deg].
+HEADING_DEG = 'heading_deg'
 
 LINE = re.compile(r'Current heading is (-?\d+(?:\.\d+)?) degrees')
 GOODBYE = 'Shutting down the IMU subscriber'
-#: Where the robot stands meanwhile; each is a stimulus.
-STANDS = ('at 50 degrees', 'at 150 degrees', 'at 220 degrees', 'at 350 degrees')
-#: A printed heading is right when it is this near [deg].
+#: A printed heading is right if it is at most this far from the IMU's [deg].
 TOLERANCE = 1.0
-#: The heading that is sent after a quaternion of zeros [deg].
-AFTERWARDS = 57.0
 
-EXERCISE = Place('imu_lab.md', 'Exercise: the heading', 1)
-QUATERNION = Place('imu_lab.md', 'Exercise: the heading', 2)
-CTRL_C = Place('imu_lab.md', 'Exercise: the heading', 4)
+QUATERNION, AT_CTRL_C = (Place(IMU_SHEET, HEADING_EXERCISE, step) for step in (2, 4))
 
 
-def headings(text):
+def headings(text: str) -> List[float]:
     """The headings that were printed [deg]."""
     return [float(number) for number in LINE.findall(text)]
 
 
 def _standing(seen):
-    """[(heading [deg], headings that were printed there)]; NotSeen where none ever were."""
+    """[(heading [deg], headings that were printed there)]; NotSeen if there is no line at all."""
     scenes = [seen.during(name) for name in STANDS]
-    stands = [(scene.facts['heading_deg'], headings(scene.printed)) for scene in scenes]
+    stands = [(scene.facts[HEADING_DEG], headings(scene.printed)) for scene in scenes]
     if not any(printed for _, printed in stands):
         raise NotSeen('no line "Current heading is ... degrees." was printed')
     return stands
 
 
-def prints_heading(seen):
+def prints_heading(seen: Observation) -> str:
     """Is the line printed, wherever the robot stands?"""
     for heading, printed in _standing(seen):
         if not printed:
@@ -42,8 +51,8 @@ def prints_heading(seen):
     return ''
 
 
-def heading_right(seen):
-    """Is the heading that of the IMU, in whatever way it is counted?"""
+def heading_right(seen: Observation) -> str:
+    """Is the heading that of the IMU, modulo 360 degrees?"""
     for heading, printed in _standing(seen):
         for number in printed:
             if abs(difference_degrees(number, heading)) > TOLERANCE:
@@ -51,8 +60,8 @@ def heading_right(seen):
     return ''
 
 
-def from_0_to_360(seen):
-    """Is it counted from 0 to 360?"""
+def from_0_to_360(seen: Observation) -> str:
+    """Is the heading counted from 0 (included) to 360 degrees (not included)?"""
     for heading, printed in _standing(seen):
         for number in printed:
             if not 0.0 <= number < 360.0:
@@ -61,30 +70,30 @@ def from_0_to_360(seen):
     return ''
 
 
-def says_goodbye(seen):
-    """Does it say that it ends, and nothing after that?"""
+def says_goodbye(seen: Observation) -> str:
+    """Does it say that it ends, and print no heading after that?"""
     missed = says(seen, GOODBYE)
     if missed:
         return missed
-    printed = seen.during('Ctrl+C', may_die=True).printed
+    printed = seen.during(CTRL_C[0], may_die=True).printed
     if headings(printed[printed.rfind(GOODBYE):]):
         return 'headings were printed after "{}"'.format(GOODBYE)
     return ''
 
 
-def never_360(seen):
-    """Is 360.000000 never shown, also a hair below zero?"""
-    printed = headings(seen.during('a hair below zero').printed)
+def never_360(seen: Observation) -> str:
+    """Is 360.000000 never shown, not even for a heading a hair below zero?"""
+    printed = headings(seen.during(HAIR_BELOW_ZERO).printed)
     if not printed:
-        return 'nothing was printed a hair below zero'
+        return 'nothing was printed while the IMU was a hair below zero'
     if max(printed) >= 360.0:
         return 'printed {:.6f} degrees for an IMU a hair below zero'.format(max(printed))
     return ''
 
 
-def survives_nonsense(seen):
-    """Does it go on after a quaternion that is none?"""
-    scene = seen.during('a quaternion of zeros')
+def survives_nonsense(seen: Observation) -> str:
+    """Does it go on after a quaternion that is not valid?"""
+    scene = seen.during(ZERO_QUATERNION)
     if TRACEBACK.search(scene.printed):
         return 'a quaternion of zeros gave a traceback'
     if not any(abs(number - AFTERWARDS) < TOLERANCE for number in headings(scene.printed)):
@@ -93,19 +102,19 @@ def survives_nonsense(seen):
 
 
 CRITERIA = [
-    Criterion('starts', 'heading', 'runs and listens to imu', EXERCISE, starts),
-    Criterion('prints_heading', 'heading', 'prints "Current heading is ... degrees."', EXERCISE,
+    Criterion('starts', HEADING, 'runs and listens to imu', EXERCISE, starts),
+    Criterion('prints_heading', HEADING, 'prints "Current heading is ... degrees."', EXERCISE,
               prints_heading),
-    Criterion('heading_right', 'heading', "the heading is the IMU's, within 1 degree", QUATERNION,
-              heading_right),
-    Criterion('from_0_to_360', 'heading', 'counts from 0 to 360 degrees', EXERCISE,
+    Criterion('heading_right', HEADING, 'prints the heading of the IMU, within 1 degree',
+              QUATERNION, heading_right),
+    Criterion('from_0_to_360', HEADING, 'counts the heading from 0 to 360 degrees', EXERCISE,
               from_0_to_360),
-    Criterion('says_goodbye', 'heading', 'Ctrl+C: says that it shuts down, then nothing', CTRL_C,
-              says_goodbye),
-    Criterion('clean_exit', 'heading', 'Ctrl+C: ends by itself, without a traceback', CTRL_C,
+    Criterion('says_goodbye', HEADING, 'at Ctrl+C says "{}", then nothing'.format(GOODBYE),
+              AT_CTRL_C, says_goodbye),
+    Criterion('clean_exit', HEADING, 'at Ctrl+C ends by itself, without a traceback', AT_CTRL_C,
               clean_exit),
-    Criterion('never_360', 'odd samples', 'never shows 360.000000', EXERCISE, never_360,
+    Criterion('never_360', ODD_SAMPLES, 'never prints 360.000000', EXERCISE, never_360,
               extra=True),
-    Criterion('survives_nonsense', 'odd samples', 'goes on after a quaternion of zeros',
-              QUATERNION, survives_nonsense, extra=True),
+    Criterion('survives_nonsense', ODD_SAMPLES, 'goes on after a quaternion of zeros', QUATERNION,
+              survives_nonsense, extra=True),
 ]

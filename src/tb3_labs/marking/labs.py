@@ -1,26 +1,39 @@
 """The labs that can be marked."""
-from typing import NamedTuple, Tuple
+from typing import List, NamedTuple, Tuple
 
-from tb3_labs.marking import gamepad, imu, move2goal, turn
+from tb3_labs.marking import gamepad, imu, move2goal, topics, turn
+from tb3_labs.marking.criteria import Criterion
+
+#: The names of the labs.
+IMU, TURN, MOVE2GOAL, GAMEPAD = 'imu', 'turn', 'move2goal', 'gamepad'
 
 
 class Lab(NamedTuple):
-    """What a lab asks for, and what its node's file is called."""
+    """What a lab asks for, and how its node is found."""
 
     title: str
-    criteria: list
-    files: Tuple[str, ...]     # this package's own first
+    criteria: List[Criterion]
+    files: Tuple[str, ...]     # names of the node's file, that of this package first
+    listens: str               # the topic that a node must listen to before it is ready
 
     @property
-    def parts(self):
+    def parts(self) -> List[str]:
         """The parts of the lab, in which its criteria are tried."""
         return list(dict.fromkeys(criterion.part for criterion in self.criteria))
 
+    def checked_parts(self, text: str) -> List[str]:
+        """The parts in a list with commas; ``ValueError`` for a part that the lab does not have."""
+        parts = [part.strip() for part in text.split(',') if part.strip()]
+        if not set(parts) <= set(self.parts):
+            raise ValueError('{} has these parts: {}; not: {}'.format(
+                self.title, ', '.join(self.parts), ', '.join(sorted(set(parts) - set(self.parts)))))
+        return parts
+
 
 LABS = {
-    'imu': Lab('IMU exercise', imu.CRITERIA, ('imu_sub.py',)),
-    'turn': Lab('IMU lab', turn.CRITERIA, ('turtlebot_controller.py',)),
-    'move2goal': Lab('Transformation lab, move to goal', move2goal.CRITERIA,
-                     ('move2goal_tf.py', 'move2goal.py')),
-    'gamepad': Lab('Transformation lab, gamepad', gamepad.CRITERIA, ('gamepad.py',)),
+    IMU: Lab('IMU exercise', imu.CRITERIA, ('imu_sub.py',), topics.IMU),
+    TURN: Lab('IMU lab', turn.CRITERIA, ('turtlebot_controller.py',), topics.IMU),
+    MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA,
+                   ('move2goal_tf.py', 'move2goal.py'), topics.ODOM),
+    GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA, ('gamepad.py',), topics.JOY),
 }

@@ -1,112 +1,81 @@
-"""The Transformation lab: driving to a goal in a frame that can be reset."""
-import math
+"""The Transformation lab: driving to a goal in a frame that can be reset. All that it asks for."""
 import re
 
 import numpy as np
 
-from tb3_labs.geometry.angles import wrap
-from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.criteria import Criterion, Place
+from tb3_labs.marking import drives
+from tb3_labs.marking.criteria import Criterion, Place, first_missed
 from tb3_labs.marking.life import clean_exit, starts, stops_robot
+from tb3_labs.marking.observation import WAS_MOVING, Observation
+from tb3_labs.marking.sheets import STATES, THUMB, TRANSFORMATION_SHEET
+from tb3_labs.marking.stopping import AT_ONCE, stops_when_silent
 
-#: The handout's goal: x, y [m], heading [rad].
-GOAL = (-0.61, 0.61, 0.0)
-#: The handout's distance and angle, and what a robot may go on after it was stopped [m], [deg].
-DISTANCE, ANGLE = 0.15, math.degrees(0.05)
-MORE_DISTANCE, MORE_ANGLE = 0.02, 2.0
-#: The same, beyond the handout [m], [deg].
-EXACT_DISTANCE, EXACT_ANGLE = 0.02, 1.0
-#: What the robot can do, by its data sheet [m/s], [rad/s], and what rounding may add.
+#: The parts of the lab.
+DRIVE, RESET, CONTROL, DECLARED, OFFSET, LOST = (
+    'drive', 'reset', 'control', 'declared', 'offset', 'lost')
+#: The stimuli.
+WITHOUT_CONTROL = 'without control'
+FIRST_DRIVE = 'first drive'
+AT_GOAL = 'at the goal'
+RESET_TO_ORIGIN = 'reset to the origin'
+SECOND_DRIVE = 'second drive'
+CONTROL_TAKEN = 'control taken'
+RESET_ELSEWHERE = 'reset to another pose'
+DECLARED_DRIVE = 'drive from a declared pose'
+OFFSET_DRIVE = 'drive with an offset IMU'
+ODOMETRY_SILENT = 'odometry silent'
+#: Key of a reset's facts: why it failed, '' if it did not.
+PROBLEM = 'problem'
+
+#: The robot's limits by its data sheet [m/s], [rad/s], and what rounding may add.
 FASTEST, FASTEST_TURN, ROUNDING = 0.22, 2.84, 0.005
-#: A drive takes no longer than this [s], and goes no farther away than that [m].
-DRIVE_TIME, ASTRAY = 50.0, 3.0
-#: A stop "at once" takes no longer than this [s]; one by a lost sensor no longer than that.
-AT_ONCE, LOST = 0.5, 1.0
-#: Silence at the goal begins so long after the arrival [s].
+#: Silence at the goal begins this long after the arrival [s].
 LAST_WORD = 0.5
 REACHED = re.compile(r'goal reached', re.IGNORECASE)
 SET = re.compile(r'local pose set', re.IGNORECASE)
 
-SHEET = 'transformation_lab.md'
-STATES, RESET, DEMONSTRATION, ANALYSIS, THUMB, THEORY = (Place(SHEET, heading) for heading in (
-    '1. The node and its states', '2. The reset', '4. The demonstration to hand in', '5. Analysis',
-    '3. By thumb', 'Transformation lab: drive to a goal in a frame of your own'))
+AT_RESET, DEMONSTRATION, ANALYSIS, THEORY = (
+    Place(TRANSFORMATION_SHEET, heading) for heading in (
+        '2. The reset', '4. The demonstration to hand in', '5. Analysis',
+        'Transformation lab: drive to a goal in a frame of your own'))
 
 
-def _end(seen, name):
-    """Where a drive ended, in the local frame, and whether it rests there."""
-    scene = seen.during(name)
-    local_T_world = Pose2(*scene.facts['local_T_world'])
-    return local_T_world @ Pose2(*scene.truth[-1, 1:]), scene.facts['rested']
-
-
-def _not_driven(seen, name):
-    scene = seen.during(name)
-    return '' if scene.facts['moved'] else 'the robot, given to it, did not move'
-
-
-def _place(seen, name, tolerance=DISTANCE + MORE_DISTANCE):
-    missed = _not_driven(seen, name)
-    if missed:
-        return missed
-    end, rests = _end(seen, name)
-    away = end.distance_to(Pose2(*GOAL))
-    if not rests:
-        return 'it was still moving after {:.0f} s, {:.2f} m from the goal'.format(
-            seen.during(name).end - seen.during(name).begin, away)
-    return '' if away <= tolerance else 'it stopped {:.2f} m from the goal'.format(away)
-
-
-def _heading(seen, name, tolerance=ANGLE + MORE_ANGLE):
-    missed = _not_driven(seen, name)
-    if missed:
-        return missed
-    end, rests = _end(seen, name)
-    if not rests:
-        return 'it was still moving after {:.0f} s'.format(
-            seen.during(name).end - seen.during(name).begin)
-    faces = math.degrees(wrap(end.yaw - GOAL[2]))
-    return '' if abs(faces) <= tolerance else \
-        'at its end it faced {:.1f} degrees instead of 0'.format(faces)
-
-
-def waits(seen):
-    """Nothing moves before it was given control."""
+def waits(seen: Observation) -> str:
+    """Does nothing move before the node has control?"""
     return 'it moved the robot without having control' if len(
-        seen.during('without control').moving) else ''
+        seen.during(WITHOUT_CONTROL).moving) else ''
 
 
-def goal_place(seen):
-    """The first drive ends near the goal."""
-    return _place(seen, 'first drive')
+def goal_place(seen: Observation) -> str:
+    """Does the first drive end near the goal?"""
+    return drives.place(seen, FIRST_DRIVE)
 
 
-def goal_heading(seen):
-    """And faces its heading."""
-    return _heading(seen, 'first drive')
+def goal_heading(seen: Observation) -> str:
+    """Does the robot face the goal's heading there?"""
+    return drives.heading(seen, FIRST_DRIVE)
 
 
-def says_reached(seen):
-    """The line at the goal, once."""
-    number = len(REACHED.findall(seen.during('first drive').printed
-                                 + seen.during('at the goal').printed))
+def says_reached(seen: Observation) -> str:
+    """Is the line at the goal printed once?"""
+    number = len(REACHED.findall(seen.during(FIRST_DRIVE).printed + seen.during(AT_GOAL).printed))
     return '' if number == 1 else '"Goal reached!" was printed {} times'.format(number)
 
 
-def silent_at_goal(seen):
-    """Nothing is sent any more, so that another may drive."""
-    missed = _not_driven(seen, 'first drive')
+def silent_at_goal(seen: Observation) -> str:
+    """Is cmd_vel silent at the goal, so that another node may drive?"""
+    missed = drives.not_driven(seen.during(FIRST_DRIVE))
     if missed:
         return missed
-    scene = seen.during('at the goal')
+    scene = seen.during(AT_GOAL)
     late = scene.commands[scene.commands[:, 0] > scene.begin + LAST_WORD]
     return 'it went on sending commands on cmd_vel after it had arrived' if len(late) else ''
 
 
-def within_limits(seen):
-    """No more is commanded than a robot can do."""
-    commands = np.vstack([seen.during(name).commands for name in ('first drive', 'second drive')
-                          if seen.has(name)] or [seen.during('first drive').commands])
+def within_limits(seen: Observation) -> str:
+    """Is no more commanded than the robot can do?"""
+    commands = np.vstack([seen.during(name).commands for name in (FIRST_DRIVE, SECOND_DRIVE)
+                          if seen.has(name)] or [seen.during(FIRST_DRIVE).commands])
     if not len(commands):
         return 'it commanded nothing'
     forward, turn = np.abs(commands[:, 1:]).max(axis=0)
@@ -114,100 +83,97 @@ def within_limits(seen):
         'it commanded up to {:.2f} m/s and {:.1f} rad/s'.format(forward, turn)
 
 
-def resets(seen):
-    """A service declares where the robot is."""
-    problem = seen.during('reset').facts['problem']
+def _reset(seen, name):
+    problem = seen.during(name).facts[PROBLEM]
     return 'the reset failed: ' + problem if problem else ''
 
 
-def says_reset(seen):
-    """The line that tells of it."""
-    return '' if SET.search(seen.during('reset').printed) else \
+def resets(seen: Observation) -> str:
+    """Does a service declare where the robot is?"""
+    return _reset(seen, RESET_TO_ORIGIN)
+
+
+def says_reset(seen: Observation) -> str:
+    """Is the line of the reset printed?"""
+    return '' if SET.search(seen.during(RESET_TO_ORIGIN).printed) else \
         'no line "Local pose set to x=..., y=..., yaw=..." was printed'
 
 
-def second_place(seen):
-    """The same task again, from another place and heading."""
-    return resets(seen) or _place(seen, 'second drive')
+def second_place(seen: Observation) -> str:
+    """Is the same task done again, from another place and heading?"""
+    return resets(seen) or drives.place(seen, SECOND_DRIVE)
 
 
-def second_heading(seen):
-    """And faces its heading."""
-    return resets(seen) or _heading(seen, 'second drive')
+def second_heading(seen: Observation) -> str:
+    """Does the robot face the goal's heading again?"""
+    return resets(seen) or drives.heading(seen, SECOND_DRIVE)
 
 
-def control_taken(seen):
-    """It stops when control is taken."""
-    scene = seen.during('control taken')
-    if not scene.facts['was_moving']:
-        return 'the robot, given to it, did not move, so that it could not be stopped'
-    late = scene.moving[scene.moving[:, 0] > scene.begin + AT_ONCE]
-    if len(late):
+def control_taken(seen: Observation) -> str:
+    """Does it stop the robot when control is taken?"""
+    scene = seen.during(CONTROL_TAKEN)
+    if not scene.facts[WAS_MOVING]:
+        return 'it got control, but did not move the robot, so that a stop could not be seen'
+    if len(scene.moving_after(AT_ONCE)):
         return 'it drove on for more than {:g} s after control had been taken'.format(AT_ONCE)
     if not len(scene.commands) or scene.commands[-1, 1:].any():
         return 'it sent no zero velocity when control was taken'
     return ''
 
 
-def exact(seen):
-    """Both drives, several times as exact as the handout asks for."""
-    return next((said for said in (
-        said for name in ('first drive', 'second drive')
-        for said in (_place(seen, name, EXACT_DISTANCE), _heading(seen, name, EXACT_ANGLE)))
-        if said), '')
+def exact(seen: Observation) -> str:
+    """Are both drives several times as exact as the handout asks for?"""
+    return first_missed(*(said for name in (FIRST_DRIVE, SECOND_DRIVE) for said in (
+        drives.place(seen, name, drives.EXACT_DISTANCE),
+        drives.heading(seen, name, drives.EXACT_ANGLE))))
 
 
-def offset_imu(seen):
-    """An IMU whose zero is another than the odometry's."""
-    return _place(seen, 'drive with an offset IMU') or _heading(seen, 'drive with an offset IMU')
+def offset_imu(seen: Observation) -> str:
+    """Does it drive with an IMU whose zero is not that of the odometry?"""
+    return drives.place(seen, OFFSET_DRIVE) or drives.heading(seen, OFFSET_DRIVE)
 
 
-def declared_pose(seen):
-    """A declared pose that is not zero."""
-    problem = seen.during('reset to another pose').facts['problem']
-    if problem:
-        return 'the reset failed: ' + problem
-    return _place(seen, 'drive from a declared pose') or _heading(
-        seen, 'drive from a declared pose')
+def declared_pose(seen: Observation) -> str:
+    """Does it drive from a declared pose that is not the origin?"""
+    return _reset(seen, RESET_ELSEWHERE) or drives.place(seen, DECLARED_DRIVE) or drives.heading(
+        seen, DECLARED_DRIVE)
 
 
-def lost_odometry(seen):
-    """Silent odometry stops the drive."""
-    scene = seen.during('odometry silent')
-    if not scene.facts['was_moving']:
-        return 'the robot was not moving when the odometry fell silent'
-    return 'it drove on for more than {:g} s after the odometry had fallen silent'.format(
-        LOST) if len(scene.moving[scene.moving[:, 0] > scene.begin + LOST]) else ''
+def lost_odometry(seen: Observation) -> str:
+    """Does silent odometry stop the drive?"""
+    return stops_when_silent(seen, ODOMETRY_SILENT, 'the odometry')
 
 
 CRITERIA = [
-    Criterion('starts', 'drive', 'runs and listens to odom', STATES, starts),
-    Criterion('waits', 'drive', 'does not move before it has control', STATES, waits),
-    Criterion('goal_place', 'drive', 'drives to (-0.61, 0.61), within 0.15 m', STATES, goal_place),
-    Criterion('goal_heading', 'drive', 'faces 0 degrees there, within 0.05 rad', STATES,
+    Criterion('starts', DRIVE, 'runs and listens to odom', STATES, starts),
+    Criterion('waits', DRIVE, 'does not move before it has control', STATES, waits),
+    Criterion('goal_place', DRIVE, 'drives to (-0.61, 0.61), within 0.15 m', STATES, goal_place),
+    Criterion('goal_heading', DRIVE, 'faces 0 degrees there, within 0.05 rad', STATES,
               goal_heading),
-    Criterion('says_reached', 'drive', 'says "Goal reached!" once', STATES, says_reached),
-    Criterion('silent_at_goal', 'drive', 'then is silent on cmd_vel', THUMB, silent_at_goal),
-    Criterion('within_limits', 'drive', "keeps the robot's limits, 0.22 m/s and 2.84 rad/s",
+    Criterion('says_reached', DRIVE, 'says "Goal reached!" once', STATES, says_reached),
+    Criterion('silent_at_goal', DRIVE, 'sends nothing on cmd_vel at the goal', THUMB,
+              silent_at_goal),
+    Criterion('within_limits', DRIVE, "keeps the robot's limits, 0.22 m/s and 2.84 rad/s",
               STATES, within_limits),
-    Criterion('resets', 'reset', 'a service resets the local frame', RESET, resets),
-    Criterion('says_reset', 'reset', 'says "Local pose set to x=..., y=..., yaw=..."', RESET,
+    Criterion('resets', RESET, 'a service resets the local frame', AT_RESET, resets),
+    Criterion('says_reset', RESET, 'says "Local pose set to x=..., y=..., yaw=..."', AT_RESET,
               says_reset),
-    Criterion('second_place', 'reset', 'the same task after a reset, elsewhere, within 0.15 m',
+    Criterion('second_place', RESET, 'does the same task after a reset elsewhere, within 0.15 m',
               DEMONSTRATION, second_place),
-    Criterion('second_heading', 'reset', 'faces 0 degrees of the new frame, within 0.05 rad',
+    Criterion('second_heading', RESET, 'faces 0 degrees of the new frame, within 0.05 rad',
               DEMONSTRATION, second_heading),
-    Criterion('control_taken', 'control', 'stops at once when control is taken', STATES,
+    Criterion('control_taken', CONTROL, 'stops the robot at once when control is taken', STATES,
               control_taken),
-    Criterion('stops_robot', 'control', 'Ctrl+C in a drive: zero velocity', STATES, stops_robot),
-    Criterion('clean_exit', 'control', 'Ctrl+C: ends by itself, without a traceback', STATES,
+    Criterion('stops_robot', CONTROL, 'at Ctrl+C in a drive sends zero velocity', STATES,
+              stops_robot),
+    Criterion('clean_exit', CONTROL, 'at Ctrl+C ends by itself, without a traceback', STATES,
               clean_exit),
-    Criterion('exact', 'reset', 'both drives within 0.02 m and 1 degree', ANALYSIS, exact,
+    Criterion('exact', RESET, 'both drives are within 0.02 m and 1 degree', ANALYSIS, exact,
               extra=True),
-    Criterion('declared_pose', 'declared', 'a declared pose that is not zero is honoured', RESET,
-              declared_pose, extra=True),
-    Criterion('offset_imu', 'offset', "an IMU whose zero is not the odometry's", THEORY,
-              offset_imu, extra=True),
-    Criterion('lost_odometry', 'lost', 'silent odometry stops it within 1 s', ANALYSIS,
-              lost_odometry, extra=True),
+    Criterion('declared_pose', DECLARED, 'drives from a declared pose that is not the origin',
+              AT_RESET, declared_pose, extra=True),
+    Criterion('offset_imu', OFFSET, 'drives with an IMU whose zero is not that of the odometry',
+              THEORY, offset_imu, extra=True),
+    Criterion('lost_odometry', LOST, 'stops the robot within 1 s after the odometry fell silent',
+              ANALYSIS, lost_odometry, extra=True),
 ]

@@ -1,28 +1,34 @@
 """What was observed of one node: plain data that can be judged, drawn, and kept in a file.
 
-Units: seconds since the observation began, m/s, rad/s, metres, radians; the yaw of the true poses
-is continuous over whole turns. Commands are those of the node that is judged, not of whoever else
-moved the robot.
+Units: seconds since the observation began, m/s, rad/s, metres, radians. The yaw of the true poses
+is continuous over whole turns. The commands are those of the node that is judged; those of other
+nodes are left out.
 """
 import json
 import math
 from dataclasses import asdict, dataclass, field
-from typing import Optional
+from typing import Any, Dict, List, Optional
 
 import numpy as np
 
+#: Keys of `facts` that several labs use: did the node command a movement after it was asked to;
+#: did the robot come to rest; did the node move the robot when the stimulus began?
+MOVED = 'moved'
+RESTED = 'rested'
+WAS_MOVING = 'was_moving'
+
 
 class NotSeen(Exception):
-    """What a criterion needs did not take place; the reason, as one sentence."""
+    """The thing that a criterion judges did not take place; the text is the reason, a clause."""
 
 
 class NotOffered(NotSeen):
-    """The node does not offer what a criterion is about."""
+    """The node does not offer what a criterion judges."""
 
 
 @dataclass
 class Stimulus:
-    """Something that was done to the node, and what happened meanwhile."""
+    """One thing that was done to the node, and what happened meanwhile."""
 
     name: str
     begin: float
@@ -30,58 +36,63 @@ class Stimulus:
     printed: str = ''           # by the node, meanwhile
     lines: int = 0              # how many lines that were
     died: bool = False          # did the node end meanwhile?
-    facts: dict = field(default_factory=dict)
+    facts: Dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass
 class Run:
-    """One life of the node, from its start to its end."""
+    """One process of the node, from its start to its end."""
 
     begin: float
-    ready: Optional[float] = None         # when it listened to what it should; None: never
-    end: Optional[float] = None
+    ready: Optional[float] = None   # when it listened to its topic; None: never
+    end: Optional[float] = None     # None: it still runs
     ended_by_itself: bool = False
-    printed: str = ''           # head and tail
+    printed: str = ''               # head and tail
 
 
 @dataclass
 class Observation:
-    """All that was observed of one node."""
+    """Everything that was observed of one node."""
 
     lab: str
-    node: str
-    commands: list = field(default_factory=list)     # [time, linear, angular]
-    truth: list = field(default_factory=list)        # [time, x, y, yaw]
-    stimuli: list = field(default_factory=list)
-    runs: list = field(default_factory=list)
-    missing: dict = field(default_factory=dict)      # stimulus -> why there was none
+    node: str                                                    # package/file
+    commands: List[List[float]] = field(default_factory=list)    # [time, linear, angular]
+    truth: List[List[float]] = field(default_factory=list)       # [time, x, y, yaw]
+    stimuli: List[Stimulus] = field(default_factory=list)
+    runs: List[Run] = field(default_factory=list)
+    missing: Dict[str, str] = field(default_factory=dict)        # stimulus -> why there is none
 
-    def to_json(self):
-        """As text."""
+    def to_json(self) -> str:
+        """The observation as text."""
         return json.dumps(asdict(self))
 
     @classmethod
-    def from_json(cls, text):
-        """From the text of :meth:`to_json`."""
+    def from_json(cls, text: str) -> 'Observation':
+        """The observation in a text of :meth:`to_json`."""
         parts = json.loads(text)
         parts['stimuli'] = [Stimulus(**item) for item in parts['stimuli']]
         parts['runs'] = [Run(**item) for item in parts['runs']]
         return cls(**parts)
 
     @property
-    def longest_gap(self):
-        """The longest time the robot's true pose did not arrive [s]: the machine was busy then,
-        and neither the robot nor the node could do what they should."""
+    def longest_gap(self) -> float:
+        """The longest time without a true pose of the robot [s].
+
+        The machine was busy during a long gap: robot and node could not do their work then.
+        """
         times = [row[0] for row in self.truth]
         return max([then - before for before, then in zip(times, times[1:])] + [0.0])
 
-    def has(self, name):
+    def has(self, name: str) -> bool:
         """Was there such a stimulus?"""
         return any(stimulus.name == name for stimulus in self.stimuli)
 
-    def during(self, name, may_die=False):
-        """The :class:`Scene` of a stimulus; NotSeen where there was none, or where the node died
-        of it and may not."""
+    def during(self, name: str, may_die: bool = False) -> 'Scene':
+        """The :class:`Scene` of a stimulus.
+
+        Raises NotOffered if the node does not offer what the stimulus needs; NotSeen if there was
+        no such stimulus for another reason, or if the node ended during it without `may_die`.
+        """
         for stimulus in self.stimuli:
             if stimulus.name == name:
                 if stimulus.died and not may_die:
@@ -92,51 +103,45 @@ class Observation:
             raise NotOffered(self.missing[name])
         raise NotSeen(self.why_missing())
 
-    def why_missing(self):
-        """Why a stimulus is missing: the node's own end, or it was never ready, or time was up."""
+    def why_missing(self) -> str:
+        """Why a stimulus is missing: the node ended, was never ready, or the time was up."""
         if not self.runs:
             return 'it was never started'
         run = self.runs[-1]
         if run.ready is None:
-            return self.why_not_ready(run)
+            if run.ended_by_itself:
+                return 'it ended at once: {}'.format(last_words(run.printed))
+            return 'it ran, but never listened to the robot'
         if run.ended_by_itself:
             return 'it had ended: {}'.format(last_words(run.printed))
         return 'the time was up before this was tried'
 
-    @staticmethod
-    def why_not_ready(run):
-        """Why a run never was ready."""
-        if run.ended_by_itself:
-            return 'it ended at once: {}'.format(last_words(run.printed))
-        return 'it ran, but never listened to the robot'
-
 
 class Scene:
-    """A stretch of an observation."""
+    """The part of an observation that belongs to one stimulus.
 
-    def __init__(self, observation, stimulus):
+    `commands` has rows of time, linear, angular; `truth` has rows of time, x, y, yaw.
+    """
+
+    def __init__(self, observation: Observation, stimulus: Stimulus) -> None:
         self.facts, self.printed, self.lines = stimulus.facts, stimulus.printed, stimulus.lines
         self.begin, self.end = stimulus.begin, stimulus.end
         self.commands = _between(observation.commands, 3, self.begin, self.end)
         self.truth = _between(observation.truth, 4, self.begin, self.end)
 
     @property
-    def moving(self):
-        """The commands that are not zero."""
+    def moving(self) -> np.ndarray:
+        """The commands that are not zero, rows as in `commands`."""
         return self.commands[np.any(self.commands[:, 1:] != 0.0, axis=1)]
 
-    @property
-    def turned_deg(self):
-        """By how much the robot truly turned, left positive [deg]."""
-        return math.degrees(self.truth[-1, 3] - self.truth[0, 3]) if len(self.truth) else 0.0
+    def moving_after(self, seconds: float) -> np.ndarray:
+        """The commands that are not zero and came later than `seconds` after the begin [s]."""
+        return self.moving[self.moving[:, 0] > self.begin + seconds]
 
     @property
-    def ahead(self):
-        """How far the robot truly went, in the direction in which it looked first [m]."""
-        if not len(self.truth):
-            return 0.0
-        x, y = self.truth[-1, 1:3] - self.truth[0, 1:3]
-        return float(x * math.cos(self.truth[0, 3]) + y * math.sin(self.truth[0, 3]))
+    def turned_deg(self) -> float:
+        """The angle by which the robot truly turned, left positive [deg]; 0 without a pose."""
+        return math.degrees(self.truth[-1, 3] - self.truth[0, 3]) if len(self.truth) else 0.0
 
 
 def _between(rows, columns, begin, end):
@@ -144,7 +149,7 @@ def _between(rows, columns, begin, end):
     return rows[(rows[:, 0] >= begin) & (rows[:, 0] <= end)]
 
 
-def last_words(printed):
-    """The last line that a node printed, or that it printed nothing."""
+def last_words(printed: str) -> str:
+    """The last line that a node printed, in quotes, or that it printed nothing."""
     lines = [line.strip() for line in printed.splitlines() if line.strip()]
     return repr(lines[-1][:160]) if lines else 'it printed nothing'

@@ -1,20 +1,25 @@
-"""Feedback on paper: a page for each student, and an overview for whoever marks.
+"""Pages of feedback: one for each student, and an overview for the person who marks.
 
-Each page needs no other file.
+A page needs no other file.
 """
 from html import escape
 from string import Template
+from typing import Sequence
 from urllib.parse import quote
 
 from tb3_labs.marking import figures
 from tb3_labs.marking.criteria import Outcome
+from tb3_labs.marking.marks import Marks
 from tb3_labs.report.html import STYLE, Markup, picture, table
 
-#: So many of the last lines of each run are shown.
-LINES = 15
-MARKS = {Outcome.MET: '\N{CHECK MARK}', Outcome.MISSED: '\N{BALLOT X}',
-         Outcome.NOT_OFFERED: '\N{EN DASH}'}
+#: The number of lines that are shown of each run, its last ones; the length of a line.
+LINES, LINE_LENGTH = 15, 300
+SYMBOLS = {Outcome.MET: '\N{CHECK MARK}', Outcome.MISSED: '\N{BALLOT X}',
+           Outcome.NOT_OFFERED: '\N{EN DASH}'}
 COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERED: '#e4e4e4'}
+
+#: Headings of the columns of words, which are wide.
+SEEN, REMARKS = 'what was seen, and where to look', 'remarks'
 
 PAGE = Template('''<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>$title</title><style>
@@ -30,8 +35,8 @@ $body
 ''')
 
 
-def feedback(marks, lab):
-    """The page of one student."""
+def feedback(marks: Marks, lab: str) -> str:
+    """The page of one student, HTML; `lab`: its title."""
     parts = ['<p><b>{:g} of {:g} points.</b> {}</p>'.format(
         marks.points, marks.worth, escape('Node: {}.'.format(marks.node) if marks.node else ''))]
     parts += ['<p>{}</p>'.format(escape(remark)) for remark in marks.remarks]
@@ -41,25 +46,25 @@ def feedback(marks, lab):
     if marks.observation is not None and marks.observation.truth:
         parts += ['<h2>What the robot did</h2>', picture(
             figures.png(figures.over_time(marks.observation)), 'over time',
-            'True heading, and what the node commanded; shaded: what was done to it.')]
+            'True heading, and what the node commanded. Shaded: what was done to the node.')]
         way = figures.path(marks.observation)
         if way is not None:
-            parts.append(picture(figures.png(way), 'path', 'The true way in the local frame; '
-                                 'stars: the goals.'))
+            parts.append(picture(figures.png(way), 'path', 'The true way in the local frame. '
+                                 'Stars: the goals.'))
     if marks.observation is not None:
         parts += _printed(marks.observation)
     return _page('{}: {}'.format(lab, marks.student), parts)
 
 
 def _verdicts(verdicts):
-    return table(['what it should do', '', 'points', 'what was seen, and where to look'], [
+    return table(['what is asked', '', 'points', SEEN], [
         [v.criterion.meaning, _mark(v), '{:g} / {:g}'.format(v.points, v.worth), v.sentence]
-        for v in verdicts], words=('what was seen, and where to look',))
+        for v in verdicts], words=(SEEN,))
 
 
 def _mark(verdict):
     return Markup('<span class="verdict" style="background: {}" title="{}">{}</span>'.format(
-        COLOURS[verdict.outcome], verdict.outcome.value, MARKS[verdict.outcome]))
+        COLOURS[verdict.outcome], verdict.outcome.value, SYMBOLS[verdict.outcome]))
 
 
 def _printed(observation):
@@ -68,15 +73,15 @@ def _printed(observation):
         lines = [line for line in run.printed.splitlines() if line.strip()]
         parts.append('<p>Start {} of {}{}</p><pre>{}</pre>'.format(
             number, len(observation.runs), '' if run.ready is not None else ', never ready',
-            escape('\n'.join(line[:300] for line in lines[-LINES:])) or '(nothing)'))
+            escape('\n'.join(line[:LINE_LENGTH] for line in lines[-LINES:])) or '(nothing)'))
     return parts
 
 
-def overview(all_marks, lab, page_names):
-    """The page of all students; `page_names`: the file name of each one's page."""
+def overview(all_marks: Sequence[Marks], lab: str, page_names: Sequence[str]) -> str:
+    """The page of all students, HTML; `lab`: its title; `page_names`: the file of each page."""
     some = all_marks[0]
     heads = ['student', 'points'] + [v.criterion.name.replace('_', ' ')
-                                     for v in some.graded + some.extra] + ['remarks']
+                                     for v in some.graded + some.extra] + [REMARKS]
     rows = [[Markup('<a href="{}">{}</a>'.format(quote(name), escape(marks.student))),
              '{:g} / {:g}'.format(marks.points, marks.worth)]
             + [_mark(verdict) for verdict in marks.graded + marks.extra]
@@ -86,7 +91,7 @@ def overview(all_marks, lab, page_names):
         'handout.'.format(len(totals), '' if len(totals) == 1 else 's',
                           totals[len(totals) // 2], some.worth, len(some.extra))
     return _page('{}: overview'.format(lab), ['<p>{}</p>'.format(escape(summary)),
-                                              table(heads, rows, words=('remarks',))])
+                                              table(heads, rows, words=(REMARKS,))])
 
 
 def _page(title, parts):

@@ -1,23 +1,35 @@
 """The points of each criterion, from a table that an instructor edits.
 
 The table has a lab's name at its first level, the criteria's names at its second, and below
-`extra` those beyond the handout:
+`extra` the criteria beyond the handout:
 
     turn:
       left: 3
       extra: {within_1_deg: 0}
 """
 import math
+from typing import Any, Dict, Iterable
+
+from tb3_labs.marking.criteria import Criterion
+
+#: The section of a lab's criteria beyond the handout.
+EXTRA = 'extra'
 
 
-def points_of(lab, criteria, table):
-    """criterion -> points, all of them; ``ValueError`` where the table is no such table."""
+def points_of(lab: str, criteria: Iterable[Criterion], table: Any) -> Dict[str, float]:
+    """The points of each criterion, by its name.
+
+    `table` is what yaml.safe_load() returns. ``ValueError`` if it has no section for the lab, names
+    a criterion that the lab does not have, lacks one, or has points that are not valid: anything
+    but a finite number of at least 0.
+    """
+    criteria = list(criteria)
     if not isinstance(table, dict) or not isinstance(table.get(lab), dict):
         raise ValueError('the points have no section "{}"'.format(lab))
     given = dict(table[lab])
-    extra = given.pop('extra', {})
+    extra = given.pop(EXTRA, {})
     if not isinstance(extra, dict):
-        raise ValueError('{}: "extra" is a section of its own'.format(lab))
+        raise ValueError('{}: "{}" is a section of its own'.format(lab, EXTRA))
     worth = {}
     for section, names in ((given, [c.name for c in criteria if not c.extra]),
                            (extra, [c.name for c in criteria if c.extra])):

@@ -63,7 +63,7 @@ class MoveToGoal:
             if abs(error) < ANGLE_TOL:
                 self.state, twist = 'MOVE_FORWARD', Twist()
         elif self.state == 'MOVE_FORWARD':
-            twist.linear.x = 0.15
+            twist.linear.x = 0.22
             if math.hypot(dx, dy) < DISTANCE_TOL:
                 self.state, twist = 'ROTATE_TO_FINAL', Twist()
         elif self.state == 'ROTATE_TO_FINAL':
@@ -76,7 +76,7 @@ class MoveToGoal:
         self.pub.publish(twist)
 
     def rate(self, error):
-        return max(-1.2, min(1.2, 1.5 * error))
+        return max(-2.0, min(2.0, 2.0 * error))
 
     def on_shutdown(self):
         self.pub.publish(Twist())

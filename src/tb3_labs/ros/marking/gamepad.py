@@ -1,162 +1,156 @@
 """How a gamepad node is tried out: the stage is the pad, and offers the reset."""
+from contextlib import closing
+
 import rospy
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
 
+from tb3_labs.marking import gamepad as asked
+from tb3_labs.marking.topics import CTRL_RELINQ, JOY
 from tb3_labs.ros.marking.any_service import AnyService
 from tb3_labs.ros.marking.hand import Hand
 from tb3_labs.ros.marking.reset_caller import NAMES
+from tb3_labs.ros.marking.waiting import wait, wait_until
 
-LISTENS = 'joy'
 #: The handout's numbering.
 FORWARD, LEFT = 1, 3
 A, B, Y = 0, 1, 2
-#: A pad has so many; numbers beyond what the handout uses are always zero.
+#: The numbers of a pad; those that the handout does not use stay zero.
 AXES, BUTTONS = 8, 11
-#: How long a button is pressed [s], and how long Y is held.
+#: How long a button is pressed, and how long Y is held [s].
 PRESS, HOLD = 0.15, 0.6
-#: A reset was called, or had failed, by then [s].
+#: A reset was called, or had failed, within this time [s].
 RESET_TIME = 2.5
+#: What a node prints and publishes after an answer arrives within this time [s].
+UNDER_WAY = 0.3
+#: How long a stick is held [s]; a node that has not begun to drive within REACTION does not.
+HELD, REACTION = 0.8, 1.5
+#: A drive has lasted this long before something happens to it [s].
+WELL_UNDER_WAY = 0.4
 
 
-class Pad:
-    """The hand on the gamepad."""
+class Pad(Hand):
+    """The hand on the gamepad; the sticks are in their middle at first."""
 
-    def __init__(self, stage):
-        self._stage = stage
-        self._hand = Hand('joy', Joy)
+    def __init__(self):
+        super().__init__(JOY, Joy)
         self._buttons = [0] * BUTTONS
         self.sticks()
+        self.wait_until_heard()
 
     def sticks(self, forward=0.0, left=0.0):
-        """Hold the sticks there: -1 to 1."""
+        """Hold the sticks there, each -1 to 1."""
         self._axes = [0.0] * AXES
         self._axes[FORWARD], self._axes[LEFT] = forward, left
         self._show()
 
     def press(self, button, seconds=PRESS):
-        """Press a button, and let it go."""
-        for down, wait in ((1, seconds), (0, PRESS)):
+        """Press a button for this time [s], and let it go."""
+        for down, time in ((1, seconds), (0, PRESS)):
             self._buttons[button] = down
             self._show()
-            self._stage.wait(wait)
-
-    def silence(self):
-        """Pull its plug."""
-        self._hand.hold(None)
-
-    def close(self):
-        """Put it away."""
-        self._hand.close()
+            wait(time)
 
     def _show(self):
-        self._hand.hold(Joy(axes=list(self._axes), buttons=list(self._buttons)))
+        self.hold(Joy(axes=list(self._axes), buttons=list(self._buttons)))
 
 
-def _reset(stage):
+def _reset_service(stage):
+    """The reset that the node may call, until it is closed."""
     package = stage.observation.node.split('/')[0]
-    return AnyService(NAMES, ['std_srvs', 'tb3_labs', package])
+    return closing(AnyService(NAMES, ['std_srvs', 'tb3_labs', package]))
+
+
+def _stick_up(stage, pad, name):
+    """The stimulus of the left stick up, then in its middle again."""
+    with stage.stimulus(name):
+        pad.sticks(1.0)
+        wait(HELD)
+    pad.sticks()
+    wait(UNDER_WAY)
 
 
 def sticks(stage):
     """What the sticks command."""
-    service = _reset(stage)
-    if stage.start():
-        pad = Pad(stage)
-        stage.wait(0.5)
-        for name, place in (('left stick up', (1.0, 0.0)), ('left stick half up', (0.5, 0.0)),
-                            ('left stick down', (-1.0, 0.0)), ('right stick left', (0.0, 1.0)),
-                            ('right stick right', (0.0, -1.0)), ('sticks let go', (0.0, 0.0))):
-            with stage.stimulus(name):
-                pad.sticks(*place)
-                stage.wait(1.0)
-        pad.close()
-    service.close()
+    with _reset_service(stage):
+        if not stage.node.start():
+            return
+        with Pad() as pad:
+            for name, place in asked.PLACES.items():
+                with stage.stimulus(name):
+                    pad.sticks(*place)
+                    wait(HELD)
 
 
 def buttons(stage):
     """A, the sticks, B, the sticks, Y; Ctrl+C while a stick drives."""
-    service = _reset(stage)
-    if stage.alive or stage.start():
-        pad = Pad(stage)
-        stage.wait(0.5)
-        _hand_over(stage, pad)
-        with stage.stimulus('Y') as record:
-            pad.press(Y, HOLD)
-            stage.wait_until(lambda: service.calls, RESET_TIME - HOLD)
-            stage.wait(0.3)      # for what it prints
-            record.facts.update(calls=len(service.calls), origin=all(service.calls))
-        stage.ctrl_c_in_motion(lambda: _drive(stage, pad))
-        pad.close()
-    service.close()
+    with _reset_service(stage) as service:
+        if not stage.node.alive and not stage.node.start():
+            return
+        with Pad() as pad:
+            _hand_over(stage, pad)
+            with stage.stimulus(asked.RESET) as record:
+                pad.press(Y, HOLD)
+                wait_until(lambda: service.calls, RESET_TIME - HOLD)
+                wait(UNDER_WAY)
+                record.facts.update({asked.CALLS: len(service.calls),
+                                     asked.ORIGIN: all(service.calls)})
+            stage.ctrl_c_in_motion(lambda: _start_driving(stage, pad))
 
 
-def _drive(stage, pad):
-    """Does a node, started if need be, drive by the stick? None if it does not run."""
+def _start_driving(stage, pad):
+    """Have the node drive by the stick; returns as Stage.set_in_motion()."""
     pad.sticks()
-    if not stage.alive and not stage.start():
-        return None
-    stage.wait(0.5)
-    begun = stage.now
+    return stage.set_in_motion(lambda: stage.node.alive, lambda: _push(pad), REACTION,
+                               WELL_UNDER_WAY)
+
+
+def _push(pad):
+    """The stick in the middle until the node heard it, then up."""
+    pad.sticks()
+    pad.wait_until_heard()
     pad.sticks(1.0)
-    stage.wait(0.5)
-    return stage.moves(begun)
 
 
 def _hand_over(stage, pad):
     """A, and back by B."""
-    said = []
-    listener = rospy.Subscriber('ctrl_relinq', Bool, lambda message: said.append(message.data))
-    with stage.stimulus('A', relinquished=None, latched=False) as record:
+    said, late = [], []
+    listener = rospy.Subscriber(CTRL_RELINQ, Bool, lambda message: said.append(message.data))
+    with stage.stimulus(asked.HAND_OVER) as record:
         pad.press(A)
-        stage.wait_until(lambda: True in said, 1.0)
-        stage.wait(0.3)
-        late = []
-        latecomer = rospy.Subscriber('ctrl_relinq', Bool, lambda message: late.append(message))
-        record.facts['latched'] = stage.wait_until(lambda: late, 1.0)
-        record.facts['relinquished'] = said[-1] if said else None
+        wait_until(lambda: True in said, 1.0)
+        wait(UNDER_WAY)
+        latecomer = rospy.Subscriber(CTRL_RELINQ, Bool, late.append)
+        record.facts.update({asked.LATCHED: wait_until(lambda: late, 1.0),
+                             asked.RELINQUISHED: said[-1] if said else None})
         latecomer.unregister()
-    with stage.stimulus('left stick up after A'):
-        pad.sticks(1.0)
-        stage.wait(1.0)
-    pad.sticks()
-    stage.wait(0.2)
-    with stage.stimulus('B', relinquished=None) as record:
+    _stick_up(stage, pad, asked.UP_HANDED_OVER)
+    with stage.stimulus(asked.TAKE_BACK) as record:
         pad.press(B)
-        stage.wait_until(lambda: said and not said[-1], 1.0)
-        record.facts['relinquished'] = said[-1] if said else None
+        wait_until(lambda: said and not said[-1], 1.0)
+        record.facts[asked.RELINQUISHED] = said[-1] if said else None
     listener.unregister()
-    stage.wait(0.3)
-    with stage.stimulus('left stick up after B'):
-        pad.sticks(1.0)
-        stage.wait(0.7)
-    pad.sticks()
-    stage.wait(0.5)
+    wait(UNDER_WAY)
+    _stick_up(stage, pad, asked.UP_TAKEN_BACK)
 
 
 def no_service(stage):
     """Y while nobody offers a reset, and a stick right after it."""
-    stage.stop()
-    if not stage.start():
+    if not stage.node.start():
         return
-    pad = Pad(stage)
-    stage.wait(0.5)
-    with stage.stimulus('Y without a service'):
+    with Pad() as pad, stage.stimulus(asked.RESET_WITHOUT_SERVICE):
         pad.press(Y)
         pad.sticks(1.0)
-        stage.wait(RESET_TIME)
-    pad.close()
+        wait(RESET_TIME)
 
 
 def lost(stage):
     """The pad falls silent while it drives."""
-    pad = Pad(stage)
-    moving = _drive(stage, pad)
-    if moving is not None:
-        with stage.stimulus('pad silent', was_moving=moving):
-            pad.silence()
-            stage.wait(2.0)
-    pad.close()
+    with Pad() as pad:
+        moving = _start_driving(stage, pad)
+        if moving is not None:
+            stage.falls_silent(asked.PAD_SILENT, moving, pad.silence)
 
 
-PARTS = {'sticks': sticks, 'buttons': buttons, 'no service': no_service, 'lost': lost}
+PARTS = {asked.STICKS: sticks, asked.BUTTONS: buttons, asked.NO_SERVICE: no_service,
+         asked.LOST: lost}

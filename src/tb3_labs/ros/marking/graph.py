@@ -5,32 +5,35 @@ import rosnode
 import rospkg
 import rospy
 
+#: What a node does with a topic, or a service.
+ROLES = PUBLISHES, LISTENS, OFFERS = 'publishes', 'listens', 'offers'
+
 
 class Graph:
-    """Asks the master; where that is gone, nobody is known."""
+    """Asks the master; if it does not answer, no node is known."""
 
     def __init__(self):
         self._master = rosgraph.Master(rospy.get_name())
-        #: The names by which the node is known, since it may be several, or rename itself.
+        #: The names of the node; a process may be several nodes, or rename itself.
         self.names = set()
 
     def nodes(self):
-        """name -> topics it listens to, of each node but this one."""
+        """name -> what it registered, of each node but this one: a set of (role, name of the topic
+        or service), where the role is one of ROLES."""
         try:
             publishers, subscribers, services = self._master.getSystemState()
         except (OSError, rosgraph.MasterException):
             return {}
         nodes = {}
-        for number, groups in enumerate((subscribers, publishers, services)):
+        for role, groups in zip(ROLES, (publishers, subscribers, services)):
             for topic, names in groups:
                 for name in names:
-                    if name != rospy.get_name():
-                        nodes.setdefault(name, set()).update([topic] if number == 0 else [
-                            (number, topic)])
+                    nodes.setdefault(name, set()).add((role, topic))
+        nodes.pop(rospy.get_name(), None)
         return nodes
 
     def services(self):
-        """The names of the node's services, but those every node has."""
+        """The names of the node's services, but for those that every node has."""
         _, _, services = self._master.getSystemState()
         return [name for name, nodes in services if self.names.intersection(nodes)
                 and not name.endswith(('/get_loggers', '/set_logger_level'))]
@@ -38,10 +41,10 @@ class Graph:
     def listens_to(self, topic):
         """Does the node listen to `topic`?"""
         topic, nodes = rospy.resolve_name(topic), self.nodes()
-        return any(topic in nodes.get(name, ()) for name in self.names)
+        return any((LISTENS, topic) in nodes.get(name, ()) for name in self.names)
 
     def kind_of(self, topic):
-        """The message class that the node itself uses on `topic`; None if it cannot be had."""
+        """The message class that the node itself uses on `topic`; None if there is none."""
         for name, kind in self._master.getTopicTypes():
             if name == rospy.resolve_name(topic):
                 try:
@@ -51,7 +54,7 @@ class Graph:
         return None
 
     def forget(self):
-        """A node that was killed is still known to the master: it would be taken for a live one."""
+        """Have the master forget the node: one that was killed is still registered."""
         left = [name for name in self.names if name in self.nodes()]
         if left:
             rosnode.cleanup_master_blacklist(self._master, left)

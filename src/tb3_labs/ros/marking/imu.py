@@ -5,47 +5,53 @@ import rospy
 from geometry_msgs.msg import Quaternion
 from sensor_msgs.msg import Imu
 
-from tb3_labs.marking.imu import AFTERWARDS, STANDS, headings
+from tb3_labs.marking.imu import (AFTERWARDS, HAIR_BELOW_ZERO, HEADING, HEADING_DEG, ODD_SAMPLES,
+                                  STANDS, ZERO_QUATERNION, headings)
 from tb3_labs.ros.conversions import to_quaternion
+from tb3_labs.ros.marking.hand import Hand
+from tb3_labs.ros.marking.waiting import wait, wait_until
 
-LISTENS = 'imu'
-#: So many lines are read at each stand; the IMU sends 200 a second.
-LINES = 3
+#: This number of lines is read at each stand, in no longer than this [s]; the IMU sends 200 a
+#: second.
+LINES, READING = 3, 1.5
+#: The IMU of the hand, to which the node's is remapped.
+PROBE = 'probe/imu'
+#: How long each odd sample is repeated [s], and what is sent after it.
+ODD, NEXT = 0.6, 0.9
+#: Headings a hair below zero [rad].
+HAIRS = (-1e-17, -1e-12, math.radians(-1e-8))
 
 
 def heading(stage):
     """The robot is turned on the spot and stands; then Ctrl+C."""
-    if not stage.start():
+    node = stage.node
+    if not node.start():
         return
     offset = rospy.get_param('/turtlebot3/imu_offset_deg')
-    for name, degrees in zip(STANDS, (50.0, 150.0, 220.0, 350.0)):
-        stage.face(degrees - offset)
-        with stage.stimulus(name, heading_deg=(stage.heading_deg + offset) % 360.0):
-            characters = stage.node.printed[0]
-            stage.wait_until(lambda: len(headings(stage.node.text_since(characters))) >= LINES
-                             or not stage.alive, 1.5)
+    for name, degrees in STANDS.items():
+        stage.robot.face(degrees - offset)
+        with stage.stimulus(name, {HEADING_DEG: (stage.recorder.heading_deg + offset) % 360.0}):
+            characters, _ = node.printed
+            wait_until(lambda: not node.alive
+                       or len(headings(node.text_since(characters))) >= LINES, READING)
     stage.ctrl_c()
 
 
 def odd_samples(stage):
-    """An IMU of our own sends what a robot's seldom does."""
-    probe = rospy.Publisher('probe/imu', Imu, queue_size=10)
-    if not stage.start('imu:=probe/imu', listens='probe/imu'):
+    """An IMU in our hand sends samples that a robot's seldom sends."""
+    if not stage.node.start('imu:=' + PROBE, listens=PROBE):
         return
-
-    def send(orientation):
-        for _ in range(60):
-            probe.publish(Imu(orientation=orientation))
-            stage.wait(0.01)
-    with stage.stimulus('a hair below zero'):
-        for yaw in (-1e-17, -1e-12, math.radians(-1e-8)):
-            send(to_quaternion(yaw))
-    with stage.stimulus('a quaternion of zeros'):
-        send(Quaternion())
-        stage.wait(0.3)
-        send(to_quaternion(math.radians(AFTERWARDS)))
-        stage.wait(0.3)
-    stage.stop()
+    with Hand(PROBE, Imu) as hand:
+        def send(orientation, seconds):
+            hand.hold(Imu(orientation=orientation))
+            wait(seconds)
+        with stage.stimulus(HAIR_BELOW_ZERO):
+            for yaw in HAIRS:
+                send(to_quaternion(yaw), ODD)
+        with stage.stimulus(ZERO_QUATERNION):
+            send(Quaternion(), ODD)
+            send(to_quaternion(math.radians(AFTERWARDS)), NEXT)
+    stage.node.stop()
 
 
-PARTS = {'heading': heading, 'odd samples': odd_samples}
+PARTS = {HEADING: heading, ODD_SAMPLES: odd_samples}

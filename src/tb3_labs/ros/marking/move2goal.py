@@ -2,179 +2,121 @@
 import math
 
 import rospy
-from std_msgs.msg import Bool, Empty
+from std_msgs.msg import Empty
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.move2goal import ASTRAY, DRIVE_TIME, GOAL
-from tb3_labs.ros.marking.reset_caller import ResetCaller
+from tb3_labs.marking import move2goal as asked
+from tb3_labs.marking.observation import WAS_MOVING
+from tb3_labs.marking.move2goal import CONTROL, DECLARED, DRIVE, LOST, OFFSET, PROBLEM, RESET
+from tb3_labs.ros.marking.driver import Driver
+from tb3_labs.ros.marking.requests import ALL, UNIT
+from tb3_labs.ros.marking.waiting import wait, wait_until
 
-LISTENS = 'odom'
-#: A node that has not begun to move by then does not [s].
-REACTION = 4.0
-#: A robot that rested for so long without a command has arrived [s].
-ARRIVAL = 1.5
-#: So long in a drive, before something happens to it [s].
-WELL_UNDER_WAY = 0.7
-#: What a robot recalibrates after `reset` [s], and a little.
+#: How long the node waits for control, and is watched at the goal and after control was taken [s].
+WATCHED = 1.5
+#: A reset has taken effect, and was printed, within this time after its answer [s].
+TAKES_EFFECT = 0.5
+#: The turn of the robot before the reset [deg], and the heading before the robot's own reset.
+TURNED, OFFSET_HEADING = 100.0, 100.0
+#: The robot's recalibration after `reset`, and a little more [s].
 RECALIBRATION = 3.2
-#: The pose that is declared where a node takes any.
-DECLARED = Pose2(0.2, 0.3, math.radians(90.0))
+#: The pose that is declared to a node that takes any.
+DECLARED_POSE = Pose2(0.2, 0.3, math.radians(90.0))
 NO_SERVICE = 'it offers no service whose name has "reset" or "pose" in it'
-
-
-class Trial:
-    """One node, its permission, its reset service."""
-
-    def __init__(self, stage):
-        self.stage = stage
-        self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1, latch=True)
-        # a node that hears of nothing but True at once may take it for what was said before it came
-        self.control(False)
-
-    def control(self, given):
-        """Give the robot to the node, or take it."""
-        self._control.publish(given)
-
-    def resets(self):
-        """The ResetCaller of the node that runs."""
-        return ResetCaller(self.stage.graph.services())
-
-    @property
-    def pose(self):
-        """Where the robot truly is, a Pose2."""
-        return Pose2(*self.stage.pose)
-
-    def drive(self, name, local_T_base=Pose2(), start=None):
-        """Give control, wait until the robot has arrived, or will not; `local_T_base`: where it
-        was in the local frame when it truly was at `start`; None: now."""
-        stage, start = self.stage, start or self.pose
-        local_T_world = local_T_base @ start.inverse()
-        with stage.stimulus(name, goal=GOAL, moved=False, rested=False, local_T_world=[
-                local_T_world.x, local_T_world.y, local_T_world.yaw]) as record:
-            self.control(True)
-            record.facts['moved'] = stage.wait_until(
-                lambda: stage.moves(record.begin) or not stage.alive, REACTION)
-            if record.facts['moved']:
-                stage.wait_until(lambda: not stage.alive or self._has_arrived()
-                                 or self.pose.distance_to(start) > ASTRAY, DRIVE_TIME)
-                record.facts['rested'] = self._has_arrived()
-
-    def _has_arrived(self):
-        return self.stage.rests() and not self.stage.moves(self.stage.now - ARRIVAL)
-
-    def start_driving(self):
-        """Have a node drive. True in the middle of it, False if it does not, None if there is no
-        node. One that runs and can be reset drives again after a reset."""
-        return self.stage.set_in_motion(self._is_ready, lambda: self.control(True), REACTION,
-                                        WELL_UNDER_WAY)
-
-    def _is_ready(self):
-        self.control(False)
-        stage = self.stage
-        if not stage.alive or not stage.wait_for_rest(2.0):
-            stage.stop()
-        else:
-            caller = self.resets()
-            if not caller.found or caller.call(Pose2()):
-                stage.stop()
-        return stage.alive
 
 
 def drive(stage):
     """Without control; the first drive, from where the odometry begins; silence at the goal."""
-    trial = Trial(stage)
-    start = trial.pose
-    if not stage.start():
+    driver = Driver(stage)
+    start = driver.pose
+    if not stage.node.start():
         return
-    with stage.stimulus('without control'):
-        stage.wait(1.5)
-    trial.drive('first drive', start=start)
-    with stage.stimulus('at the goal'):
-        stage.wait(1.5)
+    with stage.stimulus(asked.WITHOUT_CONTROL):
+        wait(WATCHED)
+    driver.drive(asked.FIRST_DRIVE, start=start)
+    with stage.stimulus(asked.AT_GOAL):
+        wait(WATCHED)
 
 
 def reset(stage):
     """The robot is moved, the frame reset, the task done again."""
-    trial = Trial(stage)
-    trial.control(False)
-    if not stage.alive and not stage.start():
+    driver = Driver(stage)
+    if not stage.node.alive and not stage.node.start():
         return
-    stage.wait(0.3)
-    stage.face(stage.heading_deg + 100.0, seconds=4.0)
-    caller = trial.resets()
+    wait(0.3)
+    stage.robot.face(stage.recorder.heading_deg + TURNED, seconds=4.0)
+    caller = driver.resets()
     if not caller.found:
-        for name in ('reset', 'second drive'):
-            stage.not_offered(name, NO_SERVICE)
+        stage.not_offered([asked.RESET_TO_ORIGIN, asked.SECOND_DRIVE], NO_SERVICE)
         return
-    with stage.stimulus('reset', problem='') as record:
-        record.facts['problem'] = caller.call(Pose2())
-        stage.wait(0.5)
-    if not record.facts['problem']:
-        trial.drive('second drive')
+    if _reset(stage, asked.RESET_TO_ORIGIN, caller, Pose2()):
+        driver.drive(asked.SECOND_DRIVE)
+
+
+def _reset(stage, name, caller, pose):
+    """The stimulus of a reset to this pose; True if it succeeded."""
+    with stage.stimulus(name) as record:
+        record.facts[PROBLEM] = caller.call(pose)
+        wait(TAKES_EFFECT)
+    return not record.facts[PROBLEM]
 
 
 def control(stage):
     """Control is taken in the middle of a drive; Ctrl+C in another."""
-    trial = Trial(stage)
-    moving = trial.start_driving()
+    driver = Driver(stage)
+    moving = driver.start_driving()
     if moving is None:
         return
-    with stage.stimulus('control taken', was_moving=moving):
-        trial.control(False)
-        stage.wait(1.5)
-    stage.ctrl_c_in_motion(trial.start_driving)
-    trial.control(False)
+    with stage.stimulus(asked.CONTROL_TAKEN, {WAS_MOVING: moving}):
+        driver.control(False)
+        wait(WATCHED)
+    stage.ctrl_c_in_motion(driver.start_driving)
+    driver.control(False)
 
 
 def declared(stage):
-    """A reset to a pose that is not zero."""
-    trial = Trial(stage)
-    trial.control(False)
-    if not stage.start():
+    """A reset to a pose that is not the origin."""
+    driver = Driver(stage)
+    if not stage.node.start():
         return
-    caller = trial.resets()
-    names = 'reset to another pose', 'drive from a declared pose'
-    if not {'x', 'y', 'yaw'} <= caller.takes:
-        for name in names:
-            stage.not_offered(name, 'its reset takes no pose' if caller.found else NO_SERVICE)
+    caller = driver.resets()
+    if not ALL <= caller.takes:
+        stage.not_offered([asked.RESET_ELSEWHERE, asked.DECLARED_DRIVE],
+                          'its reset takes no pose' if caller.found else NO_SERVICE)
         return
-    # where the unit of the yaw is not known, zero is zero in any
-    pose = DECLARED if 'unit' in caller.takes else Pose2(DECLARED.x, DECLARED.y, 0.0)
-    with stage.stimulus(names[0], problem='') as record:
-        record.facts['problem'] = caller.call(pose)
-        stage.wait(0.5)
-    if not record.facts['problem']:
-        trial.drive(names[1], pose)
+    # zero is zero in any unit, so that an unknown one does no harm
+    pose = DECLARED_POSE if UNIT in caller.takes else Pose2(DECLARED_POSE.x, DECLARED_POSE.y, 0.0)
+    if _reset(stage, asked.RESET_ELSEWHERE, caller, pose):
+        driver.drive(asked.DECLARED_DRIVE, pose)
 
 
 def offset(stage):
     """The robot's own `reset` zeroes the odometry and leaves the IMU as it is: they differ."""
-    trial = Trial(stage)
-    stage.stop()
-    trial.control(False)
-    stage.face(100.0)
+    driver = Driver(stage)
+    stage.node.stop()
+    stage.robot.face(OFFSET_HEADING)
     board = rospy.Publisher('reset', Empty, queue_size=1)
-    stage.wait_until(board.get_num_connections, 5.0)
+    wait_until(board.get_num_connections, 5.0)
     board.publish()
-    stage.wait(RECALIBRATION)
-    if not stage.start():
+    wait(RECALIBRATION)
+    if not stage.node.start():
         return
-    caller = trial.resets()
+    caller = driver.resets()
     if caller.found:
         caller.call(Pose2())
-    trial.drive('drive with an offset IMU')
-    trial.control(False)
+    driver.drive(asked.OFFSET_DRIVE)
+    driver.control(False)
 
 
 def lost(stage):
     """The odometry falls silent in the middle of a drive."""
-    trial = Trial(stage)
-    moving = trial.start_driving()
+    driver = Driver(stage)
+    moving = driver.start_driving()
     if moving is None:
         return
-    stage.silence('odometry silent', 'odom_silent', moving)
-    trial.control(False)
+    stage.sensor_falls_silent(asked.ODOMETRY_SILENT, moving, 'odom_silent')
+    driver.control(False)
 
 
-PARTS = {'drive': drive, 'reset': reset, 'control': control, 'declared': declared,
-         'offset': offset, 'lost': lost}
+PARTS = {DRIVE: drive, RESET: reset, CONTROL: control, DECLARED: declared, OFFSET: offset,
+         LOST: lost}

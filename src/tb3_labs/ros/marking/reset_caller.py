@@ -1,4 +1,4 @@
-"""Calls the reset service of a node, whatever it is called and whatever its request."""
+"""Calls the reset service of a node, whatever its name and its type are."""
 import threading
 
 import rospy
@@ -6,8 +6,9 @@ import rosservice
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.marking.requests import fill_pose
+from tb3_labs.ros.marking.waiting import wait_until
 
-#: What the handouts lead to, likeliest first; then whatever has one of WORDS in its name.
+#: The names that the handouts lead to, likeliest first; then any that has one of WORDS in it.
 NAMES = ('reset_pose', 'reset', 'set_pose', 'reset_local_pose', 'set_local_pose')
 WORDS = ('reset', 'pose')
 #: A reset answers within this time [s].
@@ -15,7 +16,7 @@ ANSWER_TIME = 3.0
 
 
 class ResetCaller:
-    """The reset service among these names; `found` is '' if there is none."""
+    """The reset service among these names; `found` is its name, '' if there is none."""
 
     def __init__(self, services):
         def rank(name):
@@ -24,7 +25,7 @@ class ResetCaller:
         likely = sorted((name for name in services if any(
             word in name.rsplit('/', 1)[-1].lower() for word in WORDS)), key=rank)
         self.found = likely[0] if likely else ''
-        #: Which of x, y, yaw its request has, and 'unit' where that of yaw is clear.
+        #: What its request takes, as requests.fill_pose() says.
         self.takes = set()
         self._kind = None
         if self.found:
@@ -35,7 +36,7 @@ class ResetCaller:
                 pass    # its type is not built here: call() tells
 
     def call(self, pose):
-        """Declare a Pose2; '' or what went wrong."""
+        """Declare a Pose2; '' or the reason why it failed."""
         if self._kind is None:
             return 'the type of {} cannot be loaded'.format(self.found)
         request = self._kind._request_class()
@@ -50,8 +51,7 @@ class ResetCaller:
                                if refused else '')
             except (rospy.ServiceException, rospy.ROSException, TypeError) as problem:
                 answers.append(str(problem)[:200])
-        thread = threading.Thread(target=ask, daemon=True)
-        thread.start()
-        thread.join(ANSWER_TIME)
-        return answers[0] if answers else '{} did not answer within {:g} s'.format(
-            self.found, ANSWER_TIME)
+        threading.Thread(target=ask, daemon=True).start()
+        if not wait_until(lambda: answers, ANSWER_TIME):
+            return '{} did not answer within {:g} s'.format(self.found, ANSWER_TIME)
+        return answers[0]

@@ -1,157 +1,117 @@
 """How a node of the IMU lab is tried out."""
-import rospy
-
 from tb3_labs.geometry.angles import difference_degrees
-from tb3_labs.marking.turn import BESIDE_MOUSE, NONSENSE, TURN_TIME, TURNS
-from tb3_labs.msg import MouseController
-from tb3_labs.ros.marking.hand import Hand
+from tb3_labs.marking import mouse as on_mouse
+from tb3_labs.marking.observation import MOVED, RESTED, WAS_MOVING
+from tb3_labs.marking.turn import BOTH, IMU_SILENT, LOST, MOUSE, SHUTDOWN, TURNS
+from tb3_labs.marking.turning import LEFT, NONSENSE, TURN_TIME, TYPED_NONSENSE
+from tb3_labs.marking.turning import TURNS as EACH_TURN
+from tb3_labs.ros.marking.mouse import mouse_of
+from tb3_labs.ros.marking.waiting import wait, wait_until
 
-LISTENS = 'imu'
-#: A node that has not begun to move by then does not [s].
+#: A node that has not begun to move within this time does not [s].
 REACTION = 3.0
-#: Farther off the heading where a turn should begin than this, the robot is set right [deg].
+#: A robot farther than this off the heading where a turn should begin is set right [deg].
 ASTRAY = 25.0
-#: So long in a turn, before something happens to it [s].
+#: Where the robot should be when nonsense is typed [deg]: after the last turn.
+LAST_HEADING = -50.0
+#: A turn has lasted this long before something happens to it [s].
 WELL_UNDER_WAY = 0.3
+#: A node that commanded no movement for this time does not turn any more [s].
+QUIET = 0.4
+#: How long a person waits for an answer, and holds the mouse somewhere [s].
+ANSWER, HELD = 1.0, 0.8
+#: A mouse moved in a turn drives within this time [s], or never.
+AT_LAST = 4.0
 
 
 def turns(stage):
-    """Five turns, each begun near its own heading whatever became of the one before; nonsense."""
-    for name, (typed, _, heading) in TURNS.items():
-        if not _begin_at(stage, heading):
+    """Five turns, each begun near its own heading whatever became of the last one; nonsense."""
+    for name, turn in EACH_TURN.items():
+        if not _begin_at(stage, turn.begins_deg):
             return
-        _turn(stage, name, typed)
-    if _begin_at(stage, -50.0):
-        with stage.stimulus('nonsense'):
-            stage.type(NONSENSE)
-            stage.wait(1.5)
+        _turn(stage, name, turn.typed)
+    if _begin_at(stage, LAST_HEADING):
+        with stage.stimulus(NONSENSE):
+            stage.node.type(TYPED_NONSENSE)
+            wait(ANSWER)
 
 
 def _begin_at(stage, heading):
-    """A node that waits for input, and a robot that rests near this heading [deg]."""
-    astray = abs(difference_degrees(stage.heading_deg, heading)) > ASTRAY
-    if stage.alive and stage.rests() and not astray:
+    """Is there a node that waits for input, and a robot at rest near this heading [deg]? Both are
+    brought about if need be."""
+    astray = abs(difference_degrees(stage.recorder.heading_deg, heading)) > ASTRAY
+    if stage.node.alive and stage.recorder.rests() and not astray:
         return True
-    stage.stop()
+    stage.node.stop()
     if astray:
-        stage.face(heading)
-    return stage.start()
+        stage.robot.face(heading)
+    return stage.node.start()
 
 
 def _turn(stage, name, typed):
     """Type it, and wait until the robot rests again."""
-    with stage.stimulus(name, moved=False, rested=False) as record:
-        stage.type(typed)
-        record.facts['moved'] = stage.wait_until(
-            lambda: stage.moves(record.begin) or not stage.alive, REACTION)
-        record.facts['rested'] = stage.wait_until(
-            lambda: not stage.alive or stage.rests() and not stage.moves(stage.now - 0.4),
-            TURN_TIME if record.facts['moved'] else 0.0)
-
-
-class Mouse:
-    """The hand on the mouse of a node that listens to mouse_info, by that node's own message."""
-
-    def __init__(self, stage):
-        self._kind = stage.graph.kind_of('mouse_info') or MouseController
-        self._hand = Hand('mouse_info', self._kind)
-
-    def at(self, x, y, active=True):
-        """Hold it there: x to the right, y up, -1 to 1."""
-        message = self._kind()
-        message.header.stamp = rospy.Time.now()
-        message.status.data = active
-        message.xPos, message.yPos = x, y
-        self._hand.hold(message)
-
-    def silence(self):
-        """Pull its plug."""
-        self._hand.hold(None)
-
-    close = property(lambda self: self._hand.close)
-
-
-def _mouse_of(stage, *names):
-    """The Mouse of a node; None, and these stimuli cannot be, if it does not listen to one."""
-    if not stage.graph.listens_to('mouse_info'):
-        reason = 'it does not listen to mouse_info'
-    else:
-        mouse = Mouse(stage)
-        try:
-            mouse.at(0.0, 0.0, active=False)
-            stage.wait(0.5)
-            return mouse
-        except AttributeError as problem:
-            reason = 'its message on mouse_info has other fields: {}'.format(problem)
-        mouse.close()
-    for name in names:
-        stage.not_offered(name, reason)
-    return None
+    with stage.stimulus(name, {MOVED: False, RESTED: False}) as record:
+        record.facts[MOVED] = stage.moves_after(lambda: stage.node.type(typed), REACTION)
+        record.facts[RESTED] = wait_until(
+            lambda: not stage.node.alive or stage.recorder.rests(QUIET),
+            TURN_TIME if record.facts[MOVED] else 0.0)
 
 
 def mouse(stage):
     """The mouse alone, before any key was pressed."""
-    if not stage.start():
+    hand = mouse_of(stage, on_mouse.ALONE) if stage.node.start() else None
+    if hand is None:
         return
-    pointer = _mouse_of(stage, 'mouse not active', 'mouse up', 'mouse near the middle',
-                        'mouse left', 'mouse half right', 'mouse deactivated')
-    if pointer is None:
-        return
-    with stage.stimulus('mouse not active'):
-        pointer.at(0.0, 1.0, active=False)
-        stage.wait(0.7)
-    pointer.at(0.0, 0.0)
-    stage.wait(0.3)
-    for name, place in (('mouse up', (0.0, 1.0)), ('mouse near the middle', (0.2, -0.2)),
-                        ('mouse left', (-1.0, 0.0)), ('mouse half right', (0.6, 0.0))):
-        with stage.stimulus(name):
-            pointer.at(*place)
-            stage.wait(1.0)
-    pointer.at(0.0, 1.0)
-    stage.wait(0.4)
-    with stage.stimulus('mouse deactivated'):
-        pointer.at(0.0, 1.0, active=False)
-        stage.wait(1.2)
-    pointer.close()
+    with hand:
+        with stage.stimulus(on_mouse.NOT_ACTIVE):
+            hand.at(0.0, 1.0, active=False)
+            wait(HELD)
+        hand.at(0.0, 0.0)
+        wait(0.2)
+        for name, place in on_mouse.PLACES.items():
+            with stage.stimulus(name):
+                hand.at(*place)
+                wait(HELD)
+        hand.at(0.0, 1.0)
+        wait(0.4)
+        with stage.stimulus(on_mouse.DEACTIVATED):
+            hand.at(0.0, 1.0, active=False)
+            wait(1.0)
 
 
 def both(stage):
     """Turns beside an active mouse, the mouse after a turn and in the middle of one."""
-    if not _is_idle(stage) and not stage.start():
+    runs = _is_idle(stage) or stage.node.start()
+    hand = mouse_of(stage, on_mouse.BESIDE_TURNS) if runs else None
+    if hand is None:
         return
-    pointer = _mouse_of(stage, BESIDE_MOUSE, 'mouse after a turn', 'mouse in a turn')
-    if pointer is None:
-        return
-    pointer.at(0.0, 0.0)
-    stage.wait(0.5)
-    _turn(stage, BESIDE_MOUSE, 'l')
-    with stage.stimulus('mouse after a turn'):
-        pointer.at(0.0, 1.0)
-        stage.wait(1.0)
-    pointer.at(0.0, 0.0)
-    stage.wait_for_rest(2.0)
-    begun = stage.now
-    stage.type('l')
-    moving = stage.wait_until(lambda: stage.moves(begun) or not stage.alive, REACTION)
-    stage.wait(WELL_UNDER_WAY)
-    with stage.stimulus('mouse in a turn', was_moving=moving) as record:
-        pointer.at(0.0, 1.0)
-        stage.wait_until(lambda: any(entry[1] > 0.4 for entry in
-                                     stage.commands_since(record.begin)), 4.0)
-    pointer.at(0.0, 0.0, active=False)
-    stage.wait(0.2)
-    pointer.close()
+    with hand:
+        hand.at(0.0, 0.0)
+        wait(0.3)
+        _turn(stage, on_mouse.TURN_BESIDE, LEFT)
+        with stage.stimulus(on_mouse.AFTER_TURN):
+            hand.at(0.0, 1.0)
+            wait(HELD)
+        hand.at(0.0, 0.0)
+        wait_until(stage.recorder.rests, 2.0)
+        moving = stage.moves_after(lambda: stage.node.type(LEFT), REACTION)
+        wait(WELL_UNDER_WAY)
+        with stage.stimulus(on_mouse.IN_TURN, {WAS_MOVING: moving}) as record:
+            hand.at(0.0, 1.0)
+            wait_until(lambda: on_mouse.drives_forward(
+                stage.recorder.commands_since(record.begin)), AT_LAST)
+        hand.at(0.0, 0.0, active=False)
+        wait(0.2)
 
 
 def _is_idle(stage):
     """Does the node run, and has it let the robot rest?"""
-    return stage.alive and stage.wait_for_rest(1.0) and not stage.moves(stage.now - 0.4)
+    return stage.node.alive and wait_until(lambda: stage.recorder.rests(QUIET), 1.0)
 
 
 def _in_a_turn(stage):
-    """Have the node turn, which runs if need be. True in the middle of the turn, False if it does
-    not turn, None if it does not run."""
-    return stage.set_in_motion(lambda: _is_idle(stage), lambda: stage.type('l'), REACTION,
+    """Have the node turn; returns as Stage.set_in_motion()."""
+    return stage.set_in_motion(lambda: _is_idle(stage), lambda: stage.node.type(LEFT), REACTION,
                                WELL_UNDER_WAY)
 
 
@@ -162,24 +122,21 @@ def shutdown(stage):
 
 def lost(stage):
     """The mouse falls silent while it drives, the IMU in a turn."""
-    if not stage.start():
+    if not stage.node.start():
         return
-    pointer = _mouse_of(stage, 'mouse silent')
-    if pointer is not None:
-        pointer.at(0.0, 0.0)
-        stage.wait(0.3)
-        begun = stage.now
-        pointer.at(0.0, 1.0)
-        stage.wait(0.5)
-        with stage.stimulus('mouse silent', was_moving=stage.moves(begun)):
-            pointer.silence()
-            stage.wait(2.0)
-        pointer.at(0.0, 0.0, active=False)
-        stage.wait(0.3)
-        pointer.close()
+    hand = mouse_of(stage, [on_mouse.SILENT])
+    if hand is not None:
+        with hand:
+            hand.at(0.0, 0.0)
+            wait(0.3)
+            moving = stage.moves_after(lambda: hand.at(0.0, 1.0), 0.5)
+            wait(WELL_UNDER_WAY)
+            stage.falls_silent(on_mouse.SILENT, moving, hand.silence)
+            hand.at(0.0, 0.0, active=False)
+            wait(0.3)
     moving = _in_a_turn(stage)
     if moving is not None:
-        stage.silence('IMU silent', 'imu_silent', moving)
+        stage.sensor_falls_silent(IMU_SILENT, moving, 'imu_silent')
 
 
-PARTS = {'turns': turns, 'mouse': mouse, 'both': both, 'shutdown': shutdown, 'lost': lost}
+PARTS = {TURNS: turns, MOUSE: mouse, BOTH: both, SHUTDOWN: shutdown, LOST: lost}
