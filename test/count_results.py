@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Counts what scripts/test.sh ran: every test case once, from the result files of pytest and rostest.
+"""Counts the tests that scripts/test.sh ran: each case once, by the results of pytest and rostest.
 
 Usage: count_results.py FOLDER CTEST_STATUS LINT LOG
 
@@ -59,8 +59,9 @@ class Count:
                 self._note_node(file.stem, case.get('name', ''))
             bad = [result for result in case if result.tag in ('failure', 'error')]
             if bad:
-                self.fail(file.stem, '{}.{}'.format(case.get('classname', ''), case.get('name', '')),
-                          '{}\n{}'.format(bad[0].get('message') or '', bad[0].text or ''))
+                name = '{}.{}'.format(case.get('classname', ''), case.get('name', ''))
+                self.fail(file.stem, name, '{}\n{}'.format(bad[0].get('message') or '',
+                                                           bad[0].text or ''))
             elif any(result.tag == 'skipped' for result in case):
                 self.skipped += 1
             elif not is_rostest:

@@ -26,10 +26,10 @@ from tb3_labs.ros.testing.observer import Observer
 from tb3_labs.srv import ResetPose
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from node_case import STARTING, ZERO, Hiccups, Node, NodeCase    # noqa: E402
+from node_case import STARTING, ZERO, Hiccups, Node, NodeCase    # noqa: E402 (a relay's folder)
 
-#: From the last good sample to the zero, and to the notice of a robot that is stuck [s]. Required are
-#: 0.3 and 2, which test_stops.py asks of the core; here what the test itself does comes on top.
+#: From the last good sample to the zero, and to the notice of a robot that is stuck [s]. Required
+#: are 0.3 and 2, which test_stops.py asks of the core; here the way through the nodes comes on top.
 SILENCE = 0.4
 STUCK = 2.5
 ROBOT = 'fake_turtlebot3.py', '__name:=turtlebot3'
@@ -341,10 +341,10 @@ class FaultsTest(NodeCase):
 
     def test_an_exception_in_mid_drive(self):
         self.robot()
-        for executable, where in (('move2goal_tf.py', 'tb3_labs.nodes.move_to_goal:Navigator.command'),
-                                  ('move2goal_tf.py', 'tb3_labs.nodes.move_to_goal:Navigator.on_odometry'),
-                                  ('turtlebot_controller.py',
-                                   'tb3_labs.nodes.controller:LabController.command')):
+        for executable, where in (
+                ('move2goal_tf.py', 'tb3_labs.nodes.move_to_goal:Navigator.command'),
+                ('move2goal_tf.py', 'tb3_labs.nodes.move_to_goal:Navigator.on_odometry'),
+                ('turtlebot_controller.py', 'tb3_labs.nodes.controller:LabController.command')):
             self.setUp()
             self.rest()
             node = self.start('broken_node.py', executable, where, '_has_control:=true',

@@ -17,7 +17,7 @@ from tb3_labs.ros.testing.observer import Observer
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import STARTING, ZERO, Hiccups, Node, NodeCase    # noqa: E402 (a relay's folder)
-from thumb import A, B, Y, Thumb                                # noqa: E402
+from thumb import A, B, Y, Thumb    # noqa: E402
 
 
 class GamepadTest(NodeCase):
@@ -70,8 +70,8 @@ class GamepadTest(NodeCase):
         self.seen.wait_for('cmd_vel', lambda command: abs(command[1]) > 1.0)
 
     def assert_stopped(self, since, within):
-        """The last movement was commanded within so long after `since` [s], but for what the machine
-        was late by; a zero followed."""
+        """The last movement was commanded within so long after `since` [s], but for what the
+        machine was late by; a zero followed."""
         self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
         moving = [time for time, command in self.seen.all('cmd_vel') if command != ZERO]
         self.assertLess(moving[-1] - since, within + self.hiccups.since(since, moving[-1]))
