@@ -66,7 +66,8 @@ class BadStartTest(NodeCase):
 
     def test_a_misspelt_parameter_is_warned_of(self):
         node = self.start('move2goal_tf.py', '_gaol_x:=1.0')
-        node.wait_for('goal_yaw_deg', STARTING)     # comes after goal_x in the list of what is known
+        # it comes after goal_x in the list of the parameters that are known
+        node.wait_for('goal_yaw_deg')
         line, = [line for line in node.lines if 'gaol_x' in line]
         self.assertIn('goal_x', line)
         self.assertEqual(node.end(), 0)

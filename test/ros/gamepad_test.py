@@ -17,9 +17,10 @@ from tb3_labs.ros.testing.observer import Observer
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import STARTING, ZERO, Hiccups, Node, NodeCase    # noqa: E402 (a relay's folder)
-from thumb import A, B, Y, Thumb    # noqa: E402
+from thumb import A, B, Y, Thumb, punctual    # noqa: E402
 
 
+@punctual
 class GamepadTest(NodeCase):
     """Methods share the running nodes; each begins with a robot at rest that the pad has."""
 
@@ -47,6 +48,8 @@ class GamepadTest(NodeCase):
         self.thumb.sticks(0.0, 0.0)
         if self.pad.status is not None:
             self.start_pad()
+        if self.mover.status is not None:
+            type(self).mover = Node('move2goal_tf.py')
         self.thumb.press(B)
         self.seen.wait_for('control_holder', lambda holder: holder == 'gamepad')
         self.rest()
@@ -193,7 +196,7 @@ class GamepadTest(NodeCase):
         self.seen.forget('cmd_vel')
         self.seen.forget('goal_state')
         type(self).mover = Node('move2goal_tf.py')
-        self.mover.wait_for('Control was given by /gamepad before this node could hear it')
+        self.mover.wait_for('Control was given by /gamepad before this node could hear it', 20.0)
         self.wait_for_state('waiting for control')
         self.assert_silence()
         self.thumb.press(B)

@@ -41,7 +41,8 @@ class ImuSubTest(NodeCase):
         """The lines of a node that heard so many messages, and the headings it published."""
         self.seen.forget('heading')
         node = self.start('imu_sub.py', *arguments)
-        self.seen.wait_until(lambda: len(self.seen.all('heading')) >= messages, STARTING, 'headings')
+        self.seen.wait_until(lambda: len(self.seen.all('heading')) >= messages, STARTING,
+                             'headings')
         lines = self.end(node)
         return lines, [heading for _, heading in self.seen.all('heading')]
 

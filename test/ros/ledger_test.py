@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Who drove, and by whose leave? Random stories before real nodes: two gamepads, a hand, goals,
-cancels, resets; pads unplugged, nodes killed, started again and put to sleep, a network that stalls.
+cancels, resets; pads unplugged, nodes killed, started again and put to sleep, a network that
+stalls.
 
 The judge is the ledger of test/unit/ledger.py.
 """

@@ -93,13 +93,14 @@ class Move2GoalTest(NodeCase):
 
     def declare(self, *pose):
         """A reset's answer; repeated where it is refused because a busy machine holds robot or node
-        up, such as while they start: the sensors are silent then, or said nothing of its instant."""
+        up, such as while they start: the sensors are silent then, or not yet as new as it."""
         for _ in range(10):
             answer = self.reset_pose(*pose or (0.0, 0.0, 0.0))
             if answer.success:
                 break
             heard = len(self.seen.all('ground_truth'))
-            self.seen.wait_until(lambda: len(self.seen.all('ground_truth')) > heard, what='the robot')
+            self.seen.wait_until(lambda: len(self.seen.all('ground_truth')) > heard,
+                                 what='the robot')
         self.assertTrue(answer.success, answer.message)
         return answer
 
@@ -304,6 +305,9 @@ class Move2GoalTest(NodeCase):
         self.assertEqual(self.action.get_state(), GoalStatus.SUCCEEDED)
         self.assertGreater(len(feedback), 10)
         self.assertEqual(feedback[-1].base_position.header.frame_id, 'local')
+        # a late machine hands the last ones over after the result
+        self.seen.wait_until(lambda: to_pose2(feedback[-1].base_position.pose).distance_to(
+            Pose2(0.3, 0.0, 0.0)) < 0.1, what='the last feedback')
         self.assert_pose(to_pose2(feedback[-1].base_position.pose), Pose2(0.3, 0.0, 0.0), 0.1, 5.0)
 
     def drive_by_action(self, goal):

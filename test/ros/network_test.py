@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The network, the master and the disk: gone in mid-drive, and back. Each test is a process of its own,
-since a process has one master for life."""
+"""The network, the master and the disk: gone in mid-drive, and back. Each test is a process of its
+own, since a process has one master for life."""
 import os
 import re
 import signal
@@ -24,8 +24,8 @@ from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.testing.observer import Observer
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from node_case import STARTING, ZERO, Hiccups, Node    # noqa: E402 (a relay's folder is another one)
-from two_hosts import TwoHosts                         # noqa: E402
+from node_case import STARTING, ZERO, Hiccups, Node    # noqa: E402 (a relay's folder)
+from two_hosts import TwoHosts    # noqa: E402
 
 
 def free_port():
@@ -62,7 +62,7 @@ class Room:
     def start_master(self):
         self.master = subprocess.Popen(['rosmaster', '--core', '-p', str(self.port)],
                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        deadline = time.monotonic() + 10.0
+        deadline = time.monotonic() + STARTING
         while time.monotonic() < deadline:
             with socket.socket() as probe:
                 host = re.search('//(.*):', os.environ['ROS_MASTER_URI']).group(1)
@@ -192,8 +192,8 @@ def nothing_listens_beyond_this_machine():
     """The demonstration, from the README's own shell: all that listens is on the loopback."""
     setup = os.path.join(os.path.dirname(os.path.realpath(os.path.join(
         rospkg.RosPack().get_path('tb3_labs'), 'package.xml'))), 'scripts', 'setup.sh')
-    launch = subprocess.Popen(['bash', '-c', 'source {} && exec roslaunch -p {} tb3_labs demo.launch '
-                               'stay:=true'.format(setup, free_port())],
+    launch = subprocess.Popen(['bash', '-c', 'source {} && exec roslaunch -p {} tb3_labs '
+                               'demo.launch stay:=true'.format(setup, free_port())],
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                               env=dict(os.environ, PYTHONUNBUFFERED='1'),    # else it is seen late
                               universal_newlines=True, start_new_session=True)
@@ -260,7 +260,7 @@ def disk_full_while_recording():
              'mount -t tmpfs -o size=2m tmpfs {0} && cd {0} && PWD={0} exec roslaunch -p {1} '
              'tb3_labs demo.launch drives:=1 record:=true'.format(folder, port)],
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
-        output, _ = launch.communicate(timeout=60.0)
+        output, _ = launch.communicate(timeout=2.0 * STARTING)
     print(output[-3000:])
     assert 'Goal reached!' in output, output
     assert re.search(r'Less than 1G of space free on disk .* Disabling recording', output), output
@@ -293,9 +293,9 @@ class NetworkTest(unittest.TestCase):
     @staticmethod
     def play(scene):
         """One scene in a process of its own: (exit status, what it printed)."""
-        played = subprocess.run([sys.executable, os.path.realpath(__file__), scene], timeout=90.0,
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                universal_newlines=True)
+        played = subprocess.run([sys.executable, os.path.realpath(__file__), scene],
+                                timeout=4.0 * STARTING, stdout=subprocess.PIPE,
+                                stderr=subprocess.STDOUT, universal_newlines=True)
         return played.returncode, played.stdout[-3000:]
 
     def check(self, scene):

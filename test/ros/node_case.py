@@ -20,7 +20,7 @@ ZERO = (0.0, 0.0)
 #: nothing for so long is driven by nobody.
 SILENCE = 0.3
 #: Limit of waits that say nothing of the node: how fast the machine starts processes [s].
-STARTING = 30.0
+STARTING = 60.0
 
 
 @lru_cache(maxsize=None)
@@ -38,6 +38,10 @@ class Node(Program):
 
     def __init__(self, executable, *arguments, prefix=(), **options):
         super().__init__(list(prefix) + [path_of(executable)] + list(arguments), **options)
+
+    def wait_for(self, words, seconds=STARTING, times=1):
+        """As Program's, with time enough for its start."""
+        super().wait_for(words, seconds, times)
 
 
 class NodeCase(unittest.TestCase):
