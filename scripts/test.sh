@@ -1,13 +1,14 @@
 #!/usr/bin/env bash
-# Proves the package: sets up what is missing, lints, builds, runs all tests. The last line is `N passed, N failed`
-# (and `, N skipped`); the exit status is 0 only if nothing failed and every test file really ran tests.
+# Proves the package: sets up what is missing, lints, builds, runs all tests, names the slowest ones. The last line is
+# `N passed, N failed` (and `, N skipped`); the exit status is 0 only if nothing failed and every test file really ran
+# tests.
 #
 #     ./scripts/test.sh              everything
 #     ./scripts/test.sh unit         the core only (pytest)
 #     ./scripts/test.sh ros          the nodes only (rostest)
 #     ./scripts/test.sh NAME ...     only the tests whose name contains NAME, such as a file in test/ros
 #     ./scripts/test.sh -l           list the names
-#     -j N, in front                 N tests at a time (3), of which two with a robot
+#     -j N, in front                 seats for tests (4): most take one, some take three (see CMakeLists.txt)
 #
 # pytest with options of its own: source scripts/setup.sh, then python3 -m pytest -p no:cacheprovider test/unit ...
 set -euo pipefail
@@ -18,7 +19,7 @@ unset ROS_MASTER_URI ROS_IP ROS_NAMESPACE ROSCONSOLE_FORMAT ROSCONSOLE_CONFIG_FI
 unset ROS_HOME ROS_LOG_DIR
 export ROS_HOSTNAME=localhost
 
-jobs=3
+jobs=4
 if [ "${1:-}" = -j ]; then jobs=${2:?'-j: a number is missing'}; shift 2; fi
 [[ $jobs =~ ^[1-9][0-9]*$ ]] || { echo "tb3_labs: -j: not a number: $jobs" >&2; exit 2; }
 
@@ -63,61 +64,4 @@ started=$SECONDS ctest_status=0
   tee "$log" | sed -un 's/^ *\([0-9]*\/[0-9]*\) Test *#[0-9]*: _ctest_tb3_labs_/\1 /p; /^No tests were found/p' || ctest_status=$?
 echo "$((SECONDS - started)) s; full output: $log"
 
-python3 - "$results" "$ctest_status" "$lint" "$log" <<'PYTHON'
-"""Counts every test case once, shows what failed, prints the closing line."""
-import pathlib
-import re
-import sys
-import xml.etree.ElementTree as ET
-
-folder, ctest_status, lint, log = pathlib.Path(sys.argv[1]), int(sys.argv[2]), sys.argv[3], pathlib.Path(sys.argv[4])
-passed, failed, skipped = int(lint == 'passed'), int(lint == 'failed'), 0
-explained = set()    # result files that say what failed
-nodes_of = {}        # rostest's result file -> its test nodes' result files
-
-
-def fail(stem, name, text):
-    global failed
-    failed += 1
-    explained.add(stem)
-    print('\nFAILED %s: %s' % (stem, name))
-    print('\n'.join('  | ' + line for line in text.strip().splitlines()[-20:]))
-
-
-for file in sorted(folder.rglob('*.xml')):
-    try:
-        cases = list(ET.parse(str(file)).getroot().iter('testcase'))
-    except ET.ParseError as error:
-        fail(file.stem, 'unreadable result', str(error))
-        continue
-    if not cases:
-        fail(file.stem, 'no test ran', '')
-    # A test node's own cases are in rosunit-NODE.xml; rostest-FILE.xml only says whether each node ended in time.
-    is_rostest = file.stem.startswith('rostest-')
-    for case in cases:
-        name = case.get('name', '')
-        bad = [r for r in case if r.tag in ('failure', 'error')]
-        if is_rostest:
-            result = 'rosunit-' + re.sub('^test', '', name)
-            if any(result in results for results in nodes_of.values()):
-                fail(file.stem, name, 'this test-name is in two .test files: one result overwrites the other')
-            nodes_of.setdefault(file.stem, []).append(result)
-        if bad:
-            fail(file.stem, '%s.%s' % (case.get('classname', ''), name), '%s\n%s' % (bad[0].get('message') or '', bad[0].text or ''))
-        elif any(r.tag == 'skipped' for r in case):
-            skipped += 1
-        elif not is_rostest:
-            passed += 1
-
-# What ctest calls failed and no result file explains, such as a crash on the way out.
-for kind, name in re.findall(r'_ctest_tb3_labs_(pytest|rostest|roslaunch-check)_(\S+) \.*\*\*\*', log.read_text(errors='replace')):
-    stem = '%s-%s' % (kind, re.sub(r'\.test$', '', name)) if kind != 'roslaunch-check' else '%s_%s' % (kind, name)
-    if not explained.intersection([stem] + nodes_of.get(stem, [])):
-        fail(stem, 'ended badly; see the full output', '')
-if ctest_status and not failed:
-    fail('ctest', 'ended with %d; see the full output' % ctest_status, '')
-if not failed and not passed - int(lint == 'passed') + skipped:
-    fail('ctest', 'no test ran', '')
-print('%d passed, %d failed%s' % (passed, failed, ', %d skipped' % skipped if skipped else ''))
-sys.exit(1 if failed else 0)
-PYTHON
+python3 "$ws/src/tb3_labs/test/count_results.py" "$results" "$ctest_status" "$lint" "$log"

@@ -1,16 +1,19 @@
 #!/usr/bin/env python3
 """Bad parameters and missing files: one line that says what is valid, and nothing moves."""
-import subprocess
-import unittest
+import os
+import sys
 
 import rospy
 import rostest
 
-from tb3_labs.ros.testing.node_process import NodeProcess
+from tb3_labs.ros.testing.node_process import Program
 from tb3_labs.ros.testing.observer import Observer
 
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from node_case import STARTING, NodeCase    # noqa: E402 (a relay's folder is another one)
 
-class BadStartTest(unittest.TestCase):
+
+class BadStartTest(NodeCase):
 
     @classmethod
     def setUpClass(cls):
@@ -32,33 +35,34 @@ class BadStartTest(unittest.TestCase):
             ('fake_turtlebot3.py', 'imu_rate:=0', 'imu_rate', 'from 1 to 1000'),
             ('imu_sub.py', 'max_rate:=fast', 'max_rate', 'a number'))]
         self.seen.forget('cmd_vel')
-        nodes = [NodeProcess('tb3_labs', executable, '__name:=bad%d' % number, parameter)
+        nodes = [self.start(executable, '__name:=bad%d' % number, parameter)
                  for number, (executable, parameter, _) in enumerate(cases)]
         for node, (_, parameter, words) in zip(nodes, cases):
-            self.addCleanup(node.kill)
-            self.assertEqual(node.wait(40.0), 1, parameter)
+            self.assertEqual(node.wait(STARTING), 1, parameter)
             lines = [line for line in node.lines if line.strip()]
             self.assertEqual(len(lines), 1, lines)
             for word in ['FATAL'] + words:
                 self.assertIn(word, lines[0])
         self.assertEqual(self.seen.all('cmd_vel'), [])
 
+    def launch(self, *arguments):
+        program = Program(['roslaunch'] + list(arguments))
+        self.addCleanup(program.kill)
+        return program
+
     def test_a_file_that_is_missing_starts_nothing(self):
-        launch = subprocess.run(['roslaunch', 'tb3_labs', 'gamepad.launch', 'pad:=none'],
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                universal_newlines=True, timeout=30.0)
-        self.assertNotEqual(launch.returncode, 0)
-        self.assertIn('pad_none.yaml', launch.stdout)
-        self.assertNotIn('started with pid', launch.stdout)
+        launch = self.launch('tb3_labs', 'gamepad.launch', 'pad:=none')
+        self.assertNotEqual(launch.wait(STARTING), 0)
+        self.assertIn('pad_none.yaml', launch.text)
+        self.assertNotIn('started with pid', launch.text)
 
     def test_a_class_of_no_robots_is_refused(self):
-        for number in ('0', '-1', '2.5', 'many'):
-            launch = subprocess.run(['roslaunch', '--nodes', 'tb3_labs', 'classroom.launch',
-                                     'robots:=' + number],
-                                    stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                    universal_newlines=True, timeout=30.0)
-            self.assertNotEqual(launch.returncode, 0, number)
-            self.assertIn('robots must be a whole number, 1 or more', launch.stdout)
+        launches = [(number, self.launch('--nodes', 'tb3_labs', 'classroom.launch',
+                                         'robots:=' + number))
+                    for number in ('0', '-1', '2.5', 'many')]
+        for number, launch in launches:
+            self.assertNotEqual(launch.wait(STARTING), 0, number)
+            self.assertIn('robots must be a whole number, 1 or more', launch.text)
 
     def test_a_node_without_a_master_waits_for_one(self):
         node = NodeProcess('tb3_labs', 'move2goal_tf.py', '_goal_x:=1.0',
@@ -69,9 +73,9 @@ class BadStartTest(unittest.TestCase):
         self.assertEqual(len(node.lines), 1, node.text)
 
     def test_a_misspelt_parameter_is_warned_of(self):
-        node = NodeProcess('tb3_labs', 'move2goal_tf.py', '_gaol_x:=1.0')
-        self.addCleanup(node.kill)
-        node.wait_for('goal_yaw_deg', 10.0)     # comes after goal_x in the list of what is known
+        node = self.start('move2goal_tf.py', '_gaol_x:=1.0')
+        # it comes after goal_x in the list of the parameters that are known
+        node.wait_for('goal_yaw_deg')
         line, = [line for line in node.lines if 'gaol_x' in line]
         self.assertIn('goal_x', line)
         self.assertEqual(node.end(), 0)

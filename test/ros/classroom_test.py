@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """Robots of a class drive and are reset each by itself, and share no frame."""
 import math
-import unittest
+import os
+import sys
 
 import rospy
 import rostest
 from geometry_msgs.msg import PoseStamped
-from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String
 from tf2_msgs.msg import TFMessage
 
@@ -16,17 +16,21 @@ from tb3_labs.ros.conversions import to_pose2, to_pose_stamped
 from tb3_labs.ros.testing.observer import Observer
 from tb3_labs.srv import ResetPose
 
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from node_case import STARTING, NodeCase    # noqa: E402 (a relay's folder is another one)
+from thumb import A, B, Thumb               # noqa: E402
+
 ROBOTS = ('robot1', 'robot2', 'robot3')
 DECLARED = {'robot1': Pose2(0.5, -0.5, 1.0), 'robot2': Pose2(), 'robot3': Pose2(-1.0, 0.0, -2.0)}
 GOALS = {'robot1': Pose2(0.9, -0.2, 0.0), 'robot3': Pose2(-0.6, 0.3, 2.0)}
 
 
-class ClassroomTest(unittest.TestCase):
+class ClassroomTest(NodeCase):
 
     @classmethod
     def setUpClass(cls):
         cls.seen = Observer()
-        cls.control, cls.goals, cls.reset, cls.joy = {}, {}, {}, {}
+        cls.control, cls.goals, cls.reset = {}, {}, {}
         for robot in ROBOTS:
             cls.seen.watch(robot + '/ground_truth', PoseStamped,
                            lambda message: to_pose2(message.pose))
@@ -35,14 +39,14 @@ class ClassroomTest(unittest.TestCase):
             cls.control[robot] = rospy.Publisher(robot + '/ctrl_relinq', Bool, queue_size=1)
             cls.goals[robot] = rospy.Publisher(robot + '/move_base_simple/goal', PoseStamped,
                                                queue_size=1)
-            cls.joy[robot] = rospy.Publisher(robot + '/joy', Joy, queue_size=1)
-            rospy.wait_for_service(robot + '/reset_pose', 30.0)
+            rospy.wait_for_service(robot + '/reset_pose', STARTING)
             cls.reset[robot] = rospy.ServiceProxy(robot + '/reset_pose', ResetPose)
         cls.seen.watch('/tf', TFMessage, lambda message: [
             (transform.header.frame_id, transform.child_frame_id)
             for transform in message.transforms])
-        cls.seen.wait_until(lambda: all(publisher.get_num_connections() for kind in (
-            cls.control, cls.goals, cls.joy) for publisher in kind.values()), 30.0, 'connections')
+        cls.seen.watch('robot2/control_holder', String, lambda message: message.data)
+        cls.thumb = Thumb('robot2/joy')
+        cls.wait_until_heard(*cls.control.values(), *cls.goals.values())
 
     def truth(self, robot):
         return self.seen.latest(robot + '/ground_truth')
@@ -71,13 +75,14 @@ class ClassroomTest(unittest.TestCase):
     def test_a_gamepad_hands_over_its_own_robot_only(self):
         for robot in ROBOTS:
             self.seen.forget(robot + '/ctrl_relinq')
-        # A on robot2's pad, after that was seen at rest for a while
-        for pressed in (0, 0, 0, 0, 0, 1, 0):
-            self.joy['robot2'].publish(Joy(axes=8 * [0.0], buttons=[pressed] + 10 * [0]))
-            rospy.rostime.wallsleep(0.1)
-        self.seen.wait_for('robot2/ctrl_relinq', lambda relinquished: relinquished, 5.0)
+        # a pad is obeyed once it was seen at rest for a while
+        self.seen.wait_for('robot2/control_holder', lambda holder: holder == 'gamepad')
+        self.thumb.press(A)
+        self.seen.wait_for('robot2/ctrl_relinq', lambda relinquished: relinquished)
         self.assertFalse(any(self.seen.latest(robot + '/ctrl_relinq') for robot in (
             'robot1', 'robot3')))
+        self.thumb.press(B)
+        self.seen.wait_for('robot2/ctrl_relinq', lambda relinquished: not relinquished)
 
     def test_frames_are_each_robots_own(self):
         self.seen.wait_until(lambda: len(self.pairs()) >= 6, 10.0, 'frames')

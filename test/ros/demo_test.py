@@ -40,7 +40,7 @@ class DemoTest(unittest.TestCase):
 
     def wait_for_the_end(self):
         self.wait_for('no status was written', lambda: os.path.exists(self.path)
-                      and os.path.getsize(self.path), 45.0)
+                      and os.path.getsize(self.path), 120.0)
 
     def test_both_drives_are_good(self):
         self.wait_for_the_end()
@@ -69,7 +69,7 @@ class DemoTest(unittest.TestCase):
         """The recording, whole."""
         recorder = rosgraph.Master(rospy.get_name()).lookupNode('/record')
         xmlrpc.client.ServerProxy(recorder).shutdown(rospy.get_name(), 'the demonstration is over')
-        self.wait_for('no bag was written', lambda: glob.glob(self.path + '_*.bag'), 10.0)
+        self.wait_for('no bag was written', lambda: glob.glob(self.path + '_*.bag'), 60.0)
         path, = glob.glob(self.path + '_*.bag')
         return path
 

@@ -22,7 +22,7 @@ TOPICS = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'ground_trut
           '/tf': TFMessage}
 #: Heard with queue_size=1: rospy lets a process have one queue for a topic.
 NEWEST_ONLY = 'joint_states'
-DEADLINE = 10.0  # of a wait, wall clock [s]
+DEADLINE = 30.0  # of a wait, wall clock [s]
 
 
 class FakeRobotTest(unittest.TestCase):
@@ -158,11 +158,11 @@ class FakeRobotTest(unittest.TestCase):
 
     def test_a_fault_is_switched_while_it_runs(self):
         self.live.update_configuration({'imu_silent': True})
+        self.wait('an odometry that goes on without the IMU',
+                  lambda: self.stamps('odom')[-1] > self.stamps('imu')[-1] + 0.8)
         last = self.stamps('odom')[-1]
-        self.wait('odometry goes on', lambda: self.stamps('odom')[-1] > last + 1.0)
-        self.assertLess(self.stamps('imu')[-1], last + 0.2)
         self.live.update_configuration({'imu_silent': False})
-        self.wait('imu', lambda: self.stamps('imu')[-1] > last + 1.0)
+        self.wait('imu', lambda: self.stamps('imu')[-1] > last + 0.2)
 
     def test_wheels_are_those_of_the_odometry_however_late_it_is(self):
         self.live.update_configuration({'sensor_latency': 0.3})
@@ -185,10 +185,9 @@ class FakeRobotTest(unittest.TestCase):
     def test_what_the_network_held_up_comes_in_one_write(self):
         """A subscriber of the newest hears one message, others hear all of them, in order."""
         self.live.update_configuration({'network_cut': True})
-        begin = self.stamps('ground_truth')[-1]
-        self.wait('the truth goes on', lambda: self.stamps('ground_truth')[-1] > begin + 1.0)
+        self.wait('a truth that goes on without odometry',
+                  lambda: self.stamps('ground_truth')[-1] > self.stamps('odom')[-1] + 1.1)
         before = {topic: list(self.heard[topic]) for topic in TOPICS}
-        self.assertLess(before['odom'][-1].header.stamp.to_sec(), begin + 0.2)
         self.live.update_configuration({'imu_silent': True, 'odom_silent': True})
         self.live.update_configuration({'network_cut': False})    # nothing comes but what was held
         try:

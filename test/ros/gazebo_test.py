@@ -2,6 +2,7 @@
 """sim:=gazebo where Gazebo's TurtleBot3 is installed, by a stand-in for it, and where it is not."""
 import os
 import pathlib
+import sys
 import tempfile
 import unittest
 
@@ -14,7 +15,10 @@ from rosgraph_msgs.msg import Clock
 from tb3_labs.ros.testing.node_process import Program
 from tb3_labs.ros.testing.observer import Observer
 
-#: The package, the file and the argument are turtlebot3_simulations'; the robot is the embedded one.
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from node_case import STARTING    # noqa: E402 (a relay's folder is another one)
+
+#: The package, the file and the argument are turtlebot3_simulations'; the embedded robot stands in.
 MANIFEST = ('<package format="2"><name>turtlebot3_gazebo</name><version>0.0.0</version>'
             '<description>a stand-in</description><license>BSD</license>'
             '<maintainer email="nobody@localhost">nobody</maintainer></package>\n')
@@ -48,7 +52,7 @@ class GazeboTest(unittest.TestCase):
     def end(program):
         """Ctrl+C, so that no node is left behind."""
         if program.status is None:
-            program.end(seconds=40.0)
+            program.end(seconds=STARTING)
         program.kill()
         rospy.set_param('/use_sim_time', False)    # nobody runs on that time any more
 
@@ -61,9 +65,9 @@ class GazeboTest(unittest.TestCase):
             program = self.launch(
                 'imu_sub.launch', 'sim:=gazebo', 'model:=waffle', environment={
                     'ROS_PACKAGE_PATH': folder + ':' + os.environ['ROS_PACKAGE_PATH']})
-            program.wait_for('Current heading is 123.0')
+            program.wait_for('Current heading is 123.0', STARTING)
             self.assertEqual(rospy.get_param('/stand_in/model'), 'waffle')
-            self.seen.wait_for('/clock')
+            self.seen.wait_for('/clock', seconds=STARTING)
             self.end(program)
             nodes = [node for topic, nodes in rosgraph.Master(rospy.get_name()).getSystemState()[0]
                      if topic == '/imu' for node in nodes]
@@ -77,7 +81,7 @@ class GazeboTest(unittest.TestCase):
             pass
         program = self.launch('move2goal.launch', 'sim:=gazebo', 'has_control:=true')
         self.seen.forget('cmd_vel')
-        self.assertIsNotNone(program.wait(40.0))
+        self.assertIsNotNone(program.wait(STARTING))
         line, = [line for line in program.lines if 'turtlebot3_gazebo is not installed' in line]
         self.assertIn('sudo apt install ros-noetic-turtlebot3-gazebo', line)
         self.assertIn('sim:=true', line)

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Who drove, and by whose leave? Random stories before real nodes: two gamepads, a hand, goals,
-cancels, resets; pads unplugged, nodes killed, started again and put to sleep, a network that stalls.
+cancels, resets; pads unplugged, nodes killed, started again and put to sleep, a network that
+stalls.
 
 The judge is the ledger of test/unit/ledger.py.
 """
@@ -8,7 +9,6 @@ import os
 import random
 import signal
 import sys
-import unittest
 
 import rospy
 import rostest
@@ -20,13 +20,13 @@ from std_msgs.msg import Bool, String
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.rospy_internals import connection_of
-from tb3_labs.ros.testing.node_process import NodeProcess
 from tb3_labs.ros.testing.observer import Observer
 from tb3_labs.srv import ResetPose
 
 HERE = os.path.dirname(os.path.realpath(__file__))
 sys.path[:0] = [HERE, os.path.join(HERE, '..', 'unit')]
 from ledger import OVER, judge    # noqa: E402
+from node_case import STARTING, Node, NodeCase    # noqa: E402
 from thumb import A, B, Thumb     # noqa: E402
 
 PADS = ('pad 1', 'pad 2')
@@ -39,7 +39,7 @@ CONNECTING = 2.0
 ACTS = 10
 
 
-class LedgerTest(unittest.TestCase):
+class LedgerTest(NodeCase):
 
     @classmethod
     def setUpClass(cls):
@@ -78,15 +78,14 @@ class LedgerTest(unittest.TestCase):
                 last[entry[2]] = entry[3]
         cls.note('mover started', [pad for pad in PADS if last.get(pad)])
         cls.seen.forget('goal_state')
-        cls.nodes['mover'] = NodeProcess('tb3_labs', 'move2goal_tf.py', '_goal_x:=90',
-                                         '_max_angular:=0.3')
-        cls.seen.wait_for('goal_state', lambda state: 'waiting for control' in state)
+        cls.nodes['mover'] = Node('move2goal_tf.py', '_goal_x:=90', '_max_angular:=0.3')
+        cls.seen.wait_for('goal_state', lambda state: 'waiting for control' in state, STARTING)
 
     @classmethod
     def start_pad(cls, pad):
         number, cls.started[pad] = pad[-1], rospy.get_time()
-        cls.nodes[pad] = NodeProcess('tb3_labs', 'gamepad.py', '__name:=pad' + number,
-                                     'joy:=joy' + number, 'control_holder:=holder' + number)
+        cls.nodes[pad] = Node('gamepad.py', '__name:=pad' + number, 'joy:=joy' + number,
+                              'control_holder:=holder' + number)
 
     # -- the history
 
@@ -131,12 +130,12 @@ class LedgerTest(unittest.TestCase):
     def kill_pad(self, chance):
         pad = chance.choice(PADS)
         self.nodes[pad].kill()
-        self.wait(chance.uniform(0.0, 1.0))
+        self.let_pass(chance.uniform(0.0, 1.0))
         self.start_pad(pad)
 
     def kill_mover(self, chance):
         self.nodes['mover'].kill()
-        self.wait(0.2)
+        self.let_pass(0.2)
         self.start_mover()
 
     def sleep(self, chance):
@@ -144,17 +143,17 @@ class LedgerTest(unittest.TestCase):
         if name == 'mover' and seconds > OVER:
             self.note('mover sleeps', rospy.get_time() + seconds)
         self.nodes[name].send(signal.SIGSTOP)
-        self.wait(0.5 * seconds)
+        self.let_pass(0.5 * seconds)
         if name != 'mover' and chance.random() < 0.5:
             button = chance.choice((A, B))
             self.presses.append((rospy.get_time(), name, button))
             self.thumbs[name].press(button)
-        self.wait(0.5 * seconds)
+        self.let_pass(0.5 * seconds)
         self.nodes[name].send(signal.SIGCONT)
 
     def stall(self, chance):
         self.robot.update_configuration({'network_cut': True})
-        self.wait(chance.choice((0.1, 0.3, 1.0)))
+        self.let_pass(chance.choice((0.1, 0.3, 1.0)))
         self.robot.update_configuration({'network_cut': False})
 
     def goal(self, chance):
@@ -174,20 +173,16 @@ class LedgerTest(unittest.TestCase):
                 self.hand_says: 5, self.plug: 2, self.kill_pad: 1, self.kill_mover: 1,
                 self.sleep: 3, self.stall: 2, self.goal: 3, self.cancel: 1, self.reset: 2}
 
-    def wait(self, seconds):
-        until = rospy.get_time() + seconds
-        self.seen.wait_until(lambda: rospy.get_time() >= until, seconds + 5.0)
-
     def test_nobody_drives_without_a_persons_leave(self):
         stories, seed = rospy.get_param('~stories', 4), rospy.get_param('~seed', 1)
         for story in range(seed, seed + stories):
             chance = random.Random(story)
             for act in chance.choices(list(self.acts), list(self.acts.values()), k=ACTS):
                 act(chance)
-                self.wait(chance.choice((0.05, 0.3, 0.7)))
+                self.let_pass(chance.choice((0.05, 0.3, 0.7)))
             for thumb in self.thumbs.values():
                 thumb.plugged = True
-            self.wait(0.6)
+            self.let_pass(0.6)
             history = sorted(self.history, key=lambda entry: entry[0])
             wrong = judge(history, GRACE)
             for node in self.nodes.values():

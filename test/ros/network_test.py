@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The network, the master and the disk: gone in mid-drive, and back. Each test is a process of its own,
-since a process has one master for life."""
+"""The network, the master and the disk: gone in mid-drive, and back. Each test is a process of its
+own, since a process has one master for life."""
 import os
 import re
 import signal
@@ -10,6 +10,7 @@ import sys
 import tempfile
 import time
 import unittest
+from concurrent.futures import ThreadPoolExecutor
 
 import rospkg
 import rospy
@@ -20,13 +21,11 @@ from std_msgs.msg import Bool, String
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.testing.node_process import NodeProcess
 from tb3_labs.ros.testing.observer import Observer
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from two_hosts import TwoHosts    # noqa: E402 (a relay's folder is another one)
-
-ZERO = (0.0, 0.0)
+from node_case import STARTING, ZERO, Hiccups, Node    # noqa: E402 (a relay's folder)
+from two_hosts import TwoHosts    # noqa: E402
 
 
 def free_port():
@@ -43,7 +42,7 @@ class Room:
         self.master = None
         self.start_master()
         rospy.init_node('watcher', disable_signals=True)
-        self.seen = Observer()
+        self.seen, self.hiccups = Observer(), Hiccups()
         self.seen.watch_robot()
         self.seen.watch('imu', Imu)
         self.seen.watch('goal_state', String, lambda message: message.data)
@@ -57,13 +56,13 @@ class Room:
         self.node = self.start('move2goal_tf.py')
 
     def start(self, executable, *arguments):
-        self.nodes.append(NodeProcess('tb3_labs', executable, *arguments))
+        self.nodes.append(Node(executable, *arguments))
         return self.nodes[-1]
 
     def start_master(self):
         self.master = subprocess.Popen(['rosmaster', '--core', '-p', str(self.port)],
                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        deadline = time.monotonic() + 10.0
+        deadline = time.monotonic() + STARTING
         while time.monotonic() < deadline:
             with socket.socket() as probe:
                 host = re.search('//(.*):', os.environ['ROS_MASTER_URI']).group(1)
@@ -74,9 +73,9 @@ class Room:
 
     def drive(self, x):
         """Towards (x, 0, 0), until it is in full motion."""
-        self.seen.wait_for('goal_state')
+        self.seen.wait_for('goal_state', seconds=STARTING)
         self.seen.wait_until(lambda: self.control.get_num_connections() and (
-            self.goals.get_num_connections()), 10.0, 'move_to_goal')
+            self.goals.get_num_connections()), STARTING, 'move_to_goal')
         self.goals.publish(to_pose_stamped(Pose2(x, 0.0, 0.0), 'local', 0.0))
         self.control.publish(True)
         self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)
@@ -108,8 +107,9 @@ def master_gone_and_back():
         room.drive(2.0)
         room.robot.send(signal.SIGSTOP)
         last = room.seen.all('imu')[-1][0]
-        room.seen.wait_for('cmd_vel', lambda command: command == ZERO, 2.0)
-        assert room.seen.all('cmd_vel')[-1][0] - last < 0.4, 'late zero without a master'
+        room.seen.wait_for('cmd_vel', lambda command: command == ZERO)
+        zero = room.seen.all('cmd_vel')[-1][0]
+        assert zero - last < 0.4 + room.hiccups.since(last, zero), 'late zero without a master'
         room.robot.send(signal.SIGCONT)
         room.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)
         room.start_master()
@@ -159,9 +159,10 @@ def network_cut_and_back():
                 for seconds in (0.6, 5.0):
                     hosts.connect(False)
                     cut = time.time()
-                    room.seen.wait_for('cmd_vel', lambda command: command == ZERO, 2.0)
+                    room.seen.wait_for('cmd_vel', lambda command: command == ZERO)
                     zero = room.seen.all('cmd_vel')[-1][0] - cut
-                    assert zero < 0.4, 'the laptop stopped after %.2f s' % zero
+                    withheld = room.hiccups.since(cut, cut + zero)
+                    assert zero < 0.4 + withheld, 'the laptop stopped after %.2f s' % zero
                     room.wait(max(0.0, cut + seconds - time.time()))
                     hosts.connect(True)
                     if seconds < 1.0:
@@ -211,8 +212,8 @@ def nothing_listens_beyond_this_machine():
     """The demonstration, from the README's own shell: all that listens is on the loopback."""
     setup = os.path.join(os.path.dirname(os.path.realpath(os.path.join(
         rospkg.RosPack().get_path('tb3_labs'), 'package.xml'))), 'scripts', 'setup.sh')
-    launch = subprocess.Popen(['bash', '-c', 'source {} && exec roslaunch -p {} tb3_labs demo.launch '
-                               'stay:=true'.format(setup, free_port())],
+    launch = subprocess.Popen(['bash', '-c', 'source {} && exec roslaunch -p {} tb3_labs '
+                               'demo.launch stay:=true'.format(setup, free_port())],
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                               env=dict(os.environ, PYTHONUNBUFFERED='1'),    # else it is seen late
                               universal_newlines=True, start_new_session=True)
@@ -279,10 +280,17 @@ def disk_full_while_recording():
              'mount -t tmpfs -o size=2m tmpfs {0} && cd {0} && PWD={0} exec roslaunch -p {1} '
              'tb3_labs demo.launch drives:=1 record:=true'.format(folder, port)],
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
-        output, _ = launch.communicate(timeout=60.0)
+        output, _ = launch.communicate(timeout=2.0 * STARTING)
     print(output[-3000:])
     assert 'Goal reached!' in output, output
     assert re.search(r'Less than 1G of space free on disk .* Disabling recording', output), output
+
+
+def no_small_disk():
+    """Why there can be no small disk for one test, or ''."""
+    if os.geteuid() or subprocess.call(['unshare', '-m', 'true'], stderr=subprocess.DEVNULL):
+        return 'a small disk of its own needs root'
+    return ''
 
 
 SCENES = {scene.__name__: scene for scene in (
@@ -292,16 +300,31 @@ SCENES = {scene.__name__: scene for scene in (
 
 class NetworkTest(unittest.TestCase):
 
-    def play(self, scene):
-        """One scene in a process of its own."""
-        played = subprocess.run([sys.executable, os.path.realpath(__file__), scene], timeout=90.0,
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                universal_newlines=True)
-        print(played.stdout[-3000:])
-        self.assertEqual(played.returncode, 0, played.stdout[-3000:])
+    @classmethod
+    def setUpClass(cls):
+        """The scenes are far apart, each with a master of its own: all run at the same time."""
+        pool = ThreadPoolExecutor(len(SCENES))
+        cls.addClassCleanup(pool.shutdown)
+        cls.played = {scene: pool.submit(cls.play, scene) for scene, missing in (
+            ('master_gone_and_back', ''), ('network_cut_and_back', TwoHosts.missing()),
+            ('nothing_listens_beyond_this_machine', ''),
+            ('disk_full_while_recording', no_small_disk())) if not missing}
+
+    @staticmethod
+    def play(scene):
+        """One scene in a process of its own: (exit status, what it printed)."""
+        played = subprocess.run([sys.executable, os.path.realpath(__file__), scene],
+                                timeout=4.0 * STARTING, stdout=subprocess.PIPE,
+                                stderr=subprocess.STDOUT, universal_newlines=True)
+        return played.returncode, played.stdout[-3000:]
+
+    def check(self, scene):
+        status, output = self.played[scene].result()
+        print(output)
+        self.assertEqual(status, 0, output)
 
     def test_the_master_goes_and_comes_back(self):
-        self.play('master_gone_and_back')
+        self.check('master_gone_and_back')
 
     def test_the_master_does_not_answer(self):
         self.play('master_that_does_not_answer')
@@ -309,15 +332,15 @@ class NetworkTest(unittest.TestCase):
     def test_the_network_is_cut_and_comes_back(self):
         if TwoHosts.missing():
             self.skipTest(TwoHosts.missing())
-        self.play('network_cut_and_back')
+        self.check('network_cut_and_back')
 
     def test_the_demonstration_listens_on_the_loopback_only(self):
-        self.play('nothing_listens_beyond_this_machine')
+        self.check('nothing_listens_beyond_this_machine')
 
     def test_the_disk_is_full_while_recording(self):
-        if os.geteuid() or subprocess.call(['unshare', '-m', 'true'], stderr=subprocess.DEVNULL):
-            self.skipTest('a small disk of its own needs root')
-        self.play('disk_full_while_recording')
+        if no_small_disk():
+            self.skipTest(no_small_disk())
+        self.check('disk_full_while_recording')
 
 
 if __name__ == '__main__':

@@ -17,9 +17,10 @@ import pytest
 import rosgraph
 import rospkg
 import rospy
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import PoseStamped, Twist
 
 from tb3_labs.robot.turtlebot3 import MODELS
+from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.testing.node_process import Program
 from tb3_labs.ros.testing.observer import Observer
 
@@ -63,6 +64,8 @@ class RobotTest(unittest.TestCase):
         cls.start_sshd()
         cls.seen = Observer()
         cls.seen.watch_robot()
+        cls.seen.watch('/ground_truth', PoseStamped, lambda message: (
+            message.header.stamp.to_sec(), to_pose2(message.pose)))    # by the robot's own time
 
     @classmethod
     def make_robot(cls):
@@ -146,7 +149,8 @@ class RobotTest(unittest.TestCase):
         forward.linear.x = 1.0
         driving = rospy.Timer(rospy.Duration(0.1), lambda event: drive.publish(forward))
         self.seen.wait_for('ground_truth', lambda pose: pose.x > 0.5)
-        (start, first), *_, (stop, last) = self.seen.all('ground_truth', rospy.get_time() - 1.0)
+        (start, first), *_, (stop, last) = [
+            truth for _, truth in self.seen.all('/ground_truth', rospy.get_time() - 1.0)]
         driving.shutdown()
         self.assertGreater(first.distance_to(last) / (stop - start),
                            (MODELS['burger'].max_linear + MODELS['waffle'].max_linear) / 2.0)

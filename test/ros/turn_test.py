@@ -7,7 +7,7 @@ import re
 import shutil
 import signal
 import subprocess
-import unittest
+import sys
 
 import rospy
 import rostest
@@ -15,19 +15,20 @@ from std_msgs.msg import Float64
 
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.conversions import to_mouse
-from tb3_labs.ros.testing.node_process import NodeProcess
 from tb3_labs.ros.testing.observer import Observer
 from tb3_labs.ros.testing.virtual_screen import VirtualScreen
 
-ZERO = (0.0, 0.0)
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from node_case import STARTING, ZERO, Hiccups, NodeCase    # noqa: E402 (a relay's folder)
+
 WIDTH, HEIGHT = 800, 600
 
 
-class TurnTest(unittest.TestCase):
+class TurnTest(NodeCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.seen = Observer()
+        cls.seen, cls.hiccups = Observer(), Hiccups()
         cls.seen.watch_robot()
         cls.seen.watch('mouse_info', MouseController, to_mouse)
         cls.seen.watch('bad/mouse_info', MouseController)
@@ -35,21 +36,15 @@ class TurnTest(unittest.TestCase):
         cls.seen.wait_for('ground_truth')
 
     def setUp(self):
-        # rospy notices that a subscriber has gone when it writes to it
-        self.seen.wait_until(lambda: self.turn.publish(0.0) or not self.turn.get_num_connections(),
-                             10.0, 'the end of the last controller')
-
-    def start(self, executable, *arguments, **options):
-        node = NodeProcess('tb3_labs', executable, *arguments, **options)
-        self.addCleanup(node.kill)
-        return node
+        self.wait_until_unheard({self.turn: Float64(0.0)})
 
     def controller(self, *arguments, **options):
         """A controller in a terminal, ready."""
         node = self.start('turtlebot_controller.py', *arguments, **dict(dict(terminal=True),
                                                                         **options))
-        node.wait_for('and Enter')
-        self.seen.wait_until(self.turn.get_num_connections, 10.0, 'the controller')
+        node.wait_for('and Enter', STARTING)
+        self.wait_until_heard(self.turn)
+        self.wait_until_hears('controller', 'imu')
         return node
 
     def mouse(self):
@@ -61,7 +56,7 @@ class TurnTest(unittest.TestCase):
         self.display = screen.display
         client = self.start('mouse_client.py', environment={'DISPLAY': self.display,
                                                             'WAYLAND_DISPLAY': ''})
-        client.wait_for('Scroll down')
+        client.wait_for('Scroll down', STARTING)
         return client, screen
 
     def xdotool(self, *arguments):
@@ -78,7 +73,7 @@ class TurnTest(unittest.TestCase):
 
     def stopped(self):
         """The robot was stopped by one zero, and at no time were there two in a row."""
-        self.seen.wait_for('cmd_vel', lambda command: command == ZERO, 1.0)
+        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
         commands = [command for _, command in self.seen.all('cmd_vel')]
         pairs = list(zip(commands, commands[1:]))
         return (ZERO, ZERO) not in pairs
@@ -88,16 +83,6 @@ class TurnTest(unittest.TestCase):
 
     def turned_since(self, heading):
         return math.remainder(self.heading() - heading, 360.0)
-
-    def rest(self):
-        self.seen.wait_for_rest('ground_truth')
-
-    def silence(self):
-        """Nobody sends anything for half a second."""
-        sent = len(self.seen.all('cmd_vel'))
-        until = rospy.get_time() + 0.5
-        self.seen.wait_until(lambda: rospy.get_time() > until)
-        self.assertEqual(len(self.seen.all('cmd_vel')), sent)
 
     # -- keyboard
 
@@ -117,7 +102,7 @@ class TurnTest(unittest.TestCase):
             self.assertLess(abs(math.remainder(said - self.turned_since(before), 360.0)), 0.2)
             self.assertTrue(self.stopped())
             self.assertTrue(all(linear == 0.0 for _, (linear, _) in self.seen.all('cmd_vel')))
-        self.silence()
+        self.assert_silence()
 
     def test_nonsense_is_answered_with_what_is_valid(self):
         node = self.controller()
@@ -149,7 +134,8 @@ class TurnTest(unittest.TestCase):
         self.assertEqual(node.end(signal.SIGINT), 0)
         self.assertIn('Controller exiting. Halting robot.', node.text)
         self.assertTrue(self.stopped())
-        self.assertLess(self.seen.all('cmd_vel')[-1][0] - asked, 0.2)
+        zero = self.seen.all('cmd_vel')[-1][0]
+        self.assertLess(zero - asked, 0.2 + self.hiccups.since(asked, zero))
         self.assertNotIn('Traceback', node.text)
         self.rest()
 
@@ -189,11 +175,12 @@ class TurnTest(unittest.TestCase):
         node.wait_for('short way round')
 
     def test_bad_parameters_are_one_line(self):
-        for number, (parameter, words) in enumerate([
-                ('_k_hdg:=high', 'k_hdg'), ('_law:=best', 'precise, lab'),
-                ('_min_ang_z:=2.0', 'max_ang_z, which is 1.5')]):
-            node = self.start('turtlebot_controller.py', parameter, '__name:=bad%d' % number)
-            self.assertEqual(node.wait(20.0), 1)
+        cases = [('_k_hdg:=high', 'k_hdg'), ('_law:=best', 'precise, lab'),
+                 ('_min_ang_z:=2.0', 'max_ang_z, which is 1.5')]
+        nodes = [self.start('turtlebot_controller.py', parameter, '__name:=bad%d' % number)
+                 for number, (parameter, _) in enumerate(cases)]
+        for node, (_, words) in zip(nodes, cases):
+            self.assertEqual(node.wait(STARTING), 1)
             self.assertTrue(len(node.lines) == 1 and words in node.text, node.text)
 
     # -- the mouse, and both together
@@ -204,7 +191,7 @@ class TurnTest(unittest.TestCase):
         self.point(0.0, 0.0)
         # not active: it means nothing
         self.point(0.0, 1.0)
-        self.silence()
+        self.assert_silence()
         self.point(0.0, 0.0)
 
         # active: up is forward, left is left, the middle is rest, one zero each
@@ -218,7 +205,7 @@ class TurnTest(unittest.TestCase):
         self.point(0.1, -0.1)
         self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
         self.rest()
-        self.silence()
+        self.assert_silence()
         self.assertTrue(self.stopped())
         before = self.heading()
         self.point(-1.0, 0.0)
@@ -238,7 +225,7 @@ class TurnTest(unittest.TestCase):
         node.type('b')
         self.seen.wait_for('cmd_vel', lambda command: command[1] > 1.0)
         self.point(0.0, -1.0)
-        self.seen.wait_for('cmd_vel', lambda command: command == (-0.5, 0.0), 1.0)
+        self.seen.wait_for('cmd_vel', lambda command: command == (-0.5, 0.0))
         node.wait_for('the mouse took over')
         # (the turn's zero goes out in the same tick; on a busy computer the newest alone arrives)
         commands = [command for _, command in self.seen.all('cmd_vel')]
@@ -250,7 +237,7 @@ class TurnTest(unittest.TestCase):
         self.scroll(down=False)
         node.wait_for('The mouse was deactivated')
         self.assertTrue(self.stopped())
-        self.silence()
+        self.assert_silence()
         self.point(0.0, 0.0)
         self.scroll(down=True)
         node.wait_for('The mouse is active', times=2)
@@ -260,7 +247,7 @@ class TurnTest(unittest.TestCase):
         node.wait_for('given up', times=2)
         self.assertTrue(self.stopped())
         self.rest()
-        self.silence()
+        self.assert_silence()
 
     def test_a_mouse_that_dies_stops_the_robot(self):
         node = self.controller()
@@ -269,12 +256,12 @@ class TurnTest(unittest.TestCase):
         self.scroll(down=True)
         self.seen.wait_for('cmd_vel', lambda command: command == (0.5, 0.0))
         client.kill()
-        node.wait_for('No mouse for', 2.0)
-        self.seen.wait_for('cmd_vel', lambda command: command == ZERO, 1.0)
-        last_heard = self.seen.all('mouse_info')[-1][0]
-        self.assertLess(self.seen.all('cmd_vel')[-1][0] - last_heard, 0.3)
+        node.wait_for('No mouse for')
+        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
+        last_heard, zero = self.seen.all('mouse_info')[-1][0], self.seen.all('cmd_vel')[-1][0]
+        self.assertLess(zero - last_heard, 0.3 + self.hiccups.since(last_heard, zero))
         self.rest()
-        self.silence()
+        self.assert_silence()
 
     def test_a_display_that_dies_stops_the_robot_in_one_line(self):
         node = self.controller()
@@ -290,12 +277,14 @@ class TurnTest(unittest.TestCase):
         self.assertNotIn('Traceback', client.text)
 
     def test_a_mouse_that_cannot_be_read_is_one_line(self):
-        for environment, words in (({'DISPLAY': ''}, 'DISPLAY is not set'),
-                                   ({'DISPLAY': ':987', 'WAYLAND_DISPLAY': ''}, 'cannot open'),
-                                   ({'WAYLAND_DISPLAY': 'wayland-0'}, 'Xorg')):
-            client = self.start('mouse_client.py', '__name:=blind', 'mouse_info:=bad/mouse_info',
-                                environment=environment)
-            self.assertEqual(client.wait(20.0), 1)
+        cases = [({'DISPLAY': ''}, 'DISPLAY is not set'),
+                 ({'DISPLAY': ':987', 'WAYLAND_DISPLAY': ''}, 'cannot open'),
+                 ({'WAYLAND_DISPLAY': 'wayland-0'}, 'Xorg')]
+        clients = [self.start('mouse_client.py', '__name:=blind%d' % number,
+                              'mouse_info:=bad/mouse_info', environment=environment)
+                   for number, (environment, _) in enumerate(cases)]
+        for client, (_, words) in zip(clients, cases):
+            self.assertEqual(client.wait(STARTING), 1)
             self.assertTrue(len(client.lines) == 1 and words in client.text, client.text)
 
 

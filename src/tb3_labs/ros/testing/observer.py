@@ -2,6 +2,7 @@
 import threading
 import time
 from collections import deque
+from itertools import takewhile
 
 import rospy
 from geometry_msgs.msg import PoseStamped, Twist
@@ -46,9 +47,12 @@ class Observer:
         self.watch('ground_truth', PoseStamped, lambda message: to_pose2(message.pose))
 
     def all(self, topic, since=float('-inf')):
-        """[(time, value)] that arrived at or after `since`."""
+        """[(time, value)] that arrived at or after `since`; with a clock that jumped back, since
+        that jump."""
         with self._changed:
-            return [entry for entry in self._seen[topic] if entry[0] >= since]
+            # from the end: whoever waits asks again and again for the last few of thousands
+            recent = list(takewhile(lambda entry: entry[0] >= since, reversed(self._seen[topic])))
+        return recent[::-1]
 
     def latest(self, topic):
         """The newest value, or None."""
