@@ -2,7 +2,7 @@
 
 MUTATION_SEEN=FILE     writes, as JSON, of each test that passed: its name, the seconds of computing
                        it took, and the marks that the code set (see mutate.py, `_mark`)
-MUTATION_TESTS=FILE    runs only the tests of that JSON list of [name, seconds], in its order, and ends
+MUTATION_TESTS=FILE    runs only the tests of that JSON list of [name, seconds], in its order; ends
                        the process with status `HANG` where one computes for much longer than that
 
 What a fixture of a module or a session runs counts for every test that uses it.

@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""Would a test notice? Makes small changes to copies of the package and runs the unit tests on each.
+"""Would a test notice? Makes small changes to copies of the package, runs the unit tests on them.
 
     source scripts/setup.sh
     test/mutation/mutate.py                                 150 changes, drawn over all pure rooms
     test/mutation/mutate.py -n 60 --seed 7 -r simulation    60 others, of one room
     test/mutation/mutate.py -r report -t test_report.py     noticed by this file's tests alone?
 
-Each change (see mutations.py) is made in a copy in a temporary folder, which comes first on the path
-of a process of its own; the checkout stays as it is. The tests of a change are those that run its
-block; for a constant of a module, those that run anything of the module or of one that imports it.
-They are found by one run of all tests on a copy whose blocks leave marks. The fastest come first, up
+Each change (see mutations.py) is made in a copy in a temporary folder, which comes first on the
+path of a process of its own; the checkout is read once, at the beginning, and stays as it is. The
+tests of a change are those that run its block; for a constant of a module, those that run anything
+of the module or of one that imports it. They are found by one run of all tests on a copy whose blocks leave marks. The fastest come first, up
 to --patience seconds of computing, and the first failure ends it. A test that computes for five
 times as long as usual hangs: that counts as noticed, and is listed.
 
@@ -39,7 +39,7 @@ from chosen_tests import HANG
 from mutations import Mutation, blocks_of, mutations_of
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PACKAGE = pathlib.Path('src', 'tb3_labs')
+PACKAGE, SUITE = pathlib.Path('src', 'tb3_labs'), pathlib.Path('test', 'unit')
 #: What is pure: all that the unit tests can judge.
 ROOMS = ('geometry', 'robot', 'localization', 'control', 'supervision', 'nodes', 'simulation',
          'report', 'marking')
@@ -50,7 +50,7 @@ MARK = "__import__('builtins').__dict__.setdefault('_mutation_marks', set()).add
 
 @dataclass(frozen=True)
 class Test:
-    """A unit test: pytest's name, seconds of computing, the (path, first line) of blocks it runs."""
+    """A unit test: pytest's name, seconds of computing, (path, line) of each block it runs."""
 
     name: str
     seconds: float
@@ -77,7 +77,7 @@ class Copy:
         (first / 'tb3_labs' / '__init__.py').write_text('__path__ = {!r}\n'.format(
             [str(self.root / PACKAGE), str(generated)]))
         self._stamps = itertools.count(1)
-        self._folder = folder
+        self.folder = folder
         self._environment = dict(
             os.environ, HYPOTHESIS_STORAGE_DIRECTORY=str(folder / 'hypothesis'),
             PYTHONPYCACHEPREFIX=str(folder / 'bytecode'), MPLBACKEND='agg',
@@ -95,7 +95,7 @@ class Copy:
         """The exit status of pytest; `HANG` also for one that waits for ever."""
         command = [sys.executable, '-m', 'pytest', '-q', '--no-header', '-p', 'no:cacheprovider',
                    '-p', 'chosen_tests', '--rootdir', str(self.root)] + tests
-        with open(str(self._folder / 'output'), 'w') as output:
+        with open(str(self.folder / 'output'), 'w') as output:
             try:
                 return subprocess.run(
                     command, cwd=str(self.root), env=dict(self._environment, **variables),
@@ -104,10 +104,9 @@ class Copy:
             except subprocess.TimeoutExpired:
                 return HANG
 
-    def is_noticed_by(self, mutation: Mutation, tests: List[Test]) -> str:
-        """'' if no test fails, else 'killed' or 'hang'."""
-        source = (ROOT / mutation.path).read_text(encoding='utf-8')
-        chosen = self._folder / 'chosen.json'
+    def outcome(self, mutation: Mutation, source: str, tests: List[Test]) -> str:
+        """'' if no test fails, else 'killed' or 'hang'; `source` is the file's without it."""
+        chosen = self.folder / 'chosen.json'
         chosen.write_text(json.dumps([[test.name, test.seconds] for test in tests]))
         self.write(mutation.path, mutation.applied(source))
         status = self.run(['-x'] + sorted({test.path for test in tests}),
@@ -116,10 +115,10 @@ class Copy:
         return {0: '', HANG: 'hang'}.get(status, 'killed')
 
 
-def sources() -> Dict[str, str]:
-    """{path: text} of the package's files."""
-    return {str(path.relative_to(ROOT)): path.read_text(encoding='utf-8')
-            for path in sorted((ROOT / PACKAGE).rglob('*.py'))}
+def texts(root: pathlib.Path, folder: pathlib.Path) -> Dict[str, str]:
+    """{path: text} of the Python files in a folder, by their path from `root`."""
+    return {str(path.relative_to(root)): path.read_text(encoding='utf-8')
+            for path in sorted((root / folder).rglob('*.py'))}
 
 
 def room_of(path: str) -> str:
@@ -135,17 +134,17 @@ def with_marks(path: str, source: str) -> str:
     return ''.join(lines)
 
 
-def watch(copy: Copy, folder: pathlib.Path, files: List[str]) -> List[Test]:
+def watch(copy: Copy, package: Dict[str, str], files: List[str]) -> List[Test]:
     """All tests of these files that pass, with what each of them runs."""
-    seen = folder / 'seen.json'
-    for path, source in sources().items():
+    seen = copy.folder / 'seen.json'
+    for path, source in package.items():
         if room_of(path) in ROOMS:
             copy.write(path, with_marks(path, source))
     copy.run(files, MUTATION_SEEN=str(seen))
-    for path, source in sources().items():
+    for path, source in package.items():
         copy.write(path, source)
     if not seen.exists():
-        raise RuntimeError('the tests do not run: ' + (folder / 'output').read_text()[-2000:])
+        raise RuntimeError('the tests do not run: ' + (copy.folder / 'output').read_text()[-2000:])
     return [Test(name, seconds, {(mark.rpartition(':')[0], int(mark.rpartition(':')[2]))
                                  for mark in marks})
             for name, (seconds, marks) in json.loads(seen.read_text()).items()]
@@ -163,15 +162,13 @@ def imports_of(source: str) -> Set[str]:
 class Choice:
     """Which tests can notice a change."""
 
-    def __init__(self, tests: List[Test], patience: float) -> None:
+    def __init__(self, tests: List[Test], package: Dict[str, str], suite: Dict[str, str],
+                 patience: float) -> None:
         self._tests = sorted(tests, key=lambda test: test.seconds)
         self._patience = patience
-        package = sources()
         self._blocks = {path: sorted(set(blocks_of(source))) for path, source in package.items()}
         self._importers: Dict[str, Set[str]] = {}
-        for path, source in list(package.items()) + [
-                (test, (ROOT / test).read_text(encoding='utf-8'))
-                for test in {test.path for test in tests}]:
+        for path, source in itertools.chain(package.items(), suite.items()):
             for imported in imports_of(source):
                 self._importers.setdefault(imported, set()).add(path)
 
@@ -189,9 +186,9 @@ class Choice:
         return [test for test, until in zip(able, total) if until <= self._patience]
 
 
-def draw(number: int, seed: int, rooms: List[str]) -> List[Mutation]:
+def draw(package: Dict[str, str], number: int, seed: int, rooms: List[str]) -> List[Mutation]:
     """`number` mutations of the rooms, or all there are, by path and line."""
-    everything = [mutation for path, source in sources().items() if room_of(path) in rooms
+    everything = [mutation for path, source in package.items() if room_of(path) in rooms
                   for mutation in mutations_of(path, source)]
     drawn = random.Random(seed).sample(everything, min(number, len(everything)))
     return sorted(drawn, key=lambda mutation: (mutation.path, mutation.line, mutation.column))
@@ -218,33 +215,40 @@ def _share(part: int, whole: int) -> str:
     return '{:.0f} %'.format(100.0 * part / whole) if whole else ''
 
 
-def run(given: argparse.Namespace, folder: pathlib.Path) -> List[Tuple[Mutation, str]]:
-    """Every drawn mutation with its outcome; prints what survives, as it does."""
-    folders = [folder / str(number) for number in range(given.jobs)]
-    copies = [Copy(each) for each in folders]
-    files = [str(path.relative_to(ROOT)) for path in sorted(
-        (ROOT / 'test' / 'unit').glob('test_*.py')) if not given.tests or path.name in given.tests]
-    with concurrent.futures.ThreadPoolExecutor(given.jobs) as pool:
-        watched = pool.map(watch, copies, folders, (
-            files[number::given.jobs] for number in range(given.jobs)))
-        choice = Choice([test for tests in watched for test in tests], given.patience)
-        idle: 'queue.Queue[Copy]' = queue.Queue()
-        for copy in copies:
-            idle.put(copy)
+class Judge:
+    """The copies, and the tests that can notice a change in them."""
 
-        def judge(mutation: Mutation) -> Tuple[Mutation, str]:
-            tests = choice.of(mutation)
-            copy = idle.get()
-            try:
-                outcome = copy.is_noticed_by(mutation, tests) if tests else ''
-            finally:
-                idle.put(copy)
-            if outcome != 'killed':
-                print('{:8} {}:{}  {}  [{}, {} tests]'.format(
-                    outcome or 'survived', mutation.path, mutation.line, mutation.in_words(),
-                    mutation.kind, len(tests)), flush=True)
-            return mutation, outcome
-        return list(pool.map(judge, draw(given.number, given.seed, given.room or list(ROOMS))))
+    def __init__(self, given: argparse.Namespace, folder: pathlib.Path) -> None:
+        copies = [Copy(folder / str(number)) for number in range(given.jobs)]
+        self.package = texts(copies[0].root, PACKAGE)
+        suite = {path: text for path, text in texts(copies[0].root, SUITE).items()
+                 if not given.tests or pathlib.Path(path).name in given.tests}
+        files = [path for path in suite if pathlib.Path(path).name.startswith('test_')]
+        self._pool = concurrent.futures.ThreadPoolExecutor(given.jobs)
+        watched = self._pool.map(watch, copies, itertools.repeat(self.package),
+                                 (files[number::given.jobs] for number in range(given.jobs)))
+        tests = [test for part in watched for test in part]
+        self._choice = Choice(tests, self.package, suite, given.patience)
+        self._idle: 'queue.Queue[Copy]' = queue.Queue()
+        for copy in copies:
+            self._idle.put(copy)
+
+    def outcomes(self, mutations: List[Mutation]) -> List[Tuple[Mutation, str]]:
+        """Each mutation with its outcome; prints what survives or hangs as soon as it is known."""
+        with self._pool as pool:
+            return list(zip(mutations, pool.map(self._outcome, mutations)))
+
+    def _outcome(self, mutation: Mutation) -> str:
+        tests, copy = self._choice.of(mutation), self._idle.get()
+        try:
+            outcome = copy.outcome(mutation, self.package[mutation.path], tests) if tests else ''
+        finally:
+            self._idle.put(copy)
+        if outcome != 'killed':
+            print('{:8} {}:{}  {}  [{}, {} tests]'.format(
+                outcome or 'survived', mutation.path, mutation.line, mutation.in_words(),
+                mutation.kind, len(tests)), flush=True)
+        return outcome
 
 
 def main() -> int:
@@ -258,8 +262,11 @@ def main() -> int:
     parser.add_argument('-p', '--patience', type=float, default=20.0,
                         help='tests of this much computing, at most, for each change [s]')
     parser.add_argument('-j', '--jobs', type=int, default=2, help='changes judged at a time')
+    given = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix='mutations_') as folder:
-        print(table(run(parser.parse_args(), pathlib.Path(folder))))
+        judge = Judge(given, pathlib.Path(folder))
+        print(table(judge.outcomes(draw(judge.package, given.number, given.seed,
+                                        given.room or list(ROOMS)))))
     return 0
 
 

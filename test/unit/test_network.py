@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tb3_labs.simulation.network import NETWORKS, Link, LinkSettings
-from tb3_labs.simulation.simulator import SimulatorConfig
+from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 SPARSE = [float(k) for k in range(20000)]           # nothing waits for what was before it [s]
 DENSE = [k / 1000.0 for k in range(600000)]         # ten minutes [s]

@@ -12,7 +12,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.rollout import drive
-from tb3_labs.simulation.simulator import SimulatorConfig
+from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 BURGER = robot_model('burger')
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)

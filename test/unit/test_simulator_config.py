@@ -1,0 +1,61 @@
+"""What can be set about the embedded robot: at the start, while it runs, and not at all."""
+import math
+import pathlib
+import xml.etree.ElementTree as ElementTree
+from dataclasses import fields, replace
+
+import pytest
+from simulated import QUIET, close, drive
+
+from tb3_labs.simulation.simulator import Simulator
+from tb3_labs.simulation.simulator_config import FAULTS, STARTING, SimulatorConfig
+
+LAUNCH = pathlib.Path(__file__).parents[2] / 'launch' / 'fake_robot.launch'
+
+
+def test_what_belongs_to_the_start_cannot_change_later():
+    robot = Simulator()
+    other = {'model': 'waffle', 'start_x': 1.0, 'start_y': 1.0, 'start_yaw_deg': 1.0,
+             'imu_offset_deg': 1.0, 'seed': 2}
+    assert set(other) == set(STARTING)
+    for name, value in other.items():
+        with pytest.raises(ValueError, match=name):
+            robot.configure(replace(robot.config, **{name: value}))
+    assert robot.config == SimulatorConfig()
+
+
+@pytest.mark.parametrize('name', sorted(
+    {item.name for item in fields(SimulatorConfig)} - set(STARTING) - set(FAULTS)
+    - {'stalled', 'network_cut'}))
+def test_physics_may_change_while_it_drives(name):
+    """Nothing jumps: what has been driven so far stays."""
+    robot = Simulator(QUIET)
+    drive(robot, 1.0, 0.1, 0.5)
+    robot.step(0.013)   # between two ticks of the board
+    truth = robot.truth
+    value = getattr(robot.config, name)
+    changed = (not value) if isinstance(value, bool) else 0.3 + value / 2.0 if value < 1 else 20.0
+    if name == 'reset_pause':
+        changed = 1.0
+    robot.configure(replace(robot.config, **{name: changed}))
+    assert close(robot.truth, truth, metres=1e-6, radians=1e-6)
+    assert drive(robot, 1.0, 0.1, 0.5)
+
+
+@pytest.mark.parametrize('bad', [
+    {'model': 'pioneer'}, {'slip': 1.1}, {'slip': -0.1}, {'imu_rate': 0.0},
+    {'motor_lag': -1.0}, {'start_x': math.nan}, {'sensor_latency': math.inf},
+    {'imu_silent': 1}, {'seed': 1.5}, {'stalled': 'imu'}, {'stalls_per_min': 121.0},
+    {'command_jitter': -0.001}, {'odom_rate': 'often'}, {'wheel_mismatch': 1.0}])
+def test_nonsense_is_refused_by_name(bad):
+    with pytest.raises(ValueError, match=list(bad)[0]):
+        SimulatorConfig(**bad)
+
+
+def test_the_launch_file_offers_every_setting_in_the_same_words():
+    offered = {arg.get('name'): arg.get('doc') for arg in
+               ElementTree.parse(str(LAUNCH)).getroot().findall('arg')}
+    for item in fields(SimulatorConfig):
+        unit = item.metadata['unit']
+        assert offered[item.name] == item.metadata['meaning'] + (
+            ' [{}]'.format(unit) if unit else '')
