@@ -5,6 +5,7 @@ import pytest
 from simulated import MOTOR_STEP, STIFF, drive, imu_of, odom_of
 
 from tb3_labs.robot.samples import ImuSample, OdometrySample, with_stamp
+from tb3_labs.simulation.faults import Dropouts, SensorFaults
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
@@ -168,3 +169,82 @@ def test_dropouts_silence_both_sensors_for_a_while():
     assert 240 < len(gaps) < 350
     assert min(lengths) >= 0.3 and max(lengths) <= 4.3 + 0.01
     assert sum(lengths) / len(lengths) == pytest.approx(2.3, abs=0.3)
+
+
+# The faults alone ---------------------------------------------------------------------------------
+
+def yaws(*values):
+    return [ImuSample(0.1 * k, value, 0.5) for k, value in enumerate(values)]
+
+
+def test_both_ends_of_a_dropout_belong_to_it_and_the_next_one_begins_after_it():
+    dropouts, fine = Dropouts(2.0, 100.0, seed=3), Dropouts(2.0, 100.0, seed=3)
+    stamps = [100.0 + 0.001 * k for k in range(60000)]
+    covered = [fine.cover(stamp) for stamp in stamps]
+    edges = [k for k in range(1, len(stamps)) if covered[k] != covered[k - 1]]
+    assert not covered[0] and len(edges) > 20
+    for begin, end in zip(edges[::2], edges[1::2]):
+        assert 0.3 <= (end - begin) * 0.001 + 0.001 and (end - begin) * 0.001 <= 4.3 + 0.001
+    assert [dropouts.cover(stamp) for stamp in stamps[::7]] == covered[::7]
+    # 0.5 s between two of them on average, exponential
+    gaps = [0.001 * (begin - end) for end, begin in zip(edges[1::2], edges[2::2])]
+    assert 0.2 < sum(gaps) / len(gaps) < 1.0
+
+
+def test_no_rate_no_dropouts():
+    dropouts = Dropouts(0.0, 0.0, seed=3)
+    assert dropouts.rate == 0.0 and not any(dropouts.cover(float(k)) for k in range(1000))
+
+
+@pytest.mark.parametrize('silent, frozen, said', [
+    (False, False, [1.0, 2.0, 3.0]), (True, False, []), (False, True, [1.0, 1.0, 1.0]),
+    (True, True, [])])
+def test_what_a_sensor_with_a_fault_says(silent, frozen, said):
+    faults = SensorFaults(silent, frozen, Dropouts(0.0, 0.0, 1))
+    samples = yaws(1.0, 2.0, 3.0)
+    outcome = faults.outcome([]) + faults.outcome(samples[:2]) + faults.outcome(samples[2:])
+    assert [sample.yaw for sample in outcome] == said
+    assert [sample.stamp for sample in outcome] == [0.0, 0.1, 0.2][:len(said)]
+
+
+def test_a_frozen_sensor_has_its_dropouts_too():
+    dropouts, same = Dropouts(2.0, 0.0, seed=3), Dropouts(2.0, 0.0, seed=3)
+    samples = [ImuSample(0.1 * k, 0.001 * k, 0.0) for k in range(200)]
+    outcome = SensorFaults(False, True, dropouts).outcome(samples)
+    assert [sample.stamp for sample in outcome] == [
+        sample.stamp for sample in samples if not same.cover(sample.stamp)]
+    assert 0 < len(outcome) < 200 and {sample.yaw for sample in outcome} == {0.0}
+
+
+def test_a_fault_that_begins_anew_keeps_another_sample():
+    robot = Simulator()
+    drive(robot, 0.5, 0.0, 1.0)
+    frozen = []
+    for is_frozen in (True, False, True):
+        robot.configure(replace(robot.config, imu_frozen=is_frozen))
+        frozen.append(imu_of(drive(robot, 0.5, 0.0, 1.0))[-1].yaw)
+    assert frozen[0] < frozen[1] < frozen[2] + 0.01 and frozen[2] - frozen[0] > 0.5
+
+
+def test_what_is_no_fault_leaves_the_faults_alone():
+    """A frozen sensor stays at the same sample, and the dropouts come when they would have come."""
+    plain = Simulator(SimulatorConfig(dropouts_per_min=30.0, imu_frozen=True, motor_lag=0.0))
+    tuned = Simulator(plain.config)
+    samples = [[sample.stamp for sample in plain.step(20.0)], []]
+    for k in range(20):
+        tuned.configure(replace(tuned.config, motor_lag=0.01 * k))
+        samples[1] += [sample.stamp for sample in tuned.step(1.0)]
+    assert samples[1] == samples[0] and len(samples[0]) < 20.0 * 230 - 200
+
+
+def test_motors_that_are_off_stand_whatever_is_commanded_and_obey_again():
+    robot = Simulator(STIFF)
+    drive(robot, 0.5, 0.1, 0.0)
+    robot.configure(replace(robot.config, motors_off=True))
+    drive(robot, 0.1, 0.1, 0.0)
+    place = robot.truth
+    drive(robot, 1.0, 0.1, 1.0)
+    assert robot.truth == place and robot.true_velocity == (0.0, 0.0)
+    robot.configure(replace(robot.config, motors_off=False))
+    drive(robot, 0.1, 0.1, 0.0)
+    assert robot.true_velocity[0] == pytest.approx(0.1, abs=MOTOR_STEP)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from simulated import MOTOR_STEP, QUIET, STIFF, close, drive, imu_of, odom_of
+from simulated import MOTOR_STEP, QUIET, STIFF, TICK, close, drive, imu_of, odom_of
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import MODELS
@@ -168,3 +168,70 @@ def test_a_command_to_the_busy_board_is_lost():
     robot.command(0.1, 0.0)
     robot.step(0.2)
     assert robot.truth == Pose2()
+
+
+@pytest.mark.parametrize('runs_on', [False, True])
+def test_after_its_reset_the_same_command_is_obeyed_again(runs_on):
+    robot = Simulator(replace(STIFF, reset_pause=0.3, reset_runs_on=runs_on))
+    drive(robot, 0.5, 0.1, 0.0)
+    robot.reset()
+    robot.step(0.25)
+    assert (robot.true_velocity[0] > 0.09) == runs_on
+    robot.step(0.05)                    # the commands before it are too old by then
+    robot.step(0.3)
+    assert robot.true_velocity == (0.0, 0.0)
+    drive(robot, 0.1, 0.1, 0.0)
+    assert robot.true_velocity[0] == pytest.approx(0.1, abs=MOTOR_STEP)
+
+
+def test_the_odometry_stands_in_the_world_where_the_last_reset_ended():
+    robot = Simulator(replace(STIFF, start_x=1.0, start_y=-2.0, start_yaw_deg=30.0,
+                              reset_pause=0.3))
+    assert robot.odometry_origin == Pose2()          # the odometry starts at the true pose
+    for linear, angular in ((0.1, 0.5), (-0.1, 0.3)):
+        drive(robot, 1.0, linear, angular)
+        robot.step(0.6)                 # the command has timed out: it stands
+        robot.reset()
+        robot.step(0.4)
+        assert robot.odometry_origin == robot.truth
+    drive(robot, 1.0, 0.1, 0.4)
+    sample = odom_of(robot.step(0.1))[-1]
+    here = robot.odometry_origin @ sample.pose
+    assert close(here, robot.truth, metres=3 * TICK + 0.1 / 30.0, radians=0.5 / 30.0)
+
+
+def test_the_stamp_of_the_last_odometry_is_known_whether_or_not_it_has_arrived():
+    robot = Simulator(replace(STIFF, sensor_latency=3.0))
+    assert robot.odometry_stamp == 0.0
+    assert robot.step(1.01) == [] and robot.odometry_stamp == pytest.approx(1.0)
+
+
+def test_wheels_of_a_turn_go_in_opposite_directions():
+    robot = Simulator(STIFF)
+    drive(robot, 2.0, 0.0, 1.0)
+    left, right = robot.wheel_angles
+    assert right == pytest.approx(101 * MOTOR_STEP / 0.033 * (2.0 - 1.0 / 30.0), abs=0.002)
+    assert left == pytest.approx(-right, abs=0.002)
+    assert robot.wheel_speeds == pytest.approx(
+        (-101 * MOTOR_STEP / 0.033, 101 * MOTOR_STEP / 0.033), abs=0.0016 * 30)
+
+
+def test_what_it_truly_does_between_two_ticks_is_known():
+    """The motors' speed, and the place, a moment after the board's last tick."""
+    robot = Simulator(replace(QUIET, motor_lag=0.1))
+    robot.command(0.1, 0.0)
+    robot.step(1 / 30 + 0.02)
+    gone = 1.0 - math.exp(-0.2)
+    assert robot.true_velocity[0] == pytest.approx(126 * MOTOR_STEP * gone)
+    assert robot.truth.x == pytest.approx(126 * MOTOR_STEP * (0.02 - 0.1 * gone))
+
+
+def test_a_command_holds_for_half_a_second_to_the_tick():
+    """Arrived at 0.1 s, it is obeyed at the tick of 0.6 s and no more at that of 0.6333 s."""
+    robot = Simulator(STIFF)
+    robot.step(0.1001)
+    robot.command(0.1, 0.0)
+    robot.step(0.5999 + 0.03 - 0.1001)
+    assert robot.true_velocity[0] > 0.09
+    robot.step(0.005)
+    assert robot.true_velocity == (0.0, 0.0)
