@@ -51,6 +51,13 @@ def test_it_stands_until_a_goal_is_set_and_again_when_the_goals_are_zero():
     assert drivetrain.pose == pose and drivetrain.angles == pytest.approx((2.0, 2.0))
 
 
+def test_a_robot_that_was_told_nothing_stands():
+    drivetrain = Drivetrain(BURGER, Pose2(1.0, 2.0, 3.0))
+    drivetrain.advance(5.0)
+    assert drivetrain.pose == Pose2(1.0, 2.0, 3.0) and drivetrain.velocity == (0.0, 0.0)
+    assert drivetrain.angles == (0.0, 0.0) and drivetrain.turning == (3.0, 0.0, 0.0, 0.0)
+
+
 def test_motors_turn_by_the_integral_of_their_speed():
     drivetrain, now = train(6.0, -3.0, lag=0.2), 0.0
     for time in (0.05, 0.1, 0.4, 1.0):

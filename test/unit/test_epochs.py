@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from known_motion import angle_between
+from made_run import TIME, X, made, poses
 from recorded_run import (  # noqa: F401
     BURGER, MISS, MISS_DEG, RESET, TRUE_DEG, TRUE_END, bag, changed, declared, frame_at,
     in_degrees, odometry_jumps, placed, recorded, run, steps_backwards, way)
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report import analysis
-from tb3_labs.report.epochs import epochs, local_in_odom
+from tb3_labs.report.epochs import between, epoch_of, epochs, local_in_odom
 from tb3_labs.report.run_data import Poses, States, wrapped
 
 
@@ -173,3 +174,65 @@ def test_an_odometry_that_misses_a_message_explains_a_little(run):
     assert len(resets(run)) == 2
     kept = np.abs(run.odometry.time - 3.0) > 0.01
     assert [RESET] == resets(replace(run, odometry=run.odometry.take(kept)))
+
+
+# By hand, from both sides of each limit -----------------------------------------------------------
+
+def shifted(metres=0.0, degrees=0.0, at=8.0):
+    """local_pose jumps while the robot stands, and nothing else does."""
+    later = TIME > at - 0.01
+    return made(local_pose=poses(X + np.where(later, metres, 0.0),
+                                 yaw=np.where(later, math.radians(degrees), 0.0)))
+
+
+@pytest.mark.parametrize('metres, degrees, is_reset', [
+    (0.0195, 0.0, False), (0.0205, 0.0, True), (-0.0195, 0.0, False), (-0.0205, 0.0, True),
+    (0.0, 0.97, False), (0.0, 1.03, True), (0.0, -0.97, False), (0.0, -1.03, True)])
+def test_without_tf_a_jump_of_two_centimetres_or_a_degree_is_a_reset(metres, degrees, is_reset):
+    assert len(epochs(shifted(metres, degrees))) == 1 + is_reset
+
+
+@pytest.mark.parametrize('metres, is_reset', [(8e-6, False), (1.3e-5, True)])
+def test_by_tf_a_hundredth_of_a_millimetre_is_a_reset(metres, is_reset):
+    run = shifted(metres)
+    frames = poses(np.where(TIME > 7.99, -metres, 0.0))
+    assert len(epochs(replace(run, frames=frames))) == 1 + is_reset
+
+
+def test_a_new_frame_is_in_force_from_halfway_to_its_first_message():
+    """20 messages a second: the jump at 8.0 s counts from 7.975 s on."""
+    before, after = epochs(shifted(0.5))
+    assert (before.begin, before.end, after.end) == (-math.inf, after.begin, math.inf)
+    assert after.begin == pytest.approx(7.975)
+    # with one message a second, it counts from 0.05 s before the first one of the new frame
+    slow = shifted(0.5)
+    slow = replace(slow, local_pose=slow.local_pose.take(slice(None, None, 20)))
+    assert [epoch.begin for epoch in epochs(slow)][1:] == [pytest.approx(7.95)]
+
+
+@pytest.mark.parametrize('begin, end, number', [
+    (7.0, 7.5, 0), (7.88, 9.0, 1), (7.86, 9.0, 0), (8.5, 9.0, 1), (7.9, 8.0, 0), (7.97, 8.03, 1)])
+def test_a_drive_belongs_to_the_reset_that_began_it(begin, end, number):
+    """The reset at 7.975 s began a drive of at most 0.1 s before, unless it is nearer its end."""
+    in_order = epochs(shifted(0.5))
+    assert epoch_of(in_order, begin, end) is in_order[number]
+
+
+def test_what_lies_between_two_times_has_the_first_but_not_the_last():
+    assert between(poses(), 1.0, 1.2).time == pytest.approx([1.0, 1.05, 1.1, 1.15])
+
+
+def test_the_first_frame_has_the_robot_at_its_origin():
+    run = made(local_pose=Poses.none(), odometry=replace(
+        made().odometry, x=X + 3.0, y=0.0 * X - 2.0, yaw=0.0 * X + 0.5))
+    epoch, = epochs(run)
+    assert (epoch.odom_T_local.x, epoch.odom_T_local.y, epoch.odom_T_local.yaw) == pytest.approx(
+        (3.0, -2.0, 0.5))
+    assert epoch.local_T_world is None
+
+
+def test_local_stands_in_the_world_by_the_first_pose_of_its_epoch():
+    run = replace(shifted(0.5), ground_truth=poses(X + 2.0, 0.0 * X + 1.0))
+    places = [(epoch.local_T_world.x, epoch.local_T_world.y) for epoch in epochs(run)]
+    assert places == [pytest.approx((-2.0, -1.0)), pytest.approx((-1.5, -1.0))]
+    assert [epoch.odom_T_local.x for epoch in epochs(run)] == pytest.approx([0.0, -0.5])
