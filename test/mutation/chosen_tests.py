@@ -1,12 +1,12 @@
 """A pytest plugin: which tests run which code, and then only the tests that are asked for.
 
 MUTATION_SEEN=FILE     writes, as JSON, of each test that passed: its name, the seconds of computing
-                       it took, and the marks that the code set (see mutate.py, `_mark`)
+                       it took, and the marks that the code set; by the name '', those of imports
 MUTATION_TESTS=FILE    runs only the tests of that JSON list of [name, seconds], in its order; ends
                        the process with status `HANG` where one computes for much longer than that
 
 What a fixture of a module or a session runs counts for every test that uses it.
-Source of the marks: builtins._mutation_marks, a set.
+The marks are strings in a set, builtins._mutation_marks: a place that every module can reach.
 """
 import builtins
 import json
@@ -14,6 +14,7 @@ import os
 import resource
 import signal
 import time
+from typing import Dict, Set
 
 import pytest
 
@@ -27,12 +28,10 @@ START = 30.0
 MEMORY = 8 * 2 ** 30
 
 SEEN, CHOSEN = os.environ.get('MUTATION_SEEN'), os.environ.get('MUTATION_TESTS')
-if not hasattr(builtins, '_mutation_marks'):
-    builtins._mutation_marks = set()
-MARKS = builtins._mutation_marks
+MARKS: Set[str] = builtins.__dict__.setdefault('_mutation_marks', set())
 
-_tests = {}
-_of_fixture = {}
+_tests: Dict[str, list] = {}
+_of_fixture: Dict[str, Set[str]] = {}
 
 
 def _give_up(_signal, _frame):
@@ -53,6 +52,13 @@ def pytest_collection_modifyitems(items):
         rank = {name: number for number, name in enumerate(_seconds)}
         items[:] = sorted((item for item in items if item.nodeid in rank),
                           key=lambda item: rank[item.nodeid])
+
+
+def pytest_collection_finish():
+    """All is imported: what ran until now is noted by the name ''."""
+    if SEEN:
+        _tests[''] = [0.0, sorted(MARKS)]
+        MARKS.clear()
 
 
 def pytest_runtest_setup(item):

@@ -8,10 +8,11 @@
 
 Each change (see mutations.py) is made in a copy in a temporary folder, which comes first on the
 path of a process of its own; the checkout is read once, at the beginning, and stays as it is. The
-tests of a change are those that run its block; for a constant of a module, those that run anything
-of the module or of one that imports it. They are found by one run of all tests on a copy whose blocks leave marks. The fastest come first, up
-to --patience seconds of computing, and the first failure ends it. A test that computes for five
-times as long as usual hangs: that counts as noticed, and is listed.
+tests of a change are those that run its block; for what runs at an import, as a module's constants
+do, those that run anything of the module or of one that imports it. They are found by one run of
+all tests on copies whose blocks leave marks. The fastest come first, up to --patience seconds of
+computing, and the first failure ends it. A test that computes for five times as long as usual
+hangs: that counts as noticed, and is listed.
 
 Prints each change that survives, and a table by room: without the boundaries, too (`<` for `<=`),
 since most of them differ in one value of a float only. Not part of the test suite. Limits: a test
@@ -22,140 +23,27 @@ import argparse
 import ast
 import concurrent.futures
 import itertools
-import json
-import os
 import pathlib
 import queue
 import random
-import shutil
-import subprocess
 import sys
 import tempfile
 from collections import Counter
-from dataclasses import dataclass
 from typing import Dict, List, Set, Tuple
 
-from chosen_tests import HANG
+from copies import PACKAGE, ROOMS, Copy, Test, room_of, texts, watch
 from mutations import Mutation, blocks_of, mutations_of
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-PACKAGE, SUITE = pathlib.Path('src', 'tb3_labs'), pathlib.Path('test', 'unit')
-#: What is pure: all that the unit tests can judge.
-ROOMS = ('geometry', 'robot', 'localization', 'control', 'supervision', 'nodes', 'simulation',
-         'report', 'marking')
-#: A process that has not ended by then waits for something that never comes [s].
-LONGEST = 900.0
-MARK = "__import__('builtins').__dict__.setdefault('_mutation_marks', set()).add({!r})\n"
-
-
-@dataclass(frozen=True)
-class Test:
-    """A unit test: pytest's name, seconds of computing, (path, line) of each block it runs."""
-
-    name: str
-    seconds: float
-    blocks: Set[Tuple[str, int]]
-
-    @property
-    def path(self) -> str:
-        """Its file, from the checkout's root."""
-        return self.name.split('::')[0]
-
-
-class Copy:
-    """The checkout in a folder of its own, and a way to run its tests."""
-
-    def __init__(self, folder: pathlib.Path) -> None:
-        self.root = folder / 'copy'
-        shutil.copytree(str(ROOT), str(self.root), ignore=shutil.ignore_patterns(
-            'build', '.git', '__pycache__', '.*_cache', '.hypothesis'))
-        # Messages and services are generated elsewhere; all else comes from the copy.
-        import tb3_labs.msg
-        generated = pathlib.Path(tb3_labs.msg.__file__).parents[1]
-        first = folder / 'first'
-        (first / 'tb3_labs').mkdir(parents=True)
-        (first / 'tb3_labs' / '__init__.py').write_text('__path__ = {!r}\n'.format(
-            [str(self.root / PACKAGE), str(generated)]))
-        self._stamps = itertools.count(1)
-        self.folder = folder
-        self._environment = dict(
-            os.environ, HYPOTHESIS_STORAGE_DIRECTORY=str(folder / 'hypothesis'),
-            PYTHONPYCACHEPREFIX=str(folder / 'bytecode'), MPLBACKEND='agg',
-            PYTHONPATH=os.pathsep.join([str(first), str(pathlib.Path(__file__).parent),
-                                        os.environ.get('PYTHONPATH', '')]))
-        self._environment.pop('PYTHONDONTWRITEBYTECODE', None)
-
-    def write(self, path: str, text: str) -> None:
-        """Change a file, with a time no byte code was made at: equal times would hide a change."""
-        (self.root / path).write_text(text, encoding='utf-8')
-        stamp = next(self._stamps)
-        os.utime(str(self.root / path), (stamp, stamp))
-
-    def run(self, tests: List[str], **variables: str) -> int:
-        """The exit status of pytest; `HANG` also for one that waits for ever."""
-        command = [sys.executable, '-m', 'pytest', '-q', '--no-header', '-p', 'no:cacheprovider',
-                   '-p', 'chosen_tests', '--rootdir', str(self.root)] + tests
-        with open(str(self.folder / 'output'), 'w') as output:
-            try:
-                return subprocess.run(
-                    command, cwd=str(self.root), env=dict(self._environment, **variables),
-                    stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
-                    timeout=LONGEST).returncode
-            except subprocess.TimeoutExpired:
-                return HANG
-
-    def outcome(self, mutation: Mutation, source: str, tests: List[Test]) -> str:
-        """'' if no test fails, else 'killed' or 'hang'; `source` is the file's without it."""
-        chosen = self.folder / 'chosen.json'
-        chosen.write_text(json.dumps([[test.name, test.seconds] for test in tests]))
-        self.write(mutation.path, mutation.applied(source))
-        status = self.run(['-x'] + sorted({test.path for test in tests}),
-                          MUTATION_TESTS=str(chosen))
-        self.write(mutation.path, source)
-        return {0: '', HANG: 'hang'}.get(status, 'killed')
-
-
-def texts(root: pathlib.Path, folder: pathlib.Path) -> Dict[str, str]:
-    """{path: text} of the Python files in a folder, by their path from `root`."""
-    return {str(path.relative_to(root)): path.read_text(encoding='utf-8')
-            for path in sorted((root / folder).rglob('*.py'))}
-
-
-def room_of(path: str) -> str:
-    """The room that a file of the package lies in."""
-    return pathlib.Path(path).relative_to(PACKAGE).parts[0]
-
-
-def with_marks(path: str, source: str) -> str:
-    """The source, with a mark in front of each block."""
-    lines = source.splitlines(keepends=True)
-    for line, column, _ in sorted(set(blocks_of(source)), reverse=True):
-        lines.insert(line - 1, ' ' * column + MARK.format('{}:{}'.format(path, line)))
-    return ''.join(lines)
-
-
-def watch(copy: Copy, package: Dict[str, str], files: List[str]) -> List[Test]:
-    """All tests of these files that pass, with what each of them runs."""
-    seen = copy.folder / 'seen.json'
-    for path, source in package.items():
-        if room_of(path) in ROOMS:
-            copy.write(path, with_marks(path, source))
-    copy.run(files, MUTATION_SEEN=str(seen))
-    for path, source in package.items():
-        copy.write(path, source)
-    if not seen.exists():
-        raise RuntimeError('the tests do not run: ' + (copy.folder / 'output').read_text()[-2000:])
-    return [Test(name, seconds, {(mark.rpartition(':')[0], int(mark.rpartition(':')[2]))
-                                 for mark in marks})
-            for name, (seconds, marks) in json.loads(seen.read_text()).items()]
+SUITE = pathlib.Path('test', 'unit')
 
 
 def imports_of(source: str) -> Set[str]:
     """Paths of the package's files that a source imports."""
-    names = set()
+    names: Set[str] = set()
     for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.ImportFrom) and (node.module or '').startswith('tb3_labs'):
-            names |= {node.module} | {'{}.{}'.format(node.module, part.name) for part in node.names}
+        module = node.module or '' if isinstance(node, ast.ImportFrom) else ''
+        if isinstance(node, ast.ImportFrom) and module.startswith('tb3_labs'):
+            names |= {module} | {'{}.{}'.format(module, part.name) for part in node.names}
     return {str(pathlib.Path('src', *name.split('.'))) + '.py' for name in names}
 
 
@@ -164,7 +52,8 @@ class Choice:
 
     def __init__(self, tests: List[Test], package: Dict[str, str], suite: Dict[str, str],
                  patience: float) -> None:
-        self._tests = sorted(tests, key=lambda test: test.seconds)
+        self._tests = sorted((test for test in tests if test.name), key=lambda test: test.seconds)
+        self._at_import = set().union(*(test.blocks for test in tests if not test.name))
         self._patience = patience
         self._blocks = {path: sorted(set(blocks_of(source))) for path, source in package.items()}
         self._importers: Dict[str, Set[str]] = {}
@@ -176,7 +65,7 @@ class Choice:
         """The fastest first, as many as patience allows."""
         around = [line for line, _, last in self._blocks[mutation.path]
                   if line <= mutation.line <= last]
-        if around:
+        if around and (mutation.path, max(around)) not in self._at_import:
             able = [test for test in self._tests if (mutation.path, max(around)) in test.blocks]
         else:
             files = self._importers.get(mutation.path, set()) | {mutation.path}
@@ -253,7 +142,7 @@ class Judge:
 
 def main() -> int:
     """Draw, run, report; the exit status."""
-    parser = argparse.ArgumentParser(description=(__doc__ or '').split('\n')[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or '').partition('\n')[0])
     parser.add_argument('-n', '--number', type=int, default=150, help='changes drawn')
     parser.add_argument('-s', '--seed', type=int, default=1, help='of the draw')
     parser.add_argument('-r', '--room', action='append', choices=ROOMS, help='only this one')

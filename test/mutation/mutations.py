@@ -204,7 +204,7 @@ class _Finder(ast.NodeVisitor):
 
     def _ends(self, node: ast.AST) -> Tuple[int, int]:
         return (_offset(self._source, node.lineno, node.col_offset),
-                _offset(self._source, node.end_lineno, node.end_col_offset))
+                _offset(self._source, node.end_lineno or 0, node.end_col_offset or 0))
 
     def _replace(self, node: ast.AST, after: str, kind: str) -> None:
         self.found.append(Mutation(self._path, node.lineno, node.col_offset, self._text(node),

@@ -87,6 +87,29 @@ def test_a_shorter_delay_lets_nothing_overtake(lower):
     assert link.take(5.0) == [(1.0, 'before'), (1.0, 'after'), (2.0 + lower.delay, 'late')]
 
 
+def test_a_link_is_clear_again_when_the_last_slow_message_has_arrived():
+    link = link_of(LinkSettings(delay=1.0))
+    assert not link.is_clear
+    link.send(['slow'], [0.0])
+    link.configure(LinkSettings(), 0.5)
+    assert not link.is_clear
+    assert link.take(0.9) == [] and not link.is_clear
+    assert link.take(1.0) == [(1.0, 'slow')] and link.is_clear
+    link.configure(LinkSettings(jitter=0.1), 2.0)
+    assert not link.is_clear
+    link.configure(LinkSettings(), 3.0)
+    assert link.is_clear
+
+
+def test_what_has_arrived_when_the_settings_change_is_not_lost():
+    link = link_of(LinkSettings(delay=0.5))
+    link.send(['early', 'late'], [0.0, 1.0])
+    link.configure(LinkSettings(), 1.0)
+    assert not link.is_clear
+    assert link.take(1.0) == [(0.5, 'early')]
+    assert link.take(2.0) == [(1.5, 'late')] and link.is_clear
+
+
 # Stalls -------------------------------------------------------------------------------------------
 
 def test_a_stall_holds_up_what_falls_into_it_until_its_end_and_nothing_else():

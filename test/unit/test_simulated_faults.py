@@ -5,7 +5,7 @@ import pytest
 from simulated import MOTOR_STEP, STIFF, drive, imu_of, odom_of
 
 from tb3_labs.robot.samples import ImuSample, OdometrySample, with_stamp
-from tb3_labs.simulation.faults import Dropouts, SensorFaults
+from tb3_labs.simulation.faults import DROPOUT, Dropouts, SensorFaults
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
@@ -189,6 +189,10 @@ def test_both_ends_of_a_dropout_belong_to_it_and_the_next_one_begins_after_it():
     # 0.5 s between two of them on average, exponential
     gaps = [0.001 * (begin - end) for end, begin in zip(edges[1::2], edges[2::2])]
     assert 0.2 < sum(gaps) / len(gaps) < 1.0
+
+
+def test_dropouts_last_as_long_as_those_that_were_recorded():
+    assert DROPOUT == (0.3, 4.3)
 
 
 def test_no_rate_no_dropouts():
