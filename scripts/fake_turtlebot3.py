@@ -3,7 +3,7 @@
 
 Subscribes
     cmd_vel       geometry_msgs/Twist          linear.x [m/s], angular.z [rad/s]
-    reset         std_msgs/Empty               the firmware's own reset (see simulation/simulator.py)
+    reset         std_msgs/Empty               the firmware's reset (see simulation/simulator.py)
 Publishes (frames are in the node's namespace: robot3/odom in /robot3)
     imu           sensor_msgs/Imu              frame imu_link, ~imu_rate
     odom          nav_msgs/Odometry            odom -> base_footprint, ~odom_rate

@@ -11,6 +11,7 @@ from tb3_labs.control.least_time import least_time
 from tb3_labs.control.turning import TurnConfig
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, robot_model
+from tb3_labs.simulation import rollout
 from tb3_labs.simulation.rollout import drive, turns
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
@@ -130,3 +131,11 @@ def test_turns_follow_each_other_and_each_is_measured_from_its_own_begin():
 def test_the_handouts_law_drives_slower_than_the_limit_and_is_seen_to():
     result = drive(Pose2(0.6, 0.0, 0.0), SimulatorConfig(), DriveConfig(law='lab'))
     assert result.reached and result.max_linear < 0.2 and result.time > 0.6 / 0.2108
+
+
+def test_what_the_figures_are_judged_by():
+    """The numbers themselves: another one would judge every benchmark by another measure."""
+    assert (rollout.LOOK_PERIOD, rollout.TURN_LOOK_PERIOD, rollout.SETTLED_TIME) == (
+        0.02, 0.005, 0.5)
+    assert rollout.AT_REST == (0.005, 0.03)
+    assert (rollout.REST_LINEAR, rollout.REST_ANGULAR) == (0.001, 0.01)

@@ -235,3 +235,14 @@ def test_a_command_holds_for_half_a_second_to_the_tick():
     assert robot.true_velocity[0] > 0.09
     robot.step(0.005)
     assert robot.true_velocity == (0.0, 0.0)
+
+
+def test_after_its_reset_the_odometry_counts_on_and_can_be_reset_again():
+    robot = Simulator(replace(STIFF, reset_pause=0.3))
+    for _ in range(2):
+        robot.reset()
+        assert robot.step(0.29) == []          # busy, each time
+        robot.step(0.05)
+        pose = odom_of(drive(robot, 1.0, 0.1, 0.0))[-1].pose
+        assert pose.x == pytest.approx(126 * MOTOR_STEP * (1.0 - 1 / 60), abs=0.1 / 60 + 2 * TICK)
+        drive(robot, 0.1, 0.0, 0.0)

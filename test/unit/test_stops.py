@@ -88,7 +88,7 @@ def test_a_turn_without_noise_is_not_taken_for_frozen():
     assert stop.reason == '' and math.degrees(stop.turn) < 300.0
 
 
-# The figures themselves: without a fault, or with one that lets the robot run on, they are large ---
+# The figures themselves: large without a fault, and with one that lets the robot run on ----------
 
 @pytest.mark.parametrize('law', ['precise', 'lab'])
 def test_without_a_fault_it_drives_on_and_is_not_at_zero(law):
