@@ -31,8 +31,10 @@ import tempfile
 from collections import Counter
 from typing import Dict, List, Set, Tuple
 
-from copies import PACKAGE, ROOMS, Copy, Test, room_of, texts, watch
-from mutations import Mutation, blocks_of, mutations_of
+sys.dont_write_bytecode = True      # nothing is left beside these files
+
+from copies import PACKAGE, ROOMS, Copy, Test, room_of, texts, watch  # noqa: E402
+from mutations import Mutation, blocks_of, mutations_of  # noqa: E402
 
 SUITE = pathlib.Path('test', 'unit')
 

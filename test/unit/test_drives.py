@@ -53,6 +53,8 @@ GOALS = {1: (1.0, 0.0), 2: (2.0, 0.0)}
      ['replaced by a new goal', 'reached']),
     ([('ROTATE_TO_GOAL', 1), ('stopped: no imu', 1), ('MOVE_FORWARD', 1), ('GOAL_REACHED', 1)],
      ['reached']),
+    ([('ROTATE_TO_GOAL', 1), ('MOVE_FORWARD', 1), ('ROTATE_TO_GOAL', 1), ('GOAL_REACHED', 1)],
+     ['begun anew', 'reached']),
     ([('waiting for control', 1), ('GOAL_REACHED', 1)], [])])
 def test_how_drives_end(run, states, outcomes):
     time = 1.0 + np.arange(len(states))

@@ -12,7 +12,8 @@ from recorded_run import (  # noqa: F401
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report import analysis
-from tb3_labs.report.epochs import between, epoch_of, epochs, local_in_odom
+from tb3_labs.report.epochs import (
+    AROUND, HALFWAY, HOLE, RESET_DELAY, between, epoch_of, epochs, local_in_odom)
 from tb3_labs.report.run_data import Poses, States, wrapped
 
 
@@ -236,3 +237,8 @@ def test_local_stands_in_the_world_by_the_first_pose_of_its_epoch():
     places = [(epoch.local_T_world.x, epoch.local_T_world.y) for epoch in epochs(run)]
     assert places == [pytest.approx((-2.0, -1.0)), pytest.approx((-1.5, -1.0))]
     assert [epoch.odom_T_local.x for epoch in epochs(run)] == pytest.approx([0.0, -0.5])
+
+
+def test_how_much_around_a_moment_is_looked_at():
+    """The numbers themselves."""
+    assert (AROUND, HOLE, HALFWAY, RESET_DELAY) == (0.25, 1.5, 0.05, 0.1)

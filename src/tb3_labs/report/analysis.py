@@ -205,4 +205,4 @@ def _outcome(frames: Sequence[Epoch], parts: Sequence[Span], later: Sequence[Spa
         return 'replaced by a new goal'
     if epoch_of(frames, parts[0].begin, parts[-1].end) is not _epoch_of(frames, later[0]):
         return 'ended by a reset'
-    return parts[-1].state if parts[-1].state not in DRIVING else 'begun anew'
+    return 'begun anew'
