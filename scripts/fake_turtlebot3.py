@@ -3,7 +3,7 @@
 
 Subscribes
     cmd_vel       geometry_msgs/Twist          linear.x [m/s], angular.z [rad/s]
-    reset         std_msgs/Empty               the firmware's own reset (see tb3_labs.simulation.simulator)
+    reset         std_msgs/Empty               the firmware's reset (see simulation/simulator.py)
 Publishes (frames are in the node's namespace: robot3/odom in /robot3)
     imu           sensor_msgs/Imu              frame imu_link, ~imu_rate
     odom          nav_msgs/Odometry            odom -> base_footprint, ~odom_rate
@@ -12,18 +12,18 @@ Publishes (frames are in the node's namespace: robot3/odom in /robot3)
     /tf_static    tf2_msgs/TFMessage           world -> odom: where the odometry's origin truly is
     ground_truth  geometry_msgs/PoseStamped    frame world, 50 Hz: for tests, never for control
     /clock        rosgraph_msgs/Clock          with use_sim_time, 200 per simulated second
-    The network (~network) delays imu, odom, joint_states and /tf. Messages of a topic that it held
-    up together are one write to each subscriber.
+    The network (~network) delays imu, odom, joint_states and /tf. Messages of one topic that were
+    held up together are one write to each subscriber.
 Parameters
     ~speed        times real time, with use_sim_time (1)
-    ~robots       0: one robot, in this node's namespace; else so many, in robot1, robot2, ...,
-    ~first_robot  or from another number on (1),
-    ~spacing      one beside the other [m] (1)
-    ~network      quiet, good, busy, bad: its settings in tb3_labs.simulation.network.NETWORKS count where
-                  they are not given themselves (quiet)
+    ~robots       0: one robot, in this node's namespace; else that many, in robot1, robot2, ... (0)
+    ~first_robot  number of the first of them (1)
+    ~spacing      from one to the next, along y [m] (1)
+    ~network      quiet, good, busy, bad: settings by name, in simulation/network.py; each counts
+                  where it is not given itself (quiet)
     ~model        burger, waffle, waffle_pi (TURTLEBOT3_MODEL in the environment, else burger)
-    all others    fields of tb3_labs.simulation.simulator.SimulatorConfig, with unit, bounds and default;
-                  those that are no matter of the start change while it runs, for all its robots:
+    all others    fields of SimulatorConfig (simulation/simulator_config.py), with unit, bounds and
+                  default; all but those of the start may change while it runs, for all robots:
                   rosrun dynamic_reconfigure dynparam set /turtlebot3 network_cut true
 """
 from dataclasses import dataclass, replace
@@ -37,7 +37,7 @@ from tb3_labs.ros.reconfigure import LiveSettings
 from tb3_labs.ros.robot.fake_robot import FakeRobot
 from tb3_labs.ros.robot.pacemaker import Pacemaker
 from tb3_labs.simulation.network import NETWORKS
-from tb3_labs.simulation.simulator import STARTING, SimulatorConfig
+from tb3_labs.simulation.simulator_config import STARTING, SimulatorConfig
 
 
 @dataclass(frozen=True)

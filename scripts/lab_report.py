@@ -5,7 +5,7 @@ Usage: lab_report.py RUN.bag [-o FOLDER] [--ns ROBOT] [--model MODEL]
 
 Record with
     rosbag record /imu /odom /cmd_vel /local_pose /goal_state /current_goal /ground_truth /tf
-Any other bag with an Imu and an Odometry will do; it gets a report without drives.
+Any other bag with sensor_msgs/Imu and nav_msgs/Odometry gets a report without drives.
 """
 import argparse
 import os
@@ -19,7 +19,7 @@ LINE_PERIOD = 2.0
 
 
 class ProgressLine:
-    """Tells on stderr how far the work is: in place on a terminal, else now and then a line."""
+    """Progress on stderr: one line that is renewed on a terminal, else a line now and then."""
 
     def __init__(self):
         self._terminal = sys.stderr.isatty()
@@ -40,7 +40,7 @@ class ProgressLine:
         return hear
 
     def end(self):
-        """Leave the line, if one is begun."""
+        """End the line, if one is begun."""
         if self._open:
             print(file=sys.stderr)
             self._open = False

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Prints the robot's URDF: what launch/view.launch puts on the parameter server for RViz.
 
-That of turtlebot3_description where this package is installed, else a simple shape of its size.
+The URDF of turtlebot3_description where that is installed, else a simple shape of the same size.
 
 Usage: robot_description.py [MODEL [PREFIX]]
 """

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 """A class of robots on this computer: do all arrive, are the commands on time, what does it cost?
 
-Starts classroom.launch with so many robots; each is reset, sent to a goal of its own and back to
-rest, twice, all at the same time, the second time beginning one after the other while the others
-drive. What is judged is where each robot truly stands.
+Starts classroom.launch with that many robots. Each is reset and sent to a goal of its own, twice:
+first all at the same time, then one after the other, while the others drive. What is judged is
+where each robot truly stands.
 
     reached         drives that ended at their goal
     off             true distance [mm] and angle [deg] from it, worst
-    on time         share of a drive's commands, one for each of the firmware's periods of 33 ms, that
-                    came at most 33 ms later than they were due
+    on time         share of a drive's commands, one for each of the firmware's periods of 33 ms,
+                    that came at most 33 ms later than they were due
     cores           computing of all its processes: robots, move_to_goal, gamepads
     memory          resident, of all [MB]
 
@@ -43,6 +43,11 @@ ROW = '{:>6} {:>9} {:>18} {:>9} {:>29} {:>9}'
 ON_TIME = PreciseLaw.period + 0.033
 PAUSE = 0.5
 PATIENCE = 120.0
+#: A robot whose pose changes by less than this in 0.2 s is at rest [m], [rad].
+STILL = 1e-5
+#: What is started: part of its command line.
+KINDS = {'robots': 'fake_turtlebot3.py', 'move_to_goal': 'move2goal_tf.py',
+         'gamepads': 'gamepad.py'}
 
 
 class Pupil:
@@ -68,7 +73,7 @@ class Pupil:
         self.commands.append(time.monotonic())
 
     def wait_until_ready(self):
-        """Its node is there, and hears us."""
+        """Wait until its node runs and hears this one."""
         rospy.wait_for_service(self.name + '/reset_pose', PATIENCE)
         self._wait(lambda: self._state and self._control.get_num_connections()
                    and self._goals.get_num_connections())
@@ -99,7 +104,8 @@ class Pupil:
         while True:
             here = to_pose2(rospy.wait_for_message(
                 self.name + '/ground_truth', PoseStamped, PATIENCE).pose)
-            if last and last.distance_to(here) < 1e-5 and abs(difference(last.yaw, here.yaw)) < 1e-5:
+            if last and last.distance_to(here) < STILL and (
+                    abs(difference(last.yaw, here.yaw)) < STILL):
                 return here
             last = here
             time.sleep(0.2)
@@ -109,11 +115,11 @@ class Pupil:
         deadline = time.monotonic() + PATIENCE
         while not condition():
             if time.monotonic() > deadline:
-                raise RuntimeError('waited in vain')
+                raise RuntimeError('timeout: not there within {:g} s'.format(PATIENCE))
             time.sleep(0.02)
 
     def leave(self):
-        """Not heard any more."""
+        """Disconnect from all its topics."""
         for subscriber in self._subscribers:
             subscriber.unregister()
         self._control.unregister()
@@ -131,36 +137,12 @@ def lesson(number, imu_rate, port):
         for pupil in pupils:
             pupil.wait_until_ready()
         time.sleep(2.0)
-        results, guard = [], threading.Lock()
-
-        def two_drives(pupil, late):
-            first = pupil.drive()
-            time.sleep(late)
-            second = pupil.drive()
-            with guard:
-                results.extend([first, second])
         before, begun = costs(launch.pid), time.monotonic()
-        threads = [threading.Thread(target=two_drives, args=(pupil, 0.2 * k))
-                   for k, pupil in enumerate(pupils)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
+        results = drive_all(pupils)
         took = time.monotonic() - begun
         after = costs(launch.pid)
-        gaps = [gap for pupil in pupils for gap in (
-            later - sooner for sooner, later in zip(pupil.commands, pupil.commands[1:]))
-            if gap < PAUSE]
-        good = [result for result in results if result[0]] or [(False, math.nan, math.nan)]
-        cores = {kind: (after[kind][0] - before[kind][0]) / took for kind in after}
-        return ROW.format(
-            number, '{}/{}'.format(sum(reached for reached, _, _ in results), 2 * number),
-            '{:.1f} mm {:.2f} deg'.format(1000.0 * max(off for _, off, _ in good),
-                                          max(angle for _, _, angle in good)),
-            '{:.1f} %'.format(100.0 * sum(gap <= ON_TIME for gap in gaps) / len(gaps)),
-            '{:.2f}: {:.2f} + {:.2f} + {:.2f}'.format(
-                sum(cores.values()), *(cores[kind] for kind in KINDS)),
-            '{:.0f} MB'.format(sum(used for _, used in after.values())))
+        return row(pupils, results, {kind: (after[kind][0] - before[kind][0]) / took
+                                     for kind in after}, sum(used for _, used in after.values()))
     finally:
         for pupil in pupils:
             pupil.leave()
@@ -168,8 +150,38 @@ def lesson(number, imu_rate, port):
         launch.wait()
 
 
-#: What is started: part of its command line.
-KINDS = {'robots': 'fake_turtlebot3.py', 'move_to_goal': 'move2goal_tf.py', 'gamepads': 'gamepad.py'}
+def drive_all(pupils):
+    """(reached, distance [m], angle [deg] off) of two drives of each."""
+    results, guard = [], threading.Lock()
+
+    def two_drives(pupil, late):
+        first = pupil.drive()
+        time.sleep(late)
+        second = pupil.drive()
+        with guard:
+            results.extend([first, second])
+    threads = [threading.Thread(target=two_drives, args=(pupil, 0.2 * k))
+               for k, pupil in enumerate(pupils)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    return results
+
+
+def row(pupils, results, cores, used):
+    """The figures of a lesson as text; `cores` by kind, memory `used` in MB."""
+    gaps = [gap for pupil in pupils for gap in (
+        later - sooner for sooner, later in zip(pupil.commands, pupil.commands[1:])) if gap < PAUSE]
+    good = [result for result in results if result[0]] or [(False, math.nan, math.nan)]
+    return ROW.format(
+        len(pupils), '{}/{}'.format(sum(reached for reached, _, _ in results), 2 * len(pupils)),
+        '{:.1f} mm {:.2f} deg'.format(1000.0 * max(off for _, off, _ in good),
+                                      max(angle for _, _, angle in good)),
+        '{:.1f} %'.format(100.0 * sum(gap <= ON_TIME for gap in gaps) / len(gaps)),
+        '{:.2f}: {:.2f} + {:.2f} + {:.2f}'.format(
+            sum(cores.values()), *(cores[kind] for kind in KINDS)),
+        '{:.0f} MB'.format(used))
 
 
 def costs(launch):

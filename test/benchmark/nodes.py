@@ -46,7 +46,7 @@ IMU, ODOM, JOY = ('imu', 'sensor_msgs', 'Imu'), ('odom', 'nav_msgs', 'Odometry')
 #: Node: (its file, what a bare subscriber beside it listens to).
 NODES = {'imu_sub': ('imu_sub.py', IMU), 'controller': ('turtlebot_controller.py', IMU),
          'move_to_goal': ('move2goal_tf.py', IMU + ODOM), 'gamepad': ('gamepad.py', JOY)}
-#: So many bare subscribers run beside each node: one alone costs a third more or less, by whatever
+#: Bare subscribers that run beside each node: the cost of one alone varies by a third, with what
 #: else its core happens to do.
 BARES = 3
 ROW = '{:13} {:>11} {:>10} {:>11} {:>10} {:>11} {:>11} {:>13} {:>15}'
@@ -152,7 +152,8 @@ class Bench:
     def shares(self, pid, bare):
         """[CPU of a node, times that of the bare subscribers beside it], as text."""
         share, *least = self.measure(pid, *bare)
-        return ['{:.1f} %'.format(share), '{:.2f}'.format(share / max(statistics.mean(least), 0.01))]
+        bare_share = max(statistics.mean(least), 0.01)
+        return ['{:.1f} %'.format(share), '{:.2f}'.format(share / bare_share)]
 
     def measure(self, *pids):
         """CPU shares [%] of processes over the time of a measurement."""

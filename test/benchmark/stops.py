@@ -17,7 +17,8 @@ from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.rollout import STILL_ANGULAR, STILL_LINEAR, control, navigation, run
-from tb3_labs.simulation.simulator import Simulator, SimulatorConfig
+from tb3_labs.simulation.simulator import Simulator
+from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 #: A drive whose three parts are all long enough to be interrupted.
 GOAL = Pose2(-1.2, 0.9, 0.0)

@@ -1,4 +1,4 @@
-"""The URDF that RViz gets: the simple shape against the robots' numbers, and where it comes from."""
+"""The URDF that RViz gets: the simple shape against the robots' numbers, and its source."""
 import importlib.util
 import math
 import pathlib
@@ -20,7 +20,7 @@ XACRO = '#!/bin/sh\necho "<robot name=\'r\'><link name=\'$(basename $1)\'/></rob
 
 @pytest.fixture
 def machine(tmp_path, monkeypatch):
-    """Makes a machine of its own: without turtlebot3_description, or with it and a stand-in xacro."""
+    """Makes a machine: without turtlebot3_description, or with it and a stand-in xacro."""
     programs, packages = tmp_path / 'bin', tmp_path / 'packages'
     programs.mkdir()
     packages.mkdir()

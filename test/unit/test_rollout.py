@@ -12,7 +12,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.rollout import drive
-from tb3_labs.simulation.simulator import SimulatorConfig
+from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 BURGER = robot_model('burger')
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
@@ -144,7 +144,7 @@ def test_what_the_sensors_cannot_know_is_all_that_is_missed(fault, lost_share, d
 @pytest.mark.parametrize('network', ['good', 'busy', 'bad'])
 @pytest.mark.parametrize('crosses', [False, True])
 def test_drives_over_a_network_arrive_and_are_never_said_to_have_arrived_falsely(network, crosses):
-    """Also with an IMU that crosses +/-180 deg on the way, where one odometry is taken backwards."""
+    """Also with an IMU that crosses +-180 deg on the way, where one odometry is backwards."""
     for seed in range(8):
         offset = 45.0 if crosses else 100.0          # the goal lies at 135 deg
         d = drive(LAB_GOAL, SimulatorConfig(imu_offset_deg=offset, seed=seed, **NETWORKS[network]))

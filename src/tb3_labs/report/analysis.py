@@ -1,4 +1,4 @@
-"""From a recorded run to what the lab's analysis asks for: drives, errors, drift, offset, gaps.
+"""From a recorded run to what the lab's analysis asks for: its drives, their errors and drift.
 
 Frames: ``odom`` (global), ``local`` (as last declared, see :mod:`tb3_labs.report.epochs`),
 ``world`` (of the ground truth).
@@ -8,25 +8,25 @@ Edge cases: what cannot be known (no ground truth, no sample in time) is NaN.
 """
 import math
 from dataclasses import dataclass
-from typing import Dict, Optional, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
 from tb3_labs.control.driving import DriveConfig
 from tb3_labs.control.goal_machine import DRIVING, GoalState, is_stopped
-from tb3_labs.geometry.angles import continuous_at, difference, wrap, wrap_all
-from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.epochs import between, declared_at_first, epoch_of, epochs
-from tb3_labs.report.run_data import Poses
 from tb3_labs.control.least_time import least_time
+from tb3_labs.geometry.angles import difference, wrap_all
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report.epochs import Epoch, between, declared_at_first, epoch_of, epochs
+from tb3_labs.report.run_data import Poses, RunData
+from tb3_labs.report.sensors import GAP, imu_yaw_at
+from tb3_labs.robot.turtlebot3 import RobotModel
 
-#: A pause in a topic longer than this is a gap [s].
-GAP = 0.3
-#: At most so long after its end a drive is measured, at rest [s].
+#: A drive is measured at rest: at most this long after its end [s].
 SETTLE_TIME = 1.0
-#: After so long in MOVE_FORWARD the heading counts: the end of the turn before is over [s].
+#: The heading counts from this long after the begin of MOVE_FORWARD: the turn before is over [s].
 STRAIGHT_AFTER = 0.3
-#: A goal's message belongs to the state's that arrived within this time of it [s].
+#: A goal belongs to the state whose message arrived within this time of its own [s].
 SAME_MOMENT = 0.5
 #: Fastest turn that a drive is compared with [rad/s]: the package's own limit.
 MAX_ANGULAR = DriveConfig().max_angular
@@ -63,68 +63,12 @@ class DriveReport:
     least_time: float                 # [s], least_time
 
     @property
-    def time(self):
+    def time(self) -> float:
         """From begin to end [s]."""
         return self.end - self.begin
 
 
-@dataclass(frozen=True)
-class YawOffset:
-    """IMU's yaw minus odometry's: `mean` [rad]; its deviations from that, continuous, at `time`."""
-
-    mean: float
-    spread: float                     # standard deviation [rad]
-    drift: float                      # last tenth of the recording minus first tenth [rad]
-    time: np.ndarray
-    deviation: np.ndarray
-
-
-@dataclass(frozen=True)
-class Rate:
-    """How steadily a topic came: intervals at the sender, where its messages have stamps."""
-
-    messages: int
-    mean: float                       # [1/s]
-    longest: float                    # interval [s]
-    gaps: int                         # intervals longer than GAP
-    longest_arrival: float            # interval at the recorder [s]
-
-
-def path_length(odometry):
-    """Way driven [m]."""
-    return float(np.hypot(np.diff(odometry.x), np.diff(odometry.y)).sum())
-
-
-def rate(samples):
-    """The Rate of one topic."""
-    sent, arrived = np.diff(samples.time), np.diff(samples.arrival)
-    if not len(sent):
-        return Rate(len(samples), math.nan, math.nan, 0, math.nan)
-    span = sent.sum()
-    return Rate(len(samples), len(sent) / span if span > 0.0 else math.nan, float(sent.max()),
-                int(np.count_nonzero(sent > GAP)), float(arrived.max()))
-
-
-def imu_yaw_at(run, time):
-    """The IMU's continuous yaw [rad] at the times of an array."""
-    return continuous_at(time, run.imu.time, run.imu.yaw)
-
-
-def yaw_offset(run):
-    """IMU minus odometry, at each odometry message that does not fall into a gap of the IMU."""
-    imu_time, at = run.imu.time, run.odometry.time
-    after = np.searchsorted(imu_time, at).clip(1, len(imu_time) - 1)
-    close = (np.abs(imu_time[after] - at) < GAP) & (np.abs(imu_time[after - 1] - at) < GAP)
-    if not close.any():
-        return YawOffset(math.nan, math.nan, math.nan, np.empty(0), np.empty(0))
-    offset = np.unwrap((imu_yaw_at(run, at) - np.unwrap(run.odometry.yaw))[close])
-    mean, tenth = float(offset.mean()), max(1, len(offset) // 10)
-    return YawOffset(wrap(mean), float(offset.std()),
-                     float(offset[-tenth:].mean() - offset[:tenth].mean()), at[close],
-                     offset - mean)
-
-
-def local_poses(run):
+def local_poses(run: RunData) -> Poses:
     """The robot in ``local``: as recorded, else from odometry (place) and IMU (heading)."""
     if len(run.local_pose):
         return run.local_pose
@@ -134,9 +78,10 @@ def local_poses(run):
                  wrap_all(imu_yaw_at(run, odometry.time) - frame.imu_yaw_of_x))
 
 
-def spans(run):
+def spans(run: RunData) -> List[Span]:
     """What move_to_goal did, as Spans in order; the instants by its own stamps where they fit."""
-    begins, goals = [], []
+    begins: List[float] = []
+    goals: List[Optional[Pose2]] = []
     for arrival, own in zip(run.states.arrival, _goals_of_states(run)):
         begin = float(arrival) if own is None else min(float(arrival), float(run.goals.time[own]))
         begins.append(max(begins[-1:] + [begin]))
@@ -147,7 +92,7 @@ def spans(run):
     return [Span(*span) for span in zip(run.states.words, begins, ends, goals)]
 
 
-def _goals_of_states(run):
+def _goals_of_states(run: RunData) -> List[Optional[int]]:
     """Index of the goal that was sent together with each state, None where there is none.
 
     They are sent in one order; several may arrive at once, where the recorder was busy.
@@ -155,16 +100,19 @@ def _goals_of_states(run):
     states, goals = run.states.arrival, run.goals.arrival
     if len(states) == len(goals) and (np.abs(states - goals) < SAME_MOMENT).all():
         return list(range(len(goals)))
-    indices, left = [], 0
+    indices: List[Optional[int]] = []
+    left = 0
     for arrival in states:
         apart = np.abs(goals[left:] - arrival)
-        found = len(apart) and apart.min() < SAME_MOMENT
-        indices.append(left + int(np.argmin(apart)) if found else None)
-        left = indices[-1] + 1 if found else left
+        if len(apart) and apart.min() < SAME_MOMENT:
+            indices.append(left + int(np.argmin(apart)))
+            left += int(np.argmin(apart)) + 1
+        else:
+            indices.append(None)
     return indices
 
 
-def goal_errors(run):
+def goal_errors(run: RunData) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(time, distance [m], angle [rad]) of the robot from the goal in force, by local_pose."""
     local, goals = local_poses(run), [(s.begin, s.goal) for s in spans(run) if s.goal is not None]
     poses = local.take(local.time >= (goals[0][0] if goals else math.inf))
@@ -175,8 +123,8 @@ def goal_errors(run):
     return poses.time, np.hypot(x - poses.x, y - poses.y), wrap_all(yaw - poses.yaw)
 
 
-def drives(run, model):
-    """A DriveReport for each drive; `model` is the turtlebot3.RobotModel it was made with."""
+def drives(run: RunData, model: RobotModel) -> List[DriveReport]:
+    """A DriveReport for each drive; `model` is the robot that made them."""
     states, frames, reports, k = spans(run), epochs(run), [], 0
     while k < len(states):
         last = k + 1
@@ -188,7 +136,7 @@ def drives(run, model):
     return reports
 
 
-def _goes_on(frames, span, following):
+def _goes_on(frames: Sequence[Epoch], span: Span, following: Span) -> bool:
     """Is what follows a Span of a drive still that drive?"""
     if following.state != FIRST:
         return following.state in DRIVING or is_stopped(following.state)
@@ -198,11 +146,12 @@ def _goes_on(frames, span, following):
         and _epoch_of(frames, span) is _epoch_of(frames, following))
 
 
-def _epoch_of(frames, span):
+def _epoch_of(frames: Sequence[Epoch], span: Span) -> Epoch:
     return epoch_of(frames, span.begin, span.end)
 
 
-def _drive(run, model, frames, parts, later):
+def _drive(run: RunData, model: RobotModel, frames: Sequence[Epoch], parts: Sequence[Span],
+           later: Sequence[Span]) -> DriveReport:
     begin, end, goal = parts[0].begin, parts[-1].end, parts[0].goal
     epoch = epoch_of(frames, begin, end)
     rest = end
@@ -224,15 +173,15 @@ def _drive(run, model, frames, parts, later):
         drift, deviation, in_state, least)
 
 
-def _miss(poses, goal, end):
-    """(distance, angle) of the last pose from the goal, unless that pose is of long before."""
+def _miss(poses: Poses, goal: Optional[Pose2], end: float) -> Tuple[float, float]:
+    """(distance, angle) of the last pose from the goal, unless that pose is older than a gap."""
     if goal is None or not len(poses) or poses.time[-1] < end - GAP:
         return UNKNOWN
     last = poses.pose(-1)
     return last.distance_to(goal), difference(goal.yaw, last.yaw)
 
 
-def _drift(run, parts):
+def _drift(run: RunData, parts: Sequence[Span]) -> Tuple[float, float]:
     """(drift, deviation) of the IMU's heading in the longest stretch of straight driving."""
     straight = max((part for part in parts if part.state == STRAIGHT),
                    key=lambda part: part.end - part.begin, default=None)
@@ -244,7 +193,7 @@ def _drift(run, parts):
     return float(yaw[-1] - yaw[0]), float(np.abs(yaw - yaw[0]).max())
 
 
-def _outcome(frames, parts, later):
+def _outcome(frames: Sequence[Epoch], parts: Sequence[Span], later: Sequence[Span]) -> str:
     if not later:
         return 'recording ended'
     state = later[0].state
@@ -256,4 +205,4 @@ def _outcome(frames, parts, later):
         return 'replaced by a new goal'
     if epoch_of(frames, parts[0].begin, parts[-1].end) is not _epoch_of(frames, later[0]):
         return 'ended by a reset'
-    return parts[-1].state if parts[-1].state not in DRIVING else 'begun anew'
+    return 'begun anew'

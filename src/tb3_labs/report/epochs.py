@@ -3,15 +3,16 @@
 A *reset*: the robot's pose in ``local`` jumps against what odometry and IMU say of its motion.
 
 ``local`` moves in ``odom`` without a reset, too. Where the odometry jumps and the robot does not,
-move_to_goal moves ``local`` along, so that the robot keeps its pose in it
-(:mod:`tb3_labs.localization.odometry_jumps`): by up to 15 mm where the firmware takes a step backwards, by any
-amount where the robot's own `reset` zeroes the odometry. The odometry itself tells which it was:
+move_to_goal moves ``local`` along, so that the robot keeps its pose in it (see
+:mod:`tb3_labs.localization.odometry_jumps`): by up to 15 mm where the firmware takes a step
+backwards, by any amount where the robot's own `reset` zeroes the odometry. The odometry itself
+tells which it was:
 
 * Where it is sound and complete, only a reset moves ``local`` in it, however little. tf tells
   where ``local`` stands exactly.
-* Elsewhere it is mended as move_to_goal mends it, and a reset is what jumps by more than `JUMP`
-  against that. Without tf this holds everywhere, as it does with a tf that hardly ever stands
-  still: somebody computes it from the noise of both sensors.
+* Elsewhere it is mended as move_to_goal mends it, and a reset is a jump of more than `JUMP` against
+  that. The same holds everywhere without tf, and with a tf that hardly ever stands still: then it
+  is computed from the noise of both sensors.
 
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
 Edge cases: without local_pose and tf there is one epoch, declared at the first sample; two resets
@@ -19,7 +20,7 @@ between two messages are one.
 """
 import math
 from dataclasses import dataclass
-from typing import NamedTuple, Optional
+from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -27,7 +28,7 @@ from tb3_labs.geometry.angles import continuous_at, difference, wrap, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.localization.odometry_jumps import FASTEST, POSE_LOST, SLACK, JumpFilter
-from tb3_labs.report.run_data import Poses
+from tb3_labs.report.run_data import ImuSamples, Kind, OdometrySamples, Poses, RunData
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 
 #: local_pose jumps by more than this against the odometry: a reset [m], [rad].
@@ -55,8 +56,8 @@ class Epoch:
     local_T_world: Optional[Pose2]    # None: unknown
 
 
-def epochs(run):
-    """The Epochs of a RunData, in order; the first begins at -inf, the last ends at inf."""
+def epochs(run: RunData) -> List[Epoch]:
+    """The Epochs of a run, in order; the first begins at -inf, the last ends at inf."""
     frames = _frames(run)
     first = [0] + _resets(run, frames)
     begins = [-math.inf] + [_begin(run, frames, k) for k in first[1:]]
@@ -65,8 +66,8 @@ def epochs(run):
             for k, begin, end in zip(first, begins, ends)]
 
 
-def epoch_of(in_order, begin, end):
-    """Of all Epochs the one in which a drive from `begin` to `end` was driven.
+def epoch_of(in_order: Sequence[Epoch], begin: float, end: float) -> Epoch:
+    """Of all Epochs the one in which a drive from `begin` to `end` [s] was driven.
 
     The reset that began it may show a moment late; one that is nearer to its end ended it.
     """
@@ -74,24 +75,24 @@ def epoch_of(in_order, begin, end):
     return [epoch for epoch in in_order if epoch.begin <= latest][-1]
 
 
-def between(samples, begin, end):
-    """The samples in [begin, end); their times never run back."""
+def between(samples: Kind, begin: float, end: float) -> Kind:
+    """The samples in [begin, end) [s]; their times never run back."""
     return samples.take(slice(*np.searchsorted(samples.time, (begin, end))))
 
 
-def declared_at_first(run):
+def declared_at_first(run: RunData) -> LocalFrame:
     """The LocalFrame that has the robot at (0, 0, 0) in its first sample."""
     imu_yaw = continuous_at(run.odometry.time[0], run.imu.time, run.imu.yaw)
     return LocalFrame.declared(Pose2(), run.odometry.pose(0), float(imu_yaw))
 
 
-def local_in_odom(run, times):
-    """Where ``local`` stands in ``odom`` at each of the times: Poses."""
+def local_in_odom(run: RunData, times: np.ndarray) -> Poses:
+    """Where ``local`` stands in ``odom`` at each of the times [s]."""
     frames = _frames(run)
     return frames.take(np.searchsorted(_changes(frames), times, side='right'))
 
 
-def _frames(run):
+def _frames(run: RunData) -> Poses:
     """``local`` in ``odom`` over time: by tf, else by local_pose, else once and for all."""
     if len(run.frames):
         return run.frames
@@ -102,19 +103,19 @@ def _frames(run):
                  *(np.array([value]) for value in (frame.x, frame.y, frame.yaw)))
 
 
-def _robot_in_odom(run, times):
+def _robot_in_odom(run: RunData, times: np.ndarray) -> Poses:
     odometry = run.odometry
     x, y = (np.interp(times, odometry.time, column) for column in (odometry.x, odometry.y))
     return Poses(times, times, x, y, wrap_all(continuous_at(times, odometry.time, odometry.yaw)))
 
 
-def _changes(frames):
+def _changes(frames: Poses) -> np.ndarray:
     """When each frame after the first comes into force [s]."""
     last, first = frames.time[:-1], frames.time[1:]
     return np.maximum((last + first) / 2.0, first - HALFWAY)
 
 
-def _begin(run, frames, k):
+def _begin(run: RunData, frames: Poses, k: int) -> float:
     """When frame `k` came into force [s]: where tf misses messages, by the jump of local_pose."""
     first, last = np.searchsorted(run.local_pose.time, (frames.time[k - 1], frames.time[k]))
     local = run.local_pose.take(slice(first, last + 1))
@@ -126,14 +127,14 @@ def _begin(run, frames, k):
     return float(_changes(frames)[k - 1])
 
 
-def _steps(frames, robot):
+def _steps(frames: Poses, robot: Poses) -> Tuple[np.ndarray, np.ndarray]:
     """How far each change of the frame moves the robot in ``local``: (distances, angles)."""
     robot = robot.take(slice(1, None))
     old, new = (frames.take(part).inverse() @ robot for part in (slice(None, -1), slice(1, None)))
     return np.hypot(new.x - old.x, new.y - old.y), np.abs(wrap_all(new.yaw - old.yaw))
 
 
-def _resets(run, frames):
+def _resets(run: RunData, frames: Poses) -> List[int]:
     """Indices of the frames that were declared by a reset."""
     if len(frames) < 2:
         return []
@@ -150,7 +151,7 @@ def _resets(run, frames):
         run, local, frames.time[k], frames.time[k + 1], by_tf and bool(moved[k]))]
 
 
-def _is_reset(run, local, last, first, moved):
+def _is_reset(run: RunData, local: Poses, last: float, first: float, moved: bool) -> bool:
     """Was ``local`` declared anew between `last` and `first`? `moved`: so it seems by tf."""
     before = max(0, int(np.searchsorted(local.time, last, side='right')) - 1)
     after = min(len(local) - 1, int(np.searchsorted(local.time, first)))
@@ -170,7 +171,7 @@ class _Mended(NamedTuple):
     is_lost: bool      # nothing is known, and move_to_goal declares ``local`` anew
 
 
-def _mended_odometry(run, begin, end):
+def _mended_odometry(run: RunData, begin: float, end: float) -> _Mended:
     around = begin - AROUND, end + AROUND
     first, last = np.searchsorted(run.odometry.time, around)
     heard, imu = run.odometry.take(slice(max(0, first - 2), last)), between(run.imu, *around)
@@ -185,7 +186,8 @@ def _mended_odometry(run, begin, end):
                    any(begin < time <= end for time in lost_at))
 
 
-def _replay(odometry, imu):
+def _replay(odometry: OdometrySamples,
+            imu: ImuSamples) -> Tuple[Poses, Pose2, List[float]]:
     """What move_to_goal makes of an odometry: (Poses without jumps, where ``odom`` stands among
     them at last, the times at which nothing is known any more)."""
     steady, poses, lost_at = JumpFilter(), [], []
@@ -202,7 +204,7 @@ def _replay(odometry, imu):
             lost_at)
 
 
-def _local_T_world(run, begin, end):
+def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
     """By the first local_pose: right after a reset it is true by definition."""
     if not len(run.ground_truth):
         return None

@@ -1,173 +1,60 @@
-"""The report's figures, each drawn from a RunData into a matplotlib Figure.
+"""What every figure of a report is made of: its size, colours, curves and legend.
 
-Readable in black and white: lines differ by style and width, states by hatching. Curves are thinned
-to what paper can show; extremes stay.
-
-Units on the axes: metres, degrees, seconds since the recording's start, m/s, rad/s.
+Curves are thinned to what paper can show; extremes stay.
+Units: inch for sizes; a curve's are its caller's, its times seconds.
 """
 import math
+from pathlib import Path
+from typing import Any, BinaryIO, Sequence, Union
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
-
-from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report import analysis
-from tb3_labs.report.epochs import between, epoch_of, epochs, local_in_odom
 
 DOTS_PER_INCH = 150
 WIDTH = 7.2                     # [inch], what fits between the margins of A4
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
-#: How the paths of one epoch after the other are drawn.
-EPOCH_STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
-#: state: (fill, hatching); a state in other words (waiting, stopped, gave up) is like ''.
-STATES = {'ROTATE_TO_GOAL': ('#c9d8ee', '///'), 'MOVE_FORWARD': ('#f7e3c4', ''),
-          'ROTATE_TO_FINAL': ('#d3e8d3', '\\\\\\'), 'GOAL_REACHED': ('#ffffff', ''),
-          '': ('#dddddd', '...')}
 #: Stretches of a curve, two extremes of which are drawn.
 STRETCHES = 700
-#: More labels than this would cover each other.
-MOST_LABELS = 6
-#: A pause in a curve longer than this is left blank [s], and a leap in a path [m].
-BREAK, LEAP = 0.5, 0.3
+#: A pause in a curve longer than this is left blank [s].
+BREAK = 0.5
 
 
-def thin(*columns):
-    """Sorted indices that keep the least and the greatest of each column in each stretch."""
+def thin(*columns: np.ndarray) -> np.ndarray:
+    """Sorted indices that keep the least and the greatest of each column in each stretch, and both
+    ends; all of them where there are few. The columns are of one length."""
     count = len(columns[0])
     if count <= 2 * STRETCHES:
         return np.arange(count)
     size = -(-count // STRETCHES)
     begins = np.arange(0, count, size)
-    kept = [begins, [count - 1]]
+    kept = [begins, np.array([count - 1])]
     for column in columns:
         padded = np.concatenate([column, np.full(-count % size, column[-1])]).reshape(-1, size)
         kept += [begins + padded.argmin(axis=1), begins + padded.argmax(axis=1)]
     return np.unique(np.minimum(np.concatenate(kept), count - 1))
 
 
-def paths(run, model):
-    """The way in odom and in local, side by side at one scale, with each other's axes."""
-    figure = new_figure(4.0)
-    in_odom, in_local = figure.subplots(1, 2)
-    frames, local = epochs(run), analysis.local_poses(run)
-    for number, epoch in enumerate(frames):
-        colour, style = EPOCH_STYLES[number % len(EPOCH_STYLES)]
-        label = 'path after reset {}'.format(number) if number else 'path'
-        looks = dict(color=colour, linestyle=style, linewidth=1.6,
-                     label=label if number < len(EPOCH_STYLES) else None)
-        _path(in_odom, between(run.odometry, epoch.begin, epoch.end), **looks)
-        _path(in_local, between(local, epoch.begin, epoch.end), **looks)
-        if epoch.local_T_world is not None:
-            truth = between(run.ground_truth, epoch.begin, epoch.end).seen_from(
-                epoch.local_T_world)
-            looks = dict(color='#bbbbbb', linewidth=4.5, zorder=1,
-                         label=None if number else 'ground truth')
-            _path(in_local, truth, **looks)
-            _path(in_odom, local_in_odom(run, truth.time) @ truth, **looks)
-    drives = [drive for drive in analysis.drives(run, model) if drive.goal]
-    _ends(in_odom, run.odometry, [_goal_in_odom(run, frames, drive) for drive in drives])
-    _ends(in_local, local, [drive.goal for drive in drives])
-    size = _same_scale((in_odom, [epoch.odom_T_local for epoch in frames]),
-                       (in_local, [epoch.odom_T_local.inverse() for epoch in frames]))
-    for number, epoch in enumerate(frames[:len(EPOCH_STYLES)]):
-        after = ', reset {}'.format(number) if number else ''
-        _axes_of(in_odom, epoch.odom_T_local, 'local' + after, size)
-        _axes_of(in_local, epoch.odom_T_local.inverse(), 'odom' + after, size)
-    for axes, frame, title in ((in_odom, 'odom', 'global frame (odom)'),
-                               (in_local, 'local', 'local frame')):
-        _axes_of(axes, Pose2(), frame, size, own=True)
-        axes.set_title(title)
-        axes.set_xlabel('x [m]')
-        axes.set_ylabel('y [m]')
-        axes.grid(True, linewidth=0.3)
-    legend_below(figure, in_odom)
-    return figure
-
-
-def errors(run, model):
-    """Distance and angle to the goal over time; None without a goal."""
-    time, distance, angle = analysis.goal_errors(run)
-    if not len(time):
-        return None
-    figure = new_figure(4.3)
-    far, turned = figure.subplots(2, 1, sharex=True)
-    curve(far, time, distance, _resets(run), color=BLUE)
-    curve(turned, time, np.degrees(angle), _resets(run), circle=True, color=BLUE)
-    far.set_ylabel('distance error [m]')
-    far.set_ylim(bottom=0.0)
-    _degrees_axis(turned, 'angle error [deg]')
-    drives = analysis.drives(run, model)
-    for drive in drives if len(drives) <= MOST_LABELS else ():
-        if not math.isnan(drive.measured[0]):
-            far.annotate(
-                '{:.1f} mm\n{:.1f} deg'.format(1000.0 * drive.measured[0],
-                                               abs(math.degrees(drive.measured[1]))),
-                (drive.end, drive.measured[0]), xytext=(-6, 16), textcoords='offset points',
-                ha='right', fontsize=8, bbox=dict(boxstyle='round,pad=0.2', facecolor='white',
-                                                  linewidth=0.5),
-                arrowprops=dict(arrowstyle='-', linewidth=0.8))
-    _shade(figure, (far, turned), run)
-    return figure
-
-
-def heading(run, _model):
-    """The heading in the two ways of counting, and how far IMU and odometry part."""
-    figure = new_figure(5.0)
-    circle, line, apart = figure.subplots(3, 1, sharex=True)
-    curve(circle, run.imu.time, np.degrees(run.imu.yaw), circle=True, color=BLUE)
-    curve(line, run.imu.time, np.degrees(np.unwrap(run.imu.yaw)), color=BLUE)
-    offset = analysis.yaw_offset(run)
-    curve(apart, offset.time, np.degrees(offset.deviation), color=GREY, linewidth=0.8)
-    _degrees_axis(circle, 'IMU, wrapped\n[deg]')
-    line.set_ylabel('IMU, continuous\n[deg]')
-    apart.set_ylabel('off their\nmean [deg]')
-    apart.set_title('IMU minus odometry: mean {:+.2f} deg'.format(math.degrees(offset.mean)),
-                    fontsize=9)
-    most = max([0.25] + list(1.1 * np.abs(np.degrees(offset.deviation))))
-    apart.set_ylim(-most, most)
-    _finish_time(run, circle, line, apart)
-    return figure
-
-
-def speeds(run, model):
-    """Commanded against measured speeds, with the robot's limits."""
-    figure = new_figure(4.3)
-    linear, angular = figure.subplots(2, 1, sharex=True)
-    curve(linear, run.odometry.time, run.odometry.linear, color=BLUE, label='measured')
-    curve(angular, run.imu.time, run.imu.yaw_rate, color=BLUE, label='measured')
-    for axes, commands, limit in ((linear, run.commands.linear, model.max_linear),
-                                  (angular, run.commands.angular, model.max_angular)):
-        if len(commands):
-            curve(axes, run.commands.time, commands, color=ORANGE, linestyle='--', linewidth=1.1,
-                   drawstyle='steps-post', label='commanded')
-        for sign in (1.0, -1.0):
-            axes.axhline(sign * limit, color='black', linewidth=0.8, linestyle=':',
-                         label='limit of the {}'.format(model.name) if sign > 0.0 else None)
-        axes.margins(y=0.1)
-    linear.set_ylabel('linear [m/s]\n(odometry)')
-    angular.set_ylabel('angular [rad/s]\n(gyro)')
-    _finish_time(run, linear, angular)
-    legend_below(figure, linear)
-    return figure
-
-
-def save(figure, path):
+def save(figure: Figure, path: Union[str, Path, BinaryIO]) -> None:
     """Write a figure as PNG, to a path or an open file."""
     figure.savefig(path, format='png', dpi=DOTS_PER_INCH, bbox_inches='tight',
                    metadata={'Software': None})
 
 
-def new_figure(height):
+def new_figure(height: float) -> Figure:
     """An empty figure of the page's width; `height` [inch]."""
     figure = Figure(figsize=(WIDTH, height), constrained_layout=True)
     FigureCanvasAgg(figure)
     return figure
 
 
-def curve(axes, time, values, breaks=(), circle=False, **looks):
-    """A line with blanks at `breaks`, in pauses, and where an angle jumps from end to end."""
+def curve(axes: Axes, time: np.ndarray, values: np.ndarray, breaks: Sequence[float] = (),
+          circle: bool = False, **looks: Any) -> None:
+    """A line with blanks at the times `breaks` [s] and in pauses.
+
+    `circle`: the values are angles [deg], and blanks are also where they jump by half a turn.
+    """
     pauses = np.diff(time)
     longest = max(BREAK, 5.0 * float(np.median(pauses))) if len(pauses) else BREAK
     breaks = list(breaks) + list(time[1:][pauses > longest])
@@ -176,103 +63,12 @@ def curve(axes, time, values, breaks=(), circle=False, **looks):
     at = set(np.searchsorted(time, breaks)) - {0, len(time)}
     if circle:
         at |= set(np.flatnonzero(np.abs(np.diff(values)) > 180.0) + 1)
-    at = sorted(at)
-    axes.plot(np.insert(time, at, time[at]), np.insert(values, at, math.nan),
+    blanks = np.array(sorted(at), dtype=int)
+    axes.plot(np.insert(time, blanks, time[blanks]), np.insert(values, blanks, math.nan),
               **dict(dict(linewidth=1.3), **looks))
 
 
-def _path(axes, poses, **looks):
-    """A line with blanks where the poses leap, as odometry does that is set to zero."""
-    leaps = np.flatnonzero(np.hypot(np.diff(poses.x), np.diff(poses.y)) > LEAP) + 1
-    for piece in np.split(np.arange(len(poses)), leaps):
-        if len(piece):
-            kept = piece[thin(poses.x[piece], poses.y[piece])]
-            axes.plot(poses.x[kept], poses.y[kept], **looks)
-            looks['label'] = None
-
-
-def _goal_in_odom(run, frames, drive):
-    last = min(drive.end, epoch_of(frames, drive.begin, drive.end).end)
-    return local_in_odom(run, np.array([last])).pose(0) @ drive.goal
-
-
-def _same_scale(*panels):
-    """Give (axes, frames) panels equal axes of one scale that hold all; their width [m]."""
-    boxes = []
-    for axes, frames in panels:
-        places = [(frame.x, frame.y) for frame in frames[:len(EPOCH_STYLES)]] + [(0.0, 0.0)]
-        axes.update_datalim(places)
-        boxes.append(axes.dataLim.get_points())
-    width = max([1.0] + [1.35 * np.ptp(box, axis=0).max() for box in boxes])
-    for (axes, _), box in zip(panels, boxes):
-        x, y = box.mean(axis=0)
-        axes.set_xlim(x - width / 2.0, x + width / 2.0)
-        axes.set_ylim(y - width / 2.0, y + width / 2.0)
-        axes.set_aspect('equal', adjustable='box')
-    return width
-
-
-def _axes_of(axes, pose, name, width, own=False):
-    """A frame's x axis (long) and y axis (short) with its name; `own`: the panel's own frame."""
-    for tip in ((0.13 * width, 0.0), (0.0, 0.08 * width)):
-        begin, end = pose.act([(0.0, 0.0), tip])
-        axes.annotate('', end, begin, arrowprops=dict(
-            arrowstyle='-|>', color='black' if own else GREY, shrinkA=0, shrinkB=0,
-            linewidth=1.8 if own else 1.0))
-    away = pose.yaw + 1.25 * math.pi      # between the backs of both axes
-    right, up = math.cos(away), math.sin(away)
-    axes.annotate(name, (pose.x, pose.y), xytext=(9.0 * right, 9.0 * up), fontsize=8,
-                  textcoords='offset points', fontweight='bold' if own else 'normal',
-                  ha='center' if abs(right) < 0.4 else 'left' if right > 0.0 else 'right',
-                  va='center' if abs(up) < 0.4 else 'bottom' if up > 0.0 else 'top')
-
-
-def _ends(axes, poses, goals):
-    axes.plot(poses.x[:1], poses.y[:1], 'o', color='black', markersize=6, zorder=5, label='start')
-    axes.plot(poses.x[-1:], poses.y[-1:], 's', color='black', markersize=4, zorder=5, label='end')
-    for number, goal in enumerate(goals):
-        axes.plot(goal.x, goal.y, '*', markerfacecolor='none', markeredgecolor='black',
-                  markersize=13, linestyle='', zorder=6, label=None if number else 'goal')
-
-
-def _shade(figure, plots, run):
-    """States as shades, resets as lines, with a legend for both."""
-    used = {}
-    for span in analysis.spans(run):
-        kind = span.state if span.state in STATES else ''
-        fill, hatch = STATES[kind]
-        used[kind] = Patch(facecolor=fill, hatch=hatch, edgecolor='#aaaaaa',
-                           label=kind or 'waiting, stopped or gave up')
-        for axes in plots:
-            axes.axvspan(max(0.0, span.begin), span.end, facecolor=fill, hatch=hatch,
-                         edgecolor='#bbbbbb', linewidth=0.0, zorder=0)
-    _finish_time(run, *plots)
-    lines = [line for line in plots[0].get_lines() if line.get_label() == 'reset']
-    figure.legend(handles=list(used.values()) + lines, loc='upper center', ncol=6, fontsize=8,
-                  frameon=False, bbox_to_anchor=(0.5, 0.0), handlelength=2.5)
-
-
-def _resets(run):
-    return [epoch.begin for epoch in epochs(run)[1:]]
-
-
-def _finish_time(run, *plots):
-    for axes in plots:
-        for number, reset in enumerate(_resets(run)):
-            axes.axvline(reset, color='black', linewidth=1.4, linestyle=(0, (4, 2)),
-                         label=None if number else 'reset')
-        axes.grid(True, linewidth=0.3)
-        axes.set_xlim(0.0, run.duration)
-    plots[-1].set_xlabel('time [s]')
-
-
-def _degrees_axis(axes, label):
-    axes.set_ylabel(label)
-    axes.set_ylim(-190.0, 190.0)
-    axes.set_yticks([-180, -90, 0, 90, 180])
-
-
-def legend_below(figure, axes):
+def legend_below(figure: Figure, axes: Axes) -> None:
     """What the lines of `axes` mean, below the figure."""
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc='upper center', ncol=7, fontsize=8, frameon=False,

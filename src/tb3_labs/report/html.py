@@ -1,6 +1,8 @@
 """Pieces of a page that needs no other file: its style, tables, pictures."""
 import base64
 from html import escape
+from pathlib import Path
+from typing import Sequence
 
 STYLE = '''@page { size: A4; margin: 11mm 14mm; }
 body { font: 10pt/1.3 sans-serif; max-width: 182mm; margin: 1em auto; color: #111; }
@@ -20,10 +22,12 @@ class Markup(str):
     """Text that is HTML already."""
 
 
-def table(heads, rows, words=()):
-    """A table of plain texts; the first column and those headed by one of `words` are aligned
-    left, as words are; what is Markup stays as it is."""
-    def row(cells, tag):
+def table(heads: Sequence[str], rows: Sequence[Sequence[str]], words: Sequence[str] = ()) -> str:
+    """An HTML table of plain texts, which are escaped; Markup stays as it is.
+
+    The first column, and those whose head is one of `words`, are aligned left, as words are.
+    """
+    def row(cells: Sequence[str], tag: str) -> str:
         return '<tr>{}</tr>'.format(''.join('<{0}{2}>{1}</{0}>'.format(
             tag, cell if isinstance(cell, Markup) else escape(cell),
             ' class="words"' if heads[k] in words else '') for k, cell in enumerate(cells)))
@@ -31,13 +35,13 @@ def table(heads, rows, words=()):
         [row(heads, 'th')] + [row(cells, 'td') for cells in rows]))
 
 
-def image(path, caption):
-    """The picture in a PNG file (a pathlib.Path)."""
+def image(path: Path, caption: str) -> str:
+    """An HTML figure with the picture in a PNG file."""
     return picture(path.read_bytes(), path.stem, caption)
 
 
-def picture(png, name, caption):
-    """The picture in these bytes of PNG."""
+def picture(png: bytes, name: str, caption: str) -> str:
+    """An HTML figure with the picture in these bytes of PNG; `name` stands where it is not seen."""
     data = base64.b64encode(png).decode('ascii')
     return '<figure><img alt="{0}" src="data:image/png;base64,{1}"><figcaption>{2}</figcaption>' \
         '</figure>'.format(escape(name), data, escape(caption))

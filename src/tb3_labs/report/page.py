@@ -8,14 +8,17 @@ from datetime import datetime
 from html import escape
 from pathlib import Path
 from string import Template
+from typing import Callable, List, Sequence, Tuple, Union
 
 import numpy as np
 
 from tb3_labs.control.goal_machine import DRIVING
 from tb3_labs.geometry.angles import wrap_all
-from tb3_labs.report import analysis, figures, html
+from tb3_labs.report import analysis, figures, html, run_figures, sensors
+from tb3_labs.report.analysis import DriveReport
 from tb3_labs.report.epochs import epochs
-from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
+from tb3_labs.report.run_data import Poses, RunData
+from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 
 #: A pose belongs to an odometry message that is no further from it [s].
 SAME_INSTANT = 0.02
@@ -26,9 +29,9 @@ NO_DRIVES = ('No drives are listed: the recording holds no goal_state with a dri
              'local frame is {}. To get them, record /goal_state, /current_goal, /local_pose and '
              '/tf too.')
 CAPTIONS = {
-    'paths': 'The same way in the global and in the local frame, with both frames\' axes.',
-    'errors': 'What is left to the goal, by local_pose. The small labels: how far off at rest.',
-    'heading': 'The IMU\'s heading, and how constantly it differs from the odometry\'s.',
+    'paths': 'The same path in the global and in the local frame, with the axes of both.',
+    'errors': 'Distance and angle left to the goal, by local_pose. Labels: errors at rest.',
+    'heading': 'The IMU\'s heading, and how its difference from the odometry\'s varies.',
     'speeds': 'Commanded and measured speeds.'}
 
 PAGE = Template('''<!DOCTYPE html>
@@ -53,13 +56,17 @@ $rates
 ''')
 
 
-def write_report(run, model, folder, progress=lambda fraction: None):
-    """Write the report of a RunData into a folder, made if need be; the path of report.html."""
+def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
+                 progress: Callable[[float], None] = lambda fraction: None) -> Path:
+    """Write the report of a run into a folder, made if need be; the path of report.html.
+
+    `progress` hears the fraction that is done, 0 to 1. ``OSError`` where nothing can be written.
+    """
     folder = Path(str(folder))
     folder.mkdir(parents=True, exist_ok=True)
     parts = dict.fromkeys(CAPTIONS, '')
-    drawings = ('paths', figures.paths), ('errors', figures.errors), (
-        'heading', figures.heading), ('speeds', figures.speeds)
+    drawings = ('paths', run_figures.paths), ('errors', run_figures.errors), (
+        'heading', run_figures.heading), ('speeds', run_figures.speeds)
     for number, (name, draw) in enumerate(drawings):
         progress(number / (len(drawings) + 1))
         figure = draw(run, model)
@@ -78,11 +85,11 @@ def write_report(run, model, folder, progress=lambda fraction: None):
     return page
 
 
-def _summary(run, model):
-    offset, resets = analysis.yaw_offset(run), len(epochs(run)) - 1
+def _summary(run: RunData, model: RobotModel) -> str:
+    offset, resets = sensors.yaw_offset(run), len(epochs(run)) - 1
     words = '{} on {}, {:.1f} s, {:.2f} m driven, {} reset{}. '.format(
         model.name.capitalize(), datetime.fromtimestamp(run.start).strftime('%Y-%m-%d %H:%M'),
-        run.duration, analysis.path_length(run.odometry), resets or 'no',
+        run.duration, sensors.path_length(run.odometry), resets or 'no',
         '' if resets == 1 else 's')
     words += 'IMU yaw minus odometry yaw: mean {} deg, standard deviation {}, change from the ' \
         'first to the last tenth of the run {}.'.format(
@@ -91,7 +98,7 @@ def _summary(run, model):
     return escape(words)
 
 
-def _drives(run, drives):
+def _drives(run: RunData, drives: Sequence[DriveReport]) -> str:
     if not drives:
         frame = ('the recorded one' if len(run.local_pose) else
                  'taken as declared (0, 0, 0) at the first sample')
@@ -109,7 +116,7 @@ def _drives(run, drives):
                        'truly off [deg]'], rows, words=('outcome',))
 
 
-def _along(drives):
+def _along(drives: Sequence[DriveReport]) -> str:
     if not drives:
         return ''
     rows = []
@@ -130,30 +137,30 @@ def _along(drives):
                  '</p>'.format(analysis.STRAIGHT_AFTER, analysis.MAX_ANGULAR))
 
 
-def _rates(run):
+def _rates(run: RunData) -> str:
     rows = []
     for part in run.recorded():
         if part in ('frames', 'goals', 'states'):
             continue                          # sent on change: no rate
-        rate = analysis.rate(getattr(run, part))
+        rate = sensors.rate(getattr(run, part))
         rows.append([run.topics.get(part, part), str(rate.messages), _number(rate.mean, '{:.1f}'),
                      _number(rate.longest, '{:.3f}'), str(rate.gaps),
                      _number(rate.longest_arrival, '{:.3f}'), str(run.dropped.get(part, 0))])
     return html.table(['topic', 'messages', 'mean rate [1/s]', 'longest gap [s]',
-                       'gaps > {} s'.format(analysis.GAP), 'longest gap on arrival [s]',
+                       'gaps > {} s'.format(sensors.GAP), 'longest gap on arrival [s]',
                        'bad messages'], rows)
 
 
-def _error(miss):
+def _error(miss: Tuple[float, float]) -> List[str]:
     return [_number(miss[0], '{:.4f}'), _number(abs(math.degrees(miss[1])), '{:.2f}')]
 
 
-def _number(value, form):
+def _number(value: float, form: str) -> str:
     return form.format(value) if math.isfinite(value) else UNKNOWN
 
 
-def write_csv(run, path):
-    """One row per odometry message; a cell is empty where nothing was recorded at that time."""
+def write_csv(run: RunData, path: Union[str, Path]) -> None:
+    """One row for each odometry message; a cell is empty where nothing was recorded then."""
     odometry, local, at = run.odometry, analysis.local_poses(run), run.odometry.time
     error_time, distance, angle = analysis.goal_errors(run)
     spans = analysis.spans(run)
@@ -167,7 +174,7 @@ def write_csv(run, path):
     newest = np.searchsorted(run.commands.time, at, side='right') - 1
     newest[_chosen(run.commands.time, newest) < at - COMMAND_TIMEOUT] = -1
     columns += [
-        ('imu_yaw_deg', np.degrees(wrap_all(analysis.imu_yaw_at(run, at))), 3),
+        ('imu_yaw_deg', np.degrees(wrap_all(sensors.imu_yaw_at(run, at))), 3),
         ('distance_error_m', _chosen(distance, near), 4),
         ('angle_error_deg', np.degrees(_chosen(angle, near)), 3),
         ('linear_m_s', odometry.linear, 4),
@@ -183,18 +190,19 @@ def write_csv(run, path):
                                  states[block]))
 
 
-def _texts(values, digits):
+def _texts(values: np.ndarray, digits: int) -> List[str]:
     return ['' if text == 'nan' else text
             for text in np.char.mod('%.{}f'.format(digits), values).tolist()]
 
 
-def _pose_columns(name, poses, index):
+def _pose_columns(name: str, poses: Poses,
+                  index: np.ndarray) -> List[Tuple[str, np.ndarray, int]]:
     return [(name + '_x_m', _chosen(poses.x, index), 4),
             (name + '_y_m', _chosen(poses.y, index), 4),
             (name + '_yaw_deg', np.degrees(_chosen(poses.yaw, index)), 3)]
 
 
-def _nearest(times, at, within):
+def _nearest(times: np.ndarray, at: np.ndarray, within: float) -> np.ndarray:
     """Index of the time nearest to each of `at`; -1 where none is near enough."""
     if not len(times):
         return np.full(len(at), -1)
@@ -204,6 +212,6 @@ def _nearest(times, at, within):
     return np.where(np.abs(times[index] - at) <= within, index, -1)
 
 
-def _chosen(values, index):
+def _chosen(values: np.ndarray, index: np.ndarray) -> np.ndarray:
     """`values` at each index, NaN for index -1."""
     return np.append(values, math.nan)[index]

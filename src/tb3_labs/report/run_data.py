@@ -10,7 +10,7 @@ Edge cases: a topic that was not recorded has samples of length 0; an invalid qu
 :mod:`tb3_labs.geometry.quaternions`) or a number that is not finite is no sample, only counted.
 """
 from dataclasses import dataclass, field, fields
-from typing import Dict, Tuple
+from typing import Any, Dict, Optional, Tuple, Type, TypeVar
 
 import numpy as np
 
@@ -27,6 +27,9 @@ IN_TIME = 0.25
 #: Where more than this fraction of the messages, up to one or from one on, does not, it was set.
 OTHER_CLOCK = 0.1
 
+#: One kind of Samples.
+Kind = TypeVar('Kind', bound='Samples')
+
 
 @dataclass(frozen=True)
 class Samples:
@@ -35,15 +38,15 @@ class Samples:
     arrival: np.ndarray
     time: np.ndarray
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.time)
 
-    def take(self, index):
+    def take(self: Kind, index: Any) -> Kind:
         """The samples that a numpy index (mask, slice, integers) chooses."""
         return type(self)(*(getattr(self, part.name)[index] for part in fields(self)))
 
     @classmethod
-    def none(cls):
+    def none(cls: Type[Kind]) -> Kind:
         """No samples."""
         return cls(*(np.empty(0) for _ in fields(cls)))
 
@@ -65,35 +68,35 @@ class Poses(Samples):
     yaw: np.ndarray
 
     @property
-    def points(self):
+    def points(self) -> np.ndarray:
         """Places, shape (n, 2) [m]."""
         return np.column_stack([self.x, self.y])
 
-    def pose(self, index):
+    def pose(self, index: int) -> Pose2:
         """One of them as a Pose2."""
         return Pose2(float(self.x[index]), float(self.y[index]), float(self.yaw[index]))
 
-    def at(self, time):
-        """Pose2 at `time`, between two samples; the first or last one outside of them."""
+    def at(self, time: float) -> Pose2:
+        """The pose at `time` [s], between two samples; the first or last one outside of them."""
         after = int(np.searchsorted(self.time, time))
         if after in (0, len(self)):
             return self.pose(min(after, len(self) - 1))
         begin, end = self.time[after - 1:after + 1]
         return interpolate(self.pose(after - 1), self.pose(after), (time - begin) / (end - begin))
 
-    def inverse(self):
+    def inverse(self) -> 'Poses':
         """The parent frame as each pose's own frame sees it."""
         cos, sin = np.cos(self.yaw), np.sin(self.yaw)
         return Poses(self.arrival, self.time, -cos * self.x - sin * self.y,
                      sin * self.x - cos * self.y, wrap_all(-self.yaw))
 
-    def __matmul__(self, other):
+    def __matmul__(self, other: 'Poses') -> 'Poses':
         """A_T_B @ B_T_C = A_T_C, one by one, at the times of the first."""
         cos, sin = np.cos(self.yaw), np.sin(self.yaw)
         return Poses(self.arrival, self.time, self.x + cos * other.x - sin * other.y,
                      self.y + sin * other.x + cos * other.y, wrap_all(self.yaw + other.yaw))
 
-    def seen_from(self, parent_T_frame):
+    def seen_from(self, parent_T_frame: Pose2) -> 'Poses':
         """The same poses in the parent of their frame."""
         x, y = parent_T_frame.act(self.points).T
         return Poses(self.arrival, self.time, x, y,
@@ -156,19 +159,20 @@ class SenderClock:
     stamps: np.ndarray
 
     @classmethod
-    def of(cls, arrival, stamp):
-        """By the quickest messages, of which there must be some; but not by the odd one."""
+    def of(cls, arrival: np.ndarray, stamp: np.ndarray) -> 'SenderClock':
+        """By the quickest messages, of which there must be some; but not by an outlier."""
         lags = np.sort(arrival - stamp)
         lags = lags[np.abs(lags - lags[(len(lags) - 1) // 2]) < LATE]
         return cls(float(lags[len(lags) // 20]), stamp)
 
-    def is_same_as(self, other):
+    def is_same_as(self, other: 'SenderClock') -> bool:
         """Do both senders share one clock, or does one pass the other's stamps on?"""
         shared = np.isin(np.round(self.stamps, 6), np.round(other.stamps, 6))
         return abs(self.lag - other.lag) < SAME_CLOCK or shared.mean() > 0.5
 
 
-def times_on_recorders_clock(arrival, stamp, robot_clock):
+def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
+                             robot_clock: Optional[SenderClock]) -> np.ndarray:
     """The sender's instants on the recorder's clock [s], never running back.
 
     `robot_clock`, the odometry's SenderClock or None, counts for all who share it, so that their

@@ -9,9 +9,11 @@ Units: SI; motor angles in radians, positive forwards.
 """
 import copy
 import math
+from typing import Tuple
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: Longest arc while the speed changes [s].
 LONGEST_ARC = 1.0 / 60.0
@@ -22,7 +24,7 @@ STEADY = 1e-6
 class Drivetrain:
     """Motors, wheels and the pose they lead to. Time passes in :meth:`advance` only."""
 
-    def __init__(self, model, pose):
+    def __init__(self, model: RobotModel, pose: Pose2) -> None:
         self._model = model
         self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
         self._left_angle = self._right_angle = 0.0
@@ -30,7 +32,7 @@ class Drivetrain:
         self._left_goal = self._right_goal = 0.0
         self.set_physics(lag=0.0, mismatch=0.0, slip=0.0)
 
-    def set_physics(self, lag, mismatch, slip):
+    def set_physics(self, lag: float, mismatch: float, slip: float) -> None:
         """`lag` of the motors [s]; fraction by which the right wheel is smaller; fraction of
         the wheels' travel that does not move the robot."""
         self._lag = lag
@@ -38,12 +40,12 @@ class Drivetrain:
         self._right_radius = self._left_radius * (1.0 - mismatch)
         self.set_goals(self._left_goal, self._right_goal)
 
-    def set_goals(self, left, right):
+    def set_goals(self, left: float, right: float) -> None:
         """Goal speeds of the motors [rad/s]."""
         self._left_goal, self._right_goal = left, right
         self._settle()
 
-    def _settle(self):
+    def _settle(self) -> None:
         """What follows from speeds and goals until one of them changes."""
         left_excess = self._left_speed - self._left_goal
         right_excess = self._right_speed - self._right_goal
@@ -57,36 +59,36 @@ class Drivetrain:
         self._fading_rate = right * right_excess - left * left_excess
 
     @property
-    def turning(self):
+    def turning(self) -> Tuple[float, float, float, float]:
         """(yaw, a, b, lag): in t seconds the rate of turn will be a + b exp(-t / lag) [rad/s];
         b = 0 at constant speed. The yaw [rad] is not wrapped."""
         return self._yaw, self._steady_rate, self._fading_rate, self._lag
 
     @property
-    def pose(self):
+    def pose(self) -> Pose2:
         """Where the robot stands in `world`."""
         return Pose2(self._x, self._y, wrap(self._yaw))
 
     @property
-    def velocity(self):
+    def velocity(self) -> Tuple[float, float]:
         """(forward speed [m/s], rate of turn [rad/s]) over the floor."""
         left = self._left_radius * self._left_speed
         right = self._right_radius * self._right_speed
         return (left + right) / 2.0, (right - left) / self._model.wheel_separation
 
     @property
-    def angles(self):
+    def angles(self) -> Tuple[float, float]:
         """(left, right) turn of the motors since the start [rad]."""
         return self._left_angle, self._right_angle
 
-    def ahead(self, dt):
+    def ahead(self, dt: float) -> 'Drivetrain':
         """What this will be in `dt` seconds if the goals stay as they are."""
         later = copy.copy(self)
         later.advance(dt)
         return later
 
-    def advance(self, dt):
-        """Let `dt` seconds pass."""
+    def advance(self, dt: float) -> None:
+        """Let `dt` seconds pass, from 0 on."""
         if self._steady:
             if self._left_goal or self._right_goal:
                 self._roll(self._left_goal * dt, self._right_goal * dt)
@@ -104,7 +106,7 @@ class Drivetrain:
             self._right_speed = self._right_goal + right_excess * decay
         self._settle()
 
-    def _roll(self, left, right):
+    def _roll(self, left: float, right: float) -> None:
         """Turn the motors by these angles [rad]: the robot drives one arc."""
         self._left_angle += left
         self._right_angle += right

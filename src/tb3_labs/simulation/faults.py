@@ -5,27 +5,31 @@ went on sending one sample with new stamps for half a minute).
 """
 import math
 import random
+from typing import List, Optional, TypeVar, Union
 
-from tb3_labs.robot.samples import with_stamp
+from tb3_labs.robot.samples import ImuSample, OdometrySample, with_stamp
 
 #: Shortest and longest dropout [s].
 DROPOUT = (0.3, 4.3)
 
+#: One sensor's kind of sample.
+Sample = TypeVar('Sample', ImuSample, OdometrySample)
+
 
 class Dropouts:
-    """Stretches of silence at random, `rate` of them per second on average. Ask in order."""
+    """Stretches of silence at random, `rate` of them per second outside them. Ask in order."""
 
-    def __init__(self, rate, start, seed):
+    def __init__(self, rate: float, start: float, seed: int) -> None:
         self.rate = rate
         self._random = random.Random(seed)
         self._plan(start)
 
-    def _plan(self, after):
+    def _plan(self, after: float) -> None:
         self._start = after + (self._random.expovariate(self.rate) if self.rate else math.inf)
         self._end = self._start + self._random.uniform(*DROPOUT)
 
-    def cover(self, stamp):
-        """Is it silent at `stamp`?"""
+    def cover(self, stamp: float) -> bool:
+        """Is it silent at `stamp` [s]? Both ends of a dropout are."""
         while stamp > self._end:
             self._plan(self._end)
         return stamp >= self._start
@@ -34,13 +38,13 @@ class Dropouts:
 class SensorFaults:
     """The faults of one sensor. `silent`: nothing; `frozen`: one sample, with new stamps."""
 
-    def __init__(self, silent, frozen, dropouts):
+    def __init__(self, silent: bool, frozen: bool, dropouts: Dropouts) -> None:
         self._silent = silent
         self._frozen = frozen
         self._dropouts = dropouts
-        self._kept = None
+        self._kept: Optional[Union[ImuSample, OdometrySample]] = None
 
-    def outcome(self, samples):
+    def outcome(self, samples: List[Sample]) -> List[Sample]:
         """The samples that are sent instead of these."""
         if self._silent:
             return []

@@ -14,17 +14,18 @@ Units: SI; motor angles in radians, positive forwards. Source: ROBOTIS OpenCR fi
 (turtlebot3_core.ino, turtlebot3_motor_driver.cpp).
 """
 import math
+from typing import Tuple
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import OdometrySample
-from tb3_labs.robot.turtlebot3 import MOTOR_SPEED_STEP, TICKS_PER_TURN
+from tb3_labs.robot.turtlebot3 import MOTOR_SPEED_STEP, TICKS_PER_TURN, RobotModel
 
 #: Turn of a wheel from one encoder step to the next [rad].
 TICK = 2.0 * math.pi / TICKS_PER_TURN
 
 
-def motor_speeds(linear, angular, model):
+def motor_speeds(linear: float, angular: float, model: RobotModel) -> Tuple[float, float]:
     """(left, right) goal speeds of the motors [rad/s] for a command [m/s], [rad/s]."""
     linear = _clip(linear, model.max_linear)
     angular = _clip(angular, model.max_angular)
@@ -32,43 +33,46 @@ def motor_speeds(linear, angular, model):
     return _whole_steps(linear - turning, model), _whole_steps(linear + turning, model)
 
 
-def _whole_steps(rim_speed, model):
+def _whole_steps(rim_speed: float, model: RobotModel) -> float:
     rim_speed = _clip(rim_speed, model.max_wheel_speed)
     return int(rim_speed / model.wheel_radius / MOTOR_SPEED_STEP) * MOTOR_SPEED_STEP
 
 
-def _clip(value, limit):
+def _clip(value: float, limit: float) -> float:
     return min(max(value, -limit), limit)
 
 
-def encoder(motor_angle):
-    """What the encoder reads at this angle of the motor [ticks]."""
+def encoder(motor_angle: float) -> int:
+    """What the encoder reads at this angle of the motor [rad], in ticks."""
     return math.floor(motor_angle / TICK)
 
 
 class Odometer:
     """Pose from encoder ticks and the IMU's yaw."""
 
-    def __init__(self, model, pose, imu_yaw):
+    def __init__(self, model: RobotModel, pose: Pose2, imu_yaw: float) -> None:
         self._radius = model.wheel_radius
         self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
         self._theta_last = imu_yaw
-        self._ticks = self._zero = (0, 0)
+        self._ticks: Tuple[int, int] = (0, 0)
+        self._zero = self._ticks
         self._stamp = 0.0
         self._wheel_speeds = (0.0, 0.0)
 
     @property
-    def wheel_angles(self):
+    def wheel_angles(self) -> Tuple[float, float]:
         """(left, right) turn of the wheels since the start or the last reset [rad]."""
-        return tuple(TICK * (ticks - zero) for ticks, zero in zip(self._ticks, self._zero))
+        left, right = (TICK * (ticks - zero) for ticks, zero in zip(self._ticks, self._zero))
+        return left, right
 
     @property
-    def wheel_speeds(self):
+    def wheel_speeds(self) -> Tuple[float, float]:
         """(left, right) mean speed of the wheels over the last interval [rad/s]."""
         return self._wheel_speeds
 
-    def update(self, stamp, ticks, imu_yaw):
-        """The sample of this moment; `ticks` is (left, right), `imu_yaw` in (-pi, pi]."""
+    def update(self, stamp: float, ticks: Tuple[int, int], imu_yaw: float) -> OdometrySample:
+        """The sample at `stamp` [s], later than the one before; `ticks` is (left, right), and
+        `imu_yaw` [rad] is in (-pi, pi]."""
         interval = stamp - self._stamp
         left = TICK * (ticks[0] - self._ticks[0])
         right = TICK * (ticks[1] - self._ticks[1])
@@ -82,7 +86,7 @@ class Odometer:
         return OdometrySample(stamp, Pose2(self._x, self._y, wrap(self._yaw)),
                               distance / interval, turn / interval)
 
-    def reset(self, ticks):
+    def reset(self, ticks: Tuple[int, int]) -> None:
         """Pose and wheel angles to zero; `ticks` is what the encoders read now."""
         self._x = self._y = self._yaw = 0.0
         self._ticks = self._zero = ticks

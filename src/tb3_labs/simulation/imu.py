@@ -1,4 +1,4 @@
-"""The embedded robot's IMU: true heading in, what the filter says out.
+"""The embedded robot's IMU: true heading in, the samples of its filter out.
 
 The yaw is the true one plus a constant (the IMU is zeroed only when the board boots), a drift
 that grows with time, and a little white noise; the rate is the true one plus the same drift and
@@ -8,6 +8,7 @@ Units: seconds, radians. Noise: a Burger at rest shows 0.0008 rad/s and a few 0.
 sample to the next.
 """
 import math
+from typing import Iterator, List, Sequence, Tuple
 
 import numpy as np
 
@@ -18,24 +19,25 @@ from tb3_labs.robot.samples import ImuSample
 class ImuModel:
     """`offset`: yaw of the IMU minus true yaw at the start [rad]."""
 
-    def __init__(self, offset, seed):
+    def __init__(self, offset: float, seed: int) -> None:
         self._error = offset
         self._noise = _pairs_of_normal_numbers(seed)
         self._yaw_noise = self._rate_noise = self._drift = 0.0
 
-    def configure(self, yaw_noise, rate_noise, drift):
+    def configure(self, yaw_noise: float, rate_noise: float, drift: float) -> None:
         """Standard deviations [rad], [rad/s]; `drift` [rad/s]."""
         self._yaw_noise, self._rate_noise, self._drift = yaw_noise, rate_noise, drift
 
-    def advance(self, dt):
+    def advance(self, dt: float) -> None:
         """Let `dt` seconds pass: the drift adds up."""
         self._error += self._drift * dt
 
-    def measure(self, stamps, now, motion):
-        """An ImuSample at each of `stamps`, none before `now`.
+    def measure(self, stamps: Sequence[float], now: float,
+                motion: Tuple[float, float, float, float]) -> List[ImuSample]:
+        """An ImuSample at each of `stamps` [s], none before `now` [s].
 
-        `motion` is :meth:`tb3_labs.simulation.drivetrain.Drivetrain.turning` at `now`. This loop runs for
-        every IMU sample and makes the simulation fast or slow: local names, few calls.
+        `motion` is the Drivetrain's `turning` at `now`. This loop runs for every IMU sample and
+        makes the simulation fast or slow: local names, few calls.
         """
         yaw_now, steady_rate, fading_rate, lag = motion
         yaw_now += self._error
@@ -57,7 +59,7 @@ class ImuModel:
         return samples
 
 
-def _pairs_of_normal_numbers(seed):
+def _pairs_of_normal_numbers(seed: int) -> Iterator[Tuple[float, float]]:
     """Independent standard normal numbers without end, two by two."""
     generator = np.random.default_rng(seed)
     while True:

@@ -68,6 +68,7 @@ class LinkSettings:
 
     @property
     def stalls(self) -> Tuple[float, float, str]:
+        """What the stalls depend on: a change of it plans them anew."""
         return self.stalls_per_min, self.longest_stall, self.stalled
 
 

@@ -7,7 +7,7 @@ Units: seconds, metres, radians.
 """
 import math
 from dataclasses import dataclass
-from typing import List
+from typing import Callable, List, Sequence, Union
 
 from tb3_labs.control.driving import DriveConfig, make_law
 from tb3_labs.control.goal_machine import GoalState
@@ -21,7 +21,8 @@ from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import robot_model
-from tb3_labs.simulation.simulator import Simulator
+from tb3_labs.simulation.simulator import Sample, Simulator
+from tb3_labs.simulation.simulator_config import SimulatorConfig
 from tb3_labs.supervision.arbitration import Driver
 
 #: Between two looks at the robot's true pose [s].
@@ -62,8 +63,12 @@ class Drive:
     rested: bool            # was it slower than AT_REST when the drive was said to be over?
 
 
-def drive(goal, robot_config, drive_config=DriveConfig(), declared=Pose2(), give_up_after=180.0):
-    """Let a robot that is declared to be at `declared` drive to `goal` (both in local)."""
+def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig = DriveConfig(),
+          declared: Pose2 = Pose2(), give_up_after: float = 180.0) -> Drive:
+    """Let a robot that is declared to be at `declared` drive to `goal` (both in local).
+
+    A drive that is still active after `give_up_after` [s] has not reached its goal.
+    """
     model = robot_model(robot_config.model)
     robot = Simulator(robot_config)
     navigator = MoveToGoalCore(make_law(drive_config, model), has_control=True)
@@ -74,7 +79,8 @@ def drive(goal, robot_config, drive_config=DriveConfig(), declared=Pose2(), give
     navigator.set_goal(goal)
     begun = robot.now
     along = Pose2(goal.x, goal.y, declared.bearing_to(goal)).inverse() @ local_T_world
-    commands, overrun = [], -math.inf
+    commands: List[Twist2] = []
+    overrun = -math.inf
     while navigator.status(robot.now).active and robot.now - begun < give_up_after:
         commands += _navigate(robot, navigator, LOOK_PERIOD)
         overrun = max(overrun, (along @ robot.truth).x)
@@ -90,19 +96,22 @@ def drive(goal, robot_config, drive_config=DriveConfig(), declared=Pose2(), give
         rested)
 
 
-def turns(degrees, robot_config, turn_config=TurnConfig(), wait=0.3):
-    """Let a robot make several turns on the spot, one after the other; a SpotTurn for each."""
+def turns(degrees: Sequence[float], robot_config: SimulatorConfig,
+          turn_config: TurnConfig = TurnConfig(), wait: float = 0.3) -> List[SpotTurn]:
+    """Let a robot make several turns on the spot [deg, left positive], one after the other, the
+    first of them `wait` [s] after its start; a SpotTurn for each."""
     robot = Simulator(robot_config)
     controller = ControllerCore(make_turn(turn_config, robot_model(robot_config.model)))
     _control(robot, controller, wait)
     return [_turn(robot, controller, asked) for asked in degrees]
 
 
-def _turn(robot, controller, degrees):
+def _turn(robot: Simulator, controller: ControllerCore, degrees: float) -> SpotTurn:
     start = yaw = robot.truth.yaw
     begun = resting_since = robot.now
     goal, sign = math.radians(degrees), math.copysign(1.0, degrees)
-    commands, overshoot = [], 0.0
+    commands: List[Twist2] = []
+    overshoot = 0.0
     controller.ask(degrees, robot.now)
     while controller.driver is Driver.TURN or robot.now - resting_since < SETTLED_TIME:
         commands += _control(robot, controller, TURN_LOOK_PERIOD)
@@ -114,27 +123,27 @@ def _turn(robot, controller, degrees):
                     max(abs(angular) for _, angular in commands))
 
 
-def _come_to_rest(robot):
+def _come_to_rest(robot: Simulator) -> None:
     while _moves(robot):
         robot.step(LOOK_PERIOD)
 
 
-def _moves(robot):
+def _moves(robot: Simulator) -> bool:
     linear, angular = robot.true_velocity
     return abs(linear) > STILL_LINEAR or abs(angular) > STILL_ANGULAR
 
 
-def _navigate(robot, navigator, seconds):
+def _navigate(robot: Simulator, navigator: MoveToGoalCore, seconds: float) -> List[Twist2]:
     """Let time pass for a drive; returns the commands."""
     return run(robot, navigator, navigation(robot, navigator), seconds)
 
 
-def _control(robot, controller, seconds):
+def _control(robot: Simulator, controller: ControllerCore, seconds: float) -> List[Twist2]:
     """Let time pass for a turn; returns the commands."""
     return run(robot, controller, control(robot, controller), seconds)
 
 
-def navigation(robot, navigator):
+def navigation(robot: Simulator, navigator: MoveToGoalCore) -> Callable[[Sample], None]:
     """What hears a robot's samples for a MoveToGoalCore, as its node does."""
     listening = Listening(navigator.idle_for)
 
@@ -150,7 +159,7 @@ def navigation(robot, navigator):
     return hear
 
 
-def control(robot, controller):
+def control(robot: Simulator, controller: ControllerCore) -> Callable[[Sample], None]:
     """What hears a robot's samples for a ControllerCore, as its node does."""
     listening = Listening(controller.idle_for)
 
@@ -175,7 +184,8 @@ def run(robot, driver, hear, seconds):
     return commands
 
 
-def _obey(robot, driver, commands):
+def _obey(robot: Simulator, driver: Union[MoveToGoalCore, ControllerCore],
+          commands: List[Twist2]) -> None:
     if driver.due(robot.now):
         commands.append(driver.command(robot.now) or Twist2())
         robot.command(*commands[-1])

@@ -1,0 +1,78 @@
+"""What can be set about the embedded robot, with unit, bounds and default.
+
+Launch files, parameters and dynamic_reconfigure offer these fields under the same names.
+Units: as each field says; degrees and metres for people.
+Edge cases: a value of another type, not finite or out of its closed bounds raises ``ValueError``
+with field, value and bounds (see :mod:`tb3_labs.config`).
+"""
+from dataclasses import dataclass
+
+from tb3_labs.config import Config, setting
+from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
+from tb3_labs.simulation.network import LONGEST_STALL, STALLED
+
+
+@dataclass(frozen=True)
+class SimulatorConfig(Config):
+    """Everything that can be set about the embedded robot; `STARTING` lists what only a new
+    start can change."""
+
+    model: str = setting(DEFAULT_MODEL, 'kind of TurtleBot3', choices=tuple(MODELS))
+    start_x: float = setting(0.0, 'true x at the start, also of the odometry', 'm', -1000.0, 1000.0)
+    start_y: float = setting(0.0, 'true y at the start, also of the odometry', 'm', -1000.0, 1000.0)
+    start_yaw_deg: float = setting(
+        0.0, 'true heading at the start, also of the odometry', 'deg', -360.0, 360.0)
+    imu_offset_deg: float = setting(
+        0.0, 'yaw of the IMU minus yaw of the odometry at the start', 'deg', -360.0, 360.0)
+    seed: int = setting(1, 'seed of noise, dropouts and network', low=0, high=2 ** 31 - 1)
+
+    imu_rate: float = setting(200.0, 'samples of the IMU', '1/s', 1.0, 1000.0)
+    odom_rate: float = setting(30.0, 'samples of the odometry', '1/s', 1.0, 200.0)
+    imu_noise_deg: float = setting(
+        0.005, 'white noise of the yaw, standard deviation', 'deg', 0.0, 10.0)
+    gyro_noise: float = setting(
+        0.001, 'white noise of the rate of turn, standard deviation', 'rad/s', 0.0, 1.0)
+    imu_drift_deg_per_min: float = setting(
+        0.0, 'drift of the yaw, and bias of the gyro', 'deg/min', -600.0, 600.0)
+    wheel_mismatch: float = setting(
+        0.0, 'fraction by which the right wheel is smaller than the firmware thinks', '',
+        -0.5, 0.5)
+    slip: float = setting(
+        0.0, "fraction of the wheels' travel that is lost; 1 = wheels turn, robot stands", '',
+        0.0, 1.0)
+    motor_lag: float = setting(
+        0.05, 'time constant of the motors, first order', 's', 0.0, 2.0)
+    command_latency: float = setting(0.0, 'time a command is under way', 's', 0.0, 5.0)
+    sensor_latency: float = setting(0.0, 'time a sample is under way', 's', 0.0, 5.0)
+    command_jitter: float = setting(
+        0.0, 'mean of a random time on top, drawn for each command (exponential)', 's', 0.0, 1.0)
+    sensor_jitter: float = setting(
+        0.0, 'mean of a random time on top, drawn for each sample (exponential)', 's', 0.0, 1.0)
+    stalls_per_min: float = setting(
+        0.0, 'stalls of the network: at random all is held up, then arrives at once', '1/min',
+        0.0, 120.0)
+    longest_stall: float = setting(
+        LONGEST_STALL, 'longest stall; each lasts a random time up to this', 's', 0.0, 10.0)
+    stalled: str = setting(STALLED[0], 'directions that stalls hold up', choices=STALLED)
+    # 512 readings at 200 Hz; the firmware gives up after 5 s.
+    reset_pause: float = setting(
+        2.56, 'time the board recalibrates its gyro after `reset` and does nothing else', 's',
+        0.0, 10.0)
+    reset_runs_on: bool = setting(
+        False, 'motors keep their speed during that pause (nothing in the firmware stops them)')
+
+    motors_off: bool = setting(False, 'fault: the wheels stand, whatever is commanded')
+    imu_silent: bool = setting(False, 'fault: no samples of the IMU')
+    imu_frozen: bool = setting(False, 'fault: the same IMU sample again, with new stamps')
+    odom_silent: bool = setting(False, 'fault: no samples of the odometry')
+    odom_frozen: bool = setting(False, 'fault: the same odometry again, with new stamps')
+    dropouts_per_min: float = setting(
+        0.0, 'fault: both sensors silent at random, for 0.3 to 4.3 s', '1/min', 0.0, 60.0)
+    network_cut: bool = setting(
+        False, 'fault: nothing arrives in either direction; when it ends, all arrives at once')
+
+
+#: What says how the robot starts; the other settings may change while it runs.
+STARTING = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'seed')
+#: The faults; a change of one starts all of them anew.
+FAULTS = ('imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen', 'dropouts_per_min')

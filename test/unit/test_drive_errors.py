@@ -1,0 +1,154 @@
+"""Errors, drift and times of drives that are made by hand, from both sides of each limit."""
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_run import STATES, TIME, X, ZERO, goals, made, poses, states
+
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report import analysis
+from tb3_labs.report.run_data import ImuSamples, Poses
+from tb3_labs.robot.turtlebot3 import robot_model
+
+BURGER = robot_model('burger')
+#: A shift of local_pose that is too small for a reset [m].
+SHIFT = 0.015
+
+
+def drive_of(run):
+    drive, = analysis.drives(run, BURGER)
+    return drive
+
+
+# Where and when it is measured --------------------------------------------------------------------
+
+def test_a_drive_by_hand():
+    drive = drive_of(made(goals=goals([0.5], [1.02], 0.03, 0.2)))
+    assert (drive.begin, drive.end, drive.time) == (0.5, 7.0, 6.5)
+    assert drive.goal == Pose2(1.02, 0.03, 0.2) and drive.outcome == 'reached'
+    assert drive.measured == pytest.approx((math.hypot(0.02, 0.03), 0.2))
+    assert drive.true == pytest.approx((math.nan, math.nan), nan_ok=True)
+    assert drive.in_state == {'ROTATE_TO_GOAL': 0.5, 'MOVE_FORWARD': 5.0, 'ROTATE_TO_FINAL': 1.0}
+
+
+@pytest.mark.parametrize('moves_at, counts', [(7.9, True), (8.1, False)])
+def test_it_is_measured_at_rest_within_a_second_of_its_end(moves_at, counts):
+    late = np.where(TIME > moves_at, SHIFT, 0.0)
+    drive = drive_of(made(local_pose=poses(X, late)))
+    assert drive.measured[0] == pytest.approx(SHIFT if counts else 0.0)
+
+
+@pytest.mark.parametrize('next_state', ['ROTATE_TO_GOAL', 'waiting for control'])
+def test_it_is_measured_before_what_comes_next(next_state):
+    """A new drive begins where the old one ends; any other state leaves time to come to rest."""
+    late = np.where(TIME > 7.05, SHIFT, 0.0)
+    run = made(local_pose=poses(X, late), goals=goals([0.5, 7.0], [1.0, 3.0]),
+               states=states(*STATES[:3], (7.0, next_state), (7.3, 'GOAL_REACHED')))
+    first = analysis.drives(run, BURGER)[0]
+    assert first.measured[0] == pytest.approx(0.0 if next_state == 'ROTATE_TO_GOAL' else SHIFT)
+
+
+@pytest.mark.parametrize('silence, known', [(0.25, True), (0.4, False)])
+def test_a_pose_of_long_before_the_end_says_nothing(silence, known):
+    kept = TIME <= 7.0 - silence
+    drive = drive_of(made(local_pose=poses().take(kept)))
+    assert math.isnan(drive.measured[0]) != known and math.isnan(drive.measured[1]) != known
+
+
+def test_without_a_goal_nothing_is_measured():
+    drive = drive_of(made(goals=Poses.none()))
+    assert drive.goal is None and drive.outcome == 'reached'
+    assert math.isnan(drive.measured[0]) and math.isnan(drive.least_time)
+
+
+def test_the_true_error_is_seen_from_where_local_truly_stands():
+    world_T_local = Pose2(5.0, -3.0, 2.0)
+    truth = poses(X, np.where(TIME > 5.0, 0.05, 0.0), np.where(TIME > 6.5, 0.1, 0.0))
+    run = made(ground_truth=truth.seen_from(world_T_local))
+    drive = drive_of(run)
+    assert drive.true == pytest.approx((0.05, -0.1))
+    assert drive.measured == pytest.approx((0.0, 0.0))
+
+
+def test_the_least_time_counts_from_where_it_begins():
+    """At 0.5 s the robot is at x = 0; the goal is 1 m off, and turned to by 90 deg at 1.5 rad/s."""
+    drive = drive_of(made(goals=goals([0.5], [1.0], 0.0, math.pi / 2.0)))
+    least = 1.0 / BURGER.max_linear + math.pi / 2.0 / 1.5
+    assert drive.least_time == pytest.approx(least, rel=0.01)
+
+
+# Drift --------------------------------------------------------------------------------------------
+
+def heading(times, degrees):
+    yaw = np.radians(np.interp(TIME, times, degrees))
+    return ImuSamples(TIME, TIME, yaw, ZERO)
+
+
+def test_drift_and_deviation_count_from_three_tenths_into_the_straight_part():
+    """The turn before ends at 1.3 s; then 2 deg to the left, and 3 back."""
+    drive = drive_of(made(imu=heading([1.0, 1.3, 4.0, 5.9], [40.0, 0.0, 2.0, -1.0])))
+    assert math.degrees(drive.drift) == pytest.approx(-1.0, abs=0.01)
+    assert math.degrees(drive.deviation) == pytest.approx(2.0, abs=0.01)
+
+
+def test_drift_is_that_of_the_longest_straight_part():
+    words = [(0.5, 'MOVE_FORWARD'), (2.0, 'ROTATE_TO_FINAL'), (3.0, 'MOVE_FORWARD'),
+             (6.0, 'ROTATE_TO_FINAL'), (7.0, 'GOAL_REACHED')]
+    drive = drive_of(made(states=states(*words), goals=goals([0.5], [1.0]),
+                          imu=heading([0.8, 1.9, 3.25, 6.0], [0.0, 9.0, 0.0, 3.0])))
+    assert math.degrees(drive.drift) == pytest.approx(3.0, abs=0.15)
+
+
+@pytest.mark.parametrize('lasts, known', [(0.34, False), (0.41, True)])
+def test_two_headings_are_needed(lasts, known):
+    """20 samples a second, counted from 0.3 s on: one in 0.34 s, two in 0.41 s."""
+    words = [(1.0, 'MOVE_FORWARD'), (1.0 + lasts, 'ROTATE_TO_FINAL'), (7.0, 'GOAL_REACHED')]
+    drive = drive_of(made(states=states(*words), goals=goals([1.0], [1.0])))
+    assert math.isnan(drive.drift) != known and math.isnan(drive.deviation) != known
+
+
+# Errors over time, and goals that belong to states ------------------------------------------------
+
+def test_errors_are_those_of_the_goal_in_force():
+    run = made(states=states((2.0, 'ROTATE_TO_GOAL'), (4.0, 'ROTATE_TO_GOAL')),
+               goals=goals([2.0, 4.0], [1.0, 2.0], 0.5, 0.3))
+    time, distance, angle = analysis.goal_errors(run)
+    assert time[0] == 2.0 and time[-1] == 10.0 and len(time) == 161
+    for moment, x in ((3.95, 1.0), (4.0, 2.0), (9.0, 2.0)):
+        k = int(np.searchsorted(time, moment - 0.01))
+        here = np.interp(moment, [1.0, 6.0], [0.0, 1.0])
+        assert distance[k] == pytest.approx(math.hypot(x - here, 0.5))
+    assert angle == pytest.approx(0.3 + 0.0 * time)
+
+
+def test_without_goals_there_are_no_errors():
+    time, distance, angle = analysis.goal_errors(made(goals=Poses.none()))
+    assert len(time) == len(distance) == len(angle) == 0
+
+
+@pytest.mark.parametrize('apart, own', [(0.45, True), (0.55, False)])
+def test_a_goal_belongs_to_a_state_of_its_moment(apart, own):
+    """The state is as old as its goal's stamp, if the goal arrived within half a second of it."""
+    run = made(states=states((5.0, 'ROTATE_TO_GOAL'), (8.0, 'GOAL_REACHED')),
+               goals=Poses(np.array([5.0 - apart]), np.array([4.0]), np.array([1.0]),
+                           np.array([0.0]), np.array([0.0])))
+    first, second = analysis.spans(run)
+    assert (first.begin, first.end, second.end) == (4.0 if own else 5.0, 8.0, 10.0)
+    assert first.goal == second.goal == Pose2(1.0, 0.0, 0.0)
+
+
+def test_a_state_before_any_goal_has_none():
+    run = made(states=states((1.0, 'waiting'), (3.0, 'ROTATE_TO_GOAL')), goals=goals([3.0], [1.0]))
+    assert [span.goal for span in analysis.spans(run)] == [None, Pose2(1.0, 0.0, 0.0)]
+
+
+def test_spans_never_run_back():
+    run = made(states=states((1.0, 'ROTATE_TO_GOAL'), (2.0, 'MOVE_FORWARD')),
+               goals=Poses(np.array([1.0, 2.0]), np.array([0.9, 0.2]), *np.zeros((3, 2))))
+    assert [(span.begin, span.end) for span in analysis.spans(run)] == [(0.9, 0.9), (0.9, 10.0)]
+
+
+def test_no_states_no_drives():
+    run = replace(made(), states=states())
+    assert analysis.spans(run) == [] and analysis.drives(run, BURGER) == []

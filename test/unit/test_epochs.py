@@ -1,0 +1,245 @@
+"""When ``local`` was declared anew in a recorded run, with and without tf, against known resets."""
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from known_motion import angle_between
+from made_run import TIME, X, made, poses
+from recorded_run import (  # noqa: F401
+    BURGER, MISS, MISS_DEG, RESET, TRUE_DEG, TRUE_END, bag, changed, declared, frame_at,
+    in_degrees, odometry_jumps, placed, recorded, run, steps_backwards, way)
+
+from tb3_labs.geometry.angles import wrap_all
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report import analysis
+from tb3_labs.report.epochs import (
+    AROUND, HALFWAY, HOLE, RESET_DELAY, between, epoch_of, epochs, local_in_odom)
+from tb3_labs.report.run_data import Poses, States
+
+
+def resets(run):
+    """The times after which the run's resets are found, each in one interval of the odometry."""
+    return [pytest.approx(epoch.begin + 0.025, abs=0.026) for epoch in epochs(run)[1:]]
+
+
+@pytest.mark.parametrize('by_tf', [True, False])
+def test_a_reset_is_found_by_tf_and_by_local_pose(run, by_tf):
+    run = recorded(run, by_tf)
+    assert [RESET] == resets(run)
+    for epoch, time in zip(epochs(run), (0.0, RESET)):
+        place, yaw = frame_at(time)
+        assert (epoch.odom_T_local.x, epoch.odom_T_local.y) == pytest.approx(
+            (place.real, place.imag), abs=1e-6)
+        assert angle_between(epoch.odom_T_local.yaw, yaw) < 1e-6
+
+
+@pytest.mark.parametrize('by_tf', [True, False])
+@pytest.mark.parametrize('time, driven', [
+    (3.0, (1.0 - MISS) / 100.0),     # in full drive, 20 messages a second for 5 s: 9.9 mm
+    (6.95, 2e-5),                    # in the last turn
+    (7.0, 2e-5), (RESET, 2e-5)])     # as the drive ends; and as a reset comes
+def test_the_firmwares_step_backwards_is_no_reset(run, time, driven, by_tf):
+    run = recorded(steps_backwards(run, time, driven), by_tf)
+    assert [RESET] == resets(run)
+    first, second = analysis.drives(run, BURGER)
+    assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
+    assert in_degrees(first.true) == pytest.approx((0.05, TRUE_DEG), abs=1e-6)
+    assert in_degrees(second.true) == pytest.approx((0.5, 90.0), abs=1e-6)
+
+
+@pytest.mark.parametrize('by_tf', [True, False])
+@pytest.mark.parametrize('time', [6.9, 8.5])
+def test_an_odometry_that_is_set_to_zero_is_no_reset(run, time, by_tf):
+    here = run.odometry.pose(np.searchsorted(run.odometry.time, time - 0.01))
+    run = odometry_jumps(run, time, here.inverse())
+    moved = run.frames.pose(-1)
+    assert [RESET] == resets(recorded(run, by_tf))
+    first, second = analysis.drives(recorded(run, by_tf), BURGER)
+    assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
+    assert in_degrees(first.true) == pytest.approx((0.05, TRUE_DEG), abs=1e-6)
+    assert in_degrees(second.measured) == pytest.approx((0.5, 90.0), abs=1e-6)
+    now = local_in_odom(recorded(run, by_tf), run.frames.time[-1:])
+    assert (now.x[0], now.y[0]) == pytest.approx((moved.x, moved.y), abs=1e-6)
+
+
+@pytest.mark.parametrize('by_tf', [True, False])
+def test_a_robot_that_is_turned_while_its_odometry_is_set_to_zero(run, by_tf):
+    odom, local = (poses.pose(np.searchsorted(poses.time, 8.49))
+                   for poses in (run.odometry, run.local_pose))
+    turned = Pose2(0.0, 0.0, math.radians(3.0))
+    run = declared(odometry_jumps(run, 8.5, odom.inverse()), 8.5,
+                   local @ turned @ local.inverse())
+    yaw = wrap_all(run.imu.yaw + np.where(run.imu.time > 8.49, turned.yaw, 0.0))
+    assert [RESET] == resets(recorded(replace(run, imu=replace(run.imu, yaw=yaw)), by_tf))
+
+
+def test_a_local_that_is_not_moved_along_is_another_one(run):
+    """A node that knows nothing of the robot's own reset: its local jumps with the odometry."""
+    here = run.odometry.pose(np.searchsorted(run.odometry.time, 8.49))
+    run = replace(run, odometry=changed(run.odometry, 8.5, here.inverse()))
+    jump = run.frames.pose(0).inverse() @ here.inverse() @ run.frames.pose(0)
+    run = replace(run, local_pose=changed(run.local_pose, 8.5, jump, RESET - 0.01))
+    assert [8.5, RESET] == resets(run)
+
+
+def test_a_board_that_restarts_is_a_reset(run):
+    """Odometry and IMU jump: move_to_goal begins anew at (0, 0, 0), here in the same place of odom.
+    """
+    run = odometry_jumps(run, -1.0, run.frames.pose(0).inverse())
+    here = run.odometry.pose(np.searchsorted(run.odometry.time, 8.49))
+    run = declared(odometry_jumps(run, 8.5, here.inverse()), 8.5, here.inverse())
+    assert np.abs(np.hypot(run.frames.x, run.frames.y)[run.frames.time < 9.9]).max() < 1e-6
+    yaw = wrap_all(run.imu.yaw + np.where(run.imu.time > 8.49, 1.0, 0.0))
+    assert [8.5, RESET] == resets(replace(run, imu=replace(run.imu, yaw=yaw)))
+
+
+@pytest.mark.parametrize('by_tf', [True, False])
+@pytest.mark.parametrize('new', [Pose2(0.03, 0.0, 0.0), Pose2(0.0, 0.0, math.radians(1.5))])
+def test_a_reset_of_place_or_heading_alone(run, new, by_tf):
+    here = run.local_pose.pose(np.searchsorted(run.local_pose.time, 8.49))
+    run = steps_backwards(declared(run, 8.5, here @ new @ here.inverse()), 8.5, 2e-5)
+    assert [8.5, RESET] == resets(recorded(run, by_tf))
+
+
+def test_a_reset_by_next_to_nothing_is_one(run):
+    run = declared(run, 0.2, Pose2(0.0, 0.0004, 0.0))
+    assert [0.2, RESET] == resets(run)
+    first, _ = analysis.drives(run, BURGER)
+    # where it stood at 0.2 s is 0.4 mm to the left now, as is where it truly ends
+    assert first.true[0] == pytest.approx(abs(1.0 - TRUE_END - 0.0004j), abs=1e-6)
+
+
+@pytest.mark.parametrize('by_tf', [True, False])
+def test_resets_in_quick_succession(run, by_tf):
+    run = declared(run, 8.5, Pose2(0.3, 0.0, 1.0), 8.55)
+    run = declared(run, 8.55, Pose2(0.0, 0.1, -1.0))
+    assert [8.5, 8.55, RESET] == resets(recorded(run, by_tf))
+
+
+@pytest.mark.parametrize('by_tf', [True, False])
+@pytest.mark.parametrize('driven', [0.0, (1.0 - MISS) / 100.0])
+def test_a_reset_while_it_drives(run, driven, by_tf):
+    """The second time at the very moment of the firmware's step backwards."""
+    new = Pose2(0.2, -0.1, 0.3)
+    run = declared(run, 3.0, new)
+    run = recorded(steps_backwards(run, 3.0, driven) if driven else run, by_tf)
+    time = np.array([0.5, 1.0, 3.02, 4.0, 7.0])
+    run = replace(run, states=States(time, time, np.array(
+        ['ROTATE_TO_GOAL', 'MOVE_FORWARD'] * 2 + ['GOAL_REACHED'], dtype=object)))
+    assert [3.0, RESET] == resets(run)
+    first, second = analysis.drives(run, BURGER)
+    assert (first.outcome, second.outcome) == ('ended by a reset', 'reached')
+    fraction, yaw = way(2.95)
+    assert in_degrees(first.measured) == pytest.approx(
+        (1.0 - (1.0 - MISS) * fraction, math.degrees(yaw)), abs=1e-6)
+    place, yaw = placed((new.x + 1j * new.y, new.yaw), 1.0 - MISS, math.radians(MISS_DEG))
+    assert in_degrees(second.measured) == pytest.approx(
+        (abs(1.0 - place), math.degrees(yaw)), abs=1e-6)
+
+
+def test_a_tf_of_noise_says_nothing_of_resets(run):
+    rng = np.random.RandomState(1)
+    x, y, yaw = 0.001 * rng.standard_normal((3, len(run.frames)))
+    noise = Poses(run.frames.time, run.frames.time, x, y, yaw)
+    assert [RESET] == resets(replace(run, frames=run.frames @ noise))
+
+
+@pytest.mark.parametrize('noisy', ['imu', 'odometry'])
+def test_noise_in_one_of_two_headings_is_no_reset(run, noisy):
+    """local_pose has the other one."""
+    samples = getattr(run, noisy)
+    yaw = wrap_all(samples.yaw + 0.02 * np.random.RandomState(1).standard_normal(len(samples)))
+    run = replace(run, **{noisy: replace(samples, yaw=yaw)})
+    assert [RESET] == resets(recorded(run, by_tf=False))
+
+
+def test_a_reset_in_a_gap_of_tf_is_where_local_pose_jumps(run):
+    kept = (run.frames.time < 9.3) | (run.frames.time > 10.7)
+    assert [RESET] == resets(replace(run, frames=run.frames.take(kept)))
+
+
+@pytest.mark.parametrize('later', [-0.01, 0.0, 0.01])
+def test_tf_and_local_pose_of_one_moment_belong_together(run, later):
+    """Here the drive lasts until the reset, and its last pose is the last one of the old frame."""
+    frames, time = run.frames, np.array([9.0, 9.5, 10.02, 11.0])
+    run = replace(run, frames=replace(frames, time=frames.time + later), states=States(
+        time, time, np.array(['ROTATE_TO_FINAL', 'GOAL_REACHED'] * 2, dtype=object)))
+    assert [RESET] == resets(run)
+    first, second = analysis.drives(run, BURGER)
+    assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
+    assert in_degrees(second.true) == pytest.approx((0.5, 90.0), abs=1e-6)
+
+
+def test_an_odometry_that_misses_a_message_explains_a_little(run):
+    run = odometry_jumps(run, 3.0, Pose2(0.01, 0.0, 0.0))
+    assert len(resets(run)) == 2
+    kept = np.abs(run.odometry.time - 3.0) > 0.01
+    assert [RESET] == resets(replace(run, odometry=run.odometry.take(kept)))
+
+
+# By hand, from both sides of each limit -----------------------------------------------------------
+
+def shifted(metres=0.0, degrees=0.0, at=8.0):
+    """local_pose jumps while the robot stands, and nothing else does."""
+    later = TIME > at - 0.01
+    return made(local_pose=poses(X + np.where(later, metres, 0.0),
+                                 yaw=np.where(later, math.radians(degrees), 0.0)))
+
+
+@pytest.mark.parametrize('metres, degrees, is_reset', [
+    (0.0195, 0.0, False), (0.0205, 0.0, True), (-0.0195, 0.0, False), (-0.0205, 0.0, True),
+    (0.0, 0.97, False), (0.0, 1.03, True), (0.0, -0.97, False), (0.0, -1.03, True)])
+def test_without_tf_a_jump_of_two_centimetres_or_a_degree_is_a_reset(metres, degrees, is_reset):
+    assert len(epochs(shifted(metres, degrees))) == 1 + is_reset
+
+
+@pytest.mark.parametrize('metres, is_reset', [(8e-6, False), (1.3e-5, True)])
+def test_by_tf_a_hundredth_of_a_millimetre_is_a_reset(metres, is_reset):
+    run = shifted(metres)
+    frames = poses(np.where(TIME > 7.99, -metres, 0.0))
+    assert len(epochs(replace(run, frames=frames))) == 1 + is_reset
+
+
+def test_a_new_frame_is_in_force_from_halfway_to_its_first_message():
+    """20 messages a second: the jump at 8.0 s counts from 7.975 s on."""
+    before, after = epochs(shifted(0.5))
+    assert (before.begin, before.end, after.end) == (-math.inf, after.begin, math.inf)
+    assert after.begin == pytest.approx(7.975)
+    # with one message a second, it counts from 0.05 s before the first one of the new frame
+    slow = shifted(0.5)
+    slow = replace(slow, local_pose=slow.local_pose.take(slice(None, None, 20)))
+    assert [epoch.begin for epoch in epochs(slow)][1:] == [pytest.approx(7.95)]
+
+
+@pytest.mark.parametrize('begin, end, number', [
+    (7.0, 7.5, 0), (7.88, 9.0, 1), (7.86, 9.0, 0), (8.5, 9.0, 1), (7.9, 8.0, 0), (7.97, 8.03, 1)])
+def test_a_drive_belongs_to_the_reset_that_began_it(begin, end, number):
+    """The reset at 7.975 s began a drive of at most 0.1 s before, unless it is nearer its end."""
+    in_order = epochs(shifted(0.5))
+    assert epoch_of(in_order, begin, end) is in_order[number]
+
+
+def test_what_lies_between_two_times_has_the_first_but_not_the_last():
+    assert between(poses(), 1.0, 1.2).time == pytest.approx([1.0, 1.05, 1.1, 1.15])
+
+
+def test_the_first_frame_has_the_robot_at_its_origin():
+    run = made(local_pose=Poses.none(), odometry=replace(
+        made().odometry, x=X + 3.0, y=0.0 * X - 2.0, yaw=0.0 * X + 0.5))
+    epoch, = epochs(run)
+    assert (epoch.odom_T_local.x, epoch.odom_T_local.y, epoch.odom_T_local.yaw) == pytest.approx(
+        (3.0, -2.0, 0.5))
+    assert epoch.local_T_world is None
+
+
+def test_local_stands_in_the_world_by_the_first_pose_of_its_epoch():
+    run = replace(shifted(0.5), ground_truth=poses(X + 2.0, 0.0 * X + 1.0))
+    places = [(epoch.local_T_world.x, epoch.local_T_world.y) for epoch in epochs(run)]
+    assert places == [pytest.approx((-2.0, -1.0)), pytest.approx((-1.5, -1.0))]
+    assert [epoch.odom_T_local.x for epoch in epochs(run)] == pytest.approx([0.0, -0.5])
+
+
+def test_how_much_around_a_moment_is_looked_at():
+    """The numbers themselves."""
+    assert (AROUND, HOLE, HALFWAY, RESET_DELAY) == (0.25, 1.5, 0.05, 0.1)

@@ -1,0 +1,113 @@
+"""The figures of a run that is made by hand: what they draw, and where they leave blanks."""
+import math
+
+import numpy as np
+import pytest
+from made_run import TIME, X, ZERO, goals, made
+
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report.run_data import Commands, ImuSamples, OdometrySamples, Poses
+from tb3_labs.robot.turtlebot3 import robot_model
+
+pytest.importorskip('matplotlib', reason='matplotlib is not installed')
+
+from tb3_labs.report.figures import STRETCHES, curve, new_figure, thin  # noqa: E402
+from tb3_labs.report.run_figures import errors, heading, paths, speeds  # noqa: E402
+
+BURGER = robot_model('burger')
+
+
+def lines(axes, label=None):
+    return [line.get_xydata() for line in axes.get_lines()
+            if label is None or line.get_label() == label]
+
+
+def test_thin_keeps_all_of_few_and_the_extremes_of_many():
+    assert list(thin(np.arange(2.0 * STRETCHES))) == list(range(2 * STRETCHES))
+    wave = np.sin(np.arange(20001) * 0.7)
+    slow = np.cos(np.arange(20001) * 0.001)
+    kept = thin(wave, slow)
+    size = -(-20001 // STRETCHES)
+    for begin in range(0, 20001, size):
+        for column in wave, slow:
+            part, left = column[begin:begin + size], column[kept[(kept >= begin)
+                                                                 & (kept < begin + size)]]
+            assert (left.min(), left.max()) == (part.min(), part.max())
+    assert kept[0] == 0 and kept[-1] == 20000 and list(kept) == sorted(set(kept))
+    assert len(kept) <= 5 * (STRETCHES + 1)
+
+
+@pytest.mark.parametrize('pause, blanks', [(0.45, 0), (0.55, 1)])
+def test_a_curve_is_blank_in_a_pause(pause, blanks):
+    time = np.concatenate([np.arange(0.0, 2.0, 0.05), 1.95 + pause + np.arange(0.0, 1.0, 0.05)])
+    axes = new_figure(2.0).subplots()
+    curve(axes, time, np.ones(len(time)))
+    assert np.isnan(lines(axes)[0][:, 1]).sum() == blanks
+
+
+def test_a_curve_is_blank_at_breaks_and_where_an_angle_goes_round():
+    axes = new_figure(2.0).subplots()
+    curve(axes, TIME, wrapped_degrees(60.0 * TIME), (2.0,), circle=True)
+    data, = lines(axes)
+    blank = data[np.isnan(data[:, 1])][:, 0]
+    assert blank == pytest.approx([2.0, 3.0, 9.0], abs=0.06)
+    axes = new_figure(2.0).subplots()
+    curve(axes, TIME, wrapped_degrees(60.0 * TIME))
+    assert not np.isnan(lines(axes)[0]).any()
+
+
+def wrapped_degrees(angles):
+    return (angles + 180.0) % 360.0 - 180.0
+
+
+def test_a_slow_topic_is_no_pause():
+    time = np.arange(0.0, 20.0, 1.0)
+    axes = new_figure(2.0).subplots()
+    curve(axes, time, time)
+    assert not np.isnan(lines(axes)[0]).any()
+
+
+def test_the_figures_draw_the_runs_own_numbers():
+    run = made(commands=Commands(TIME, TIME, ZERO + 0.2, ZERO), imu=ImuSamples(
+        TIME, TIME, ZERO + 0.5, ZERO + 0.1), goals=goals([0.5], [1.0], 0.0, 0.2))
+    linear, angular = speeds(run, BURGER).axes
+    assert lines(linear, 'measured')[0][:, 1] == pytest.approx(ZERO + 0.2)
+    assert lines(linear, 'commanded')[0][:, 1] == pytest.approx(ZERO + 0.2)
+    assert lines(angular, 'measured')[0][:, 1] == pytest.approx(ZERO + 0.1)
+    for axes, limit in ((linear, BURGER.max_linear), (angular, BURGER.max_angular)):
+        assert [line[0, 1] for line in lines(axes) if len(line) == 2] == [limit, -limit]
+    far, turned = errors(run, BURGER).axes
+    assert lines(far)[0][-1] == pytest.approx((10.0, 0.0), abs=1e-9)
+    assert lines(turned)[0][:, 1] == pytest.approx(math.degrees(0.2))
+    assert [text.get_text() for text in far.texts] == ['0.0 mm\n11.5 deg']
+    circle, line, apart = heading(run, BURGER).axes
+    for axes in circle, line:
+        assert lines(axes)[0][:, 1] == pytest.approx(math.degrees(0.5))
+    assert lines(apart)[0][:, 1] == pytest.approx(ZERO, abs=1e-9)
+    assert far.get_xlim() == apart.get_xlim() == (0.0, 10.0)
+
+
+def test_no_goal_no_errors():
+    assert errors(made(goals=Poses.none()), BURGER) is None
+
+
+def test_both_panels_of_the_paths_have_one_scale_that_holds_all():
+    """The robot stands in odom at (3, -2), turned by 90 deg; local is declared where it stands."""
+    run = made(local_pose=Poses.none(), goals=goals([0.5], [1.0]), odometry=OdometrySamples(
+        TIME, TIME, ZERO + 3.0, X - 2.0, ZERO + math.pi / 2.0, ZERO, ZERO))
+    in_odom, in_local = paths(run, BURGER).axes
+    assert lines(in_odom, 'path')[0][-1] == pytest.approx((3.0, -1.0))
+    assert lines(in_local, 'path')[0][-1] == pytest.approx((1.0, 0.0), abs=1e-9)
+    assert lines(in_odom, 'goal')[0][0] == pytest.approx((3.0, -1.0))
+    assert lines(in_local, 'goal')[0][0] == pytest.approx((1.0, 0.0))
+    assert lines(in_odom, 'start')[0][0] == pytest.approx((3.0, -2.0))
+    assert lines(in_odom, 'end')[0][0] == pytest.approx((3.0, -1.0))
+    widths = [np.ptp(limits) for axes in (in_odom, in_local)
+              for limits in (axes.get_xlim(), axes.get_ylim())]
+    assert widths == pytest.approx([1.35 * 3.0] * 4, rel=1e-3)
+    for axes, places in ((in_odom, [(3.0, -1.0), (3.0, -2.0), (0.0, 0.0)]),
+                         (in_local, [(1.0, 0.0), Pose2(3.0, -2.0, math.pi / 2.0).inverse()])):
+        for place in places:
+            x, y = (place.x, place.y) if isinstance(place, Pose2) else place
+            assert axes.get_xlim()[0] < x < axes.get_xlim()[1]
+            assert axes.get_ylim()[0] < y < axes.get_ylim()[1]

@@ -1,0 +1,154 @@
+"""The report's page and its table of a run that is made by hand."""
+import csv
+import math
+import re
+
+import numpy as np
+import pytest
+from made_run import STATES, TIME, X, ZERO, goals, made, poses, states
+
+from tb3_labs.report import html
+from tb3_labs.report.run_data import Commands, ImuSamples, OdometrySamples, Poses
+from tb3_labs.robot.turtlebot3 import robot_model
+
+pytest.importorskip('matplotlib', reason='matplotlib is not installed')
+
+from tb3_labs.report.page import write_csv, write_report  # noqa: E402
+
+BURGER = robot_model('burger')
+
+
+def table_of(run, path):
+    write_csv(run, path)
+    with open(str(path), newline='') as file:
+        return list(csv.DictReader(file))
+
+
+# The table ----------------------------------------------------------------------------------------
+
+def test_a_row_has_what_was_recorded_at_its_time(tmp_path):
+    own = TIME[::2]
+    run = made(
+        odometry=OdometrySamples(own, own, 2.0 + 0.0 * own, 0.1 * own, 0.01 * own, 0.3 * own,
+                                 0.0 * own),
+        imu=ImuSamples(TIME, TIME, 0.02 * TIME, 0.5 * TIME),
+        local_pose=poses(X, 0.1 * ZERO, ZERO + 0.5, TIME), ground_truth=poses(5.0 + X))
+    row = table_of(run, tmp_path / 'run.csv')[30]                    # 3 s
+    expected = dict(
+        time_s=3.0, odom_x_m=2.0, odom_y_m=0.3, odom_yaw_deg=math.degrees(0.03), local_x_m=0.4,
+        local_y_m=0.0, local_yaw_deg=math.degrees(0.5), truth_x_m=5.4, truth_y_m=0.0,
+        truth_yaw_deg=0.0, imu_yaw_deg=math.degrees(0.06), distance_error_m=0.6,
+        angle_error_deg=math.degrees(-0.5), linear_m_s=0.9, angular_rad_s=1.5)
+    for name, value in expected.items():
+        assert float(row[name]) == pytest.approx(value, abs=6e-4 if 'deg' in name else 6e-5), name
+    assert row['state'] == 'MOVE_FORWARD' and row['linear_commanded_m_s'] == ''
+    assert list(row)[0] == 'time_s' and list(row)[-1] == 'state' and len(row) == 18
+
+
+@pytest.mark.parametrize('apart, known', [(0.019, True), (-0.019, True), (0.021, False)])
+def test_a_pose_within_twenty_milliseconds_is_of_the_same_instant(apart, known, tmp_path):
+    odometry = made().odometry.take(slice(20, 181, 20))
+    run = made(odometry=odometry, local_pose=poses(time=TIME[::20] + apart, x=X[::20],
+                                                   y=ZERO[::20], yaw=ZERO[::20]))
+    rows = table_of(run, tmp_path / 'run.csv')
+    assert len(rows) == 9 and all((row['local_x_m'] != '') == known for row in rows)
+
+
+def test_the_nearest_pose_counts(tmp_path):
+    time, x = np.array([2.985, 3.01, 3.019]), np.array([1.0, 2.0, 3.0])
+    near = Poses(time, time, x, 0.0 * x, 0.0 * x)
+    row = table_of(made(local_pose=near), tmp_path / 'run.csv')[60]
+    assert float(row['local_x_m']) == 2.0
+
+
+def test_a_command_holds_until_the_next_one_or_its_timeout(tmp_path):
+    sent = np.array([1.0, 1.2, 5.0])
+    run = made(commands=Commands(sent, sent, np.array([0.1, 0.2, 0.3]), np.array([1.0, 2.0, 3.0])))
+    rows = {float(row['time_s']): row for row in table_of(run, tmp_path / 'run.csv')}
+    for time, linear, angular in ((0.95, '', ''), (1.0, '0.1000', '1.0000'),
+                                  (1.15, '0.1000', '1.0000'), (1.2, '0.2000', '2.0000'),
+                                  (1.65, '0.2000', '2.0000'), (1.75, '', ''),
+                                  (5.4, '0.3000', '3.0000'), (5.55, '', '')):
+        assert (rows[time]['linear_commanded_m_s'],
+                rows[time]['angular_commanded_rad_s']) == (linear, angular), time
+
+
+def test_states_change_at_their_own_time(tmp_path):
+    rows = {float(row['time_s']): row['state'] for row in table_of(made(), tmp_path / 'run.csv')}
+    assert [rows[time] for time in (0.45, 0.5, 0.95, 1.0, 6.95, 7.0, 10.0)] == [
+        '', 'ROTATE_TO_GOAL', 'ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL', 'GOAL_REACHED',
+        'GOAL_REACHED']
+
+
+def test_a_long_run_has_all_its_rows_in_order(tmp_path):
+    """More rows than are turned into text at a time."""
+    time = np.arange(12001) / 20.0
+    nothing = 0.0 * time
+    run = made(odometry=OdometrySamples(time, time, *[nothing] * 5))
+    rows = table_of(run, tmp_path / 'run.csv')
+    assert [float(row['time_s']) for row in rows] == pytest.approx(time)
+
+
+# The page -----------------------------------------------------------------------------------------
+
+@pytest.fixture(scope='module')
+def page(tmp_path_factory):
+    """(the text without pictures, what was said of the progress)."""
+    said = []
+    yaw = np.radians(np.interp(TIME, [1.3, 6.0], [0.0, 3.0]))
+    run = made(
+        start=1.7e9, goals=goals([0.5, 8.5], [1.03, 3.0], 0.04, 0.1), local_pose=poses(yaw=yaw),
+        states=states(*STATES[:3], (6.5, 'stopped: no imu'), (7.0, 'GOAL_REACHED'),
+                      (8.5, 'ROTATE_TO_GOAL')),
+        imu=ImuSamples(TIME, TIME, yaw + 0.5, ZERO).take((TIME < 8.01) | (TIME > 8.59)),
+        odometry=made().odometry, dropped={'imu': 7}, topics={'imu': '/robot3/imu'})
+    path = write_report(run, BURGER, str(tmp_path_factory.mktemp('page') / 'a' / 'b'), said.append)
+    return re.sub('base64,[^"]*', '', path.read_text(encoding='utf-8')), said
+
+
+def cells(text):
+    return [re.findall('<td[^>]*>(.*?)</td>', row) for row in re.findall('<tr>(.*?)</tr>', text)]
+
+
+def test_the_page_says_what_was_driven(page):
+    text, _ = page
+    assert 'Burger on 2023-11-1' in text and '10.0 s, 1.00 m driven, no resets. ' in text
+    first, second = (row for row in cells(text) if len(row) == 11)
+    off = math.hypot(0.03, 0.04)
+    angle = abs(math.degrees(0.1) - 3.0)
+    assert first[:6] == ['1', '1.03', '0.04', '5.7', 'reached', '6.50']
+    assert first[7:] == ['{:.4f}'.format(off), '{:.2f}'.format(angle), '\u2013', '\u2013']
+    assert second[:6] == ['2', '3.00', '0.04', '5.7', 'recording ended', '1.50']
+    assert float(first[6]) == pytest.approx(
+        1.03 / 0.2108 + (math.atan2(0.04, 1.03) + abs(0.1 - math.atan2(0.04, 1.03))) / 1.5, abs=0.1)
+
+
+def test_the_page_says_what_happened_along_the_way(page):
+    text, _ = page
+    first, second = (row for row in cells(text) if len(row) == 8)
+    assert first[:5] == ['1', '0.50', '5.00', '0.50', '0.50']        # the stop is half a second
+    least = float([row for row in cells(text) if len(row) == 11][0][6])
+    assert float(first[5]) == pytest.approx(6.5 / least, abs=0.01)
+    assert float(first[6]) == pytest.approx(2.97, abs=0.05) and first[6][0] == '+'
+    assert float(first[7]) == pytest.approx(2.97, abs=0.05)
+    assert second[:5] == ['2', '1.50', '0.00', '0.00', '0.00']
+    assert second[6:] == ['\u2013', '\u2013']
+
+
+def test_the_page_says_how_steadily_the_topics_came(page):
+    text, _ = page
+    rows = {row[0]: row for row in cells(text) if len(row) == 7}
+    assert set(rows) == {'/robot3/imu', 'odometry', 'local_pose'}
+    assert rows['/robot3/imu'][1:] == ['190', '18.9', '0.600', '1', '0.600', '7']
+    assert rows['odometry'][1:] == ['201', '20.0', '0.050', '0', '0.050', '0']
+
+
+def test_the_progress_goes_from_nothing_to_all(page):
+    _, said = page
+    assert said == pytest.approx([0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
+
+
+def test_a_cell_of_plain_text_is_escaped_and_words_are_aligned():
+    text = html.table(['a', 'b'], [['<x>', html.Markup('<b>y</b>')]], words=('b',))
+    assert '<th>a</th><th class="words">b</th>' in text
+    assert '<td>&lt;x&gt;</td><td class="words"><b>y</b></td>' in text

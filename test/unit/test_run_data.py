@@ -1,0 +1,82 @@
+"""Samples of a recorded run: their times on one clock, their quaternions, rates and offsets."""
+import math
+
+import numpy as np
+import pytest
+from recorded_run import AHEAD, BEGIN, MISS, bag, run  # noqa: F401
+
+from tb3_labs.geometry.angles import wrap_all
+from tb3_labs.geometry.quaternions import yaw_from_quaternion, yaws_from_quaternions
+from tb3_labs.report.run_data import SenderClock, times_on_recorders_clock
+from tb3_labs.report.sensors import path_length, rate, yaw_offset
+
+
+def test_rates_and_the_gap_in_the_imu(run):
+    imu, odometry = rate(run.imu), rate(run.odometry)
+    assert (imu.gaps, odometry.gaps) == (1, 0)
+    assert (imu.longest, imu.longest_arrival) == pytest.approx((0.8, 0.8), abs=1e-6)
+    assert (odometry.messages, odometry.mean) == (241, pytest.approx(20.0))
+    assert (run.odometry.angular.min(), run.odometry.angular.max()) == (-143.6, 0.0)
+
+
+def test_imu_minus_odometry_and_the_way(run):
+    offset = yaw_offset(run)
+    assert math.degrees(offset.mean) == pytest.approx(140.56, abs=1e-3)
+    assert max(offset.spread, abs(offset.drift), abs(offset.deviation).max()) < 1e-6
+    assert not any((offset.time > 7.6) & (offset.time < 7.65))      # in the middle of the gap
+    assert path_length(run.odometry) == pytest.approx(1.0 - MISS)
+
+
+SENT = np.arange(100) / 10.0
+
+
+def test_clocks(run):
+    assert run.odometry.time == pytest.approx(run.odometry.arrival, abs=1e-6)
+    assert SenderClock.of(SENT, SENT + AHEAD).lag == pytest.approx(-AHEAD)
+    for set_at in 0.3, 0.5, 0.8:
+        for by in 1e6, 2.0, -2.0, -1e6:
+            stamp = SENT + AHEAD + np.where(SENT > 10.0 * set_at, by, 0.0)
+            assert times_on_recorders_clock(SENT, stamp, None) == pytest.approx(SENT, abs=1e-6)
+
+
+@pytest.mark.parametrize('begin, end, arrival', [
+    (3.0, 5.0, 5.0),       # the recorder was busy, and took all of it at once
+    (0.0, 0.6, 0.6),       # so it was when it began
+    (9.25, 9.95, 10.6),    # and when it ended
+    (6.0, 8.0, 6.0)])      # its simulated clock stood still
+def test_stamps_count_where_the_recorder_is_late(begin, end, arrival):
+    late = np.where((SENT > begin - 0.01) & (SENT < end), arrival, SENT)
+    assert times_on_recorders_clock(late, SENT + AHEAD, None) == pytest.approx(SENT, abs=1e-6)
+
+
+def test_stamps_that_are_passed_on_stay_the_senders():
+    """local_pose bears the odometry's stamps, and comes long after it."""
+    robot = SenderClock.of(SENT, SENT + AHEAD)
+    passed_on = SENT[::2]
+    assert times_on_recorders_clock(
+        passed_on + 0.3, passed_on + AHEAD, robot) == pytest.approx(passed_on)
+    own = passed_on + AHEAD + 0.033
+    assert times_on_recorders_clock(passed_on + 0.3, own, robot) == pytest.approx(passed_on + 0.3)
+
+
+def test_old_and_strange_stamps():
+    arrival = np.array([0.0, 0.1, 2.0, 4.0])
+    latched = np.array([-100.0, 0.1, 2.0, 4.0])
+    assert times_on_recorders_clock(arrival, latched, None) == pytest.approx(arrival)
+    assert times_on_recorders_clock(SENT, 0.0 * SENT - BEGIN, None) == pytest.approx(SENT)
+    from_the_future = np.where(SENT == 5.0, 1e9, SENT)
+    assert times_on_recorders_clock(SENT, from_the_future, None) == pytest.approx(SENT)
+
+
+def test_yaws_of_many_quaternions():
+    rng = np.random.RandomState(1)
+    tilt, yaw = rng.uniform(-0.3, 0.3, 200), rng.uniform(-math.pi, math.pi, 200)
+    w, x, y, z = np.cos(yaw / 2), 0.0 * yaw, 0.0 * yaw, np.sin(yaw / 2)
+    w, x, y, z = (w * np.cos(tilt / 2), w * np.sin(tilt / 2), z * np.sin(tilt / 2),
+                  z * np.cos(tilt / 2))
+    w, x, y, z = 0.99 * w, 0.99 * x, 0.99 * y, 0.99 * z
+    expected = [yaw_from_quaternion(w=a, x=b, y=c, z=d) for a, b, c, d in zip(w, x, y, z)]
+    assert np.abs(wrap_all(yaws_from_quaternions(w=w, x=x, y=y, z=z) - expected)).max() < 1e-9
+    bad = np.array([[0.0] * 4, [math.nan, 0.0, 0.0, 1.0], [2.0, 0.0, 0.0, 0.0],
+                    [math.inf, 0.0, 0.0, 0.0]]).T
+    assert np.isnan(yaws_from_quaternions(**dict(zip('wxyz', bad)))).all()

@@ -1,0 +1,112 @@
+"""Rates, gaps, ways and offsets of sensors that are made by hand."""
+import math
+
+import numpy as np
+import pytest
+from made_run import TIME, X, ZERO, made
+
+from tb3_labs.geometry.angles import wrap_all
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report.run_data import ImuSamples, OdometrySamples, Poses, Samples
+from tb3_labs.report.sensors import imu_yaw_at, path_length, rate, yaw_offset
+
+
+def test_a_rate_by_hand():
+    sent = np.array([0.0, 0.1, 0.2, 0.49, 0.8, 1.0])
+    told = rate(Samples(sent + np.array([0.0, 0.0, 0.0, 0.0, 0.4, 0.4]), sent))
+    assert (told.messages, told.gaps) == (6, 1)          # 0.31 s is one, 0.29 s is none
+    assert (told.mean, told.longest, told.longest_arrival) == pytest.approx((5.0, 0.31, 0.71))
+
+
+def test_too_few_messages_have_no_rate():
+    for count in 0, 1:
+        told = rate(Samples(np.zeros(count), np.zeros(count)))
+        assert told.messages == count and told.gaps == 0
+        assert all(math.isnan(value) for value in (told.mean, told.longest, told.longest_arrival))
+    both_at_once = rate(Samples(np.zeros(2), np.zeros(2)))
+    assert math.isnan(both_at_once.mean) and both_at_once.longest == 0.0
+
+
+def test_the_way_counts_forwards_and_backwards_along_both_axes():
+    x, y = np.array([0.0, 3.0, 3.0, 0.0]), np.array([0.0, 4.0, 0.0, 0.0])
+    nothing = 0.0 * x
+    assert path_length(OdometrySamples(*[nothing] * 2, x, y, *[nothing] * 3)) == pytest.approx(12.0)
+
+
+def offset_of(imu_yaw, kept=slice(None)):
+    imu = ImuSamples(TIME, TIME, wrap_all(imu_yaw), ZERO).take(kept)
+    return yaw_offset(made(imu=imu))
+
+
+def test_an_offset_that_grows_has_its_mean_spread_and_drift():
+    """From 170 deg to 190: the mean is half a turn, the spread that of a uniform one."""
+    offset = offset_of(np.radians(170.0 + 2.0 * TIME))
+    assert abs(math.degrees(offset.mean)) == pytest.approx(180.0)
+    assert math.degrees(offset.spread) == pytest.approx(20.0 / math.sqrt(12.0), rel=0.01)
+    # the last 20 of 201 samples against the first 20
+    assert math.degrees(offset.drift) == pytest.approx(18.1)
+    assert np.degrees(offset.deviation) == pytest.approx(2.0 * TIME - 10.0, abs=1e-9)
+    assert np.array_equal(offset.time, TIME)
+
+
+@pytest.mark.parametrize('pause, lost', [(0.25, 0), (1.0, 20)])
+def test_odometry_in_a_gap_of_the_imu_is_left_out(pause, lost):
+    """An IMU sample less than 0.3 s before and one less than 0.3 s after are needed: none of the 19
+    messages within a pause of 1 s has both, nor has the one at its end."""
+    offset = offset_of(ZERO + 0.5, (TIME <= 4.0) | (TIME >= 4.0 + pause))
+    assert len(TIME) - len(offset.time) == lost and offset.mean == pytest.approx(0.5)
+
+
+def test_an_imu_of_another_time_has_no_offset():
+    imu = ImuSamples(TIME + 100.0, TIME + 100.0, ZERO, ZERO)
+    offset = yaw_offset(made(imu=imu))
+    assert math.isnan(offset.mean) and math.isnan(offset.spread) and math.isnan(offset.drift)
+    assert len(offset.time) == len(offset.deviation) == 0
+
+
+def test_the_imus_yaw_is_continuous_between_its_samples():
+    run = made(imu=ImuSamples(TIME, TIME, wrap_all(3.0 * TIME), ZERO))
+    at = np.array([0.02, 1.234, 7.77])
+    assert imu_yaw_at(run, at) == pytest.approx(3.0 * at)
+
+
+# Poses as arrays do what Pose2 does ---------------------------------------------------------------
+
+A = [Pose2(1.0, -2.0, 0.5), Pose2(0.3, 4.0, 3.0), Pose2(-1.0, 0.0, -2.8)]
+B = [Pose2(0.1, 0.2, 1.0), Pose2(-3.0, 1.0, 0.7), Pose2(2.0, 2.0, -0.9)]
+
+
+def arrays(these, time=(1.0, 2.0, 4.0)):
+    time = np.array(time)
+    return Poses(time, time, *np.array([(pose.x, pose.y, pose.yaw) for pose in these]).T)
+
+
+def assert_are(poses, expected):
+    for k, pose in enumerate(expected):
+        assert (poses.x[k], poses.y[k]) == pytest.approx((pose.x, pose.y))
+        assert wrap_all(poses.yaw[k] - pose.yaw) == pytest.approx(0.0, abs=1e-12)
+        assert -math.pi <= poses.yaw[k] < math.pi
+
+
+def test_products_inverses_and_parents_of_many_poses():
+    assert_are(arrays(A) @ arrays(B), [a @ b for a, b in zip(A, B)])
+    assert_are(arrays(A).inverse(), [a.inverse() for a in A])
+    assert_are(arrays(A).seen_from(B[0]), [B[0] @ a for a in A])
+    assert np.array_equal((arrays(A) @ arrays(B)).time, [1.0, 2.0, 4.0])
+
+
+@pytest.mark.parametrize('time, share, pair', [
+    (1.5, 0.5, (0, 1)), (2.5, 0.25, (1, 2)), (3.5, 0.75, (1, 2)), (0.0, 0.0, (0, 1)),
+    (9.0, 1.0, (1, 2)), (2.0, 0.0, (1, 2)), (4.0, 1.0, (1, 2)), (1.0, 0.0, (0, 1))])
+def test_a_pose_between_two(time, share, pair):
+    here, (before, after) = arrays(A).at(time), (A[k] for k in pair)
+    assert (here.x, here.y) == pytest.approx((before.x + share * (after.x - before.x),
+                                              before.y + share * (after.y - before.y)))
+    turned = float(wrap_all(after.yaw - before.yaw))
+    assert float(wrap_all(here.yaw - before.yaw - share * turned)) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_what_was_recorded_is_named_sensors_first():
+    run = made()
+    assert run.recorded() == ('imu', 'odometry', 'local_pose', 'goals', 'states')
+    assert len(run.imu) == 201 and len(run.imu.take(TIME < 1.0)) == 20 and X[-1] == 1.0

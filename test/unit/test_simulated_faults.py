@@ -1,0 +1,254 @@
+"""Faults of the embedded robot, and its network seen through it."""
+from dataclasses import replace
+
+import pytest
+from simulated import MOTOR_STEP, STIFF, drive, imu_of, odom_of
+
+from tb3_labs.robot.samples import ImuSample, OdometrySample, with_stamp
+from tb3_labs.simulation.faults import DROPOUT, Dropouts, SensorFaults
+from tb3_labs.simulation.network import NETWORKS
+from tb3_labs.simulation.simulator import Simulator
+from tb3_labs.simulation.simulator_config import SimulatorConfig
+
+
+def test_a_sample_arrives_later_but_is_as_old_as_it_is():
+    late, direct = Simulator(SimulatorConfig(sensor_latency=0.1)), Simulator()
+    samples = direct.step(1.0)
+    assert late.step(0.09) == []
+    assert late.step(0.91) == [s for s in samples if s.stamp <= 0.9 + 1e-9]
+    assert late.step(0.1) == [s for s in samples if s.stamp > 0.9 + 1e-9]
+
+
+def test_a_command_under_way_has_no_effect_yet():
+    robot = Simulator(replace(STIFF, command_latency=0.3))
+    robot.command(0.1, 0.0)
+    robot.step(0.29)
+    assert robot.true_velocity == (0.0, 0.0)
+    robot.step(0.05)
+    assert robot.true_velocity[0] > 0.09
+    robot.step(0.45)   # the timeout counts from the arrival
+    assert robot.true_velocity[0] > 0.09
+    robot.step(0.06)
+    assert robot.true_velocity == (0.0, 0.0)
+
+
+def test_the_network_changes_what_arrives_when_but_not_what_is_measured():
+    """The noise is the same, nothing is lost, and each sensor's samples keep their order."""
+    direct = Simulator().step(60.0)
+    late = Simulator(SimulatorConfig(**NETWORKS['bad'])).step(61.0)
+    for kind in imu_of, odom_of:
+        assert kind(late)[:len(kind(direct))] == kind(direct)
+
+
+def test_samples_are_late_by_the_jitter():
+    robot = Simulator(SimulatorConfig(imu_rate=1.0, odom_silent=True, sensor_jitter=0.05))
+    times = [robot.now - sample.stamp for _ in range(200000) for sample in robot.step(0.002)]
+    # 0.05 s, and half a step until it is seen; 400 numbers: good to 5 %
+    assert len(times) == pytest.approx(400, abs=1)
+    assert sum(times) / len(times) == pytest.approx(0.05 + 0.001, rel=0.15)
+
+
+def test_commands_are_late_by_the_jitter():
+    robot = Simulator(replace(STIFF, command_jitter=0.2, seed=5))
+    times = []
+    for _ in range(200):
+        robot.command(0.1, 0.0)
+        sent = robot.now
+        while robot.true_velocity[0] == 0.0 and robot.now < sent + 5.0:
+            robot.step(0.005)
+        times.append(robot.now - sent)
+        robot.step(3.0)   # the command has timed out
+        assert robot.true_velocity[0] == 0.0
+    # 0.2 s, and up to the board's next tick, 1/60 s on average; 200 numbers: good to 7 %
+    assert sum(times) / len(times) == pytest.approx(0.2 + 1 / 60 + 0.0025, rel=0.2)
+
+
+def cut(robot, is_cut):
+    robot.configure(replace(robot.config, network_cut=is_cut))
+
+
+def test_a_cut_holds_up_samples_and_they_come_in_one_burst():
+    robot, uncut = Simulator(), Simulator()
+    samples = robot.step(1.0)
+    cut(robot, True)
+    assert robot.step(0.5) == [] and robot.step_in_bursts(0.25) == []
+    cut(robot, False)
+    bursts = robot.step_in_bursts(0.1)
+    assert (len(imu_of(bursts[0])), len(odom_of(bursts[0]))) == (150, 22)
+    # from then on each arrives when it is measured: two together only where both sensors are due
+    assert all(len({sample.stamp for sample in burst}) == 1 for burst in bursts[1:])
+    assert sum(len(imu_of(burst)) for burst in bursts[1:]) == 20
+    assert samples + [sample for burst in bursts for sample in burst] == uncut.step(1.85)
+
+
+def test_what_arrives_together_is_known_from_what_arrives_one_after_the_other():
+    """Bursts are the samples of a step, and one of them is a stall: nothing of it is missing."""
+    config = SimulatorConfig(stalls_per_min=60.0, longest_stall=0.5)
+    robot = Simulator(config)
+    bursts = [burst for _ in range(40) for burst in robot.step_in_bursts(0.5)]
+    assert [sample for burst in bursts for sample in burst] == Simulator(config).step(20.0)
+    lengths = [burst[-1].stamp - burst[0].stamp for burst in bursts]
+    # 1 s to the next one, 0.25 s long on average: 16 in 20 s, give or take 4
+    assert 5 < sum(length > 0.0 for length in lengths) < 28
+    assert 0.25 < max(lengths) <= 0.5
+    for burst in bursts:
+        stamps = [sample.stamp for sample in imu_of(burst)]
+        assert all(b - a == pytest.approx(0.005) for a, b in zip(stamps, stamps[1:]))
+
+
+def test_the_firmware_stops_in_a_cut_and_then_obeys_the_newest_command():
+    robot = Simulator(STIFF)
+    robot.step(1.0)
+    robot.command(0.1, 0.0)
+    robot.step(0.1)
+    cut(robot, True)
+    for _ in range(8):
+        robot.command(-0.05, 0.0)    # held up, and no command for the timeout
+        robot.step(0.05)
+    assert robot.true_velocity[0] > 0.09
+    robot.command(0.2, 0.0)
+    robot.step(0.1)
+    assert robot.true_velocity == (0.0, 0.0)
+    robot.step(5.0)
+    assert robot.true_velocity == (0.0, 0.0)
+    cut(robot, False)                # the newest one, sent 5.1 s ago, arrives now
+    robot.step(1 / 30)
+    assert robot.true_velocity[0] == pytest.approx(0.2, abs=MOTOR_STEP)
+    robot.step(0.49 - 1 / 30)        # the timeout counts from the arrival
+    assert robot.true_velocity[0] > 0.19
+    robot.step(0.01 + 1 / 30)
+    assert robot.true_velocity == (0.0, 0.0)
+
+
+@pytest.mark.parametrize('stalled', ['both', 'sensors', 'commands'])
+def test_stalls_hold_up_the_directions_asked_for(stalled):
+    robot = Simulator(replace(STIFF, stalls_per_min=120.0, longest_stall=4.0, stalled=stalled))
+    longest, stops, arrived = 0.0, 0, 0.0
+    for _ in range(6000):
+        robot.command(0.1, 0.0)
+        moving = robot.true_velocity[0] > 0.0
+        samples = robot.step(0.01)
+        stops += moving and robot.true_velocity[0] == 0.0
+        arrived = robot.now if samples else arrived
+        longest = max(longest, robot.now - arrived)
+    # 24 stalls in 60 s, three of four longer than the board's patience and a tick
+    assert stops == 0 if stalled == 'sensors' else stops > 8
+    assert longest < 0.02 if stalled == 'commands' else 2.0 < longest <= 4.0
+
+
+@pytest.mark.parametrize('fault, lost', [('imu_silent', ImuSample),
+                                         ('odom_silent', OdometrySample)])
+def test_silence_is_switched_on_and_off(fault, lost):
+    robot = Simulator()
+    count = len(robot.step(1.0))
+    robot.configure(replace(robot.config, **{fault: True}))
+    samples = robot.step(1.0)
+    assert samples and not any(isinstance(s, lost) for s in samples)
+    robot.configure(replace(robot.config, **{fault: False}))
+    assert len(robot.step(1.0)) == count
+
+
+@pytest.mark.parametrize('fault, frozen_of', [('imu_frozen', imu_of), ('odom_frozen', odom_of)])
+def test_a_frozen_sensor_repeats_itself_with_new_stamps(fault, frozen_of):
+    robot = Simulator()
+    drive(robot, 1.0, 0.1, 0.5)
+    robot.configure(replace(robot.config, **{fault: True}))
+    frozen = frozen_of(drive(robot, 1.0, 0.1, 0.5))
+    assert len(frozen) >= 29 and len({s.stamp for s in frozen}) == len(frozen)
+    assert all(with_stamp(s, 0.0) == with_stamp(frozen[0], 0.0) for s in frozen)
+    robot.configure(replace(robot.config, **{fault: False}))
+    thawed = frozen_of(drive(robot, 0.1, 0.1, 0.5))
+    assert with_stamp(thawed[-1], 0.0) != with_stamp(frozen[0], 0.0)
+
+
+def test_dropouts_silence_both_sensors_for_a_while():
+    samples = Simulator(SimulatorConfig(dropouts_per_min=6.0)).step(3600.0)
+    gaps = [(a.stamp, b.stamp) for a, b in zip(samples, samples[1:]) if b.stamp - a.stamp > 0.01]
+    lengths = [end - start for start, end in gaps]
+    # 10 s to the next, 2.3 s long on average: 293 an hour, give or take sqrt(293)
+    assert 240 < len(gaps) < 350
+    assert min(lengths) >= 0.3 and max(lengths) <= 4.3 + 0.01
+    assert sum(lengths) / len(lengths) == pytest.approx(2.3, abs=0.3)
+
+
+# The faults alone ---------------------------------------------------------------------------------
+
+def yaws(*values):
+    return [ImuSample(0.1 * k, value, 0.5) for k, value in enumerate(values)]
+
+
+def test_both_ends_of_a_dropout_belong_to_it_and_the_next_one_begins_after_it():
+    dropouts, fine = Dropouts(2.0, 100.0, seed=3), Dropouts(2.0, 100.0, seed=3)
+    stamps = [100.0 + 0.001 * k for k in range(60000)]
+    covered = [fine.cover(stamp) for stamp in stamps]
+    edges = [k for k in range(1, len(stamps)) if covered[k] != covered[k - 1]]
+    assert not covered[0] and len(edges) > 20
+    for begin, end in zip(edges[::2], edges[1::2]):
+        assert 0.3 <= (end - begin) * 0.001 + 0.001 and (end - begin) * 0.001 <= 4.3 + 0.001
+    assert [dropouts.cover(stamp) for stamp in stamps[::7]] == covered[::7]
+    # 0.5 s between two of them on average, exponential
+    gaps = [0.001 * (begin - end) for end, begin in zip(edges[1::2], edges[2::2])]
+    assert 0.2 < sum(gaps) / len(gaps) < 1.0
+
+
+def test_dropouts_last_as_long_as_those_that_were_recorded():
+    assert DROPOUT == (0.3, 4.3)
+
+
+def test_no_rate_no_dropouts():
+    dropouts = Dropouts(0.0, 0.0, seed=3)
+    assert dropouts.rate == 0.0 and not any(dropouts.cover(float(k)) for k in range(1000))
+
+
+@pytest.mark.parametrize('silent, frozen, said', [
+    (False, False, [1.0, 2.0, 3.0]), (True, False, []), (False, True, [1.0, 1.0, 1.0]),
+    (True, True, [])])
+def test_what_a_sensor_with_a_fault_says(silent, frozen, said):
+    faults = SensorFaults(silent, frozen, Dropouts(0.0, 0.0, 1))
+    samples = yaws(1.0, 2.0, 3.0)
+    outcome = faults.outcome([]) + faults.outcome(samples[:2]) + faults.outcome(samples[2:])
+    assert [sample.yaw for sample in outcome] == said
+    assert [sample.stamp for sample in outcome] == [0.0, 0.1, 0.2][:len(said)]
+
+
+def test_a_frozen_sensor_has_its_dropouts_too():
+    dropouts, same = Dropouts(2.0, 0.0, seed=3), Dropouts(2.0, 0.0, seed=3)
+    samples = [ImuSample(0.1 * k, 0.001 * k, 0.0) for k in range(200)]
+    outcome = SensorFaults(False, True, dropouts).outcome(samples)
+    assert [sample.stamp for sample in outcome] == [
+        sample.stamp for sample in samples if not same.cover(sample.stamp)]
+    assert 0 < len(outcome) < 200 and {sample.yaw for sample in outcome} == {0.0}
+
+
+def test_a_fault_that_begins_anew_keeps_another_sample():
+    robot = Simulator()
+    drive(robot, 0.5, 0.0, 1.0)
+    frozen = []
+    for is_frozen in (True, False, True):
+        robot.configure(replace(robot.config, imu_frozen=is_frozen))
+        frozen.append(imu_of(drive(robot, 0.5, 0.0, 1.0))[-1].yaw)
+    assert frozen[0] < frozen[1] < frozen[2] + 0.01 and frozen[2] - frozen[0] > 0.5
+
+
+def test_what_is_no_fault_leaves_the_faults_alone():
+    """A frozen sensor stays at the same sample, and the dropouts come when they would have come."""
+    plain = Simulator(SimulatorConfig(dropouts_per_min=30.0, imu_frozen=True, motor_lag=0.0))
+    tuned = Simulator(plain.config)
+    samples = [[sample.stamp for sample in plain.step(20.0)], []]
+    for k in range(20):
+        tuned.configure(replace(tuned.config, motor_lag=0.01 * k))
+        samples[1] += [sample.stamp for sample in tuned.step(1.0)]
+    assert samples[1] == samples[0] and len(samples[0]) < 20.0 * 230 - 200
+
+
+def test_motors_that_are_off_stand_whatever_is_commanded_and_obey_again():
+    robot = Simulator(STIFF)
+    drive(robot, 0.5, 0.1, 0.0)
+    robot.configure(replace(robot.config, motors_off=True))
+    drive(robot, 0.1, 0.1, 0.0)
+    place = robot.truth
+    drive(robot, 1.0, 0.1, 1.0)
+    assert robot.truth == place and robot.true_velocity == (0.0, 0.0)
+    robot.configure(replace(robot.config, motors_off=False))
+    drive(robot, 0.1, 0.1, 0.0)
+    assert robot.true_velocity[0] == pytest.approx(0.1, abs=MOTOR_STEP)

@@ -1,0 +1,248 @@
+"""The embedded robot's motion, and its own reset, against physics and the firmware."""
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from simulated import MOTOR_STEP, QUIET, STIFF, TICK, close, drive, imu_of, odom_of
+
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.robot.turtlebot3 import MODELS
+from tb3_labs.simulation.simulator import Simulator
+
+
+def test_motors_follow_with_their_time_constant():
+    robot = Simulator(replace(QUIET, motor_lag=0.1))
+    robot.command(0.2, 0.0)
+    speed = 252 * MOTOR_STEP  # 0.2 m/s is 252.7 steps
+    for k in range(1, 12):
+        robot.step(1 / 30)
+        since = robot.now - 1 / 30  # the board acts at its first tick
+        fading = math.exp(-since / 0.1)
+        assert robot.true_velocity == pytest.approx((speed * (1 - fading), 0.0), abs=1e-12)
+        assert robot.truth.x == pytest.approx(speed * (since - 0.1 * (1 - fading)), abs=1e-12)
+
+
+def test_constant_command_is_a_circle():
+    robot = Simulator(STIFF)
+    drive(robot, 20.0, 0.1, 0.5)
+    left, right = 75 * MOTOR_STEP, 176 * MOTOR_STEP  # 0.06 and 0.14 m/s, cut to whole steps
+    rate = (right - left) / 0.16
+    radius = (left + right) / 2 / rate
+    turned = rate * (20.0 - 1 / 30)
+    assert close(robot.truth, Pose2(radius * math.sin(turned), radius * (1 - math.cos(turned)),
+                                    turned))
+
+
+def test_pose_while_the_speed_changes():
+    """From straight ahead into a curve, against the integral of the same exponentials in 30,000
+    steps."""
+    robot = Simulator(QUIET)
+    drive(robot, 1.0, 0.2, 0.0)
+    before = robot.truth
+    drive(robot, 0.5, 0.1, 1.3)
+    left, right = (int((0.1 + s * 0.104) / MOTOR_STEP) * MOTOR_STEP for s in (-1, 1))
+    straight = 252 * MOTOR_STEP
+    x, y, yaw = straight / 30, 0.0, 0.0   # up to the board's next tick
+    dt = (0.5 - 1 / 30) / 30000
+    for k in range(30000):
+        fading = math.exp(-(k + 0.5) * dt / 0.05)
+        turn = (right - left) / 0.16 * (1 - fading) * dt
+        way = ((left + right) / 2 * (1 - fading) + straight * fading) * dt
+        x += way * math.cos(yaw + turn / 2)
+        y += way * math.sin(yaw + turn / 2)
+        yaw += turn
+    assert close(before.inverse() @ robot.truth, Pose2(x, y, yaw), metres=1e-5, radians=1e-8)
+
+
+@pytest.mark.parametrize('model', MODELS)
+@pytest.mark.parametrize('linear', [-9.0, -0.1, 0.0, 0.1, 9.0])
+@pytest.mark.parametrize('angular', [-9.0, -1.0, 0.0, 1.0, 9.0])
+def test_no_command_moves_a_wheel_faster_than_it_can(model, linear, angular):
+    limits = MODELS[model]
+    robot = Simulator(replace(QUIET, model=model))
+    drive(robot, 2.0, linear, angular)
+    v, w = robot.true_velocity
+    assert abs(v) <= limits.max_linear and abs(w) <= limits.max_angular
+    assert abs(v) + limits.half_track * abs(w) <= limits.max_wheel_speed
+    assert v * linear >= 0.0 and w * angular >= 0.0
+
+
+def test_full_speed_and_full_turn_are_clipped_separately():
+    robot = Simulator(STIFF)
+    drive(robot, 0.1, 5.0, 5.0)
+    # 0.2108 m/s +/- 0.08 m x 2.635 rad/s: the right wheel would need twice what it can.
+    v, w = robot.true_velocity
+    assert v == pytest.approx(0.2108 / 2, abs=2 * MOTOR_STEP)
+    assert w == pytest.approx(0.2108 / 0.16, abs=2 * MOTOR_STEP / 0.16)
+
+
+@pytest.mark.parametrize('sign', [-1, 1])
+def test_motor_speed_is_cut_towards_zero(sign):
+    robot = Simulator(STIFF)
+    drive(robot, 0.1, sign * 0.99 * MOTOR_STEP, 0.0)
+    assert robot.true_velocity == (0.0, 0.0)
+    drive(robot, 0.1, sign * 1.99 * MOTOR_STEP, 0.0)
+    assert robot.true_velocity == pytest.approx((sign * MOTOR_STEP, 0.0))
+
+
+def test_half_a_second_without_a_command_stops_the_wheels():
+    robot = Simulator(STIFF)
+    robot.command(0.1, 0.0)
+    robot.step(0.49)
+    assert robot.true_velocity[0] > 0.09
+    robot.step(0.51 + 1 / 30 - 0.49)
+    assert robot.true_velocity == (0.0, 0.0)
+
+
+def test_commands_are_applied_at_30_hz_and_the_newest_wins():
+    robot = Simulator(STIFF)
+    robot.step(1 / 30 + 0.001)
+    robot.command(0.1, 0.0)
+    robot.command(-0.1, 0.0)
+    robot.step(0.03)
+    assert robot.true_velocity == (0.0, 0.0)
+    robot.step(0.003)
+    assert robot.true_velocity[0] == pytest.approx(-0.1, abs=MOTOR_STEP)
+
+
+@pytest.mark.parametrize('bad', [(math.nan, 0.0), (0.0, math.inf), (-math.inf, math.nan)])
+def test_a_command_that_is_not_finite_is_refused_and_the_old_one_holds(bad):
+    robot = Simulator(STIFF)
+    robot.command(0.1, 0.0)
+    robot.step(0.1)
+    with pytest.raises(ValueError, match='not finite'):
+        robot.command(*bad)
+    robot.step(0.1)
+    assert robot.true_velocity[0] > 0.09
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(-100, 100), st.floats(-100, 100), st.floats(-360, 360))
+def test_the_start_only_moves_the_whole_drive(x, y, yaw_deg):
+    moved = Simulator(replace(QUIET, start_x=x, start_y=y, start_yaw_deg=yaw_deg))
+    plain = Simulator(QUIET)
+    for robot in moved, plain:
+        drive(robot, 2.0, 0.1, 0.7)
+    start = Pose2(x, y, math.radians(yaw_deg))
+    assert close(moved.truth, start @ plain.truth, metres=1e-9, radians=1e-9)
+
+
+# Reset --------------------------------------------------------------------------------------------
+
+def test_reset_zeroes_the_odometry_and_leaves_the_imu():
+    robot = Simulator(replace(QUIET, start_x=2.0, start_yaw_deg=30.0, imu_offset_deg=10.0))
+    drive(robot, 2.0, 0.1, 0.3)
+    drive(robot, 0.5, 0.0, 0.0)
+    imu_before = imu_of(robot.step(0.1))[-1]
+    truth, moment = robot.truth, robot.now
+    robot.reset()
+    assert robot.step(1.0) == []
+    robot.reset()   # lost: the board is busy
+    samples = robot.step(3.0)
+    assert min(s.stamp for s in samples) == pytest.approx(moment + 512 / 200, abs=0.01)
+    # 0.6 s after the stop the wheels still turn by some nanometres.
+    for sample in odom_of(samples)[0], odom_of(samples)[-1]:
+        assert close(sample.pose, Pose2(), metres=1e-6, radians=1e-6)
+    assert imu_of(samples)[-1].yaw == pytest.approx(imu_before.yaw, abs=1e-6)
+    assert robot.wheel_angles == (0.0, 0.0)
+    assert close(robot.truth, truth, metres=1e-6, radians=1e-6)
+
+
+@pytest.mark.parametrize('runs_on', [False, True])
+def test_reset_while_driving(runs_on):
+    robot = Simulator(replace(QUIET, reset_runs_on=runs_on))
+    drive(robot, 1.0, 0.1, 0.0)
+    start = robot.truth.x
+    robot.reset()
+    assert drive(robot, 2.5, -0.1, 0.0) == []   # deaf as well as dumb
+    way = robot.truth.x - start
+    assert way == pytest.approx(0.25 if runs_on else 0.1 * 0.05, abs=0.002)
+
+
+def test_a_command_to_the_busy_board_is_lost():
+    robot = Simulator(replace(STIFF, reset_pause=0.3))
+    robot.reset()
+    robot.step(0.2)
+    robot.command(0.1, 0.0)
+    robot.step(0.2)
+    assert robot.truth == Pose2()
+
+
+@pytest.mark.parametrize('runs_on', [False, True])
+def test_after_its_reset_the_same_command_is_obeyed_again(runs_on):
+    robot = Simulator(replace(STIFF, reset_pause=0.3, reset_runs_on=runs_on))
+    drive(robot, 0.5, 0.1, 0.0)
+    robot.reset()
+    robot.step(0.25)
+    assert (robot.true_velocity[0] > 0.09) == runs_on
+    robot.step(0.05)                    # the commands before it are too old by then
+    robot.step(0.3)
+    assert robot.true_velocity == (0.0, 0.0)
+    drive(robot, 0.1, 0.1, 0.0)
+    assert robot.true_velocity[0] == pytest.approx(0.1, abs=MOTOR_STEP)
+
+
+def test_the_odometry_stands_in_the_world_where_the_last_reset_ended():
+    robot = Simulator(replace(STIFF, start_x=1.0, start_y=-2.0, start_yaw_deg=30.0,
+                              reset_pause=0.3))
+    assert robot.odometry_origin == Pose2()          # the odometry starts at the true pose
+    for linear, angular in ((0.1, 0.5), (-0.1, 0.3)):
+        drive(robot, 1.0, linear, angular)
+        robot.step(0.6)                 # the command has timed out: it stands
+        robot.reset()
+        robot.step(0.4)
+        assert robot.odometry_origin == robot.truth
+    drive(robot, 1.0, 0.1, 0.4)
+    sample = odom_of(robot.step(0.1))[-1]
+    here = robot.odometry_origin @ sample.pose
+    assert close(here, robot.truth, metres=3 * TICK + 0.1 / 30.0, radians=0.5 / 30.0)
+
+
+def test_the_stamp_of_the_last_odometry_is_known_whether_or_not_it_has_arrived():
+    robot = Simulator(replace(STIFF, sensor_latency=3.0))
+    assert robot.odometry_stamp == 0.0
+    assert robot.step(1.01) == [] and robot.odometry_stamp == pytest.approx(1.0)
+
+
+def test_wheels_of_a_turn_go_in_opposite_directions():
+    robot = Simulator(STIFF)
+    drive(robot, 2.0, 0.0, 1.0)
+    left, right = robot.wheel_angles
+    assert right == pytest.approx(101 * MOTOR_STEP / 0.033 * (2.0 - 1.0 / 30.0), abs=0.002)
+    assert left == pytest.approx(-right, abs=0.002)
+    assert robot.wheel_speeds == pytest.approx(
+        (-101 * MOTOR_STEP / 0.033, 101 * MOTOR_STEP / 0.033), abs=0.0016 * 30)
+
+
+def test_what_it_truly_does_between_two_ticks_is_known():
+    """The motors' speed, and the place, a moment after the board's last tick."""
+    robot = Simulator(replace(QUIET, motor_lag=0.1))
+    robot.command(0.1, 0.0)
+    robot.step(1 / 30 + 0.02)
+    gone = 1.0 - math.exp(-0.2)
+    assert robot.true_velocity[0] == pytest.approx(126 * MOTOR_STEP * gone)
+    assert robot.truth.x == pytest.approx(126 * MOTOR_STEP * (0.02 - 0.1 * gone))
+
+
+def test_a_command_holds_for_half_a_second_to_the_tick():
+    """Arrived at 0.1 s, it is obeyed at the tick of 0.6 s and no more at that of 0.6333 s."""
+    robot = Simulator(STIFF)
+    robot.step(0.1001)
+    robot.command(0.1, 0.0)
+    robot.step(0.5999 + 0.03 - 0.1001)
+    assert robot.true_velocity[0] > 0.09
+    robot.step(0.005)
+    assert robot.true_velocity == (0.0, 0.0)
+
+
+def test_after_its_reset_the_odometry_counts_on_and_can_be_reset_again():
+    robot = Simulator(replace(STIFF, reset_pause=0.3))
+    for _ in range(2):
+        robot.reset()
+        assert robot.step(0.29) == []          # busy, each time
+        robot.step(0.05)
+        pose = odom_of(drive(robot, 1.0, 0.1, 0.0))[-1].pose
+        assert pose.x == pytest.approx(126 * MOTOR_STEP * (1.0 - 1 / 60), abs=0.1 / 60 + 2 * TICK)
+        drive(robot, 0.1, 0.0, 0.0)

@@ -1,0 +1,111 @@
+"""What the embedded robot measures, against physics and the firmware's known behaviour."""
+import math
+from dataclasses import replace
+
+import pytest
+from simulated import MOTOR_STEP, QUIET, STIFF, TICK, close, drive, imu_of, odom_of
+
+from tb3_labs.geometry.angles import wrap
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.simulation.simulator import Simulator
+from tb3_labs.simulation.simulator_config import SimulatorConfig
+
+
+def test_the_odometry_follows_the_truth_to_the_ticks():
+    robot = Simulator(replace(QUIET, start_x=1.0, start_y=-2.0, start_yaw_deg=-100.0))
+    for linear, angular in ((0.2, 0.0), (0.1, 0.6), (-0.1, -0.6), (0.0, 1.0)):
+        sample = odom_of(drive(robot, 2.0, linear, angular))[-1]
+        assert sample.stamp == pytest.approx(robot.now)
+        assert close(sample.pose, robot.truth, metres=2 * TICK + 1e-4, radians=1e-9)
+        v, w = robot.true_velocity
+        assert sample.linear == pytest.approx(v, abs=TICK * 30)
+        assert sample.angular == pytest.approx(w, abs=1e-6)
+
+
+def test_wheel_angles_are_whole_ticks_of_the_travel():
+    robot = Simulator(QUIET)
+    drive(robot, 3.0, 0.15, 0.0)
+    for angle in robot.wheel_angles:
+        assert angle * 0.033 == pytest.approx(robot.truth.x, abs=1.01 * TICK)
+        assert angle / 0.001533981 == pytest.approx(round(angle / 0.001533981), abs=0.01)
+    assert robot.wheel_speeds == pytest.approx((0.15 / 0.033,) * 2, abs=0.0016 * 30)
+
+
+@pytest.mark.parametrize('offset', [0.0, 140.0, -105.5, 180.0, 360.0])
+def test_imu_and_odometry_differ_by_the_offset(offset):
+    robot = Simulator(replace(QUIET, start_yaw_deg=50.0, imu_offset_deg=offset))
+    samples = drive(robot, 4.0, 0.0, -2.0)
+    yaw_at = {round(s.stamp, 6): s.yaw for s in imu_of(samples)}
+    pairs = [(yaw_at[round(s.stamp, 6)], s.pose.yaw) for s in odom_of(samples)
+             if round(s.stamp, 6) in yaw_at]
+    assert len(pairs) > 30
+    for imu_yaw, odom_yaw in pairs:
+        assert -math.pi < imu_yaw <= math.pi and -math.pi < odom_yaw <= math.pi
+        assert wrap(imu_yaw - odom_yaw - math.radians(offset)) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_imu_sees_every_moment_of_a_turn_that_begins():
+    robot = Simulator(replace(QUIET, motor_lag=0.1))
+    rate = 101 * MOTOR_STEP / 0.08   # 1 rad/s is 101.1 steps
+    for sample in imu_of(drive(robot, 0.4, 0.0, 1.0)):
+        since = max(0.0, sample.stamp - 1 / 30)
+        fading = math.exp(-since / 0.1)
+        assert sample.yaw_rate == pytest.approx(rate * (1 - fading), abs=1e-9)
+        assert sample.yaw == pytest.approx(rate * (since - 0.1 * (1 - fading)), abs=1e-9)
+
+
+@pytest.mark.parametrize('direction', [-1, 1])
+@pytest.mark.parametrize('offset', [0.0, 90.0])
+def test_one_spike_where_the_imu_crosses_half_a_turn(direction, offset):
+    config = replace(STIFF, start_yaw_deg=direction * 140.0, imu_offset_deg=offset)
+    robot = Simulator(config)
+    samples = odom_of(drive(robot, 6.0, 0.05, direction * 1.0))
+    spikes = [s for s in samples if abs(s.angular) > 10.0]
+    assert len(spikes) == 1
+    # The board takes the crossing for a whole turn the other way within 1/30 s.
+    rate = robot.true_velocity[1]
+    assert spikes[0].angular == pytest.approx(rate - direction * 2 * math.pi * 30, abs=0.01)
+    before = samples[samples.index(spikes[0]) - 1]
+    moved = before.pose.inverse() @ spikes[0].pose
+    assert moved.x == pytest.approx(-0.05 / 30, abs=2 * TICK)     # taken backwards
+    assert samples[-1].pose.yaw == pytest.approx(robot.truth.yaw, abs=1e-9)
+
+
+def test_noise_has_the_size_asked_for():
+    samples = imu_of(Simulator(SimulatorConfig(imu_noise_deg=0.2, gyro_noise=0.03)).step(60.0))
+    for values, sigma in (([math.degrees(s.yaw) for s in samples], 0.2),
+                          ([s.yaw_rate for s in samples], 0.03)):
+        mean = sum(values) / len(values)
+        spread = math.sqrt(sum((v - mean) ** 2 for v in values) / len(values))
+        # 12000 numbers: the mean is good to 1 %, the spread to 0.7 % of sigma (one sigma)
+        assert abs(mean) < 0.04 * sigma and spread == pytest.approx(sigma, rel=0.03)
+    a, b = [s.yaw for s in samples], [s.yaw_rate for s in samples]
+    correlation = sum(p * q for p, q in zip(a, b)) / len(a) / math.radians(0.2) / 0.03
+    assert abs(correlation) < 0.04
+
+
+def test_drift_reaches_imu_and_odometry_but_not_the_robot():
+    robot = Simulator(replace(QUIET, imu_drift_deg_per_min=6.0))
+    samples = robot.step(120.0)
+    imu, odom = imu_of(samples)[-1], odom_of(samples)[-1]
+    assert math.degrees(imu.yaw) == pytest.approx(12.0)
+    assert math.degrees(odom.pose.yaw) == pytest.approx(12.0)
+    assert math.degrees(imu.yaw_rate) == pytest.approx(0.1)
+    assert robot.truth == Pose2()
+
+
+def test_a_smaller_right_wheel_bends_the_way_to_the_right():
+    robot = Simulator(replace(STIFF, wheel_mismatch=0.03))
+    odometry = odom_of(drive(robot, 5.0, 0.1, 0.0))[-1]
+    left = 126 * MOTOR_STEP * (5.0 - 1 / 30)
+    assert robot.truth.yaw == pytest.approx(-0.03 * left / 0.16, rel=1e-9)
+    assert odometry.pose.yaw == pytest.approx(robot.truth.yaw, abs=1e-9)  # the IMU sees it
+
+
+def test_slip_loses_travel_and_the_encoders_do_not_know():
+    robot = Simulator(replace(STIFF, slip=0.2))
+    odometry = odom_of(drive(robot, 5.0, 0.1, 0.0))[-1]
+    assert robot.truth.x == pytest.approx(0.8 * odometry.pose.x, abs=2 * TICK)
+    stuck = Simulator(replace(STIFF, slip=1.0))
+    odometry = odom_of(drive(stuck, 5.0, 0.1, 1.0))[-1]
+    assert stuck.truth == Pose2() and odometry.pose.x > 0.4

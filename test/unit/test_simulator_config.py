@@ -1,0 +1,125 @@
+"""What can be set about the embedded robot: at the start, while it runs, and not at all."""
+import math
+import pathlib
+import statistics
+import xml.etree.ElementTree as ElementTree
+from dataclasses import fields, replace
+
+import pytest
+from simulated import QUIET, close, drive, imu_of, odom_of
+
+from tb3_labs.simulation.simulator import Simulator
+from tb3_labs.simulation.simulator_config import FAULTS, STARTING, SimulatorConfig
+
+LAUNCH = pathlib.Path(__file__).parents[2] / 'launch' / 'fake_robot.launch'
+
+
+def test_what_belongs_to_the_start_cannot_change_later():
+    robot = Simulator()
+    other = {'model': 'waffle', 'start_x': 1.0, 'start_y': 1.0, 'start_yaw_deg': 1.0,
+             'imu_offset_deg': 1.0, 'seed': 2}
+    assert set(other) == set(STARTING)
+    for name, value in other.items():
+        with pytest.raises(ValueError, match=name):
+            robot.configure(replace(robot.config, **{name: value}))
+    assert robot.config == SimulatorConfig()
+
+
+@pytest.mark.parametrize('name', sorted(
+    {item.name for item in fields(SimulatorConfig)} - set(STARTING) - set(FAULTS)
+    - {'stalled', 'network_cut'}))
+def test_physics_may_change_while_it_drives(name):
+    """Nothing jumps: what has been driven so far stays."""
+    robot = Simulator(QUIET)
+    drive(robot, 1.0, 0.1, 0.5)
+    robot.step(0.013)   # between two ticks of the board
+    truth = robot.truth
+    value = getattr(robot.config, name)
+    changed = (not value) if isinstance(value, bool) else 0.3 + value / 2.0 if value < 1 else 20.0
+    if name == 'reset_pause':
+        changed = 1.0
+    robot.configure(replace(robot.config, **{name: changed}))
+    assert close(robot.truth, truth, metres=1e-6, radians=1e-6)
+    assert drive(robot, 1.0, 0.1, 0.5)
+
+
+@pytest.mark.parametrize('bad', [
+    {'model': 'pioneer'}, {'slip': 1.1}, {'slip': -0.1}, {'imu_rate': 0.0},
+    {'motor_lag': -1.0}, {'start_x': math.nan}, {'sensor_latency': math.inf},
+    {'imu_silent': 1}, {'seed': 1.5}, {'stalled': 'imu'}, {'stalls_per_min': 121.0},
+    {'command_jitter': -0.001}, {'odom_rate': 'often'}, {'wheel_mismatch': 1.0}])
+def test_nonsense_is_refused_by_name(bad):
+    with pytest.raises(ValueError, match=list(bad)[0]):
+        SimulatorConfig(**bad)
+
+
+def test_the_launch_file_offers_every_setting_in_the_same_words():
+    offered = {arg.get('name'): arg.get('doc') for arg in
+               ElementTree.parse(str(LAUNCH)).getroot().findall('arg')}
+    for item in fields(SimulatorConfig):
+        unit = item.metadata['unit']
+        assert offered[item.name] == item.metadata['meaning'] + (
+            ' [{}]'.format(unit) if unit else '')
+
+
+#: Field: closed bounds. Numbers of their own: a bound that moves is seen here.
+BOUNDS = {
+    'start_x': (-1000.0, 1000.0), 'start_y': (-1000.0, 1000.0), 'start_yaw_deg': (-360.0, 360.0),
+    'imu_offset_deg': (-360.0, 360.0), 'seed': (0, 2147483647), 'imu_rate': (1.0, 1000.0),
+    'odom_rate': (1.0, 200.0), 'imu_noise_deg': (0.0, 10.0), 'gyro_noise': (0.0, 1.0),
+    'imu_drift_deg_per_min': (-600.0, 600.0), 'wheel_mismatch': (-0.5, 0.5), 'slip': (0.0, 1.0),
+    'motor_lag': (0.0, 2.0), 'command_latency': (0.0, 5.0), 'sensor_latency': (0.0, 5.0),
+    'command_jitter': (0.0, 1.0), 'sensor_jitter': (0.0, 1.0), 'stalls_per_min': (0.0, 120.0),
+    'longest_stall': (0.0, 10.0), 'reset_pause': (0.0, 10.0), 'dropouts_per_min': (0.0, 60.0)}
+
+
+def test_every_number_has_the_bounds_it_had():
+    numbers = {item.name for item in fields(SimulatorConfig)
+               if type(item.default) in (int, float)}
+    assert set(BOUNDS) == numbers
+    for name, (low, high) in BOUNDS.items():
+        beyond = 1 if isinstance(low, int) else 1e-6
+        for bound, outside in ((low, low - beyond), (high, high + beyond)):
+            assert getattr(SimulatorConfig(**{name: bound}), name) == bound
+            with pytest.raises(ValueError, match=name):
+                SimulatorConfig(**{name: outside})
+
+
+def test_a_robot_of_its_own_accord_is_sound_and_at_home():
+    """The defaults: those of a real Burger, and nothing that spoils it."""
+    config = SimulatorConfig()
+    assert (config.model, config.stalled) == ('burger', 'both')
+    some = {'seed': 1, 'imu_rate': 200.0, 'odom_rate': 30.0, 'imu_noise_deg': 0.005,
+            'gyro_noise': 0.001, 'motor_lag': 0.05, 'longest_stall': 0.4, 'reset_pause': 2.56}
+    for name in BOUNDS:
+        assert getattr(config, name) == some.get(name, 0.0), name
+    assert not any(getattr(config, name) for name in (
+        'reset_runs_on', 'motors_off', 'imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen',
+        'network_cut'))
+
+
+def test_rates_that_change_count_from_then_on():
+    robot = Simulator()
+    robot.step(1.0)
+    robot.step(0.013)
+    robot.configure(replace(robot.config, imu_rate=50.0, odom_rate=10.0))
+    samples = robot.step(1.0)
+    assert [s.stamp for s in imu_of(samples)] == pytest.approx(
+        [1.013 + k / 50.0 for k in range(1, 51)])
+    assert [s.stamp for s in odom_of(samples)] == pytest.approx(
+        [1.013 + k / 10.0 for k in range(1, 11)])
+
+
+def test_noise_and_drift_that_change_count_from_then_on():
+    robot = Simulator(QUIET)
+    robot.step(60.0)
+    robot.configure(replace(robot.config, imu_drift_deg_per_min=30.0))
+    assert math.degrees(imu_of(robot.step(60.0))[-1].yaw) == pytest.approx(30.0)
+    robot.configure(replace(robot.config, imu_drift_deg_per_min=-60.0))
+    sample = imu_of(robot.step(20.0))[-1]
+    assert math.degrees(sample.yaw) == pytest.approx(10.0)
+    assert math.degrees(sample.yaw_rate) == pytest.approx(-1.0)
+    robot.configure(replace(QUIET, imu_noise_deg=1.0))
+    yaws = [math.degrees(sample.yaw) for sample in imu_of(robot.step(20.0))]
+    assert statistics.mean(yaws) == pytest.approx(10.0, abs=0.1)
+    assert statistics.pstdev(yaws) == pytest.approx(1.0, rel=0.1)
