@@ -146,39 +146,43 @@ def print_drives_afar(pool, number):
                 sum(map(is_said_falsely, results))), flush=True)
 
 
-def main(drives):
-    """Drive, turn and print."""
-    with ProcessPoolExecutor() as pool:
-        print(DRIVE_ROW.format('median / worst', 'arrived', 'distance off', 'heading off', 'time',
-                               'times at best'))
-        for kind in DRIVES:
-            results = list(pool.map(one_drive, [(kind, seed) for seed in range(drives)]))
-            good = [(bound, result) for bound, result in results if result.reached]
-            print(DRIVE_ROW.format(
-                kind[0], '{}/{}'.format(len(good), drives),
-                '{:.1f} / {:.1f} mm'.format(*median_and_worst(
-                    [1000.0 * d.distance_error for _, d in good])),
-                '{:.2f} / {:.2f} deg'.format(*median_and_worst(
-                    [abs(math.degrees(d.angle_error)) for _, d in good])),
-                '{:.1f} / {:.1f} s'.format(*median_and_worst([d.time for _, d in good])),
-                '{:.3f} / {:.3f}'.format(*median_and_worst(
-                    [d.time / bound for bound, d in good]))), flush=True)
-        print_drives_afar(pool, drives)
+def print_drives(pool, number):
+    """The table of drives by both laws."""
+    print(DRIVE_ROW.format('median / worst', 'arrived', 'distance off', 'heading off', 'time',
+                           'times at best'))
+    for kind in DRIVES:
+        results = list(pool.map(one_drive, [(kind, seed) for seed in range(number)]))
+        good = [(bound, result) for bound, result in results if result.reached]
+        print(DRIVE_ROW.format(
+            kind[0], '{}/{}'.format(len(good), number),
+            '{:.1f} / {:.1f} mm'.format(*median_and_worst(
+                [1000.0 * d.distance_error for _, d in good])),
+            '{:.2f} / {:.2f} deg'.format(*median_and_worst(
+                [abs(math.degrees(d.angle_error)) for _, d in good])),
+            '{:.1f} / {:.1f} s'.format(*median_and_worst([d.time for _, d in good])),
+            '{:.3f} / {:.3f}'.format(*median_and_worst(
+                [d.time / bound for bound, d in good]))), flush=True)
 
-        print('\n' + TURN_ROW.format('turn by', 'deg', 'latency', 'lag', 'off', 'overshoot',
-                                     'short by', 'times at best'))
-        cases = [(start, direction, seed) for seed, (start, direction, _) in enumerate(
-            itertools.product(TURN_STARTS, (1.0, -1.0), range(TURN_REPEATS)))]
-        for kind in TURNS:
-            off, overshoot, left, time = zip(*pool.map(one_turn, [(kind, case) for case in cases]))
-            print(TURN_ROW.format(
-                kind[0], kind[1], '{:.0f} ms'.format(1000.0 * kind[2]),
-                '{:.0f} ms'.format(1000.0 * kind[3]),
-                '{:.2f} / {:.2f} deg'.format(*median_and_worst(off)),
-                '{:.2f} / {:.2f}'.format(*median_and_worst(overshoot)),
-                '{:.2f} deg'.format(statistics.median(left)),
-                '{:.3f} / {:.3f}'.format(*median_and_worst(time))), flush=True)
 
+def print_turns(pool):
+    """The table of turns by both laws."""
+    print('\n' + TURN_ROW.format('turn by', 'deg', 'latency', 'lag', 'off', 'overshoot',
+                                 'short by', 'times at best'))
+    cases = [(start, direction, seed) for seed, (start, direction, _) in enumerate(
+        itertools.product(TURN_STARTS, (1.0, -1.0), range(TURN_REPEATS)))]
+    for kind in TURNS:
+        off, overshoot, left, time = zip(*pool.map(one_turn, [(kind, case) for case in cases]))
+        print(TURN_ROW.format(
+            kind[0], kind[1], '{:.0f} ms'.format(1000.0 * kind[2]),
+            '{:.0f} ms'.format(1000.0 * kind[3]),
+            '{:.2f} / {:.2f} deg'.format(*median_and_worst(off)),
+            '{:.2f} / {:.2f}'.format(*median_and_worst(overshoot)),
+            '{:.2f} deg'.format(statistics.median(left)),
+            '{:.3f} / {:.3f}'.format(*median_and_worst(time))), flush=True)
+
+
+def print_faults():
+    """The table of motions that end by a fault."""
     print('\n' + FAULT_ROW.format('worst of all states', 'zero after', 'rest after', 'driven on',
                                   'turned on'))
     for name, fault, in_turns in FAULTS:
@@ -189,6 +193,15 @@ def main(drives):
             '{:.2f} s'.format(max(stop.to_rest for stop in stops)),
             '{:.0f} mm'.format(1000.0 * max(stop.way for stop in stops)),
             '{:.0f} deg'.format(math.degrees(max(stop.turn for stop in stops)))))
+
+
+def main(drives):
+    """Drive, turn and print."""
+    with ProcessPoolExecutor() as pool:
+        print_drives(pool, drives)
+        print_drives_afar(pool, drives)
+        print_turns(pool)
+    print_faults()
 
 
 if __name__ == '__main__':

@@ -17,7 +17,7 @@ import math
 import random
 import sys
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from functools import partial
 from unittest import mock
@@ -36,6 +36,7 @@ NEAR_DEG = 0.4
 BELIEVED = 0.3, 0.05
 ROBOTS = {
     'as built': {},
+    'late by chance': {},      # each robot by another latency
     'noisy IMU': {'imu_noise_deg': 0.15, 'gyro_noise': 0.02},
     'very noisy IMU': {'imu_noise_deg': 0.5, 'gyro_noise': 0.05},
     'busy network': NETWORKS['busy'],
@@ -51,9 +52,9 @@ RULES = {
     'backwards_from': ({'backwards_from': 0.0}, 'drive', ['busy network', 'bad network']),
     'reversal_caution': ({'reversal_caution': 0.0}, 'turn', [
         'bad network', 'slow + bad network', 'known badly + bad']),
+    'nudge_time': ({'nudge_time': 0.0}, 'drive', ['late by chance']),
     'uncertainty': ({}, 'turn', ['noisy IMU', 'very noisy IMU']),
 }
-MODULES = {'turn': turning, 'drive': driving}
 ROW = '{:17} {:6} {:19} {:8} {:>26} {:>15} {:>10} {:>7}'
 
 
@@ -74,20 +75,22 @@ class CountedApproach(Approach):
 
 
 @contextmanager
-def without(rule, axis, counts, believed):
-    """A context in which approaches of `axis`, 'turn' or 'drive', have no such rule (None: have
-    all) and begin with the delay and lag `believed`; their reversals go to `counts`."""
-    module = MODULES[axis]
-    name = {'turn': 'turning_approach', 'drive': 'driving_approach'}[axis]
-    make, neutral = getattr(module, name), RULES[rule][0] if rule else {}
-
-    def made(*args):
-        return replace(make(*args), **neutral)
-    counted = partial(CountedApproach, counts, rule == 'uncertainty')
-    with mock.patch.object(module, name, made), mock.patch.object(
-            module, 'Approach', counted), mock.patch.object(
-                module, 'Response', partial(Response, *believed)):
+def without(rule, counts, believed):
+    """A context in which no approach has a `rule` (None: each has all), and each begins with the
+    delay and lag `believed`; their reversals go to `counts`."""
+    neutral = RULES[rule][0] if rule else {}
+    with ExitStack() as stack:
+        for module, name in ((turning, 'turning_approach'), (driving, 'driving_approach')):
+            changed = partial(_changed, getattr(module, name), neutral)
+            counted = partial(CountedApproach, counts, rule == 'uncertainty')
+            for attribute, value in ((name, changed), ('Approach', counted),
+                                     ('Response', partial(Response, *believed))):
+                stack.enter_context(mock.patch.object(module, attribute, value))
         yield
+
+
+def _changed(make, neutral, *args):
+    return replace(make(*args), **neutral)
 
 
 def one_turn(degrees, robot):
@@ -123,8 +126,11 @@ def motions(axis, kind, rule, seed):
     robot = SimulatorConfig(
         start_yaw_deg=rng.uniform(-180.0, 180.0), imu_offset_deg=rng.uniform(-180.0, 180.0),
         seed=seed, **ROBOTS[kind])
+    if kind == 'late by chance':
+        robot = replace(robot, command_latency=rng.uniform(0.0, 0.05),
+                        sensor_latency=rng.uniform(0.0, 0.02))
     believed = BELIEVED if kind.startswith('known badly') else ()
-    with without(rule, axis, counts, believed):
+    with without(rule, counts, believed):
         return list({'turn': two_turns, 'drive': a_drive}[axis](rng, robot, counts))
 
 

@@ -16,7 +16,7 @@ NEAR = math.radians(0.5)
 
 def make_approach(acceleration, response=None, **more):
     """Brakes with half the acceleration; the floor and what is near as in a turn."""
-    settings = dict(gain=20.0, slowest=0.04, close_enough=0.003)
+    settings = dict(gain=20.0, slowest=0.04, close_enough=0.003, nudge_time=TICK)
     settings.update(more)
     return Approach(ApproachConfig(period=TICK, acceleration=acceleration,
                                    braking=0.5 * acceleration, **settings),

@@ -43,6 +43,9 @@ class ApproachConfig:
     #: The gain is divided by 1 plus this for each reversal: an approach that turns back again and
     #: again has a wrong model of the robot.
     reversal_caution: float = 1.0
+    #: A nudge is held for this long [s]. A shorter one may be replaced by a stop before the robot's
+    #: control period begins, and is never driven.
+    nudge_time: float = 0.0
     #: The measured speed is that of the moment (a gyro's), no mean over the last control period
     #: (odometry's), which is always too high while braking.
     speed_is_prompt: bool = False
@@ -130,4 +133,6 @@ class Approach:
                 self._reversals += 1
             self._direction = wanted
             return wanted
+        if self._nudges and self._history.unchanged_for < config.nudge_time:
+            return self._history.command
         return 0.0

@@ -101,7 +101,7 @@ def driving_approach(config: DriveConfig) -> ApproachConfig:
     return ApproachConfig(
         period=PreciseTurn.period, acceleration=config.linear_acceleration,
         braking=0.2 * config.linear_acceleration, gain=15.0, slowest=0.015, close_enough=0.0005,
-        backwards_from=OUTSIDE * config.distance_tolerance)
+        backwards_from=OUTSIDE * config.distance_tolerance, nudge_time=PreciseTurn.period)
 
 
 class PreciseLaw:

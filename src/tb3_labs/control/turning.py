@@ -149,7 +149,8 @@ def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
     """How a precise turn comes to rest, given [rad/s^2] and [rad]."""
     return ApproachConfig(
         period=PERIOD, acceleration=acceleration, braking=0.25 * acceleration, gain=24.0,
-        slowest=0.04, close_enough=0.002, leave_alone=0.8 * tolerance, speed_is_prompt=True)
+        slowest=0.04, close_enough=0.002, leave_alone=0.8 * tolerance, nudge_time=PERIOD,
+        speed_is_prompt=True)
 
 
 class PreciseTurn:
