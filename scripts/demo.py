@@ -27,7 +27,8 @@ from std_msgs.msg import Bool, String
 from tb3_labs.control.driving import DriveConfig
 from tb3_labs.control.least_time import least_time
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.demo import BEGUN, DemoConfig, DemoDrive, is_over, table
+from tb3_labs.control.goal_machine import is_over
+from tb3_labs.nodes.demo import BEGUN, DemoConfig, DemoDrive, table
 from tb3_labs.ros.console import say
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.node import end, guarded, run

@@ -16,7 +16,7 @@ import yaml
 
 from tb3_labs.config import Config, bounds_in_words, setting
 from tb3_labs.robot.turtlebot3 import MODELS
-from tb3_labs.simulation.simulator import STARTING
+from tb3_labs.simulation.simulator_config import STARTING
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 #: The nodes with settings, and the launch file that offers all of them as arguments.

@@ -28,7 +28,8 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.rollout import drive, turns
-from tb3_labs.simulation.simulator import Simulator, SimulatorConfig
+from tb3_labs.simulation.simulator import Simulator
+from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
 DRIVES = [('precise, lab goal', {}, True),

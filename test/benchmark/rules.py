@@ -28,7 +28,7 @@ from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.rollout import drive, turns
-from tb3_labs.simulation.simulator import SimulatorConfig
+from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 #: A turn within this of what was asked succeeded [deg]: the tolerance, and what drift adds.
 NEAR_DEG = 0.4

@@ -65,11 +65,10 @@ class BadStartTest(NodeCase):
             self.assertIn('robots must be a whole number, 1 or more', launch.text)
 
     def test_a_node_without_a_master_waits_for_one(self):
-        node = NodeProcess('tb3_labs', 'move2goal_tf.py', '_goal_x:=1.0',
-                           environment={'ROS_MASTER_URI': 'http://localhost:1'})
-        self.addCleanup(node.kill)
-        node.wait_for('Waiting for a ROS master at http://localhost:1', 20.0)
-        self.assertNotEqual(node.end(), None)
+        node = self.start('move2goal_tf.py', '_goal_x:=1.0',
+                          environment={'ROS_MASTER_URI': 'http://localhost:1'})
+        node.wait_for('Waiting for a ROS master at http://localhost:1', STARTING)
+        self.assertEqual(node.end(), 0)
         self.assertEqual(len(node.lines), 1, node.text)
 
     def test_a_misspelt_parameter_is_warned_of(self):

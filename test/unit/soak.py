@@ -18,7 +18,8 @@ from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.rollout import control, navigation, run
-from tb3_labs.simulation.simulator import Simulator, SimulatorConfig
+from tb3_labs.simulation.simulator import Simulator
+from tb3_labs.simulation.simulator_config import SimulatorConfig
 from tb3_labs.supervision.arbitration import Driver
 
 STEP = 0.1

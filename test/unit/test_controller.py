@@ -10,7 +10,8 @@ from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.nodes.mouse import MOUSE_TIMEOUT
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import robot_model
-from tb3_labs.simulation.simulator import Simulator, SimulatorConfig
+from tb3_labs.simulation.simulator import Simulator
+from tb3_labs.simulation.simulator_config import SimulatorConfig
 from tb3_labs.supervision.arbitration import Driver
 
 TICK = 0.005

@@ -8,7 +8,8 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.localizer import Localizer
 from tb3_labs.localization.odometry_jumps import POSE_KEPT, POSE_LOST, JumpFilter
 from tb3_labs.robot.samples import ImuSample, OdometrySample
-from tb3_labs.simulation.simulator import Simulator, SimulatorConfig
+from tb3_labs.simulation.simulator import Simulator
+from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 IMU = ImuSample(0.0, 1.0, 0.0)
 

@@ -11,9 +11,9 @@ import yaml
 from tb3_labs.config import bounds_in_words
 from tb3_labs.control.driving import DriveConfig
 from tb3_labs.control.turning import TurnConfig
-from tb3_labs.nodes.move_to_goal import NavigatorConfig
+from tb3_labs.nodes.move_to_goal import MoveToGoalConfig
 from tb3_labs.nodes.pad import PadConfig
-from tb3_labs.simulation.simulator import SimulatorConfig
+from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / 'test'))
@@ -47,7 +47,7 @@ def row(item):
 
 
 @pytest.mark.parametrize('kind', [
-    NavigatorConfig, DriveConfig, TurnConfig, PadConfig, SimulatorConfig])
+    MoveToGoalConfig, DriveConfig, TurnConfig, PadConfig, SimulatorConfig])
 def test_every_setting_stands_in_the_page_as_in_the_code(kind):
     lines = (ROOT / 'doc' / 'parameters.md').read_text(encoding='utf-8').splitlines()
     assert [row(item) for item in fields(kind) if item.name != 'model'

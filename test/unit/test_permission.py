@@ -146,6 +146,20 @@ def test_a_node_that_slept_finds_it_gone_also_if_a_renewal_is_the_first_it_hears
     assert senders.told('this node did not run for')
 
 
+def test_a_pad_that_renews_what_does_not_count_is_told_so_once(senders):
+    senders.now += 10.0                # nobody looked
+    for _ in range(40):                # held up, and released at once
+        senders.permission.told(True, senders.now, 'pad', True)
+    senders.renewing.add('pad')
+    senders._next['pad'] = senders.now
+    assert not senders.run(5.0)
+    refusals = [news.text for news in senders.permission.take_news() if 'count' in news.text]
+    assert len(refusals) == 1 and 'while this node did not run' in refusals[0]
+    senders.say('pad', False)
+    senders.say('pad', True)
+    assert senders.run(0.25)
+
+
 @pytest.mark.parametrize('word', [True, False])
 def test_what_a_node_hears_as_it_wakes_is_no_giving_but_a_stop(senders, word):
     senders.say('hand', True)

@@ -5,45 +5,31 @@ by the odometry's yaw at the reset, and the difference of the IMU's yaws. One di
 recordings is the firmware's fault at +/-180 deg, exactly backwards; it is turned round here first.
 """
 import math
-import os
-import pathlib
 
 import numpy as np
 import pytest
 
 from known_motion import angle_between
+from real_recordings import NAMES, arrays_of
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.localizer import Localizer
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 
-rosbag = pytest.importorskip('rosbag', reason='rosbag cannot be imported')
-
-FOLDER = pathlib.Path(os.environ.get('TB3_LABS_RECORDINGS') or
-                      pathlib.Path(__file__).resolve().parents[3] / 'shared' / 'recordings')
 METRES, RADIANS = 0.001, math.radians(0.2)
 
 
 class Recording:
-    """The raw messages of a bag as arrays, each column by name; yaws unwrapped."""
+    """The raw messages as arrays; yaws unwrapped."""
 
-    def __init__(self, path):
-        self.imu, self.odometry, self.arrivals = [], [], []
-        speeds = []
-        with rosbag.Bag(str(path)) as bag:
-            for topic, message, arrival in bag.read_messages(['/imu', '/odom']):
-                arrival, stamp = arrival.to_sec(), message.header.stamp.to_sec()
-                if topic == '/imu':
-                    self.imu.append((stamp, _yaw(message.orientation)))
-                    self.arrivals.append((arrival, ImuSample(
-                        *self.imu[-1], message.angular_velocity.z)))
-                else:
-                    pose, twist = message.pose.pose, message.twist.twist
-                    speeds.append((twist.linear.x, twist.angular.z))
-                    self.odometry.append((stamp, pose.position.x, pose.position.y,
-                                          _yaw(pose.orientation)))
-                    self.arrivals.append((arrival, OdometrySample(
-                        stamp, Pose2(*self.odometry[-1][1:]), twist.linear.x, twist.angular.z)))
-        self.imu, self.odometry = np.array(self.imu), np.array(self.odometry)
+    def __init__(self, name):
+        imu, odometry = arrays_of(name)
+        self.arrivals = sorted(
+            [(arrival, ImuSample(*sample)) for arrival, *sample in imu.tolist()]
+            + [(arrival, OdometrySample(stamp, Pose2(x, y, yaw), linear, angular))
+               for arrival, stamp, x, y, yaw, linear, angular in odometry.tolist()],
+            key=lambda pair: pair[0])
+        self.imu, self.odometry = imu[:, 1:3].copy(), odometry[:, 1:5].copy()
+        speeds = odometry[:, 5:]
         for table in self.imu, self.odometry:
             table[:, -1] = np.unwrap(table[:, -1])
         self.faults = [number for number, (_, angular) in enumerate(speeds) if abs(angular) > 100.0]
@@ -73,12 +59,7 @@ def _direction(yaw):
     return np.array([math.cos(yaw), math.sin(yaw)])
 
 
-def _yaw(q):
-    """Heading of a quaternion, by the formula for the z-y-x angles."""
-    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
-
-
-@pytest.fixture(scope='module', params=['burger_drive', 'burger_static'])
+@pytest.fixture(scope='module', params=NAMES)
 def recording(request):
     return _load(request.param)
 
@@ -89,11 +70,8 @@ def drive():
 
 
 def _load(name, loaded={}):
-    path = FOLDER / (name + '.bag')
-    if not path.exists():
-        pytest.skip('no recording {}: set TB3_LABS_RECORDINGS'.format(path))
     if name not in loaded:
-        loaded[name] = Recording(path)
+        loaded[name] = Recording(name)
     return loaded[name]
 
 

@@ -3,7 +3,6 @@ import base64
 import csv
 import importlib.util
 import math
-import os
 import pathlib
 import re
 import sys
@@ -15,7 +14,6 @@ from recorded_run import (  # noqa: F401
 from sensor_msgs.msg import Imu
 
 from tb3_labs.report import analysis
-from tb3_labs.report.sensors import path_length, yaw_offset
 from tb3_labs.ros.bags.reader import read_run
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
@@ -24,8 +22,6 @@ from tb3_labs.report.figures import thin  # noqa: E402
 from tb3_labs.report.run_figures import LEAP, paths  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-RECORDINGS = pathlib.Path(os.environ.get('TB3_LABS_RECORDINGS') or
-                          ROOT.parent / 'shared' / 'recordings')
 
 
 def lab_report(*words):
@@ -77,20 +73,6 @@ def test_a_bag_of_sensors_only(tmp_path):
     assert lab_report(path) == 0
     page = (tmp_path / 'sensors_report' / 'report.html').read_text(encoding='utf-8')
     assert 'No drives are listed' in page and 'declared (0, 0, 0)' in page
-
-
-@pytest.mark.parametrize('name, offset_deg, metres', [
-    ('burger_drive', 140.56, 4.46), ('burger_static', -105.51, 0.0)])
-def test_recordings_of_a_real_robot(name, offset_deg, metres):
-    path = RECORDINGS / (name + '.bag')
-    if not path.exists():
-        pytest.skip('no recording {}: set TB3_LABS_RECORDINGS'.format(path))
-    run = read_run(path)
-    offset = yaw_offset(run)
-    assert math.degrees(offset.mean) == pytest.approx(offset_deg, abs=0.05)
-    assert math.degrees(offset.spread) < 0.1
-    assert path_length(run.odometry) == pytest.approx(metres, abs=0.01)
-    assert analysis.drives(run, BURGER) == []
 
 
 def test_thinning_keeps_extremes_and_ends():

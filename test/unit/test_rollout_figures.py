@@ -138,4 +138,4 @@ def test_what_the_figures_are_judged_by():
     assert (rollout.LOOK_PERIOD, rollout.TURN_LOOK_PERIOD, rollout.SETTLED_TIME) == (
         0.02, 0.005, 0.5)
     assert rollout.AT_REST == (0.005, 0.03)
-    assert (rollout.REST_LINEAR, rollout.REST_ANGULAR) == (0.001, 0.01)
+    assert (rollout.STILL_LINEAR, rollout.STILL_ANGULAR) == (0.001, 0.01)

@@ -3,11 +3,14 @@ import math
 
 import numpy as np
 import pytest
-from recorded_run import AHEAD, BEGIN, MISS, bag, run  # noqa: F401
+from real_recordings import arrays_of
+from recorded_run import AHEAD, BEGIN, BURGER, MISS, bag, run  # noqa: F401
 
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.geometry.quaternions import yaw_from_quaternion, yaws_from_quaternions
-from tb3_labs.report.run_data import SenderClock, times_on_recorders_clock
+from tb3_labs.report.analysis import drives
+from tb3_labs.report.run_data import (
+    ImuSamples, OdometrySamples, RunData, SenderClock, times_on_recorders_clock)
 from tb3_labs.report.sensors import path_length, rate, yaw_offset
 
 
@@ -80,3 +83,22 @@ def test_yaws_of_many_quaternions():
     bad = np.array([[0.0] * 4, [math.nan, 0.0, 0.0, 1.0], [2.0, 0.0, 0.0, 0.0],
                     [math.inf, 0.0, 0.0, 0.0]]).T
     assert np.isnan(yaws_from_quaternions(**dict(zip('wxyz', bad)))).all()
+
+
+@pytest.mark.parametrize('name, offset_deg, metres', [
+    ('burger_drive', 140.56, 4.46), ('burger_static', -105.51, 0.0)])
+def test_recordings_of_a_real_robot(name, offset_deg, metres):
+    imu, odometry = (table.T for table in arrays_of(name))
+    start = odometry[0][0]
+    for table in imu, odometry:
+        table[:2] -= start
+    clock = SenderClock.of(odometry[0], odometry[1])
+    imu, odometry = ([table[0], times_on_recorders_clock(table[0], table[1], clock), *table[2:]]
+                     for table in (imu, odometry))
+    run = RunData(name=name, start=0.0, duration=float(odometry[0][-1]), imu=ImuSamples(*imu),
+                  odometry=OdometrySamples(*odometry))
+    offset = yaw_offset(run)
+    assert math.degrees(offset.mean) == pytest.approx(offset_deg, abs=0.05)
+    assert math.degrees(offset.spread) < 0.1
+    assert path_length(run.odometry) == pytest.approx(metres, abs=0.01)
+    assert drives(run, BURGER) == []

@@ -11,7 +11,7 @@ from tb3_labs.localization.yaw_noise import YawNoise
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.rollout import turns
-from tb3_labs.simulation.simulator import SimulatorConfig
+from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 BURGER = robot_model('burger')
 LAB = TurnConfig(law='lab')

@@ -43,6 +43,8 @@ class ApproachConfig:
     #: The gain is divided by 1 plus this for each reversal: an approach that turns back again and
     #: again has a wrong model of the robot.
     reversal_caution: float = 1.0
+    #: The same for a nudge, which may be obeyed for two of the robot's periods.
+    nudge_caution: float = 0.5
     #: A nudge is held for this long [s]. A shorter one may be replaced by a stop before the robot's
     #: control period begins, and is never driven.
     nudge_time: float = 0.0
@@ -126,7 +128,8 @@ class Approach:
         self._nudges = self._nudges or bool(self._direction and not self._history.command)
         near = uncertainty + max(config.close_enough, config.leave_alone if self._nudges else 0.0)
         if self.at_rest > near or self.at_rest < -max(near, config.backwards_from):
-            gain = config.gain / (1.0 + config.reversal_caution * self._reversals)
+            caution = 1.0 + config.reversal_caution * self._reversals
+            gain = config.gain / (caution + config.nudge_caution * self._nudges)
             size = abs(braking_speed(self.at_rest, config.braking, gain))
             wanted = math.copysign(clamp(size, min(config.slowest, fastest), fastest), self.at_rest)
             if wanted * self._direction < 0.0:

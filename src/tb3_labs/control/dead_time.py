@@ -21,7 +21,7 @@ from collections import deque
 from typing import Deque, Tuple
 
 #: Commands are remembered for this long [s]. It exceeds every delay and every age of a sample.
-MEMORY = 1.4
+COMMAND_MEMORY = 1.4
 #: A lag below this counts as this [s], since time is divided by it.
 LEAST_LAG = 1e-6
 
@@ -73,7 +73,7 @@ class CommandHistory:
             self._same_since = self.now
         self.command = command
         self._sent.append((begin, command))
-        while self._sent[0][0] < self.now - MEMORY:
+        while self._sent[0][0] < self.now - COMMAND_MEMORY:
             self._sent.popleft()
 
     def travel_under_way(self, delay: float) -> float:

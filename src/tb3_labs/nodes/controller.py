@@ -5,10 +5,11 @@ How samples, mouse and turns go in, and commands come out: see :mod:`tb3_labs.no
 Units: seconds on the receiver's clock (`now`), radians, m/s; turns are asked for in degrees.
 """
 import math
-from typing import List, Optional, Protocol
+from typing import List, Optional
 
 from tb3_labs.control.pace import LONGEST_IDLE, Pace
-from tb3_labs.control.speed_laws import LawStep, Twist2
+from tb3_labs.control.speed_laws import Twist2
+from tb3_labs.control.turning import TurningLaw
 from tb3_labs.localization.heading import Heading
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.nodes.mouse import Mouse
@@ -26,29 +27,10 @@ DRIVEN_RATE = 0.1
 JUDGING_RATE = 0.01
 
 
-class TurnLaw(Protocol):
-    """How to turn: a turning.LabTurn or turning.PreciseTurn."""
-
-    period: float               # [s]
-    MAX_ANGLE: float            # [rad]
-    MAX_ANGLE_IN_WORDS: str
-    extends: bool               # does a turn that is asked for during another move its goal?
-    carries_error: bool         # does a turn make up for what the one before left to do?
-
-    def start(self, yaw: float, angle: float) -> None:
-        """Turn by `angle`, beginning at `yaw`."""
-
-    def extend(self, angle: float) -> None:
-        """Turn by so much more; of a law that `extends`."""
-
-    def step(self, yaw: float, rate: float, dt: float, age: float, noise: float) -> LawStep:
-        """The command, `dt` after the last step, by a sample of that age and noise."""
-
-
 class ControllerCore:
     """One robot that turns by the IMU and drives by the mouse."""
 
-    def __init__(self, law: TurnLaw) -> None:
+    def __init__(self, law: TurningLaw) -> None:
         self.imu = Freshness('imu')
         self.driver = Driver.NOBODY
         self._law = law
@@ -125,7 +107,7 @@ class ControllerCore:
             self._released('{}: move it to the middle of the screen to use it again'.format(
                 self.mouse.silence_with_age(now)))
 
-    def set_law(self, law: TurnLaw) -> None:
+    def set_law(self, law: TurningLaw) -> None:
         """Turn by another law from now on; a turn that is under way goes on to the same goal."""
         self._law = law
         self._pace = Pace(law.period)

@@ -8,8 +8,8 @@ from tb3_labs.control.goal_machine import GoalState
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 
-#: The state, and the first words of the other one, that end a drive on `goal_state`.
-REACHED, GIVEN_UP = GoalState.GOAL_REACHED.name, 'gave up'
+#: The state of a drive that has reached its goal.
+REACHED = GoalState.GOAL_REACHED.name
 #: The first state of a drive.
 BEGUN = GoalState.ROTATE_TO_GOAL.name
 
@@ -63,11 +63,6 @@ def table(drives: Sequence[DemoDrive], config: DemoConfig) -> str:
     """An empty line, the header, and a row for each drive."""
     return '\n'.join(['', HEADER] + [
         _row(number, drive, config) for number, drive in enumerate(drives, 1)])
-
-
-def is_over(state: str) -> bool:
-    """Is this `goal_state` the end of a drive?"""
-    return state == REACHED or state.startswith(GIVEN_UP)
 
 
 def _row(number, drive, config):

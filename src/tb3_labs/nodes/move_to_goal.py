@@ -7,11 +7,12 @@ Units: seconds on the receiver's clock (`now`), metres, radians; poses in the lo
 """
 import math
 from dataclasses import dataclass
-from typing import Any, List, NamedTuple, Optional, Tuple
+from typing import List, NamedTuple, Optional, Tuple
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.goal_machine import (
-    GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalMachine, GoalState, with_reason)
+    GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, DrivingLaw, GoalMachine, GoalState,
+    with_reason)
 from tb3_labs.control.pace import LONGEST_IDLE, Pace
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.angles import wrap
@@ -71,8 +72,7 @@ class DriveEnd(NamedTuple):
 class MoveToGoalCore:
     """Localizer, goal machine and permission of one robot."""
 
-    def __init__(self, law: Any, has_control: bool = False) -> None:
-        """`law`: as of goal_machine.GoalMachine."""
+    def __init__(self, law: DrivingLaw, has_control: bool = False) -> None:
         self.imu = Freshness('imu')
         self.odometry = Freshness('odom')
         self._localizer = Localizer()
@@ -103,7 +103,7 @@ class MoveToGoalCore:
         self._localizer.on_odometry(sample, now)
         self._look_at_localizer()
 
-    def set_law(self, law: Any) -> None:
+    def set_law(self, law: DrivingLaw) -> None:
         """Drive by another law from now on; a drive that is under way begins anew."""
         self._machine.law = law
         self._pace = Pace(law.period)

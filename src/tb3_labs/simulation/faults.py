@@ -5,15 +5,12 @@ went on sending one sample with new stamps for half a minute).
 """
 import math
 import random
-from typing import List, Optional, TypeVar, Union
+from typing import Generic, List, Optional
 
-from tb3_labs.robot.samples import ImuSample, OdometrySample, with_stamp
+from tb3_labs.robot.samples import AnySample, with_stamp
 
 #: Shortest and longest dropout [s].
 DROPOUT = (0.3, 4.3)
-
-#: One sensor's kind of sample.
-Sample = TypeVar('Sample', ImuSample, OdometrySample)
 
 
 class Dropouts:
@@ -35,16 +32,16 @@ class Dropouts:
         return stamp >= self._start
 
 
-class SensorFaults:
+class SensorFaults(Generic[AnySample]):
     """The faults of one sensor. `silent`: nothing; `frozen`: one sample, with new stamps."""
 
     def __init__(self, silent: bool, frozen: bool, dropouts: Dropouts) -> None:
         self._silent = silent
         self._frozen = frozen
         self._dropouts = dropouts
-        self._kept: Optional[Union[ImuSample, OdometrySample]] = None
+        self._kept: Optional[AnySample] = None
 
-    def outcome(self, samples: List[Sample]) -> List[Sample]:
+    def outcome(self, samples: List[AnySample]) -> List[AnySample]:
         """The samples that are sent instead of these."""
         if self._silent:
             return []

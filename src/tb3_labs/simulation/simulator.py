@@ -18,11 +18,11 @@ Source: the firmware where marked; noise from a recording of a real Burger at re
 import math
 from itertools import groupby
 from operator import itemgetter
-from typing import List, Optional, Tuple, Union
+from typing import List, Optional, Tuple
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.robot.samples import ImuSample, OdometrySample
+from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, CONTROL_RATE, robot_model
 from tb3_labs.simulation.drivetrain import Drivetrain
 from tb3_labs.simulation.faults import Dropouts, SensorFaults
@@ -31,9 +31,6 @@ from tb3_labs.simulation.imu import ImuModel
 from tb3_labs.simulation.network import Arrival, Link, LinkSettings
 from tb3_labs.simulation.rhythm import Rhythm
 from tb3_labs.simulation.simulator_config import FAULTS, STARTING, SimulatorConfig
-
-#: What the robot's sensors send.
-Sample = Union[ImuSample, OdometrySample]
 
 #: Events this little after the end of a step belong to it: many small steps do not add up to
 #: exactly one large one [s].
@@ -141,8 +138,10 @@ class Simulator:
     def _plan_faults(self) -> None:
         config = self._config
         dropouts = Dropouts(config.dropouts_per_min / 60.0, self._now, config.seed)
-        self._imu_faults = SensorFaults(config.imu_silent, config.imu_frozen, dropouts)
-        self._odom_faults = SensorFaults(config.odom_silent, config.odom_frozen, dropouts)
+        self._imu_faults: SensorFaults[ImuSample] = SensorFaults(
+            config.imu_silent, config.imu_frozen, dropouts)
+        self._odom_faults: SensorFaults[OdometrySample] = SensorFaults(
+            config.odom_silent, config.odom_frozen, dropouts)
 
     def command(self, linear: float, angular: float) -> None:
         """A command is sent now: forward speed [m/s], rate of turn [rad/s].

@@ -22,7 +22,7 @@ giving of a sender that renews holds after its first renewal. A giver that has d
 one whose words were held up, is found out before the robot moves.
 """
 import math
-from typing import Dict, List
+from typing import Dict, List, Set
 
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.supervision.sleep import SleepWatch
@@ -83,6 +83,7 @@ class Permission:
         self._givings: Dict[str, _Giving] = {'': _Giving(0.0, False)} if granted else {}
         self._said: Dict[str, bool] = {}
         self._stops: Dict[str, float] = {}
+        self._refused: Set[str] = set()    # senders of a True that did not count, as was said
         self._born_at = math.nan       # the time of the first update
         self._sleep = SleepWatch(LONGEST_LAPSE)
         self._woke_at = -math.inf
@@ -106,20 +107,26 @@ class Permission:
                            if now - at <= LONGEST_LAPSE}
             self._stops[sender] = now
             self._givings = {}
+            self._refused.discard(sender)
         elif sender in self._givings:
             self._givings[sender].renewed(now)
         elif now - self._woke_at < WAKING:
-            self._news.tell(
-                'Control from {} does not count: it may have been given while this node did '
-                'not run. False, then True, gives it again'.format(sender), warning=True)
+            self._refuse(sender, 'Control from {} does not count: it may have been given while '
+                         'this node did not run. False, then True, gives it again')
         elif not repeated:
             self._givings[sender] = _Giving(now, renews)
+            self._refused.discard(sender)
             self.count += 1
         elif not self.stands:
-            self._news.tell(
-                'True from {} does not count, it was said before: False, then True, gives '
-                'control again'.format(sender), warning=True)
+            self._refuse(sender, 'True from {} does not count, it was said before: False, then '
+                         'True, gives control again')
         self.update(now)
+
+    def _refuse(self, sender: str, text: str) -> None:
+        """Say once that a True does not count; a sender that renews says it ten times a second."""
+        if sender not in self._refused:
+            self._refused.add(sender)
+            self._news.tell(text.format(sender), warning=True)
 
     def heard_of_old(self, granted: bool, sender: str) -> None:
         """`sender` had said True or False before this node could hear it.

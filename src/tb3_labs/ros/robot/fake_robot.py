@@ -9,7 +9,8 @@ from std_msgs.msg import Empty
 from tb3_labs.ros.conversions import to_pose_stamped, to_transform
 from tb3_labs.ros.robot.sensor_topics import SensorTopics, publisher
 from tb3_labs.ros.topics import subscribe
-from tb3_labs.simulation.simulator import STARTING, Simulator
+from tb3_labs.simulation.simulator import Simulator
+from tb3_labs.simulation.simulator_config import STARTING
 
 STEP = 1.0 / 200.0     # of the simulation [s]
 TRUTH_EVERY = 4        # steps from one ground truth to the next
