@@ -29,6 +29,7 @@ ws=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../build/.ws" && pwd -P)
 results=$ws/build/test_results log=$ws/test.log
 export TMPDIR=$ws/tmp
 rm -rf "$TMPDIR" "$results"    # a former run's results would count again
+rm -f "$ws/build/Testing/Temporary/CTestCostData.txt"    # ctest's order is that of CMakeLists.txt, not of the last run
 mkdir -p "$TMPDIR" "$results"
 
 # catkin's tests as ctest knows them: _ctest_tb3_labs_<kind>_<name>, kind = pytest, rostest or roslaunch-check.

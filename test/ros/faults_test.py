@@ -157,6 +157,12 @@ class FaultsTest(NodeCase):
             rospy.get_time() - self.seen.all(topic)[-1][0] > 0.1 for topic in topics), 5.0)
         return min(self.seen.all(topic)[-1][0] for topic in topics)
 
+    def last_motion(self):
+        """Wait until the robot rests; when it truly moved last."""
+        end = self.rest()
+        return [at for at, pose in self.seen.all('ground_truth') if pose.distance_to(end) > 1e-4
+                or abs(difference(pose.yaw, end.yaw)) > 1e-3][-1]
+
     def diagnostic(self, name):
         status = self.seen.wait_for('/diagnostics', lambda status: status.name.startswith(name))
         return {value.key: value.value for value in status.values}
@@ -313,13 +319,13 @@ class FaultsTest(NodeCase):
         self.robot()
         node = self.move_to_goal()
         self.set(motors_off=True)
-        self.stop_since(rospy.get_time(), STUCK, 'stuck in a drive')
+        self.stop_since(self.last_motion(), STUCK, 'stuck in a drive')
         node.wait_for('does not move although it is told to')
         self.set(motors_off=False)
         node.end()
         node = self.controller()
         self.set(motors_off=True)
-        self.stop_since(rospy.get_time(), STUCK, 'stuck in a turn')
+        self.stop_since(self.last_motion(), STUCK, 'stuck in a turn')
         node.wait_for('does not move although it is told to')
 
     # -- the nodes
@@ -366,9 +372,7 @@ class FaultsTest(NodeCase):
         node.kill()
         killed = rospy.get_time()
         start = self.place_at(killed)
-        end = self.rest()
-        rested = [at for at, pose in self.seen.all('ground_truth')
-                  if pose.distance_to(end) > 1e-4][-1]
+        rested, end = self.last_motion(), self.seen.latest('ground_truth')
         print('%-44s rest %.2f s after it, %.0f mm driven' % (
             'SIGKILL', rested - killed, 1000 * start.distance_to(end)))
         # the firmware's timeout, and the motors
