@@ -39,13 +39,16 @@ OWN_MESSAGE = [('from tb3_labs.msg import', 'from lab2.msg import')]
 SLEEP = '97531'
 HANG = """        self.pub.publish(Twist())
         import subprocess
+        import time
         subprocess.Popen(['sleep', '{}'], start_new_session=True)
         while True:
-            pass
+            time.sleep(1.0)
 """.format(SLEEP)
 FLOOD = """        def flood():
+            import time
             while True:
                 print(self.yaw, self.goal)
+                time.sleep(2e-4)
         threading.Thread(target=flood, daemon=True).start()
 """
 #: At its end this node says what delay its robot has.
@@ -76,7 +79,7 @@ CASES = {
             ('.to_euler(degrees=True)[2] % 360', '.to_euler(degrees=True)[2]'),
             ('(self.yaw + 90) % 360', 'self.yaw + 90'), ('(self.yaw - 90) % 360', 'self.yaw - 90'),
             ('error -= 360', 'pass'), ('error += 360', 'pass')], {'short_way'}),
-        Case('endless loop', TURN, [("    rospy.init_node('controller')", '    while True: pass')],
+        Case('endless loop', TURN, [("    rospy.init_node('controller')", '    import time\n    while True: time.sleep(1.0)')],
              EVERYTHING),
         Case('flood', TURN, [('        threading.Thread(', FLOOD + '        threading.Thread(')],
              {'answers_nonsense'}),

@@ -13,8 +13,8 @@ def test_nobody_drives_without_a_persons_leave(part):
     assert sum(driven for _, _, driven in results) > 1000      # else nothing was judged
 
 
-def stories_that_go_wrong(number=60):
-    return sum(bool(ledger.check(seed)[1]) for seed in range(number))
+def a_story_goes_wrong():
+    return any(ledger.check(seed)[1] for seed in range(60))
 
 
 @pytest.mark.parametrize('of, name, value', [
@@ -22,7 +22,7 @@ def stories_that_go_wrong(number=60):
     (pad, 'PAD_TIMEOUT', 9.0)])
 def test_it_would_be_seen_if_a_limit_were_missed(monkeypatch, of, name, value):
     monkeypatch.setattr(of, name, value)
-    assert stories_that_go_wrong()
+    assert a_story_goes_wrong()
 
 
 def test_it_would_be_seen_if_a_repetition_gave_control(monkeypatch):
@@ -32,9 +32,9 @@ def test_it_would_be_seen_if_a_repetition_gave_control(monkeypatch):
         self._said.clear()
         told(self, granted, now, sender, renews)
     monkeypatch.setattr(permission.Permission, 'told', forgetful)
-    assert stories_that_go_wrong()
+    assert a_story_goes_wrong()
 
 
 def test_it_would_be_seen_if_a_pushed_stick_drove_at_once(monkeypatch):
     monkeypatch.setattr(gamepad.GamepadCore, '_is_ready', lambda self, message: True)
-    assert stories_that_go_wrong()
+    assert a_story_goes_wrong()

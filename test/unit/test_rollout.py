@@ -35,9 +35,9 @@ def random_drive(number):
     return least_time(declared, goal, BURGER, math.inf, 1.5), drive(goal, robot, declared=declared)
 
 
-def test_a_thousand_random_drives_all_arrive_within_the_limits():
+def test_random_drives_all_arrive_within_the_limits():
     with ProcessPoolExecutor() as pool:
-        drives = list(pool.map(random_drive, range(1000), chunksize=25))
+        drives = list(pool.map(random_drive, range(400), chunksize=25))
     assert [(n, d.failure) for n, (_, d) in enumerate(drives) if not d.reached] == []
     for _, d in drives:
         assert d.max_linear <= 0.2108 + 1e-9
