@@ -56,7 +56,7 @@ TELLS_DELAY = [
     ("    rospy.init_node('imu_sub')", """    rospy.init_node('imu_sub')
     from dynamic_reconfigure.client import Client
     delay = Client('turtlebot3', timeout=10).get_configuration()['sensor_latency']"""),
-    ("        print('Shutting", "        print('sensor_latency:', delay)\n        print('Shutting")]
+    ("        print('Shutting", "        print('sensor_latency: {}\\n'.format(delay), end='')\n        print('Shutting")]
 
 
 class Case(NamedTuple):

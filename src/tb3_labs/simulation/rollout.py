@@ -73,7 +73,7 @@ def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig 
     robot = Simulator(robot_config)
     navigator = MoveToGoalCore(make_law(drive_config, model), has_control=True)
     _navigate(robot, navigator, 0.2)
-    navigator.reset(declared, robot.now)
+    _reset(robot, navigator, declared)
     _navigate(robot, navigator, 0.5)
     local_T_world = declared @ robot.truth.inverse()
     navigator.set_goal(goal)
@@ -94,6 +94,16 @@ def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig 
         max(abs(linear) for linear, _ in commands), max(abs(angular) for _, angular in commands),
         max(abs(linear) + model.half_track * abs(angular) for linear, angular in commands), overrun,
         rested)
+
+
+def _reset(robot: Simulator, navigator: MoveToGoalCore, declared: Pose2) -> None:
+    """Declare the pose as soon as both sensors are heard: a stall of the network may be going on."""
+    while True:
+        try:
+            navigator.reset(declared, robot.now)
+            return
+        except ValueError:
+            _navigate(robot, navigator, LOOK_PERIOD)
 
 
 def turns(degrees: Sequence[float], robot_config: SimulatorConfig,
