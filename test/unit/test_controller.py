@@ -6,7 +6,7 @@ import pytest
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous
-from tb3_labs.nodes.controller import ControllerCore
+from tb3_labs.nodes.controller import DRIVEN_RATE, JUDGING_RATE, ControllerCore
 from tb3_labs.nodes.mouse import MOUSE_TIMEOUT
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import robot_model
@@ -294,3 +294,44 @@ def test_a_robot_that_does_not_turn_is_given_up_within_two_seconds():
     assert commands[-1] is None and bench.controller.driver is Driver.NOBODY
     assert bench.told('the robot does not move although it is told to')
     assert bench.run(1.0) == []
+
+
+# -- what a lost line or another constant would do
+
+def test_the_numbers_that_people_rely_on():
+    assert (MOUSE_TIMEOUT, DRIVEN_RATE, JUDGING_RATE) == (0.2, 0.1, 0.01)
+
+
+def test_a_lower_limit_in_mid_turn_holds_from_the_next_command_on(bench):
+    before = bench.yaw
+    bench.ask(180.0)
+    bench.run(0.5)
+    bench.controller.set_law(make_turn(TurnConfig(max_ang_z=0.6, min_ang_z=0.2),
+                                       robot_model('burger')))
+    commands = [command for command in bench.run(6.0) if command is not None]
+    assert max(abs(command.angular) for command in commands) <= 0.6 + 1e-9
+    assert math.degrees(bench.yaw - before) == pytest.approx(180.0, abs=0.5)
+
+
+def test_a_second_turn_before_rest_reports_both(bench):
+    bench.ask(90.0)
+    while bench.controller.driver is Driver.TURN:
+        bench.run(TICK)
+    bench.ask(-90.0)
+    bench.run(4.0)
+    assert sum('Turned' in news.text for news in bench.news) == 2
+
+
+def test_a_turn_that_was_given_up_leaves_nothing_to_the_next():
+    bench = Bench()
+    bench.ask(90.0)
+    bench.run(0.4)
+    bench.hold(True, x=0.5)          # the mouse takes over in mid-turn
+    bench.run(0.3)
+    bench.hold(True)
+    bench.run(0.3)
+    bench.hold(False)
+    bench.run(1.0)
+    bench.mouse = None
+    bench.run(1.0)
+    assert bench.turned(30.0) == pytest.approx(30.0, abs=0.5)

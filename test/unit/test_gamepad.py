@@ -364,3 +364,55 @@ def test_a_node_that_slept_does_not_go_on_giving(slept, gives):
     pad.now += slept
     pad.run(0.5)
     assert pad.controller.gives is gives and pad.said() == [False] * (not gives)
+
+
+# -- loss and return with buttons held
+
+@pytest.mark.parametrize('held', [A, B, Y])
+def test_a_button_that_is_held_through_a_loss_is_not_pressed_by_the_return(pad, held):
+    pad.press(A)
+    pad.pressed = (held,)
+    pad.run(0.05)
+    pad.plugged = False
+    pad.run(1.0)
+    pad.said(), pad.controller.take_reset()
+    pad.plugged = True
+    pad.run(1.0)
+    assert pad.holder is not GOAL and not pad.controller.gives
+    assert True not in pad.said() and not pad.controller.take_reset()
+
+
+def test_a_pad_without_repetition_that_returns_with_a_pressed_gives_nothing():
+    pad = Pad(repeats=False)
+    pad.sticks = (1.0, 0.0)
+    pad.run(0.1)
+    pad.plugged = False              # with its stick off the middle: lost
+    pad.run(1.0)
+    pad.said()
+    pad.plugged, pad.sticks, pad.pressed = True, (0.0, 0.0), (A,)
+    pad.run(0.5)
+    assert pad.holder is not GOAL and True not in pad.said()
+
+
+def test_the_hold_button_may_be_the_first_one():
+    pad = Pad(PadConfig(hold_button=0, relinquish_button=4))
+    pad.sticks = (1.0, 0.0)
+    assert set(pad.run(0.5)) <= {None, Twist2()}
+    pad.sticks = (0.0, 0.0)
+    pad.run(0.2)
+    pad.pressed = (0,)
+    pad.run(0.1)
+    pad.sticks = (1.0, 0.0)
+    assert pad.run(0.3)[-1] == pytest.approx(BURGER_FULL)
+
+
+def test_the_numbers_that_people_rely_on():
+    assert (PAD_TIMEOUT, HAND_BACK) == (0.25, 0.15)
+
+
+def test_the_operator_is_told_once_and_at_once(pad):
+    pad.controller.take_news()
+    pad.press(A)
+    pad.run(2.0)
+    texts = [news.text for news in pad.controller.take_news()]
+    assert len(texts) == 1 and 'move_to_goal drives' in texts[0]

@@ -8,10 +8,11 @@ from tb3_labs.control.goal_machine import (
     DRIVING, WAITING_FOR_CONTROL, GoalState, is_over, is_stopped)
 from tb3_labs.control.pace import LONGEST_IDLE
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.move_to_goal import MoveToGoalCore
+from tb3_labs.nodes.move_to_goal import MoveToGoalConfig, MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.supervision.freshness import RESUME_TIME, SENSOR_TIMEOUT
+from tb3_labs.supervision.frozen import SURELY_DRIVES, SURELY_TURNS
 
 START = 100.0
 
@@ -357,3 +358,78 @@ def test_a_reset_that_was_given_up_is_not_carried_out():
     robot.run(0.1)
     assert not reset.done and robot.core.take_resets() == []
     assert robot.status.pose.x == pytest.approx(0.0)
+
+
+# -- what a wrong sign, a lost line or another constant would do
+
+def test_nobody_has_control_unless_it_is_given():
+    assert MoveToGoalConfig().has_control is False
+    core = MoveToGoalCore(make_law(DriveConfig(), robot_model('burger')))
+    assert not core.has_control and not core.control_stands
+
+
+def test_the_numbers_that_people_rely_on():
+    assert (SENSOR_TIMEOUT, RESUME_TIME) == (0.22, 2.0)
+    assert (SURELY_DRIVES, SURELY_TURNS) == (0.02, 0.1)
+
+
+@pytest.mark.parametrize('lost', ['imu', 'odom'])
+def test_a_reset_is_refused_while_a_sensor_is_silent(lost):
+    robot = driving()
+    setattr(robot, lost, False)
+    robot.run(0.5)
+    with pytest.raises(ValueError, match='no {} for 0.5 s.*is the robot running'.format(lost)):
+        robot.core.reset(Pose2(), robot.now)
+
+
+def test_renewals_of_what_was_given_leave_the_attempt_as_it_was():
+    robot = driving()
+    robot.tremble = 1e-6
+    attempt = robot.status.attempt
+    for _ in range(10):
+        robot.core.told_control(True, robot.now, 'hand', True)
+        assert None not in robot.run(0.05)
+    assert robot.status.attempt == attempt
+
+
+def test_a_drive_that_was_given_up_does_not_begin_because_control_goes():
+    robot = driving()
+    robot.odom_pose = Pose2(3.0, 2.0, 0.3)         # the odometry jumps: given up
+    robot.run(0.1)
+    attempt = robot.status.attempt
+    assert robot.status.failure
+    robot.control(False)
+    assert set(robot.run(0.3)) == {None}
+    assert robot.status.attempt == attempt and robot.status.failure
+
+
+def test_a_lower_limit_in_mid_motion_holds_from_the_next_command_on():
+    robot = driving()
+    robot.tremble = 1e-6
+    robot.core.set_law(make_law(DriveConfig(max_angular=0.3, max_linear=0.05),
+                                robot_model('burger')))
+    commands = robot.run(0.5)
+    assert None not in commands and len(commands) > 10
+    assert max(abs(command.angular) for command in commands) <= 0.3 + 1e-9
+    assert max(abs(command.linear) for command in commands) <= 0.05 + 1e-9
+
+
+def test_another_law_gives_its_commands_at_its_own_rate():
+    robot = driving()
+    robot.tremble = 1e-6
+    robot.core.set_law(make_law(DriveConfig(law='lab'), robot_model('burger')))
+    robot.run(0.2)
+    assert len(robot.run(1.0)) == pytest.approx(10, abs=1)
+
+
+def test_a_drive_that_was_silenced_begins_from_standing():
+    """The time without commands counts neither as one long period, nor as one of a frozen robot."""
+    robot = driving()
+    robot.tremble = 1e-6
+    robot.control(False)
+    robot.run(5.0)
+    robot.control(True)
+    commands = robot.run(0.5)
+    assert None not in commands and not robot.status.failure
+    assert abs(commands[0].angular) == pytest.approx(
+        DriveConfig().angular_acceleration * PreciseLaw.period)
