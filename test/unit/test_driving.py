@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tb3_labs.control.driving import DriveConfig, LabLaw, PreciseLaw, make_law
+from tb3_labs.control.goal_machine import GoalState
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.localizer import Motion
 from tb3_labs.robot.turtlebot3 import robot_model
@@ -147,3 +148,19 @@ def test_a_robot_that_rests_beyond_the_tolerance_backs_up_straight():
     step = law.move_forward(at(1.015, 0.0, 0.0), goal, 0.02)
     assert not step.finished
     assert step.command.linear < 0.0 and step.command.angular == 0.0
+
+
+def test_a_drive_that_goes_on_along_its_line_turns_back_to_it_from_where_it_faces_now():
+    law = PreciseLaw(DriveConfig(), BURGER)
+    goal = Pose2(2.0, 0.0, 0.0)
+    law.start(Pose2(), goal)
+    for _ in range(5):
+        law.move_forward(at(0.1, 0.0, 0.0, 0.2), goal, law.period)
+    # it was turned by 0.2 rad to the left while it stood
+    pose = Pose2(0.1, 0.0, 0.2)
+    assert law.resume(GoalState.MOVE_FORWARD, pose, goal) is GoalState.MOVE_FORWARD
+    step = law.move_forward(at(pose.x, pose.y, pose.yaw), goal, law.period)
+    assert step.command.angular < -0.1 and step.command.linear > 0.0
+    # and by more than ALONG: it begins anew
+    pose = Pose2(0.1, 0.0, 0.4)
+    assert law.resume(GoalState.MOVE_FORWARD, pose, goal) is GoalState.ROTATE_TO_GOAL

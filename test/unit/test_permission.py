@@ -146,6 +146,16 @@ def test_a_node_that_slept_finds_it_gone_also_if_a_renewal_is_the_first_it_hears
     assert senders.told('this node did not run for')
 
 
+def test_a_permission_that_is_gone_is_a_warning(senders):
+    senders.say('pad', True)
+    senders.run(0.5)
+    senders.permission.take_news()
+    senders.renewing.clear()           # the pad's node has died
+    senders.run(3.0)
+    gone, = senders.permission.take_news()
+    assert gone.warning and gone.text.startswith('Control from pad is gone: it was silent for')
+
+
 def test_a_pad_that_renews_what_does_not_count_is_told_so_once(senders):
     senders.now += 10.0                # nobody looked
     for _ in range(40):                # held up, and released at once
