@@ -4,8 +4,8 @@ This is the policy of speed and of the last millimetres. It stands on two pieces
 :mod:`tb3_labs.control.dead_time` answers where the robot would come to rest if it were told to stop
 now, :mod:`tb3_labs.control.motor_response` identifies the delay and the lag for that.
 
-The speed follows a braking profile of the way that would remain at rest. The last bit is made up
-for by *nudges*: short commands to a robot that was told to stop before.
+The speed is set by a braking profile. Its input is the way that would be left if the robot stopped
+now. *Nudges* make up for the last bit: short commands to a robot that was told to stop before.
 
 Units: radians or metres for ways, per second for speeds; seconds. Works for either direction.
 Source: braking profile, see :func:`tb3_labs.control.speed_laws.braking_speed`.
@@ -31,25 +31,25 @@ class ApproachConfig:
     braking: float
     #: Near zero the speed is this times the way at rest [1/s].
     gain: float
-    #: Floor speed that carries the last bit, however low the gain has become.
+    #: The lowest speed that is commanded, so that a low gain still finishes the last bit.
     slowest: float
-    #: Predicted rest this near to zero needs no further command; so the floor speed does not hunt
-    #: about zero.
+    #: If the predicted rest is this near to zero, the command is a stop. Otherwise the lowest speed
+    #: would swing about zero.
     close_enough: float
-    #: The same, once the robot was told to stop.
+    #: `close_enough` for a robot that was already told to stop; the larger of both holds.
     leave_alone: float = 0.0
     #: The robot backs up only where it would come to rest beyond zero by more than this.
     backwards_from: float = 0.0
     #: The gain is divided by 1 plus this for each reversal: an approach that turns back again and
     #: again has a wrong model of the robot.
     reversal_caution: float = 1.0
-    #: The same for a nudge, which may be obeyed for two of the robot's periods.
+    #: This much is added to that divisor for a nudge, which the robot may obey for two periods.
     nudge_caution: float = 0.5
     #: A nudge is held for this long [s]. A shorter one may be replaced by a stop before the robot's
     #: control period begins, and is never driven.
     nudge_time: float = 0.0
-    #: The measured speed is that of the moment (a gyro's), no mean over the last control period
-    #: (odometry's), which is always too high while braking.
+    #: True: the measured speed is that of the moment (a gyro's). False: it is the mean of the last
+    #: control period (odometry's), which is too high while braking.
     speed_is_prompt: bool = False
 
 
@@ -79,7 +79,7 @@ class Approach:
         self._start_remaining += by
 
     def told_to_rest(self, age: float = 0.0) -> bool:
-        """Did the robot, `age` [s] ago and since, obey nothing but stops?"""
+        """Has the robot obeyed only stops since `age` [s] ago?"""
         history = self._history
         return history.only_stops_since(
             history.now - age - self._identification.estimate.delay - 2.0 * self._config.period)

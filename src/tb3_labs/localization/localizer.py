@@ -1,11 +1,11 @@
 """Follows the robot in a local frame that can be declared anew at any moment.
 
 IMU and odometry arrive in any order, at rates of their own. A *fix* is the robot's pose at the
-instant of one odometry message, with the IMU's yaw interpolated to its stamp. A *reset* takes
-both at the instant at which it was asked for, so it is as exact while the robot spins as at
-rest; it is carried out as soon as both sensors have passed that instant. Where the odometry jumps
-and the robot does not, ``local`` moves along in ``odom``, so that the robot keeps its pose in it
-(:mod:`tb3_labs.localization.odometry_jumps`).
+instant of one odometry message, with the IMU's yaw interpolated to its stamp. A *reset* uses the
+values of both sensors, interpolated to the moment of the request, so it is as exact while the
+robot spins as at rest. It is carried out as soon as both sensors have passed that moment. If the
+odometry jumps and the robot did not move, ``local`` is shifted in ``odom``, so that the pose in
+``local`` stays (:mod:`tb3_labs.localization.odometry_jumps`).
 
 Samples go in by `on_imu` and `on_odometry`. Fixes, jumps and carried-out resets are events, taken
 once (`take_fix`, `take_jumps`, `take_resets`); `motion` and the properties are state.
@@ -42,7 +42,7 @@ class Motion:
     """The robot as a controller wants it: pose in ``local`` now, and measured speeds.
 
     The pose is extrapolated from the latest samples, for `MAX_EXTRAPOLATION` at most. Their ages
-    count from when they were measured, by the least delay.
+    count from the time of measurement, which SenderClock estimates by the least delay.
     """
 
     pose: Pose2
@@ -90,14 +90,15 @@ class Localizer:
     """Takes samples in, answers with poses in the local frame."""
 
     def __init__(self) -> None:
-        #: The LocalFrame in force, in steady odometry; None before the first pair of samples.
+        #: The LocalFrame in force, in the odometry without its jumps; None before the first pair
+        #: of samples.
         self.frame: Optional[LocalFrame] = None
         self._jump_filter = JumpFilter()
         self._jumps: List[Jump] = []
         self._buffer = SampleBuffer()
         self._yaw_noise = YawNoise()
-        self._resets: List[Reset] = []         # that wait for the samples of their instant,
-        self._carried_out: List[Reset] = []    # and those that nobody has taken yet
+        self._resets: List[Reset] = []         # waiting for the samples of their instant
+        self._carried_out: List[Reset] = []    # carried out, and not yet taken
         self._imu: Optional[_Latest] = None
         self._odometry: Optional[_Latest] = None
 
@@ -187,7 +188,7 @@ class Localizer:
 
     def _on_jump(self, jump: Jump) -> None:
         self._jumps.append(jump)
-        if jump.outcome == POSE_LOST:    # whatever was known is of another board
+        if jump.outcome == POSE_LOST:    # the board restarted: old data no longer applies
             self._drop_resets('the robot started anew at that moment')
             self.frame, self._buffer = None, SampleBuffer()
 

@@ -2,9 +2,9 @@
 
 Header stamps tell intervals well, but come from the robot's clock, which may be a second off,
 step, or stand at zero. Arrivals are on the receiver's clock, but a network holds messages up. So
-samples are ordered by their stamps, and the *least delay* between stamp and arrival within the
-last seconds translates between the two clocks: the quickest message was held up the least. Where
-the stamps are no clock, arrivals take their place for both sensors.
+samples are ordered by their stamps. The *least delay* between stamp and arrival within the last
+seconds converts one clock to the other, since the fastest message was delayed least. Where the
+stamps are no clock, arrivals take their place for both sensors.
 
 Units: seconds. Cases:
 
@@ -13,8 +13,8 @@ Units: seconds. Cases:
   still for this source until its stamps have caught up.
 * A stamp that goes back further, comes from the future, or follows a long silence, begins a new
   *epoch*: instants of different epochs cannot be compared.
-* Stamps of zero, stamps that stand still or run back, and a source that is off by a clock step for
-  long while the other is not, are no clock.
+* Stamps are no clock if they are zero, stand still, or run back, or if only one of two sources is
+  off by a clock step for long.
 
 Source: the least delay as in NTP's clock filter (RFC 5905, section 10).
 """
@@ -26,13 +26,14 @@ from typing import Deque, Dict, Optional, Tuple
 WINDOW = 5.0
 #: A clock that goes back by less than this is being corrected [s].
 SMALL_STEP = 0.1
-#: A stamp that runs this far ahead of its arrival is a new clock; so is what follows a silence
-#: of this length [s].
+#: A stamp that is this far ahead of its arrival belongs to a new clock [s].
 CLOCK_STEP = 1.0
+#: A message after a silence of this length belongs to a new clock [s].
 LONG_SILENCE = 1.5
-#: This many repeats of one stamp, a source off by a clock step for this long, or one whose stamps
-#: have not caught up after this time [s]: no clock.
+#: A stamp that is repeated more often than this is of no clock.
 MAX_REPEATS = 3
+#: A source has no clock if it is off by a clock step, or has not caught up, for longer than this
+#: [s].
 MAX_OFF = 1.0
 MAX_BEHIND = 0.5
 
@@ -70,7 +71,7 @@ class SenderClock:
 
     def measured_at(self, time: float, arrival: float) -> float:
         """When a sample of `time` [sender's clock], which has just arrived, was measured
-        [receiver's clock], as if the least delay were none. After :meth:`time_of` only."""
+        [receiver's clock], if the fastest message took no time. After :meth:`time_of` only."""
         assert self._least.value is not None
         return min(arrival, time + self._least.value)
 
@@ -117,9 +118,9 @@ class SenderClock:
 class Lateness:
     """For how long a single message was under way, beyond what is usual for its sender.
 
-    Unlike a SenderClock it has a memory that outlasts a silence: what the network held up in it is
-    late. Where nothing but late messages came for more than `patience` seconds, the sender's clock
-    was set.
+    Unlike a SenderClock it remembers the usual delay across a silence, so that messages which were
+    held up during the silence count as late. If only late messages came for more than `patience`
+    seconds, the sender's clock was set.
     """
 
     def __init__(self, patience: float) -> None:

@@ -48,7 +48,7 @@ class MoveToGoalConfig(Config):
 class DriveStatus(NamedTuple):
     """A drive at one moment, as others may know it; poses in local."""
 
-    words: str                    # of `goal_state`; '' in the moment before the first command
+    words: str                    # the text on `goal_state`; '' until the first command
     state: GoalState
     goal: Optional[Pose2]
     tolerance: float              # of the distance to the goal [m]
@@ -78,13 +78,13 @@ class MoveToGoalCore:
         self._localizer = Localizer()
         self._machine = GoalMachine(law)
         self._permission = Permission(has_control)
-        self._may_drive = has_control      # as of the last look at the permission,
+        self._may_drive = has_control      # the permission when it was looked at last,
         self._givings = 0                  # and its count of givings then
         self._pace = Pace(law.period)
         self._sensors = SensorWatch(self.imu, self.odometry)
         self._frozen = DriveFrozenWatch(self.imu, self.odometry)
         self._sent = Twist2()
-        self._ended = 0                    # the last attempt whose end was taken
+        self._ended = 0                    # the attempt whose end was taken last
         self._resets: List[Reset] = []     # that were carried out, and not taken
         self._news = NewsDesk()
 
@@ -122,7 +122,7 @@ class MoveToGoalCore:
         self._pause()
 
     def reset(self, declared: Pose2, now: float) -> Reset:
-        """The robot is at `declared` now: the Reset to watch.
+        """Declare that the robot is at `declared` now; the Reset shows when that was carried out.
 
         ``ValueError`` where it cannot be carried out: too far, or no fresh sensors.
         """
@@ -143,7 +143,7 @@ class MoveToGoalCore:
         self.update_control(now)
 
     def heard_of_old_control(self, granted: bool, sender: str) -> None:
-        """`sender` had said so before this node could hear it."""
+        """`sender` said True or False before this node was connected."""
         self._permission.heard_of_old(granted, sender)
 
     def update_control(self, now: float) -> None:
@@ -179,7 +179,7 @@ class MoveToGoalCore:
         return resets
 
     def take_end(self) -> Optional[DriveEnd]:
-        """How the present drive ended, once; None while it goes on, and where there was none."""
+        """How the drive ended, once; None while it goes on, or if there was no drive."""
         machine = self._machine
         if machine.goal is None or machine.active or machine.attempt == self._ended:
             return None
@@ -212,7 +212,7 @@ class MoveToGoalCore:
 
     @property
     def control_stands(self) -> bool:
-        """Has it been given control that nobody took? The giver may be silent for a moment."""
+        """Was control given, and not taken back? The giver may be silent for a moment."""
         return self._permission.stands
 
     @property
@@ -242,7 +242,7 @@ class MoveToGoalCore:
 
     @property
     def watched(self) -> bool:
-        """Must somebody look at the clock, even if no message arrives?"""
+        """Must :meth:`command` be called by a timer as well, since messages may stop?"""
         return self._permission.stands and self._machine.active
 
     def due(self, now: float) -> bool:
@@ -250,7 +250,7 @@ class MoveToGoalCore:
         return self._pace.due(now) or not self._sensors.are_fresh(now)
 
     def idle_for(self, now: float) -> float:
-        """Time for which no sample of the IMU needs to be looked at [s]."""
+        """For this long samples of the IMU need no processing [s]."""
         if self._localizer.has_resets:
             return 0.0
         driving = self.has_control and self._machine.active

@@ -2,12 +2,13 @@
 
 Copied with its faults, because the labs have to live with them:
 
-- linear and angular speed are clipped each on its own, then each wheel once more, so that a
-  fast curve is neither as fast nor as tight as was asked for;
+- linear and angular speed are clipped one by one, then each wheel again, so that a fast curve
+  comes out slower and wider;
 - motors take whole steps of speed, cut towards zero;
 - the heading of the odometry is the IMU's: ``dyaw = theta - theta_last`` is *not* wrapped. Each
   time the IMU crosses +/-180 deg, one sample's displacement points backwards and its
-  twist.angular shows a spike of 2 pi times the rate. The yaw itself stays right;
+  twist.angular shows a spike of 2 pi times the odometry's rate, about 190 rad/s. The yaw itself
+  stays right;
 - `reset` zeroes the odometry's pose and leaves the IMU's yaw, so that from then on they differ.
 
 Units: SI; motor angles in radians, positive forwards. Source: ROBOTIS OpenCR firmware 1.2.6

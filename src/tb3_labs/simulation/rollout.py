@@ -97,7 +97,7 @@ def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig 
 
 
 def _reset(robot: Simulator, navigator: MoveToGoalCore, declared: Pose2) -> None:
-    """Declare the pose as soon as both sensors are heard: a stall of the network may be going on."""
+    """Declare the pose as soon as both sensors are heard; a network may stall at first."""
     while True:
         try:
             navigator.reset(declared, robot.now)

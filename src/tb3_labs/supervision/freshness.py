@@ -1,7 +1,8 @@
 """Is a source alive? Judged by when its messages arrive, never by their stamps.
 
 Units: seconds on the receiver's clock (`now`). Edge cases: a source that was never heard has an
-infinite age; a clock that goes back makes a source just heard, not fresh for ever.
+infinite age. If the clock goes back, the last message counts as just received; otherwise it would
+look fresh for too long.
 """
 import math
 from enum import Enum
@@ -64,7 +65,7 @@ class Freshness:
         return self.age(now) <= self.timeout
 
     def is_overdue(self, now: float) -> bool:
-        """True after half the timeout: counts as lost where another source is lost."""
+        """Is it older than half the timeout? Then it is reported as lost beside another one."""
         return self.age(now) > 0.5 * self.timeout
 
     @property
@@ -92,9 +93,10 @@ class SensorWatch:
 
     def __init__(self, *sources: Freshness) -> None:
         self._sources = sources
-        #: The Sight as of the last :meth:`update`. Each silence is BACK_SOON or BACK_LATE once.
+        #: The Sight as of the last :meth:`update`. After a silence, exactly one update finds
+        #: BACK_SOON or BACK_LATE.
         self.sight = Sight.SILENT
-        #: The problem, in words, since an update found the sensors silent; else ''.
+        #: Why the robot stands, in words; '' while all sensors are fresh.
         self.hold_reason = ''
         #: How long the last silence took [s].
         self.silent_for = 0.0
@@ -104,7 +106,7 @@ class SensorWatch:
         for source in self._sources:
             source.clock_went_back(now)
         if not self.are_fresh(now):
-            # The first reason stands: it would change with each source that is lost after it.
+            # The first reason is kept. A new one would change with each further lost source.
             self.hold_reason = self.hold_reason or self.problem(now)
             self.sight = Sight.SILENT
             return

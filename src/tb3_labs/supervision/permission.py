@@ -5,21 +5,21 @@ a person gives the machine anew):
 
 * A sender *gives* by its first True, and by each True that follows a False of its own. The robot
   may be driven while there is a giving that holds.
-* A sender that says True again without a False between only repeats itself. A repeated True is
-  no giving. It keeps a giving alive, where the sender is one that renews what it gives.
+* A repeated True, without a False between, gives nothing new. It only renews a giving, if the
+  sender is of the renewing kind.
 * A False of any sender takes all that was given, whoever gave it.
-* A giving that is not renewed for `LAPSE`, by a sender that renews, is suspended. A renewal within
-  `LONGEST_LAPSE` of the last one revives it. After a longer silence it is gone.
-* A process that did not run for longer than `LONGEST_LAPSE` finds all givings gone. Those that it
-  hears as it wakes do not count: they may be as old as its sleep is long.
-* A giving that the network held up for longer than `LONGEST_LAPSE` does not count, nor does one
-  that was under way when somebody else said False, or when this node started. Its age shows by its
-  renewals, which arrive faster than they can have been sent.
+* If the renewals stop for `LAPSE`, the giving is suspended. A renewal before `LONGEST_LAPSE`
+  restores it. After a longer silence it is gone.
+* A process that did not run for longer than `LONGEST_LAPSE` finds all givings gone. A True that it
+  hears within `WAKING` after it wakes does not count, since it may be old.
+* A True does not count if it was sent more than `LONGEST_LAPSE` ago, before another sender's
+  False, or before this node started. Renewals that arrive faster than one in each `RENEWAL` show
+  that it was delayed.
 
 Units: seconds on a clock that never stands still and never goes back (`now`). A process that sleeps
 is noticed by :meth:`Permission.update`, which is to be called at least once a second. Edge case: a
-giving of a sender that renews holds after its first renewal. A giver that has died meanwhile, or
-one whose words were held up, is found out before the robot moves.
+sender that renews must do so once before the robot may move. A sender that has died, or whose words
+were delayed, is noticed by that.
 """
 import math
 from typing import Dict, List, Set
@@ -31,12 +31,12 @@ from tb3_labs.supervision.sleep import SleepWatch
 RENEWAL = 0.1
 #: A permission that was being renewed is suspended after this silence [s],
 LAPSE = 0.5
-#: and gone after this one; the same for a giving that was under way for longer [s].
+#: and gone after this one. A giving that was delayed by more than this does not count [s].
 LONGEST_LAPSE = 2.0
-#: A giving holds after its first renewal that comes later than this [s]: those that come together
-#: with it do not show that its giver lives.
+#: A giving holds after a renewal that comes later than this [s]. Earlier renewals may have arrived
+#: with it, all at once, and do not show that the giver lives.
 CONFIRMATION = 0.04
-#: For this long a process that has slept hears what waited for it [s].
+#: Messages within this time after a sleep may be as old as the sleep [s].
 WAKING = 0.3
 
 
@@ -54,7 +54,7 @@ class _Giving:
         self._count += 1
 
     def silent_for(self, now: float) -> float:
-        """Time since it should have been renewed last [s]; 0 where it need not be."""
+        """Time since the last True [s]; 0 if it needs no renewal."""
         return now - self.heard_at if self._renews else 0.0
 
     def holds(self, now: float) -> bool:
@@ -64,9 +64,9 @@ class _Giving:
 
     @property
     def sent_before(self) -> float:
-        """It was sent at this time or before, by the renewals that came soon after it."""
+        """The latest time at which it can have been sent, estimated from its renewals."""
         heard_for = self.heard_at - self.given_at
-        if heard_for >= LONGEST_LAPSE:    # clocks differ: it is too late to tell
+        if heard_for >= LONGEST_LAPSE:    # by now the clocks may differ by as much
             return self.given_at
         return min(self.given_at, self.heard_at - self._count * RENEWAL)
 
@@ -83,7 +83,7 @@ class Permission:
         self._givings: Dict[str, _Giving] = {'': _Giving(0.0, False)} if granted else {}
         self._said: Dict[str, bool] = {}
         self._stops: Dict[str, float] = {}
-        self._refused: Set[str] = set()    # senders of a True that did not count, as was said
+        self._refused: Set[str] = set()    # senders that were told that their True did not count
         self._born_at = math.nan       # the time of the first update
         self._sleep = SleepWatch(LONGEST_LAPSE)
         self._woke_at = -math.inf
