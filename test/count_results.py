@@ -12,7 +12,7 @@ import re
 import sys
 import xml.etree.ElementTree as ET
 
-#: So many of the slowest tests are listed,
+#: This many of the slowest tests are listed,
 SLOWEST = 10
 #: and so many lines, the last ones, of what a failure says.
 LINES = 20

@@ -26,7 +26,7 @@ GOAL = Pose2(-1.2, 0.9, 0.0)
 ROBOT = SimulatorConfig(imu_offset_deg=140.6, command_latency=0.02, sensor_latency=0.01)
 #: The fault begins this long after the state has begun: in full motion [s].
 FULL_MOTION = 0.7
-#: What comes later than this is not waited for [s].
+#: A stop that comes later than this is not waited for [s].
 PATIENCE = 5.0
 STEP = 0.005
 ZERO = Twist2()

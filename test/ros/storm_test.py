@@ -75,7 +75,7 @@ class StormTest(NodeCase):
     # -- a thousand resets
 
     def resets(self, number):
-        """So many, from several callers at once: [(declared, reply)]."""
+        """Resets, this many, from several callers at once: [(declared, reply)]."""
         begun, turn = time.monotonic(), iter(range(number))
         guard = threading.Lock()
 

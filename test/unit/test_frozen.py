@@ -5,7 +5,7 @@ from tb3_labs.supervision.freshness import Freshness
 from tb3_labs.supervision.frozen import FROZEN_TIME, DriveFrozenWatch, FrozenWatch
 
 DT = 0.05
-#: So many looks are longer than FROZEN_TIME.
+#: This many looks are longer than FROZEN_TIME.
 MANY = round(FROZEN_TIME / DT) + 2
 
 

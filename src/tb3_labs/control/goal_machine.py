@@ -41,7 +41,7 @@ WAITING_FOR_CONTROL = WAITING + ' for control'
 
 
 def with_reason(word: str, reason: str) -> str:
-    """What `goal_state` says where one of WAITING, STOPPED, GAVE_UP holds for a reason."""
+    """The text of `goal_state` where one of WAITING, STOPPED, GAVE_UP holds for a reason."""
     return '{}: {}'.format(word, reason)
 
 

@@ -32,7 +32,7 @@ class OdometrySample:
     angular: float        # [rad/s]; a spike of 2 pi times the rate at each +/-180 deg crossing
 
 
-#: What either sensor sends.
+#: A sample of either sensor.
 Sample = Union[ImuSample, OdometrySample]
 AnySample = TypeVar('AnySample', ImuSample, OdometrySample)
 

@@ -21,22 +21,22 @@ Threads and locks
     wait with one held is CmdVel's for its last zero, when it drives no more.
 """
 import functools
+import math
 import os
 import sys
 import threading
-import time
 import traceback
 
 import rosgraph
 import rospy
 
 from tb3_labs.ros import console
-from tb3_labs.ros.clocks import say_if_no_clock_comes
+from tb3_labs.ros.clocks import say_if_no_clock_comes, wait_until
 from tb3_labs.ros.rospy_internals import after_hooks, is_ending
 from tb3_labs.ros.signals import Interrupted, Signals
 
 #: From one look for a master to the next [s].
-LOOK_AGAIN = 0.5
+MASTER_PERIOD = 0.5
 #: A node that ends tells its master; one that does not answer is waited for no longer than this
 #: [s]. The last zero velocity is out before.
 LONGEST_END = 4.0
@@ -73,17 +73,18 @@ def run(name, make_node):
 
 def _wait_for_master():
     """Wait until a master answers; rospy does not wait where parameters are in the command line."""
-    master, said = rosgraph.Master(rospy.get_caller_id()), False
-    while True:
-        try:
-            master.getPid()
-            return
-        except OSError:
-            if not said:
-                print('Waiting for a ROS master at {}: roslaunch starts one, roscore too'.format(
-                    rosgraph.get_master_uri()), flush=True)
-                said = True
-            time.sleep(LOOK_AGAIN)
+    if not _master_answers():
+        console.say('Waiting for a ROS master at {}: roslaunch starts one, roscore too'.format(
+            rosgraph.get_master_uri()))
+        wait_until(_master_answers, math.inf, MASTER_PERIOD)
+
+
+def _master_answers():
+    try:
+        rosgraph.Master(rospy.get_caller_id()).getPid()
+    except OSError:
+        return False
+    return True
 
 
 def _end_in_time():

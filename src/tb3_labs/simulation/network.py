@@ -32,7 +32,7 @@ from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple
 #: A moment [s], and what arrives then.
 Arrival = Tuple[float, Any]
 
-#: What a stall may hold up; the last two are also the directions of a Link.
+#: The directions that a stall may hold up; the last two are also the directions of a Link.
 STALLED = ('both', 'sensors', 'commands')
 #: The longest stall of the recordings [s].
 LONGEST_STALL = 0.4
@@ -119,7 +119,7 @@ class Link:
             has_stalls = settings.stalls_per_min and settings.stalled in ('both', self._direction)
             self._stalls = Stalls(settings.stalls_per_min / 60.0, settings.longest_stall, now,
                                   self._seed) if has_stalls else None
-        # What was held up until now is due now.
+        # Messages that were held up until now are due now.
         self._under_way = deque((max(due, now), thing) for due, thing in self._under_way)
         self._is_quiet = not (settings.delay or settings.jitter or self._stalls or settings.is_cut)
         self.is_clear = self._is_quiet and not (self._under_way or self._arrived)

@@ -154,7 +154,7 @@ def _control(robot: Simulator, controller: ControllerCore, seconds: float) -> Li
 
 
 def navigation(robot: Simulator, navigator: MoveToGoalCore) -> Callable[[Sample], None]:
-    """What hears a robot's samples for a MoveToGoalCore, as its node does."""
+    """A function that hears a robot's samples for a MoveToGoalCore, as its node does."""
     listening = Listening(navigator.idle_for)
 
     def hear(sample):
@@ -170,7 +170,7 @@ def navigation(robot: Simulator, navigator: MoveToGoalCore) -> Callable[[Sample]
 
 
 def control(robot: Simulator, controller: ControllerCore) -> Callable[[Sample], None]:
-    """What hears a robot's samples for a ControllerCore, as its node does."""
+    """A function that hears a robot's samples for a ControllerCore, as its node does."""
     listening = Listening(controller.idle_for)
 
     def hear(sample):

@@ -72,7 +72,7 @@ class SimulatorConfig(Config):
         False, 'fault: nothing arrives in either direction; when it ends, all arrives at once')
 
 
-#: What says how the robot starts; the other settings may change while it runs.
+#: Settings of how the robot starts; the other settings may change while it runs.
 STARTING = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'seed')
 #: The faults; a change of one starts all of them anew.
 FAULTS = ('imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen', 'dropouts_per_min')

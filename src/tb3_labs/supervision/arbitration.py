@@ -38,7 +38,7 @@ already pushed when the robot comes back drives nothing. A lost pad gives the ro
 operator without a stop button is no operator. Whoever stops holding the robot sends one zero and
 is silent.
 
-What is not listed changes nothing.
+An event that is not listed changes nothing.
 Sources: the handouts of both labs, and what happened to those who had no such rule.
 """
 from enum import Enum
