@@ -37,8 +37,7 @@ MESSAGE = 'Header header\nstd_msgs/Bool status\nfloat32 xPos\nfloat32 yPos\n'
 OWN_MESSAGE = [('from tb3_labs.msg import', 'from lab2.msg import')]
 #: No other program sleeps for this time [s].
 SLEEP = '97531'
-HANG = """        self.pub.publish(Twist())
-        import subprocess
+HANG = """        import subprocess
         import time
         subprocess.Popen(['sleep', '{}'], start_new_session=True)
         while True:
@@ -71,34 +70,35 @@ class Case(NamedTuple):
 #: This number of mark.py runs at a time; each marks no more submissions at a time than JOBS. More
 #: of them hold the robots up, and each is tried twice.
 AT_A_TIME, JOBS = 3, 4
+UNCLAMPED = ('min(max(abs(K_HDG * error), MIN_ANG_Z), MAX_ANG_Z)', 'abs(K_HDG * error)')
+WRONG_SIDE = ('self.yaw + 90', 'self.yaw - 90')
 #: (lab, its parts) or (lab, its parts, network) -> submissions, the longest runs first. What a
-#: student gets wrong most easily comes with its part alone.
+#: student gets wrong most easily comes with its part alone. A submission has several mistakes if
+#: they lose different criteria, since each submission costs a robot and a master.
 CASES = {
     ('turn', 'turns'): [
         Case('across the jump', TURN, [
             ('.to_euler(degrees=True)[2] % 360', '.to_euler(degrees=True)[2]'),
             ('(self.yaw + 90) % 360', 'self.yaw + 90'), ('(self.yaw - 90) % 360', 'self.yaw - 90'),
-            ('error -= 360', 'pass'), ('error += 360', 'pass')], {'short_way'}),
+            ('error -= 360', 'pass'), ('error += 360', 'pass'), UNCLAMPED],
+             {'short_way', 'clamped'}),
         Case('endless loop', TURN, [("    rospy.init_node('controller')", '    import time\n    while True: time.sleep(1.0)')],
              EVERYTHING),
-        Case('flood', TURN, [('        threading.Thread(', FLOOD + '        threading.Thread(')],
-             {'answers_nonsense'}),
-        Case('no clamp', TURN, [('min(max(abs(K_HDG * error), MIN_ANG_Z), MAX_ANG_Z)',
-                                 'abs(K_HDG * error)')], {'clamped'}),
+        Case('flood', TURN, [('        threading.Thread(', FLOOD + '        threading.Thread('),
+                             WRONG_SIDE],
+             {'answers_nonsense', 'left', 'short_way'}),
         Case('syntax error', TURN, [('def turn(self):', 'def turn(self)')], EVERYTHING),
-        Case('wrong side', TURN, [('self.yaw + 90', 'self.yaw - 90')], {'left', 'short_way'}),
     ],
     ('turn', ''): [
         Case('good', TURN, OWN_MESSAGE, set()),
-        Case('good as well', TURN, [], set()),
     ],
     ('move2goal', 'drive,reset,control'): [
         Case('good', MOVE, [], set()),
     ],
     ('move2goal', 'drive'): [
-        Case('driven through', MOVE, [('math.hypot(dx, dy) < DISTANCE_TOL', 'False')],
-             {'goal_place', 'goal_heading', 'says_reached', 'silent_at_goal'}),
-        Case('uncontrolled', MOVE, [('if self.control and', 'if')], {'waits'}),
+        Case('driven through', MOVE, [('math.hypot(dx, dy) < DISTANCE_TOL', 'False'),
+                                      ('if self.control and', 'if')],
+             {'waits', 'goal_place', 'goal_heading', 'says_reached', 'silent_at_goal'}),
     ],
     ('gamepad', ''): [
         Case('good', PAD, [], set()),
@@ -115,9 +115,7 @@ CASES = {
     ],
     ('turn', 'shutdown'): [
         Case('hangs', TURN, [('        self.pub.publish(Twist())\n\n    def run', HANG
-                              + '\n    def run')], {'clean_exit'}),
-        Case('no stop', TURN, [('        self.pub.publish(Twist())\n\n    def run',
-                                '\n    def run')], {'stops_robot'}),
+                              + '\n    def run')], {'clean_exit', 'stops_robot'}),
     ],
     ('imu', 'heading'): [
         Case('good', IMU, [], set()),
@@ -142,7 +140,7 @@ def hand_in(folder, case):
     if case.changes is OWN_MESSAGE:
         (package / 'msg').mkdir()
         (package / 'msg' / 'MouseController.msg').write_text(MESSAGE)
-    if case.student == 'wrong side':
+    if WRONG_SIDE in case.changes:
         code = code.replace('\n', '\r\n')
     (package / 'scripts' / case.node).write_bytes(code.encode())
 
@@ -269,12 +267,12 @@ class MarkTest(unittest.TestCase):
         def words(key, student):
             return Page(self.runs[key][0] / (student + '.html')).words
         for key, student, sentence in (
-                (('turn', 'turns'), 'wrong side', 'to the right, then stopped; see doc/imu_lab.md'),
-                (('turn', 'turns'), 'wrong side', 'Windows line endings'),
+                (('turn', 'turns'), 'flood', 'to the right, then stopped; see doc/imu_lab.md'),
+                (('turn', 'turns'), 'flood', 'Windows line endings'),
                 (('turn', 'turns'), 'syntax error', 'it ended at once: "SyntaxError'),
                 (('turn', 'turns'), 'endless loop', 'it ran, but never listened'),
                 (('turn', 'turns'), 'flood', 'lines were printed in'),
-                (('turn', 'turns'), 'no clamp', 'rad/s while turning'),
+                (('turn', 'turns'), 'across the jump', 'rad/s while turning'),
                 (('turn', 'shutdown'), 'hangs', 'still running 5 s after Ctrl+C'),
                 (('move2goal', 'drive'), 'driven through', 'still moving after')):
             self.assertIn(sentence, words(key, student))
@@ -292,8 +290,8 @@ class MarkTest(unittest.TestCase):
 
     def test_progress_is_told(self):
         printed = self.runs['turn', ''][1]
-        self.assertIn('[1/2] good ...', printed)
-        self.assertRegex(printed, r'\[2/2\] good as well: 30 of 30 points, \d+ s')
+        self.assertIn('[1/1] good ...', printed)
+        self.assertRegex(printed, r'\[1/1\] good: 30 of 30 points, \d+ s')
 
 
 if __name__ == '__main__':
