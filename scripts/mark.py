@@ -33,8 +33,10 @@ def parse(words):
                         help='folder for the marks and pages')
     parser.add_argument('--points', type=Path, help='YAML file with the points of each criterion; '
                         'default: test/marking/points.yaml of this package')
-    parser.add_argument('--type', metavar='NAME', help="the node's file, if its name is not that "
-                        'of the lab')
+    parser.add_argument('--package', default='', metavar='NAME', help="the node's package, if it is "
+                        'not called as usual')
+    parser.add_argument('--type', default='', metavar='NAME', help="the node's file, if it is not "
+                        'called as usual')
     parser.add_argument('--parts', default='', help='these parts of the lab alone, with commas: '
                         + '; '.join('{}: {}'.format(name, ', '.join(lab.parts))
                         for name, lab in sorted(LABS.items())))
@@ -60,8 +62,8 @@ def main(words):
     except (OSError, ValueError, yaml.YAMLError) as problem:
         tell_problem(problem)
         return 2
-    marker = Marker(given.lab, worth, given.folder / 'logs', parts,
-                    (given.type,) if given.type else (), given.limit, given.network)
+    marker = Marker(given.lab, worth, given.folder / 'logs', parts, given.package, given.type,
+                    given.limit, given.network)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     pages = Pages(given.folder, lab.title)
     done, failed = mark_all(marker, folders, given.jobs, pages)

@@ -7,12 +7,13 @@ from types import SimpleNamespace
 import pytest
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.marking.labs import LABS
 from tb3_labs.ros.marking.requests import fill_pose, is_origin
 from tb3_labs.ros.marking.submission import Unusable, find_node
 from tb3_labs.ros.marking.workspace import prepare
 from tb3_labs.srv import ResetPoseRequest, SetInitialPoseRequest
 
-NAMES = ('move2goal_tf.py', 'move2goal.py')
+LAB = LABS['move2goal']
 MANIFEST = '<package format="2"><name>{}</name></package>'
 NODE = '#!/usr/bin/env python3\nprint("runs")\n'
 
@@ -27,7 +28,7 @@ def hand_in(folder, **files):
 
 
 def prepared(tmp_path, folder):
-    return prepare(folder, NAMES, tmp_path / 'ws', tmp_path / 'log')
+    return prepare(folder, LAB, tmp_path / 'ws')
 
 
 @pytest.mark.parametrize('found', [
@@ -35,25 +36,16 @@ def prepared(tmp_path, folder):
 def test_a_node_is_found_wherever_it_is(tmp_path, found):
     folder = hand_in(tmp_path, **{found: NODE, 'lab7__scripts__other': NODE,
                                   'devel__lib__lab7__move2goal_tf': NODE})
-    path, remarks = find_node(folder, NAMES)
+    path, remarks = find_node(folder, LAB)
     assert str(path) == str(tmp_path / (found.replace('__', '/') + '.py')) and remarks == []
-
-
-def test_of_several_nodes_the_one_in_a_package_and_in_scripts_is_taken(tmp_path):
-    folder = hand_in(tmp_path, old__move2goal=NODE, lab7__src__move2goal=NODE,
-                     lab7__scripts__move2goal=NODE,
-                     **{'lab7__package.xml': MANIFEST.format('lab7')})
-    path, remarks = find_node(folder, NAMES)
-    assert path == tmp_path / 'lab7' / 'scripts' / 'move2goal.py'
-    assert '3 files are called move2goal.py; judged was lab7/scripts/move2goal.py' in remarks[0]
 
 
 def test_without_a_node_the_python_files_are_named(tmp_path):
     with pytest.raises(Unusable, match='No Python file was found at all'):
-        find_node(tmp_path, NAMES)
+        find_node(tmp_path, LAB)
     hand_in(tmp_path, lab7__scripts__goal=NODE)
     with pytest.raises(Unusable, match=r'There is no move2goal_tf.py or move2goal.py.*goal\.py'):
-        find_node(tmp_path, NAMES)
+        find_node(tmp_path, LAB)
 
 
 @pytest.mark.parametrize('code, words', [
@@ -100,14 +92,78 @@ def test_what_is_large_or_leads_elsewhere_is_not_copied(tmp_path):
     assert os.path.islink(str(tmp_path / 'ws' / 'src' / 'package' / 'all'))
 
 
-def test_other_packages_of_a_submission_come_along(tmp_path):
-    folder = hand_in(tmp_path / 'bob', lab7__scripts__move2goal=NODE, **{
-        'lab7__package.xml': MANIFEST.format('lab7'), 'lab7_msgs__msg__M.msg': 'bool b',
-        'lab7_msgs__package.xml': MANIFEST.format('lab7_msgs'),
-        'lab7_old__package.xml': MANIFEST.format('lab7')})
-    prepared(tmp_path, folder)
+# -- a course's repository
+
+LAB1_MESSAGE = 'Header header\nbool activestatus\nfloat32 xPos\nfloat32 yPos\n'
+TURN_NODE = '''#!/usr/bin/env python3
+import rospy
+import cv3
+import apriltag_rosx as tags; import os
+from nothing_here.msg import Tag, Tags
+from lab1.msg import MouseController
+print(MouseController().activestatus, tags, "rospy" and rospy.__name__)
+'''
+#: It asks for what no marking machine has, and generates a message.
+LAB1_RECIPE = '''cmake_minimum_required(VERSION 3.0)
+project(lab1)
+find_package(catkin REQUIRED COMPONENTS rospy std_msgs
+  turtlebot3_bringup  # the robot
+  message_generation)
+add_message_files(FILES MouseController.msg)
+generate_messages(DEPENDENCIES std_msgs)
+catkin_package(CATKIN_DEPENDS turtlebot3_bringup)
+'''
+FULL_MANIFEST = (
+    '<package format="2"><name>{}</name><version>0.0.0</version><description>-</description>'
+    '<maintainer email="a@example.org">-</maintainer><license>-</license><buildtool_depend>catkin'
+    '</buildtool_depend><depend>turtlebot3_bringup</depend></package>')
+
+
+def course(tmp_path, recipe=LAB1_RECIPE, node=TURN_NODE):
+    return hand_in(tmp_path / 'bob', lab2__src__turtlebot_controller=node, **{
+        'lab1__msg__MouseController.msg': LAB1_MESSAGE, 'lab1__CMakeLists.txt': recipe,
+        'lab1__package.xml': FULL_MANIFEST.format('lab1'),
+        'lab2__package.xml': FULL_MANIFEST.format('lab2'),
+        'lab3__CMakeLists.txt': 'message(FATAL_ERROR "never built")',
+        'lab3__package.xml': FULL_MANIFEST.format('lab3')})
+
+
+@pytest.mark.parametrize('recipe, told', [
+    (LAB1_RECIPE, 'lab1 asks CMake for turtlebot3_bringup, which the marking machine lacks'),
+    ('# generate_messages()', 'generate_messages() is missing')])
+def test_only_what_the_node_needs_is_built_and_what_is_lacking_is_left_out(tmp_path, recipe, told):
+    ready = prepare(course(tmp_path, recipe), LABS['turn'], tmp_path / 'ws')
+    words = ' '.join(ready.remarks)
+    assert told in words and 'cv3, nothing_here.msg: imported, but not used' in words
+    assert ready.lacking == ['apriltag_rosx']       # it is used: the node cannot run without it
     assert sorted(os.listdir(str(tmp_path / 'ws' / 'src'))) == ['other1', 'package']
-    assert (tmp_path / 'ws' / 'src' / 'other1' / 'msg' / 'M.msg').exists()
+    copy = tmp_path / 'ws' / 'src' / 'package' / 'src' / 'turtlebot_controller.py'
+    code = copy.read_text().splitlines()
+    assert code[2] == 'pass    # import cv3' and code[4] == 'pass    # ' \
+        'from nothing_here.msg import Tag, Tags'
+    code[3] = 'tags = 7'
+    copy.write_text('\n'.join(code))
+    assert subprocess.check_output([str(copy)], env=ready.environment,
+                                   universal_newlines=True) == 'False 7 rospy\n'
+
+
+def test_a_message_package_without_a_manifest_and_one_that_needs_another(tmp_path):
+    folder = hand_in(
+        tmp_path / 'bob', turtlebot_controller='#!/usr/bin/env python3\nfrom outer.msg import O\n'
+        'print(O().inner.value)\n', **{'outer__msg__O.msg': 'inner/I inner\n',
+                                       'inner__msg__I.msg': 'float32 value\n'})
+    ready = prepare(folder, LABS['turn'], tmp_path / 'ws')
+    assert ready.lacking == []
+    copy = tmp_path / 'ws' / 'src' / 'package' / 'turtlebot_controller.py'
+    assert subprocess.check_output([str(copy)], env=ready.environment) == b'0.0\n'
+
+
+def test_a_guarded_import_is_left_alone(tmp_path):
+    node = 'try:\n    import cv3\nexcept ImportError:\n    cv3 = None\n'
+    ready = prepare(course(tmp_path, node=NODE + node), LABS['turn'], tmp_path / 'ws')
+    assert ready.lacking == []
+    copy = tmp_path / 'ws' / 'src' / 'package' / 'src' / 'turtlebot_controller.py'
+    assert copy.read_text() == NODE + node
 
 
 # -- services

@@ -13,7 +13,10 @@ class Lab(NamedTuple):
 
     title: str
     criteria: List[Criterion]
-    files: Tuple[str, ...]     # names of the node's file, that of this package first
+    packages: Tuple[str, ...]  # usual names of the student's package
+    files: Tuple[str, ...]     # usual names of the node's file, that of this package first
+    class_name: str            # the handout's name of the class
+    node_name: str             # the handout's name of the node
     listens: str               # the topic that a node must listen to before it is ready
 
     @property
@@ -31,9 +34,12 @@ class Lab(NamedTuple):
 
 
 LABS = {
-    IMU: Lab('IMU exercise', imu.CRITERIA, ('imu_sub.py',), topics.IMU),
-    TURN: Lab('IMU lab', turn.CRITERIA, ('turtlebot_controller.py',), topics.IMU),
-    MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA,
-                   ('move2goal_tf.py', 'move2goal.py'), topics.ODOM),
-    GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA, ('gamepad.py',), topics.JOY),
+    IMU: Lab('IMU exercise', imu.CRITERIA, ('ice6',), ('imu_sub.py',), 'IMU', 'imu_sub', topics.IMU),
+    TURN: Lab('IMU lab', turn.CRITERIA, ('lab2',), ('turtlebot_controller.py',), 'Controller',
+              'controller', topics.IMU),
+    MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA, ('lab7_tf', 'lab7'),
+                   ('move2goal_tf.py', 'move2goal.py'), 'MoveToGoal', 'move_to_goal', topics.ODOM),
+    GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA,
+                 ('lab4_gamepad', 'lab7_tf', 'lab7'), ('gamepad.py',), 'Gamepad', GAMEPAD,
+                 topics.JOY),
 }

@@ -18,6 +18,7 @@ class Marks:
     remarks: List[str] = field(default_factory=list)      # sentences
     observation: Optional[Observation] = None  # None: nothing could be observed
     failed: bool = False             # it could not be judged, by no known fault of its own
+    lacking: List[str] = field(default_factory=list)      # modules that this machine lacks
 
     @property
     def points(self) -> float:

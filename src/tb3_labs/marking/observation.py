@@ -61,6 +61,7 @@ class Observation:
     stimuli: List[Stimulus] = field(default_factory=list)
     runs: List[Run] = field(default_factory=list)
     missing: Dict[str, str] = field(default_factory=dict)        # stimulus -> why there is none
+    remarks: List[str] = field(default_factory=list)             # sentences for the student
 
     def to_json(self) -> str:
         """The observation as text."""

@@ -38,13 +38,14 @@ class Interrupted(RuntimeError):
 class Marker:
     """Marks submissions of one lab; several at a time, by threads, if wanted."""
 
-    def __init__(self, lab, worth, logs, parts=(), names=(), limit=300.0, network=QUIET):
-        """`worth`: criterion -> points; `logs`: an existing folder; `names`: of the node's file, if
-        not those of the lab; `limit`: time for one submission [s]; `network`: one of
+    def __init__(self, lab, worth, logs, parts=(), package='', name='', limit=300.0,
+                 network=QUIET):
+        """`worth`: criterion -> points; `logs`: an existing folder; `package`, `name`: of the
+        node's package and file, if not those that the lab knows; `limit`: time for one submission [s]; `network`: one of
         tb3_labs.simulation.network.NETWORKS, between robot and node."""
         self._lab, self._worth, self._logs = lab, worth, Path(logs)
-        self._parts, self._names, self._limit = parts, names or LABS[lab].files, limit
-        self._network = network
+        self._parts, self._package, self._name = parts, package, name
+        self._limit, self._network = limit, network
         self._interrupted = False
         self._cookies = set()
 
@@ -91,10 +92,16 @@ class Marker:
     def _observe(self, marks, folder, work, cookie):
         """Write node, remarks and Observation of a submission into its Marks."""
         log, record = self._logs / (folder.name + '.log'), work / 'observation.json'
-        prepared = prepare(folder, self._names, work / 'ws',
-                           self._logs / (folder.name + '.build.log'), {COOKIE: cookie})
+        prepared = prepare(folder, LABS[self._lab], work / 'ws', {COOKIE: cookie}, self._package,
+                           self._name)
         marks.node = '{}/{}'.format(prepared.package, prepared.executable)
         marks.remarks += prepared.remarks
+        if prepared.lacking:
+            marks.lacking, marks.failed = prepared.lacking, True
+            marks.remarks.append(
+                'The marking machine lacks {}, which the node imports: it was not judged.'.format(
+                    ' and '.join(prepared.lacking)))
+            return
         if self._network != QUIET:
             marks.remarks.append('Judged over the network "{}".'.format(self._network))
         self._go_on()
@@ -106,6 +113,7 @@ class Marker:
             marks.remarks.append('It could not be judged; see {}.'.format(log))
             return
         marks.observation = Observation.from_json(record.read_text())
+        marks.remarks += marks.observation.remarks
         shutil.copy(str(record), str(self._logs / (folder.name + '.json')))
 
     def _check(self, prepared, work, log, record, cookie):

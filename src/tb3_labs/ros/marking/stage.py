@@ -50,6 +50,11 @@ class Stage:
         for name in names:
             self.observation.missing[name] = reason
 
+    def remark(self, sentences):
+        """Tell these sentences on the student's page, each once."""
+        known = self.observation.remarks
+        known += [sentence for sentence in sentences if sentence not in known]
+
     def keep(self):
         """Hand the Observation on as it is now."""
         self.node.note()

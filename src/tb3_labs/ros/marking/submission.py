@@ -4,10 +4,12 @@ import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
+from tb3_labs.marking.choice import FOLDERS, NoNode, SourceFile, choose
+
 #: Folders and files that are not looked into, nor copied.
 LEFT_OUT = ('.git', '.svn', 'build', 'devel', 'install', 'logs', '__pycache__', '*.bag', '*.zip')
-#: The folders where nodes usually are, likeliest first.
-FOLDERS = ('scripts', 'nodes', 'src')
+#: A larger file is no program [bytes].
+LARGEST_PROGRAM = 1000000
 MANIFEST = 'package.xml'
 
 
@@ -15,25 +17,33 @@ class Unusable(Exception):
     """A submission has nothing that could be run; the text is one sentence, the reason."""
 
 
-def find_node(folder, names):
-    """The path of the node below `folder`, a file with one of these names, and remarks.
+def find_node(folder, lab, package='', name=''):
+    """The path of a Lab's node below `folder`, and remarks on the choice.
 
-    If there are several, one in a package, and in a folder where nodes usually are, is taken.
+    `package` and `name`, if given, are those of the node. ``Unusable`` if there is none.
     """
-    files = [path for path in files_in(folder) if path.suffix == '.py' or not path.suffix]
-    for name in names:
-        found = [path for path in files if path.name == name] or [
-            path for path in files if path.name.lower() == name.lower()]
-        if found:
-            found.sort(key=lambda path: (package_folder(path, folder) is None, _rank(path),
-                                         str(path)))
-            remarks = [] if len(found) == 1 else ['{} files are called {}; judged was {}.'.format(
-                len(found), name, found[0].relative_to(folder))]
-            return found[0], remarks
-    others = sorted(str(path.relative_to(folder)) for path in files if path.suffix == '.py')
-    raise Unusable('There is no {}. {}'.format(
-        ' or '.join(names), 'Python files that were found (--type NAME judges another one): '
-        + ', '.join(others[:10]) if others else 'No Python file was found at all.'))
+    try:
+        choice = choose(lab, [
+            SourceFile(str(path.relative_to(folder)), _package_name(path, folder), _text(path))
+            for path in files_in(folder) if _is_program(path)], package, name)
+    except NoNode as reason:
+        raise Unusable(str(reason)) from None
+    return folder / choice.path, choice.remarks
+
+
+def _is_program(path):
+    if path.stat().st_size > LARGEST_PROGRAM:
+        return False
+    return path.suffix == '.py' or not path.suffix and b'python' in path.read_bytes()[:80]
+
+
+def _text(path):
+    return path.read_bytes().decode(errors='replace')
+
+
+def _package_name(path, folder):
+    found = package_folder(path, folder)
+    return name_in(found / MANIFEST)[0] if found else ''
 
 
 def files_in(folder):
@@ -44,11 +54,6 @@ def files_in(folder):
             path = Path(root) / name
             if path.is_file() and not path.is_symlink():
                 yield path
-
-
-def _rank(path):
-    parent = path.parent.name
-    return FOLDERS.index(parent) if parent in FOLDERS else len(FOLDERS)
 
 
 def package_folder(path, folder):

@@ -1,17 +1,22 @@
 """A workspace with a copy of a student's package that can run.
 
 Some faults keep a node from running and say nothing about it: no exec bit, Windows line endings, a
-wrong first line, no package.xml. They are repaired in the copy, and told in a remark.
+wrong first line, no package.xml, an import that nobody uses. They are repaired in the copy, and
+told in a remark.
 """
 import os
 import re
 import shutil
+import subprocess
+import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from tb3_labs.ros.marking.catkin_build import build, needs_build
-from tb3_labs.ros.marking.submission import (LEFT_OUT, MANIFEST, Unusable, files_in, find_node,
-                                             name_in, source_of)
+from tb3_labs.marking.imports import imports_of, without
+from tb3_labs.ros.marking.python_build import Builder
+from tb3_labs.ros.marking.repository import needed_by, packages_in
+from tb3_labs.ros.marking.submission import (LEFT_OUT, MANIFEST, Unusable, find_node, name_in,
+                                             source_of)
 
 OWN_PACKAGE = 'tb3_labs'
 #: The name of a package in the copy if its own name cannot be used.
@@ -22,6 +27,10 @@ SUBSTITUTE_MANIFEST = '''<package format="2"><name>{}</name><version>0.0.0</vers
 '''
 #: Larger files are not copied [bytes].
 LARGEST = 20000000
+#: A program that prints those of its arguments that are no module here.
+FIND = '''import importlib.util, sys
+for name in sys.argv[1:]:
+    if importlib.util.find_spec(name) is None: print(name)'''
 SHEBANG = b'#!/usr/bin/env python3'
 BYTE_ORDER_MARK = b'\xef\xbb\xbf'
 
@@ -34,49 +43,70 @@ class Prepared:
     executable: str
     environment: dict
     remarks: list = field(default_factory=list)      # sentences
+    lacking: list = field(default_factory=list)      # modules that the node needs, found nowhere
 
 
-def prepare(folder, names, workspace, build_log, variables=()):
-    """The Prepared of the node below `folder`, a file with one of these `names`.
+def prepare(folder, lab, workspace, variables=(), package='', name=''):
+    """The Prepared of a Lab's node below `folder`; `package` and `name` of the node, if given.
 
-    Its packages are copied into `workspace`, the node is repaired, and what needs a build is built;
-    the build prints into the file `build_log`. The environment has these `variables` too.
-    ``Unusable`` if there is no such node, or if it cannot be copied.
+    Its packages are copied into `workspace`, the node is repaired, and the Python modules that it
+    needs are built. The environment has these `variables` too. ``Unusable`` if there is no such
+    node, or if it cannot be copied.
     """
     folder, workspace = Path(folder), Path(workspace)
-    node, remarks = find_node(folder, names)
+    node, remarks = find_node(folder, lab, package, name)
     source = source_of(node, folder)
+    packages = packages_in(folder, node)
+    needed = [other for other in needed_by(node, packages) if other != OWN_PACKAGE]
     try:
-        copy = _copy(source, workspace / 'src' / 'package')
-        package = _name(copy / MANIFEST, remarks)
-        _repair(copy / node.relative_to(source), remarks)
-        copies = [copy] + _copy_others(folder, source, package, workspace / 'src')
+        copies = {source: _copy(source, workspace / 'src' / 'package')}
+        called = _name(source, copies[source] / MANIFEST, needed, remarks)
+        copied = copies[source] / node.relative_to(source)
+        _repair(copied, remarks)
+        for number, other in enumerate(needed, 1):
+            if packages[other] not in copies:
+                copies[packages[other]] = _copy(
+                    packages[other], workspace / 'src' / 'other{}'.format(number))
     except OSError as problem:
         raise Unusable('It cannot be copied: {}.'.format(problem)) from None
     environment = dict(os.environ, **dict(variables))
     environment['ROS_PACKAGE_PATH'] = '{}:{}'.format(
         workspace / 'src', environment.get('ROS_PACKAGE_PATH', ''))
-    if package != SUBSTITUTE and any(needs_build(copy) for copy in copies):
-        environment = build(workspace, build_log, environment, remarks) or environment
-    return Prepared(package, node.name, environment, remarks)
+    builder = Builder(workspace / 'python', environment, remarks)
+    for other in needed:
+        builder.build(called if packages[other] == source else other, copies[packages[other]])
+    ready = Prepared(called, node.name, builder.environment, remarks)
+    ready.lacking = _leave_out_lacking(copied, set(packages), builder.environment, remarks)
+    return ready
+
+
+def _leave_out_lacking(node, packages, environment, remarks):
+    """Take the imports out that nobody has and the node does not use; the modules that it uses and
+    nobody has."""
+    text = node.read_bytes().decode(errors='replace')
+    imports = [item for item in imports_of(text) if not item.guarded]
+    named = set().union(*(item.packages for item in imports)) - packages
+    missing = _not_found(sorted(named), node.parent, environment)
+    unused = [item for item in imports if item.packages & missing and not item.used]
+    if unused:
+        node.write_text(without(text, unused), encoding='utf-8')
+        remarks.append('{}: imported, but not used, and not found on the marking machine: left '
+                       'out.'.format(', '.join(sorted(
+                           module for item in unused for module in item.modules))))
+    return sorted(set().union(*(item.packages & missing for item in imports if item.used), ()))
+
+
+def _not_found(modules, folder, environment):
+    """Which of these modules does Python not find, for a program in `folder`?"""
+    found = subprocess.run(
+        [sys.executable, '-c', FIND] + modules, cwd=str(folder), env=environment,
+        stdout=subprocess.PIPE, universal_newlines=True, check=True).stdout
+    return set(found.split())
 
 
 def _copy(source, target):
     shutil.copytree(str(source), str(target), symlinks=True, ignore=_left_out)
     return target
-
-
-def _copy_others(folder, source, package, target):
-    """Copy the other packages of a submission, such as one of messages; of each name the first."""
-    copies, known = [], {package, OWN_PACKAGE}
-    for path in files_in(folder):
-        if path.name == MANIFEST and path.parent != source and (
-                source not in path.parents and path.parent not in source.parents):
-            name, _ = name_in(path)
-            if name and name not in known:
-                known.add(name)
-                copies.append(_copy(path.parent, target / 'other{}'.format(len(copies) + 1)))
-    return copies
 
 
 def _left_out(folder, names):
@@ -89,15 +119,17 @@ def _left_out(folder, names):
     return ignored
 
 
-def _name(manifest, remarks):
+def _name(source, manifest, needed, remarks):
     """The package's name; if it cannot be used, a package.xml with another name is written."""
     name, problem = name_in(manifest)
     if name and name != OWN_PACKAGE:
         return name
     remarks.append(problem or 'The package is called {}, as this one: it got another name.'.format(
         name))
-    manifest.write_text(SUBSTITUTE_MANIFEST.format(SUBSTITUTE), encoding='utf-8')
-    return SUBSTITUTE
+    # its node may import messages by the folder's name
+    name = source.name if source.name in needed else SUBSTITUTE
+    manifest.write_text(SUBSTITUTE_MANIFEST.format(name), encoding='utf-8')
+    return name
 
 
 def _repair(node, remarks):

@@ -1,0 +1,134 @@
+"""Which file of a submission is the node of a lab?
+
+A repository of a whole course has several files with the same name. A file is chosen by its
+package, then by its name, then by what it does. Real submissions: see doc/marking.md.
+"""
+import re
+from typing import List, NamedTuple, Sequence, Tuple
+
+from tb3_labs.marking.labs import Lab
+
+#: The folders of a package where nodes usually are, likeliest first.
+FOLDERS = ('scripts', 'nodes', 'src')
+LISTENS_TO = 'listens to '
+#: No more files than this are named in a remark.
+NAMED = 6
+
+
+class SourceFile(NamedTuple):
+    """A file of a submission that may be a node."""
+
+    path: str       # within the submission, with '/'
+    package: str    # the name in the nearest package.xml above it; '' if there is none
+    text: str
+
+
+class Choice(NamedTuple):
+    """The file that was chosen, and sentences about why."""
+
+    path: str
+    remarks: List[str]
+
+
+class _Candidate(NamedTuple):
+    """A file and its ranks, the smallest first; by their order the file is chosen."""
+
+    package: int            # 0: a usual package; 1: one that begins like it; 2: another one
+    name: int               # place among the usual names; their number: another name
+    deeds: int              # how many deeds are missing
+    folder: int             # place among the usual folders
+    depth: int
+    path: str
+    said: Tuple[str, ...]   # the deeds that were found
+
+
+class NoNode(ValueError):
+    """No file can be the node; the text says which files there are."""
+
+
+def choose(lab: Lab, files: Sequence[SourceFile], package: str = '', name: str = '') -> Choice:
+    """The node of a lab among these files.
+
+    A file can be the node if it has a usual name, or listens to the lab's topic, or has the names
+    of class and node. With `package` only the files of this package count, with `name` only those
+    of this name. ``NoNode`` if no file is left.
+    """
+    packages, names = (package,) if package else lab.packages, (name,) if name else lab.files
+    found = sorted(candidate for candidate in (
+        _candidate(lab, file, packages, names) for file in files)
+        if (not package or candidate.package == 0) and _can_be_the_node(candidate, names, name))
+    if not found:
+        raise NoNode(_nothing_found(files, package, names))
+    return Choice(found[0].path, _remarks(found, packages, names))
+
+
+def _candidate(lab, file, packages, names):
+    folders, low = file.path.split('/')[:-1], file.path.rsplit('/', 1)[-1].lower()
+    said = _deeds(lab, file.text)
+    lower = [usual.lower() for usual in names]
+    return _Candidate(
+        min(_package_rank(usual, [file.package] + folders) for usual in packages),
+        lower.index(low) if low in lower else len(names), 3 - len(said),
+        FOLDERS.index(folders[-1]) if folders and folders[-1] in FOLDERS else len(FOLDERS),
+        len(folders), file.path, said)
+
+
+def _package_rank(usual, called):
+    """How near are these names of folders and packages to a usual name?"""
+    usual, called = usual.lower(), [name.lower() for name in called]
+    if usual in called:
+        return 0
+    # lab2_final and Lab2-main, but not lab20
+    return 1 if any(re.match(re.escape(usual) + r'(?![a-z0-9])', name) for name in called) else 2
+
+
+def _deeds(lab, text):
+    """Which of the lab's deeds does a program do? As clauses that follow its name."""
+    code = '\n'.join(line for line in text.splitlines() if not line.lstrip().startswith('#'))
+    return tuple(said for pattern, said in (
+        (r'Subscriber\(\s*(name\s*=\s*)?[\'"]/?(\w+/)*{}[\'"]'.format(lab.listens),
+         LISTENS_TO + lab.listens),
+        (r'^\s*class\s+{}\b'.format(lab.class_name), 'has the class ' + lab.class_name),
+        (r'init_node\(\s*(name\s*=\s*)?[\'"]{}[\'"]'.format(lab.node_name),
+         'is the node ' + lab.node_name),
+    ) if re.search(pattern, code, re.MULTILINE))
+
+
+def _can_be_the_node(candidate, names, name):
+    if candidate.name < len(names):
+        return True
+    said = candidate.said
+    return not name and (len(said) >= 2 or any(clause.startswith(LISTENS_TO) for clause in said))
+
+
+def _remarks(found, packages, names):
+    best, others = found[0], found[1:]
+    if not others:
+        if best.name < len(names):
+            return []
+        return ['There is no {}; judged was {}, which {}.'.format(
+            ' or '.join(names), best.path, ' and '.join(best.said))]
+    second = others[0]
+    if best.package != second.package:
+        why = 'it is in the package {}'.format(' or '.join(packages))
+    elif best.name != second.name:
+        why = 'it has the usual name'
+    elif best.deeds != second.deeds:
+        why = 'it {}'.format(' and '.join(best.said))
+    else:
+        why = 'it comes first'
+    if best.package == 2 and any(packages):
+        why += ' (there is no package {})'.format(' or '.join(packages))
+    named = ', '.join(other.path for other in others[:NAMED])
+    if len(others) > NAMED:
+        named += ' and {} more'.format(len(others) - NAMED)
+    return ['{} files can be the node; judged was {}, because {}. The others: {}.'.format(
+        len(found), best.path, why, named)]
+
+
+def _nothing_found(files, package, names):
+    there = sorted(file.path for file in files)
+    said = 'There is no {}{}, and no other file does what it should. '.format(
+        ' or '.join(names), ' in a package {}'.format(package) if package else '')
+    return said + ('Python files that were found (--package and --type choose another one): '
+                   + ', '.join(there[:10]) if there else 'No Python file was found at all.')
