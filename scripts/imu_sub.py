@@ -6,7 +6,7 @@ Subscribes
 Publishes
     heading    std_msgs/Float32 [deg], 0 to 360 counter-clockwise, with each message
 Parameters
-    ~max_rate  lines a second at most; 0 lets every message through, as the handout does (10)
+    ~max_rate  most lines a second; 0: a line for each message, as in the handout (10)
 """
 import math
 import threading
@@ -32,7 +32,7 @@ class ImuSubConfig(Config):
 
 
 class IMU:
-    """From quaternion to heading, for people and for plots."""
+    """Prints and publishes the heading of each quaternion."""
 
     def __init__(self):
         max_rate = read_config(ImuSubConfig).max_rate

@@ -201,7 +201,7 @@ def test_a_giving_that_the_network_held_up_for_long_does_not_count(senders, late
     for _ in range(int(late / RENEWAL)):
         senders.permission.told(True, senders.now, 'pad', True)
     assert senders.run(3.0) is counts
-    assert senders.told('held it up for more than 2 s') is not counts
+    assert senders.told('delayed it by more than 2 s') is not counts
 
 
 def test_renewals_that_were_held_up_later_do_no_harm(senders):
@@ -245,7 +245,7 @@ def test_a_giving_that_was_under_way_when_somebody_else_stopped_the_robot(
     for _ in range(round(late / RENEWAL)):
         senders.permission.told(True, senders.now, 'pad', True)
     assert senders.run(3.0) is counts
-    assert senders.told('it was taken while the network held it up') is not counts
+    assert senders.told('it was taken while the network delayed it') is not counts
 
 
 def test_a_giving_that_is_older_than_this_node_does_not_count(senders):
@@ -254,7 +254,7 @@ def test_a_giving_that_is_older_than_this_node_does_not_count(senders):
     senders.say('pad', True)
     for _ in range(8):                   # pressed 0.8 s ago
         senders.permission.told(True, senders.now, 'pad', True)
-    assert not senders.run(3.0) and senders.told('it was given before this node lived')
+    assert not senders.run(3.0) and senders.told('it was given before this node started')
 
 
 def test_what_was_taken_before_this_node_lived_is_no_stop():
