@@ -15,10 +15,10 @@ Publishes (frames are in the node's namespace: robot3/odom in /robot3)
     The network (~network) delays imu, odom, joint_states and /tf. Messages of one topic that were
     delayed together are sent to each subscriber in one write.
 Parameters
-    ~speed        times real time, with use_sim_time (1)
+    ~speed        pace of /clock, times real time, with use_sim_time (1)
     ~robots       0: one robot, in this node's namespace; else the number of robots, in the
                   namespaces robot1, robot2, ... (0)
-    ~first_robot  number of the first of them (1)
+    ~first_robot  number of the first robot (1)
     ~spacing      distance of two neighbours, along y [m] (1)
     ~network      quiet, good, busy, bad: a set of network settings (simulation/network.py); a
                   setting that is given itself takes precedence (quiet)
@@ -45,11 +45,12 @@ from tb3_labs.simulation.simulator_config import STARTING, SimulatorConfig
 class ClassConfig(Config):
     """How many robots there are, and how fast their time runs."""
 
-    speed: float = setting(1.0, 'times real time, with use_sim_time', low=0.1, high=20.0)
-    robots: int = setting(0, 'robots in namespaces robot1, robot2, ...; 0: one in this one',
+    speed: float = setting(1.0, 'pace of /clock, times real time, with use_sim_time',
+                           low=0.1, high=20.0)
+    robots: int = setting(0, 'robots, in namespaces robot1, robot2, ...; 0: one in this namespace',
                           low=0, high=200)
-    first_robot: int = setting(1, 'number of the first of them', low=1, high=10000)
-    spacing: float = setting(1.0, 'from one to the next, along y', 'm', 0.0, 100.0)
+    first_robot: int = setting(1, 'number of the first robot', low=1, high=10000)
+    spacing: float = setting(1.0, 'distance between neighbours, along y', 'm', 0.0, 100.0)
     network: str = setting('quiet', 'named network between robots and computer',
                            choices=tuple(NETWORKS))
 

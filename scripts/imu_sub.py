@@ -28,7 +28,7 @@ from tb3_labs.ros.topics import subscribe
 class ImuSubConfig(Config):
     """How much is printed."""
 
-    max_rate: float = setting(10.0, 'lines at most; 0: one for every message', '1/s', 0.0, 1000.0)
+    max_rate: float = setting(10.0, 'most lines; 0: one for every message', '1/s', 0.0, 1000.0)
 
 
 class IMU:

@@ -10,7 +10,7 @@ MANY = round(FROZEN_TIME / DT) + 2
 
 
 def look(watch, times, source, reading=lambda k: 7, must_change=True):
-    """The problem after so many looks at a source."""
+    """The problem after this number of looks at a source."""
     for k in range(times):
         source.heard(DT * k, reading(k))
         watch.update(source, must_change, DT)

@@ -1,4 +1,4 @@
-"""A permission is an event that a person caused; all else keeps it alive, and a stop stays a stop."""
+"""A person gives a permission; all else only keeps it alive, and a stop stays a stop."""
 import itertools
 
 import pytest
@@ -7,8 +7,8 @@ from tb3_labs.supervision.permission import CONFIRMATION, LAPSE, LONGEST_LAPSE, 
 
 
 class Senders:
-    """Hands, and pads that renew what they give, before one permission; time is counted in ticks
-    of 10 ms."""
+    """Hands, and pads that renew, as senders to one permission; time is counted in ticks of 10 ms.
+    """
 
     def __init__(self):
         self.permission = Permission()
@@ -140,7 +140,7 @@ def test_a_giver_that_comes_back_revives_it_only_after_a_short_silence(senders, 
 def test_a_node_that_slept_finds_it_gone_also_if_a_renewal_is_the_first_it_hears(senders, slept):
     senders.say('pad', True)
     senders.run(1.0)
-    senders.now += slept               # nobody looked
+    senders.now += slept               # no update meanwhile
     senders.permission.told(True, senders.now, 'pad', True)
     assert not senders.granted and not senders.run(5.0)
     assert senders.told('this node did not run for')
@@ -157,8 +157,8 @@ def test_a_permission_that_is_gone_is_a_warning(senders):
 
 
 def test_a_pad_that_renews_what_does_not_count_is_told_so_once(senders):
-    senders.now += 10.0                # nobody looked
-    for _ in range(40):                # held up, and released at once
+    senders.now += 10.0                # no update meanwhile
+    for _ in range(40):                # delayed, then delivered at once
         senders.permission.told(True, senders.now, 'pad', True)
     senders.renewing.add('pad')
     senders._next['pad'] = senders.now
@@ -258,7 +258,7 @@ def test_a_giving_that_is_older_than_this_node_does_not_count(senders):
 
 
 def test_what_was_taken_before_this_node_lived_is_no_stop():
-    """It was started with control, which somebody wished for after that."""
+    """The sender's False was older than the start with control."""
     senders = Senders()
     senders.permission = Permission(granted=True)
     senders.permission.heard_of_old(False, 'pad')

@@ -28,10 +28,10 @@ class DriveConfig(Config):
     law: str = setting('precise', "precise, or lab for the handout's own law",
                        choices=('precise', 'lab'))
     allow_reverse: bool = setting(False, 'drive backwards where that is the shorter way')
-    distance_tolerance: float = setting(0.01, 'how near counts as there', unit='m',
+    distance_tolerance: float = setting(0.01, 'the goal is reached within this distance', unit='m',
                                         low=0.002, high=1.0)
-    angle_tolerance_deg: float = setting(0.5, 'how near counts as faced', unit='deg',
-                                         low=0.2, high=45.0)
+    angle_tolerance_deg: float = setting(0.5, 'the heading is reached within this angle',
+                                         unit='deg', low=0.2, high=45.0)
     max_linear: float = setting(0.26, "fastest drive; the robot's own limit holds as well",
                                 unit='m/s', low=0.02, high=1.0)
     max_angular: float = setting(1.5, "fastest turn; the robot's own limit holds as well",

@@ -42,14 +42,14 @@ class TurnConfig(Config):
 
     law: str = setting('precise', "precise, or lab for the handout's own law",
                        choices=('precise', 'lab'))
-    k_hdg: float = setting(0.1, "lab: rate of turn for each degree that is left", 'rad/s',
+    k_hdg: float = setting(0.1, "lab: rate of turn for each remaining degree", 'rad/s',
                            low=0.001, high=10.0)
-    hdg_tol: float = setting(10.0, 'lab: the turn is over this near to its goal', 'deg',
+    hdg_tol: float = setting(10.0, 'lab: the turn ends within this angle of its goal', 'deg',
                              low=0.1, high=45.0)
     min_ang_z: float = setting(0.5, 'lab: slowest turn', 'rad/s', low=0.0, high=5.0)
     max_ang_z: float = setting(1.5, "fastest turn; the robot's own limit holds as well", 'rad/s',
                                low=0.1, high=5.0)
-    tolerance_deg: float = setting(0.35, 'precise: how near counts as turned', 'deg',
+    tolerance_deg: float = setting(0.35, 'precise: the goal is reached within this angle', 'deg',
                                    low=0.2, high=45.0)
     angular_acceleration: float = setting(45.0, 'precise: speeding up; a quarter of it for braking',
                                           'rad/s^2', low=1.0, high=80.0)

@@ -22,11 +22,11 @@ HEADER = ROW.format('', 'asked [m, m, deg]', 'believed to be at', 'truly off by'
 class DemoConfig(Config):
     """Number, limits and surroundings of the demonstration's drives."""
 
-    drives: int = setting(2, 'how many drives, with a reset between them', low=1, high=100)
+    drives: int = setting(2, 'number of drives, with a reset between them', low=1, high=100)
     distance_tolerance: float = setting(0.01, 'true error at the goal', 'm', 0.0, 10.0)
     angle_tolerance_deg: float = setting(0.5, 'true error of the heading', 'deg', 0.0, 180.0)
     timeout: float = setting(120.0, 'longest drive', 's', 1.0, 3600.0)
-    stay: bool = setting(False, 'say what to try next instead of ending')
+    stay: bool = setting(False, 'go on running, and print commands to try, instead of ending')
     record: bool = setting(False, 'begin when the node record, a recorder, listens')
     status_file: str = setting('', 'file for the exit status, since roslaunch has none')
 

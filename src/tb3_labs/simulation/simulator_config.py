@@ -35,19 +35,19 @@ class SimulatorConfig(Config):
     imu_drift_deg_per_min: float = setting(
         0.0, 'drift of the yaw, and bias of the gyro', 'deg/min', -600.0, 600.0)
     wheel_mismatch: float = setting(
-        0.0, 'fraction by which the right wheel is smaller than the firmware thinks', '',
+        0.0, 'fraction by which the right wheel is smaller than the firmware assumes', '',
         -0.5, 0.5)
     slip: float = setting(
         0.0, "fraction of the wheels' travel that is lost; 1 = wheels turn, robot stands", '',
         0.0, 1.0)
     motor_lag: float = setting(
         0.05, 'time constant of the motors, first order', 's', 0.0, 2.0)
-    command_latency: float = setting(0.0, 'time a command is under way', 's', 0.0, 5.0)
-    sensor_latency: float = setting(0.0, 'time a sample is under way', 's', 0.0, 5.0)
+    command_latency: float = setting(0.0, 'delay of each command', 's', 0.0, 5.0)
+    sensor_latency: float = setting(0.0, 'delay of each sample', 's', 0.0, 5.0)
     command_jitter: float = setting(
-        0.0, 'mean of a random time on top, drawn for each command (exponential)', 's', 0.0, 1.0)
+        0.0, 'mean of an additional random delay of each command (exponential)', 's', 0.0, 1.0)
     sensor_jitter: float = setting(
-        0.0, 'mean of a random time on top, drawn for each sample (exponential)', 's', 0.0, 1.0)
+        0.0, 'mean of an additional random delay of each sample (exponential)', 's', 0.0, 1.0)
     stalls_per_min: float = setting(
         0.0, 'random stalls of the network: all is delayed, then arrives at once', '1/min',
         0.0, 120.0)
@@ -56,16 +56,16 @@ class SimulatorConfig(Config):
     stalled: str = setting(STALLED[0], 'directions that stalls delay', choices=STALLED)
     # 512 readings at 200 Hz; the firmware gives up after 5 s.
     reset_pause: float = setting(
-        2.56, 'time the board recalibrates its gyro after `reset` and does nothing else', 's',
+        2.56, 'time in which the board only recalibrates its gyro, after `reset`', 's',
         0.0, 10.0)
     reset_runs_on: bool = setting(
         False, 'motors keep their speed during that pause (nothing in the firmware stops them)')
 
-    motors_off: bool = setting(False, 'fault: the wheels stand, whatever is commanded')
+    motors_off: bool = setting(False, 'fault: the wheels stand at every command')
     imu_silent: bool = setting(False, 'fault: no samples of the IMU')
-    imu_frozen: bool = setting(False, 'fault: the same IMU sample again, with new stamps')
+    imu_frozen: bool = setting(False, 'fault: the same IMU sample repeated, with new stamps')
     odom_silent: bool = setting(False, 'fault: no samples of the odometry')
-    odom_frozen: bool = setting(False, 'fault: the same odometry again, with new stamps')
+    odom_frozen: bool = setting(False, 'fault: the same odometry repeated, with new stamps')
     dropouts_per_min: float = setting(
         0.0, 'fault: both sensors silent at random, for 0.3 to 4.3 s', '1/min', 0.0, 60.0)
     network_cut: bool = setting(
