@@ -43,7 +43,7 @@ from tb3_labs.simulation.simulator_config import STARTING, SimulatorConfig
 
 @dataclass(frozen=True)
 class ClassConfig(Config):
-    """How many robots there are, and how fast their time runs."""
+    """Number and places of the robots, the pace of their time, and their network."""
 
     speed: float = setting(1.0, 'pace of /clock, times real time, with use_sim_time',
                            low=0.1, high=20.0)

@@ -26,7 +26,7 @@ from tb3_labs.ros.topics import subscribe
 
 @dataclass(frozen=True)
 class ImuSubConfig(Config):
-    """How much is printed."""
+    """The rate of the printed lines."""
 
     max_rate: float = setting(10.0, 'most lines; 0: one for every message', '1/s', 0.0, 1000.0)
 

@@ -27,7 +27,7 @@ from tb3_labs.ros.parameters import read_config
 
 @dataclass(frozen=True)
 class MouseConfig(Config):
-    """How often the mouse is sent."""
+    """The rate of the mouse's messages."""
 
     rate: float = setting(30.0, 'messages while the mouse is active', '1/s', 10.0, 200.0)
 

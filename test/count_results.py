@@ -3,9 +3,9 @@
 
 Usage: count_results.py FOLDER CTEST_STATUS LINT LOG
 
-FOLDER holds the result files, CTEST_STATUS is ctest's exit status, LINT passed, failed or none, LOG
-ctest's output. Prints what failed, the slowest tests, and last `N passed, N failed(, N skipped)`.
-The exit status is 0 only if nothing failed and something ran.
+FOLDER holds the result files, CTEST_STATUS is ctest's exit status, LINT is passed, failed or none,
+LOG is ctest's output. Prints the failures, the slowest tests, and last `N passed, N failed(, N
+skipped)`. The exit status is 0 only if nothing failed and something ran.
 """
 import pathlib
 import re

@@ -82,7 +82,7 @@ def one_drive(job):
 
 
 def one_drive_afar(job):
-    """rollout.Drive to the lab's goal over a network; `crosses`: the IMU's yaw is +/-180 deg on the
+    """rollout.Drive to the lab's goal over a network; `crosses`: the IMU crosses +/-180 deg on the
     way there."""
     (_, settings), crosses, seed = job
     rng = random.Random(seed)
@@ -121,7 +121,7 @@ def median_and_worst(values):
 
 
 def median_95_and_worst(values):
-    """(median, largest but for one in twenty, largest)."""
+    """(median, 95 %, largest)."""
     values = sorted(values)
     return statistics.median(values), values[int(0.95 * (len(values) - 1))], values[-1]
 

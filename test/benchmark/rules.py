@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
-"""How much is each rule of the approach worth? Turns and drives with it, and without it.
+"""The effect of each rule of the approach: turns and drives with it, and without it.
 
-A rule is switched off by giving its number in ApproachConfig a value that does nothing; the
-uncertainty, an argument of each step, by 0. Each pair of rows is one kind of robot on which the
-same motions are made with the rule and without it. `off` is the true error of the heading or of the
-place; times are from the first command to rest; `reversals` counts how often the approach changed
-its direction; `failed` counts turns that ended outside the tolerance, and drives that were given
-up.
+A rule is switched off by a value without effect in ApproachConfig; the uncertainty, an argument of
+each step, by 0. Each pair of rows is one kind of robot, which makes the same motions with the rule
+and without it. `off` is the true error of the heading or of the place; times are from the first
+command to rest; `reversals` counts the changes of direction; `failed` counts turns that ended
+outside the tolerance, and drives that were given up.
 
 The rule `slowest` shows here only that it does no harm. Its use is small: without it a robot whose
 estimate is bad comes to rest too late for test_approach.py. Motors that stick are not modelled.

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A /clock that is missing, stands still or jumps back: the robot stays safe, and it is reported."""
+"""A /clock that is missing, stands still or jumps back: the robot stays safe, a line reports it."""
 import math
 import os
 import sys

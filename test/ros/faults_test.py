@@ -209,13 +209,13 @@ class FaultsTest(NodeCase):
         node = self.move_to_goal()
         self.set(odom_frozen=True)
         self.stop_since(rospy.get_time(), 1.0, 'odom frozen in a drive')
-        node.wait_for('odom says the very same')
+        node.wait_for('odom repeats one reading')
         self.set(odom_frozen=False)
         self.goals.publish(to_pose_stamped(Pose2(3.0, 0.0, 0.0), 'local', 0.0))
         self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)
         self.set(imu_frozen=True)
         self.stop_since(rospy.get_time(), 1.0, 'imu frozen in a drive')
-        node.wait_for('imu says the very same')
+        node.wait_for('imu repeats one reading')
 
     def test_messages_that_cannot_be_true(self):
         self.robot()
@@ -242,7 +242,7 @@ class FaultsTest(NodeCase):
         values = self.diagnostic('move_to_goal')
         self.assertGreater(int(values['imu dropped']), 10)
         self.assertGreater(int(values['odom dropped']), 10)
-        warnings = [line for line in node.lines if 'bad message on imu dropped' in line]
+        warnings = [line for line in node.lines if 'invalid message on imu dropped' in line]
         self.assertTrue(1 <= len(warnings) <= 12, warnings)
         # without valid messages they count as silence
         self.goals.publish(to_pose_stamped(Pose2(3.0, 0.0, 0.0), 'local', 0.0))
@@ -254,7 +254,7 @@ class FaultsTest(NodeCase):
             flood()
             return self.seen.latest('cmd_vel') == ZERO
         self.seen.wait_until(stopped, 3.0, 'the zero')
-        self.zero_since(good, SILENCE, 'bad messages only')
+        self.zero_since(good, SILENCE, 'invalid messages only')
 
     def test_the_robots_own_reset(self):
         self.own_robot('_start_x:=1.0', '_start_yaw_deg:=40', '_imu_offset_deg:=-105.5')

@@ -217,7 +217,7 @@ class GamepadTest(NodeCase):
             short.publish(Joy(axes=[1.0], buttons=[1]))
         self.wait_until_said('1 axes and 1 buttons, where the parameters need 4 and 3')
         self.assertNotIn('Traceback', self.pad.text)
-        self.assertEqual(self.said('bad message on joy'), 1)
+        self.assertEqual(self.said('invalid message on joy'), 1)
 
     def test_ten_presses_without_a_service_are_one_answer(self):
         alone = self.start('gamepad.py', '__ns:=alone', 'joy:=/joy')

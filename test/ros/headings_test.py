@@ -79,7 +79,7 @@ class HeadingsTest(NodeCase):
             self.control[robot].publish(False)
             self.wait_for_rest(robot)
             truth, belief = self.truth_and_belief(robot, world_T_local[robot])
-            # 15 mm more where the firmware reverses a displacement at +/-180 deg, since the odometry
+            # 15 mm more where the firmware reverses a displacement at +/-180 deg: the odometry
             # itself is then wrong
             self.assert_near(belief, LAB_GOAL, 0.010, 0.5)
             self.assert_near(truth, LAB_GOAL, 0.010 + (0.015 if robot == 'robot1' else 0.0), 0.5)

@@ -96,11 +96,11 @@ class ImuSubTest(NodeCase):
         self.wait_until_heard(self.bad)
         for _ in range(20):
             self.bad.publish(Imu())
-        node.wait_for('bad message on imu dropped')
+        node.wait_for('invalid message on imu dropped')
         self.let_pass(SILENCE)
         lines = self.end(node)
         self.assertEqual(len(lines), 2, lines)
-        self.assertIn('bad message on imu dropped: quaternion has norm 0', lines[0])
+        self.assertIn('invalid message on imu dropped: quaternion has norm 0', lines[0])
         self.assertEqual(self.seen.all('bad/heading'), [])
 
 

@@ -116,8 +116,8 @@ class SensorStreamsTest(unittest.TestCase):
         """Play a recording, calling reset_pose at the given seconds.
 
         Returns the odometry {stamp: (x, y, yaw)}, the raw IMU {stamp: yaw}, and the replies. The
-        odometry is the recorded one, except for the firmware's fault at +/-180 deg: one displacement
-        is exactly backwards, and is reversed.
+        odometry is the recorded one, except for the firmware's fault at +/-180 deg: one
+        displacement is exactly backwards, and is reversed.
         """
         samples = sorted((arrival, stamp, values) for table in arrays_of(name)
                          for arrival, stamp, *values in table.tolist())

@@ -114,8 +114,9 @@ class StopsTest(NodeCase):
         self.assertTrue(not sent or sent[-1] == ZERO, sent)
 
     def wait_until_turned(self, heading):
-        """Wait until the robot's true heading is `heading` [rad] to a degree, it was stopped, and it
-        rests. A zero alone may come from a late machine, on which the turn pauses and goes on."""
+        """Wait until the robot's true heading is `heading` [rad] to a degree, it was stopped, and
+        it rests. A zero alone may come from a late machine, on which the turn pauses and goes on.
+        """
         self.seen.wait_for('ground_truth', lambda pose: abs(difference(pose.yaw, heading)) < (
             math.radians(1.0)), STARTING)
         self.seen.wait_for('cmd_vel', lambda command: command == ZERO)

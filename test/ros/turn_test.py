@@ -227,7 +227,7 @@ class TurnTest(NodeCase):
         self.point(0.0, -1.0)
         self.seen.wait_for('cmd_vel', lambda command: command == (-0.5, 0.0))
         node.wait_for('the mouse took over')
-        # (the turn's zero goes out in the same tick; on a busy computer the newest alone arrives)
+        # (the turn's zero is sent in the same tick; on a busy computer only the latest arrives)
         commands = [command for _, command in self.seen.all('cmd_vel')]
         self.assertEqual(set(commands[commands.index((-0.5, 0.0)):]), {(-0.5, 0.0)})
         node.type('l')

@@ -113,8 +113,8 @@ class ViewTest(unittest.TestCase):
                           if message.level >= Log.WARN], [])
 
     def wait_for_rviz(self, view, condition, what):
-        """Start RViz again if it crashes: Debian 12's RViz sometimes crashes in its first picture if
-        Mesa draws without a graphics card, also with files of others."""
+        """Start RViz again if it crashes: Debian 12's RViz sometimes crashes in its first picture
+        if Mesa draws without a graphics card, also with files of others."""
         try:
             for _ in range(3):
                 self.seen.wait_until(lambda: condition() or view.crashed, 30.0, what)

@@ -244,7 +244,7 @@ def test_a_cancelled_goal_comes_back_neither_by_a_reset_nor_by_control(goal_is_n
 def test_a_drive_that_was_given_up_begins_anew_when_control_is_given():
     robot = driving()
     robot.tremble = 1e-6
-    robot.run(3.0)                     # a robot that stands is stuck
+    robot.run(3.0)                     # a robot that stands is stalled
     assert 'does not move' in robot.status.failure
     robot.control(True, 'another hand')
     assert None not in robot.run(0.2)[2:]

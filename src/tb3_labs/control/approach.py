@@ -20,7 +20,7 @@ from tb3_labs.control.speed_laws import braking_speed, clamp
 
 @dataclass(frozen=True)
 class ApproachConfig:
-    """How one axis, turning or driving, comes to rest. Lengths are [rad] or [m]."""
+    """Settings of an approach of one axis, turning or driving. Lengths are [rad] or [m]."""
 
     #: Each command is obeyed for this long [s].
     period: float

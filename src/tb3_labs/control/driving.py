@@ -1,4 +1,4 @@
-"""How to move in each state of a drive to a goal: the handout's law and a precise one.
+"""The laws of a drive to a goal, for each of its states: the handout's law and a precise one.
 
 Units: metres, radians, seconds; poses in the local frame. Sources: LabLaw is the Transformation
 lab's handout, number by number; PreciseLaw brakes by :mod:`tb3_labs.control.approach`.
@@ -23,7 +23,7 @@ OUTSIDE = 0.8
 
 @dataclass(frozen=True)
 class DriveConfig(Config):
-    """How to drive to a goal."""
+    """Settings of a drive to a goal."""
 
     law: str = setting('precise', "precise, or lab for the handout's own law",
                        choices=('precise', 'lab'))
@@ -97,7 +97,7 @@ class LabLaw:
 
 
 def driving_approach(config: DriveConfig) -> ApproachConfig:
-    """How a precise drive comes to rest on its line."""
+    """The ApproachConfig of a precise drive along its line."""
     return ApproachConfig(
         period=PreciseTurn.period, acceleration=config.linear_acceleration,
         braking=0.2 * config.linear_acceleration, gain=15.0, slowest=0.015, close_enough=0.0005,

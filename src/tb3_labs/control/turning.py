@@ -38,7 +38,7 @@ def degrees_of(text: str) -> float:
 
 @dataclass(frozen=True)
 class TurnConfig(Config):
-    """How to turn."""
+    """Settings of a turn."""
 
     law: str = setting('precise', "precise, or lab for the handout's own law",
                        choices=('precise', 'lab'))
@@ -146,7 +146,7 @@ class LabTurn:
 
 
 def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
-    """How a precise turn comes to rest, given `acceleration` [rad/s^2] and `tolerance` [rad]."""
+    """The ApproachConfig of a precise turn, in [rad/s^2] and [rad]."""
     return ApproachConfig(
         period=PERIOD, acceleration=acceleration, braking=0.25 * acceleration, gain=24.0,
         slowest=0.04, close_enough=0.002, leave_alone=0.8 * tolerance, nudge_time=PERIOD,

@@ -53,7 +53,7 @@ class Track:
 
     @property
     def newest(self) -> float:
-        """Time of the newest value; minus infinity where there is none."""
+        """Time of the latest value; minus infinity if there is none."""
         return self._times[-1] if self._times else float('-inf')
 
     def around(self, time: float) -> Optional[Tuple[Tuple[float, Any], Tuple[float, Any]]]:

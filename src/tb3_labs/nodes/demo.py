@@ -20,7 +20,7 @@ HEADER = ROW.format('', 'asked [m, m, deg]', 'believed to be at', 'truly off by'
 
 @dataclass(frozen=True)
 class DemoConfig(Config):
-    """Number, limits and surroundings of the demonstration's drives."""
+    """Settings of the demonstration."""
 
     drives: int = setting(2, 'number of drives, with a reset between them', low=1, high=100)
     distance_tolerance: float = setting(0.01, 'true error at the goal', 'm', 0.0, 10.0)

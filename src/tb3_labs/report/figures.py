@@ -15,14 +15,14 @@ from matplotlib.figure import Figure
 DOTS_PER_INCH = 150
 WIDTH = 7.2                     # [inch], what fits between the margins of A4
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
-#: Number of sections of a curve; two extremes of each are drawn.
+#: Number of stretches of a curve; two extremes of each are drawn.
 STRETCHES = 700
 #: A pause in a curve longer than this is left blank [s].
 BREAK = 0.5
 
 
 def thin(*columns: np.ndarray) -> np.ndarray:
-    """Sorted indices that keep the least and the greatest of each column in each section, and both
+    """Sorted indices that keep the least and the greatest of each column in each stretch, and both
     ends; all indices where there are few. The columns are of one length."""
     count = len(columns[0])
     if count <= 2 * STRETCHES:

@@ -149,7 +149,7 @@ def _rates(run: RunData) -> str:
                      _number(rate.longest_arrival, '{:.3f}'), str(run.dropped.get(part, 0))])
     return html.table(['topic', 'messages', 'mean rate [1/s]', 'longest gap [s]',
                        'gaps > {} s'.format(sensors.GAP), 'longest gap on arrival [s]',
-                       'bad messages'], rows)
+                       'invalid messages'], rows)
 
 
 def _error(miss: Tuple[float, float]) -> List[str]:

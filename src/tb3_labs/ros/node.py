@@ -1,4 +1,4 @@
-"""How every node of this package starts, fails and ends.
+"""Start, failure and end of every node of this package.
 
 An invalid configuration ends the node with one fatal line and exit status 1. An exception inside a
 callback ends it as well: rospy alone would print a traceback and let the robot drive on with its

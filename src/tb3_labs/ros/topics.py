@@ -36,7 +36,7 @@ def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_
         try:
             value = message if read is None else read(message)
         except ValueError as problem:
-            rospy.logwarn_throttle(1.0, 'bad message on {} dropped: {}'.format(topic, problem))
+            rospy.logwarn_throttle(1.0, 'invalid message on {} dropped: {}'.format(topic, problem))
             if source is not None:
                 source.dropped += 1
             return

@@ -33,7 +33,7 @@ class FrozenWatch:
     def problem(self) -> str:
         """'' or the sources that are frozen, in words."""
         return ' and '.join(
-            '{} says the very same again and again though the robot is told to move (its driver '
+            '{} repeats one reading though the robot is told to move (its driver '
             'hangs?)'.format(source.name)
             for source, seconds in self._repeated.items() if seconds > FROZEN_TIME)
 

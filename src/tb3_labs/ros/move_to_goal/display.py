@@ -33,7 +33,7 @@ class LocalDisplay:
         self._path_sent = -math.inf
 
     def show(self, fix, odom_T_local, odom_frame, goal):
-        """Publish one localizer.Fix on its way to `goal`; returns its PoseStamped.
+        """Publish one localizer.Fix of a drive to `goal`; returns its PoseStamped.
 
         `goal` is a Pose2 in local; None where there is no drive.
         """
