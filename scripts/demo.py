@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 """The Transformation lab's demonstration, judged by the embedded robot's true pose.
 
-Gives move_to_goal control, lets it drive to its goal, resets the local frame where the robot
-stands, and lets it drive again. Then it prints for each drive the goal, the pose that was reached,
-and the true error. The exit status is 0 only if every drive ended within the tolerances.
+The node gives control to move_to_goal, which drives to its goal. Then it resets the local frame
+where the robot stands, and the robot drives again. For each drive it prints the goal, the pose that
+was reached, and the true error. The exit status is 0 only if every drive ended within tolerance.
 
 Subscribes
-    goal_state    std_msgs/String: what move_to_goal does
+    goal_state    std_msgs/String: the state of move_to_goal
     current_goal  geometry_msgs/PoseStamped: its goal, in local
-    local_pose    geometry_msgs/PoseStamped: the pose it believes in, in local
+    local_pose    geometry_msgs/PoseStamped: the pose by its sensors, in local
     ground_truth  geometry_msgs/PoseStamped: the true pose, in world
 Publishes
     ctrl_relinq   std_msgs/Bool: True for each drive
@@ -41,7 +41,7 @@ from tb3_labs.srv import ResetPose
 START_TIMEOUT = 30.0
 #: Longest wait for the recorder, which may have ended because its disk was full [s].
 RECORDER_TIMEOUT = 10.0
-#: A recording needs these from its first moment on.
+#: Topics that a recording needs from its first moment on.
 RECORDED = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_goal',
             'ctrl_relinq', '/tf')
 
@@ -63,7 +63,7 @@ class Demo:
         self._model = read_model()
         self._limits = drive.max_linear, drive.max_angular
         self._observer = Observer()
-        # not latched: move_to_goal takes what it hears at its start for another node's
+        # not latched: move_to_goal would take a latched message for one of an earlier node
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
         self._observer.watch('goal_state', String, lambda message: message.data)
         for topic in ('current_goal', 'local_pose', 'ground_truth'):
@@ -84,7 +84,7 @@ class Demo:
         if not comes_to_hear('move_to_goal', ['ctrl_relinq'], START_TIMEOUT):
             raise RuntimeError('move_to_goal does not listen on ctrl_relinq')
         if self._config.record and not comes_to_hear('record', RECORDED, RECORDER_TIMEOUT):
-            rospy.logwarn('The recorder does not listen: the recording will not be whole')
+            rospy.logwarn('The recorder does not listen: the recording will be incomplete')
 
     def _drive(self, number):
         """One DemoDrive from a fresh origin."""

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The embedded robot: behaves as a TurtleBot3 with its firmware, on the same topics.
+"""The embedded robot: it behaves like a TurtleBot3 with its firmware, on the same topics.
 
 Subscribes
     cmd_vel       geometry_msgs/Twist          linear.x [m/s], angular.z [rad/s]
@@ -9,21 +9,22 @@ Publishes (frames are in the node's namespace: robot3/odom in /robot3)
     odom          nav_msgs/Odometry            odom -> base_footprint, ~odom_rate
     joint_states  sensor_msgs/JointState       with each odometry
     /tf           tf2_msgs/TFMessage           odom -> base_footprint, with each odometry
-    /tf_static    tf2_msgs/TFMessage           world -> odom: where the odometry's origin truly is
+    /tf_static    tf2_msgs/TFMessage           world -> odom: true place of the odometry's origin
     ground_truth  geometry_msgs/PoseStamped    frame world, 50 Hz: for tests, never for control
     /clock        rosgraph_msgs/Clock          with use_sim_time, 200 per simulated second
     The network (~network) delays imu, odom, joint_states and /tf. Messages of one topic that were
-    held up together are one write to each subscriber.
+    delayed together are sent to each subscriber in one write.
 Parameters
-    ~speed        times real time, with use_sim_time (1)
-    ~robots       0: one robot, in this node's namespace; else that many, in robot1, robot2, ... (0)
-    ~first_robot  number of the first of them (1)
-    ~spacing      from one to the next, along y [m] (1)
-    ~network      quiet, good, busy, bad: settings by name, in simulation/network.py; each counts
-                  where it is not given itself (quiet)
+    ~speed        pace of /clock, times real time, with use_sim_time (1)
+    ~robots       0: one robot, in this node's namespace; else the number of robots, in the
+                  namespaces robot1, robot2, ... (0)
+    ~first_robot  number of the first robot (1)
+    ~spacing      distance of two neighbours, along y [m] (1)
+    ~network      quiet, good, busy, bad: a set of network settings (simulation/network.py); a
+                  setting that is given itself takes precedence (quiet)
     ~model        burger, waffle, waffle_pi (TURTLEBOT3_MODEL in the environment, else burger)
     all others    fields of SimulatorConfig (simulation/simulator_config.py), with unit, bounds and
-                  default; all but those of the start may change while it runs, for all robots:
+                  default. All but the start's may change while it runs, for all robots:
                   rosrun dynamic_reconfigure dynparam set /turtlebot3 network_cut true
 """
 from dataclasses import dataclass, replace
@@ -42,13 +43,14 @@ from tb3_labs.simulation.simulator_config import STARTING, SimulatorConfig
 
 @dataclass(frozen=True)
 class ClassConfig(Config):
-    """How many robots there are, and how fast their time runs."""
+    """Number and places of the robots, the pace of their time, and their network."""
 
-    speed: float = setting(1.0, 'times real time, with use_sim_time', low=0.1, high=20.0)
-    robots: int = setting(0, 'robots in namespaces robot1, robot2, ...; 0: one in this one',
+    speed: float = setting(1.0, 'pace of /clock, times real time, with use_sim_time',
+                           low=0.1, high=20.0)
+    robots: int = setting(0, 'robots, in namespaces robot1, robot2, ...; 0: one in this namespace',
                           low=0, high=200)
-    first_robot: int = setting(1, 'number of the first of them', low=1, high=10000)
-    spacing: float = setting(1.0, 'from one to the next, along y', 'm', 0.0, 100.0)
+    first_robot: int = setting(1, 'number of the first robot', low=1, high=10000)
+    spacing: float = setting(1.0, 'distance between neighbours, along y', 'm', 0.0, 100.0)
     network: str = setting('quiet', 'named network between robots and computer',
                            choices=tuple(NETWORKS))
 
@@ -72,13 +74,13 @@ class FakeTurtlebot3:
 
 
 def _in_place(settings, number, spacing):
-    """Each stands beside the others, with noise of its own."""
+    """Settings of robot `number`: its place beside the others, and noise of its own."""
     return replace(settings, start_y=settings.start_y + number * spacing,
                    seed=settings.seed + number)
 
 
 def _on_network(settings, network):
-    """With the settings of that network, except those that are given already."""
+    """`settings` with those of `network`, except where a setting is given already."""
     plain = SimulatorConfig()
     return replace(settings, **{name: value for name, value in NETWORKS[network].items()
                                 if getattr(settings, name) == getattr(plain, name)})

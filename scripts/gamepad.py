@@ -6,12 +6,12 @@ robot back, Y declares the robot to be at (0, 0, 0) in local.
 
 Subscribes
     joy             sensor_msgs/Joy, best with autorepeat (gamepad.launch)
-    ctrl_relinq     std_msgs/Bool: False of others, who take control from move_to_goal
-    has_control     std_msgs/Bool: move_to_goal has control, or no longer, whoever gave it
+    ctrl_relinq     std_msgs/Bool: False of other nodes, which takes control from move_to_goal
+    has_control     std_msgs/Bool: does move_to_goal have control? From any giver.
 Publishes
-    cmd_vel         geometry_msgs/Twist, only while a stick is off its middle, one zero after it
-    ctrl_relinq     std_msgs/Bool, latched: True = move_to_goal may drive; renewed while it may
-                    by this pad; False at each press of B
+    cmd_vel         geometry_msgs/Twist, only while a stick is off its middle; then one zero
+    ctrl_relinq     std_msgs/Bool, latched: True = move_to_goal may drive, renewed while this pad
+                    gives control; False at each press of B
     control_holder  std_msgs/String, latched: gamepad, move_to_goal or nobody
     /diagnostics
 Calls
@@ -50,7 +50,7 @@ class Gamepad:
     def __init__(self):
         model = read_model()
         self._core = GamepadCore(read_config(PadConfig), model)
-        self._lock = threading.RLock()    # guards it, and what was published of it
+        self._lock = threading.RLock()    # guards the core, and the order of publications
         self._holder = None
         self._control = ControlGiver()
         self._holders = rospy.Publisher('control_holder', String, queue_size=20, latch=True)
@@ -61,7 +61,7 @@ class Gamepad:
         rospy.on_shutdown(self._leave)
         when_stopped(self._leave, lambda: None)
         self._tick()
-        # every press counts, also of messages that come all at once
+        # every message is read: a press counts also in messages that arrive all at once
         subscribe('joy', Joy, self._on_joy, self._read_joy, self._core.joy, queue_size=None)
         hear_takers(self._on_taken)
         subscribe('has_control', Bool, self._on_control, queue_size=None)
@@ -69,7 +69,7 @@ class Gamepad:
         Diagnostics(model.name, self._diagnose)
 
     def _read_joy(self, message):
-        # by simulated time, whose pace nobody knows, stamps do not tell how late a message is
+        # simulated time has an unknown pace: its stamps do not show how late a message is
         stamp = message.header.stamp.to_sec() if is_wall_time() else 0.0
         with self._lock:
             self._core.on_joy(message.axes, message.buttons, steady_time(), stamp)
@@ -91,7 +91,7 @@ class Gamepad:
         self._tick()
 
     def _tick(self):
-        """Send the command that is due, and say who holds the robot: zero first, then the news."""
+        """Send the command that is due, then publish the holder of the robot."""
         with self._lock:
             now = steady_time()
             self._core.update(now)
@@ -116,7 +116,7 @@ class Gamepad:
             return problem, dict(self._sources.values(), holder=self._core.holder.value)
 
     def _leave(self):
-        """An operator who leaves takes the robot along."""
+        """Stop the robot and take control back: the operator leaves."""
         with self._lock:
             if self._core.gives:
                 self._core.on_taken(steady_time())

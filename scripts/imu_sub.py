@@ -6,7 +6,7 @@ Subscribes
 Publishes
     heading    std_msgs/Float32 [deg], 0 to 360 counter-clockwise, with each message
 Parameters
-    ~max_rate  lines a second at most; 0 lets every message through, as the handout does (10)
+    ~max_rate  most lines a second; 0: a line for each message, as in the handout (10)
 """
 import math
 import threading
@@ -26,13 +26,13 @@ from tb3_labs.ros.topics import subscribe
 
 @dataclass(frozen=True)
 class ImuSubConfig(Config):
-    """How much is printed."""
+    """The rate of the printed lines."""
 
-    max_rate: float = setting(10.0, 'lines at most; 0: one for every message', '1/s', 0.0, 1000.0)
+    max_rate: float = setting(10.0, 'most lines; 0: one for every message', '1/s', 0.0, 1000.0)
 
 
 class IMU:
-    """From quaternion to heading, for people and for plots."""
+    """Prints and publishes the heading of each quaternion."""
 
     def __init__(self):
         max_rate = read_config(ImuSubConfig).max_rate

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes a report of a recorded run: paths, errors, speeds, tables, as one page and as PNG and CSV.
+"""Makes a report of a recorded run: paths, errors, speeds and tables, as a page, PNG and CSV.
 
 Usage: lab_report.py RUN.bag [-o FOLDER] [--ns ROBOT] [--model MODEL]
 
@@ -14,19 +14,19 @@ import time
 
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
 
-#: Between two lines of progress where they are not written over each other [s].
+#: Time between two lines of progress where the output is no terminal [s].
 LINE_PERIOD = 2.0
 
 
 class ProgressLine:
-    """Progress on stderr: one line that is renewed on a terminal, else a line now and then."""
+    """Progress on stderr: on a terminal one line that is overwritten, else a new line at times."""
 
     def __init__(self):
         self._terminal = sys.stderr.isatty()
         self._said_at, self._open = time.monotonic(), False
 
     def step(self, what):
-        """A function that hears how much of `what` is done, 0 to 1."""
+        """A function that takes the share of `what` that is done, 0 to 1."""
         def hear(fraction):
             text = '{}: {:3.0f} %'.format(what, 100.0 * fraction)
             if self._terminal:

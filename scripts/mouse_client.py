@@ -2,7 +2,8 @@
 """The real mouse of this computer as a topic: the IMU lab's mouse controller.
 
 Scrolling down activates the mouse, scrolling up deactivates it at once. While it is active, its
-position is sent all the time: a robot notices when this node dies. Else it is sent when it moves.
+position is sent at a steady rate, so a robot notices when this node dies. Else it is sent when the
+mouse moves.
 
 Publishes
     mouse_info   tb3_labs/MouseController: status, and the position on the screen, -1 to 1, x to
@@ -26,13 +27,13 @@ from tb3_labs.ros.parameters import read_config
 
 @dataclass(frozen=True)
 class MouseConfig(Config):
-    """How often the mouse is sent."""
+    """The rate of the mouse's messages."""
 
     rate: float = setting(30.0, 'messages while the mouse is active', '1/s', 10.0, 200.0)
 
 
 class Mouse:
-    """From the hand to `mouse_info`."""
+    """Publishes the computer's mouse as `mouse_info`."""
 
     def __init__(self):
         self._period = 1.0 / read_config(MouseConfig).rate
@@ -66,7 +67,7 @@ class Mouse:
                 return
             self._send(self._active, *position)
             if not self._active:
-                time.sleep(self._period)    # however fast it is moved
+                time.sleep(self._period)    # bounds the rate of a mouse that moves fast
             self._stirred.wait(self._period if self._active else None)
             self._stirred.clear()
 
@@ -81,7 +82,7 @@ class Mouse:
         self._publisher.publish(message)
 
     def _close(self):
-        """Say that the mouse is no longer active: the robot need not wait for a timeout."""
+        """Publish that the mouse is not active, so that the robot need not wait for a timeout."""
         with self._lock:
             self._closed = True
             if self._active:

@@ -9,7 +9,7 @@ Subscribes
     move_base_simple/goal  geometry_msgs/PoseStamped: a goal
     initialpose            geometry_msgs/PoseWithCovarianceStamped: a reset
 Publishes
-    cmd_vel                geometry_msgs/Twist, only while driving, one zero at the end
+    cmd_vel                geometry_msgs/Twist, only while driving; then one zero
     local_pose             geometry_msgs/PoseStamped, frame local, with each odometry message
     local_path             nav_msgs/Path, frame local
     has_control            std_msgs/Bool, latched: may this node drive?
@@ -66,13 +66,13 @@ class MoveToGoal:
     """Connects ROS and the MoveToGoalCore.
 
     The order of locks: actionlib's, which GoalInterfaces holds while it calls, then `_changed`. So
-    nothing of GoalInterfaces is called while `_changed` is held; test_lock_order.py sees to that.
+    nothing of GoalInterfaces is called while `_changed` is held (checked by test_lock_order.py).
     """
 
     def __init__(self):
         start, drive = read_config(MoveToGoalConfig, DriveConfig)
         self._model = read_model()
-        self._response = Response()              # of this robot, as far as it has been learned
+        self._response = Response()              # of this robot, learned while it moves
         self._core = MoveToGoalCore(make_law(drive, self._model, self._response),
                                     start.has_control)
         self._core.set_goal(start.goal)
@@ -84,14 +84,14 @@ class MoveToGoal:
         self._goals = GoalInterfaces(self._set_goal, self._cancel)
         ResetInterfaces(self._reset, self._to_local, frame('local'))
         self._watchdog = Watchdog(self._tick)
-        self._had_control = False                # as of the last look at it
+        self._had_control = False                # at the last update
         self._rivals = Rivals(self._cmd_vel)
         LiveSettings(drive, self._on_settings)
         self._control = ControlTaker()
         self._update_control()
         subscribe('imu', Imu, self._on_imu, to_imu_sample, self._core.imu,
                   idle_for=self._idle_for)
-        # all of it: one message may hold the displacement that the firmware takes backwards
+        # every message: one of them may hold the displacement that the firmware reverses
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample,
                   self._core.odometry, queue_size=None)
         self._control.hear(self._told_control, self._heard_of_old_control)
@@ -117,7 +117,7 @@ class MoveToGoal:
             self._core.on_odometry(sample, rospy.get_time())
             self._tell_resets()
             log_news(self._core.take_news())
-            self._changed.notify_all()    # also of a reset that can no longer be carried out
+            self._changed.notify_all()    # a reset may have become impossible
         self._show_fix()
 
     def _told_control(self, granted, sender, renews):
@@ -131,7 +131,7 @@ class MoveToGoal:
             self._update_control()
 
     def _update_control(self):
-        """Stop the moment control is lost; tell everybody."""
+        """Stop at once where control is lost, and publish each change."""
         core = self._core
         core.update_control(steady_time())
         if not core.has_control:
@@ -169,8 +169,8 @@ class MoveToGoal:
         self._goals.feedback(shown)
 
     def _reset(self, declared, deadline):
-        """The robot is at `declared` (in local) now; ``ValueError`` if that is refused, or could
-        not be carried out before `deadline` [s, time.monotonic()]."""
+        """Declare that the robot is at `declared` (in local) now. ``ValueError`` if that is
+        refused, or not carried out before `deadline` [s, time.monotonic()]."""
         with self._changed:
             reset = self._core.reset(declared, rospy.get_time())
             self._changed.wait_for(lambda: reset.done or reset.problem,
@@ -181,7 +181,7 @@ class MoveToGoal:
             return reset
 
     def _tell_resets(self):
-        """Tell of the resets that were just carried out, and wake those that wait for them."""
+        """Log the resets that were just carried out, and wake the callers that wait for them."""
         resets = self._core.take_resets()
         for reset in resets:
             self._display.forget_path()

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Prints the robot's URDF: what launch/view.launch puts on the parameter server for RViz.
+"""Prints the robot's URDF, which launch/view.launch puts on the parameter server for RViz.
 
-The URDF of turtlebot3_description where that is installed, else a simple shape of the same size.
+It is the URDF of turtlebot3_description where that is installed, else a simple shape of its size.
 
 Usage: robot_description.py [MODEL [PREFIX]]
 """
@@ -17,7 +17,7 @@ from tb3_labs.ros.parameters import NOT_GIVEN, model_called
 
 
 def urdf_of(model):
-    """The URDF of a RobotModel; ``ValueError`` with one line where it cannot be made."""
+    """The URDF of a RobotModel; ``ValueError`` of one line where it cannot be made."""
     try:
         package = rospkg.RosPack().get_path('turtlebot3_description')
     except rospkg.ResourceNotFound:

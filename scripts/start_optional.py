@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Becomes the node of another package; where that is not installed, says how to install it.
+"""Starts a node or launch file of another package, or says how to install that package.
 
 A launch file fails as a whole if it names a node of a package that is not installed, or includes
 such a package's launch file. roslaunch has no condition for that.
@@ -22,7 +22,7 @@ HOW_ON_DEBIAN = {
 
 
 def main(package, what, *arguments):
-    """Become that node, or a roslaunch of that launch file; exit status 1 if it is not there."""
+    """Become that node, or a roslaunch of that launch file; exit status 1 if not installed."""
     try:
         if what.endswith('.launch'):
             rospkg.RosPack().get_path(package)

@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
 """Turns the robot by keyboard with IMU feedback, beside the mouse: the IMU lab.
 
-Keyboard: l (90 degrees left), r (90 right), b (180, about turn), any number of degrees (left
+Keyboard: l (90 degrees left), r (90 right), b (180, about turn), a number of degrees (left
 positive), q (quit); each with Enter.
 
 Subscribes
     imu           sensor_msgs/Imu
-    turn          std_msgs/Float64 [deg], left positive: the keyboard's twin for scripts
+    turn          std_msgs/Float64 [deg], left positive: for scripts, in place of the keyboard
     mouse_info    tb3_labs/MouseController, from mouse_client.py
 Publishes
-    cmd_vel       geometry_msgs/Twist, only while turning or driven by the mouse, one zero after it
+    cmd_vel       geometry_msgs/Twist, only while turning or driven by the mouse; then one zero
     /diagnostics
 Parameters
     ~law, ~k_hdg, ~hdg_tol, ...: see TurnConfig in tb3_labs.control.turning; they may change while
@@ -43,7 +43,7 @@ from tb3_labs.ros.traffic import Traffic
 from tb3_labs.supervision.arbitration import Driver
 
 
-#: A turn that is asked for before the robot is connected waits this long for it [s].
+#: A turn that is asked for before the robot is connected waits this long for the robot [s].
 ROBOT_WAIT = 5.0
 
 
@@ -52,7 +52,7 @@ class Controller:
 
     def __init__(self):
         config, self._model = read_config(TurnConfig), read_model()
-        self._response = Response()      # of this robot, as far as it has been learned
+        self._response = Response()      # of this robot, learned while it moves
         self._core = ControllerCore(make_turn(config, self._model, self._response))
         self._driver = Driver.NOBODY
         self._lock = threading.Lock()    # guards both
@@ -63,7 +63,7 @@ class Controller:
         self._watchdog = Watchdog(self._tick)
         subscribe('imu', Imu, self._on_imu, to_imu_sample, self._core.imu,
                   idle_for=self._idle_for)
-        # scrolling up stops at once, also where later messages came together with it
+        # every message is read: scrolling up stops at once, even if later messages came with it
         subscribe('mouse_info', MouseController, self._on_mouse, to_mouse, self._core.mouse,
                   queue_size=None)
         subscribe_news('turn', Float64, self._on_turn)
@@ -125,13 +125,13 @@ class Controller:
                       '90", or drive by the mouse', rospy.resolve_name('turn'))
 
     def _turn(self, degrees):
-        """``ValueError`` where that is refused."""
+        """Turn by `degrees`; ``ValueError`` where that is refused."""
         with self._lock:
             self._core.ask(degrees, rospy.get_time())
         self._tick()
 
     def _tick(self):
-        """Send the command that is due; at each change of the driver one zero comes first."""
+        """Send the command that is due; after a change of the driver, one zero comes first."""
         with self._lock:
             now = rospy.get_time()
             self._core.update_mouse(steady_time())

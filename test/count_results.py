@@ -3,26 +3,26 @@
 
 Usage: count_results.py FOLDER CTEST_STATUS LINT LOG
 
-FOLDER holds the result files, CTEST_STATUS is ctest's exit status, LINT passed, failed or none, LOG
-ctest's output. Prints what failed, the slowest tests, and last `N passed, N failed(, N skipped)`.
-The exit status is 0 only if nothing failed and something ran.
+FOLDER holds the result files, CTEST_STATUS is ctest's exit status, LINT is passed, failed or none,
+LOG is ctest's output. Prints the failures, the slowest tests, and last `N passed, N failed(, N
+skipped)`. The exit status is 0 only if nothing failed and something ran.
 """
 import pathlib
 import re
 import sys
 import xml.etree.ElementTree as ET
 
-#: This many of the slowest tests are listed,
+#: Number of the slowest tests that are listed,
 SLOWEST = 10
-#: and so many lines, the last ones, of what a failure says.
+#: and of the last lines of a failure's text that are shown.
 LINES = 20
-#: A test in ctest's output: kind, name, what became of it, seconds.
+#: A test in ctest's output: kind, name, outcome, seconds.
 CTEST = re.compile(r'Test +#\d+: _ctest_tb3_labs_(pytest|rostest|roslaunch-check)_(\S+) \.*(.*?) +'
                    r'([\d.]+) sec')
 
 
 class Count:
-    """What the result files in `folder` and ctest's output `log` (a text) say."""
+    """The counts in the result files in `folder` and in ctest's output `log` (a text)."""
 
     def __init__(self, folder, log):
         self.passed = self.skipped = 0
@@ -75,7 +75,7 @@ class Count:
         self._nodes_of.setdefault(test, []).append(result)
 
     def _find_unexplained(self):
-        """What ctest calls failed and no result file explains, such as a crash on the way out."""
+        """Note failures of ctest that no result file explains, such as a crash at the end."""
         explained = {test for test, _, _ in self.failures}
         for kind, name, outcome, _ in self._tests:
             test = '{}{}{}'.format(kind, '_' if kind == 'roslaunch-check' else '-',

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes what is made from the nodes' settings: `doc/parameters.md` and `launch/params/NODE.yaml`.
+"""Writes the files made from the nodes' settings: `doc/parameters.md`, `launch/params/NODE.yaml`.
 
     python3 test/make_parameters.py
 
@@ -28,17 +28,17 @@ LAUNCH_FILES = {
     'gamepad.py': 'gamepad.launch',
     'fake_turtlebot3.py': 'fake_robot.launch',
 }
-#: Argument of the launch file, where it is not called as the parameter: {(node, parameter): name}.
+#: Arguments of launch files with other names than the parameter: {(node, parameter): name}.
 ARGUMENTS = {('mouse', 'rate'): 'mouse_rate'}
-#: Configurations that dynamic_reconfigure offers, and what of them it does not.
+#: Configurations that dynamic_reconfigure offers, and their fields that it does not.
 LIVE = {'DriveConfig': (), 'TurnConfig': (), 'SimulatorConfig': STARTING}
-#: Marks them in the YAML files.
+#: Marks live parameters in the YAML files.
 LIVE_MARK = ' (live)'
 
 
 @dataclass(frozen=True)
 class ModelConfig(Config):
-    """What tb3_labs.ros.parameters.read_model reads."""
+    """The parameter of tb3_labs.ros.parameters.read_model."""
 
     model: str = setting('default', 'kind of TurtleBot3', choices=('default',) + tuple(MODELS))
 
@@ -48,7 +48,7 @@ HEAD = """\
 
 `python3 test/make_parameters.py` makes this page from the settings in the code. Edit the settings.
 
-Each parameter can be given in four ways. Where two of them disagree, the lower one holds.
+Each parameter can be given in four ways. If two of them differ, the lower one holds.
 
 | way | example |
 |---|---|
@@ -57,16 +57,16 @@ Each parameter can be given in four ways. Where two of them disagree, the lower 
 | an argument of the launch file | `roslaunch tb3_labs move2goal.launch sim:=true max_linear:=0.1` |
 | while the node runs, where *live* says yes | `dynparam set /move_to_goal max_linear 0.1` |
 
-A file of your own holds only what differs: copy lines of the package's file. Where a launch file
-starts several nodes, the others have files too: `move_to_goal_params:=`, `turtlebot3_params:=`,
-`mouse_params:=`. Each launch file but `classroom.launch` passes every argument on to those that it
-includes: `roslaunch tb3_labs turn.launch sim:=true slip:=0.1`.
+A file of your own holds only the lines that differ: copy them from the package's file. If a launch
+file starts several nodes, the others have files, too: `move_to_goal_params:=`,
+`turtlebot3_params:=`, `mouse_params:=`. Each launch file except `classroom.launch` passes every
+argument on to the files that it includes: `roslaunch tb3_labs turn.launch sim:=true slip:=0.1`.
 
-roslaunch itself ignores an argument that no file knows. A node names the parameters that it does
-not know, in a warning at its start. A value out of bounds ends the node with one line.
+roslaunch itself ignores unknown arguments. A node names unknown parameters in a warning at its
+start. A value out of bounds ends the node with one line.
 
-`dynparam` stands on the PATH of `scripts/setup.sh`'s shell; in a workspace of your own it is
-`rosrun dynamic_reconfigure dynparam`. What it sets lasts as long as the node.
+`dynparam` is on the PATH of `scripts/setup.sh`'s shell; in a workspace of your own it is
+`rosrun dynamic_reconfigure dynparam`. Its settings last as long as the node.
 
 The model `default` is `TURTLEBOT3_MODEL` in the environment, else burger.
 """
@@ -90,7 +90,7 @@ class Node:
                 and getattr(node.func, 'id', None) == function]
 
     def _known(self):
-        """{name: object} of what the script imports without ROS, and of its own configurations."""
+        """{name: object} of the script's imports without ROS, and of its own configurations."""
         known = {}
         for node in self._tree.body:
             if isinstance(node, ast.ImportFrom):
@@ -115,7 +115,7 @@ class Node:
         return list(found.values())
 
     def argument(self, item):
-        """What the launch file calls the parameter."""
+        """The parameter's name in the launch file."""
         return ARGUMENTS.get((self.name, item.name), item.name)
 
 
@@ -149,9 +149,9 @@ def table(node):
 
 
 def annotated_yaml(node):
-    """launch/params/NODE.yaml: each default, and beside it what is valid, and what it means."""
+    """launch/params/NODE.yaml: each default, and beside it the valid values and the meaning."""
     own_file = node.argument(node.settings[0][0]) == node.settings[0][0].name
-    lines = ['# {} ({}): all parameters with their defaults, what is valid, what it means.'.format(
+    lines = ['# {} ({}): all parameters: default, valid values, meaning.'.format(
                  node.name, node.script),
              '# Made by `python3 test/make_parameters.py`. Copy lines that you change to a file of',
              '# your own: roslaunch tb3_labs {} {}:=my.yaml'.format(
@@ -166,7 +166,7 @@ def annotated_yaml(node):
 
 
 def made():
-    """{path: text} of all that is made here."""
+    """{path: text} of all files."""
     files = {'doc/parameters.md': HEAD + ''.join(table(node) for node in nodes())}
     files.update({'launch/params/{}.yaml'.format(node.name): annotated_yaml(node)
                   for node in nodes()})

@@ -1,8 +1,8 @@
 """Settings that describe and check themselves.
 
-A configuration is a frozen dataclass whose fields are made by :func:`setting`. Its default,
-unit, bounds and meaning then stand in one place: the dataclass refuses a bad value with one
-sentence, and the bridge reads ROS parameters, documents and retunes them from the same fields.
+A configuration is a frozen dataclass whose fields are made by :func:`setting`. Default, unit,
+bounds and meaning of a field stand in one place. The dataclass refuses an invalid value with one
+sentence. From the same fields the bridge reads, documents and reconfigures ROS parameters.
 
     @dataclass(frozen=True)
     class TurnConfig(Config):
@@ -31,7 +31,7 @@ class Config:
 
 
 def _checked(item: Field, value: Any) -> Any:
-    """`value` as the field's own type; ``ValueError`` names field, value and what is valid."""
+    """`value` as the field's own type; ``ValueError`` names field, value and the valid values."""
     default: Any = item.default
     wanted = type(default)
     valid = bounds_in_words(item)

@@ -1,16 +1,16 @@
-"""Lines that a node's core tells its user; the node prints them."""
+"""Lines of a node's core for its user; the node prints them."""
 from typing import List, NamedTuple
 
 
 class News(NamedTuple):
-    """One line; `warning` where it is not what was asked for."""
+    """One line; `warning`: something went otherwise than asked for."""
 
     text: str
     warning: bool = False
 
 
 class NewsDesk:
-    """Collects News until somebody takes them."""
+    """Collects News until they are taken."""
 
     def __init__(self) -> None:
         self._waiting: List[News] = []

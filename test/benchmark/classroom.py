@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
 """A class of robots on this computer: do all arrive, are the commands on time, what does it cost?
 
-Starts classroom.launch with that many robots. Each is reset and sent to a goal of its own, twice:
-first all at the same time, then one after the other, while the others drive. What is judged is
-where each robot truly stands.
+Starts classroom.launch with a number of robots. Each is reset and sent to a goal of its own, twice:
+first all at the same time, then one after the other, while the others drive. Each robot's true pose
+is judged.
 
     reached         drives that ended at their goal
     off             true distance [mm] and angle [deg] from it, worst
     on time         share of a drive's commands, one for each of the firmware's periods of 33 ms,
                     that came at most 33 ms later than they were due
-    cores           computing of all its processes: robots, move_to_goal, gamepads
+    cores           CPU time of all its processes: robots, move_to_goal, gamepads
     memory          resident, of all [MB]
 
 Usage: classroom.py [numbers of robots, default 1 4 12 24] [-r rate of the IMU, default 60]
@@ -45,13 +45,13 @@ PAUSE = 0.5
 PATIENCE = 120.0
 #: A robot whose pose changes by less than this in 0.2 s is at rest [m], [rad].
 STILL = 1e-5
-#: What is started: part of its command line.
+#: Kind of process: part of its command line.
 KINDS = {'robots': 'fake_turtlebot3.py', 'move_to_goal': 'move2goal_tf.py',
          'gamepads': 'gamepad.py'}
 
 
 class Pupil:
-    """One robot of the class, as its student sees it."""
+    """One robot of the class."""
 
     def __init__(self, number):
         self.name = '/robot%d' % number
@@ -73,7 +73,7 @@ class Pupil:
         self.commands.append(time.monotonic())
 
     def wait_until_ready(self):
-        """Wait until its node runs and hears this one."""
+        """Wait until the robot's node runs and hears this one."""
         rospy.wait_for_service(self.name + '/reset_pose', PATIENCE)
         self._wait(lambda: self._state and self._control.get_num_connections()
                    and self._goals.get_num_connections())
@@ -99,7 +99,7 @@ class Pupil:
             difference(place.yaw, goal.yaw)))
 
     def at_rest(self):
-        """Where it truly is, as soon as it does not move."""
+        """The robot's true pose, as soon as it does not move."""
         last = None
         while True:
             here = to_pose2(rospy.wait_for_message(
@@ -185,7 +185,7 @@ def row(pupils, results, cores, used):
 
 
 def costs(launch):
-    """{kind: (seconds of computing so far, resident memory [MB])} of a roslaunch's nodes."""
+    """{kind: (CPU time so far [s], resident memory [MB])} of a roslaunch's nodes."""
     found = {kind: [0.0, 0.0] for kind in KINDS}
     for pid in filter(str.isdigit, os.listdir('/proc')):
         with contextlib.suppress(OSError):     # it has ended

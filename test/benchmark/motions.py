@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""How well and how fast drives and turns are, in pure Python, judged by the robot's true pose.
+"""Accuracy and time of drives and turns, in pure Python, judged by the robot's true pose.
 
-Two tables show both laws beside each other, on the same robots, starts, offsets and goals, all
-drawn at random from a fixed seed; a third one drives over networks from good to bad; a fourth one
-how motions end when something fails. `at best` is, for a drive, the least time of any turn,
-straight line and turn within the same limits (tb3_labs.control.least_time); for a turn, its angle at 1.5
-rad/s. A turn is timed until the robot turns slower than 0.01 rad/s for good. `falsely` counts
-drives that were said to have reached their goal while the robot still moved, or was outside of the
+Two tables compare both laws, on the same robots, starts, offsets and goals, all drawn at random
+from a fixed seed. A third table has drives over networks from good to bad, a fourth one the ends of
+motions in which something fails. `at best` is, for a drive, the least time of any turn, straight
+line and turn within the same limits (tb3_labs.control.least_time); for a turn, its angle at 1.5
+rad/s. The time of a turn ends when the robot turns slower than 0.01 rad/s for good. `falsely`
+counts drives that were reported as reached while the robot still moved, or was outside of the
 tolerance.
 
 Usage: motions.py [number of drives of each kind, default 100]
@@ -43,7 +43,7 @@ TURNS = [(law, degrees, latency, lag) for law in ('precise', 'lab')
          for latency, lag in ((0.05, 0.05), (0.05, 0.0), (0.0, 0.0)) for degrees in (90, 180)]
 #: Headings at the start [deg]; both ways round from each.
 TURN_STARTS = (0.0, 90.0, 179.0, -179.0)
-#: Times each turn from each start.
+#: Number of runs of each turn from each start.
 TURN_REPEATS = 6
 TURN_ROW = '{:8} {:>4} {:>8} {:>6}   {:>16} {:>15} {:>14} {:>16}'
 
@@ -54,7 +54,7 @@ ROBOTS_AFAR = [('quiet', {}), ('8 ms', NETWORKS['good']),
                ('IMU at 60 Hz', {'imu_rate': 60.0})]
 NETWORK_ROW = '{:29} {:>4} {:>7} {:>20} {:>21} {:>14} {:>8}'
 
-#: Name, fault, and does it end a turn by the IMU alone as well?
+#: Name, fault, and whether it also ends a turn by the IMU alone.
 FAULTS = [('IMU silent', setting(imu_silent=True), True),
           ('odometry silent', setting(odom_silent=True), False),
           ('both silent', setting(imu_silent=True, odom_silent=True), True),
@@ -82,7 +82,7 @@ def one_drive(job):
 
 
 def one_drive_afar(job):
-    """rollout.Drive to the lab's goal over a network; `crosses`: the IMU's yaw is +/-180 deg on the
+    """rollout.Drive to the lab's goal over a network; `crosses`: the IMU crosses +/-180 deg on the
     way there."""
     (_, settings), crosses, seed = job
     rng = random.Random(seed)
@@ -121,7 +121,7 @@ def median_and_worst(values):
 
 
 def median_95_and_worst(values):
-    """(median, largest but for one in twenty, largest)."""
+    """(median, 95 %, largest)."""
     values = sorted(values)
     return statistics.median(values), values[int(0.95 * (len(values) - 1))], values[-1]
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""What the nodes cost, each beside a bare rospy subscriber on the same topics in the same run.
+"""The cost of each node, beside a bare rospy subscriber on the same topics in the same run.
 
-    node            what runs
+    node            its name
     CPU             share of one core [%]: at rest, and while it drives
     times bare      the same, in bare subscribers
     memory          resident [MB], and above the bare one's
@@ -32,7 +32,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.testing.costs import cpu_time, memory, private_master, process_of
 
-#: A node of rospy and nothing else; its arguments: topic, package, type, three of each topic.
+#: A node of rospy alone; its arguments: topic, package and type of each topic.
 BARE = '''
 import importlib, sys, rospy
 rospy.init_node(sys.argv[1])
@@ -43,11 +43,11 @@ rospy.spin()
 '''
 IMU, ODOM, JOY = ('imu', 'sensor_msgs', 'Imu'), ('odom', 'nav_msgs', 'Odometry'), (
     'joy', 'sensor_msgs', 'Joy')
-#: Node: (its file, what a bare subscriber beside it listens to).
+#: Node: (its file, topics of the bare subscriber beside it).
 NODES = {'imu_sub': ('imu_sub.py', IMU), 'controller': ('turtlebot_controller.py', IMU),
          'move_to_goal': ('move2goal_tf.py', IMU + ODOM), 'gamepad': ('gamepad.py', JOY)}
-#: Bare subscribers that run beside each node: the cost of one alone varies by a third, with what
-#: else its core happens to do.
+#: Number of bare subscribers beside each node: the cost of a single one varies by a third, with the
+#: load of its core.
 BARES = 3
 ROW = '{:13} {:>11} {:>10} {:>11} {:>10} {:>11} {:>11} {:>13} {:>15}'
 
@@ -163,7 +163,7 @@ class Bench:
         return [100.0 * (cpu_time(pid) - then) / took for pid, then in zip(pids, before)]
 
     def drive(self, name):
-        """Have a node drive for as long as the next two measurements take."""
+        """Let a node drive during the next two measurements."""
         if name == 'controller':
             self.turns.publish(180.0 * self.seconds)
         elif name == 'move_to_goal':
@@ -173,7 +173,7 @@ class Bench:
             self.stick = 0.5
 
     def delays(self):
-        """From imu to command [ms], in order of size, over the time of a measurement."""
+        """Delays from imu to command [ms], in order of size, over the time of a measurement."""
         delays = []
         commands = rospy.Subscriber(
             'cmd_vel', Twist, lambda _: delays.append(1000.0 * (time.monotonic() - self._imu_at)),
@@ -192,7 +192,7 @@ class Bench:
 
 
 def noise():
-    """How long the same piece of work takes: (median [ms], worst over median)."""
+    """Times of the same piece of work: (median [ms], worst over median)."""
     times = []
     for _ in range(40):
         begun = time.perf_counter()

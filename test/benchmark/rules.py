@@ -1,15 +1,14 @@
 #!/usr/bin/env python3
-"""How much is each rule of the approach worth? Turns and drives with it, and without it.
+"""The effect of each rule of the approach: turns and drives with it, and without it.
 
-A rule is switched off by giving its number in ApproachConfig a value that does nothing; the
-uncertainty, an argument of each step, by 0. Each pair of rows is one kind of robot on which the
-same motions are made with the rule and without it. `off` is the true error of the heading or of the
-place; times are from the first command to rest; `reversals` counts how often the approach changed
-its direction; `failed` counts turns that ended outside the tolerance, and drives that were given
-up.
+A rule is switched off by a value without effect in ApproachConfig; the uncertainty, an argument of
+each step, by 0. Each pair of rows is one kind of robot, which makes the same motions with the rule
+and without it. `off` is the true error of the heading or of the place; times are from the first
+command to rest; `reversals` counts the changes of direction; `failed` counts turns that ended
+outside the tolerance, and drives that were given up.
 
-The rule `slowest` shows here only that it does no harm. Its worth is small: without it a robot that
-is known badly comes to rest too late for test_approach.py. Motors that stick are not modelled.
+The rule `slowest` shows here only that it does no harm. Its use is small: without it a robot whose
+estimate is bad comes to rest too late for test_approach.py. Motors that stick are not modelled.
 
 Usage: rules.py [motions of each kind, default 40] [name of one rule]
 """
@@ -30,9 +29,9 @@ from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.rollout import drive, turns
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: A turn within this of what was asked succeeded [deg]: the tolerance, and what drift adds.
+#: A turn with an error below this succeeded [deg]: the tolerance, and the effect of the drift.
 NEAR_DEG = 0.4
-#: What the laws believe of a robot that is `known badly`: delay and lag [s].
+#: Wrong estimate of a robot that is `known badly`: delay and lag [s].
 BELIEVED = 0.3, 0.05
 ROBOTS = {
     'as built': {},
@@ -44,7 +43,7 @@ ROBOTS = {
     'slow + bad network': dict(NETWORKS['bad'], motor_lag=0.2),
     'known badly + bad': dict(NETWORKS['bad'], motor_lag=0.1),
 }
-#: Of each rule: its value that does nothing, the motion, the robots on which it matters.
+#: For each rule: its value without effect, the motion, the robots on which it matters.
 RULES = {
     'slowest': ({'slowest': 0.0}, 'turn', ['known badly + bad']),
     'close_enough': ({'close_enough': 0.0}, 'turn', ['as built', 'bad network']),
@@ -76,8 +75,8 @@ class CountedApproach(Approach):
 
 @contextmanager
 def without(rule, counts, believed):
-    """A context in which no approach has a `rule` (None: each has all), and each begins with the
-    delay and lag `believed`; their reversals go to `counts`."""
+    """A context in which each approach works without `rule` (None: with all rules), and begins with
+    the delay and lag `believed`; their reversals are counted in `counts`."""
     neutral = RULES[rule][0] if rule else {}
     with ExitStack() as stack:
         for module, name in ((turning, 'turning_approach'), (driving, 'driving_approach')):
@@ -94,7 +93,7 @@ def _changed(make, neutral, *args):
 
 
 def one_turn(degrees, robot):
-    """A turn that is asked for as soon as it is not refused in a stall of the network."""
+    """A turn; it is asked for again while a stall of the network makes the robot refuse it."""
     for wait in (0.3, 0.6, 0.9, 1.2, 1.5):
         try:
             return turns([degrees], robot, wait=wait)[0]
@@ -121,7 +120,7 @@ def a_drive(rng, robot, counts):
 
 
 def motions(axis, kind, rule, seed):
-    """What one robot of a `kind` does without a `rule`; None: with all."""
+    """The results of one robot of a `kind` without a `rule`; None: with all rules."""
     rng, counts = random.Random(seed), []
     robot = SimulatorConfig(
         start_yaw_deg=rng.uniform(-180.0, 180.0), imu_offset_deg=rng.uniform(-180.0, 180.0),

@@ -1,7 +1,7 @@
-"""How a motion ends when something fails in the midst of it: roll-outs on the embedded robot.
+"""The end of a motion in which something fails: roll-outs on the embedded robot.
 
-In each state of a drive, and in a turn, a fault begins; what is measured is when the core commands
-zero, when the robot truly stands, and how far it truly went until then.
+In each state of a drive, and in a turn, a fault begins. Measured are the time at which the core
+commands zero, the time at which the robot truly stands, and its true motion until then.
 
 Units: seconds, metres, radians.
 """
@@ -20,9 +20,9 @@ from tb3_labs.simulation.rollout import STILL_ANGULAR, STILL_LINEAR, control, na
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: A drive whose three parts are all long enough to be interrupted.
+#: The goal of a drive whose three parts are all long enough to be interrupted.
 GOAL = Pose2(-1.2, 0.9, 0.0)
-#: A robot as far off its computer as in a lab.
+#: A robot with the delays of a lab's network.
 ROBOT = SimulatorConfig(imu_offset_deg=140.6, command_latency=0.02, sensor_latency=0.01)
 #: The fault begins this long after the state has begun: in full motion [s].
 FULL_MOTION = 0.7
@@ -34,17 +34,17 @@ ZERO = Twist2()
 
 @dataclass(frozen=True)
 class Stop:
-    """What came after a fault."""
+    """The stop after a fault."""
 
     reason: str        # given by the core
-    to_zero: float     # from the fault to the first zero
-    to_rest: float     # from the fault to the last true motion
-    way: float         # driven since the fault, along its path
-    turn: float        # turned since the fault, either way
+    to_zero: float     # time from the fault to the first zero
+    to_rest: float     # time from the fault to the last true motion
+    way: float         # length of the path since the fault
+    turn: float        # angle turned since the fault, in both directions
 
 
 def stop_of_a_drive(state, fault, robot_config=ROBOT, drive_config=DriveConfig()):
-    """Stop of a drive to GOAL: `fault` (robot -> None) begins in the midst of a GoalState."""
+    """Stop of a drive to GOAL: `fault` (robot -> None) begins during a GoalState."""
     robot = Simulator(robot_config)
     navigator = MoveToGoalCore(make_law(drive_config, robot_model(robot_config.model)), True)
     hear = navigation(robot, navigator)
@@ -60,7 +60,7 @@ def stop_of_a_drive(state, fault, robot_config=ROBOT, drive_config=DriveConfig()
 
 
 def stop_of_a_turn(fault, robot_config=ROBOT, turn_config=TurnConfig(), degrees=180.0):
-    """Stop of a turn in whose midst `fault` (robot -> None) begins."""
+    """Stop of a turn during which `fault` (robot -> None) begins."""
     robot = Simulator(robot_config)
     controller = ControllerCore(make_turn(turn_config, robot_model(robot_config.model)))
     hear = control(robot, controller)

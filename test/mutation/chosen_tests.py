@@ -1,4 +1,4 @@
-"""A pytest plugin: which tests run which code, and then only the tests that are asked for.
+"""A pytest plugin: it finds the tests that run each piece of code, or runs only given tests.
 
 MUTATION_SEEN=FILE     writes, as JSON, of each test that passed: its name, the seconds of computing
                        it took, and the marks that the code set; by the name '', those of imports
@@ -47,7 +47,7 @@ if CHOSEN:
 
 
 def pytest_collection_modifyitems(items):
-    """Keep what is asked for."""
+    """Keep the tests that are asked for."""
     if CHOSEN:
         rank = {name: number for number, name in enumerate(_seconds)}
         items[:] = sorted((item for item in items if item.nodeid in rank),
@@ -55,7 +55,7 @@ def pytest_collection_modifyitems(items):
 
 
 def pytest_collection_finish():
-    """All is imported: what ran until now is noted by the name ''."""
+    """All is imported: code that ran until now is noted by the name ''."""
     if SEEN:
         _tests[''] = [0.0, sorted(MARKS)]
         MARKS.clear()
@@ -69,7 +69,7 @@ def pytest_runtest_setup(item):
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_fixture_setup(fixturedef):
-    """Tell apart what a fixture runs that several tests share."""
+    """Separate the code that a shared fixture runs."""
     if not SEEN or fixturedef.scope == 'function':
         yield
         return
@@ -82,7 +82,7 @@ def pytest_fixture_setup(fixturedef):
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_call(item):
-    """Note what a test runs."""
+    """Note the code that a test runs."""
     if not SEEN:
         yield
         return
@@ -97,7 +97,7 @@ def pytest_runtest_call(item):
 
 
 def pytest_sessionfinish():
-    """Write what was noted."""
+    """Write the notes."""
     if SEEN:
         with open(SEEN, 'w') as file:
             json.dump(_tests, file)

@@ -14,10 +14,10 @@ from mutations import Mutation, blocks_of
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PACKAGE = pathlib.Path('src', 'tb3_labs')
-#: What is pure: all that the unit tests can judge.
+#: The pure rooms: all that the unit tests can judge.
 ROOMS = ('geometry', 'robot', 'localization', 'control', 'supervision', 'nodes', 'simulation',
          'report', 'marking')
-#: A process that has not ended by then waits for something that never comes [s].
+#: A process that runs for longer than this hangs [s].
 LONGEST = 900.0
 MARK = "__import__('builtins').__dict__.setdefault('_mutation_marks', set()).add({!r})\n"
 
@@ -110,7 +110,7 @@ def with_marks(path: str, source: str) -> str:
 
 
 def watch(copy: Copy, package: Dict[str, str], files: List[str]) -> List[Test]:
-    """All tests of these files that pass, with what each of them runs."""
+    """All tests of these files that pass, with the blocks that each of them runs."""
     seen = copy.folder / 'seen.json'
     for path, source in package.items():
         if room_of(path) in ROOMS:

@@ -50,7 +50,7 @@ def imports_of(source: str) -> Set[str]:
 
 
 class Choice:
-    """Which tests can notice a change."""
+    """The tests that can notice a change."""
 
     def __init__(self, tests: List[Test], package: Dict[str, str], suite: Dict[str, str],
                  patience: float) -> None:
@@ -86,7 +86,7 @@ def draw(package: Dict[str, str], number: int, seed: int, rooms: List[str]) -> L
 
 
 def table(outcomes: List[Tuple[Mutation, str]]) -> str:
-    """How many were noticed, by room."""
+    """The numbers of noticed changes, by room."""
     row = '{:14} {:>6} {:>8} {:>6} {:>9} {:>9} {:>19}'
     lines = [row.format('room', 'drawn', 'noticed', 'hangs', 'survived', 'noticed',
                         'without boundaries')]

@@ -1,4 +1,4 @@
-"""Which small changes of a Python source a test ought to notice: found by ast, made in its text.
+"""Small changes of a Python source that a test ought to notice: found by ast, made in its text.
 
 A mutation replaces one piece of the text; the rest stays as it is, line by line. Not drawn, because
 no test should notice them: docstrings, strings, annotations, decorators, texts of errors and
@@ -11,7 +11,7 @@ import re
 from dataclasses import dataclass
 from typing import Iterator, List, Optional, Tuple
 
-#: (operator, what it becomes, kind); a boundary differs in one value only.
+#: (operator, its replacement, kind); a boundary differs in one value only.
 COMPARISONS = {
     ast.Lt: ('<', [('<=', 'boundary'), ('>', 'comparison')]),
     ast.LtE: ('<=', [('<', 'boundary'), ('>=', 'comparison')]),
@@ -43,7 +43,7 @@ class Mutation:
     kind: str                # comparison, boundary, arithmetic, logic, constant, twin, lost, return
 
     def in_words(self) -> str:
-        """What is changed, on one line."""
+        """The change, on one line."""
         before, after = (' '.join(text.split()) for text in (self.before, self.after))
         if self.kind == 'lost':
             return 'lost: {}'.format(before)

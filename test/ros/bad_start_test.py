@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Bad parameters and missing files: one line that says what is valid, and nothing moves."""
+"""Invalid parameters and missing files: one line names the valid values, and nothing moves."""
 import os
 import sys
 
@@ -73,7 +73,7 @@ class BadStartTest(NodeCase):
 
     def test_a_misspelt_parameter_is_warned_of(self):
         node = self.start('move2goal_tf.py', '_gaol_x:=1.0')
-        # it comes after goal_x in the list of the parameters that are known
+        # it comes after goal_x in the list of the known parameters
         node.wait_for('goal_yaw_deg')
         line, = [line for line in node.lines if 'gaol_x' in line]
         self.assertIn('goal_x', line)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Robots of a class drive and are reset each by itself, and share no frame."""
+"""Each robot of a class drives and is reset by itself, and they share no frame."""
 import math
 import os
 import sys
@@ -69,13 +69,13 @@ class ClassroomTest(NodeCase):
             place = DECLARED[robot] @ starts[robot].inverse() @ self.truth(robot)
             self.assertLess(place.distance_to(goal), 0.01, robot)
             self.assertLess(abs(math.degrees(difference(place.yaw, goal.yaw))), 0.5, robot)
-        # the one that was given nothing stood
+        # the robot without control stood
         self.assertLess(self.truth('robot2').distance_to(starts['robot2']), 1e-6)
 
     def test_a_gamepad_hands_over_its_own_robot_only(self):
         for robot in ROBOTS:
             self.seen.forget(robot + '/ctrl_relinq')
-        # a pad is obeyed once it was seen at rest for a while
+        # a pad is obeyed after it was at rest for a while
         self.seen.wait_for('robot2/control_holder', lambda holder: holder == 'gamepad')
         self.thumb.press(A)
         self.seen.wait_for('robot2/ctrl_relinq', lambda relinquished: relinquished)

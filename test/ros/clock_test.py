@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""/clock that never comes, stands still, jumps back: nothing is driven wild, and it is said."""
+"""A /clock that is missing, stands still or jumps back: the robot stays safe, a line reports it."""
 import math
 import os
 import sys
@@ -22,7 +22,7 @@ STEP = 0.01
 
 
 class Robot:
-    """A robot that obeys at once, and the clock it lives by; all in wall time of this test."""
+    """A robot that obeys at once, and its clock; all in wall time of this test."""
 
     def __init__(self):
         self.clock = rospy.Publisher('/clock', Clock, queue_size=10)
@@ -90,7 +90,7 @@ class ClockTest(NodeCase):
         self.addCleanup(robot.end)
         node = self.start('move2goal_tf.py', '_has_control:=true', '_goal_x:=1.5', '_goal_y:=0.25')
         self.seen.wait_for('cmd_vel', lambda command: command[1] > 0.2, STARTING)
-        # it stands still, though the sensors go on
+        # the clock stands still, though the sensors go on
         robot.runs = False
         stood = time.monotonic()
         self.seen.wait_for('cmd_vel', lambda command: command[1:] == (0.0, 0.0))
@@ -113,7 +113,7 @@ class ClockTest(NodeCase):
         self.assertEqual(node.end(), 0)
 
     def assert_no_commands(self, seconds):
-        """By the wall clock, where ROS time stands still."""
+        """By the wall clock, since ROS time may stand still."""
         since = time.monotonic() + 0.1
         self.seen.wait_until(lambda: time.monotonic() > since + seconds)
         self.assertEqual(self.commands(since), [])

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The demonstration ends with success by its own account, by the true pose; and the report of its
-recording says of each drive what the demonstration said."""
+"""The demonstration succeeds by its own result and by the true pose. The report of its recording
+has the same errors for each drive."""
 import glob
 import math
 import os
@@ -17,11 +17,11 @@ from tb3_labs.report.epochs import epochs
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.ros.bags.reader import read_run
 
-#: Both look at the robot at rest: the same pose, but for a step or two of the encoders [m] and
-#: ten times the noise of the IMU [deg].
+#: Both measure the robot at rest, so their poses differ only by a step or two of the encoders [m]
+#: and ten times the noise of the IMU [deg].
 OFF_BY = 0.0002, 0.05
-#: The report has no other origin than the first local_pose after a reset, whose heading is as noisy
-#: as the reset's own: together 0.007 deg, 0.1 mm across after 0.86 m. Five times that.
+#: The report's only origin is the first local_pose after a reset, whose heading is as noisy as the
+#: reset's own: together 0.007 deg, 0.1 mm across after 0.86 m. The limits are five times that.
 TRULY_OFF = 0.0005, 0.05
 
 
@@ -66,7 +66,7 @@ class DemoTest(unittest.TestCase):
                             '{:.5f}'.format(what, value, unit, expected))    # NaN is not less
 
     def bag(self):
-        """The recording, whole."""
+        """The complete recording."""
         recorder = rosgraph.Master(rospy.get_name()).lookupNode('/record')
         xmlrpc.client.ServerProxy(recorder).shutdown(rospy.get_name(), 'the demonstration is over')
         self.wait_for('no bag was written', lambda: glob.glob(self.path + '_*.bag'), 60.0)

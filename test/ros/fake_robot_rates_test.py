@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The embedded robot's node on the wall clock: rates, cost, and the way it ends."""
+"""The embedded robot's node on the wall clock: rates, cost, and its end."""
 import os
 import signal
 import subprocess
@@ -26,7 +26,7 @@ DEADLINE = STARTING   # of a wait [s]
 
 
 class Arrivals:
-    """When the messages of a topic were sent and came; `done` after the first `count` of them.
+    """The times of sending and arrival of a topic's messages; `done` after the first `count`.
 
     `stamp_of` reads the time of sending from a message.
     """
@@ -45,8 +45,8 @@ class Arrivals:
             self.done.set()
 
     def rate(self):
-        """Messages a second, by the wall clock. A message that this process reads late counts for
-        nothing: the fastest of a sixth of them, at either end, show how the robot's time runs."""
+        """Messages a second, by the wall clock. Messages that this process reads late do not count:
+        the fastest of a sixth of them, at either end, show the pace of the robot's time."""
         times, stamps = self.times[:self.count + 1], self.stamps[:self.count + 1]
         under_way = [time - stamp for time, stamp in zip(times, stamps)]
         some = self.count // 6
@@ -67,8 +67,8 @@ class FakeRobotRatesTest(unittest.TestCase):
             self.assertTrue(arrivals[topic].done.wait(DEADLINE), 'too few on ' + topic)
             self.assertAlmostEqual(arrivals[topic].rate(), rate, delta=rate / 100.0)
         share = (cpu_time(pid) - used) / (time.monotonic() - start)
-        # Measured: 0.06 of a core on a quiet machine. How much it is depends on the machine and on
-        # who else runs there; this only catches a loop gone wild.
+        # Measured: 0.06 of a core on a quiet machine. The cost depends on the machine and its load;
+        # this only finds an endless loop.
         self.assertLess(share, 0.5)
         self.assertEqual(arrivals['imu'].last.header.frame_id, 'imu_link')
         self.assertEqual(arrivals['odom'].last.header.frame_id, 'odom')

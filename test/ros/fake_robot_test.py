@@ -134,7 +134,7 @@ class FakeRobotTest(unittest.TestCase):
         self.assertGreater(len(self.heard['ground_truth']), seen + 50)
         moved = truth.inverse() @ to_pose2(self.last('ground_truth').pose)
         reported = odom.inverse() @ to_pose2(self.last('odom').pose.pose)
-        # One sample's displacement may be taken backwards (the spike): 2 x 3.3 mm.
+        # One sample's displacement may be reversed (the spike): 2 x 3.3 mm.
         self.assertLess(moved.distance_to(reported), 0.009)
         self.assertLess(abs(wrap(moved.yaw - reported.yaw)), math.radians(0.1))
 
@@ -183,13 +183,13 @@ class FakeRobotTest(unittest.TestCase):
             self.live.update_configuration({'sensor_latency': 0.0})
 
     def test_what_the_network_held_up_comes_in_one_write(self):
-        """A subscriber of the newest hears one message, others hear all of them, in order."""
+        """A subscriber of the latest gets one message, others get all of them, in order."""
         self.live.update_configuration({'network_cut': True})
         self.wait('a truth that goes on without odometry',
                   lambda: self.stamps('ground_truth')[-1] > self.stamps('odom')[-1] + 1.1)
         before = {topic: list(self.heard[topic]) for topic in TOPICS}
         self.live.update_configuration({'imu_silent': True, 'odom_silent': True})
-        self.live.update_configuration({'network_cut': False})    # nothing comes but what was held
+        self.live.update_configuration({'network_cut': False})    # only delayed messages arrive
         try:
             new = {topic: lambda topic=topic: self.heard[topic][len(before[topic]):]
                    for topic in TOPICS}

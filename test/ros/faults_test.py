@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Faults in mid-motion, with real processes: when the zero comes, where the robot truly stands.
+"""Faults during motion, with real processes: the time of the zero, the true place of the robot.
 
-Prints a line with the measured times of each; the core's roll-outs (test/unit/test_stops.py) cover
-every state of a drive.
+Prints a line with the measured times of each fault. The core's roll-outs (test/unit/test_stops.py)
+cover every state of a drive.
 """
 import math
 import os
@@ -28,8 +28,8 @@ from tb3_labs.srv import ResetPose
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import STARTING, ZERO, Hiccups, Node, NodeCase    # noqa: E402 (a relay's folder)
 
-#: From the last good sample to the zero, and to the notice of a robot that is stuck [s]. Required
-#: are 0.3 and 2, which test_stops.py asks of the core; here the way through the nodes comes on top.
+#: Time from the last valid sample to the zero, and to the notice of a stalled robot [s]. Required
+#: are 0.3 and 2, which test_stops.py checks for the core; here the time of the nodes is added.
 SILENCE = 0.4
 STUCK = 2.5
 ROBOT = 'fake_turtlebot3.py', '__name:=turtlebot3'
@@ -67,7 +67,7 @@ class FaultsTest(NodeCase):
         self.wait_until_unheard({self.control: Bool(False), self.turns: Float64(0.0)})
         self.forget_parameters('move_to_goal', 'controller')
 
-    # -- what a test does
+    # -- parts of the tests
 
     def robot(self):
         """The robot that tests share, without a fault."""
@@ -77,7 +77,7 @@ class FaultsTest(NodeCase):
         self.set(**FAULTLESS)
 
     def own_robot(self, *parameters):
-        """A robot of this test, which may be given something and may die."""
+        """A robot of this test alone, with parameters of its own; the test may kill it."""
         if self.shared_robot:
             self.shared_robot.kill()
             type(self).shared_robot = None
@@ -90,7 +90,7 @@ class FaultsTest(NodeCase):
         self.seen.forget('ground_truth')
         try:
             self.seen.wait_for('ground_truth', seconds=STARTING)
-        except RuntimeError as problem:    # once seen: a robot that hung as it started
+        except RuntimeError as problem:    # seen once: a robot that hung at its start
             raise RuntimeError('{}; it printed: {}; it does: {}'.format(
                 problem, robot.text, robot.where())) from None
         type(self).settings = Client('turtlebot3', timeout=STARTING)
@@ -99,7 +99,7 @@ class FaultsTest(NodeCase):
         self.settings.update_configuration(settings)
 
     def move_to_goal(self, *arguments, goal=Pose2(2.0, 0.0, 0.0)):
-        """A drive straight ahead, in full motion; `begin` is the true pose that it began with."""
+        """A drive straight ahead, in full motion; `begin` is its first true pose."""
         node = self.start('move2goal_tf.py', *arguments)
         return self.drive_ahead(node, goal)
 
@@ -117,7 +117,7 @@ class FaultsTest(NodeCase):
         return node
 
     def place(self):
-        """Where the robot truly is in the frame of move_to_goal."""
+        """The robot's true place in the frame of move_to_goal."""
         return self.begin.inverse() @ self.seen.latest('ground_truth')
 
     def controller(self):
@@ -132,7 +132,7 @@ class FaultsTest(NodeCase):
         return node
 
     def stop_since(self, last, within, what):
-        """One zero within so long after the time `last`; the robot rests."""
+        """One zero comes within this time after `last`, and the robot rests."""
         zero = self.zero_since(last, within, what)
         start = self.place_at(last)
         way = start.distance_to(self.rest())
@@ -142,7 +142,7 @@ class FaultsTest(NodeCase):
         self.assertEqual(commands[-1], ZERO)
 
     def zero_since(self, last, within, what):
-        """When the zero came, within so long after `last`, but for what the machine was late by."""
+        """The time of the zero, at most `within` after `last`, apart from delays of the machine."""
         self.seen.wait_for('cmd_vel', lambda command: command == ZERO, within + 3.0)
         zero, _ = self.seen.all('cmd_vel')[-1]
         self.assertLess(zero - last, within + self.hiccups.since(last, zero), what)
@@ -152,13 +152,13 @@ class FaultsTest(NodeCase):
         return min(self.seen.all('ground_truth'), key=lambda entry: abs(entry[0] - time))[1]
 
     def silence_of(self, *topics):
-        """Wait until nothing comes any more; when the first of them came last."""
+        """Wait until no message comes; the earliest of the topics' last arrivals."""
         self.seen.wait_until(lambda: all(
             rospy.get_time() - self.seen.all(topic)[-1][0] > 0.1 for topic in topics), 5.0)
         return min(self.seen.all(topic)[-1][0] for topic in topics)
 
     def last_motion(self):
-        """Wait until the robot rests; when it truly moved last."""
+        """Wait until the robot rests; the time of its last true motion."""
         end = self.rest()
         return [at for at, pose in self.seen.all('ground_truth') if pose.distance_to(end) > 1e-4
                 or abs(difference(pose.yaw, end.yaw)) > 1e-3][-1]
@@ -209,13 +209,13 @@ class FaultsTest(NodeCase):
         node = self.move_to_goal()
         self.set(odom_frozen=True)
         self.stop_since(rospy.get_time(), 1.0, 'odom frozen in a drive')
-        node.wait_for('odom says the very same')
+        node.wait_for('odom repeats one reading')
         self.set(odom_frozen=False)
         self.goals.publish(to_pose_stamped(Pose2(3.0, 0.0, 0.0), 'local', 0.0))
         self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)
         self.set(imu_frozen=True)
         self.stop_since(rospy.get_time(), 1.0, 'imu frozen in a drive')
-        node.wait_for('imu says the very same')
+        node.wait_for('imu repeats one reading')
 
     def test_messages_that_cannot_be_true(self):
         self.robot()
@@ -232,7 +232,7 @@ class FaultsTest(NodeCase):
             self.bad_imu.publish(imu)
             self.bad_odom.publish(odom)
 
-        # among good ones they do nothing
+        # among valid messages they have no effect
         def arrived():
             flood()
             return self.seen.latest('goal_state') == 'GOAL_REACHED'
@@ -242,9 +242,9 @@ class FaultsTest(NodeCase):
         values = self.diagnostic('move_to_goal')
         self.assertGreater(int(values['imu dropped']), 10)
         self.assertGreater(int(values['odom dropped']), 10)
-        warnings = [line for line in node.lines if 'bad message on imu dropped' in line]
+        warnings = [line for line in node.lines if 'invalid message on imu dropped' in line]
         self.assertTrue(1 <= len(warnings) <= 12, warnings)
-        # nothing but them is silence
+        # without valid messages they count as silence
         self.goals.publish(to_pose_stamped(Pose2(3.0, 0.0, 0.0), 'local', 0.0))
         self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)
         self.set(imu_silent=True)
@@ -254,7 +254,7 @@ class FaultsTest(NodeCase):
             flood()
             return self.seen.latest('cmd_vel') == ZERO
         self.seen.wait_until(stopped, 3.0, 'the zero')
-        self.zero_since(good, SILENCE, 'bad messages only')
+        self.zero_since(good, SILENCE, 'invalid messages only')
 
     def test_the_robots_own_reset(self):
         self.own_robot('_start_x:=1.0', '_start_yaw_deg:=40', '_imu_offset_deg:=-105.5')
@@ -264,11 +264,11 @@ class FaultsTest(NodeCase):
         self.stop_since(self.silence_of('imu', 'odom'), SILENCE, "robot's own reset in a drive")
         node.wait_for('The odometry was set to zero: the local pose is kept')
         self.seen.wait_for('goal_state', lambda state: state.startswith('gave up'))
-        # where it is, and where it goes from there, is still what it was
+        # its pose and its further motion are still correct
         self.goals.publish(to_pose_stamped(Pose2(0.9, 0.2, 0.5), 'local', 0.0))
         self.seen.wait_for('goal_state', lambda state: state == 'GOAL_REACHED', 20.0)
         self.rest()
-        # what it coasted while the board was deaf is in no message: 11 mm in the roll-outs
+        # its coasting during the board's reset is in no message: 11 mm in the roll-outs
         self.assertLess(self.place().distance_to(Pose2(0.9, 0.2)), 0.010 + 0.015)
         self.assertLess(abs(math.degrees(self.place().yaw - 0.5)), 0.5)
 
@@ -283,7 +283,7 @@ class FaultsTest(NodeCase):
         self.assertLess(abs(self.place().x - 1.5), 0.012)
 
     def test_stamps_that_are_wrong(self):
-        """The robot's messages are passed on with other stamps; the node hears only those."""
+        """The node gets the robot's messages only with changed stamps."""
         self.robot()
         relay = {'imu': rospy.Publisher('late/imu', Imu, queue_size=1),
                  'odom': rospy.Publisher('late/odom', Odometry, queue_size=1)}

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The lab's demonstration by thumb, and all that may happen to a pad; a script is the thumb."""
+"""The lab's demonstration with a gamepad, and faults of the pad; a script plays the pad."""
 import math
 import os
 import signal
@@ -22,7 +22,7 @@ from thumb import A, B, Y, Thumb, punctual    # noqa: E402
 
 @punctual
 class GamepadTest(NodeCase):
-    """Methods share the running nodes; each begins with a robot at rest that the pad has."""
+    """Methods share the running nodes; each begins with a robot at rest that the pad holds."""
 
     @classmethod
     def setUpClass(cls):
@@ -56,7 +56,7 @@ class GamepadTest(NodeCase):
         self.printed, _ = self.pad.printed
 
     def start_pad(self):
-        """The gamepad node anew, which has the robot."""
+        """A new gamepad node, which holds the robot."""
         self.seen.forget('control_holder')
         type(self).pad = Node('gamepad.py')
         self.printed = 0
@@ -73,14 +73,14 @@ class GamepadTest(NodeCase):
         self.seen.wait_for('cmd_vel', lambda command: abs(command[1]) > 1.0)
 
     def assert_stopped(self, since, within):
-        """The last movement was commanded within so long after `since` [s], but for what the
-        machine was late by; a zero followed."""
+        """The last movement was commanded at most `within` after `since` [s], apart from delays of
+        the machine; a zero followed."""
         self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
         moving = [time for time, command in self.seen.all('cmd_vel') if command != ZERO]
         self.assertLess(moving[-1] - since, within + self.hiccups.since(since, moving[-1]))
 
     def said(self, words):
-        """How often the gamepad node printed `words` in this test."""
+        """The number of times the gamepad node printed `words` in this test."""
         return self.pad.text_since(self.printed).count(words)
 
     def wait_until_said(self, words, times=1, seconds=5.0):
@@ -196,8 +196,8 @@ class GamepadTest(NodeCase):
         self.seen.forget('cmd_vel')
         self.seen.forget('goal_state')
         type(self).mover = Node('move2goal_tf.py')
-        # either hears the other first: the node that the pad gave before, or the pad that the node
-        # has no control, whereupon it takes back what it gave
+        # two orders are possible: the node hears first that the pad gave control before; or the pad
+        # hears first that the node has no control, and takes it back
         self.seen.wait_until(
             lambda: 'Control was given by /gamepad before this node could' in self.mover.text
             or self.said('Control was taken from move_to_goal'), STARTING, 'what became of it')
@@ -217,7 +217,7 @@ class GamepadTest(NodeCase):
             short.publish(Joy(axes=[1.0], buttons=[1]))
         self.wait_until_said('1 axes and 1 buttons, where the parameters need 4 and 3')
         self.assertNotIn('Traceback', self.pad.text)
-        self.assertEqual(self.said('bad message on joy'), 1)
+        self.assertEqual(self.said('invalid message on joy'), 1)
 
     def test_ten_presses_without_a_service_are_one_answer(self):
         alone = self.start('gamepad.py', '__ns:=alone', 'joy:=/joy')

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""sim:=gazebo where Gazebo's TurtleBot3 is installed, by a stand-in for it, and where it is not."""
+"""sim:=gazebo with a stand-in for Gazebo's TurtleBot3, and where that is not installed."""
 import os
 import pathlib
 import sys
@@ -54,7 +54,7 @@ class GazeboTest(unittest.TestCase):
         if program.status is None:
             program.end(seconds=STARTING)
         program.kill()
-        rospy.set_param('/use_sim_time', False)    # nobody runs on that time any more
+        rospy.set_param('/use_sim_time', False)    # no node runs on that time any more
 
     def test_a_lab_on_it(self):
         with tempfile.TemporaryDirectory(prefix='gazebo_test_') as folder:

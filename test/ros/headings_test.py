@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Several robots beside each other on the wall clock, each judged by its own true pose."""
+"""Several robots at the same time on the wall clock, each judged by its own true pose."""
 import math
 import os
 import sys
@@ -79,8 +79,8 @@ class HeadingsTest(NodeCase):
             self.control[robot].publish(False)
             self.wait_for_rest(robot)
             truth, belief = self.truth_and_belief(robot, world_T_local[robot])
-            # 15 mm more where the firmware takes a displacement backwards at +/-180 deg: odometry
-            # itself is wrong then
+            # 15 mm more where the firmware reverses a displacement at +/-180 deg: the odometry
+            # itself is then wrong
             self.assert_near(belief, LAB_GOAL, 0.010, 0.5)
             self.assert_near(truth, LAB_GOAL, 0.010 + (0.015 if robot == 'robot1' else 0.0), 0.5)
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What imu_sub prints and publishes, against the embedded robot's true heading."""
+"""The output of imu_sub, against the embedded robot's true heading."""
 import math
 import os
 import re
@@ -38,7 +38,7 @@ class ImuSubTest(NodeCase):
         return node.lines
 
     def run_for(self, messages, *arguments):
-        """The lines of a node that heard so many messages, and the headings it published."""
+        """The lines and the published headings of a node that heard this number of messages."""
         self.seen.forget('heading')
         node = self.start('imu_sub.py', *arguments)
         self.seen.wait_until(lambda: len(self.seen.all('heading')) >= messages, STARTING,
@@ -47,14 +47,14 @@ class ImuSubTest(NodeCase):
         return lines, [heading for _, heading in self.seen.all('heading')]
 
     def true_heading(self):
-        """What the IMU of this robot shows [deg]: the true heading and its offset."""
+        """The heading of this robot's IMU [deg]: the true heading and its offset."""
         return math.degrees(self.seen.latest('ground_truth').yaw) + 20.0
 
     def test_prints_at_most_ten_lines_a_second_and_publishes_every_message(self):
         begun = rospy.get_time()
         lines, headings = self.run_for(400)      # two seconds
         # one of 20 messages; the test hears a few messages less than the node, and a late machine
-        # hands several over at once
+        # delivers several at once
         expected, late = len(headings) / 20.0, 10.0 * self.hiccups.since(begun)
         self.assertTrue(0.9 * expected - late <= len(lines) - 1 <= expected + 5.0 + late,
                         (len(lines), len(headings), late))
@@ -96,11 +96,11 @@ class ImuSubTest(NodeCase):
         self.wait_until_heard(self.bad)
         for _ in range(20):
             self.bad.publish(Imu())
-        node.wait_for('bad message on imu dropped')
+        node.wait_for('invalid message on imu dropped')
         self.let_pass(SILENCE)
         lines = self.end(node)
         self.assertEqual(len(lines), 2, lines)
-        self.assertIn('bad message on imu dropped: quaternion has norm 0', lines[0])
+        self.assertIn('invalid message on imu dropped: quaternion has norm 0', lines[0])
         self.assertEqual(self.seen.all('bad/heading'), [])
 
 

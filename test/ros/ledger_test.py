@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Who drove, and by whose leave? Random stories before real nodes: two gamepads, a hand, goals,
+"""Did a person permit each command? Random stories with real nodes: two gamepads, a hand, goals,
 cancels, resets; pads unplugged, nodes killed, started again and put to sleep, a network that
 stalls.
 
@@ -30,11 +30,11 @@ from node_case import STARTING, Node, NodeCase    # noqa: E402
 from thumb import A, B, Thumb     # noqa: E402
 
 PADS = ('pad 1', 'pad 2')
-#: From what a person did to the last command that it ends, also on a busy machine [s].
+#: Time from a person's action to the last command that it ends, also on a busy machine [s].
 GRACE = 0.35
 #: A pad's word is said within this time of the press that caused it, unless its node sleeps [s].
 PROMPT = 0.5
-#: Until a node that was just started has connected to all others [s].
+#: Time until a node that was just started has connected to all others [s].
 CONNECTING = 2.0
 ACTS = 10
 
@@ -71,7 +71,7 @@ class LedgerTest(NodeCase):
 
     @classmethod
     def start_mover(cls):
-        # what others latched by now was said before it lived
+        # words that others have latched by now were said before it started
         last = {}
         for entry in cls.history:
             if entry[1] == 'heard':
@@ -106,8 +106,8 @@ class LedgerTest(NodeCase):
         if pressed and (message.data or now - pressed[-1] < PROMPT):
             caused = pressed[-1]
         elif now - cls.started.get(name, 0.0) < CONNECTING:
-            # the False that a new gamepad begins with: no person said it, and move_to_goal hears
-            # it later than this test if it connects later
+            # a new gamepad's first False: no person said it, and move_to_goal hears it later than
+            # this test if it connects later
             caused = 0.0
         else:
             caused = now

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""dynamic_reconfigure of both driving nodes: effective at once, refused out of range; plots."""
+"""dynamic_reconfigure of both driving nodes: effective at once, refused out of bounds; plots."""
 import os
 import sys
 
@@ -32,8 +32,8 @@ class LiveTest(NodeCase):
         cls.wait_until_heard(cls.control, cls.turn)
 
     def diagnosis(self, node, is_right):
-        """{what: value} of a node's diagnosis that is in order and whose values `is_right`: its
-        first second may be a part of one, and a late machine counts a message in the next one."""
+        """{name: value} of a node's diagnosis without a problem, as soon as `is_right`: its first
+        second may be incomplete, and a late machine counts a message in the next one."""
         def values(status):
             return {item.key: item.value for item in status.values}
         return values(self.seen.wait_for('/diagnostics', lambda status: (
@@ -52,7 +52,7 @@ class LiveTest(NodeCase):
         self.assertEqual((controller['driver'], controller['mouse']), ('nobody', 'not active'))
 
     def refused(self, client, **values):
-        """Not taken over, and the reason names what is valid."""
+        """The values are refused, and the reason names the valid ones."""
         before = client.get_configuration(timeout=5.0)
         with self.assertRaises((DynamicReconfigureCallbackException, rospy.ServiceException)):
             client.update_configuration(values)
@@ -67,7 +67,7 @@ class LiveTest(NodeCase):
         changed = rospy.get_time()
         self.let_pass(0.5)
         self.assertTrue(all(linear <= 0.1 for _, (linear, _) in self.seen.all('cmd_vel', changed)))
-        # more than the robot has is as much as it has
+        # a limit beyond the robot's own has no effect
         client.update_configuration({'max_linear': 1.0})
         self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)
         self.refused(client, max_linear=2.0)
@@ -78,7 +78,7 @@ class LiveTest(NodeCase):
         self.control.publish(False)
         self.seen.wait_for('cmd_vel', lambda command: command == (0.0, 0.0))
         self.assertTrue(all(linear <= BURGER_LINEAR for _, (linear, _) in self.seen.all('cmd_vel')))
-        # what is left, for plots: the way from here to (-3, 3)
+        # the remaining way from here to (-3, 3), for plots
         self.rest()
         here = self.seen.latest('ground_truth')
         left = ((here.x + 3.0) ** 2 + (here.y - 3.0) ** 2) ** 0.5

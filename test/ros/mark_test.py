@@ -50,7 +50,7 @@ FLOOD = """        def flood():
                 time.sleep(2e-4)
         threading.Thread(target=flood, daemon=True).start()
 """
-#: At its end this node says what delay its robot has.
+#: At its end this node prints the delay of its robot.
 TELLS_DELAY = [
     ("    rospy.init_node('imu_sub')", """    rospy.init_node('imu_sub')
     from dynamic_reconfigure.client import Client
@@ -59,7 +59,7 @@ TELLS_DELAY = [
 
 
 class Case(NamedTuple):
-    """A submission: a node of student_nodes, what is replaced in it, and the criteria it fails."""
+    """A submission: a node of student_nodes, the replacements in it, and the criteria it fails."""
 
     student: str
     node: str
@@ -67,8 +67,8 @@ class Case(NamedTuple):
     lost: set
 
 
-#: This number of mark.py runs at a time; each marks no more submissions at a time than JOBS. More
-#: of them hold the robots up, and each is tried twice.
+#: Number of mark.py that run at a time; each marks at most JOBS submissions at a time. More of them
+#: delay the robots, and each submission is tried twice.
 AT_A_TIME, JOBS = 3, 4
 UNCLAMPED = ('min(max(abs(K_HDG * error), MIN_ANG_Z), MAX_ANG_Z)', 'abs(K_HDG * error)')
 WRONG_SIDE = ('self.yaw + 90', 'self.yaw - 90')
@@ -146,7 +146,7 @@ def hand_in(folder, case):
 
 
 class Page(HTMLParser):
-    """What a page refers to; every element must be closed."""
+    """The references of a page; every element must be closed."""
 
     def __init__(self, path):
         super().__init__()
@@ -168,7 +168,7 @@ class Page(HTMLParser):
 
 
 class MarkTest(unittest.TestCase):
-    """mark.py runs once for each lab and parts of it; the tests look at what it wrote."""
+    """mark.py runs once for each lab and parts of it; the tests read its files."""
 
     @classmethod
     def setUpClass(cls):
@@ -184,7 +184,7 @@ class MarkTest(unittest.TestCase):
 
     @classmethod
     def run_mark(cls, key):
-        """Mark these submissions; (folder of the marks, what was printed, exit status)."""
+        """Mark these submissions; (folder of the marks, output, exit status)."""
         lab, parts, network = (key + ('quiet',))[:3]
         base = Path(cls.folder.name) / ' '.join(key)
         for case in CASES[key]:
@@ -204,7 +204,7 @@ class MarkTest(unittest.TestCase):
             return {row['student']: row for row in csv.DictReader(file)}
 
     def check(self, *key):
-        """Each submission lost what it should, and nothing else."""
+        """Each submission lost the expected criteria, and no others."""
         rows = self.rows(key)
         self.assertEqual(sorted(rows), sorted(case.student for case in CASES[key]))
         lost, expected = {}, {}

@@ -65,13 +65,13 @@ class Move2GoalTest(NodeCase):
 
     def setUp(self):
         self.give_control(False)
-        # a drive begun anew shows that the message has arrived
+        # a drive that begins anew shows that the message has arrived
         self.seen.forget('goal_state')
         self.declare()
         self.seen.wait_for('goal_state', lambda state: state == 'waiting for control')
         self.wait_for_rest()
 
-    # -- what a test does
+    # -- parts of the tests
 
     def give_control(self, yes):
         self.control.publish(yes)
@@ -89,8 +89,8 @@ class Move2GoalTest(NodeCase):
         return Pose2(x, y, math.radians(yaw_deg)) @ self.truth_at(instant).inverse()
 
     def declare(self, *pose):
-        """A reset's answer; repeated where it is refused because a busy machine holds robot or node
-        up, such as while they start: the sensors are silent then, or not yet as new as it."""
+        """A reset's answer. The reset is repeated if it is refused because a busy machine delays
+        robot or node, for instance while they start: the sensors are then silent or too old."""
         for _ in range(10):
             answer = self.reset_pose(*pose or (0.0, 0.0, 0.0))
             if answer.success:
@@ -121,8 +121,8 @@ class Move2GoalTest(NodeCase):
     def drive(self):
         """Give control; the state in which the drive ends.
 
-        A drive is given up where the sensors are silent for more than 2 s, which is 0.7 s of this
-        machine's time. Where it was late by half of that, the goal is set again.
+        A drive is given up if the sensors are silent for more than 2 s, which is 0.7 s of this
+        machine's time. If the machine was late by half of that, the goal is set again.
         """
         begun = time.time()
         self.give_control(True)
@@ -157,8 +157,8 @@ class Move2GoalTest(NodeCase):
                 'ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL', 'GOAL_REACHED'])
 
     def states_driven(self):
-        """The states of the drive. Not those in which it stood because this machine held the robot
-        up, for 0.1 s at this speed, and the state that it went on with then."""
+        """The states of the drive, without stops because this machine delayed the robot, for 0.1 s
+        at this speed, and without the state in which it then went on."""
         states = [state for _, state in self.seen.all('goal_state')
                   if not state.startswith('stopped: no')]
         states = [state for state, _ in groupby(states)]
@@ -280,7 +280,7 @@ class Move2GoalTest(NodeCase):
         self.set_goal(LAB_GOAL)
         self.give_control(True)
         self.seen.wait_for('cmd_vel', lambda command: abs(command[1]) > 1.0)
-        taken = time.time()     # whoever takes it lives by the wall clock
+        taken = time.time()     # permissions use the wall clock
         self.give_control(False)
         self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
         self.assertLess(time.time() - taken, 0.1 + self.hiccups.since(taken))
@@ -302,13 +302,13 @@ class Move2GoalTest(NodeCase):
         self.assertEqual(self.action.get_state(), GoalStatus.SUCCEEDED)
         self.assertGreater(len(feedback), 10)
         self.assertEqual(feedback[-1].base_position.header.frame_id, 'local')
-        # a late machine hands the last ones over after the result
+        # a late machine delivers the last ones after the result
         self.seen.wait_until(lambda: to_pose2(feedback[-1].base_position.pose).distance_to(
             Pose2(0.3, 0.0, 0.0)) < 0.1, what='the last feedback')
         self.assert_pose(to_pose2(feedback[-1].base_position.pose), Pose2(0.3, 0.0, 0.0), 0.1, 5.0)
 
     def drive_by_action(self, goal):
-        """Send an action goal; returns when the robot is on its way."""
+        """Send an action goal; returns when the robot moves."""
         self.seen.forget('goal_state')
         self.action.send_goal(self.goal(goal))
         self.seen.wait_until(lambda: self.action.get_state() == GoalStatus.ACTIVE, 10.0, 'active')

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The network, the master and the disk: gone in mid-drive, and back. Each test is a process of its
-own, since a process has one master for life."""
+"""The network, the master and the disk: gone during a drive, and back. Each test is a process of
+its own, since a process cannot change its master."""
 import os
 import re
 import signal
@@ -35,7 +35,7 @@ def free_port():
 
 
 class Room:
-    """A master, a robot, move_to_goal in mid-drive, and somebody who watches."""
+    """A master, a robot, move_to_goal during a drive, and an observer."""
 
     def __init__(self, port, on_robot=None):
         self.port, self.nodes = port, []
@@ -72,7 +72,7 @@ class Room:
         raise RuntimeError('no master')
 
     def drive(self, x):
-        """Towards (x, 0, 0), until it is in full motion."""
+        """Drive towards (x, 0, 0); returns in full motion."""
         self.seen.wait_for('goal_state', seconds=STARTING)
         self.seen.wait_until(lambda: self.control.get_num_connections() and (
             self.goals.get_num_connections()), STARTING, 'move_to_goal')
@@ -95,7 +95,7 @@ class Room:
 
 
 def master_gone_and_back():
-    """Connections go on without a master; a new one knows nobody."""
+    """Connections go on without a master; a new one knows no node."""
     port = free_port()
     os.environ.update(ROS_MASTER_URI='http://localhost:%d' % port, ROS_HOSTNAME='localhost')
     room = Room(port)
@@ -123,7 +123,7 @@ def master_gone_and_back():
 
 
 def master_that_does_not_answer():
-    """As one behind a network that is cut: nobody waits for it who drives, or who ends."""
+    """Like a master behind a network that is cut: no node waits for it to drive or to end."""
     port = free_port()
     os.environ.update(ROS_MASTER_URI='http://localhost:%d' % port, ROS_HOSTNAME='localhost')
     room = Room(port)
@@ -149,7 +149,7 @@ def network_cut_and_back():
         with hosts.on('laptop'):
             room = Room(11311, hosts.on('robot'))
             try:
-                # what the robot itself says of where it truly is, on its own side of the cut
+                # the robot's own messages of its true pose, on its side of the cut
                 with hosts.on('robot'):
                     truth = subprocess.Popen(
                         ['rostopic', 'echo', '-p', '/ground_truth/pose/position/x'],
@@ -209,7 +209,7 @@ def _rest_after(truth, cut):
 
 
 def nothing_listens_beyond_this_machine():
-    """The demonstration, from the README's own shell: all that listens is on the loopback."""
+    """The demonstration, from the README's own shell: all sockets listen on the loopback."""
     setup = os.path.join(os.path.dirname(os.path.realpath(os.path.join(
         rospkg.RosPack().get_path('tb3_labs'), 'package.xml'))), 'scripts', 'setup.sh')
     launch = subprocess.Popen(['bash', '-c', 'source {} && exec roslaunch -p {} tb3_labs '
@@ -232,7 +232,7 @@ def nothing_listens_beyond_this_machine():
 
 
 def _listening(root):
-    """{(address, port)} of the listening sockets of a process and all it started."""
+    """{(address, port)} of the listening sockets of a process and all its descendants."""
     parents = {}
     for pid in filter(str.isdigit, os.listdir('/proc')):
         try:
@@ -272,7 +272,7 @@ def _listening(root):
 
 
 def disk_full_while_recording():
-    """The drive goes on, and the recording says that it does not."""
+    """The drive goes on, and the recorder reports that the recording does not."""
     port = free_port()
     with tempfile.TemporaryDirectory() as folder:
         launch = subprocess.Popen(
@@ -287,7 +287,7 @@ def disk_full_while_recording():
 
 
 def no_small_disk():
-    """Why there can be no small disk for one test, or ''."""
+    """'' or the reason why there can be no small disk for one test."""
     if os.geteuid() or subprocess.call(['unshare', '-m', 'true'], stderr=subprocess.DEVNULL):
         return 'a small disk of its own needs root'
     return ''
@@ -302,7 +302,7 @@ class NetworkTest(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        """The scenes are far apart, each with a master of its own: all run at the same time."""
+        """The scenes are independent, each with a master of its own: all run at the same time."""
         pool = ThreadPoolExecutor(len(SCENES))
         cls.addClassCleanup(pool.shutdown)
         cls.played = {scene: pool.submit(cls.play, scene) for scene, missing in (
@@ -312,7 +312,7 @@ class NetworkTest(unittest.TestCase):
 
     @staticmethod
     def play(scene):
-        """One scene in a process of its own: (exit status, what it printed)."""
+        """One scene in a process of its own: (exit status, output)."""
         played = subprocess.run([sys.executable, os.path.realpath(__file__), scene],
                                 timeout=4.0 * STARTING, stdout=subprocess.PIPE,
                                 stderr=subprocess.STDOUT, universal_newlines=True)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""What tests of nodes share: starting a node, waiting until it is ready, rest, silence, and how
-late this machine is."""
+"""Shared by the tests of nodes: starting a node, waiting until it is ready, rest, silence, and the
+delays of this machine."""
 import threading
 import time
 import unittest
@@ -16,10 +16,10 @@ from tb3_labs.ros.testing.node_process import Program
 
 PACKAGE = 'tb3_labs'
 ZERO = (0.0, 0.0)
-#: Nobody drives a robot by commands that are farther apart than this [s]: a robot that was sent
-#: nothing for so long is driven by nobody.
+#: Commands of a driver are never farther apart than this [s]: a robot without commands for this
+#: long is not driven.
 SILENCE = 0.3
-#: Limit of waits that say nothing of the node: how fast the machine starts processes [s].
+#: Limit of waits that depend on the machine, not on the node: the start of processes [s].
 STARTING = 60.0
 
 
@@ -32,15 +32,15 @@ def path_of(executable):
 class Node(Program):
     """A node of this package as a process of its own, with the options of Program.
 
-    It is started by its path. `rosrun` first looks for it in the whole package, which takes as much
-    computing as the node's own start. `prefix` is a command that starts it.
+    It is started by its path. `rosrun` first searches the whole package for it, which costs as much
+    CPU time as the node's own start. `prefix` is a command put before it.
     """
 
     def __init__(self, executable, *arguments, prefix=(), **options):
         super().__init__(list(prefix) + [path_of(executable)] + list(arguments), **options)
 
     def wait_for(self, words, seconds=STARTING, times=1):
-        """As Program's, with time enough for its start."""
+        """As Program's, with enough time for the start."""
         super().wait_for(words, seconds, times)
 
 
@@ -50,14 +50,14 @@ class NodeCase(unittest.TestCase):
     seen = None
 
     def start(self, executable, *arguments, **options):
-        """A node that is killed at the end of the test, unless it has ended."""
+        """Start a node; it is killed at the end of the test, unless it has ended."""
         node = Node(executable, *arguments, **options)
         self.addCleanup(node.kill)
         return node
 
     @classmethod
     def wait_until_heard(cls, *publishers, seconds=STARTING):
-        """Wait until somebody listens to each publisher."""
+        """Wait until each publisher has a subscriber."""
         cls.seen.wait_until(lambda: all(p.get_num_connections() for p in publishers), seconds,
                             'subscribers of ' + ', '.join(p.name for p in publishers))
 
@@ -76,8 +76,8 @@ class NodeCase(unittest.TestCase):
 
     @classmethod
     def wait_until_unheard(cls, harmless, seconds=STARTING):
-        """Wait until nobody listens any more. `harmless` is {publisher: a message that does
-        nothing}: rospy notices that a subscriber has gone when it writes to it."""
+        """Wait until no publisher has a subscriber. `harmless` is {publisher: a message without
+        effect}: rospy notices only by a write that a subscriber is gone."""
         def is_unheard():
             for publisher, message in harmless.items():
                 publisher.publish(message)
@@ -86,18 +86,18 @@ class NodeCase(unittest.TestCase):
 
     @staticmethod
     def forget_parameters(*nodes):
-        """Delete the parameters of nodes: what a node was started with outlives it."""
+        """Delete the parameters of nodes, which outlive them."""
         for node in nodes:
             if rospy.has_param(node):
                 rospy.delete_param(node)
 
     def let_pass(self, seconds):
-        """Wait for so much ROS time."""
+        """Wait for `seconds` of ROS time."""
         until = rospy.get_time() + seconds
         self.seen.wait_until(lambda: rospy.get_time() > until, seconds + STARTING)
 
     def assert_silence(self, since=None, seconds=SILENCE):
-        """Nothing is sent on `cmd_vel` from `since` (now) on, until `seconds` from now."""
+        """No message comes on `cmd_vel` from `since` (default: now) until `seconds` from now."""
         since = rospy.get_time() if since is None else since
         self.let_pass(seconds)
         self.assertEqual(self.seen.all('cmd_vel', since), [])
@@ -109,10 +109,11 @@ class NodeCase(unittest.TestCase):
 
 
 class Hiccups:
-    """How late this machine wakes a thread that has nothing to do: a thread of its own looks.
+    """The delays with which this machine wakes an idle thread, measured by a thread of its own.
 
-    A limit on the reaction of a node holds on a machine that lets the node run. `since(start)` is
-    how long it did not, at least, and is added to the limit: a few milliseconds on a quiet machine.
+    A limit on the reaction of a node holds only while the machine lets the node run. `since(start)`
+    is the time in which it did not, at least. It is added to the limit: a few milliseconds on a
+    quiet machine.
     """
 
     PERIOD = 0.01
@@ -129,5 +130,5 @@ class Hiccups:
             self._late.append((now, now - due))
 
     def since(self, start, end=float('inf')):
-        """Seconds, of those between two times [s, wall clock], that were withheld."""
+        """The sum of delays between two times [s, wall clock], in seconds."""
         return sum(late for at, late in list(self._late) if start <= at <= end)

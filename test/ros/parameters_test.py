@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The ways to give a parameter: the package's file, one's own, an argument, dynamic_reconfigure."""
+"""The ways to give a parameter: the package's file, your own, an argument, dynamic_reconfigure."""
 import os
 import signal
 import sys
@@ -26,7 +26,7 @@ DEFAULT_LINEAR = 0.26
 
 
 def parameters_of(launch_file, *arguments):
-    """{name: value} of what a launch file would set."""
+    """{name: value} of the parameters that a launch file would set."""
     config = ROSLaunchConfig()
     XmlLoader().load(os.path.join(PACKAGE, 'launch', launch_file), config, argv=list(arguments),
                      verbose=False)
@@ -68,7 +68,7 @@ class ParametersTest(unittest.TestCase):
             cls.folder.cleanup()
 
     def settings_of(self, namespace):
-        """What the node took over."""
+        """The settings of the node."""
         client = Client('/{}/move_to_goal'.format(namespace), timeout=20.0)
         self.addCleanup(client.close)
         return client.get_configuration(timeout=10.0)
@@ -98,7 +98,7 @@ class ParametersTest(unittest.TestCase):
         self.addCleanup(program.kill)
         self.assertEqual(program.wait(20.0), 0, program.text)
         self.assertEqual(self.settings_of('plain')['max_linear'], 0.05)
-        # it lasts as long as the node: one that starts again has what it was launched with
+        # it lasts as long as the node: a node that starts again has the settings of its launch
         self.assertEqual(rospy.get_param('/plain/move_to_goal/max_linear'), DEFAULT_LINEAR)
 
     def test_every_parameter_is_an_argument_of_its_launch_file(self):

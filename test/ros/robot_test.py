@@ -30,7 +30,7 @@ OUTPUT = '--gtest_output=xml:'    # where rostest wants the results
 SSHD = shutil.which('sshd', path=os.environ['PATH'] + ':/usr/sbin')
 LOADER = pathlib.Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch' / 'env_robot.sh'
 
-#: What stands in for the board's driver on the robot: same package, same name, same call.
+#: A stand-in for the board's driver on the robot: same package, same name, same call.
 SERIAL_NODE = '#!/bin/sh\nexec rosrun tb3_labs fake_turtlebot3.py "$@"\n'
 MANIFEST = ('<package format="2"><name>rosserial_python</name><version>0.0.0</version>'
             '<description>a stand-in</description><license>BSD</license>'
@@ -69,7 +69,7 @@ class RobotTest(unittest.TestCase):
 
     @classmethod
     def make_robot(cls):
-        """What is on the robot: a workspace, and env_robot.sh with its two values set."""
+        """Make the robot's files: a workspace, and env_robot.sh with its two values set."""
         here = os.environ['CMAKE_PREFIX_PATH'].split(':')[0]
         packages = cls.folder / 'packages'
         write(packages / 'rosserial_python' / 'package.xml', MANIFEST)
@@ -109,13 +109,13 @@ class RobotTest(unittest.TestCase):
             'StrictModes no', 'UsePAM no', 'PasswordAuthentication no',
             'SetEnv ROS_HOME={}/ros_home'.format(cls.folder), '']))
         if os.geteuid() == 0:
-            os.makedirs('/run/sshd', exist_ok=True)    # of the service, where that never ran
+            os.makedirs('/run/sshd', exist_ok=True)    # missing if the service never ran
         cls.sshd = Program([SSHD, '-D', '-e', '-f', str(config)])
         cls.addClassCleanup(cls.sshd.kill)
         cls.sshd.wait_for('Server listening')
 
     def launch(self, *arguments, home='home', terminal=False):
-        """robot.launch to this computer; by another name of the user here, or SSH is left out."""
+        """robot.launch to this computer by another user name: with the same one SSH is left out."""
         given = {argument.split(':=')[0] for argument in arguments}
         common = {'robot': HOST, 'user': getpass.getuser(), 'ssh_port': self.port,
                   'env_loader': self.loader}
@@ -129,7 +129,7 @@ class RobotTest(unittest.TestCase):
         return program
 
     def end(self, program):
-        """Ctrl+C, so that nothing of it is left behind, on the robot neither."""
+        """Ctrl+C, so that no process is left behind, also on the robot."""
         if program.status is None:
             program.end(seconds=40.0)
         program.kill()
@@ -168,7 +168,7 @@ class RobotTest(unittest.TestCase):
     def test_what_is_wrong_is_said(self):
         missing_setup = self.make_loader('no_setup.sh', '/nowhere/setup.bash', 'burger')
         with socket.socket() as free:
-            free.bind((HOST, 0))    # and nobody listens
+            free.bind((HOST, 0))    # a port without a listener
             refused = free.getsockname()[1]
         cases = [
             ('no such name', ['robot:=robot99.invalid'], {}, 'cannot resolve host address'),
@@ -189,6 +189,6 @@ class RobotTest(unittest.TestCase):
 
 if __name__ == '__main__':
     rospy.init_node('robot_test')
-    # By pytest: rostest.rosrun writes a skipped test down as passed.
+    # By pytest: rostest.rosrun reports a skipped test as passed.
     results, = [word[len(OUTPUT):] for word in sys.argv if word.startswith(OUTPUT)]
     sys.exit(pytest.main(['-p', 'no:cacheprovider', '--junit-xml=' + results, __file__]))

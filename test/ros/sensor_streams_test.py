@@ -22,10 +22,10 @@ from tb3_labs.srv import ResetPose
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', 'unit'))
 from real_recordings import arrays_of    # noqa: E402 (a relay's folder is another one)
 
-#: Times real time at which a recording is played.
+#: Pace at which a recording is played, times real time.
 SPEED = 8.0
-#: A heading is off by more than this only where IMU samples were overtaken by newer ones, and it
-#: was interpolated between others [deg]. So few headings may be [share], and by so much [deg].
+#: A heading is off by more than this [deg] only if IMU samples were dropped for later ones, so that
+#: it was interpolated between others. Limits for these: their share, and their error [deg].
 HEADING_OFF, OVERTAKEN, AT_MOST = 0.2, 0.02, 1.0
 
 
@@ -51,7 +51,7 @@ class SensorStreamsTest(unittest.TestCase):
         cls.now = 1000.0
 
     def send(self, *messages):
-        """One tick of the clock, then messages, each handed over before the next is sent."""
+        """One tick of the clock, then messages, each delivered before the next is sent."""
         type(self).now += 0.005
         self.clock.publish(rospy.Time.from_sec(self.now))
         for message in messages:
@@ -96,7 +96,7 @@ class SensorStreamsTest(unittest.TestCase):
         poses = of_this_stream()
         stamps = [pose[0].to_sec() for pose in poses]
         self.assertEqual(stamps, sorted(stamps))
-        # relative to the first pose of the stream, in whatever local frame is in force
+        # relative to the first pose of the stream, in the local frame in force
         first = poses[0][1]
         for stamp, (_, pose) in zip(stamps, poses):
             moved, elapsed = first.inverse() @ pose, stamp - stamps[0]
@@ -116,8 +116,8 @@ class SensorStreamsTest(unittest.TestCase):
         """Play a recording, calling reset_pose at the given seconds.
 
         Returns the odometry {stamp: (x, y, yaw)}, the raw IMU {stamp: yaw}, and the replies. The
-        odometry is the recorded one, but for the firmware's fault at +/-180 deg, one displacement
-        exactly backwards: it is turned round.
+        odometry is the recorded one, except for the firmware's fault at +/-180 deg: one
+        displacement is exactly backwards, and is reversed.
         """
         samples = sorted((arrival, stamp, values) for table in arrays_of(name)
                          for arrival, stamp, *values in table.tolist())

@@ -48,7 +48,7 @@ class SoakTest(unittest.TestCase):
         return self.seen.latest('ground_truth')
 
     def drive(self, chance):
-        """(distance [m], angle [deg]) by which the robot truly misses a goal."""
+        """The true error at a goal: (distance [m], angle [deg])."""
         declared, goal = (Pose2(chance.uniform(-1, 1), chance.uniform(-1, 1),
                                 chance.uniform(-math.pi, math.pi)) for _ in range(2))
         local_T_world = declared @ self.rest().inverse()
@@ -62,7 +62,7 @@ class SoakTest(unittest.TestCase):
         return here.distance_to(goal), abs(math.degrees(difference(here.yaw, goal.yaw)))
 
     def turn(self, angle):
-        """Degrees by which the robot truly misses a turn."""
+        """The true error of a turn [deg]."""
         start = self.rest().yaw
         self.turns.publish(angle)
         self.seen.wait_for('cmd_vel', lambda command: command != (0.0, 0.0), 20.0)
@@ -95,7 +95,7 @@ class SoakTest(unittest.TestCase):
                 (rospy.get_time() - warm_at) / 3600.0))
             self.assertLess(used - before[node][0], 3.0, node)
             self.assertLessEqual(running, before[node][1] + 1, node)
-        # on a hurried clock a computer's hiccup is a long one for the robot
+        # on a fast clock a short pause of the computer is a long one for the robot
         self.assertLess(max(distance for distance, _ in drives), 0.020)
         self.assertLess(max(angle for _, angle in drives), 1.0)
 

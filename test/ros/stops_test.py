@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """A stop stays a stop, on real nodes: hands, pads, sleeping and waking processes, closed terminals.
 
-Each story ends with a robot that stands although something repeated, woke up or reconnected, and
-that drives again when a person says so.
+In each test the robot stands although a sender repeated, woke up or reconnected, and drives again
+when a person says so.
 """
 import math
 import os
@@ -29,14 +29,14 @@ sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import STARTING, ZERO, Hiccups, NodeCase, path_of    # noqa: E402 (a relay's folder)
 from thumb import A, B, Thumb, punctual    # noqa: E402
 
-#: From a stop to the last command that moves the robot [s].
+#: Time from a stop to the last command that moves the robot [s].
 PROMPT = 0.25
-#: A robot that stood for this long after something happened was not set in motion by it [s]: a
-#: process that wakes hears within permission.WAKING, 0.3 s, what waited for it.
+#: A robot that stood for this long after an event was not set in motion by it [s]: a process that
+#: wakes hears waiting messages within permission.WAKING, 0.3 s.
 PATIENCE = 0.5
-#: A process that does not run for so long waits to be told when it wakes [s].
+#: After a sleep of this length a process does not go on by itself [s].
 TOO_LONG = 2.2
-#: From the moment it wakes to the last command that it had begun to send before [s].
+#: Time from its waking to the last command that it had begun to send before [s].
 UNDER_WAY = 0.1
 
 
@@ -68,7 +68,7 @@ class StopsTest(NodeCase):
     def tearDown(self):
         self.hand.publish(False)
 
-    # -- what a test does
+    # -- parts of the tests
 
     def move_to_goal(self, *arguments):
         """A node with a goal far away, without control."""
@@ -99,29 +99,30 @@ class StopsTest(NodeCase):
         self.thumb.press(A)
 
     def is_stopped(self, since, within=PROMPT):
-        """Nothing moves the robot later than `within` after `since`, for a while."""
+        """For a while no command moves the robot later than `within` after `since`."""
         self.let_pass(PATIENCE)
         late = [at - since for at, command in self.seen.all('cmd_vel', since + within)
                 if command != ZERO and at - since > within + self.hiccups.since(since, at)]
         self.assertEqual(late, [], 'commands after the stop')
 
     def stands_after_sleep(self):
-        """A command that was under way when the process was stopped goes out when it goes on; a
-        zero follows it at once."""
+        """A command that was under way when the process was stopped is sent when it goes on; a
+        zero follows at once."""
         woke = rospy.get_time()
         self.is_stopped(woke, UNDER_WAY)
         sent = [command for _, command in self.seen.all('cmd_vel', woke)]
         self.assertTrue(not sent or sent[-1] == ZERO, sent)
 
     def wait_until_turned(self, heading):
-        """Wait until the robot truly looks there, to a degree [rad], was stopped, and rests. A zero
-        alone may be one of a late machine, on which the turn stands and goes on."""
+        """Wait until the robot's true heading is `heading` [rad] to a degree, it was stopped, and
+        it rests. A zero alone may come from a late machine, on which the turn pauses and goes on.
+        """
         self.seen.wait_for('ground_truth', lambda pose: abs(difference(pose.yaw, heading)) < (
             math.radians(1.0)), STARTING)
         self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
         self.rest()
 
-    # -- who gives and takes
+    # -- giving and taking
 
     def test_b_takes_what_a_hand_gave_and_a_hand_what_a_gave(self):
         self.move_to_goal()
@@ -136,7 +137,7 @@ class StopsTest(NodeCase):
         self.let_it_drive(self.by_pad)
         taken = rospy.get_time()
         self.hand.publish(False)
-        self.is_stopped(taken)             # although the pad was renewing what it gave
+        self.is_stopped(taken)             # although the pad renewed its permission
         self.assertEqual(self.seen.latest('control_holder'), 'gamepad')
         self.let_it_drive(self.by_pad)     # A again
         self.thumb.press(B)
@@ -224,7 +225,7 @@ class StopsTest(NodeCase):
             self.is_stopped(closed)
 
     def test_a_terminal_that_takes_no_text_stops_nobody(self):
-        """Ctrl+S: whoever prints there waits until Ctrl+Q."""
+        """Ctrl+S: a process that prints there waits until Ctrl+Q."""
         terminal, process = run_in_terminal('turtlebot_controller.py')
         self.addCleanup(process.kill)
         self.wait_until_heard(self.turns)

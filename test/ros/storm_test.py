@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Everything at the same instant, and no computing time: the real nodes, judged by the robot."""
+"""All requests at the same instant, and no CPU time: the real nodes, judged by the robot."""
 import math
 import os
 import random
@@ -30,7 +30,7 @@ from node_case import STARTING, Hiccups, NodeCase    # noqa: E402 (a relay's fol
 
 SEED = 20261121
 RESETS, RATE, CALLERS = 1000, 100.0, 10
-#: All at random: for so long [s], with so many operations, and hand-overs among them.
+#: All at random: duration [s], number of operations, number of hand-overs among them.
 AT_LEAST, OPERATIONS, HAND_OVERS = 8.0, 1500, 12
 
 
@@ -96,7 +96,7 @@ class StormTest(NodeCase):
         return answers, number / (time.monotonic() - begun)
 
     def turn(self, angular):
-        """Have the robot turn [rad/s]; returns what ends that."""
+        """Let the robot turn [rad/s]; returns a function that ends it."""
         over = threading.Event()
 
         def keep_turning():
@@ -124,7 +124,7 @@ class StormTest(NodeCase):
         self.assertLessEqual(after[1] - before[1], 2)
 
     def error_after(self, answers):
-        """By how much the local pose is off after the last of the resets: (m, deg)."""
+        """The error of the local pose after the last of the resets: (m, deg)."""
         declared, reply = max(answers, key=lambda answer: answer[1].after.header.stamp)
         instant = reply.after.header.stamp.to_sec()
         self.seen.wait_for_rest('ground_truth', lambda sample: sample[1])
@@ -144,7 +144,7 @@ class StormTest(NodeCase):
 
     def test_resets_goals_cancels_and_hand_overs_at_random(self):
         over, done = threading.Event(), []
-        losses = []      # (from, to) in which nothing may be sent by move_to_goal
+        losses = []      # intervals (from, to) in which move_to_goal may send nothing
 
         def at_random(act, least, most, seed):
             chance = random.Random(seed)
@@ -214,7 +214,7 @@ class StormTest(NodeCase):
             self.assertEqual(late, [], 'commands after the loss')
         self.assertTrue(all(abs(linear) <= 0.2108 and abs(angular) <= 1.5
                             for _, linear, angular in sent))
-        # and it works on
+        # and it still works
         live.update_configuration({'law': 'precise', 'max_linear': 0.2})
         self.assertTrue(rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0).success)
         self.seen.forget('goal_state')

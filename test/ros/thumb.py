@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A pad in a hand, for tests: publishes `joy` as joy_node does with autorepeat_rate."""
+"""A pad for tests: it publishes `joy` as joy_node does with autorepeat_rate."""
 import functools
 import threading
 import time
@@ -12,8 +12,8 @@ A, B, Y = 0, 1, 2
 #: Between two messages of a pad that repeats itself [s], and for how long a button is held.
 PERIOD = 0.05
 HELD = 0.06
-#: A pad that is silent for 0.25 s is lost, and a node is right to stop. A test in which the thumb
-#: itself, on a late machine, was silent for longer than this says nothing [s].
+#: A pad that is silent for 0.25 s is lost, and a node must stop. A test in which the thumb itself,
+#: on a late machine, was silent for longer than this is void [s].
 PUNCTUAL = 0.2
 ATTEMPTS = 3
 
@@ -46,7 +46,7 @@ class Thumb:
         self._send()
 
     def press(self, button):
-        """Press and let go; returns when it was pressed [s]."""
+        """Press and let go; returns the time of the press [s]."""
         pressed = rospy.get_time()
         for down in (1, 0):
             self._buttons[button] = down
@@ -63,8 +63,8 @@ class Thumb:
 
 
 def with_a_punctual_thumb(test):
-    """The method `test` of a case that has a `thumb`, begun anew where it failed while the thumb was
-    not punctual."""
+    """The method `test` of a case that has a `thumb`; it is repeated if it failed while the thumb
+    was not punctual."""
     @functools.wraps(test)
     def run(case):
         for attempt in range(1, ATTEMPTS + 1):

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Turns by keyboard beside a real mouse: a terminal, an X server, a pointer; judged by where the
-embedded robot truly looks."""
+"""Turns by keyboard beside a real mouse: a terminal, an X server, a pointer; judged by the embedded
+robot's true heading."""
 import math
 import os
 import re
@@ -72,7 +72,7 @@ class TurnTest(NodeCase):
         self.xdotool('click', 5 if down else 4)
 
     def stopped(self):
-        """The robot was stopped by one zero, and at no time were there two in a row."""
+        """The robot was stopped by one zero; two zeros never followed each other."""
         self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
         commands = [command for _, command in self.seen.all('cmd_vel')]
         pairs = list(zip(commands, commands[1:]))
@@ -96,7 +96,7 @@ class TurnTest(NodeCase):
             node.type(text)
             node.wait_for('Turned', times=reports + 1)
             self.rest()
-            # each turn makes up for what the one before it left undone
+            # each turn corrects the error that the one before left
             self.assertLess(abs(math.remainder(self.turned_since(start) - total, 360.0)), 0.5)
             said = float(re.findall(r'Turned (-?[\d.]+) degrees', node.text)[-1])
             self.assertLess(abs(math.remainder(said - self.turned_since(before), 360.0)), 0.2)
@@ -189,12 +189,12 @@ class TurnTest(NodeCase):
         node = self.controller()
         self.mouse()
         self.point(0.0, 0.0)
-        # not active: it means nothing
+        # not active: it has no effect
         self.point(0.0, 1.0)
         self.assert_silence()
         self.point(0.0, 0.0)
 
-        # active: up is forward, left is left, the middle is rest, one zero each
+        # active: up is forward, left is left, the middle stops, by one zero each
         start = self.seen.latest('ground_truth')
         self.scroll(down=True)
         node.wait_for('The mouse is active')
@@ -227,7 +227,7 @@ class TurnTest(NodeCase):
         self.point(0.0, -1.0)
         self.seen.wait_for('cmd_vel', lambda command: command == (-0.5, 0.0))
         node.wait_for('the mouse took over')
-        # (the turn's zero goes out in the same tick; on a busy computer the newest alone arrives)
+        # (the turn's zero is sent in the same tick; on a busy computer only the latest arrives)
         commands = [command for _, command in self.seen.all('cmd_vel')]
         self.assertEqual(set(commands[commands.index((-0.5, 0.0)):]), {(-0.5, 0.0)})
         node.type('l')

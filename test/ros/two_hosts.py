@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Two hosts on one machine: network namespaces, joined by a third one that can be cut.
 
-Needs root and iproute2. Processes that are started inside ``with hosts.on('robot'):`` are on that
-host, as are the threads that begin there.
+Needs root and iproute2. Processes and threads that are started inside ``with hosts.on('robot'):``
+are on that host.
 """
 import contextlib
 import ctypes
@@ -20,7 +20,7 @@ class TwoHosts:
 
     @staticmethod
     def missing():
-        """Why there can be none here, or ''."""
+        """'' or the reason why there can be no hosts here."""
         if os.geteuid() != 0:
             return 'network namespaces need root'
         if subprocess.call(['which', 'ip'], stdout=subprocess.DEVNULL):
@@ -47,7 +47,7 @@ class TwoHosts:
         return HOSTS[name] + '.2'
 
     def environment(self, name):
-        """What a ROS node on that host needs; the master is on the laptop."""
+        """The environment of a ROS node on that host; the master is on the laptop."""
         return {'ROS_IP': self.address(name), 'ROS_HOSTNAME': self.address(name),
                 'ROS_MASTER_URI': 'http://{}:11311'.format(self.address('laptop'))}
 
@@ -70,13 +70,13 @@ class TwoHosts:
 
     @staticmethod
     def connect(yes):
-        """Cut the cable between the two, or mend it."""
+        """Cut the connection between the two, or restore it."""
         subprocess.check_call(['ip', 'netns', 'exec', PREFIX + 'lab', 'sh', '-c',
                                'echo {:d} > /proc/sys/net/ipv4/ip_forward'.format(yes)])
 
     @staticmethod
     def remove():
-        """Take everything away again."""
+        """Remove both hosts and their network."""
         for name in ('lab',) + tuple(HOSTS):
             _ip('netns del {0}{1}', name)
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""What view.launch shows: RViz loads its file without a complaint and draws the robot, whose wheels
-turn as far as it drives. RViz is looked at on screens of the test's own."""
+"""The display of view.launch: RViz loads its file without an error and draws the robot, whose
+wheels turn as far as it drives. RViz runs on screens of the test's own."""
 import math
 import re
 import shutil
@@ -101,7 +101,7 @@ class ViewTest(unittest.TestCase):
                     self.wait_for_rviz(
                         view, lambda: view.namespace + 'rviz' in self.nodes(role, topic), topic)
         for role, topics in ((0, DRAWN), (1, SENT)):
-            for topic in topics:    # a topic that nobody knows would be drawn nowhere
+            for topic in topics:    # an unknown topic would be drawn nowhere
                 self.assertIn('/turtlebot3' if topic in ('odom', 'ground_truth')
                               else '/move_to_goal', self.nodes(role, '/' + topic))
         self.drive()
@@ -113,8 +113,8 @@ class ViewTest(unittest.TestCase):
                           if message.level >= Log.WARN], [])
 
     def wait_for_rviz(self, view, condition, what):
-        """Debian 12's RViz at times crashes in its first picture where Mesa draws without a
-        graphics card, with other files than ours too: it is started again then."""
+        """Start RViz again if it crashes: Debian 12's RViz sometimes crashes in its first picture
+        if Mesa draws without a graphics card, also with files of others."""
         try:
             for _ in range(3):
                 self.seen.wait_until(lambda: condition() or view.crashed, 30.0, what)
@@ -127,7 +127,7 @@ class ViewTest(unittest.TestCase):
             self.fail('{}; RViz printed: {}'.format(problem, view.launch.text))
 
     def drive(self):
-        """To the goal, 0.08 m ahead."""
+        """Drive to the goal, 0.08 m ahead."""
         self.control.publish(True)
         self.seen.wait_for('goal_state', lambda state: state == 'GOAL_REACHED')
         self.seen.wait_for_rest('ground_truth')
@@ -141,7 +141,7 @@ class ViewTest(unittest.TestCase):
                            'a disc {:.0f} pixels wide'.format(size))
 
     def width_of_blue(self):
-        """On the first screen; the front edge is hidden by the nose."""
+        """Width of the body on the first screen; the nose hides its front edge."""
         blue = np.abs(self.views[0].screen.pixels().astype(int) - BLUE).max(axis=2) < 30
         columns = np.flatnonzero(blue.any(axis=0))
         return columns[-1] - columns[0] + 1 if len(columns) else 0

@@ -1,4 +1,4 @@
-"""What the tests of the network share: links, messages at known moments, and what was held up."""
+"""Shared by the tests of the network: links, messages at known moments, and delayed messages."""
 import math
 from itertools import groupby
 from operator import itemgetter
@@ -17,13 +17,13 @@ def link_of(link_settings, direction='sensors', seed=1):
 
 
 def carry(link, moments, until=math.inf):
-    """What is sent at `moments`, numbered, and has arrived by `until`: [(arrival, number)]."""
+    """The messages sent at `moments` that have arrived by `until`: [(arrival, number)]."""
     link.send(range(len(moments)), moments)
     return link.take(until)
 
 
 def stalls_of(arrivals, moments):
-    """What was held up, stall by stall: [(end, moments of sending)]. Only without delay."""
+    """The delayed messages, stall by stall: [(end, moments of sending)]. Only without delay."""
     held = [(arrival, moments[number]) for arrival, number in arrivals
             if arrival != moments[number]]
     return [(end, [moment for _, moment in group])

@@ -1,9 +1,9 @@
-"""Random messages, in random order and time, through what each node does with them.
+"""Random messages, in random order and time, for the handlers of each node.
 
-The cores of move_to_goal, controller and gamepad hear messages made of numbers that hurt, among
-others that make sense, so that the robot is driven meanwhile. Whatever comes: no exception but a
-refusal (``ValueError`` where a message or a request is read), no command that is not finite or
-beyond the limits, none without permission.
+The cores of move_to_goal, controller and gamepad get messages with extreme or invalid numbers, and
+valid messages in between, so that the robot is driven meanwhile. No message may cause an exception
+other than a refusal (``ValueError`` where a message or a request is read), a command that is not
+finite or beyond the limits, or a command without permission.
 
     python3 test/unit/fuzzing.py [number of messages, default 1000000] [seed]
     python3 test/unit/fuzzing.py atheris [options of libFuzzer]     (pip install atheris)
@@ -47,7 +47,7 @@ class Chance:
         return low + (high - low) * self.below(1 << 20) / (1 << 20)
 
     def number(self, sane):
-        """A number: `sane`, or one that hurts."""
+        """A number: `sane`, or an extreme or invalid one."""
         return self.choice(NASTY) if self.yes(40) else sane
 
 
@@ -76,12 +76,12 @@ class Stamp:
 
 
 class Fuzz:
-    """One room: three cores, a robot that half obeys, a clock that misbehaves."""
+    """Three cores, a robot that obeys only partly, and a clock with faults."""
 
     def __init__(self, chance):
         self.chance = chance
         self.now, self.ahead = 1000.0, 0.0
-        self.steady = 5000.0    # the clock of what is in people's hands
+        self.steady = 5000.0    # the clock for input of people
         self.x = self.y = self.yaw = 0.0
         self.linear = self.angular = 0.0
         self.navigator = MoveToGoalCore(make_law(DriveConfig(), BURGER))
@@ -93,7 +93,7 @@ class Fuzz:
                         self.cancel, self.clock])
 
     def step(self):
-        """One message, then whatever the nodes would command."""
+        """One message, then the commands of all nodes."""
         passed = self.chance.choice((0.0, 0.001, 0.004, 0.005, 0.02))
         self.now += passed
         self.steady += passed
@@ -241,7 +241,7 @@ class Refused(Exception):
 
 
 def read(reader, *arguments):
-    """What the bridge does: what cannot be read is refused, by ``ValueError`` alone."""
+    """Read as the bridge does: an unreadable message is refused, by ``ValueError`` alone."""
     try:
         return reader(*arguments)
     except ValueError as problem:
@@ -250,7 +250,7 @@ def read(reader, *arguments):
 
 
 def run(messages, seed):
-    """(commands, refusals) of so many messages."""
+    """(commands, refusals) of this number of messages."""
     fuzz = Fuzz(Chance(seed))
     for number in range(messages):
         try:
@@ -262,7 +262,7 @@ def run(messages, seed):
 
 
 def run_atheris():
-    """Let libFuzzer choose the bytes, by which of the core's branches they reach."""
+    """Let libFuzzer choose the bytes, by the branches of the core that they reach."""
     import atheris
     for name in [name for name in sys.modules if name.startswith('tb3_labs')]:
         del sys.modules[name]

@@ -1,4 +1,4 @@
-"""A robot whose true motion is known in closed form, and what its sensors say of it.
+"""A robot whose true motion is known in closed form, and the samples of its sensors.
 
 Places are complex numbers here, so that the truth does not come from the code under test.
 """
@@ -18,7 +18,7 @@ class Truth(NamedTuple):
     yaw: float
 
     def then(self, place, yaw):
-        """The pose reached from here by a motion seen from here."""
+        """The pose after a motion that is given relative to this pose."""
         return Truth(self.place + cmath.exp(1j * self.yaw) * place, self.yaw + yaw)
 
 
@@ -44,7 +44,7 @@ def assert_pose(pose, truth, metres=1e-9, radians=1e-9):
 
 
 def held_back(messages, begin, end):
-    """The messages of a network that stalls, then delivers what it held back, source by source."""
+    """The messages of a network that stalls, then delivers the delayed ones, source by source."""
     late = [(end, sample) for arrival, sample in messages if begin < arrival < end]
     late.sort(key=lambda message: isinstance(message[1], OdometrySample))
     return ([message for message in messages if message[0] <= begin] + late +
@@ -57,12 +57,12 @@ class SteadyRobot:
 
     linear: float = 0.0                             # [m/s]
     angular: float = 0.0                            # [rad/s]
-    odometry_start: Truth = Truth(0j, 0.0)          # what odometry says at time 0
+    odometry_start: Truth = Truth(0j, 0.0)          # the odometry's pose at time 0
     imu_offset: float = 0.0                         # IMU yaw minus odometry yaw [rad]
     clock_ahead: float = 0.0                        # of the receiver's clock [s]
 
     def moved(self, seconds):
-        """(place, yaw) reached after so long, seen from the start."""
+        """(place, yaw) after this time, relative to the start."""
         turn = self.angular * seconds
         if self.angular == 0.0:
             return complex(self.linear * seconds), turn
@@ -70,7 +70,7 @@ class SteadyRobot:
         return complex(radius * math.sin(turn), radius * (1.0 - math.cos(turn))), turn
 
     def motion_between(self, begin, end):
-        """(place, yaw) at `end`, seen from where the robot was at `begin`."""
+        """(place, yaw) at `end`, relative to the pose at `begin`."""
         return self.moved(end - begin)
 
     def odometry(self, time):

@@ -1,11 +1,11 @@
-"""Who drove, and by whose leave? Random stories of stops and givings, judged by a ledger.
+"""Did a person permit each command? Random stories of stops and givings, judged by a ledger.
 
-A story is what persons, machines and networks do in some seconds: two pads, hands on `ctrl_relinq`,
+A story is a random sequence of events in some seconds: two pads, words of persons on `ctrl_relinq`,
 goals, cancels, resets; pads that are unplugged, nodes that are killed, started again or put to
-sleep, links that hold messages up, a clock that is set. The cores of both nodes play it. Then the
-ledger says of each command whether a person's leave stood behind it. It is a plain second
-implementation of the rule and shares no code with the first: lists of what persons did, and when
-that arrived.
+sleep, links that delay messages, a clock that is set. The cores of both nodes run it. Then the
+ledger decides for each command whether a person had permitted it. It is a simple second
+implementation of the rule and shares no code with the first: lists of the actions of persons, and
+of their arrivals.
 
     python3 test/unit/ledger.py [number of stories, default 10000] [first seed]
 
@@ -25,17 +25,17 @@ from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import robot_model
 
 STEP = 0.02
-#: What a pad repeats, and a gamepad renews, this often.
+#: A pad repeats its state, and a gamepad its permission, with these periods.
 JOY_PERIOD, RENEWAL_PERIOD = 0.05, 0.1
 A, B = 0, 1
 PADS = ('pad 1', 'pad 2')
 
-# -- the rule, in numbers that are written down here once more
+# -- the numbers of the rule, a second time
 
-#: From a stop's arrival to the last command; what is nearer than this in time has no order.
+#: Time from a stop's arrival to the last command; events that are nearer in time have no order.
 GRACE = 0.05
 SAME_TIME = 0.15
-#: A giver that is silent for this long suspends, and for this long ends, what it gave.
+#: The silences after which a giver's permission is suspended, and ends.
 SUSPENDED, OVER = 0.5, 2.0
 #: A pad that is silent for this long is lost.
 LOST = 0.3
@@ -43,7 +43,7 @@ NEVER = float('inf')
 
 
 class Link:
-    """A stream of messages from one node to another: in order, late, at times held up."""
+    """A stream of messages from one node to another: in order, late, sometimes stalled."""
 
     def __init__(self, deliver, delay=0.005):
         self._deliver, self._delay = deliver, delay
@@ -58,12 +58,12 @@ class Link:
             self._deliver(now, *self._under_way.popleft()[1])
 
     def cut(self):
-        """The node at its end has died: what was under way is lost."""
+        """The node at its end has died: messages under way are lost."""
         self._under_way.clear()
 
 
 class Ahead:
-    """A law that always has something left to drive."""
+    """A law that never finishes."""
 
     period = 1.0 / 30.0
     distance_tolerance = 0.01
@@ -88,7 +88,7 @@ class Ahead:
 
 
 class PadNode:
-    """A gamepad node with the pad in a hand; killed and started again, it is another one."""
+    """A gamepad node and its pad; after a kill and a start it is a new node."""
 
     def __init__(self, name, world):
         self.name, self.world = name, world
@@ -159,7 +159,7 @@ class PadNode:
 
 
 class World:
-    """The nodes, the robot, and a history of what persons did and what was commanded."""
+    """The nodes, the robot, and a history of the actions of persons and of the commands."""
 
     def __init__(self, seed):
         self.chance = random.Random(seed)
@@ -181,7 +181,7 @@ class World:
         self.mover = MoveToGoalCore(Ahead())
         self.mover.set_goal(Pose2(50.0, 0.0, 0.0))
         self.has_control = None
-        # its new connections bring what others have latched: said before it lived
+        # its new connections bring the latched words of others, said before it started
         old = [pad.name for pad in self.pads.values() if pad.alive and pad.latched]
         self.note('mover started', old)
         for pad in self.pads.values():
@@ -252,7 +252,7 @@ class World:
 # -- what happens
 
 def press(world, button):
-    """A tap on a pad that is there, as long as a thumb makes it."""
+    """A short press of a button on a pad that is plugged in."""
     pad = world.pads[world.chance.choice(PADS)]
     if not (pad.plugged and pad.alive):
         return
@@ -264,7 +264,7 @@ def press(world, button):
 
 
 def hand(world):
-    """rostopic pub -1 in a terminal: a new sender each time; or one that repeats its word."""
+    """rostopic pub -1 in a terminal: a new sender each time, or a sender that repeats its word."""
     world.hand_number += world.chance.random() < 0.7
     word = world.chance.random() < 0.5
     for _ in range(world.chance.choice((1, 1, 1, 5))):
@@ -321,7 +321,7 @@ def sleep_pad(world):
 
 
 def hold_link(world):
-    """A stall of one link, or of all that lead to one node."""
+    """A stall of one link, or of all links to one node."""
     until = world.now + world.chance.choice((0.1, 0.3, 0.6, 1.2, 3.0, 6.0))
     pads = list(world.pads.values())
     links = world.chance.choice([
@@ -358,7 +358,7 @@ def reset(world):
 
 
 def set_clock(world):
-    """NTP sets the clock of this computer, which is not the one that renewals live by."""
+    """NTP sets the clock of this computer; renewals use another clock."""
     world.ros_ahead += world.chance.choice((-5.0, -0.1, 0.05, 0.15))
 
 
@@ -382,18 +382,18 @@ def story(seed, acts=25):
 # -- the ledger
 
 class Ledger:
-    """Of one life of move_to_goal: what persons did, as far as that has arrived.
+    """For one run of move_to_goal: the actions of persons that have arrived.
 
-    `old`: senders that had said True before it; `grace`: a stop takes effect within this time [s].
+    `old`: senders that had said True before; `grace`: a stop takes effect within this time [s].
     """
 
     def __init__(self, started_at, old, grace=GRACE):
         self.grace = grace
         self.givings = []              # (giver, when a person caused it)
-        self.stop = started_at         # the newest stop that has arrived was caused then,
-        self.stop_arrived = -1.0       # and arrived then
-        self.said = dict.fromkeys(old, True)      # what was latched before it lived
-        self.heard = {}                # pad: when it was heard last
+        self.stop = started_at         # the time at which the latest stop was caused,
+        self.stop_arrived = -1.0       # and at which it arrived
+        self.said = dict.fromkeys(old, True)      # latched before it started
+        self.heard = {}                # pad: time at which it was heard last
         self.cancelled = False
 
     def hear(self, now, sender, word, why, caused_at):
@@ -408,7 +408,7 @@ class Ledger:
             self.givings.append((sender, caused_at))
 
     def objection(self, now):
-        """'' or why the robot must not be driven at `now`."""
+        """'' or the reason why the robot must not be driven at `now`."""
         if now - self.stop_arrived <= self.grace:
             return ''
         if self.cancelled:
@@ -422,7 +422,7 @@ class Ledger:
 
 
 def judge(history, grace=GRACE):
-    """Go through a history; [(time, why a command was wrong)]."""
+    """Go through a history; [(time, reason why a command was wrong)]."""
     ledger, wrong = Ledger(history[0][0], [], grace), []
     for now, what, *details in history:
         if what == 'driven':
@@ -443,8 +443,8 @@ def judge(history, grace=GRACE):
 
 
 def judge_sticks(history):
-    """A stick drives only while its pad is there, and if a hand had it at rest since that was
-    plugged in, its node was started, or somebody else held the robot; [(time, what was wrong)]."""
+    """A stick drives only while its pad is plugged in. It must have been at rest since the pad was
+    plugged in, its node was started, or another node held the robot. [(time, error)]."""
     wrong, since, left_rest = [], dict.fromkeys(PADS, 0.0), dict.fromkeys(PADS, NEVER)
     unplugged, held = {}, dict.fromkeys(PADS, 0.0)
     for now, what, *details in history:
@@ -467,7 +467,7 @@ def judge_sticks(history):
 
 
 def check(seed):
-    """(seed, what was wrong, number of commands)."""
+    """(seed, errors, number of commands)."""
     history = story(seed)
     return seed, judge(history) + judge_sticks(history), sum(entry[1] == 'driven' for entry in history)
 

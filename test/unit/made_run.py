@@ -1,4 +1,4 @@
-"""A recorded run made of arrays, without a bag: a drive along x at 0.2 m/s, and what is asked for.
+"""A recorded run made of arrays, without a bag: a drive along x at 0.2 m/s, and given parts.
 
 The robot stands at x = 0 until 1 s, drives until 6 s, and stands at x = 1 m; yaw 0 throughout. All
 topics have 20 samples a second for 10 s, and stamps that are their arrivals.

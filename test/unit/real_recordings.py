@@ -8,7 +8,7 @@ NAMES = 'burger_drive', 'burger_static'
 
 
 def arrays_of(name):
-    """(IMU, odometry): rows by arrival, columns as the README there says; times since 1970 [s]."""
+    """(IMU, odometry): rows by arrival, columns as in the README there; times since 1970 [s]."""
     with np.load(str(FOLDER / (name + '.npz'))) as file:
         imu, odometry, begin = file['imu'], file['odometry'], float(file['begin'])
     for table in imu, odometry:

@@ -1,7 +1,7 @@
-"""A drive that is known in closed form, recorded as a bag: what the tests of the report read.
+"""A drive that is known in closed form, recorded as a bag, for the tests of the report.
 
 The robot drives straight along local's x axis, a little too short, turning by a tenth of a degree
-each second; the ground truth misses by more. Then it is reset where it stands, and gives up.
+each second. Its error by the ground truth is larger. Then it is reset in place, and gives up.
 """
 import cmath
 import math
@@ -65,7 +65,7 @@ def stamped(message, time, frame='', ahead=AHEAD):
 
 
 def sensors(time, number):
-    """(name, message) of what the robot sends at `time`."""
+    """(name, message) of each message of the robot at `time`."""
     fraction, yaw = way(time)
     place, odom_yaw = placed(ODOM_T_LOCAL, (1.0 - MISS) * fraction, yaw)
     if not 7.2 < time < 8.0:             # a gap, put in on purpose
@@ -83,7 +83,7 @@ def sensors(time, number):
 
 
 def lab_topics(time, number):
-    """(name, message) of what the package sends besides."""
+    """(name, message) of each further message, sent by the package."""
     fraction, yaw = way(time)
     truth = stamped(PoseStamped(), time, 'world')
     fill(truth.pose, *placed(WORLD_T_LOCAL, TRUE_END * fraction, yaw * TRUE_DEG / MISS_DEG))
@@ -106,7 +106,7 @@ def lab_topics(time, number):
 
 
 def frame_at(time):
-    """Where local stands in odom: (place, yaw)."""
+    """The pose of local in odom: (place, yaw)."""
     if time < RESET:
         return ODOM_T_LOCAL
     place, yaw = placed(ODOM_T_LOCAL, 1.0 - MISS, math.radians(MISS_DEG))
@@ -147,7 +147,7 @@ def recorded(run, by_tf):
 
 
 def changed(poses, time, parent_T_frame, until=math.inf):
-    """The poses, from `time` on seen in the parent of their frame."""
+    """The poses, from `time` on in the parent of their frame."""
     seen, now = poses.seen_from(parent_T_frame), (poses.time > time - 0.01) & (poses.time < until)
     return replace(poses, **{name: np.where(now, getattr(seen, name), getattr(poses, name))
                              for name in ('x', 'y', 'yaw')})
@@ -160,7 +160,7 @@ def odometry_jumps(run, time, jump):
 
 
 def steps_backwards(run, time, driven):
-    """The IMU crosses +/-180 deg: what was `driven` before `time` [m] is backwards in odom."""
+    """The IMU crosses +/-180 deg: the way `driven` before `time` [m] is reversed in odom."""
     k = np.searchsorted(run.odometry.time, time - 0.01)
     yaw, angular, linear = run.odometry.yaw[k], *np.array(
         [run.odometry.angular, run.odometry.linear])

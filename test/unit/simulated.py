@@ -1,4 +1,4 @@
-"""What the tests of the embedded robot share: robots without noise, drives, and sums by hand."""
+"""Shared by the tests of the embedded robot: robots without noise, drives, and sums by hand."""
 import math
 from dataclasses import replace
 

@@ -23,13 +23,13 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig
 from tb3_labs.supervision.arbitration import Driver
 
 STEP = 0.1
-#: Objects are counted after so many tasks, when every history has been filled.
+#: Objects are counted after this number of tasks, when every history has been filled.
 WARM = 20
 
 
 @dataclass
 class Soak:
-    """What was done, and how well, in order."""
+    """The tasks and their results, in order."""
 
     drives: List[float] = field(default_factory=list)      # true distance to the goal [m]
     headings: List[float] = field(default_factory=list)    # true angle to the goal's [deg]
@@ -39,7 +39,7 @@ class Soak:
 
 
 def soak(seconds, seed=1):
-    """One robot, one node of each kind, in turns, for so many simulated seconds."""
+    """One robot, one node of each kind, in turns, for this number of simulated seconds."""
     chance, result = random.Random(seed), Soak()
     robot = Simulator(SimulatorConfig(imu_offset_deg=-105.5, command_latency=0.02, seed=seed))
     model = robot_model('burger')
@@ -76,7 +76,7 @@ def soak(seconds, seed=1):
             yaw = continuous(robot.truth.yaw, yaw)
         run(robot, controller, hear, 0.5)
         turned = math.degrees(continuous(robot.truth.yaw, yaw) - start)
-        # the turn before was followed by a drive: nothing is carried over from it
+        # a drive followed the turn before: no error is carried over from it
         result.turns.append(abs(turned - angle))
         result.failures += [news.text for news in controller.take_news() if news.warning]
         navigator.take_news()

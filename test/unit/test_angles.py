@@ -1,4 +1,4 @@
-"""Angles: both ends of the interval, many turns, what is not a number."""
+"""Angles: both ends of the interval, many turns, NaN and infinity."""
 import math
 
 import numpy as np

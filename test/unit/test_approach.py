@@ -15,7 +15,7 @@ NEAR = math.radians(0.5)
 
 
 def make_approach(acceleration, response=None, **more):
-    """Brakes with half the acceleration; the floor and what is near as in a turn."""
+    """Brakes with half the acceleration; lowest speed and tolerances as in a turn."""
     settings = dict(gain=20.0, slowest=0.04, close_enough=0.003, nudge_time=TICK)
     settings.update(more)
     return Approach(ApproachConfig(period=TICK, acceleration=acceleration,
@@ -25,7 +25,7 @@ def make_approach(acceleration, response=None, **more):
 
 def approach_to(remaining, delay, lag=0.05, fastest=1.5, learned=None, prompt=False,
                 lost=0):
-    """(way left at rest, greatest overshoot, time until it stays near 0, fastest command).
+    """(remaining way at rest, greatest overshoot, time until it stays near 0, fastest command).
 
     The first `lost` commands never arrive.
     """
@@ -145,7 +145,7 @@ def test_dt_of_zero_changes_nothing():
 
 @pytest.mark.parametrize('late', [0.25, -0.25, 0.4, -0.4])
 def test_each_command_is_obeyed_for_a_period_although_some_come_late_or_early(late):
-    """The firmware takes the newest command at each of its periods, whenever that command came."""
+    """The firmware takes the latest command at each of its periods, at any time of arrival."""
     approach = make_approach(80.0, Response(delay=3.5 * TICK, lag=0.0), gain=40.0,
                              close_enough=0.001)
     remaining, speed, last, arrived = 1.0, 0.0, 0.0, 0.0
@@ -198,7 +198,7 @@ def test_a_command_that_comes_late_is_made_good_backwards(stall, backs_up):
 
 @pytest.mark.parametrize('remaining', [0.3, -0.3, 2.0])
 def test_brakes_with_the_deceleration_that_was_planned_and_stops_at_zero(remaining):
-    """A robot that obeys at once, in fine steps: from speed v the way v^2 / (2 a) is left."""
+    """A robot that obeys at once, in fine steps: at speed v the way v^2 / (2 a) remains."""
     fine = 0.001
     approach = Approach(ApproachConfig(period=fine, acceleration=100.0, braking=2.0, gain=50.0,
                                        slowest=0.0, close_enough=1e-4), Response(0.0, 0.0))

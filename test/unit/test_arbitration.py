@@ -1,4 +1,4 @@
-"""Who drives, after every event: the rule as the handout and its users would state it."""
+"""The driver after every event: the rule as the handout and its users would state it."""
 import itertools
 
 import pytest

@@ -1,4 +1,4 @@
-"""Bags of any kind are read into the same run, and bad messages are dropped and counted."""
+"""Bags of any kind are read into the same run, and invalid messages are dropped and counted."""
 import math
 import tracemalloc
 

@@ -1,4 +1,4 @@
-"""A node's printing: in order, never waited for, and honest about what was dropped."""
+"""A node's printing: in order, without waits, and with the number of dropped lines."""
 import threading
 
 import pytest

@@ -1,10 +1,10 @@
-"""One name has one value: what the rooms of the cores define is defined nowhere else otherwise."""
+"""One name has one value: no constant of the cores' rooms has another value elsewhere."""
 import ast
 import pathlib
 from collections import defaultdict
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-#: Where the names that are looked after are defined.
+#: The places of the names that are checked.
 OURS = ('src/tb3_labs/localization/', 'src/tb3_labs/supervision/', 'src/tb3_labs/nodes/',
         'src/tb3_labs/control/settling.py')
 

@@ -1,4 +1,4 @@
-"""What a pad says on ctrl_relinq: in order, none lost, and none too many."""
+"""The words of a pad on ctrl_relinq: in order, none lost, and none too many."""
 import pytest
 
 from tb3_labs.nodes.control_words import CROSSING, ControlWords

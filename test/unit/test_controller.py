@@ -1,4 +1,4 @@
-"""Turns, mouse and keyboard together, on the embedded robot; judged by where it truly looks."""
+"""Turns, mouse and keyboard together, on the embedded robot; judged by its true heading."""
 import math
 
 import pytest
@@ -62,7 +62,7 @@ class Bench:
         return self.robot.now
 
     def hold(self, active, x=0.0, y=0.0):
-        """The mouse is there from now on, at once."""
+        """Hold the mouse there from now on."""
         self.mouse, self._next_mouse = (active, x, y), 0.0
 
     def ask(self, degrees):
@@ -73,7 +73,7 @@ class Bench:
         return sum(words in news.text for news in self.news) == 1
 
     def turned(self, degrees):
-        """Ask for a turn and let it end; how far the robot truly turned [deg]."""
+        """Ask for a turn and let it end; the true angle turned [deg]."""
         before = self.yaw
         self.ask(degrees)
         self.run(abs(degrees) / 60.0 + 2.0)
@@ -296,7 +296,7 @@ def test_a_robot_that_does_not_turn_is_given_up_within_two_seconds():
     assert bench.run(1.0) == []
 
 
-# -- what a lost line or another constant would do
+# -- the effect of a missing line or another constant
 
 def test_the_numbers_that_people_rely_on():
     assert (MOUSE_TIMEOUT, DRIVEN_RATE, JUDGING_RATE) == (0.2, 0.1, 0.01)

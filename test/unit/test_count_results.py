@@ -1,4 +1,4 @@
-"""What scripts/test.sh says of result files that are written here."""
+"""The lines of scripts/test.sh for result files that are written here."""
 import os
 import sys
 
@@ -15,7 +15,7 @@ CASES = {'passed': '<testcase classname="C" name="a"/>',
 
 @pytest.fixture
 def results(tmp_path):
-    """Writes one result file of the cases given, or of a text."""
+    """Writes one result file with the given cases, or with a text."""
     def write(name, *cases, text=None):
         body = ''.join(CASES.get(case, case) for case in cases)
         (tmp_path / (name + '.xml')).write_text(

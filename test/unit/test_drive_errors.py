@@ -1,4 +1,4 @@
-"""Errors, drift and times of drives that are made by hand, from both sides of each limit."""
+"""Errors, drift and times of made-up drives, from both sides of each limit."""
 import math
 from dataclasses import replace
 
@@ -21,7 +21,7 @@ def drive_of(run):
     return drive
 
 
-# Where and when it is measured --------------------------------------------------------------------
+# Place and time of the measurement ----------------------------------------------------------------
 
 def test_a_drive_by_hand():
     drive = drive_of(made(goals=goals([0.5], [1.02], 0.03, 0.2)))

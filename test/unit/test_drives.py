@@ -84,7 +84,7 @@ def test_a_short_drive_that_is_ended_by_a_reset(run):
 
 @pytest.mark.parametrize('lost, later', [(False, 0.001), (False, -0.001), (True, 0.001)])
 def test_states_that_arrive_in_a_burst(run, lost, later):
-    """They are as old as the goals say that were sent with them, in the same order."""
+    """Their times are those of the goals that were sent with them, in the same order."""
     arrival, sent = np.array([1.0, 8.0, 8.0, 8.0]), np.array([1.0, 6.0, 7.0, 7.5])
     states = States(arrival, arrival, np.array(
         ['ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL', 'GOAL_REACHED'], dtype=object))

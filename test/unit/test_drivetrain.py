@@ -27,7 +27,7 @@ def at(pose):
 def test_a_robot_with_one_moving_wheel_pivots_about_the_other(side, speed):
     drivetrain = train(**{side: speed})
     drivetrain.advance(0.7)
-    # The standing wheel stays where it is; the middle is half a track beside it.
+    # The standing wheel stays in place; the middle is half a track beside it.
     standing, sign = (-TRACK / 2.0, -1.0) if side == 'left' else (TRACK / 2.0, 1.0)
     turned = sign * RADIUS * speed * 0.7 / TRACK
     x, y = standing * math.sin(turned), standing * (1.0 - math.cos(turned))
@@ -72,7 +72,7 @@ def test_motors_turn_by_the_integral_of_their_speed():
 
 
 def test_its_own_word_for_the_turn_to_come():
-    """turning = (yaw, a, b, lag): the rate is a + b exp(-t / lag), whatever the step."""
+    """turning = (yaw, a, b, lag): the rate is a + b exp(-t / lag), for any step."""
     drivetrain = train(2.0, 5.0, start=Pose2(0.0, 0.0, 3.0), lag=0.3)
     yaw, steady, fading, lag = drivetrain.turning
     final = RADIUS * (5.0 - 2.0) / TRACK

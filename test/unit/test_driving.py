@@ -1,4 +1,4 @@
-"""The handout's law number by number, and what the precise law promises at each step."""
+"""The handout's law number by number, and the guarantees of the precise law at each step."""
 import math
 
 import pytest

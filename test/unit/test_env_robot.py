@@ -1,4 +1,4 @@
-"""launch/env_robot.sh, as roslaunch calls it on the robot: what it sets, and its one line where
+"""launch/env_robot.sh, as roslaunch calls it on the robot: the values it sets, and its one line if
 something is missing."""
 import os
 import pathlib

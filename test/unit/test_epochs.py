@@ -1,4 +1,4 @@
-"""When ``local`` was declared anew in a recorded run, with and without tf, against known resets."""
+"""The resets that are found in a recorded run, with and without tf, against the known ones."""
 import math
 from dataclasses import replace
 
@@ -120,7 +120,7 @@ def test_resets_in_quick_succession(run, by_tf):
 @pytest.mark.parametrize('by_tf', [True, False])
 @pytest.mark.parametrize('driven', [0.0, (1.0 - MISS) / 100.0])
 def test_a_reset_while_it_drives(run, driven, by_tf):
-    """The second time at the very moment of the firmware's step backwards."""
+    """The second reset is at the very moment of the firmware's reversed displacement."""
     new = Pose2(0.2, -0.1, 0.3)
     run = declared(run, 3.0, new)
     run = recorded(steps_backwards(run, 3.0, driven) if driven else run, by_tf)
@@ -147,7 +147,7 @@ def test_a_tf_of_noise_says_nothing_of_resets(run):
 
 @pytest.mark.parametrize('noisy', ['imu', 'odometry'])
 def test_noise_in_one_of_two_headings_is_no_reset(run, noisy):
-    """local_pose has the other one."""
+    """local_pose shows the other reset."""
     samples = getattr(run, noisy)
     yaw = wrap_all(samples.yaw + 0.02 * np.random.RandomState(1).standard_normal(len(samples)))
     run = replace(run, **{noisy: replace(samples, yaw=yaw)})
@@ -241,5 +241,5 @@ def test_local_stands_in_the_world_by_the_first_pose_of_its_epoch():
 
 
 def test_how_much_around_a_moment_is_looked_at():
-    """The numbers themselves."""
+    """The limits themselves."""
     assert (AROUND, HOLE, HALFWAY, RESET_DELAY) == (0.25, 1.5, 0.05, 0.1)

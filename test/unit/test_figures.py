@@ -1,4 +1,4 @@
-"""The figures of a run that is made by hand: what they draw, and where they leave blanks."""
+"""The figures of a made-up run: their curves and their blanks."""
 import math
 
 import numpy as np

@@ -14,7 +14,7 @@ from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 @pytest.mark.parametrize('seed', range(8))
 def test_no_message_makes_a_wild_command(seed):
     commands, refused = fuzzing.run(5000, seed)
-    assert commands > 100 and refused > 100      # it did drive, and bad ones did come
+    assert commands > 100 and refused > 100      # there were drives, and invalid messages
 
 
 @settings(max_examples=150, deadline=None)

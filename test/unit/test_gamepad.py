@@ -1,4 +1,4 @@
-"""The pad that decides who holds the robot. Both nodes together: test_ledger."""
+"""The pad decides who holds the robot. Both nodes together: test_ledger."""
 import pytest
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.nodes.gamepad import HAND_BACK, GamepadCore
@@ -11,7 +11,7 @@ BURGER = robot_model('burger')
 PERIOD = 0.05      # of a pad that repeats itself
 
 class Pad:
-    """A pad in a hand: repeats its state until it is unplugged."""
+    """A pad that repeats its state until it is unplugged."""
 
     def __init__(self, config=PadConfig(), repeats=True):
         self.controller = GamepadCore(config, BURGER)
@@ -46,7 +46,7 @@ class Pad:
         self.words += self.controller.take_words()
 
     def said(self):
-        """What was said on ctrl_relinq since this was asked last."""
+        """The words on ctrl_relinq since the last call."""
         words, self.words = self.words, []
         return words
 
@@ -134,7 +134,7 @@ def test_a_pad_that_was_silent_at_rest_must_be_seen_at_rest_again(pad, silence, 
     assert any(pad.run(0.2))
 
 
-# B, whoever holds the robot ------------------------------------------------------------------------
+# B, for any holder of the robot -------------------------------------------------------------------
 
 def given_by_hand(pad):
     pad.controller.on_control(True, pad.now)
@@ -198,14 +198,14 @@ def test_an_a_that_the_network_held_up_for_long_does_not_count(late, counts):
     controller.on_joy([0.0] * 6, [0] * 8, 102.04 + late, 9.04)
     controller.on_joy([0.0] * 6, [1] + [0] * 7, 102.05 + late, 9.05)
     words = controller.take_words()
-    # with as many renewals as were due since: so the giving's age shows
+    # with the renewals that were due since, so that they show the age of the giving
     assert words == [True] * (counts * (1 + round(late / 0.1)))
     assert any('press it again' in news.text for news in controller.take_news()) is not counts
     controller.on_joy([0.0] * 6, [0, 1] + [0] * 6, 102.06 + late, 9.06)
     assert controller.take_words() == [False]       # a stop is never too late
 
 
-# What others do -------------------------------------------------------------------------------------
+# Other nodes --------------------------------------------------------------------------------------
 
 def test_what_another_one_takes_is_not_renewed_and_a_gives_it_again(pad):
     pad.press(A)
@@ -349,7 +349,7 @@ def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stop):
 @pytest.mark.parametrize('after, counts', [(0.1, False), (0.4, True)])
 @pytest.mark.parametrize('stamped', [False, True])
 def test_an_a_of_a_pad_that_was_heard_for_a_moment_only_does_not_count(after, counts, stamped):
-    """It may have waited with the first message, who knows for how long."""
+    """It may have waited with the first message, for an unknown time."""
     controller = GamepadCore(PadConfig(), BURGER)
     for now, buttons in ((100.0, [0]), (100.0 + after, [1])):
         controller.on_joy([0.0] * 6, buttons + [0] * 7, now, now - 90.0 if stamped else 0.0)

@@ -1,4 +1,4 @@
-"""The four states, and what ends a drive; with a law that only says what it is told."""
+"""The four states, and the ends of a drive; with a law that only repeats given answers."""
 import math
 
 import pytest
@@ -15,7 +15,7 @@ MOVING = Motion(Pose2(), 0.1, 0.0)
 
 
 class Told:
-    """A law that plays back what is left in each state; a state is finished at 0."""
+    """A law that returns a given remaining way in each state; a state is finished at 0."""
 
     def __init__(self, shortfall=''):
         self.left = {'rotate_to_goal': 1.0, 'move_forward': 1.0, 'rotate_to_final': 1.0}
@@ -46,7 +46,7 @@ class Told:
 
 
 def last_of(machine, motion=STANDING, seconds=1.0):
-    """The last of the machine's answers in that time, each of its looks at a new sample."""
+    """The machine's last answer in that time; each of its steps reads a new sample."""
     answers = [machine.step(motion, 0.033) for _ in range(round(seconds / 0.033))]
     return answers[-1]
 

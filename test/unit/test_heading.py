@@ -1,4 +1,4 @@
-"""The heading of one IMU: whole turns, jumps, and how old a sample is."""
+"""The heading of one IMU: whole turns, jumps, and the age of a sample."""
 import math
 
 import pytest

@@ -1,4 +1,4 @@
-"""The rooms of the package: imports only go down, and every room says what it is for."""
+"""The rooms of the package: imports only go down, and every room states its purpose."""
 import ast
 import glob
 import os
@@ -6,11 +6,11 @@ import os
 import pytest
 
 SOURCES = os.path.join(os.path.dirname(__file__), os.pardir, os.pardir, 'src', 'tb3_labs')
-#: From the ground up; a room imports from those of lower floors, and from itself.
+#: From the ground up; a room imports only from lower floors, and from itself.
 FLOORS = [{'config', 'news', 'geometry'}, {'robot', 'supervision'}, {'localization', 'control'},
           {'nodes', 'report'}, {'simulation', 'marking'}, {'ros'}]
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
-#: What the pure rooms do without.
+#: Modules that the pure rooms do not use.
 ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 'threading'}
 
 
@@ -83,8 +83,8 @@ def test_imports_within_ros_only_go_down():
 
 
 def private_parts(tree):
-    """(line, name) of each attribute that belongs to another one's private parts; os._exit() is
-    public in spite of its name."""
+    """(line, name) of each private attribute of another object; os._exit() is public in spite of
+    its name."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Attribute):
             own = isinstance(node.value, ast.Name) and node.value.id in ('self', 'cls')

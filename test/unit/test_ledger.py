@@ -10,7 +10,7 @@ from tb3_labs.supervision import permission
 def test_nobody_drives_without_a_persons_leave(part):
     results = [ledger.check(seed) for seed in range(50 * part, 50 * (part + 1))]
     assert [(seed, wrong[0]) for seed, wrong, _ in results if wrong] == []
-    assert sum(driven for _, _, driven in results) > 1000      # else nothing was judged
+    assert sum(driven for _, _, driven in results) > 1000      # otherwise nothing was judged
 
 
 def a_story_goes_wrong():

@@ -1,4 +1,4 @@
-"""The local frame: declared pose times true motion, whatever odometry and IMU call zero."""
+"""The local frame: declared pose times true motion, for any zero of odometry and IMU."""
 import math
 
 import pytest
@@ -70,12 +70,12 @@ def rotated_by_the_imu(declared, odom_T_base, imu_yaw):
 
 
 def declared_pose_lost(declared, odom_T_base, imu_yaw):
-    """The handout: whatever is declared, the robot starts from zero."""
+    """The handout: the robot starts from zero for any declared pose."""
     return LocalFrame.declared(Pose2(), odom_T_base, imu_yaw)
 
 
 def heading_from_the_wheels(declared, odom_T_base, imu_yaw):
-    """The IMU's zero taken for the odometry's."""
+    """The mistake: the IMU's zero is taken for the odometry's."""
     return LocalFrame(odom_T_base @ declared.inverse(), odom_T_base.yaw - declared.yaw)
 
 

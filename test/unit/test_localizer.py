@@ -28,7 +28,7 @@ def late(seed, most=0.004):
 
 
 def feed(localizer, messages):
-    """(fixes, resets carried out) of a localizer that hears `messages`."""
+    """(fixes, resets carried out) of a localizer that gets `messages`."""
     fixes, resets = [], []
     for arrival, sample in messages:
         take = localizer.on_imu if isinstance(sample, ImuSample) else localizer.on_odometry
@@ -146,7 +146,7 @@ def test_the_declared_pose_holds_from_the_instant_at_which_it_was_asked_for(robo
 @pytest.mark.parametrize('seed', range(10))
 @pytest.mark.parametrize('robot', [RESTING, SPINNING, replace(SPINNING, angular=-2.6)])
 def test_a_reset_while_spinning_is_as_exact_as_at_rest(robot, seed):
-    """Messages come up to 4 ms late; how late, nobody but the sender's clock can tell."""
+    """Messages come up to 4 ms late; only the sender's clock can show how late."""
     asked_at = random.Random(seed).uniform(1.0, 2.0)
     localizer, reset, fixes = drive_with_a_reset(robot, asked_at, imu_delay=late(seed),
                                                  odometry_delay=late(seed + 100))
@@ -240,7 +240,7 @@ def test_a_reset_in_a_dropout_is_never_guessed():
 @pytest.mark.parametrize('asked_at', [2.0, 2.1, 2.24])
 @pytest.mark.parametrize('stall', [0.3, 0.5, 0.9, 1.2, 3.0])
 def test_a_reset_asked_for_while_the_network_stalls_is_exact_or_not_carried_out(stall, asked_at):
-    """Nothing is lost: what was held back from 2.0 s on is delivered at once."""
+    """Nothing is lost: messages from 2.0 s on are delayed, then delivered at once."""
     messages = held_back(SPINNING.messages(0.0, 8.0), 2.0, 2.0 + stall)
     localizer = Localizer()
     feed(localizer, until(messages, asked_at))
@@ -341,20 +341,20 @@ def test_motion_is_carried_on_for_two_control_periods_only(age):
 
 
 def test_ages_count_from_when_a_sample_was_measured_not_from_when_it_came():
-    """The newest samples were held up by 50 ms, the others by 10."""
+    """The latest samples were delayed by 50 ms, the others by 10."""
     messages = STRAIGHT.messages(0.0, 2.0, imu_delay=lambda: 0.01, odometry_delay=lambda: 0.01)
     localizer = Localizer()
     feed(localizer, messages)
     feed(localizer, [(2.15, STRAIGHT.imu(2.1)), (2.15, STRAIGHT.odometry(2.1))])
     motion = localizer.motion(2.15)
-    # all are late by the least delay, which nobody can see
+    # all are late by the least delay, which cannot be measured
     assert motion.imu_age == motion.odometry_age == pytest.approx(0.04)
     assert_pose(motion.pose, Truth(*STRAIGHT.moved(2.14)), 1e-6, 1e-6)
 
 
 def in_bursts(messages, chance):
-    """`messages` over a network that stalls for up to half a second; of what a stall releases a
-    node reads all odometry, but only the newest sample of the IMU."""
+    """`messages` over a network that stalls for up to half a second. After a stall a node reads all
+    odometry, but only the latest sample of the IMU."""
     begin, end = 1.0, messages[-1][0]
     while begin < end:
         stop = begin + chance.uniform(0.1, 0.5)

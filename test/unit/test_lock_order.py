@@ -1,15 +1,15 @@
 """The order of locks in move_to_goal: actionlib's first, then the node's own.
 
-actionlib calls the node with its lock held, and the node takes its own then. Were anything of
-actionlib called while the node's own is held, both threads could wait for each other for ever. The
-same holds for a wait for tf: whoever waits must not keep the node from driving.
+actionlib calls the node with its lock held, and the node then takes its own. If the node called
+actionlib with its own lock held, both threads could wait for each other for ever. The same holds
+for a wait for tf: a thread that waits must not keep the node from driving.
 """
 import ast
 import pathlib
 
 SCRIPT = pathlib.Path(__file__).resolve().parents[2] / 'scripts' / 'move2goal_tf.py'
 LOCK = '_changed'
-#: What takes actionlib's lock, and what waits for tf.
+#: The objects whose calls take actionlib's lock, or wait for tf.
 NEVER_UNDER_IT = {'_goals', '_frames'}
 
 
@@ -33,7 +33,7 @@ def calls(nodes):
 
 
 def wrong_calls(source):
-    """'method: self.x.y' of each call that is made under the lock, also by way of others."""
+    """'method: self.x.y' of each call that is made under the lock, also through other methods."""
     methods = {node.name: node for node in ast.walk(ast.parse(source))
                if isinstance(node, ast.FunctionDef)}
     wrong = []

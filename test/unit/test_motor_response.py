@@ -13,7 +13,7 @@ PERIOD = 0.02
 
 
 def response_at(time, command, delay, lag):
-    """(travel, speed) of a motor that is told at time 0 to go from rest to `command`."""
+    """(travel, speed) of a motor that gets `command` at time 0, at rest."""
     since = max(0.0, time - delay)
     speed = command * -math.expm1(-since / lag) if lag else (command if since else 0.0)
     return command * since - lag * speed, speed

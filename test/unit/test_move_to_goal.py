@@ -1,4 +1,4 @@
-"""Who may drive, and what lost sensors do; samples are made in closed form for a standing robot."""
+"""Permission, and lost sensors; samples are made in closed form for a standing robot."""
 import math
 
 import pytest
@@ -18,7 +18,7 @@ START = 100.0
 
 
 class Robot:
-    """A standing robot that feeds a core, and counts what it would be told."""
+    """A standing robot that feeds a core, and counts its commands."""
 
     def __init__(self, has_control=True, law='precise'):
         self.now = START
@@ -26,10 +26,10 @@ class Robot:
             make_law(DriveConfig(law=law), robot_model('burger')), has_control)
         self.imu = self.odom = True
         self.imu_yaw, self.odom_pose = 1.0, Pose2(1.0, 2.0, 0.3)
-        self.tremble = 0.0             # sensors that are not frozen never repeat themselves
+        self.tremble = 0.0             # noise: sensors that are not frozen never repeat themselves
 
     def control(self, granted, sender='hand'):
-        """Somebody gives or takes control."""
+        """A sender gives or takes control."""
         self.core.told_control(granted, self.now, sender)
 
     @property
@@ -80,7 +80,7 @@ def test_control_lost_silences_and_control_back_begins_anew():
     robot.control(True)
     commands = robot.run(0.1)
     assert None not in commands
-    # from standing: the first command is what the acceleration allows in one period
+    # from rest: the first command is the largest that the acceleration allows in one period
     assert abs(commands[0].angular) == pytest.approx(
         DriveConfig().angular_acceleration * PreciseLaw.period)
 
@@ -211,7 +211,7 @@ def test_a_reset_wants_every_sample_of_the_imu():
 
 @pytest.mark.parametrize('slept, goes_on', [(1.0, True), (5.0, False), (3600.0, False)])
 def test_a_node_that_did_not_run_for_long_waits_to_be_told(slept, goes_on):
-    """Ctrl+Z and fg, or a suspended computer: nobody looked meanwhile."""
+    """Ctrl+Z and fg, or a suspended computer: the core was not called meanwhile."""
     robot = driving()
     robot.now += slept
     commands = robot.run(0.5)
@@ -244,7 +244,7 @@ def test_a_cancelled_goal_comes_back_neither_by_a_reset_nor_by_control(goal_is_n
 def test_a_drive_that_was_given_up_begins_anew_when_control_is_given():
     robot = driving()
     robot.tremble = 1e-6
-    robot.run(3.0)                     # a robot that stands is stuck
+    robot.run(3.0)                     # a robot that stands is stalled
     assert 'does not move' in robot.status.failure
     robot.control(True, 'another hand')
     assert None not in robot.run(0.2)[2:]
@@ -360,7 +360,7 @@ def test_a_reset_that_was_given_up_is_not_carried_out():
     assert robot.status.pose.x == pytest.approx(0.0)
 
 
-# -- what a wrong sign, a lost line or another constant would do
+# -- the effect of a wrong sign, a missing line or another constant
 
 def test_nobody_has_control_unless_it_is_given():
     assert MoveToGoalConfig().has_control is False

@@ -1,4 +1,4 @@
-"""The network of the embedded robot against what its delays, jitter, stalls and cuts must bring."""
+"""The network of the embedded robot: the effects of its delays, jitter, stalls and cuts."""
 import math
 from dataclasses import fields
 
@@ -115,7 +115,7 @@ def test_what_is_still_under_way_when_the_cut_ends_takes_its_time():
     assert link.take(2.0) == [(1.75, 'late')]
 
 
-# Seeds, and how time is cut -----------------------------------------------------------------------
+# Seeds, and the length of steps -------------------------------------------------------------------
 
 ALL = LinkSettings(delay=0.02, jitter=0.01, stalls_per_min=40.0, longest_stall=0.5)
 

@@ -1,4 +1,4 @@
-"""The network's stalls: how often, how long, of which direction, and what they hold up."""
+"""The network's stalls: their rate, length and direction, and the messages that they delay."""
 import math
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ def test_a_stall_holds_up_what_falls_into_it_until_its_end_and_nothing_else():
     assert [number for _, number in arrivals] == list(range(len(DENSE)))
     stalls = stalls_of(arrivals, DENSE)
     for end, moments in stalls:
-        # one stretch of what was sent every millisecond, to within a millisecond of its end
+        # messages of one interval, sent every millisecond, to within a millisecond of its end
         assert len(moments) == round((moments[-1] - moments[0]) * 1000) + 1
         assert moments[-1] < end <= moments[-1] + 0.001 + 1e-9
         assert end - moments[0] <= 0.3

@@ -1,4 +1,4 @@
-"""Odometry that jumps though the robot does not, judged by where the robot truly is."""
+"""Odometry that jumps though the robot does not, judged by the robot's true pose."""
 import math
 
 import pytest
@@ -19,7 +19,7 @@ def sample(x, y, yaw, stamp=0.0, linear=0.0, angular=0.0):
 
 
 def along_half_a_turn(noise_deg, offset_deg=180.0, seconds=8.0):
-    """A robot that drives with its IMU at +/-180 deg: (true way, the odometry's, localizer's)."""
+    """A robot that drives with its IMU at +/-180 deg: (true travel, odometry's, localizer's)."""
     robot = Simulator(SimulatorConfig(imu_offset_deg=offset_deg, imu_noise_deg=noise_deg))
     localizer = Localizer()
     said, spikes = [], 0
@@ -40,9 +40,9 @@ def along_half_a_turn(noise_deg, offset_deg=180.0, seconds=8.0):
 
 def test_the_firmwares_fault_is_in_the_robot_and_not_in_the_local_pose():
     truth, said, pose, spikes = along_half_a_turn(noise_deg=0.5)
-    assert spikes > 50                                  # it crosses again and again
-    assert abs(said.x - truth.x) > 0.2                  # what that does to the raw odometry
-    # what is left: encoder ticks; across, the noise of the heading in which local was declared
+    assert spikes > 50                                  # it crosses many times
+    assert abs(said.x - truth.x) > 0.2                  # the error of the raw odometry
+    # the rest: encoder ticks; across, the noise of the heading in which local was declared
     assert abs(pose.x - truth.x) < 0.002 and abs(pose.y) < truth.x * math.radians(3 * 0.5)
 
 
@@ -85,7 +85,7 @@ def test_a_jump_is_noticed_and_the_robot_keeps_its_pose(after, words):
     seen, jump = steady.take(sample(after.x, after.y, after.yaw, 0.03), 0.03, IMU)
     assert words in jump.text and jump.outcome == POSE_KEPT
     assert (seen.pose.x, seen.pose.y, seen.pose.yaw) == pytest.approx((2.0, -1.0, 2.5))
-    # 0.1 m forward from there, as the robot looks
+    # 0.1 m forward from there, in the robot's heading
     seen, jump = steady.take(sample(after.x + 0.1 * math.cos(after.yaw),
                                     after.y + 0.1 * math.sin(after.yaw), after.yaw, 0.4), 0.4, IMU)
     assert jump is None
@@ -180,7 +180,7 @@ def test_the_robots_own_reset_leaves_the_local_pose(turn):
     truth, pose = start.inverse() @ robot.truth, localizer.motion(robot.now).pose
     assert math.hypot(pose.x - truth.x, pose.y - truth.y) < 0.003
     assert angle_between(pose.yaw, truth.yaw) < math.radians(0.1)
-    # and the frame that others see moved along in odom
+    # and the published frame moved along in odom
     in_odom = localizer.odom_T_local @ pose
     assert in_odom.distance_to(Pose2()) < 0.45
 

@@ -1,4 +1,4 @@
-"""When commands are due, and how long a step is."""
+"""The times of commands, and the length of steps."""
 import pytest
 
 from tb3_labs.control.pace import LONGEST_IDLE, Listening, Pace, newest_of
@@ -45,7 +45,7 @@ def test_between_steps_no_sample_needs_a_look_until_the_last_moment():
     pace.step(5.0)
     woken = 5.0 + pace.idle_for(5.0)
     assert 5.02 < woken < 5.0333
-    assert not pace.due(woken)          # what has waited meanwhile is read first
+    assert not pace.due(woken)          # a sample that has waited meanwhile is read first
     assert pace.due(woken + 0.005)      # and the next sample of an IMU at 200 Hz takes the step
     assert pace.idle_for(woken) < 1e-9 and pace.idle_for(7.0) == 0.0
     assert pace.idle_for(-100.0) <= LONGEST_IDLE

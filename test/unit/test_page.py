@@ -1,4 +1,4 @@
-"""The report's page and its table of a run that is made by hand."""
+"""The report's page and its table, for a made-up run."""
 import csv
 import math
 import re
@@ -93,7 +93,7 @@ def test_a_long_run_has_all_its_rows_in_order(tmp_path):
 
 @pytest.fixture(scope='module')
 def page(tmp_path_factory):
-    """(the text without pictures, what was said of the progress)."""
+    """(the text without pictures, the reported progress)."""
     said = []
     yaw = np.radians(np.interp(TIME, [1.3, 6.0], [0.0, 3.0]))
     run = made(

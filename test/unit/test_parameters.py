@@ -1,4 +1,4 @@
-"""What is made from the settings in the code, and the launch files: each says the same of each."""
+"""The settings in the code, the files made from them, and the launch files agree."""
 import ast
 import pathlib
 import sys
@@ -36,7 +36,7 @@ def test_the_files_are_as_the_command_makes_them():
 
 
 def row(item):
-    """A field as the page's tables show it, but for the last column."""
+    """A field as in the page's tables, without the last column."""
     default = item.default
     if isinstance(default, bool):
         default = str(default).lower()

@@ -1,4 +1,4 @@
-"""A permission is an event that a person caused; all else keeps it alive, and a stop stays a stop."""
+"""A person gives a permission; all else only keeps it alive, and a stop stays a stop."""
 import itertools
 
 import pytest
@@ -7,8 +7,8 @@ from tb3_labs.supervision.permission import CONFIRMATION, LAPSE, LONGEST_LAPSE, 
 
 
 class Senders:
-    """Hands, and pads that renew what they give, before one permission; time is counted in ticks
-    of 10 ms."""
+    """Hands, and pads that renew, as senders to one permission; time is counted in ticks of 10 ms.
+    """
 
     def __init__(self):
         self.permission = Permission()
@@ -140,7 +140,7 @@ def test_a_giver_that_comes_back_revives_it_only_after_a_short_silence(senders, 
 def test_a_node_that_slept_finds_it_gone_also_if_a_renewal_is_the_first_it_hears(senders, slept):
     senders.say('pad', True)
     senders.run(1.0)
-    senders.now += slept               # nobody looked
+    senders.now += slept               # no update meanwhile
     senders.permission.told(True, senders.now, 'pad', True)
     assert not senders.granted and not senders.run(5.0)
     assert senders.told('this node did not run for')
@@ -157,8 +157,8 @@ def test_a_permission_that_is_gone_is_a_warning(senders):
 
 
 def test_a_pad_that_renews_what_does_not_count_is_told_so_once(senders):
-    senders.now += 10.0                # nobody looked
-    for _ in range(40):                # held up, and released at once
+    senders.now += 10.0                # no update meanwhile
+    for _ in range(40):                # delayed, then delivered at once
         senders.permission.told(True, senders.now, 'pad', True)
     senders.renewing.add('pad')
     senders._next['pad'] = senders.now
@@ -201,7 +201,7 @@ def test_a_giving_that_the_network_held_up_for_long_does_not_count(senders, late
     for _ in range(int(late / RENEWAL)):
         senders.permission.told(True, senders.now, 'pad', True)
     assert senders.run(3.0) is counts
-    assert senders.told('held it up for more than 2 s') is not counts
+    assert senders.told('delayed it by more than 2 s') is not counts
 
 
 def test_renewals_that_were_held_up_later_do_no_harm(senders):
@@ -245,7 +245,7 @@ def test_a_giving_that_was_under_way_when_somebody_else_stopped_the_robot(
     for _ in range(round(late / RENEWAL)):
         senders.permission.told(True, senders.now, 'pad', True)
     assert senders.run(3.0) is counts
-    assert senders.told('it was taken while the network held it up') is not counts
+    assert senders.told('it was taken while the network delayed it') is not counts
 
 
 def test_a_giving_that_is_older_than_this_node_does_not_count(senders):
@@ -254,11 +254,11 @@ def test_a_giving_that_is_older_than_this_node_does_not_count(senders):
     senders.say('pad', True)
     for _ in range(8):                   # pressed 0.8 s ago
         senders.permission.told(True, senders.now, 'pad', True)
-    assert not senders.run(3.0) and senders.told('it was given before this node lived')
+    assert not senders.run(3.0) and senders.told('it was given before this node started')
 
 
 def test_what_was_taken_before_this_node_lived_is_no_stop():
-    """It was started with control, which somebody wished for after that."""
+    """The sender's False was older than the start with control."""
     senders = Senders()
     senders.permission = Permission(granted=True)
     senders.permission.heard_of_old(False, 'pad')

@@ -1,6 +1,6 @@
-"""The syntax is Python 3.8's, Noetic's, whatever Python runs the tests.
+"""The syntax is Python 3.8's, Noetic's, also if a newer Python runs the tests.
 
-What only a newer standard library has is found by vermin (pip), too large to be a requirement:
+vermin (pip) finds uses of a newer standard library; it is too large to be a requirement:
     vermin -t=3.8- --violations --eval-annotations --feature union-types src scripts test
 """
 import ast
@@ -13,7 +13,7 @@ FILES = sorted(path for folder in ('src', 'scripts', 'test') for path in (ROOT /
 
 
 def is_python38(source):
-    """Does Python 3.8 accept it? (To be asked of what this Python accepts.)"""
+    """Does Python 3.8 accept it? (Only for source that this Python accepts.)"""
     try:
         ast.parse(source, feature_version=(3, 8))
     except SyntaxError:

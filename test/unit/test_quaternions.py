@@ -1,4 +1,4 @@
-"""Quaternions of a robot on a floor, and the mistakes squaternion does not notice."""
+"""Quaternions of a robot on a floor, and the mistakes that squaternion does not notice."""
 import math
 
 import numpy as np

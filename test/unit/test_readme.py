@@ -1,4 +1,4 @@
-"""The README and doc/: whatever they name exists, and takes the arguments that they give it."""
+"""The README and doc/: all that they name exists, and takes the arguments that they give."""
 import fnmatch
 import pathlib
 import re
@@ -15,13 +15,13 @@ sys.path.insert(0, str(ROOT / 'test'))
 import make_parameters  # noqa: E402
 
 PAGES = [ROOT / 'README.md'] + sorted((ROOT / 'doc').glob('*.md'))
-#: What stands for a name of the reader's own, in paths and commands.
+#: Placeholders for the reader's own names, in paths and commands.
 PLACEHOLDER = re.compile(r'[A-Z]{2,}(?![a-z])')
-#: Names in backticks that are files of this package, wherever they lie.
+#: Names in backticks that are files of this package, in any folder.
 OWN_FILE = re.compile(r'[\w*./-]+\.(?:py|launch|test|rviz|sh|msg|srv)')
 #: Files of others, or of the reader, that the pages name.
 OTHERS = {'turtlebot3_robot.launch', 'move2goal.py'}
-#: What robot.launch may include.
+#: Launch files that robot.launch may include.
 LABS = ['turn', 'move2goal', 'gamepad', 'imu_sub']
 #: Launch files and rostests, by name.
 LAUNCHABLE = {path.name: path for folder, kind in (

@@ -1,8 +1,8 @@
 """Two drives of a real TurtleBot3 through the localizer, against the recordings themselves.
 
-What is expected is computed here from the raw messages: the odometry's displacement turned back
+The expected poses are computed here from the raw messages: the odometry's displacement turned back
 by the odometry's yaw at the reset, and the difference of the IMU's yaws. One displacement in the
-recordings is the firmware's fault at +/-180 deg, exactly backwards; it is turned round here first.
+recordings has the firmware's fault at +/-180 deg, exactly backwards; it is reversed here first.
 """
 import math
 
@@ -45,7 +45,7 @@ class Recording:
         return x, y, yaw, np.interp(stamp, self.imu[:, 0], self.imu[:, 1])
 
     def expected(self, declared, reset_stamp, stamp):
-        """(x, y, yaw) in local: the declared pose, then what the recording did since."""
+        """(x, y, yaw) in local: the declared pose, and the motion of the recording since."""
         x0, y0, yaw0, imu0 = self.at(reset_stamp)
         x, y, _, imu = self.at(stamp)
         forward = math.cos(yaw0) * (x - x0) + math.sin(yaw0) * (y - y0)
@@ -92,7 +92,7 @@ def replay(recording, asked=()):
 
 
 def assert_follows(recording, fixes, declared, reset_stamp):
-    """Position within 1 mm, heading within 0.2 deg of the transform of the recording."""
+    """The place is within 1 mm, the heading within 0.2 deg of the recording's transform."""
     assert fixes
     for fix in fixes:
         x, y, yaw = recording.expected(declared, reset_stamp, fix.stamp)
@@ -102,7 +102,7 @@ def assert_follows(recording, fixes, declared, reset_stamp):
 
 
 def assert_instant(recording, reset):
-    """A reset's stamp is its own instant on the robot's clock, as well as delays tell."""
+    """A reset's stamp is its instant on the robot's clock, within the error of the delays."""
     delays = [arrival - sample.stamp for arrival, sample in recording.arrivals
               if abs(arrival - reset.asked_at) < 3.0]
     assert min(delays) <= reset.asked_at - reset.stamp <= max(delays)
@@ -151,7 +151,7 @@ def test_a_reset_every_second(drive):
 
 
 def test_what_the_recordings_readme_says(drive):
-    """The raw numbers themselves, so that a wrong reading of them would show."""
+    """The raw numbers themselves, to notice a wrong reading of them."""
     assert len(drive.faults) == 1
     way = np.hypot(*np.diff(drive.odometry[:, 1:3], axis=0).T).sum()
     assert way == pytest.approx(4.46, abs=0.01)

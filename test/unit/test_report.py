@@ -1,4 +1,4 @@
-"""The run report, from bag to page: pictures, tables, the command and what it refuses."""
+"""The run report, from bag to page: pictures, tables, the command and its refusals."""
 import base64
 import csv
 import importlib.util
@@ -103,7 +103,7 @@ def test_wrong_usage():
 
 
 def spoil(what, bag, folder):
-    """The command line that names something bad."""
+    """A command line with something invalid."""
     path = folder / 'bad.bag'
     if what == 'text':
         path.write_text('this is no bag')

@@ -1,4 +1,4 @@
-"""The URDF that RViz gets: the simple shape against the robots' numbers, and its source."""
+"""The URDF for RViz: the simple shape against the robots' numbers, and the choice of the source."""
 import importlib.util
 import math
 import pathlib
@@ -14,7 +14,7 @@ from tb3_labs.ros.robot.messages import WHEEL_JOINTS
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 LINKS = {'base_footprint', 'base_link', 'wheel_left_link', 'wheel_right_link'}
 
-#: A stand-in for turtlebot3_description, whose root link tells which file was asked for.
+#: A stand-in for xacro: its link has the name of the file that was asked for.
 XACRO = '#!/bin/sh\necho "<robot name=\'r\'><link name=\'$(basename $1)\'/></robot>"\n'
 
 

@@ -126,7 +126,7 @@ def test_a_stuck_robot_is_given_up_within_two_seconds():
     ({'slip': 0.1, 'wheel_mismatch': 0.03, 'imu_drift_deg_per_min': 5.0}, 0.1135, 5.0)])
 def test_what_the_sensors_cannot_know_is_all_that_is_missed(fault, lost_share, drift_deg, law,
                                                             tolerance, patience):
-    """The goal is reached as far as wheels and IMU can tell, without hunting for it."""
+    """The goal is reached as far as wheels and IMU show, without swinging about it."""
     robot = SimulatorConfig(imu_offset_deg=59.1, command_latency=0.02, **fault)
     result = drive(LAB_GOAL, robot, DriveConfig(law=law))
     assert result.reached, result.failure
@@ -144,7 +144,7 @@ def test_what_the_sensors_cannot_know_is_all_that_is_missed(fault, lost_share, d
 @pytest.mark.parametrize('network', ['good', 'busy', 'bad'])
 @pytest.mark.parametrize('crosses', [False, True])
 def test_drives_over_a_network_arrive_and_are_never_said_to_have_arrived_falsely(network, crosses):
-    """Also with an IMU that crosses +-180 deg on the way, where one odometry is backwards."""
+    """Also with an IMU that crosses +/-180 deg on the way, where one displacement is reversed."""
     for seed in range(8):
         offset = 45.0 if crosses else 100.0          # the goal lies at 135 deg
         d = drive(LAB_GOAL, SimulatorConfig(imu_offset_deg=offset, seed=seed, **NETWORKS[network]))

@@ -44,8 +44,8 @@ def test_a_turn_takes_the_rate_to_its_limit():
 
 @pytest.mark.parametrize('mismatch', [-0.1, -0.2])
 def test_a_right_wheel_that_is_larger_overruns_by_a_known_share_of_the_way(mismatch):
-    """Held straight by the IMU, the larger wheel turns less, and the odometry knows no better: of
-    the true way it sees (1 + 1 / (1 - mismatch)) / 2."""
+    """The IMU holds the robot straight, so the larger wheel turns less. The odometry does not know
+    the mismatch: it measures (1 + 1 / (1 - mismatch)) / 2 of the true way."""
     result = drive(AHEAD, SimulatorConfig(wheel_mismatch=mismatch))
     seen = (1.0 + 1.0 / (1.0 - mismatch)) / 2.0
     assert result.reached
@@ -64,8 +64,8 @@ def test_slip_falls_short_by_its_share_of_the_way(goal):
 
 @pytest.mark.parametrize('drift_deg', [-60.0, 60.0])
 def test_an_imu_that_drifts_leaves_the_robot_turned_the_other_way(drift_deg):
-    """What the IMU takes for the goal's heading is off by the drift since the reset, 0.5 s
-    before the drive; the robot stands turned by as much, against the drift."""
+    """By the IMU, the goal's heading is off by the drift since the reset, 0.5 s before the drive.
+    The robot stands turned by this angle, against the drift."""
     result = drive(AHEAD, SimulatorConfig(imu_drift_deg_per_min=drift_deg))
     drifted = math.radians(drift_deg) / 60.0 * (result.time + 0.5)
     assert result.reached
@@ -75,7 +75,7 @@ def test_an_imu_that_drifts_leaves_the_robot_turned_the_other_way(drift_deg):
 def test_a_drive_that_is_given_up_in_full_motion_is_no_rest_and_coasts():
     result = drive(Pose2(5.0, 0.0, 0.0), SimulatorConfig(), give_up_after=3.0)
     assert not result.reached and not result.rested and result.failure == ''
-    # nobody says zero: the board waits for its timeout and a tick, then the motors' lag
+    # no zero is sent: the board waits for its timeout and a tick, then the motors' lag
     fading = LAG * math.log(0.2108 / 0.001)
     assert result.time == pytest.approx(3.0 + COMMAND_TIMEOUT + 1 / 60 + fading, abs=0.06)
     coasted = 0.2108 * (COMMAND_TIMEOUT + 1 / 60 + LAG)
@@ -84,7 +84,7 @@ def test_a_drive_that_is_given_up_in_full_motion_is_no_rest_and_coasts():
 
 
 def test_where_it_is_declared_and_where_it_truly_starts_do_not_matter():
-    """The goal is a metre ahead of the declared pose, wherever that and the robot are."""
+    """The goal is a metre ahead of the declared pose, for any such pose and any start."""
     declared = Pose2(3.0, -2.0, 2.0)
     result = drive(declared @ AHEAD, SimulatorConfig(start_x=-4.0, start_y=1.0, slip=0.2),
                    declared=declared)
@@ -106,7 +106,7 @@ def test_a_turn_is_counted_over_whole_turns(degrees):
 
 @pytest.mark.parametrize('degrees', [90.0, -90.0])
 def test_a_turn_by_an_imu_that_lags_behind_goes_too_far_by_what_it_lacks(degrees):
-    """An IMU that drifts against the turn, by 10 deg each second, sees too little of it."""
+    """An IMU that drifts against the turn, by 10 deg each second, measures too little of it."""
     drift = -math.copysign(600.0, degrees)
     turn, = turns([degrees], SimulatorConfig(imu_drift_deg_per_min=drift))
     beyond = abs(math.degrees(turn.turned)) - 90.0
@@ -134,7 +134,7 @@ def test_the_handouts_law_drives_slower_than_the_limit_and_is_seen_to():
 
 
 def test_what_the_figures_are_judged_by():
-    """The numbers themselves: another one would judge every benchmark by another measure."""
+    """The limits themselves: another limit would change every benchmark."""
     assert (rollout.LOOK_PERIOD, rollout.TURN_LOOK_PERIOD, rollout.SETTLED_TIME) == (
         0.02, 0.005, 0.5)
     assert rollout.AT_REST == (0.005, 0.03)

@@ -43,9 +43,9 @@ def test_clocks(run):
 
 
 @pytest.mark.parametrize('begin, end, arrival', [
-    (3.0, 5.0, 5.0),       # the recorder was busy, and took all of it at once
-    (0.0, 0.6, 0.6),       # so it was when it began
-    (9.25, 9.95, 10.6),    # and when it ended
+    (3.0, 5.0, 5.0),       # the recorder was busy, and took all messages at once
+    (0.0, 0.6, 0.6),       # it was busy at its begin
+    (9.25, 9.95, 10.6),    # and at its end
     (6.0, 8.0, 6.0)])      # its simulated clock stood still
 def test_stamps_count_where_the_recorder_is_late(begin, end, arrival):
     late = np.where((SENT > begin - 0.01) & (SENT < end), arrival, SENT)
@@ -53,7 +53,7 @@ def test_stamps_count_where_the_recorder_is_late(begin, end, arrival):
 
 
 def test_stamps_that_are_passed_on_stay_the_senders():
-    """local_pose bears the odometry's stamps, and comes long after it."""
+    """local_pose has the odometry's stamps, and comes long after it."""
     robot = SenderClock.of(SENT, SENT + AHEAD)
     passed_on = SENT[::2]
     assert times_on_recorders_clock(

@@ -1,4 +1,4 @@
-"""What both sensors said at one instant: orders of arrival, gaps, and clocks that misbehave."""
+"""Both sensors at one instant: orders of arrival, gaps, and clocks with faults."""
 import math
 import random
 from dataclasses import replace
@@ -45,7 +45,7 @@ def instant_at(history, now):
 
 
 def assert_instant(instant, robot, now, ahead=None, seconds=1e-6, radians=1e-6):
-    """Both sensors as they were at the instant's stamp, which is `now` on the sender's clock."""
+    """Both readings are those of the instant's stamp, which is `now` on the sender's clock."""
     time = instant.stamp - (robot.clock_ahead if ahead is None else ahead)
     assert abs(time - now) <= seconds
     assert_pose(instant.odom_T_base, robot.odometry_start.then(*robot.moved(time)), 1e-9, radians)
@@ -143,7 +143,7 @@ def test_of_several_that_wait_the_newest_is_taken():
 
 
 def pairs_without_imu(silent):
-    """Pairs of a robot whose IMU is silent for that long from 2.0 s on, and when they were."""
+    """Pairs, with their times, of a robot whose IMU is silent for `silent` [s] from 2.0 s on."""
     messages = [(arrival, sample) for arrival, sample in SPINNING.messages(0.0, 8.0)
                 if not (isinstance(sample, ImuSample) and 2.0 < arrival < 2.0 + silent)]
     pairs, history = [], SampleBuffer()
@@ -164,7 +164,7 @@ def test_no_pair_is_made_up_in_a_long_silence_of_the_imu(silent):
 
 @pytest.mark.parametrize('silent', [0.2, 0.35, 0.5, 0.9])
 def test_the_odometry_bridges_a_gap_of_the_imu(silent):
-    """A node leaves out the IMU's samples but for the newest of those that came together."""
+    """Of IMU samples that came together a node reads only the latest."""
     pairs, _ = pairs_without_imu(silent)
     assert_right(pairs, SPINNING)
     history = SampleBuffer()
@@ -176,7 +176,7 @@ def test_the_odometry_bridges_a_gap_of_the_imu(silent):
 
 
 def test_a_bridge_ends_where_the_imu_says_also_if_the_wheels_slip():
-    """The odometry turns a tenth less than the IMU: what that leaves is spread over the gap."""
+    """The odometry turns a tenth less than the IMU: the difference is spread over the gap."""
     history = SampleBuffer()
     for time in (0.0, 0.1, 0.7, 0.8):
         add(history, time, ImuSample(10.0 + time, math.remainder(1.0 * time + 3.0, 2 * math.pi), 1.0))
@@ -342,7 +342,7 @@ def test_a_network_that_stalls_every_few_seconds_does_not_spoil_the_stamps():
 
 @pytest.mark.parametrize('apart', [5.0, -5.0, 1e9])
 def test_two_clocks_that_disagree_are_no_use(apart):
-    """Odometry stamped by another machine: arrival is what the two have in common."""
+    """Odometry stamped by another machine: both sensors have only the arrival in common."""
     history = SampleBuffer()
     for arrival, sample in SPINNING.messages(0.0, 4.0):
         if not isinstance(sample, ImuSample):
@@ -356,7 +356,7 @@ def test_two_clocks_that_disagree_are_no_use(apart):
 
 @pytest.mark.parametrize('seed', range(5))
 def test_now_is_late_by_the_least_delay_of_a_jittery_network(seed):
-    """20 ms, and something exponential of 20 ms on top of it, for each message; in order."""
+    """20 ms, and an additional exponential delay of 20 ms, for each message; in order."""
     chance, history, last = random.Random(seed), SampleBuffer(), 0.0
     for time, sample in SPINNING.messages(0.0, 8.0):
         last = max(last, time + 0.02 + chance.expovariate(50.0))

@@ -1,4 +1,4 @@
-"""Rates, gaps, ways and offsets of sensors that are made by hand."""
+"""Rates, gaps, path lengths and offsets of made-up samples."""
 import math
 
 import numpy as np
@@ -39,7 +39,7 @@ def offset_of(imu_yaw, kept=slice(None)):
 
 
 def test_an_offset_that_grows_has_its_mean_spread_and_drift():
-    """From 170 deg to 190: the mean is half a turn, the spread that of a uniform one."""
+    """From 170 deg to 190: the mean is half a turn, the spread that of a uniform distribution."""
     offset = offset_of(np.radians(170.0 + 2.0 * TIME))
     assert abs(math.degrees(offset.mean)) == pytest.approx(180.0)
     assert math.degrees(offset.spread) == pytest.approx(20.0 / math.sqrt(12.0), rel=0.01)

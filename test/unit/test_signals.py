@@ -41,7 +41,7 @@ class Process(subprocess.Popen):
         return self.stdout.readline().strip()
 
     def rest(self):
-        """What it still prints until its end; it has 10 s."""
+        """The rest of its output, up to its end within 10 s."""
         try:
             text, _ = self.communicate(timeout=10.0)
         finally:

@@ -1,4 +1,4 @@
-"""Faults of the embedded robot, and its network seen through it."""
+"""Faults of the embedded robot, and the effects of its network."""
 from dataclasses import replace
 
 import pytest
@@ -82,7 +82,7 @@ def test_a_cut_holds_up_samples_and_they_come_in_one_burst():
 
 
 def test_what_arrives_together_is_known_from_what_arrives_one_after_the_other():
-    """Bursts are the samples of a step, and one of them is a stall: nothing of it is missing."""
+    """The bursts hold all samples of a step, also those that a stall delayed."""
     config = SimulatorConfig(stalls_per_min=60.0, longest_stall=0.5)
     robot = Simulator(config)
     bursts = [burst for _ in range(40) for burst in robot.step_in_bursts(0.5)]
@@ -103,7 +103,7 @@ def test_the_firmware_stops_in_a_cut_and_then_obeys_the_newest_command():
     robot.step(0.1)
     cut(robot, True)
     for _ in range(8):
-        robot.command(-0.05, 0.0)    # held up, and no command for the timeout
+        robot.command(-0.05, 0.0)    # delayed, and no command for the timeout
         robot.step(0.05)
     assert robot.true_velocity[0] > 0.09
     robot.command(0.2, 0.0)
@@ -111,7 +111,7 @@ def test_the_firmware_stops_in_a_cut_and_then_obeys_the_newest_command():
     assert robot.true_velocity == (0.0, 0.0)
     robot.step(5.0)
     assert robot.true_velocity == (0.0, 0.0)
-    cut(robot, False)                # the newest one, sent 5.1 s ago, arrives now
+    cut(robot, False)                # the latest one, sent 5.1 s ago, arrives now
     robot.step(1 / 30)
     assert robot.true_velocity[0] == pytest.approx(0.2, abs=MOTOR_STEP)
     robot.step(0.49 - 1 / 30)        # the timeout counts from the arrival
@@ -231,7 +231,7 @@ def test_a_fault_that_begins_anew_keeps_another_sample():
 
 
 def test_what_is_no_fault_leaves_the_faults_alone():
-    """A frozen sensor stays at the same sample, and the dropouts come when they would have come."""
+    """A frozen sensor stays at the same sample, and the times of the dropouts do not change."""
     plain = Simulator(SimulatorConfig(dropouts_per_min=30.0, imu_frozen=True, motor_lag=0.0))
     tuned = Simulator(plain.config)
     samples = [[sample.stamp for sample in plain.step(20.0)], []]

@@ -156,7 +156,7 @@ def test_reset_while_driving(runs_on):
     drive(robot, 1.0, 0.1, 0.0)
     start = robot.truth.x
     robot.reset()
-    assert drive(robot, 2.5, -0.1, 0.0) == []   # deaf as well as dumb
+    assert drive(robot, 2.5, -0.1, 0.0) == []   # it neither receives nor sends
     way = robot.truth.x - start
     assert way == pytest.approx(0.25 if runs_on else 0.1 * 0.05, abs=0.002)
 
@@ -227,7 +227,7 @@ def test_what_it_truly_does_between_two_ticks_is_known():
 
 
 def test_a_command_holds_for_half_a_second_to_the_tick():
-    """Arrived at 0.1 s, it is obeyed at the tick of 0.6 s and no more at that of 0.6333 s."""
+    """It arrived at 0.1 s, is obeyed at the tick of 0.6 s, and not at that of 0.6333 s."""
     robot = Simulator(STIFF)
     robot.step(0.1001)
     robot.command(0.1, 0.0)

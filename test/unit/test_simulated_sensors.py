@@ -1,4 +1,4 @@
-"""What the embedded robot measures, against physics and the firmware's known behaviour."""
+"""The samples of the embedded robot, against physics and the firmware's known behaviour."""
 import math
 from dataclasses import replace
 
@@ -67,7 +67,7 @@ def test_one_spike_where_the_imu_crosses_half_a_turn(direction, offset):
     assert spikes[0].angular == pytest.approx(rate - direction * 2 * math.pi * 30, abs=0.01)
     before = samples[samples.index(spikes[0]) - 1]
     moved = before.pose.inverse() @ spikes[0].pose
-    assert moved.x == pytest.approx(-0.05 / 30, abs=2 * TICK)     # taken backwards
+    assert moved.x == pytest.approx(-0.05 / 30, abs=2 * TICK)     # reversed
     assert samples[-1].pose.yaw == pytest.approx(robot.truth.yaw, abs=1e-9)
 
 

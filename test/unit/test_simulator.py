@@ -1,4 +1,4 @@
-"""The embedded robot's clock: how time is cut, rates, seeds."""
+"""The embedded robot's clock: steps of any length, rates, seeds."""
 import math
 import time
 from dataclasses import replace
@@ -38,7 +38,7 @@ def test_ten_steps_are_one_also_where_they_add_up_to_less():
     robot, samples = Simulator(config), []
     for _ in range(10):
         samples += robot.step(0.1)
-    assert robot.now < 1.0      # what was measured at 0.9 s arrives all the same
+    assert robot.now < 1.0      # the sample of 0.9 s arrives nevertheless
     assert samples == Simulator(config).step(1.0) and samples[-1].stamp == pytest.approx(0.9)
 
 

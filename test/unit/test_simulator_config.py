@@ -1,4 +1,4 @@
-"""What can be set about the embedded robot: at the start, while it runs, and not at all."""
+"""The settings of the embedded robot: at the start, while it runs, and invalid ones."""
 import math
 import pathlib
 import statistics
@@ -29,7 +29,7 @@ def test_what_belongs_to_the_start_cannot_change_later():
     {item.name for item in fields(SimulatorConfig)} - set(STARTING) - set(FAULTS)
     - {'stalled', 'network_cut'}))
 def test_physics_may_change_while_it_drives(name):
-    """Nothing jumps: what has been driven so far stays."""
+    """Nothing jumps: the motion so far is kept."""
     robot = Simulator(QUIET)
     drive(robot, 1.0, 0.1, 0.5)
     robot.step(0.013)   # between two ticks of the board
@@ -62,7 +62,7 @@ def test_the_launch_file_offers_every_setting_in_the_same_words():
             ' [{}]'.format(unit) if unit else '')
 
 
-#: Field: closed bounds. Numbers of their own: a bound that moves is seen here.
+#: Field: closed bounds, written a second time, so that a changed bound is noticed.
 BOUNDS = {
     'start_x': (-1000.0, 1000.0), 'start_y': (-1000.0, 1000.0), 'start_yaw_deg': (-360.0, 360.0),
     'imu_offset_deg': (-360.0, 360.0), 'seed': (0, 2147483647), 'imu_rate': (1.0, 1000.0),
@@ -86,7 +86,7 @@ def test_every_number_has_the_bounds_it_had():
 
 
 def test_a_robot_of_its_own_accord_is_sound_and_at_home():
-    """The defaults: those of a real Burger, and nothing that spoils it."""
+    """The defaults: those of a real Burger, without faults."""
     config = SimulatorConfig()
     assert (config.model, config.stalled) == ('burger', 'both')
     some = {'seed': 1, 'imu_rate': 200.0, 'odom_rate': 30.0, 'imu_noise_deg': 0.005,

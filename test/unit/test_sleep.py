@@ -1,4 +1,4 @@
-"""A process that did not run: seen by the clock at the next look, and once."""
+"""A process that did not run: noticed at the next look at the clock, and once."""
 import pytest
 
 from tb3_labs.supervision.sleep import SleepWatch

@@ -5,7 +5,7 @@ from soak import soak
 def test_nothing_grows():
     result = soak(600.0)
     assert result.failures == [] and len(result.drives) > 30
-    # what is learned of the robot in one drive must not spoil the next ones
+    # the delay and lag learned in one drive must not spoil the next ones
     assert max(result.drives) <= 0.006 and max(result.headings) <= 0.5
     assert max(result.turns) <= 0.5
     half = len(result.objects) // 2

@@ -1,4 +1,4 @@
-"""Speed laws and limits: the handouts' numbers, braking as physics has it, what a wheel can do."""
+"""Speed laws and limits: the handouts' numbers, the physics of braking, the limits of a wheel."""
 import math
 from itertools import product
 

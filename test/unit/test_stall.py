@@ -1,4 +1,4 @@
-"""A robot that is told to move: stuck, driven past its goal, or never at rest."""
+"""A robot that is told to move: stalled, driven past its goal, or never at rest."""
 import pytest
 
 from tb3_labs.supervision.stall import (

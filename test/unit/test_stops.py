@@ -1,4 +1,4 @@
-"""Every fault in every state of a drive, and in a turn: when and where the robot truly stands."""
+"""Every fault in every state of a drive, and in a turn: time and true place of the stop."""
 import math
 from dataclasses import replace
 
@@ -12,15 +12,15 @@ from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.supervision.frozen import FROZEN_TIME
 
 FASTEST, FASTEST_TURN = 0.2108, 1.5     # [m/s], [rad/s]
-#: From a zero command to rest: under way, the firmware's period, the motors' lag five times.
+#: Time from a zero command to rest: its delay, the firmware's period, five times the motors' lag.
 COASTING = ROBOT.command_latency + 1.0 / 30.0 + 5.5 * ROBOT.motor_lag
 SILENCE = 0.3
-#: From the begin of a standstill to its notice [s], as the requirement says.
+#: Longest time from the begin of a stall to its notice [s], as required.
 STUCK = 2.0
 
 
 def stops(fault, law):
-    """(in which motion, Stop) for every motion that needs what fails."""
+    """(motion, Stop) for every motion that needs the failing part."""
     for state in DRIVING:
         yield state, stop_of_a_drive(GoalState[state], fault, drive_config=DriveConfig(law=law))
     yield 'turn', stop_of_a_turn(fault, turn_config=TurnConfig(law=law), degrees=179.0)
@@ -52,7 +52,7 @@ def test_the_same_sample_again_and_again(lost, law):
             continue
         # a step of the handout's law, twice, and samples that are under way
         assert_stands(stop, FROZEN_TIME + 0.1 + 0.1 + 0.05)
-        assert 'says the very same' in stop.reason, (motion, stop)
+        assert 'repeats one reading' in stop.reason, (motion, stop)
 
 
 @pytest.mark.parametrize('law', ['precise', 'lab'])
@@ -65,7 +65,7 @@ def test_motors_that_do_nothing(law):
 
 def test_wheels_that_spin_without_turning_the_robot():
     for motion, stop in stops(setting(slip=1.0), 'precise'):
-        if motion != 'MOVE_FORWARD':     # there the wheels themselves say that it drives
+        if motion != 'MOVE_FORWARD':     # there the wheels' odometry shows a drive
             assert stop.to_zero <= STUCK and 'does not move' in stop.reason, (motion, stop)
 
 
@@ -96,12 +96,12 @@ def test_without_a_fault_it_drives_on_and_is_not_at_zero(law):
                            drive_config=DriveConfig(law=law))
     assert stop.reason == '' and stop.to_zero == math.inf
     assert stop.to_rest == pytest.approx(PATIENCE, abs=0.01)
-    # The lab's law slows down with the distance that is left.
+    # The lab's law slows down with the remaining distance.
     assert stop.way == pytest.approx(FASTEST * PATIENCE, rel=0.05 if law == 'precise' else 0.6)
 
 
 def test_a_turn_without_a_fault_is_measured_to_its_end():
-    """240 deg: 0.7 s of it are over, the rest takes less than is waited for."""
+    """240 deg: 0.7 s of it are over, and the rest takes less than the wait."""
     stop = stop_of_a_turn(lambda robot: None, degrees=240.0)
     left = math.radians(240.0) - FASTEST_TURN * 0.7
     assert left <= stop.turn <= left + FASTEST_TURN * 0.2      # it had to get up to speed
@@ -111,7 +111,7 @@ def test_a_turn_without_a_fault_is_measured_to_its_end():
 
 @pytest.mark.parametrize('degrees', [179.0, -179.0])
 def test_motors_that_run_on_through_the_boards_reset_are_seen_to(degrees):
-    """The core says zero at once, and the board does not hear it for 2 s."""
+    """The core sends zero at once, and the board does not receive it for 2 s."""
     deaf = replace(ROBOT, reset_pause=2.0, reset_runs_on=True)
     stop = stop_of_a_drive(GoalState.MOVE_FORWARD, Simulator.reset, deaf)
     assert stop.to_zero <= SILENCE

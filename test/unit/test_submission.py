@@ -1,4 +1,4 @@
-"""Submissions are found and made to run; services of unknown types are filled and read."""
+"""Submissions are found and repaired; services of unknown types are filled and read."""
 import math
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""One turn: what was asked for, what is left, and how its end is told."""
+"""One turn: the angle asked for, the remaining angle, and the text of its result."""
 import math
 
 import pytest

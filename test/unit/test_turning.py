@@ -103,7 +103,7 @@ def test_the_handouts_law_ends_short_where_nothing_is_late():
     for degrees in (90.0, -90.0):
         turn, = turns([degrees], prompt, LAB)
         short = 90.0 - abs(math.degrees(turn.turned))
-        # inside 10 degrees at a look each 0.1 s, at 1 rad/s or less
+        # inside 10 degrees with one step each 0.1 s, at 1 rad/s or less
         assert 10.0 - math.degrees(0.1 * 1.0) - math.degrees(1.0 / 30.0) - 0.5 < short < 10.0
 
 

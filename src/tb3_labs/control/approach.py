@@ -1,11 +1,11 @@
 """Going a remaining way to zero, and coming to rest there, in spite of delays.
 
-This is the policy of speed and of the last millimetres. It stands on two pieces:
-:mod:`tb3_labs.control.dead_time` answers where the robot would come to rest if it were told to stop
-now, :mod:`tb3_labs.control.motor_response` identifies the delay and the lag for that.
+This module chooses the speed, also for the last millimetres. It uses two pieces.
+:mod:`tb3_labs.control.dead_time` predicts the remaining way at rest if the robot were told to stop
+now. :mod:`tb3_labs.control.motor_response` identifies the delay and the lag for that.
 
-The speed is set by a braking profile. Its input is the way that would be left if the robot stopped
-now. *Nudges* make up for the last bit: short commands to a robot that was told to stop before.
+A braking profile sets the speed from that predicted way. *Nudges* correct the last bit: short
+commands to a robot that was told to stop before.
 
 Units: radians or metres for ways, per second for speeds; seconds. Works for either direction.
 Source: braking profile, see :func:`tb3_labs.control.speed_laws.braking_speed`.
@@ -20,28 +20,28 @@ from tb3_labs.control.speed_laws import braking_speed, clamp
 
 @dataclass(frozen=True)
 class ApproachConfig:
-    """How one axis, turning or driving, comes to rest. Lengths are [rad] or [m]."""
+    """Settings of an approach of one axis, turning or driving. Lengths are [rad] or [m]."""
 
     #: Each command is obeyed for this long [s].
     period: float
     #: A command changes by this much at most [1/s^2].
     acceleration: float
-    #: Deceleration that is planned with [1/s^2]. It is less than `acceleration`, so that the plan
-    #: can be followed in spite of disturbance.
+    #: Deceleration of the braking profile [1/s^2]. It is less than `acceleration`, so that the
+    #: robot can follow the profile in spite of disturbance.
     braking: float
-    #: Near zero the speed is this times the way at rest [1/s].
+    #: Near zero the speed is this gain times the way at rest [1/s].
     gain: float
     #: The lowest speed that is commanded, so that a low gain still finishes the last bit.
     slowest: float
     #: If the predicted rest is this near to zero, the command is a stop. Otherwise the lowest speed
     #: would swing about zero.
     close_enough: float
-    #: `close_enough` for a robot that was already told to stop; the larger of both holds.
+    #: The same for a robot that was already told to stop; the larger of both holds.
     leave_alone: float = 0.0
-    #: The robot backs up only where it would come to rest beyond zero by more than this.
+    #: The robot backs up only if it would come to rest beyond zero by more than this.
     backwards_from: float = 0.0
-    #: The gain is divided by 1 plus this for each reversal: an approach that turns back again and
-    #: again has a wrong model of the robot.
+    #: The gain is divided by 1 plus this for each reversal: an approach that reverses repeatedly
+    #: has a wrong model of the robot.
     reversal_caution: float = 1.0
     #: This much is added to that divisor for a nudge, which the robot may obey for two periods.
     nudge_caution: float = 0.5
@@ -67,15 +67,15 @@ class Approach:
         self._history = CommandHistory(self._config.period)
         self._identification = Identification(self._response, self._config.speed_is_prompt)
         self._motor_speed = 0.0
-        self._start_remaining = math.nan    # until the first step
-        self._direction = 0.0     # of the latest command that was not zero,
-        self._reversals = 0       # and how often it changed
+        self._start_remaining = math.nan    # before the first step
+        self._direction = 0.0     # of the latest command that was not zero
+        self._reversals = 0       # changes of that direction
         self._nudges = False      # was the robot told to stop since the start?
-        #: The way that would remain if the robot were told to stop now.
+        #: The remaining way if the robot were told to stop now.
         self.at_rest = math.inf
 
     def extend(self, by: float) -> None:
-        """The way that remains has grown by `by`: the goal was moved during the approach."""
+        """Add `by` to the remaining way: the goal was moved during the approach."""
         self._start_remaining += by
 
     def told_to_rest(self, age: float = 0.0) -> bool:
@@ -86,10 +86,11 @@ class Approach:
 
     def step(self, remaining: float, speed: float, fastest: float, dt: float,
              uncertainty: float = 0.0) -> float:
-        """The speed to command, given the way left and the measured speed, `dt` after the last.
+        """The speed to command, given the remaining way and the measured speed, `dt` [s] after the
+        last step.
 
-        `remaining` may be wrong by `uncertainty`: no correction is made that is smaller. The speed
-        is at most `fastest`.
+        `remaining` may be wrong by `uncertainty`: smaller corrections are not made. The speed is at
+        most `fastest`.
         """
         if not self._direction:
             dt = self._begin(remaining, speed)
@@ -104,7 +105,7 @@ class Approach:
         return self._history.command
 
     def _begin(self, remaining: float, speed: float) -> float:
-        """Nothing was commanded yet: the approach begins here. Returns the time of its step [s]."""
+        """Begin the approach with its first step. Returns the time of that step [s]."""
         self._history = CommandHistory(self._config.period)
         self._identification.begin(speed)
         self._start_remaining = remaining
@@ -112,7 +113,7 @@ class Approach:
         return self._config.period
 
     def _predict(self, remaining: float, speed: float, dt: float) -> float:
-        """The way at rest, with the motors' speed as measured, or as the model has it."""
+        """The way at rest, by the motors' speed as measured, or as the model predicts it."""
         estimate = self._identification.estimate
         if self._config.speed_is_prompt:
             self._motor_speed = speed

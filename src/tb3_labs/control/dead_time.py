@@ -1,16 +1,16 @@
-"""Dead-time compensation: what was commanded and is not driven yet.
+"""Dead-time compensation: the travel that is commanded and not driven yet.
 
 A robot obeys late. A command is under way for the *delay*, and the motors follow with a first-order
 *lag*. A controller that brakes by the measured position alone overshoots by the travel that is
-still to come. A Smith predictor subtracts that travel with a model of the robot: the controller
-then sees the robot as it would stand if it were told to stop now,
+still to come. A Smith predictor subtracts that travel by a model of the robot. The controller then
+brakes by the way that would remain if the robot were told to stop now,
 
     remaining - (speed of the motors) * lag - (travel of the commands under way)
 
 The middle term is the coasting of a first-order motor: the integral of v exp(-t / lag) is v lag.
 
 Commands are given in the rhythm of the firmware, one for each of its control periods. Each is
-then obeyed for exactly one period, so what is under way is known.
+obeyed for exactly one period, so the commands under way are known.
 
 Units: seconds; radians or metres for travel, per second for speeds. Works for either direction.
 Source: O. J. M. Smith, Closer control of loops with dead time, Chemical Engineering Progress 53
@@ -27,7 +27,7 @@ LEAST_LAG = 1e-6
 
 
 class CommandHistory:
-    """The commands since a start, each for one period of the robot; nothing but stops before."""
+    """The commands since a start, each for one period of the robot; only stops before."""
 
     def __init__(self, period: float) -> None:
         """`period`: each command is obeyed for this long [s]."""
@@ -38,11 +38,11 @@ class CommandHistory:
         #: The latest command.
         self.command = 0.0
         self._same_since = 0.0
-        self._earlier_travel = 0.0        # commanded up to the begin of the latest period
+        self._earlier_travel = 0.0        # commanded before the latest period
 
     @property
     def begin(self) -> float:
-        """Begin of the period that a command given now is for [s]."""
+        """Begin of the period for which a command given now holds [s]."""
         return round(self.now / self._period) * self._period
 
     @property
@@ -93,7 +93,7 @@ class CommandHistory:
         return next((command for time, command in reversed(self._sent) if time <= horizon), 0.0)
 
     def only_stops_since(self, time: float) -> bool:
-        """Was nothing but a stop commanded for the periods from `time` on?"""
+        """Were only stops commanded for the periods from `time` on?"""
         return not any(command for begin, command in self._sent if begin >= time)
 
 
@@ -107,5 +107,5 @@ def followed(speed: float, command: float, lag: float, dt: float) -> float:
 
 def way_at_rest(remaining: float, motor_speed: float, history: CommandHistory, delay: float,
                 lag: float) -> float:
-    """The part of `remaining` that would be left if the robot were told to stop now."""
+    """The part of `remaining` that would remain if the robot were told to stop now."""
     return remaining - motor_speed * lag - history.travel_under_way(delay)

@@ -1,4 +1,4 @@
-"""How to move in each state of a drive to a goal: the handout's law and a precise one.
+"""The laws of a drive to a goal, for each of its states: the handout's law and a precise one.
 
 Units: metres, radians, seconds; poses in the local frame. Sources: LabLaw is the Transformation
 lab's handout, number by number; PreciseLaw brakes by :mod:`tb3_labs.control.approach`.
@@ -17,21 +17,21 @@ from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import RobotModel
 
-#: A drive that would end beyond the goal by more than this share of the tolerance backs up.
+#: A robot that would stop beyond the goal by more than this share of the tolerance backs up.
 OUTSIDE = 0.8
 
 
 @dataclass(frozen=True)
 class DriveConfig(Config):
-    """How to drive to a goal."""
+    """Settings of a drive to a goal."""
 
     law: str = setting('precise', "precise, or lab for the handout's own law",
                        choices=('precise', 'lab'))
     allow_reverse: bool = setting(False, 'drive backwards where that is the shorter way')
-    distance_tolerance: float = setting(0.01, 'how near counts as there', unit='m',
+    distance_tolerance: float = setting(0.01, 'the goal is reached within this distance', unit='m',
                                         low=0.002, high=1.0)
-    angle_tolerance_deg: float = setting(0.5, 'how near counts as faced', unit='deg',
-                                         low=0.2, high=45.0)
+    angle_tolerance_deg: float = setting(0.5, 'the heading is reached within this angle',
+                                         unit='deg', low=0.2, high=45.0)
     max_linear: float = setting(0.26, "fastest drive; the robot's own limit holds as well",
                                 unit='m/s', low=0.02, high=1.0)
     max_angular: float = setting(1.5, "fastest turn; the robot's own limit holds as well",
@@ -44,7 +44,7 @@ class DriveConfig(Config):
 
 def make_law(config: DriveConfig, model: RobotModel,
              response: Optional[Response] = None) -> DrivingLaw:
-    """The law that `config` asks for; `response` is what was learned of this robot so far."""
+    """The law named in `config`; `response` holds this robot's delay and lag as far as known."""
     if config.law == 'lab':
         return LabLaw(config, model)
     return PreciseLaw(config, model, response)
@@ -68,14 +68,14 @@ class LabLaw:
         """The handout's law remembers nothing."""
 
     def resume(self, state: GoalState, pose: Pose2, goal: Pose2) -> GoalState:
-        """It goes on in the same state."""
+        """The handout's law goes on in the same state."""
         return state
 
     def rotate_to_goal(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
         """Turn towards the goal."""
         error = difference(motion.pose.bearing_to(goal), motion.pose.yaw)
         if motion.pose.distance_to(goal) < self.distance_tolerance:
-            error = 0.0           # already there: the bearing means nothing
+            error = 0.0           # at the goal the bearing means nothing
         return self._turn(error, self.ROTATE_TO_GOAL_GAIN)
 
     def move_forward(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
@@ -84,11 +84,11 @@ class LabLaw:
         return LawStep(Twist2(self._forward, 0.0), distance, distance < self.distance_tolerance)
 
     def rotate_to_final(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
-        """Turn to the heading asked for."""
+        """Turn to the goal's heading."""
         return self._turn(difference(goal.yaw, motion.pose.yaw), self.ROTATE_TO_FINAL_GAIN)
 
     def shortfall(self, pose: Pose2, goal: Pose2) -> str:
-        """The handout is content with where it stopped."""
+        """The handout accepts any pose in which it stopped."""
         return ''
 
     def _turn(self, error: float, gain: float) -> LawStep:
@@ -97,7 +97,7 @@ class LabLaw:
 
 
 def driving_approach(config: DriveConfig) -> ApproachConfig:
-    """How a precise drive comes to rest on its line."""
+    """The ApproachConfig of a precise drive along its line."""
     return ApproachConfig(
         period=PreciseTurn.period, acceleration=config.linear_acceleration,
         braking=0.2 * config.linear_acceleration, gain=15.0, slowest=0.015, close_enough=0.0005,
@@ -105,23 +105,23 @@ def driving_approach(config: DriveConfig) -> ApproachConfig:
 
 
 class PreciseLaw:
-    """As fast as the limits allow, stopping where it should.
+    """As fast as the limits allow, with an exact stop.
 
-    Turns are a PreciseTurn each, the way along the line is an Approach. While driving, the robot
-    follows the straight line from where it started to the goal: it looks at a point of the line a
-    little ahead, and turns towards it.
+    Each turn is a PreciseTurn, the way along the line is an Approach. While driving, the robot
+    follows the straight line from its start to the goal: it steers towards a point of the line a
+    little ahead.
     """
 
     period = PreciseTurn.period
-    #: Nearer than this to facing along the line, driving begins: the braking turn ends on the way.
+    #: Driving begins at this angle from the line: the braking turn ends on the way.
     FACING = 0.1                  # [rad]
-    #: Nearer than this to facing along the line, a drive that was interrupted goes on along it.
+    #: A drive that was interrupted goes on along its line within this angle from it.
     ALONG = 0.3                   # [rad]
-    #: The drive ends where the robot would come to rest this far ahead of the goal.
+    #: The drive ends when the robot would come to rest this far before the goal.
     STOP_AHEAD = 0.0005           # [m]
-    #: How far ahead on the line the robot looks: large is calm, small is strict.
+    #: Distance of the point ahead on the line: large is calm, small is strict.
     LOOK_AHEAD = 0.20             # [m]
-    #: A robot that is slower than this does not drive.
+    #: A robot that is slower than this counts as standing.
     REST_SPEED = 0.01             # [m/s]
 
     def __init__(self, config: DriveConfig, model: RobotModel,
@@ -138,7 +138,7 @@ class PreciseLaw:
         self._driving = Approach(driving_approach(config), response)
 
     def start(self, pose: Pose2, goal: Pose2) -> None:
-        """Choose the way: the line to the goal, and which end of the robot goes first."""
+        """Choose the line to the goal, and the end of the robot that goes first."""
         self._line = pose.bearing_to(goal)
         self._there = pose.distance_to(goal) <= 0.5 * self.distance_tolerance
         backwards = wrap(self._line + math.pi)
@@ -149,8 +149,11 @@ class PreciseLaw:
         self._final = False
 
     def resume(self, state: GoalState, pose: Pose2, goal: Pose2) -> GoalState:
-        """The state in which an interrupted drive goes on: along its line if the robot still faces
-        along it, at the last turn if only that was left; else it begins anew from here."""
+        """The state in which an interrupted drive goes on.
+
+        It drives on along its line if the robot still faces along it, and makes the last turn if
+        only that remained. Else it begins anew from here.
+        """
         along = wrap(self._line + math.pi) if self._reverse else self._line
         off = difference(along, pose.yaw)
         if state is GoalState.MOVE_FORWARD and abs(off) <= self.ALONG:
@@ -164,17 +167,17 @@ class PreciseLaw:
         return state
 
     def rotate_to_goal(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
-        """Turn to face along the line, braking so that the turn would end there."""
+        """Turn to face along the line, and brake so that the turn would end there."""
         if self._there:
             return LawStep(Twist2(), 0.0, True)
         turn = self._turn(motion, dt)
         return self._step(0.0, turn, turn.remaining, abs(turn.remaining) < self.FACING)
 
     def move_forward(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
-        """Along the line to the goal, the heading held; ends where it would come to rest there.
+        """Drive along the line; ends when the robot would come to rest at the goal.
 
-        A delayed command may let the robot drive past the goal. It then waits for rest, and backs
-        up straight if that is outside the tolerance.
+        A delayed command may let the robot drive past the goal. The robot then waits for rest, and
+        backs up straight if it is outside the tolerance.
         """
         ahead, aside = self._on_line(motion.pose, goal)
         direction = -1.0 if self._reverse else 1.0
@@ -188,7 +191,7 @@ class PreciseLaw:
         return self._step(speed, self._turn(motion, dt), ahead, self._there or arrived)
 
     def rotate_to_final(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
-        """Turn to the heading asked for; ends settled: inside the tolerance and at rest."""
+        """Turn to the goal's heading; ends when settled: inside the tolerance and at rest."""
         if not self._final:
             self._final = True
             self._begin_turn(motion.pose, goal.yaw)
@@ -196,7 +199,7 @@ class PreciseLaw:
         return self._step(0.0, turn, turn.remaining, turn.finished)
 
     def shortfall(self, pose: Pose2, goal: Pose2) -> str:
-        """'' or by how much the robot stopped outside the tolerance, in words."""
+        """'' or the distance from the goal, in words, if it is outside the tolerance."""
         distance = pose.distance_to(goal)
         if distance <= self.distance_tolerance:
             return ''
@@ -211,7 +214,7 @@ class PreciseLaw:
                                   motion.yaw_noise)
 
     def _on_line(self, pose: Pose2, goal: Pose2) -> Tuple[float, float]:
-        """(way left along the line, offset to its left) [m]."""
+        """(remaining way along the line, offset to the left of the line) [m]."""
         goal_T_line = Pose2(goal.x, goal.y, self._line)
         place = goal_T_line.inverse() @ pose
         return -place.x, place.y
@@ -223,5 +226,5 @@ class PreciseLaw:
 
 
 def _turns(start: float, face: float, final: float) -> float:
-    """Angle turned in all when a drive faces `face` on its way from heading to heading [rad]."""
+    """Sum of both turns [rad] of a drive that faces `face` between its first and last heading."""
     return abs(difference(face, start)) + abs(difference(final, face))

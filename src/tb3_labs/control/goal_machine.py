@@ -2,13 +2,13 @@
 
     ROTATE_TO_GOAL -> MOVE_FORWARD -> ROTATE_TO_FINAL -> GOAL_REACHED
 
-A *law* (:mod:`tb3_labs.control.driving`) says how to move in each of the three driving states, and
-when the state is finished. This module decides which state it is. It watches that the robot gets
-nearer, and gives up with a reason where the robot does not. The goal is reached when the robot has
-settled there, as shown by samples that were measured while it rested.
+A *law* (:mod:`tb3_labs.control.driving`) gives the command in each of the three driving states, and
+says when the state is finished. This module decides which state it is. If the robot gets no nearer,
+the drive is given up with a reason. The goal is reached when the robot has settled there, as shown
+by samples that were measured while it rested.
 
-A reset or a new goal starts again at ROTATE_TO_GOAL. A cancelled goal is over: only another goal is
-driven to.
+A reset or a new goal starts again at ROTATE_TO_GOAL. A cancelled goal is over, and a reset does not
+start it again.
 
 Units: metres, radians, seconds. Poses are in the local frame. Edge case: after GOAL_REACHED or a
 failure there is no command at all, not a zero.
@@ -25,7 +25,7 @@ from tb3_labs.supervision.stall import Progress
 
 
 class GoalState(Enum):
-    """Where a drive stands."""
+    """The state of a drive."""
 
     ROTATE_TO_GOAL = 'ROTATE_TO_GOAL'
     MOVE_FORWARD = 'MOVE_FORWARD'
@@ -41,12 +41,12 @@ WAITING_FOR_CONTROL = WAITING + ' for control'
 
 
 def with_reason(word: str, reason: str) -> str:
-    """The text of `goal_state` where one of WAITING, STOPPED, GAVE_UP holds for a reason."""
+    """The text of `goal_state` for one of WAITING, STOPPED, GAVE_UP and its reason."""
     return '{}: {}'.format(word, reason)
 
 
 def is_stopped(goal_state: str) -> bool:
-    """Does the robot stand for a moment in the midst of a drive?"""
+    """Is a drive interrupted for a moment?"""
     return goal_state.startswith(STOPPED)
 
 
@@ -54,8 +54,8 @@ def is_over(goal_state: str) -> bool:
     """Is it the end of a drive?"""
     return goal_state == GoalState.GOAL_REACHED.name or goal_state.startswith(GAVE_UP)
 
-#: A drive that ends outside its tolerance, by a stall of the network say, is driven on from there.
-#: This counts how often at most.
+#: A drive that ends outside its tolerance, for instance by a stall of the network, goes on from
+#: there, but not more often than this.
 MORE_TRIES = 2
 
 
@@ -64,17 +64,17 @@ class DrivingLaw(Protocol):
 
     @property
     def period(self) -> float:
-        """It wants to be asked for a command this often [s]."""
+        """Time from one command to the next [s]."""
 
     @property
     def distance_tolerance(self) -> float:
-        """How near to the goal counts as there [m]."""
+        """A robot that is this near to the goal has reached it [m]."""
 
     def start(self, pose: Pose2, goal: Pose2) -> None:
         """Begin a drive from `pose`."""
 
     def resume(self, state: GoalState, pose: Pose2, goal: Pose2) -> GoalState:
-        """The state in which a drive goes on that was interrupted in `state`."""
+        """The state in which a drive goes on after an interruption in `state`."""
 
     def rotate_to_goal(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
         """The command in ROTATE_TO_GOAL, `dt` [s] after the last step."""
@@ -96,13 +96,13 @@ class GoalMachine:
         self.law = law
         self.goal: Optional[Pose2] = None
         self.state = GoalState.GOAL_REACHED
-        #: Why the drive was given up; '' while it was not.
+        #: The reason why the drive was given up; '' while it was not.
         self.failure = ''
-        #: True where a person or program cancelled it: only another goal is driven to then.
+        #: True where a person or program cancelled the drive: only another goal starts one then.
         self.cancelled = False
         #: True once the robot has been told to move for this goal.
         self.begun = False
-        #: Counts the drives, a new one with each goal and each restart.
+        #: Number of the drive: each goal and each restart begins a new one.
         self.attempt = 0
         self._tries_left = 0
         self._interrupted = False
@@ -122,7 +122,7 @@ class GoalMachine:
         self.restart()
 
     def restart(self) -> None:
-        """Begin the drive to the goal anew, as after a reset; not to one that was cancelled."""
+        """Begin the drive to the goal anew, as after a reset, unless it was cancelled."""
         if self.goal is not None and not self.cancelled:
             self.failure = ''
             self.begun = self._interrupted = False
@@ -131,7 +131,7 @@ class GoalMachine:
             self._begin()
 
     def interrupt(self) -> None:
-        """The robot stood for a moment during a drive, which goes on from where it is now."""
+        """The robot stood for a moment during a drive, which goes on from its present pose."""
         self._interrupted = self.begun
 
     def give_up(self, reason: str) -> None:
@@ -139,13 +139,13 @@ class GoalMachine:
         self.failure = reason
 
     def cancel(self) -> None:
-        """End the drive for good: it was cancelled."""
+        """End the drive for good."""
         if self.goal is not None:
             self.cancelled = True
             self.give_up('canceled')
 
     def step(self, motion: MeasuredMotion, dt: float) -> Optional[Twist2]:
-        """The command for now, or None where there is nothing (more) to drive.
+        """The command for now, or None where there is no drive (any more).
 
         `dt` is the time since the last step [s].
         """

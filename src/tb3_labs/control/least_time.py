@@ -1,4 +1,4 @@
-"""The least time that a drive can take: what the benchmark and the report compare with.
+"""The least time that a drive can take, for comparison in the benchmark and the report.
 
 Units: metres, radians, seconds. Source: Balkcom and Mason, Time optimal trajectories for bounded
 velocity differential drive vehicles (2002).
@@ -14,8 +14,9 @@ def least_time(start: Pose2, goal: Pose2, model: RobotModel, max_linear: float =
                max_angular: float = math.inf, reverse: bool = False) -> float:
     """Least time [s] from pose to pose by a turn, a straight line and a turn.
 
-    (b (|turn1| + |turn2|) + distance) / V where the wheels are the only limit (Balkcom and Mason,
-    2002), b half the track and V a wheel's speed; slower where the limits asked for are.
+    Where the wheels are the only limit (Balkcom and Mason, 2002), it is
+    (b (|turn1| + |turn2|) + distance) / V, with b half the track and V a wheel's speed. The limits
+    `max_linear` [m/s] and `max_angular` [rad/s] can make it longer.
     """
     linear = min(max_linear, model.max_linear)
     angular = min(max_angular, model.max_angular)

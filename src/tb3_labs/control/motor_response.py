@@ -1,19 +1,19 @@
 """How late and how slowly does this robot obey? Delay and lag, identified while it moves.
 
 A command arrives after a *delay*: it crosses the network and waits for the next control period of
-the firmware. The motors then follow with a *lag*: they are modelled as first-order. A motor that is
-told to go from rest to speed u has, a time t after the command arrived,
+the firmware. The motors then follow with a *lag*: they are modelled as first-order. A motor that
+starts from rest with the command u has, a time t after the command arrived,
 
     the speed   v = u (1 - exp(-t / lag))
     the travel  x = u t - lag v
 
-Two looks use this. The *look at the start* needs a speed that is measured at that moment (a
-gyro's). With the share r = v / u and the way w = x / u of one sample,
+Two looks use this. The *look at the start* needs the speed of that moment (a gyro's). With the
+share r = v / u and the way w = x / u of one sample,
 
     lag = w / (-log(1 - r) - r)         t = w + lag r         delay = time of the sample - t
 
-The *look at cruise* works with any speed. At steady speed the travel that was commanded since the
-start exceeds the travel that was measured by u (delay + lag). That gives the sum precisely.
+The *look at cruise* works with any measured speed. At steady speed the commanded travel since the
+start exceeds the measured travel by u (delay + lag). That gives the sum precisely.
 
 Units: seconds; radians or metres for travel, per second for speeds. Works for either direction.
 Source: the step response of a first-order system with dead time, as in K. J. Astrom and
@@ -31,10 +31,10 @@ FIRST_LAG = 0.05
 #: Delay until one was measured [s]: half a control period of the firmware, and 25 ms for a step of
 #: the node and a quiet network.
 FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
-#: A measurement beyond these is cut down to them [s].
+#: Measurements are clipped to these [s].
 MAX_DELAY = 0.4
 MAX_LAG = 0.15
-#: Share of each measurement at cruise in what the next approach begins with.
+#: Weight of each measurement at cruise in the estimate with which the next approach begins.
 LEARNING = 0.1
 #: The look at cruise wants a speed that is this near to the command (share of the command),
 STEADY = 0.08
@@ -42,7 +42,7 @@ STEADY = 0.08
 STEADY_TIME = 0.12
 #: and this share of the fastest speed: an error of the travel weighs more at a low speed.
 CRUISING = 0.5
-#: It ends this long after the start, before gain errors of the motors add up [s].
+#: It ends this long after the start [s], before gain errors of the motors add up.
 LEARNING_TIME = 1.5
 #: A robot that is faster than this has begun to move [rad/s or m/s].
 ONSET = 0.03
@@ -71,8 +71,8 @@ def look_at_start(time: float, first: float, travelled: float,
                   speed: float) -> Optional[Tuple[float, float]]:
     """(delay, lag) [s] from one sample of a robot that speeds up; None where it says too little.
 
-    `time` [s] counts from the command `first`, the speed that was asked for since; `travelled` and
-    `speed` are of the sample. The speed must be that of the moment, no mean over a period.
+    `time` [s] counts from the command `first`, which was not changed since; `travelled` and `speed`
+    are those of the sample. The speed must be that of the moment, not a mean over a period.
     """
     if abs(first) < TELLING or not 0.0 < speed * first:
         return None
@@ -89,10 +89,10 @@ def look_at_cruise(commanded: float, travelled: float, speed: float) -> float:
 
 
 class Identification:
-    """Delay and lag during one approach, which begins with those of earlier ones."""
+    """Delay and lag during one approach, beginning with those of earlier approaches."""
 
     def __init__(self, response: Response, speed_is_prompt: bool) -> None:
-        """`response`: what is known of the robot, and learns from this approach;
+        """`response`: delay and lag as far as known, which this approach improves;
         `speed_is_prompt`: the measured speed is that of the moment, see ApproachConfig."""
         #: The estimate of this approach.
         self.estimate = Response(response.delay, response.lag)
@@ -103,15 +103,15 @@ class Identification:
         self._totals: List[float] = []   # measurements of delay and lag together [s]
 
     def begin(self, speed: float) -> None:
-        """The first command comes now, to a robot with this measured `speed`.
+        """The first command is given now, to a robot with this measured `speed`.
 
-        Delay and lag show only where all that the robot does was commanded in this approach.
+        Delay and lag show only in motion that was commanded in this approach.
         """
         self._from_rest = abs(speed) <= ONSET
 
     def look(self, history: CommandHistory, travelled: float, speed: float,
              fastest: float) -> None:
-        """Take in a sample: the way `travelled` since the start, and the measured `speed`."""
+        """Take in a sample: the travel since the start, and the measured `speed`."""
         if not self._from_rest:
             return
         if self._speed_is_prompt and not self._seen_to_start and abs(speed) > ONSET:

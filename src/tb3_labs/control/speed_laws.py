@@ -1,7 +1,7 @@
 """Speed laws and limits shared by turning and driving.
 
-Units: metres or radians for the way that remains, per second for speeds. All laws are odd: they
-treat both directions alike.
+Units: metres or radians for the remaining way, per second for speeds. All laws are odd functions:
+they treat both directions alike.
 """
 import math
 from typing import NamedTuple, Protocol
@@ -34,11 +34,11 @@ class MeasuredMotion(Protocol):
 
     @property
     def imu_age(self) -> float:
-        """Time since the newest IMU sample was measured [s]."""
+        """Time since the latest IMU sample was measured [s]."""
 
     @property
     def odometry_age(self) -> float:
-        """Time since the newest odometry sample was measured [s]."""
+        """Time since the latest odometry sample was measured [s]."""
 
     @property
     def yaw_noise(self) -> float:
@@ -46,7 +46,7 @@ class MeasuredMotion(Protocol):
 
 
 class LawStep(NamedTuple):
-    """A law's answer: the command, the way that remains [m or rad], and is it finished?"""
+    """A law's answer: the command, the remaining way [m or rad], and is the law finished?"""
 
     command: Twist2
     remaining: float
@@ -54,15 +54,15 @@ class LawStep(NamedTuple):
 
 
 def clamp(value: float, low: float, high: float) -> float:
-    """`value` brought into [low, high]; NaN stays NaN, where min and max would make it a limit."""
+    """`value` clipped to [low, high]; NaN stays NaN (min and max would make it a limit)."""
     return value if math.isnan(value) else max(low, min(high, value))
 
 
 def proportional(error: float, gain: float, slowest: float = 0.0,
                  fastest: float = math.inf) -> float:
-    """The handouts' law: gain x error, its size kept in [slowest, fastest].
+    """The handouts' law: gain x error, its size clipped to [slowest, fastest].
 
-    It moves at `slowest` at an error of 0 as well: its caller stops by a tolerance first.
+    At an error of 0 it is still `slowest`: its caller stops by a tolerance before that.
     """
     return math.copysign(clamp(abs(gain * error), slowest, fastest), error)
 
@@ -71,8 +71,8 @@ def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
     """Fastest speed from which a robot can stop within the remaining way.
 
     `deceleration` is in [1/s^2], `gain` in [1/s]. Far away this is the braking profile sqrt(2 a d)
-    of constant deceleration a. Its slope is infinite at 0, which no motor can follow; so near the
-    end it is the line gain x d. Both meet without a step or a kink.
+    of constant deceleration a. The slope of that profile is infinite at 0, and no motor can follow
+    it. So near the end the speed is the line gain x d. Both meet without a step or a kink.
     """
     distance = abs(remaining)
     meeting = deceleration / gain ** 2
@@ -84,8 +84,8 @@ def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
 def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotModel) -> Twist2:
     """`twist` within the limits asked for ([m/s], [rad/s]) and those of the robot.
 
-    Each speed is clipped on its own first. Where both together then ask too much of a wheel, both
-    are scaled alike: the curve stays the same, only slower.
+    First each speed is clipped on its own. If both together are still too fast for a wheel, both
+    are scaled alike: the robot drives the same curve, only slower.
     """
     linear_limit = min(max_linear, model.max_linear)
     angular_limit = min(max_angular, model.max_angular)

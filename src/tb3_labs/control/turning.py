@@ -1,8 +1,8 @@
 """A turn on the spot by the IMU: the IMU lab's law and a precise one.
 
 Units: radians, counter-clockwise positive; the lab's own constants are in degrees, as in the
-handout. A turn is asked for as an angle, not as a heading: 180 and -180 are two turns, and 360 is
-one all the way round. The handout's law alone cannot tell them apart.
+handout. A turn is asked for as an angle, not as a heading: 180 and -180 are different turns, and
+360 is a full turn. The handout's law alone cannot tell them apart.
 Source: LabTurn is the IMU lab's handout, number by number; PreciseTurn brakes by
 :mod:`tb3_labs.control.approach`.
 """
@@ -20,9 +20,9 @@ from tb3_labs.robot.turtlebot3 import CONTROL_RATE, RobotModel
 
 #: The precise law gives one command in each control period of the firmware [s].
 PERIOD = 1.0 / CONTROL_RATE
-#: Two moments as near as this are one, but for rounding [s].
+#: Times that differ by less than this are the same, apart from rounding [s].
 SAME_MOMENT = 1e-6
-#: Turns that the keyboard has words for [deg].
+#: Turns by the words of the keyboard [deg].
 WORDS = {'l': 90.0, 'r': -90.0, 'b': 180.0}
 
 
@@ -38,18 +38,18 @@ def degrees_of(text: str) -> float:
 
 @dataclass(frozen=True)
 class TurnConfig(Config):
-    """How to turn."""
+    """Settings of a turn."""
 
     law: str = setting('precise', "precise, or lab for the handout's own law",
                        choices=('precise', 'lab'))
-    k_hdg: float = setting(0.1, "lab: rate of turn for each degree that is left", 'rad/s',
+    k_hdg: float = setting(0.1, "lab: rate of turn for each remaining degree", 'rad/s',
                            low=0.001, high=10.0)
-    hdg_tol: float = setting(10.0, 'lab: the turn is over this near to its goal', 'deg',
+    hdg_tol: float = setting(10.0, 'lab: the turn ends within this angle of its goal', 'deg',
                              low=0.1, high=45.0)
     min_ang_z: float = setting(0.5, 'lab: slowest turn', 'rad/s', low=0.0, high=5.0)
     max_ang_z: float = setting(1.5, "fastest turn; the robot's own limit holds as well", 'rad/s',
                                low=0.1, high=5.0)
-    tolerance_deg: float = setting(0.35, 'precise: how near counts as turned', 'deg',
+    tolerance_deg: float = setting(0.35, 'precise: the goal is reached within this angle', 'deg',
                                    low=0.2, high=45.0)
     angular_acceleration: float = setting(45.0, 'precise: speeding up; a quarter of it for braking',
                                           'rad/s^2', low=1.0, high=80.0)
@@ -66,24 +66,24 @@ class TurningLaw(Protocol):
 
     @property
     def period(self) -> float:
-        """It wants to be asked for a command this often [s]."""
+        """Time from one command to the next [s]."""
 
     @property
     def MAX_ANGLE(self) -> float:
-        """The largest turn [rad],"""
+        """The largest turn [rad]."""
 
     @property
     def MAX_ANGLE_IN_WORDS(self) -> str:
-        """as a refusal of a larger one says it, in degrees."""
+        """The same in degrees, in the words of a refusal."""
 
     @property
     def extends(self) -> bool:
-        """True: a turn that is asked for during another moves the goal of that one. False: it is
-        counted from where the robot looks, by a new start."""
+        """True: a turn that is asked for during another moves the goal of that one. False: it
+        starts anew from the present heading."""
 
     @property
     def carries_error(self) -> bool:
-        """True: a turn makes up for the error that the one before left."""
+        """True: a turn corrects the error that the one before left."""
 
     def start(self, yaw: float, angle: float) -> None:
         """Turn by `angle` [rad], beginning at `yaw` [rad]."""
@@ -95,14 +95,14 @@ class TurningLaw(Protocol):
              noise: float = 0.0) -> LawStep:
         """The command for a robot that faces `yaw` [rad] and turns at `rate` [rad/s].
 
-        `dt`: time since the last step [s]; `age`: of the sample that says so [s]; `noise`: standard
+        `dt`: time since the last step [s]; `age`: that of the sample [s]; `noise`: standard
         deviation of its yaw [rad].
         """
 
 
 def make_turn(config: TurnConfig, model: RobotModel,
               response: Optional[Response] = None) -> TurningLaw:
-    """The turn that `config` asks for; `response` is what was learned of this robot so far."""
+    """The law named in `config`; `response` holds this robot's delay and lag as far as known."""
     if config.law == 'lab':
         return LabTurn(config, model)
     return PreciseTurn(min(config.max_ang_z, model.max_angular), config.angular_acceleration,
@@ -112,8 +112,8 @@ def make_turn(config: TurnConfig, model: RobotModel,
 class LabTurn:
     """The handout's law: proportional, clamped, over inside the tolerance.
 
-    It knows the goal as a heading alone and goes there the short way round; it stops as soon as
-    it is inside the tolerance, so it ends short by most of that.
+    Its goal is only a heading, to which it turns the short way round. It stops as soon as it is
+    inside the tolerance, so it ends short by most of the tolerance.
     """
 
     period = 0.1    # [s]: 10 Hz
@@ -139,14 +139,14 @@ class LabTurn:
 
     def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
              noise: float = 0.0) -> LawStep:
-        """The command for a robot that faces `yaw` [rad]; this law looks at nothing else."""
+        """The command for a robot that faces `yaw` [rad]; this law uses nothing else."""
         error = math.degrees(difference(self._goal, yaw))
         command = proportional(error, self._gain, self._slowest, self._fastest)
         return LawStep(Twist2(0.0, command), math.radians(error), abs(error) < self._tolerance)
 
 
 def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
-    """How a precise turn comes to rest, given [rad/s^2] and [rad]."""
+    """The ApproachConfig of a precise turn, in [rad/s^2] and [rad]."""
     return ApproachConfig(
         period=PERIOD, acceleration=acceleration, braking=0.25 * acceleration, gain=24.0,
         slowest=0.04, close_enough=0.002, leave_alone=0.8 * tolerance, nudge_time=PERIOD,
@@ -154,9 +154,9 @@ def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
 
 
 class PreciseTurn:
-    """As fast as the limits allow, the way round that was asked for, at rest at the end.
+    """As fast as the limits allow, in the direction that was asked for, ending at rest.
 
-    Also turns a drive to its goal, see :mod:`tb3_labs.control.driving`.
+    Drives to a goal use it as well, see :mod:`tb3_labs.control.driving`.
     """
 
     period = PERIOD
@@ -164,12 +164,12 @@ class PreciseTurn:
     MAX_ANGLE_IN_WORDS = 'a number from -36000 to 36000'
     extends = True
     carries_error = True
-    #: Longest rest in which more samples of a noisy IMU are waited for [s].
+    #: Longest rest in which the turn waits for more samples of a noisy IMU [s].
     LONGEST_LOOK = 0.6
 
     def __init__(self, fastest: float, acceleration: float, tolerance: float,
                  response: Response) -> None:
-        """[rad/s], [rad/s^2], [rad]; `response` is what was learned of this robot so far."""
+        """In [rad/s], [rad/s^2], [rad]; `response`: this robot's delay and lag as far as known."""
         self._fastest = fastest
         self._tolerance = tolerance
         self._approach = Approach(turning_approach(acceleration, tolerance), response)
@@ -178,15 +178,15 @@ class PreciseTurn:
     def start(self, yaw: float, angle: float) -> None:
         """Turn by `angle`, beginning at `yaw` [rad], with a robot that stands."""
         self._face = yaw + angle
-        #: The angle that is left; it keeps the way round, also over many turns.
+        #: The remaining angle; it keeps the direction, also over many turns.
         self.remaining = angle
         self._time = self._measured_at = 0.0    # since the start [s]
         self._settling = Settling()
-        self._mean = RestingMean()    # of the angle that is left
+        self._mean = RestingMean()    # of the remaining angle
         self._approach.start()
 
     def extend(self, angle: float) -> None:
-        """Turn by `angle` [rad] more (or less), from the goal, while the robot is on its way."""
+        """Turn by `angle` [rad] more (or less), counted from the goal, during the turn."""
         self._face += angle
         self.remaining += angle
         self._mean = RestingMean()
@@ -201,7 +201,7 @@ class PreciseTurn:
              noise: float = 0.0) -> LawStep:
         """The command, see TurningLaw.
 
-        Finished when settled: at rest inside the tolerance, as far as the noise lets that be known.
+        Finished when settled: at rest inside the tolerance, as well as the noise shows it.
         """
         self._time += dt
         raw = continuous(self._face - yaw, self.remaining)
@@ -214,7 +214,7 @@ class PreciseTurn:
                        self._settling.rests and self._is_near(uncertainty))
 
     def _look(self, raw: float, rate: float, age: float) -> None:
-        """Take in a sample, unless it is the same as last time."""
+        """Take in a sample, unless it is the one of the last step."""
         measured_at = self._time - age
         if measured_at - self._measured_at < SAME_MOMENT:
             return

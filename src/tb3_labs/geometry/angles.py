@@ -3,8 +3,8 @@
 Units: radians, counter-clockwise positive, except where a name ends in ``degrees``.
 Edge cases: the half-open interval is (-pi, pi], so that exactly half a turn is +pi;
 a compass heading is in [0, 360) and never shows 360.0. NaN stays NaN. Infinity raises
-``ValueError`` (from :func:`math.remainder`); in an array it becomes NaN, since one bad sample
-must not hide the others.
+``ValueError`` (from :func:`math.remainder`). In an array infinity becomes NaN, since one invalid
+sample must not hide the others.
 """
 import math
 from typing import Sequence, Union
@@ -12,9 +12,9 @@ from typing import Sequence, Union
 import numpy as np
 
 TURN = 2.0 * math.pi
-#: Half a step of a 32-bit number below 360, and a little [deg].
+#: A little more than half a step of a 32-bit number below 360 [deg].
 ROUNDING = 1.6e-5
-#: Many numbers, in any form that numpy takes.
+#: One number or many, in any form that numpy takes.
 Numbers = Union[float, Sequence[float], np.ndarray]
 
 
@@ -46,8 +46,8 @@ def difference_degrees(target: float, start: float) -> float:
 def continuous(angle: float, previous: float) -> float:
     """`angle` plus the whole turns that bring it nearest to `previous`.
 
-    Fed with one sample after the other this undoes the jump at +/-pi, as long as two
-    samples are less than half a turn apart.
+    Applied to one sample after the other it removes the jump at +/-pi, if neighbouring samples are
+    less than half a turn apart.
     """
     return previous + difference(angle, previous)
 
@@ -60,8 +60,8 @@ def interpolate_angle(start: float, end: float, fraction: float) -> float:
 def continuous_at(at: Numbers, times: np.ndarray, angles: np.ndarray) -> np.ndarray:
     """The angle at the times `at`, interpolated between samples `angles`, shape (n,), of `times`.
 
-    It does not jump at +/-pi, as long as two samples are less than half a turn apart. Before the
-    first sample and after the last one it is that sample's.
+    It does not jump at +/-pi, if neighbouring samples are less than half a turn apart. Before the
+    first sample it is the first angle, after the last sample the last one.
     """
     return np.interp(at, times, np.unwrap(angles))
 

@@ -1,8 +1,8 @@
 """Quaternion <-> yaw: the one place where this package touches quaternions.
 
-squaternion is w-first and checks nothing: with the parts in another order it answers a
-plausible wrong angle, an all-zero quaternion gives yaw 0, one of norm 2 a wrong yaw. So the
-parts are keywords here, and what cannot be the attitude of a robot on a floor is invalid.
+squaternion is w-first and checks nothing. With the parts in another order it returns a plausible
+wrong angle, an all-zero quaternion gives yaw 0, and one of norm 2 a wrong yaw. So the parts are
+keywords here, and a quaternion that no robot on a floor can have is invalid.
 
 Units: radians. Edge case: a yaw is in (-pi, pi]. Source: squaternion (PyPI), REP-103 for the axes.
 """
@@ -12,9 +12,9 @@ from typing import Tuple
 import numpy as np
 from squaternion import Quaternion
 
-#: A real TurtleBot3 sends norms of 0.999996; a norm further off than this is no rounding error.
+#: A norm that differs more from 1 is no rounding error; a real TurtleBot3 sends 0.999996.
 NORM_TOLERANCE = 0.05
-#: A robot that drives does not lean further; parts in a wrong order do.
+#: A robot that drives is not tilted further; a quaternion with parts in a wrong order is.
 MAX_TILT = math.radians(45.0)
 
 

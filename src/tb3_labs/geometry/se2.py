@@ -1,6 +1,6 @@
-"""Poses in the plane and what they do to points: the handout's transformation.
+"""Poses in the plane, and points that they transform, as in the handout.
 
-A pose ``A_T_B`` says where frame B stands in frame A. A point known in B is known in A by
+A pose ``A_T_B`` is the place of frame B in frame A. A point p_B in B is, in A,
 
     p_A = R(theta) p_B + t            (``A_T_B.act(p_B)``)
 
@@ -35,11 +35,11 @@ class Pose2:
     yaw: float = 0.0
 
     def act(self, points: Union[np.ndarray, Sequence]) -> np.ndarray:
-        """`points` of this pose's own frame, shape (..., 2) [m], seen from its parent frame."""
+        """`points` of this pose's own frame, shape (..., 2) [m], in its parent frame."""
         return np.asarray(points, dtype=float) @ rotation_matrix(self.yaw).T + (self.x, self.y)
 
     def inverse(self) -> 'Pose2':
-        """The parent frame as this pose's own frame sees it."""
+        """The pose of the parent frame in this pose's own frame."""
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         return Pose2(-cos * self.x - sin * self.y, sin * self.x - cos * self.y, wrap(-self.yaw))
 

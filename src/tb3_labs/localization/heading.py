@@ -1,7 +1,7 @@
 """Where does the robot face, by its IMU alone?
 
-For a node that only turns: the yaw counted on over whole turns, the rate of turn, and how old and
-how noisy they are.
+For a node that only turns: the yaw, continuous over whole turns, the rate of turn, their age and
+their noise.
 
 Frame: the IMU's own; its zero direction is any constant. Units: radians, rad/s, seconds on the
 receiver's clock (`now`).
@@ -27,11 +27,11 @@ class Heading:
         self._noise = YawNoise()
 
     def jump_to(self, sample: ImuSample) -> str:
-        """'' or what is wrong with the IMU, if `sample` comes next."""
+        """'' or the fault of the IMU that `sample` shows, if it comes next."""
         return '' if self.yaw is None else heading_jump(self.yaw, sample.yaw)
 
     def on_imu(self, sample: ImuSample, now: float) -> None:
-        """Take a sample in."""
+        """Take in a sample."""
         self.yaw = sample.yaw if self.yaw is None else continuous(sample.yaw, self.yaw)
         self.rate = sample.yaw_rate
         time = self._clock.time_of('imu', sample.stamp, now)

@@ -1,18 +1,18 @@
-"""The local frame: where the robot is, counted from where it was last declared to be.
+"""The local frame: the pose of the robot, counted from the pose that was last declared.
 
-Theory of the lab: A is the odometry's frame ``odom``, B the frame ``local``; a place p_A is seen
-in B as ``p_B = R(theta)^-1 (p_A - t)``, where (t, theta) is where B stands in A.
+Theory of the lab: A is the odometry's frame ``odom``, B the frame ``local``. A place p_A is, in B,
+``p_B = R(theta)^-1 (p_A - t)``, where (t, theta) is the pose of B in A.
 
-A reset declares "the robot is *here*, now, in local". From one instant it takes the odometry's
-pose and the IMU's yaw:
+A reset declares "the robot is *here*, now, in local". It uses the odometry's pose and the IMU's
+yaw, both of one instant:
 
-* the place comes from the odometry, so B stands in A turned by the *odometry's* yaw of that
-  instant (the IMU's zero direction is another one, by any constant, and would throw every
-  displacement off by it);
-* the heading comes from the IMU, counted from the IMU's yaw of that instant.
+* The place comes from the odometry. So B stands in A turned by the *odometry's* yaw of that
+  instant. The IMU's yaw would not do: its zero direction differs by any constant, and every
+  displacement would be turned by that constant.
+* The heading comes from the IMU, counted from the IMU's yaw of that instant.
 
-Units: metres, radians. Source: the Transformation lab's handout, made right for declared poses
-that are not zero and for IMU and odometry that disagree.
+Units: metres, radians. Source: the Transformation lab's handout, corrected for declared poses that
+are not zero, and for an IMU and an odometry that disagree.
 """
 from dataclasses import dataclass
 
@@ -22,14 +22,15 @@ from tb3_labs.geometry.se2 import Pose2
 
 @dataclass(frozen=True)
 class LocalFrame:
-    """Where ``local`` stands in ``odom``, and which IMU yaw looks along its x axis."""
+    """The pose of ``local`` in ``odom``, and the IMU's yaw along the x axis of ``local``."""
 
     odom_T_local: Pose2
     imu_yaw_of_x: float
 
     @classmethod
     def declared(cls, local_T_base: Pose2, odom_T_base: Pose2, imu_yaw: float) -> 'LocalFrame':
-        """The frame in which the robot is at `local_T_base` while its sensors read the others."""
+        """The frame in which the robot is at `local_T_base` while its sensors read `odom_T_base`
+        and `imu_yaw` [rad]."""
         return cls(odom_T_base @ local_T_base.inverse(), wrap(imu_yaw - local_T_base.yaw))
 
     @property

@@ -1,11 +1,11 @@
 """Follows the robot in a local frame that can be declared anew at any moment.
 
-IMU and odometry arrive in any order, at rates of their own. A *fix* is the robot's pose at the
+IMU and odometry arrive in any order, each at its own rate. A *fix* is the robot's pose at the
 instant of one odometry message, with the IMU's yaw interpolated to its stamp. A *reset* uses the
 values of both sensors, interpolated to the moment of the request, so it is as exact while the
 robot spins as at rest. It is carried out as soon as both sensors have passed that moment. If the
 odometry jumps and the robot did not move, ``local`` is shifted in ``odom``, so that the pose in
-``local`` stays (:mod:`tb3_labs.localization.odometry_jumps`).
+``local`` does not change (:mod:`tb3_labs.localization.odometry_jumps`).
 
 Samples go in by `on_imu` and `on_odometry`. Fixes, jumps and carried-out resets are events, taken
 once (`take_fix`, `take_jumps`, `take_resets`); `motion` and the properties are state.
@@ -24,8 +24,8 @@ from tb3_labs.localization.yaw_noise import YawNoise
 from tb3_labs.robot.samples import ImuSample, OdometrySample, heading_jump
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 
-#: Motion is extrapolated from the latest samples for two control periods, in which a command takes
-#: effect and is seen; the motion after that is not known [s].
+#: Motion is extrapolated from the latest samples for two control periods at most [s]. In these a
+#: command takes effect and is measured; the motion after that is not known.
 MAX_EXTRAPOLATION = 2.0 / CONTROL_RATE
 
 
@@ -39,7 +39,7 @@ class Fix:
 
 @dataclass(frozen=True)
 class Motion:
-    """The robot as a controller wants it: pose in ``local`` now, and measured speeds.
+    """The robot's motion for a controller: pose in ``local`` now, and measured speeds.
 
     The pose is extrapolated from the latest samples, for `MAX_EXTRAPOLATION` at most. Their ages
     count from the time of measurement, which SenderClock estimates by the least delay.
@@ -55,10 +55,10 @@ class Motion:
 
 @dataclass
 class Reset:
-    """The handle of one declaration, for whoever asked for it.
+    """One declaration, for the caller who asked for it.
 
     The localizer fills in `before` and `after` when the reset is carried out, or `problem` when it
-    can no longer be. Nobody else writes.
+    can no longer be. Only the localizer writes to it.
     """
 
     declared: Pose2
@@ -67,7 +67,7 @@ class Reset:
     epoch: int                       # of the sender's clock in which `stamp` counts
     before: Optional[Pose2] = None
     after: Optional[Pose2] = None
-    problem: str = ''                # why it can no longer be carried out
+    problem: str = ''                # the reason why it can no longer be carried out
 
     @property
     def done(self) -> bool:
@@ -87,11 +87,11 @@ class _Latest(NamedTuple):
 
 
 class Localizer:
-    """Takes samples in, answers with poses in the local frame."""
+    """Computes poses in the local frame from samples."""
 
     def __init__(self) -> None:
-        #: The LocalFrame in force, in the odometry without its jumps; None before the first pair
-        #: of samples.
+        #: The LocalFrame in force, relative to the odometry without its jumps; None before the
+        #: first pair of samples.
         self.frame: Optional[LocalFrame] = None
         self._jump_filter = JumpFilter()
         self._jumps: List[Jump] = []
@@ -103,7 +103,7 @@ class Localizer:
         self._odometry: Optional[_Latest] = None
 
     def on_imu(self, sample: ImuSample, now: float) -> None:
-        """Take a sample of the IMU in."""
+        """Take in a sample of the IMU."""
         jump = heading_jump(self._imu.sample.yaw, sample.yaw) if self._imu else ''
         if jump:
             self._jumps.append(Jump(jump))
@@ -113,7 +113,7 @@ class Localizer:
         self._carry_out_resets()
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
-        """Take a message of the odometry in."""
+        """Take in a message of the odometry."""
         if self._imu is not None:
             sample, jump = self._jump_filter.take(sample, now, self._imu.sample)
             if jump is not None:
@@ -137,7 +137,7 @@ class Localizer:
 
     @property
     def odom_T_local(self) -> Optional[Pose2]:
-        """Where ``local`` stands in the odometry's own frame; None before the first fix."""
+        """The pose of ``local`` in the odometry's own frame; None before the first fix."""
         if self.frame is None:
             return None
         return self._jump_filter.steady_T_odom.inverse() @ self.frame.odom_T_local

@@ -2,15 +2,15 @@
 
 The odometry jumps for two reasons although the robot does not:
 
-* When the IMU crosses +/-180 deg, the firmware takes one displacement backwards. Such a message
-  contradicts itself: it shows the spike in its rate of turn, and a displacement against its own
-  forward speed. That one displacement is reversed.
-* The robot's own `reset` sets it to zero, or the wheels spin while somebody carries the robot. Then
-  the robot is taken to stand where it was, turned as the IMU says. Where the IMU jumps as well, the
-  board has restarted, and the pose is lost.
+* When the IMU crosses +/-180 deg, the firmware reverses one displacement. Such a message
+  contradicts itself: its rate of turn has a spike, and its displacement is against its own forward
+  speed. That one displacement is reversed again.
+* The robot's own `reset` sets the odometry to zero, or the wheels spin while the robot is carried.
+  Then the robot is taken to stand where it was, turned as the IMU says. Where the IMU jumps as
+  well, the board has restarted, and the pose is lost.
 
-Frames: ``odom`` is the odometry's own, ``steady`` the one in which nothing jumps; they are the same
-until the first jump. Units: metres, radians, seconds.
+Frames: ``odom`` is the odometry's own, ``steady`` is the one without jumps; they are the same until
+the first jump. Units: metres, radians, seconds.
 Source: OpenCR firmware 1.2.6 (see :mod:`tb3_labs.simulation.firmware`); a recording of a real
 Burger shows a displacement of 7.3 mm backwards at the crossing.
 """
@@ -22,22 +22,23 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 
-#: No robot of these is faster, whoever drives it [m/s], [rad/s];
+#: No TurtleBot3 is faster than this [m/s], [rad/s];
 FASTEST = 0.5
 FASTEST_TURN = 4.0
-#: messages that arrive unevenly are allowed this much more [m], [rad].
+#: messages that arrive unevenly may show this much more [m], [rad].
 SLACK = 0.05
 SLACK_TURN = 0.3
-#: A longer silence than this allows no larger displacement [s].
+#: The displacement that is allowed grows with the silence up to this length [s].
 LONGEST_SILENCE = 5.0
 #: A rate of turn beyond this is the firmware's spike [rad/s].
 SPIKE = 10.0
-#: An odometry whose place is exactly zero, and whose yaw is that near to it, was just set to zero,
-#: unless it was as near before [rad], [m].
+#: An odometry whose place is exactly zero, and whose yaw is this near to zero [rad], was just set
+#: to zero,
 ZERO_YAW = 0.01
+#: unless its place was this near to zero before [m].
 ZERO_PLACE = 0.001
-#: The board neither hears nor sends for seconds while it resets. The first message after such a
-#: silence [s] may be this far from zero [m], [rad]: the robot has moved a little since.
+#: The board neither receives nor sends for seconds while it resets. The first message after such a
+#: silence [s] may be this far from zero [m], [rad], since the robot has moved a little.
 RESET_SILENCE = 1.0
 NEAR_ZERO_PLACE = 0.03
 NEAR_ZERO_YAW = 0.1
@@ -48,7 +49,7 @@ STOPPING_TIME = 0.5
 
 
 class Jump(NamedTuple):
-    """A step of a sensor that no robot can have made, in words, and what becomes of the pose."""
+    """A step of a sensor that no robot can have made, in words, and the outcome for the pose."""
 
     text: str
     outcome: str = ''
@@ -60,31 +61,31 @@ POSE_LOST = "the IMU's heading as well: local begins anew at (0, 0, 0), where th
 
 
 class _Heard(NamedTuple):
-    """An odometry message as it was sent, and the IMU's latest sample at its arrival."""
+    """An odometry message as sent, and the IMU's latest sample at its arrival."""
 
     sample: OdometrySample
     arrival: float
     imu: ImuSample
 
     def seconds_to(self, sample: OdometrySample, arrival: float) -> float:
-        """Time until a later message [s]: by stamps or arrivals, whichever allows for more."""
+        """Time until a later message [s], by stamps or by arrivals: the longer of both."""
         by_stamps = sample.stamp - self.sample.stamp
         return min(max(by_stamps, arrival - self.arrival, 0.0), LONGEST_SILENCE)
 
 
 class JumpFilter:
-    """Takes the odometry of one robot in, message by message, and removes its jumps."""
+    """Removes the jumps from the odometry of one robot, message by message."""
 
     def __init__(self) -> None:
-        #: Where ``odom`` stands in ``steady``.
+        #: The pose of ``odom`` in ``steady``.
         self.steady_T_odom = Pose2()
-        self._last: Optional[_Heard] = None      # the last message that said something new
+        self._last: Optional[_Heard] = None      # the last message with news in it
 
     def take(self, sample: OdometrySample, arrival: float,
              imu: ImuSample) -> Tuple[OdometrySample, Optional[Jump]]:
         """(The OdometrySample in ``steady``, the Jump it shows or None).
 
-        `imu`: the newest ImuSample, by which the robot turned while the odometry jumped.
+        `imu`: the latest ImuSample, which shows the robot's turn while the odometry jumped.
         """
         jump = None
         if self._last is not None:
@@ -93,7 +94,7 @@ class JumpFilter:
             if problem:
                 jump = self._stand_still(problem, self._last, sample.pose, imu)
             elif _is_backwards(before, sample):
-                # The robot drove the other way: from the last place by the opposite of this step.
+                # The robot drove the opposite of this step, from its last place.
                 x, y = self.steady_T_odom.act((2.0 * before.x - sample.pose.x,
                                                2.0 * before.y - sample.pose.y))
                 self._hold(Pose2(x, y, self.steady_T_odom.yaw + sample.pose.yaw), sample.pose)
@@ -113,12 +114,12 @@ class JumpFilter:
         return Jump(problem, POSE_KEPT)
 
     def _hold(self, steady_T_base: Pose2, odom_T_base: Pose2) -> None:
-        """From now on the pose that is ``odom_T_base`` in odom is that one in steady."""
+        """Equate the pose ``odom_T_base`` in odom with ``steady_T_base`` in steady from now on."""
         self.steady_T_odom = steady_T_base @ odom_T_base.inverse()
 
 
 def _jump(before: Pose2, after: Pose2, seconds: float) -> str:
-    """'' or what no robot can have done between two poses."""
+    """'' or, in words, the step between two poses that no robot can have made."""
     moved, turned = before.distance_to(after), abs(difference(after.yaw, before.yaw))
     at_zero = after.x == after.y == 0.0 and abs(after.yaw) < ZERO_YAW
     if at_zero and (moved > ZERO_PLACE or turned > FASTEST_TURN * seconds + SLACK_TURN):
@@ -134,7 +135,7 @@ def _jump(before: Pose2, after: Pose2, seconds: float) -> str:
 
 
 def _is_backwards(before: Pose2, sample: OdometrySample) -> bool:
-    """Does the message show the firmware's fault at +/-180 deg: spike and displacement?"""
+    """Does the message show the firmware's fault at +/-180 deg, both spike and displacement?"""
     forward = ((sample.pose.x - before.x) * math.cos(sample.pose.yaw)
                + (sample.pose.y - before.y) * math.sin(sample.pose.yaw))
     return abs(sample.angular) > SPIKE and forward * sample.linear < 0.0

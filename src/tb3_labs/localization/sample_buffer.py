@@ -1,8 +1,8 @@
-"""The last moments of both sensors, and what both said at one instant.
+"""The recent samples of both sensors, and their readings at one instant.
 
-The IMU sends far more often than is needed, and a node does not read every sample. The odometry,
-whose every message is read, bridges a longer gap of the IMU: it turns as the IMU does, from the
-last sample before the gap on.
+The IMU sends far more often than is needed, and a node does not read every sample. Of the odometry
+every message is read. It bridges a longer gap of the IMU: from the last sample before the gap on,
+the IMU's yaw is taken to turn as the odometry's.
 
 Units: seconds on the sender's clock (:mod:`tb3_labs.localization.sender_clock`), metres, radians.
 Edge cases: a new epoch of that clock empties the buffer; nothing is interpolated over a gap of the
@@ -17,11 +17,11 @@ from tb3_labs.geometry.se2 import Pose2, interpolate
 from tb3_labs.localization.sender_clock import SenderClock
 from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
 
-#: How much is remembered [s].
+#: Samples are remembered for this long [s].
 MEMORY = 1.5
-#: Longest silence over which motion is taken to be even [s].
+#: Longest gap in which motion is taken to be uniform [s].
 MAX_GAP = 0.3
-#: Longest gap of the IMU that the odometry bridges: it turns less than half a turn in it [s].
+#: Longest gap of the IMU that the odometry bridges: shorter than half a turn of the robot [s].
 MAX_BRIDGE = 1.0
 
 
@@ -35,8 +35,8 @@ class Track:
         self._values: Deque[Any] = deque()
 
     def add(self, time: float, value: Any) -> None:
-        """Append a value; `time` is not before the last one's. Of two at one time the later counts.
-        """
+        """Append a value; `time` is not before the last one's. A second value at one time replaces
+        the first."""
         if time == self.newest:
             self._times.pop()
             self._values.pop()
@@ -53,12 +53,12 @@ class Track:
 
     @property
     def newest(self) -> float:
-        """Time of the newest value; minus infinity where there is none."""
+        """Time of the latest value; minus infinity if there is none."""
         return self._times[-1] if self._times else float('-inf')
 
     def around(self, time: float) -> Optional[Tuple[Tuple[float, Any], Tuple[float, Any]]]:
-        """The samples (time, value) before and after `time`; twice the same one where it is of that
-        time. None outside of the track."""
+        """The samples (time, value) before and after `time`. A sample of exactly that time is
+        returned as both. None outside of the track."""
         index = bisect_left(self._times, time)
         if index == len(self._times):
             return None
@@ -68,7 +68,7 @@ class Track:
         return ((self._times[index - 1], self._values[index - 1]), after) if index else None
 
     def at(self, time: float) -> Any:
-        """The value at `time`, or None where it is not known (too old, too new, in a gap)."""
+        """The value at `time`, or None where it is not known: too early, too late, or in a gap."""
         around = self.around(time)
         if around is None:
             return None
@@ -89,7 +89,7 @@ class Instant(NamedTuple):
 
 
 class SampleBuffer:
-    """Remembers IMU and odometry samples; answers for both at one instant."""
+    """Remembers IMU and odometry samples, and interpolates both to one instant."""
 
     def __init__(self) -> None:
         self._imu = Track(interpolate_angle)
@@ -99,14 +99,15 @@ class SampleBuffer:
         self.clock = SenderClock()
 
     def add_imu(self, sample: ImuSample, arrival: float) -> float:
-        """Remember an ImuSample that arrived at `arrival` [s, receiver's clock]; its time [s]."""
+        """Remember an ImuSample that arrived at `arrival` [s, receiver's clock]. Returns its time
+        [s]."""
         time = self._time_of('imu', sample, arrival)
         self._imu.add(time, sample.yaw)
         return time
 
     def add_odometry(self, sample: OdometrySample, arrival: float) -> float:
-        """Remember an OdometrySample that arrived at `arrival` [s, receiver's clock]; its time [s].
-        """
+        """Remember an OdometrySample that arrived at `arrival` [s, receiver's clock]. Returns its
+        time [s]."""
         time = self._time_of('odometry', sample, arrival)
         self._odometry.add(time, sample.pose)
         if self._unpaired and self._unpaired[-1][0] == time:
@@ -117,7 +118,7 @@ class SampleBuffer:
         return time
 
     def take_pair(self) -> Optional[Tuple[OdometrySample, float]]:
-        """The newest (OdometrySample, IMU yaw at its stamp) that was not taken yet, or None."""
+        """The latest (OdometrySample, IMU yaw at its stamp) that was not taken yet, or None."""
         pair = None
         while self._unpaired and self._unpaired[0][0] <= self._imu.newest:
             time, sample = self._unpaired.popleft()
@@ -132,7 +133,7 @@ class SampleBuffer:
         return None if yaw is None else Instant(stamp, pose, yaw)
 
     def _imu_yaw_at(self, time: float) -> Optional[float]:
-        """The IMU's yaw [rad]: by its own samples, or by the odometry's turn in a gap of them."""
+        """The IMU's yaw [rad]: by its own samples, or in a gap by the odometry's turn."""
         yaw, around = self._imu.at(time), self._imu.around(time)
         if yaw is not None or around is None:
             return yaw
@@ -141,7 +142,7 @@ class SampleBuffer:
         if end - begin > MAX_BRIDGE or before is None or here is None:
             return None
         yaw = start + difference(here.yaw, before.yaw)
-        if after is not None:    # else the odometry has not come that far yet
+        if after is not None:    # else the odometry has not passed the gap yet
             drift = difference(stop - start, difference(after.yaw, before.yaw))
             yaw += drift * (time - begin) / (end - begin)
         return wrap(yaw)

@@ -1,18 +1,18 @@
 """The robot's clock as its messages show it: when was a sample measured?
 
-Header stamps tell intervals well, but come from the robot's clock, which may be a second off,
-step, or stand at zero. Arrivals are on the receiver's clock, but a network holds messages up. So
-samples are ordered by their stamps. The *least delay* between stamp and arrival within the last
-seconds converts one clock to the other, since the fastest message was delayed least. Where the
-stamps are no clock, arrivals take their place for both sensors.
+Header stamps show intervals well, but come from the robot's clock, which may be a second off, step,
+or stand at zero. Arrivals are on the receiver's clock, but a network delays messages. So samples
+are ordered by their stamps. The *least delay* between stamp and arrival within the last seconds
+converts one clock to the other, since it belongs to the fastest message. Where the stamps are no
+clock, arrivals take their place for both sensors.
 
 Units: seconds. Cases:
 
-* A stamp that is merely old is a message that was held up, and counts.
-* A stamp that goes back by less than `SMALL_STEP` is a clock that is being corrected: time stands
-  still for this source until its stamps have caught up.
+* An old stamp alone shows that the message was delayed. It counts.
+* A stamp that goes back by less than `SMALL_STEP` shows a clock that is being corrected. Time
+  stands still for this source until its stamps have caught up.
 * A stamp that goes back further, comes from the future, or follows a long silence, begins a new
-  *epoch*: instants of different epochs cannot be compared.
+  *epoch*. Instants of different epochs cannot be compared.
 * Stamps are no clock if they are zero, stand still, or run back, or if only one of two sources is
   off by a clock step for long.
 
@@ -22,7 +22,7 @@ import math
 from collections import deque
 from typing import Deque, Dict, Optional, Tuple
 
-#: The least delay is that of the messages of this time [s].
+#: The least delay is taken over the messages of this time [s].
 WINDOW = 5.0
 #: A clock that goes back by less than this is being corrected [s].
 SMALL_STEP = 0.1
@@ -30,10 +30,10 @@ SMALL_STEP = 0.1
 CLOCK_STEP = 1.0
 #: A message after a silence of this length belongs to a new clock [s].
 LONG_SILENCE = 1.5
-#: A stamp that is repeated more often than this is of no clock.
+#: A stamp that is repeated more often than this belongs to no clock.
 MAX_REPEATS = 3
-#: A source has no clock if it is off by a clock step, or has not caught up, for longer than this
-#: [s].
+#: A source has no clock if it is off by a clock step for longer than the first of these [s], or has
+#: not caught up for longer than the second.
 MAX_OFF = 1.0
 MAX_BEHIND = 0.5
 
@@ -42,7 +42,7 @@ class SenderClock:
     """Reads the stamps of one sender's several sources."""
 
     def __init__(self) -> None:
-        #: Counts the epochs.
+        #: Number of the epoch.
         self.epoch = 0
         #: False once the stamps turned out to be no clock.
         self.uses_stamps = True
@@ -51,7 +51,7 @@ class SenderClock:
         self._begin()
 
     def time_of(self, source: str, stamp: float, arrival: float) -> float:
-        """When `source` measured a sample, on the sender's clock (or by arrival: see above)."""
+        """The time at which `source` measured a sample, on the sender's clock (or by arrival)."""
         if self.uses_stamps and self._is_no_clock(source, stamp, arrival):
             self.uses_stamps = False
             self._new_epoch()
@@ -70,8 +70,8 @@ class SenderClock:
         return None if self._least.value is None else now - self._least.value
 
     def measured_at(self, time: float, arrival: float) -> float:
-        """When a sample of `time` [sender's clock], which has just arrived, was measured
-        [receiver's clock], if the fastest message took no time. After :meth:`time_of` only."""
+        """The measurement time [receiver's clock] of a sample of `time` [sender's clock] that has
+        just arrived. The fastest message is taken to need no time. Only after :meth:`time_of`."""
         assert self._least.value is not None
         return min(arrival, time + self._least.value)
 
@@ -100,7 +100,7 @@ class SenderClock:
         if source not in self._last:
             return False
         _, last_stamp, last_arrival = self._last[source]
-        # Messages that were held up come all at once, but their stamps go on evenly.
+        # Delayed messages arrive all at once, but their stamps go on evenly.
         ahead = (stamp - last_stamp) - (arrival - last_arrival)
         return stamp < last_stamp - SMALL_STEP or ahead > CLOCK_STEP
 
@@ -116,21 +116,22 @@ class SenderClock:
 
 
 class Lateness:
-    """For how long a single message was under way, beyond what is usual for its sender.
+    """The delay of a single message beyond the usual delay of its sender.
 
-    Unlike a SenderClock it remembers the usual delay across a silence, so that messages which were
-    held up during the silence count as late. If only late messages came for more than `patience`
-    seconds, the sender's clock was set.
+    Unlike a SenderClock it remembers the usual delay across a silence, so that messages of the
+    silence count as late. If only late messages came for more than `patience` seconds, the sender's
+    clock was set.
     """
 
     def __init__(self, patience: float) -> None:
         self._patience = patience
         self._usual = math.inf          # the least delay,
-        self._least_late = math.inf     # and that of the late messages in a row
-        self._late_since: Optional[float] = None    # the first of them arrived
+        self._least_late = math.inf     # and that of successive late messages
+        self._late_since: Optional[float] = None    # arrival of the first of them
 
     def of(self, stamp: float, arrival: float) -> float:
-        """Seconds, given a message's stamp [s, sender's clock] and arrival [s, receiver's]."""
+        """That delay [s], given a message's stamp [s, sender's clock] and arrival [s, receiver's].
+        """
         delay = arrival - stamp
         if delay <= self._usual + self._patience:
             self._usual = min(self._usual, delay)
@@ -155,7 +156,7 @@ class _Least:
         self.value: Optional[float] = None
 
     def add(self, time: float, value: float) -> None:
-        """Take a value in; one whose time is before that of others counts as of theirs."""
+        """Take in a value. A `time` before an earlier value's counts as that value's time."""
         candidates = self._candidates
         while candidates and candidates[-1][1] >= value:
             candidates.pop()

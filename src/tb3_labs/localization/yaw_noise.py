@@ -1,7 +1,7 @@
 """How noisy is the IMU's heading?
 
-Each sample is compared with the prediction from the sample before and the gyro's rate. Only a robot
-that turns slowly and evenly is looked at: there the difference is noise and nothing else.
+Each sample is compared with a prediction from the sample before and the gyro's rate. This is done
+only while the robot turns slowly and evenly, since the difference is then only noise.
 
 Units: radians, rad/s, seconds on the sender's clock.
 """
@@ -11,12 +11,12 @@ from typing import Optional, Tuple
 from tb3_labs.geometry.angles import difference
 from tb3_labs.robot.samples import ImuSample
 
-#: A robot turns slowly and evenly where its rate, and the change of that, are below this [rad/s].
+#: A robot turns slowly and evenly if its rate, and the change of its rate, are below these [rad/s].
 SLOW = 0.2
 EVEN = 0.03
 #: Samples farther apart than this are not compared [s].
 FARTHEST = 0.1
-#: Share of each new sample, after the first ones.
+#: Weight of each new sample in the variance, after the first ones.
 SHARE = 0.02
 
 

@@ -12,7 +12,7 @@ CROSSING = 0.3
 
 
 class ControlWords:
-    """Every press counts, so the words are collected until the node takes them.
+    """Collects the words until the node takes them, since every press counts.
 
     The first word is False: a pad that has just started gives nothing.
     """
@@ -21,8 +21,8 @@ class ControlWords:
         #: Has move_to_goal control by this pad's permission, which must be renewed?
         self.gives = False
         self._waiting = [False]
-        self._given_at = -math.inf      # and move_to_goal has not been heard since
-        self._stopped_at = -math.inf    # when somebody took control from move_to_goal
+        self._given_at = -math.inf      # if move_to_goal has not answered since
+        self._stopped_at = -math.inf    # time at which control was taken from move_to_goal
 
     def take(self) -> List[bool]:
         """The words since the last call, in order."""
@@ -30,40 +30,40 @@ class ControlWords:
         return words
 
     def give(self, now: float, lateness: float) -> None:
-        """True, by a press that was held up for `lateness` [s].
+        """True, by a press that was delayed by `lateness` [s].
 
-        With the renewals that it would have sent since the press: so its age shows.
+        The renewals that were due since the press are added, so that they show its age.
         """
         self.gives, self._given_at = True, now
         self._waiting += [True] * (1 + int(lateness / RENEWAL))
 
     def stop(self, caused_at: float) -> None:
-        """False, whoever has control: the operator's press at `caused_at`, or the loss of the pad.
+        """False, for any holder of control: the operator's press at `caused_at`, or the pad's loss.
         """
         self.gives, self._stopped_at = False, caused_at
         self._waiting.append(False)
 
     def end(self) -> None:
-        """Somebody else took what this pad gave, if it gave: False."""
+        """False, if this pad gave control, and another node took it."""
         if self.gives:
             self.gives = False
             self._waiting.append(False)
 
     def stopped_by_others(self, now: float) -> None:
-        """Somebody else took control from move_to_goal."""
+        """Another node took control from move_to_goal."""
         self._stopped_at = now
 
     def move_to_goal_has_control(self) -> None:
-        """move_to_goal says so: it has heard of what was given."""
+        """move_to_goal says that it has control, so it has heard the True."""
         self._given_at = -math.inf
 
     def crossed(self, now: float) -> bool:
-        """May move_to_goal, which says now that it has no control, not yet have heard of A?"""
+        """May move_to_goal have said that it has no control before it heard of A?"""
         return now - self._given_at < CROSSING
 
     def too_late(self, now: float, lateness: float) -> bool:
-        """Does a press of A that was held up for `lateness` [s] no longer count?
+        """Does a press of A that was delayed by `lateness` [s] no longer count?
 
-        It is too old, or somebody took control since.
+        It is too old, or control was taken since.
         """
         return lateness > LONGEST_LAPSE or now - lateness < self._stopped_at

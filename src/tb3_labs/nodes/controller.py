@@ -1,6 +1,6 @@
-"""Everything `controller` decides, without ROS: turns beside the mouse, and who drives.
+"""Everything that `controller` decides, without ROS: turns, the mouse, and the driver.
 
-How samples, mouse and turns go in, and commands come out: see :mod:`tb3_labs.nodes`.
+The inputs and outputs are described in :mod:`tb3_labs.nodes`.
 
 Units: seconds on the receiver's clock (`now`), radians, m/s; turns are asked for in degrees.
 """
@@ -21,7 +21,7 @@ from tb3_labs.supervision.frozen import FrozenWatch
 from tb3_labs.supervision.sleep import SleepWatch
 from tb3_labs.supervision.stall import Progress
 
-#: A robot that turns faster than this while nobody here drives is driven by another [rad/s].
+#: A robot that turns faster than this without commands from here is driven by another node [rad/s].
 DRIVEN_RATE = 0.1
 #: A turn is judged when the robot turns slower than this [rad/s].
 JUDGING_RATE = 0.01
@@ -38,17 +38,17 @@ class ControllerCore:
         self._heading = Heading()
         self._sensors = SensorWatch(self.imu)
         self._frozen = FrozenWatch()
-        self._sleep = SleepWatch(RESUME_TIME)    # while a turn is going on
-        self._turn: Optional[Turn] = None        # that is driven, or waits for rest to be judged,
-        self._carried = 0.0                      # and what the one before left to do [rad]
+        self._sleep = SleepWatch(RESUME_TIME)    # during a turn
+        self._turn: Optional[Turn] = None        # driven, or waiting for rest to be judged
+        self._carried = 0.0                      # error of the turn before, to be corrected [rad]
         self._mouse = Mouse()
-        self._mouse_is_new = False               # and must be answered by a command
+        self._mouse_is_new = False               # so a command is due
         self._news = NewsDesk()
 
     # -- what comes in
 
     def on_imu(self, sample: ImuSample, now: float) -> None:
-        """Take a sample of the IMU in."""
+        """Take in a sample of the IMU."""
         jump = self._heading.jump_to(sample)
         if jump and self.driver is Driver.TURN:
             self._happens(DriverEvent.TURN_OVER, jump)
@@ -63,9 +63,10 @@ class ControllerCore:
             self._carried = 0.0
 
     def on_mouse(self, active: bool, x: float, y: float, now: float) -> None:
-        """Take a message of the mouse in; ``ValueError`` for a position that is not finite.
+        """Take in a message of the mouse; ``ValueError`` for a position that is not finite.
 
-        `now` is on a clock that never stands still and never goes back: the mouse is in a hand.
+        `now` is on a clock that never stands still and never goes back, since a person moves the
+        mouse.
         """
         was_active = self._mouse.active
         self._mouse.heard(active, x, y, now)
@@ -80,10 +81,10 @@ class ControllerCore:
             self._released('the mouse was deactivated')
 
     def ask(self, degrees: float, now: float) -> None:
-        """Turn by so many degrees, left positive; ``ValueError`` with the reason of a refusal.
+        """Turn by `degrees`, left positive; ``ValueError`` with the reason of a refusal.
 
-        While a turn is going on, the precise law moves its goal by so much; the handout's begins
-        anew from where the robot looks.
+        During a turn the precise law moves its goal by `degrees`; the handout's law begins anew
+        from the present heading.
         """
         angle = math.radians(degrees)
         extended = self._turn if self.driver is Driver.TURN and self._law.extends else None
@@ -99,8 +100,8 @@ class ControllerCore:
         self._happens(DriverEvent.TURN_ASKED)
 
     def update_mouse(self, now: float) -> None:
-        """Release an active mouse that is lost; `now` as in :meth:`on_mouse`. To be called again
-        and again while :attr:`watched`."""
+        """Release an active mouse that is lost; `now` as in :meth:`on_mouse`. To be called
+        repeatedly while :attr:`watched`."""
         if self._mouse.is_lost(now):
             self._mouse.release()
             self._mouse_is_new = True
@@ -108,7 +109,7 @@ class ControllerCore:
                 self.mouse.silence_with_age(now)))
 
     def set_law(self, law: TurningLaw) -> None:
-        """Turn by another law from now on; a turn that is under way goes on to the same goal."""
+        """Turn by another law from now on; a present turn goes on to the same goal."""
         self._law = law
         self._pace = Pace(law.period)
         if self._turn is not None and self.driver is Driver.TURN:
@@ -123,7 +124,7 @@ class ControllerCore:
 
     @property
     def mouse(self) -> Freshness:
-        """Whether the mouse is heard."""
+        """The Freshness of the mouse."""
         return self._mouse.source
 
     @property
@@ -133,11 +134,11 @@ class ControllerCore:
 
     @property
     def watched(self) -> bool:
-        """Must somebody look at the clock, even if no message arrives?"""
+        """Must the node call the update methods even if no message arrives?"""
         return self.driver is not Driver.NOBODY or self._mouse.active
 
     def problem(self, now: float) -> str:
-        """'' or what is wrong with the IMU, in words."""
+        """'' or the problem of the IMU, in words."""
         return self._sensors.problem(now)
 
     def due(self, now: float) -> bool:
@@ -148,7 +149,7 @@ class ControllerCore:
             self._pace.due(now) or not self._sensors.are_fresh(now))
 
     def idle_for(self, now: float) -> float:
-        """Time for which no sample of the IMU needs to be looked at [s]."""
+        """Time for which no sample of the IMU needs to be read [s]."""
         return self._pace.idle_for(now) if self.driver is Driver.TURN else LONGEST_IDLE
 
     def command(self, now: float) -> Optional[Twist2]:
@@ -169,8 +170,8 @@ class ControllerCore:
         return self._heading.yaw
 
     def _check(self, angle: float, now: float) -> None:
-        """``ValueError`` where the robot cannot turn by so much now."""
-        if not abs(angle) <= self._law.MAX_ANGLE + 1e-9:    # nor NaN
+        """``ValueError`` if the robot cannot turn by `angle` now."""
+        if not abs(angle) <= self._law.MAX_ANGLE + 1e-9:    # "not <=" also catches NaN
             raise ValueError('cannot turn by {:g} degrees: {}'.format(
                 math.degrees(angle), self._law.MAX_ANGLE_IN_WORDS))
         if self.driver is Driver.MOUSE:
@@ -187,7 +188,7 @@ class ControllerCore:
         self._start_law(self._turn)
 
     def _start_law(self, turn: Turn) -> None:
-        """Begin, or go on after a stop, from where the robot looks."""
+        """Begin the turn, or go on after a stop, from the present heading."""
         self._law.start(self._yaw, turn.left(self._yaw))
         self._pace.pause()
         self._sensors.pause()
@@ -195,7 +196,7 @@ class ControllerCore:
         self._sleep.start()
 
     def _was_awake(self, now: float) -> bool:
-        """A turn during which this process slept is given up."""
+        """Give up a turn during which this process slept; True where it did not sleep."""
         self._sleep.update(now)
         if self._sleep.slept_for:
             self._happens(DriverEvent.TURN_OVER, self._sleep.in_words())
@@ -236,7 +237,7 @@ class ControllerCore:
         return None
 
     def _judge_turn(self, turn: Turn, now: float) -> None:
-        """A turn is over and the robot at rest: how well did it go?"""
+        """Tell the result of a turn that is over, with the robot at rest."""
         self._news.tell(turn.result(self._yaw, now))
         self._carried = turn.error(self._yaw) if self._law.carries_error else 0.0
         self._turn = None
@@ -244,12 +245,12 @@ class ControllerCore:
     # -- who drives
 
     def _released(self, reason: str) -> None:
-        """The mouse is not active any more."""
+        """The mouse is no longer active."""
         self._news.tell(reason[0].upper() + reason[1:])
         self._happens(DriverEvent.MOUSE_RELEASED, reason)
 
     def _happens(self, event: DriverEvent, reason: str = '') -> None:
-        """The rule of the arbiter; a turn that ends by it for a `reason` is given up."""
+        """Apply the table of drivers. A turn that it ends, with a `reason`, is given up."""
         before, self.driver = self.driver, after(DRIVERS, self.driver, event)
         if self.driver is Driver.MOUSE:
             self._carried = 0.0

@@ -1,4 +1,4 @@
-"""The demonstration: what counts as a good drive, and the table that is printed of all of them."""
+"""The demonstration: the criteria of a good drive, and the table of all drives."""
 import math
 from dataclasses import dataclass
 from typing import Sequence, Tuple
@@ -20,36 +20,36 @@ HEADER = ROW.format('', 'asked [m, m, deg]', 'believed to be at', 'truly off by'
 
 @dataclass(frozen=True)
 class DemoConfig(Config):
-    """What counts as a good demonstration."""
+    """Settings of the demonstration."""
 
-    drives: int = setting(2, 'how many drives, with a reset between them', low=1, high=100)
+    drives: int = setting(2, 'number of drives, with a reset between them', low=1, high=100)
     distance_tolerance: float = setting(0.01, 'true error at the goal', 'm', 0.0, 10.0)
     angle_tolerance_deg: float = setting(0.5, 'true error of the heading', 'deg', 0.0, 180.0)
     timeout: float = setting(120.0, 'longest drive', 's', 1.0, 3600.0)
-    stay: bool = setting(False, 'say what to try next instead of ending')
+    stay: bool = setting(False, 'go on running, and print commands to try, instead of ending')
     record: bool = setting(False, 'begin when the node record, a recorder, listens')
     status_file: str = setting('', 'file for the exit status, since roslaunch has none')
 
 
 @dataclass(frozen=True)
 class DemoDrive:
-    """How one drive went; poses in local."""
+    """The result of one drive; poses in local."""
 
     state: str               # in which it ended
     goal: Pose2
-    believed: Pose2          # where move_to_goal had the robot at rest,
-    reached: Pose2           # and where it truly was
+    believed: Pose2          # at rest, as move_to_goal measured it
+    reached: Pose2           # at rest, truly
     time: float              # [s]
     bound: float             # least possible time [s]
 
     @property
     def off_by(self) -> Tuple[float, float]:
-        """(distance [m], angle [deg]) of the goal from where the robot is believed to be."""
+        """(distance [m], angle [deg]) from the believed pose to the goal."""
         return _miss(self.believed, self.goal)
 
     @property
     def truly_off(self) -> Tuple[float, float]:
-        """(distance [m], angle [deg]) of the goal from where the robot is."""
+        """(distance [m], angle [deg]) from the true pose to the goal."""
         return _miss(self.reached, self.goal)
 
     def is_good(self, config: DemoConfig) -> bool:

@@ -1,14 +1,14 @@
-"""Everything `gamepad` decides, without ROS: who holds the robot, and what the sticks command.
+"""Everything that `gamepad` decides, without ROS: the holder of the robot, and its command.
 
 Every press of a button counts, also where several messages arrive together: the words for
 `ctrl_relinq` are collected in order (:meth:`GamepadCore.take_words`).
 
-B always says False, whoever holds the robot and whoever gave it. A says True; a renewal, which the
-node sends, only keeps that alive. A press of A that the network held up for long does not count.
+B always says False, for any holder of the robot. A says True. The node then sends renewals, which
+only keep the permission alive. A press of A that was delayed for long does not count.
 
-A pad that is silent while the robot depends on it is lost: while its stick is off the middle, and
-while move_to_goal drives by its permission. joy_node sends only changes unless its autorepeat_rate
-is set. Then a stick that is held still cannot be told from a lost pad, and both stop the robot.
+A silent pad is lost if the robot depends on it: while a stick is off its middle, and while
+move_to_goal drives by its permission. joy_node sends only changes unless its autorepeat_rate is
+set. Without that rate, a stick that is held still looks like a lost pad, and both stop the robot.
 
 Units: seconds on a clock that never stands still and never goes back (`now`), m/s, rad/s.
 """
@@ -39,15 +39,15 @@ class GamepadCore:
         self._words = ControlWords()
         self._sleep = SleepWatch(LONGEST_LAPSE)
         self._silent_until = 0.0
-        self._is_new = False         # something came that must be answered by a command
-        self._resets = 0             # presses of the reset button that nobody has taken
+        self._is_new = False         # something changed, so a command is due
+        self._resets = 0             # presses of the reset button that were not taken yet
         self._news = NewsDesk()
 
     # -- what comes in
 
     def on_joy(self, axes: Sequence[float], buttons: Sequence[int], now: float,
                stamp: float = 0.0) -> None:
-        """Take a message of the pad in, sent at `stamp` [s, sender's clock; 0: unknown].
+        """Take in a message of the pad, sent at `stamp` [s, sender's clock; 0: unknown].
 
         ``ValueError`` for another kind of pad.
         """
@@ -61,7 +61,7 @@ class GamepadCore:
         if self._pad.is_current(now) and self._is_ready(message):
             self._happens(HolderEvent.READY, now)
         elif message.came_after_loss and self.holder is Holder.GAMEPAD:
-            self._happens(HolderEvent.LOST, now)    # nobody depended on it, until now
+            self._happens(HolderEvent.LOST, now)    # the loss is noticed only now
         self._resets += state.reset and not before.reset
 
     def on_control(self, granted: bool, now: float) -> None:
@@ -73,19 +73,20 @@ class GamepadCore:
             self._happens(HolderEvent.TAKEN, now)
 
     def on_taken(self, now: float) -> None:
-        """Somebody else took control from move_to_goal, which this pad may have given.
+        """Another node took control from move_to_goal; this pad may have given it.
 
-        What others gave is over when move_to_goal says so: it knows which of both was said last.
+        Control that others gave is over when move_to_goal says so, since only move_to_goal knows
+        the order of both words.
         """
         self._words.stopped_by_others(now)
         if self.gives:
             self._happens(HolderEvent.TAKEN, now)
 
     def update(self, now: float) -> None:
-        """Look at the clock; to be called again and again while :attr:`watched`.
+        """Look at the clock; to be called repeatedly while :attr:`watched`.
 
-        A pad at rest is ready as soon as it has been heard for long enough. A process that slept
-        does not go on giving.
+        A pad at rest is ready as soon as it has been heard for long enough. After a sleep of this
+        process its permission is taken back.
         """
         state = self._pad.state
         if self.holder is Holder.NOBODY and state is not None and state.at_rest and (
@@ -114,7 +115,7 @@ class GamepadCore:
 
     @property
     def joy(self) -> Freshness:
-        """Whether the pad is heard."""
+        """The Freshness of the pad."""
         return self._pad.source
 
     @property
@@ -124,7 +125,7 @@ class GamepadCore:
 
     @property
     def watched(self) -> bool:
-        """Must somebody look at the clock, even if no message arrives?"""
+        """Must the node call :meth:`update` even if no message arrives?"""
         return self.gives or self._drives() or (
             self._pad.state is not None and self.holder is Holder.NOBODY)
 
@@ -174,7 +175,7 @@ class GamepadCore:
             self._happens(HolderEvent.RELINQUISH, now)
 
     def _stop(self, event: HolderEvent, now: float, caused_at: float) -> None:
-        """The operator takes the robot, or is lost: False, whoever holds it."""
+        """Say False, for any holder: the operator takes the robot, or the pad is lost."""
         self._words.stop(caused_at)
         self._happens(event, now)
 
@@ -183,7 +184,7 @@ class GamepadCore:
         self._is_new = self._is_new or self.holder is not before
         if before is Holder.MOVE_TO_GOAL is not self.holder:
             self._silent_until = now + HAND_BACK
-            self._words.end()       # somebody else took it: what was given is over
+            self._words.end()       # another node took control
         if event is HolderEvent.TAKEN and self.holder is not before:
             self._news.tell('Control was taken from move_to_goal: press A to give it again')
         elif self.holder is Holder.MOVE_TO_GOAL is not before:

@@ -1,7 +1,7 @@
-"""From a hand on the mouse to a velocity.
+"""From positions of the mouse to a velocity.
 
 Units: positions from -1 to 1, x to the right, y up; speeds in m/s and rad/s, left positive; seconds
-on a clock that never stands still and never goes back (`now`): the mouse is in a hand.
+on a clock that never stands still and never goes back (`now`), since a person moves the mouse.
 Source: the IMU lab's handout for the mouse.
 """
 import math
@@ -12,17 +12,17 @@ from tb3_labs.supervision.freshness import Freshness
 
 #: An active mouse that is silent for longer than this is lost [s].
 MOUSE_TIMEOUT = 0.2
-#: Nearer to the middle of the screen than this, in each direction, the mouse means nothing.
+#: Within this distance of the middle of the screen, in each direction, the mouse asks for zero.
 MOUSE_DEAD_ZONE = 0.25
 #: The edge of the screen asks for this [m/s], [rad/s]; the robot clips it to its own limit.
 MOUSE_FULL = 0.5
 
 
 class Mouse:
-    """Is the mouse active, and what does it ask for?
+    """The mouse: is it active, and its velocity.
 
-    A mouse that was lost while it was active stays inactive until it is seen in the middle of the
-    screen, or deactivated: a hand that comes back does not drive at once.
+    A mouse that was lost while it was active stays inactive until it is in the middle of the
+    screen, or is deactivated. So a mouse that comes back does not drive at once.
     """
 
     def __init__(self) -> None:
@@ -43,25 +43,25 @@ class Mouse:
             self.twist = twist
 
     def is_lost(self, now: float) -> bool:
-        """Is it active, but silent?"""
+        """Is the mouse active, but silent?"""
         return self.active and not self.source.is_fresh(now)
 
     def release(self) -> None:
-        """It is lost: not active any more."""
+        """The mouse is lost, and no longer active."""
         self.active, self._was_lost = False, True
 
     @property
     def is_centred(self) -> bool:
-        """Is it in the middle of the screen?"""
+        """Is the mouse in the middle of the screen?"""
         return self.twist == Twist2()
 
 
 def mouse_twist(x: float, y: float) -> Twist2:
-    """The velocity a mouse at (x, y) asks for: up is forward, left is left.
+    """The velocity that a mouse at (x, y) asks for: up is forward, left is left.
 
-    Each direction has its own dead zone, the closed interval +/-MOUSE_DEAD_ZONE; outside of it
-    the position counts from the middle. Beyond the screen's edge is as at the edge; a position
-    that is not finite raises ``ValueError``.
+    Each direction has its own dead zone, the closed interval +/-MOUSE_DEAD_ZONE. Outside of it
+    the position counts from the middle. A position beyond the screen's edge counts as at the edge;
+    one that is not finite raises ``ValueError``.
     """
     if not (math.isfinite(x) and math.isfinite(y)):
         raise ValueError('mouse position ({}, {}) is not finite'.format(x, y))

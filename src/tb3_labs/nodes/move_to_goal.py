@@ -1,7 +1,7 @@
-"""Everything `move_to_goal` decides, without ROS: where the robot is, may it drive, how.
+"""Everything that `move_to_goal` decides, without ROS: pose, permission and command.
 
-How samples and requests go in, and commands come out: see :mod:`tb3_labs.nodes`. A robot moves only
-while this node has control, both sensors are fresh, and there is a goal left to drive to.
+The inputs and outputs are described in :mod:`tb3_labs.nodes`. The robot moves only while this node
+has control, both sensors are fresh, and the goal is not reached.
 
 Units: seconds on the receiver's clock (`now`), metres, radians; poses in the local frame.
 """
@@ -24,7 +24,7 @@ from tb3_labs.supervision.freshness import Freshness, SensorWatch, Sight
 from tb3_labs.supervision.frozen import DriveFrozenWatch
 from tb3_labs.supervision.permission import Permission
 
-#: A place farther than this from the local origin is a mistake, most likely in the unit [m].
+#: A place farther than this from the local origin is refused, most likely an error of the unit [m].
 MAX_DISTANCE = 100.0
 
 
@@ -46,24 +46,24 @@ class MoveToGoalConfig(Config):
 
 
 class DriveStatus(NamedTuple):
-    """A drive at one moment, as others may know it; poses in local."""
+    """The public status of a drive at one moment; poses in local."""
 
     words: str                    # the text on `goal_state`; '' until the first command
     state: GoalState
     goal: Optional[Pose2]
     tolerance: float              # of the distance to the goal [m]
-    attempt: int                  # counts the drives, a new one with each goal and each restart
+    attempt: int                  # number of the drive: each goal and restart begins a new one
     begun: bool                   # has the robot been told to move in this attempt?
-    active: bool                  # is there something left to drive?
-    failure: str                  # why the drive was given up; '' while it was not
-    hold_reason: str              # why the robot stands in the midst of a drive, or ''
+    active: bool                  # is the drive going on?
+    failure: str                  # reason why the drive was given up; '' while it was not
+    hold_reason: str              # reason why the robot stands during a drive, or ''
     has_control: bool             # may this node drive?
-    sensor_problem: str           # which sensors are lost; '' while both are fresh
-    pose: Optional[Pose2]         # where the robot is now; None before the first samples
+    sensor_problem: str           # the lost sensors, in words; '' while both are fresh
+    pose: Optional[Pose2]         # of the robot now; None before the first samples
 
 
 class DriveEnd(NamedTuple):
-    """How a drive ended."""
+    """The end of a drive."""
 
     goal: Pose2
     failure: str                  # '': the goal was reached
@@ -78,53 +78,53 @@ class MoveToGoalCore:
         self._localizer = Localizer()
         self._machine = GoalMachine(law)
         self._permission = Permission(has_control)
-        self._may_drive = has_control      # the permission when it was looked at last,
+        self._may_drive = has_control      # the permission at the last update,
         self._givings = 0                  # and its count of givings then
         self._pace = Pace(law.period)
         self._sensors = SensorWatch(self.imu, self.odometry)
         self._frozen = DriveFrozenWatch(self.imu, self.odometry)
         self._sent = Twist2()
-        self._ended = 0                    # the attempt whose end was taken last
-        self._resets: List[Reset] = []     # that were carried out, and not taken
+        self._ended = 0                    # the last attempt whose end was taken
+        self._resets: List[Reset] = []     # carried out, and not taken yet
         self._news = NewsDesk()
 
     # -- what comes in
 
     def on_imu(self, sample: ImuSample, now: float) -> None:
-        """Take a sample of the IMU in."""
+        """Take in a sample of the IMU."""
         self.imu.heard(now, sample[1:])
         self._localizer.on_imu(sample, now)
         self._look_at_localizer()
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
-        """Take a message of the odometry in."""
+        """Take in a message of the odometry."""
         self.odometry.heard(now, (sample.pose, sample.linear, sample.angular))
         self._frozen.on_odometry(sample.pose.yaw)
         self._localizer.on_odometry(sample, now)
         self._look_at_localizer()
 
     def set_law(self, law: DrivingLaw) -> None:
-        """Drive by another law from now on; a drive that is under way begins anew."""
+        """Drive by another law from now on; a present drive begins anew."""
         self._machine.law = law
         self._pace = Pace(law.period)
         if self._machine.active:
             self._machine.restart()
 
     def set_goal(self, goal: Pose2) -> None:
-        """A new goal, in place of any other; ``ValueError`` if it is too far."""
+        """Replace the goal; ``ValueError`` if it is too far."""
         _check_distance(goal)
         self._machine.set_goal(goal)
         self._pause()
 
     def cancel(self) -> None:
-        """The goal is over, by somebody's wish."""
+        """End the drive: a person or program cancelled the goal."""
         self._machine.cancel()
         self._pause()
 
     def reset(self, declared: Pose2, now: float) -> Reset:
-        """Declare that the robot is at `declared` now; the Reset shows when that was carried out.
+        """Declare that the robot is at `declared` now. The Reset shows when that is carried out.
 
-        ``ValueError`` where it cannot be carried out: too far, or no fresh sensors.
+        ``ValueError`` if `declared` is too far, or a sensor is not fresh.
         """
         _check_distance(declared)
         problem = self._sensors.problem(now, with_age=True)
@@ -138,7 +138,7 @@ class MoveToGoalCore:
 
     def told_control(self, granted: bool, now: float, sender: str = '',
                      renews: bool = False) -> None:
-        """`sender` gives control, or takes it; `now` and all else as in permission.Permission."""
+        """`sender` gives control, or takes it; `now` and `renews` as in permission.Permission."""
         self._permission.told(granted, now, sender, renews)
         self.update_control(now)
 
@@ -147,8 +147,8 @@ class MoveToGoalCore:
         self._permission.heard_of_old(granted, sender)
 
     def update_control(self, now: float) -> None:
-        """Look whether the permission still holds; to be called again and again, at least once a
-        second. `now` as in permission.Permission."""
+        """Check whether the permission still holds. To be called at least once a second; `now` as
+        in permission.Permission."""
         permission, machine = self._permission, self._machine
         permission.update(now)
         for news in permission.take_news():
@@ -179,7 +179,7 @@ class MoveToGoalCore:
         return resets
 
     def take_end(self) -> Optional[DriveEnd]:
-        """How the drive ended, once; None while it goes on, or if there was no drive."""
+        """The end of the drive, once; None while it goes on, or if there was no drive."""
         machine = self._machine
         if machine.goal is None or machine.active or machine.attempt == self._ended:
             return None
@@ -212,12 +212,12 @@ class MoveToGoalCore:
 
     @property
     def control_stands(self) -> bool:
-        """Was control given, and not taken back? The giver may be silent for a moment."""
+        """Was control given, and not taken back? Its sender may be silent for a moment."""
         return self._permission.stands
 
     @property
     def odom_T_local(self) -> Optional[Pose2]:
-        """Where ``local`` stands in the odometry's frame; None before the first fix."""
+        """The pose of ``local`` in the odometry's frame; None before the first fix."""
         return self._localizer.odom_T_local
 
     @property
@@ -250,7 +250,7 @@ class MoveToGoalCore:
         return self._pace.due(now) or not self._sensors.are_fresh(now)
 
     def idle_for(self, now: float) -> float:
-        """For this long samples of the IMU need no processing [s]."""
+        """Time for which no sample of the IMU needs to be read [s]."""
         if self._localizer.has_resets:
             return 0.0
         driving = self.has_control and self._machine.active
@@ -288,20 +288,20 @@ class MoveToGoalCore:
         return self._machine.active
 
     def _begin_anew(self) -> None:
-        """The drive begins once more, unless its goal was reached or cancelled."""
+        """Begin the drive anew, unless its goal was reached or cancelled."""
         if self._machine.failure or self._machine.active:
             self._machine.restart()
         self._pause()
 
     def _pause(self) -> None:
-        """The robot stands, or is in other hands: the next command starts afresh."""
+        """The robot stands, or another node drives it: the next command counts as the first."""
         self._pace.pause()
         self._sensors.pause()
         self._frozen.start()
         self._sent = Twist2()
 
     def _look_at_localizer(self) -> None:
-        """A drive in which a sensor jumped is given up; after a reset it begins anew."""
+        """Give up a drive in which a sensor jumped; begin it anew after a reset."""
         for jump in self._localizer.take_jumps():
             if jump.outcome:
                 self._news.tell('{}: {}'.format(jump.text[0].upper() + jump.text[1:], jump.outcome),

@@ -1,4 +1,4 @@
-"""The messages of a gamepad: its sticks and buttons, and whether they are still so now.
+"""The messages of a gamepad: its sticks and buttons, and whether they are current.
 
 Units: axes from -1 to 1, forward and left positive (as joy_node sends them). Indices count from 0,
 as in sensor_msgs/Joy; the defaults are the handout's numbering. Seconds on a clock that never
@@ -15,7 +15,7 @@ from tb3_labs.supervision.permission import LONGEST_LAPSE
 
 #: A pad that is silent for longer than this is lost [s].
 PAD_TIMEOUT = 0.25
-#: How late a message is shows when a pad has been heard for this long [s].
+#: The lateness of a message is known after a pad has been heard for this long [s].
 LATENESS_SHOWS = 0.3
 #: No pad has as many axes or buttons.
 MOST = 31
@@ -23,7 +23,7 @@ MOST = 31
 
 @dataclass(frozen=True)
 class PadConfig(Config):
-    """Which axis and which button does what."""
+    """The functions of axes and buttons."""
 
     linear_axis: int = setting(1, 'axis that drives, forward positive', low=0, high=MOST)
     angular_axis: int = setting(3, 'axis that turns, left positive', low=0, high=MOST)
@@ -46,7 +46,7 @@ class PadConfig(Config):
 
 
 class PadState(NamedTuple):
-    """A pad at one moment: sticks after their dead zone, and what is pressed."""
+    """A pad at one moment: sticks after their dead zone, and buttons pressed."""
 
     forward: float = 0.0
     left: float = 0.0
@@ -62,38 +62,39 @@ class PadState(NamedTuple):
 
 
 class PadMessage(NamedTuple):
-    """One message, beside what was known before it."""
+    """One message, and the state before it."""
 
     state: PadState
     before: PadState         # of the message before it
-    lateness: float          # for so long it was held up [s]
+    lateness: float          # its delay [s]
     came_after_loss: bool
 
 
 class PadListener:
     """Hears one pad.
 
-    joy_node sends only changes unless its autorepeat_rate is set. So a pad that has never repeated
-    itself may be silent, and is not lost by that alone.
+    joy_node sends only changes unless its autorepeat_rate is set. So the silence of a pad that has
+    never repeated itself does not show a loss.
     """
 
     def __init__(self, config: PadConfig) -> None:
         self.source = Freshness('joy', PAD_TIMEOUT)
         #: The latest state; None before the first message, and after a loss.
         self.state: Optional[PadState] = None
-        #: Does the pad send what has not changed?
+        #: Does the pad repeat an unchanged state?
         self.repeats = False
         self._config = config
         self._lateness = Lateness(LONGEST_LAPSE)
-        self._heard_since = math.inf     # from here on its messages tell how late they are
+        self._heard_since = math.inf     # from then on the lateness of messages is learned
         self._is_late = False
         self._last: Optional[Tuple[Sequence[float], Sequence[int]]] = None
 
     def hear(self, axes: Sequence[float], buttons: Sequence[int], now: float,
              stamp: float) -> PadMessage:
-        """Take a message in, sent at `stamp` (0: unknown); ``ValueError`` for another kind of pad.
+        """Take in a message, sent at `stamp` (0: unknown); ``ValueError`` for another kind of pad.
 
-        What is pressed in the first message was not pressed now. A stop counts all the same.
+        A button that is down in the first message may have been pressed long ago, and does not
+        count as pressed now. A stop counts all the same.
         """
         state = read_pad(axes, buttons, self._config)
         lateness = self._lateness.of(stamp, now) if stamp > 0.0 else 0.0
@@ -111,15 +112,15 @@ class PadListener:
         return PadMessage(state, before, lateness, came_after_loss)
 
     def lose(self) -> None:
-        """The pad is lost: what it said does not count any more."""
+        """The pad is lost: its last state no longer counts."""
         self.state = None
 
     def tells_lateness(self, now: float) -> bool:
-        """Has it been heard for long enough that a late message shows?"""
+        """Has the pad been heard for long enough to know how late a message is?"""
         return now - self._heard_since >= LATENESS_SHOWS
 
     def is_current(self, now: float) -> bool:
-        """Does the last message say how the pad is now, and not how it was?"""
+        """Does the last message show the present state of the pad?"""
         return self.tells_lateness(now) and not self._is_late
 
 
@@ -143,7 +144,7 @@ def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -
 
 
 def _outside(dead_zone: float, position: float) -> float:
-    """Rest inside the dead zone; from its edge evenly up to the full stick."""
+    """0 inside the dead zone; linear from its edge to the full stick."""
     size = min(abs(position), 1.0)
     if size <= dead_zone:
         return 0.0

@@ -1,4 +1,4 @@
-"""One turn of `controller`, from the moment it is asked for until it is judged at rest.
+"""One turn of `controller`, from the request until it is judged at rest.
 
 Units: radians of continuous yaw, counter-clockwise positive; seconds.
 """
@@ -9,10 +9,10 @@ from tb3_labs.supervision.stall import Progress
 
 
 class Turn:
-    """The angle that was asked for, and how well it went."""
+    """The angle that was asked for, and the result."""
 
     def __init__(self, asked: float, yaw: float, carried: float, now: float) -> None:
-        """Turn by `asked` from `yaw`, and by what the turn before left to do (`carried`)."""
+        """Turn by `asked` from `yaw`, and by the error that the turn before left (`carried`)."""
         self.asked = asked
         self.goal = yaw + carried + asked
         self.progress = Progress()
@@ -21,7 +21,7 @@ class Turn:
         self._left_at_end: Optional[float] = None
 
     def extend(self, angle: float) -> None:
-        """Turn by so much more, or less."""
+        """Turn by `angle` more, or less."""
         self.asked += angle
         self.goal += angle
         self.progress = Progress()
@@ -31,15 +31,16 @@ class Turn:
         return self.goal - yaw
 
     def end(self, left: float) -> None:
-        """The law has waited for rest and knows what is left, better than one sample does."""
+        """The law has waited for rest, and knows the remaining angle `left` better than one sample.
+        """
         self._left_at_end = left
 
     def error(self, yaw: float) -> float:
-        """The angle that is left of a turn that is over, of a robot that rests at `yaw`."""
+        """The remaining angle of a turn that is over, for a robot that rests at `yaw`."""
         return self.left(yaw) if self._left_at_end is None else self._left_at_end
 
     def result(self, yaw: float, now: float) -> str:
-        """How well it went, in words, of a robot that rests at `yaw`."""
+        """The result in words, for a robot that rests at `yaw`."""
         error = self.error(yaw)
         return 'Turned {:.1f} degrees in {:.1f} s: {:.2f} degrees {} the goal'.format(
             math.degrees(self.goal - error - self._start), now - self._begun_at,

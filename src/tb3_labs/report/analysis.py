@@ -1,10 +1,10 @@
-"""From a recorded run to what the lab's analysis asks for: its drives, their errors and drift.
+"""The lab's analysis of a recorded run: its drives, their errors and drift.
 
 Frames: ``odom`` (global), ``local`` (as last declared, see :mod:`tb3_labs.report.epochs`),
 ``world`` (of the ground truth).
 
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
-Edge cases: what cannot be known (no ground truth, no sample in time) is NaN.
+Edge cases: an unknown value (no ground truth, no sample in time) is NaN.
 """
 import math
 from dataclasses import dataclass
@@ -22,15 +22,15 @@ from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.report.sensors import GAP, imu_yaw_at
 from tb3_labs.robot.turtlebot3 import RobotModel
 
-#: A drive is measured at rest: at most this long after its end [s].
+#: The errors of a drive are measured at rest, at most this long after its end [s].
 SETTLE_TIME = 1.0
-#: The heading counts from this long after the begin of MOVE_FORWARD: the turn before is over [s].
+#: The heading counts from this time after the begin of MOVE_FORWARD [s]: the turn before is over.
 STRAIGHT_AFTER = 0.3
 #: A goal belongs to the state whose message arrived within this time of its own [s].
 SAME_MOMENT = 0.5
-#: Fastest turn that a drive is compared with [rad/s]: the package's own limit.
+#: Fastest turn of the least time with which a drive is compared [rad/s]: the package's own limit.
 MAX_ANGULAR = DriveConfig().max_angular
-#: What cannot be known: (distance, angle).
+#: An unknown (distance, angle).
 UNKNOWN = math.nan, math.nan
 
 FIRST, STRAIGHT, LAST = DRIVING
@@ -39,7 +39,7 @@ REACHED = GoalState.GOAL_REACHED.name
 
 @dataclass(frozen=True)
 class Span:
-    """From `begin` to `end`, goal_state said `state`; `goal` is in local, None if unknown."""
+    """goal_state was `state` from `begin` to `end`; `goal` is in local, None if unknown."""
 
     state: str
     begin: float
@@ -54,7 +54,7 @@ class DriveReport:
     begin: float
     end: float
     goal: Optional[Pose2]             # in local
-    outcome: str                      # 'reached', or why not
+    outcome: str                      # 'reached', or the reason why not
     measured: Tuple[float, float]     # (distance [m], angle [rad]) off, by local_pose
     true: Tuple[float, float]         # the same by the ground truth
     drift: float                      # heading after driving straight minus before [rad]
@@ -69,7 +69,7 @@ class DriveReport:
 
 
 def local_poses(run: RunData) -> Poses:
-    """The robot in ``local``: as recorded, else from odometry (place) and IMU (heading)."""
+    """The robot's poses in ``local``: as recorded, else by odometry (place) and IMU (heading)."""
     if len(run.local_pose):
         return run.local_pose
     frame, odometry = declared_at_first(run), run.odometry
@@ -79,7 +79,7 @@ def local_poses(run: RunData) -> Poses:
 
 
 def spans(run: RunData) -> List[Span]:
-    """What move_to_goal did, as Spans in order; the instants by its own stamps where they fit."""
+    """The states of move_to_goal as Spans in order; the times by its own stamps where they fit."""
     begins: List[float] = []
     goals: List[Optional[Pose2]] = []
     for arrival, own in zip(run.states.arrival, _goals_of_states(run)):
@@ -93,9 +93,9 @@ def spans(run: RunData) -> List[Span]:
 
 
 def _goals_of_states(run: RunData) -> List[Optional[int]]:
-    """Index of the goal that was sent together with each state, None where there is none.
+    """For each state the index of the goal that was sent together with it, or None.
 
-    They are sent in one order; several may arrive at once, where the recorder was busy.
+    Both are sent in the same order; several may arrive at once if the recorder was busy.
     """
     states, goals = run.states.arrival, run.goals.arrival
     if len(states) == len(goals) and (np.abs(states - goals) < SAME_MOMENT).all():
@@ -137,10 +137,10 @@ def drives(run: RunData, model: RobotModel) -> List[DriveReport]:
 
 
 def _goes_on(frames: Sequence[Epoch], span: Span, following: Span) -> bool:
-    """Is what follows a Span of a drive still that drive?"""
+    """Does `following` belong to the same drive as `span`?"""
     if following.state != FIRST:
         return following.state in DRIVING or is_stopped(following.state)
-    # it ended outside its tolerance, or stood for a moment, and is driven on from there
+    # the drive ended outside its tolerance, or was interrupted, and goes on from there
     return (span.state == LAST or is_stopped(span.state)) and (
         span.goal == following.goal
         and _epoch_of(frames, span) is _epoch_of(frames, following))

@@ -1,18 +1,18 @@
-"""When was ``local`` declared anew? A recorded run's resets, and the epochs between them.
+"""The resets of a recorded run, and the epochs between them.
 
-A *reset*: the robot's pose in ``local`` jumps against what odometry and IMU say of its motion.
+A *reset* is a jump of the robot's pose in ``local`` that odometry and IMU do not show.
 
-``local`` moves in ``odom`` without a reset, too. Where the odometry jumps and the robot does not,
-move_to_goal moves ``local`` along, so that the robot keeps its pose in it (see
-:mod:`tb3_labs.localization.odometry_jumps`): by up to 15 mm where the firmware takes a step
-backwards, by any amount where the robot's own `reset` zeroes the odometry. The odometry itself
-tells which it was:
+``local`` also moves in ``odom`` without a reset. Where the odometry jumps and the robot does not,
+move_to_goal shifts ``local`` in ``odom``, so that the robot keeps its pose in ``local`` (see
+:mod:`tb3_labs.localization.odometry_jumps`). The shift is up to 15 mm where the firmware reverses a
+displacement, and of any size where the robot's own `reset` zeroes the odometry. The odometry itself
+shows the difference:
 
-* Where it is sound and complete, only a reset moves ``local`` in it, however little. tf tells
-  where ``local`` stands exactly.
-* Elsewhere it is mended as move_to_goal mends it, and a reset is a jump of more than `JUMP` against
-  that. The same holds everywhere without tf, and with a tf that hardly ever stands still: then it
-  is computed from the noise of both sensors.
+* Where it is sound and complete, only a reset moves ``local`` in it, even by a small amount. tf
+  gives the exact pose of ``local``.
+* Elsewhere it is corrected as move_to_goal corrects it, and a reset is a jump of more than `JUMP`
+  against that. The same holds everywhere without tf, and with a tf that hardly ever stands still,
+  because it is computed from both noisy sensors.
 
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
 Edge cases: without local_pose and tf there is one epoch, declared at the first sample; two resets
@@ -31,24 +31,24 @@ from tb3_labs.localization.odometry_jumps import FASTEST, POSE_LOST, SLACK, Jump
 from tb3_labs.report.run_data import ImuSamples, Kind, OdometrySamples, Poses, RunData
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 
-#: local_pose jumps by more than this against the odometry: a reset [m], [rad].
+#: A jump of local_pose against the odometry by more than this is a reset [m], [rad].
 JUMP, JUMP_ANGLE = 0.02, math.radians(1.0)
-#: By tf, ``local`` stands still as long as it moves by no more than this [m], [rad].
+#: In tf, ``local`` stands still if it moves by no more than this [m], [rad].
 STILL = 1e-5
-#: What the odometry says this long before or after, tf may show at once [s].
+#: tf may show a change of the odometry that is earlier or later by up to this [s].
 AROUND = 0.25
-#: An interval of the odometry that is so much longer than the others misses a message.
+#: An interval of the odometry that is longer than the others by this factor misses a message.
 HOLE = 1.5
-#: A new frame is in force from halfway between the last message of the old one and its own first
-#: one, but from no earlier than this before the latter [s].
+#: A new frame is in force from the middle between the last message of the old frame and its own
+#: first message, but at most this long before the latter [s].
 HALFWAY = 0.05
-#: A reset's first pose in the new frame may come this long after the drive that it began [s].
+#: The first pose in the new frame may come this long after the drive that the reset began [s].
 RESET_DELAY = 0.1
 
 
 @dataclass(frozen=True)
 class Epoch:
-    """From `begin` to `end`, ``local`` is the one that stood at `odom_T_local` at first."""
+    """One declaration of ``local``, in force from `begin` to `end`, at `odom_T_local` at first."""
 
     begin: float
     end: float
@@ -67,9 +67,10 @@ def epochs(run: RunData) -> List[Epoch]:
 
 
 def epoch_of(in_order: Sequence[Epoch], begin: float, end: float) -> Epoch:
-    """Of all Epochs the one in which a drive from `begin` to `end` [s] was driven.
+    """The Epoch in which a drive from `begin` to `end` [s] was driven.
 
-    The reset that began it may show a moment late; one that is nearer to its end ended it.
+    The reset that began the drive may show a moment late; a reset that is nearer to its end ended
+    it.
     """
     latest = min(begin + RESET_DELAY, (begin + end) / 2.0)
     return [epoch for epoch in in_order if epoch.begin <= latest][-1]
@@ -81,19 +82,19 @@ def between(samples: Kind, begin: float, end: float) -> Kind:
 
 
 def declared_at_first(run: RunData) -> LocalFrame:
-    """The LocalFrame that has the robot at (0, 0, 0) in its first sample."""
+    """The LocalFrame in which the robot is at (0, 0, 0) in its first sample."""
     imu_yaw = continuous_at(run.odometry.time[0], run.imu.time, run.imu.yaw)
     return LocalFrame.declared(Pose2(), run.odometry.pose(0), float(imu_yaw))
 
 
 def local_in_odom(run: RunData, times: np.ndarray) -> Poses:
-    """Where ``local`` stands in ``odom`` at each of the times [s]."""
+    """The poses of ``local`` in ``odom`` at each of the times [s]."""
     frames = _frames(run)
     return frames.take(np.searchsorted(_changes(frames), times, side='right'))
 
 
 def _frames(run: RunData) -> Poses:
-    """``local`` in ``odom`` over time: by tf, else by local_pose, else once and for all."""
+    """``local`` in ``odom`` over time: by tf, else by local_pose, else constant."""
     if len(run.frames):
         return run.frames
     if len(run.local_pose):
@@ -110,13 +111,13 @@ def _robot_in_odom(run: RunData, times: np.ndarray) -> Poses:
 
 
 def _changes(frames: Poses) -> np.ndarray:
-    """When each frame after the first comes into force [s]."""
+    """The times at which each frame after the first comes into force [s]."""
     last, first = frames.time[:-1], frames.time[1:]
     return np.maximum((last + first) / 2.0, first - HALFWAY)
 
 
 def _begin(run: RunData, frames: Poses, k: int) -> float:
-    """When frame `k` came into force [s]: where tf misses messages, by the jump of local_pose."""
+    """Time at which frame `k` came into force [s]; if tf misses messages, by local_pose's jump."""
     first, last = np.searchsorted(run.local_pose.time, (frames.time[k - 1], frames.time[k]))
     local = run.local_pose.take(slice(first, last + 1))
     if len(local) > 2:
@@ -128,7 +129,7 @@ def _begin(run: RunData, frames: Poses, k: int) -> float:
 
 
 def _steps(frames: Poses, robot: Poses) -> Tuple[np.ndarray, np.ndarray]:
-    """How far each change of the frame moves the robot in ``local``: (distances, angles)."""
+    """The jump of the robot in ``local`` at each change of the frame: (distances, angles)."""
     robot = robot.take(slice(1, None))
     old, new = (frames.take(part).inverse() @ robot for part in (slice(None, -1), slice(1, None)))
     return np.hypot(new.x - old.x, new.y - old.y), np.abs(wrap_all(new.yaw - old.yaw))
@@ -152,7 +153,7 @@ def _resets(run: RunData, frames: Poses) -> List[int]:
 
 
 def _is_reset(run: RunData, local: Poses, last: float, first: float, moved: bool) -> bool:
-    """Was ``local`` declared anew between `last` and `first`? `moved`: so it seems by tf."""
+    """Was ``local`` declared anew between `last` and `first`? `moved`: it moved in tf."""
     before = max(0, int(np.searchsorted(local.time, last, side='right')) - 1)
     after = min(len(local) - 1, int(np.searchsorted(local.time, first)))
     mended = _mended_odometry(run, local.time[before], local.time[after])
@@ -164,11 +165,11 @@ def _is_reset(run: RunData, local: Poses, last: float, first: float, moved: bool
 
 
 class _Mended(NamedTuple):
-    """What the odometry says of a moment, mended, and the IMU."""
+    """The motion between two moments, by the corrected odometry and the IMU."""
 
-    motion: Pose2      # of the robot, seen from where it was: place by odometry, heading by IMU
-    is_sound: bool     # nothing had to be mended, and nothing is missing
-    is_lost: bool      # nothing is known, and move_to_goal declares ``local`` anew
+    motion: Pose2      # of the robot, relative to its first pose: place by odometry, heading by IMU
+    is_sound: bool     # nothing had to be corrected, and nothing is missing
+    is_lost: bool      # the pose is lost, and move_to_goal declares ``local`` anew
 
 
 def _mended_odometry(run: RunData, begin: float, end: float) -> _Mended:
@@ -188,8 +189,8 @@ def _mended_odometry(run: RunData, begin: float, end: float) -> _Mended:
 
 def _replay(odometry: OdometrySamples,
             imu: ImuSamples) -> Tuple[Poses, Pose2, List[float]]:
-    """What move_to_goal makes of an odometry: (Poses without jumps, where ``odom`` stands among
-    them at last, the times at which nothing is known any more)."""
+    """An odometry as move_to_goal corrects it: (Poses without jumps, the last pose of ``odom``
+    among them, the times at which the pose is lost)."""
     steady, poses, lost_at = JumpFilter(), [], []
     newest = np.searchsorted(imu.arrival, odometry.arrival, side='right') - 1
     for k, heard in enumerate(newest.clip(0)):
@@ -205,7 +206,7 @@ def _replay(odometry: OdometrySamples,
 
 
 def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
-    """By the first local_pose: right after a reset it is true by definition."""
+    """The pose by the first local_pose, which is true by definition right after a reset."""
     if not len(run.ground_truth):
         return None
     known = between(run.local_pose, max(begin, run.ground_truth.time[0]),

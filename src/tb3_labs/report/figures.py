@@ -1,6 +1,6 @@
-"""What every figure of a report is made of: its size, colours, curves and legend.
+"""The parts of every figure of a report: its size, colours, curves and legend.
 
-Curves are thinned to what paper can show; extremes stay.
+Curves are thinned to the resolution of paper; extremes are kept.
 Units: inch for sizes; a curve's are its caller's, its times seconds.
 """
 import math
@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 DOTS_PER_INCH = 150
 WIDTH = 7.2                     # [inch], what fits between the margins of A4
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
-#: Stretches of a curve, two extremes of which are drawn.
+#: Number of stretches of a curve; two extremes of each are drawn.
 STRETCHES = 700
 #: A pause in a curve longer than this is left blank [s].
 BREAK = 0.5
@@ -23,7 +23,7 @@ BREAK = 0.5
 
 def thin(*columns: np.ndarray) -> np.ndarray:
     """Sorted indices that keep the least and the greatest of each column in each stretch, and both
-    ends; all of them where there are few. The columns are of one length."""
+    ends; all indices where there are few. The columns are of one length."""
     count = len(columns[0])
     if count <= 2 * STRETCHES:
         return np.arange(count)
@@ -53,7 +53,7 @@ def curve(axes: Axes, time: np.ndarray, values: np.ndarray, breaks: Sequence[flo
           circle: bool = False, **looks: Any) -> None:
     """A line with blanks at the times `breaks` [s] and in pauses.
 
-    `circle`: the values are angles [deg], and blanks are also where they jump by half a turn.
+    `circle`: the values are angles [deg], with blanks also where they jump by half a turn.
     """
     pauses = np.diff(time)
     longest = max(BREAK, 5.0 * float(np.median(pauses))) if len(pauses) else BREAK
@@ -69,7 +69,7 @@ def curve(axes: Axes, time: np.ndarray, values: np.ndarray, breaks: Sequence[flo
 
 
 def legend_below(figure: Figure, axes: Axes) -> None:
-    """What the lines of `axes` mean, below the figure."""
+    """Put the legend of `axes` below the figure."""
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc='upper center', ncol=7, fontsize=8, frameon=False,
                   bbox_to_anchor=(0.5, 0.0))

@@ -19,7 +19,7 @@ section { break-inside: avoid; } .next { break-before: page; }
 
 
 class Markup(str):
-    """Text that is HTML already."""
+    """Text that already is HTML."""
 
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]], words: Sequence[str] = ()) -> str:
@@ -41,7 +41,7 @@ def image(path: Path, caption: str) -> str:
 
 
 def picture(png: bytes, name: str, caption: str) -> str:
-    """An HTML figure with the picture in these bytes of PNG; `name` stands where it is not seen."""
+    """An HTML figure with the picture in these bytes of PNG; `name` is its alternative text."""
     data = base64.b64encode(png).decode('ascii')
     return '<figure><img alt="{0}" src="data:image/png;base64,{1}"><figcaption>{2}</figcaption>' \
         '</figure>'.format(escape(name), data, escape(caption))

@@ -1,6 +1,6 @@
-"""The report on paper: report.html with everything in it, the figures as PNG, run.csv.
+"""The files of the report: report.html with everything in it, the figures as PNG, run.csv.
 
-Units: as the headings of the columns say; metres and degrees for people.
+Units: as in the headings of the columns; metres and degrees.
 """
 import csv
 import math
@@ -22,7 +22,7 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 
 #: A pose belongs to an odometry message that is no further from it [s].
 SAME_INSTANT = 0.02
-#: Rows that are turned into text at a time.
+#: Number of rows that are turned into text at a time.
 CSV_BLOCK = 5000
 UNKNOWN = '\N{EN DASH}'
 NO_DRIVES = ('No drives are listed: the recording holds no goal_state with a drive in it. The '
@@ -58,9 +58,10 @@ $rates
 
 def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
                  progress: Callable[[float], None] = lambda fraction: None) -> Path:
-    """Write the report of a run into a folder, made if need be; the path of report.html.
+    """Write the report of a run into a folder, which is made if it is missing; the path of
+    report.html.
 
-    `progress` hears the fraction that is done, 0 to 1. ``OSError`` where nothing can be written.
+    `progress` is called with the share that is done, 0 to 1. ``OSError`` if nothing can be written.
     """
     folder = Path(str(folder))
     folder.mkdir(parents=True, exist_ok=True)
@@ -148,7 +149,7 @@ def _rates(run: RunData) -> str:
                      _number(rate.longest_arrival, '{:.3f}'), str(run.dropped.get(part, 0))])
     return html.table(['topic', 'messages', 'mean rate [1/s]', 'longest gap [s]',
                        'gaps > {} s'.format(sensors.GAP), 'longest gap on arrival [s]',
-                       'bad messages'], rows)
+                       'invalid messages'], rows)
 
 
 def _error(miss: Tuple[float, float]) -> List[str]:
@@ -160,7 +161,7 @@ def _number(value: float, form: str) -> str:
 
 
 def write_csv(run: RunData, path: Union[str, Path]) -> None:
-    """One row for each odometry message; a cell is empty where nothing was recorded then."""
+    """Write one row for each odometry message; a cell is empty if nothing was recorded then."""
     odometry, local, at = run.odometry, analysis.local_poses(run), run.odometry.time
     error_time, distance, angle = analysis.goal_errors(run)
     spans = analysis.spans(run)
@@ -203,7 +204,7 @@ def _pose_columns(name: str, poses: Poses,
 
 
 def _nearest(times: np.ndarray, at: np.ndarray, within: float) -> np.ndarray:
-    """Index of the time nearest to each of `at`; -1 where none is near enough."""
+    """Index of the time nearest to each of `at`; -1 if none is near enough."""
     if not len(times):
         return np.full(len(at), -1)
     after = np.searchsorted(times, at).clip(0, len(times) - 1)

@@ -1,11 +1,11 @@
-"""What was recorded of one run, as arrays: no ROS, no analysis.
+"""The recorded data of one run, as arrays: no ROS, no analysis.
 
-Each sample has two times, both in seconds since the recording's start: its `arrival` at the
-recorder, and `time`, the instant its sender stamped on it, moved from the sender's clock (on a real
-robot up to a second off) to the recorder's: even like the stamps, comparable between topics like
-the arrivals. Messages without a stamp have their arrival in both.
+Each sample has two times, both in seconds since the recording's start. `arrival` is its arrival at
+the recorder. `time` is its stamp, converted from the sender's clock (on a real robot up to a second
+off) to the recorder's: as even as the stamps, and comparable between topics as the arrivals are.
+Messages without a stamp have their arrival in both.
 
-Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi] as the sender said them.
+Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi] as the sender sent them.
 Edge cases: a topic that was not recorded has samples of length 0; an invalid quaternion (see
 :mod:`tb3_labs.geometry.quaternions`) or a number that is not finite is no sample, only counted.
 """
@@ -19,12 +19,13 @@ from tb3_labs.geometry.se2 import Pose2, interpolate
 
 #: Two senders whose clocks differ by less than this share one [s].
 SAME_CLOCK = 0.1
-#: A message that comes this much later than others is late [s]; no recorder is busy for longer
-#: than that [s].
+#: A message that comes this much later than others is late [s]; no recorder is busy for longer than
+#: the second of these [s].
 LATE, TOO_LATE = 0.5, 10.0
-#: A sender has a clock to go by if at least this fraction of its messages comes in time.
+#: A sender's clock can be used if at least this fraction of its messages is in time.
 IN_TIME = 0.25
-#: Where more than this fraction of the messages, up to one or from one on, does not, it was set.
+#: If more than this fraction of the messages is not in time, all up to one or all from one on, the
+#: clock was set.
 OTHER_CLOCK = 0.1
 
 #: One kind of Samples.
@@ -33,7 +34,7 @@ Kind = TypeVar('Kind', bound='Samples')
 
 @dataclass(frozen=True)
 class Samples:
-    """Arrays of equal length; those that subclasses add are the messages' contents."""
+    """Arrays of equal length; subclasses add those of the messages' contents."""
 
     arrival: np.ndarray
     time: np.ndarray
@@ -42,7 +43,7 @@ class Samples:
         return len(self.time)
 
     def take(self: Kind, index: Any) -> Kind:
-        """The samples that a numpy index (mask, slice, integers) chooses."""
+        """The samples at a numpy index (mask, slice, integers)."""
         return type(self)(*(getattr(self, part.name)[index] for part in fields(self)))
 
     @classmethod
@@ -73,11 +74,11 @@ class Poses(Samples):
         return np.column_stack([self.x, self.y])
 
     def pose(self, index: int) -> Pose2:
-        """One of them as a Pose2."""
+        """The pose at `index`."""
         return Pose2(float(self.x[index]), float(self.y[index]), float(self.yaw[index]))
 
     def at(self, time: float) -> Pose2:
-        """The pose at `time` [s], between two samples; the first or last one outside of them."""
+        """The pose at `time` [s], interpolated; outside of the samples the first or last one."""
         after = int(np.searchsorted(self.time, time))
         if after in (0, len(self)):
             return self.pose(min(after, len(self) - 1))
@@ -85,7 +86,7 @@ class Poses(Samples):
         return interpolate(self.pose(after - 1), self.pose(after), (time - begin) / (end - begin))
 
     def inverse(self) -> 'Poses':
-        """The parent frame as each pose's own frame sees it."""
+        """The pose of the parent frame in each pose's own frame."""
         cos, sin = np.cos(self.yaw), np.sin(self.yaw)
         return Poses(self.arrival, self.time, -cos * self.x - sin * self.y,
                      sin * self.x - cos * self.y, wrap_all(-self.yaw))
@@ -105,7 +106,7 @@ class Poses(Samples):
 
 @dataclass(frozen=True)
 class OdometrySamples(Poses):
-    """Odometry: pose in ``odom``, forward speed, rate of turn, which has the firmware's spikes."""
+    """Odometry: pose in ``odom``, forward speed, rate of turn with the firmware's spikes."""
 
     linear: np.ndarray
     angular: np.ndarray
@@ -121,7 +122,7 @@ class Commands(Samples):
 
 @dataclass(frozen=True)
 class States(Samples):
-    """What move_to_goal said it was doing: `words`, an array of str."""
+    """The states of move_to_goal: `words`, an array of str."""
 
     words: np.ndarray
 
@@ -142,7 +143,7 @@ class RunData:
     frames: Poses = field(default_factory=Poses.none)          # of local in odom
     states: States = field(default_factory=States.none)
     topics: Dict[str, str] = field(default_factory=dict)       # field's name: topic
-    dropped: Dict[str, int] = field(default_factory=dict)      # field's name: bad messages
+    dropped: Dict[str, int] = field(default_factory=dict)      # field's name: invalid messages
 
     def recorded(self) -> Tuple[str, ...]:
         """Names of the fields that hold samples, `imu` first."""
@@ -153,33 +154,32 @@ class RunData:
 
 @dataclass(frozen=True)
 class SenderClock:
-    """A clock that messages were stamped by: it is `lag` [s] behind the recorder's."""
+    """The clock of messages' stamps: it is `lag` [s] behind the recorder's."""
 
     lag: float
     stamps: np.ndarray
 
     @classmethod
     def of(cls, arrival: np.ndarray, stamp: np.ndarray) -> 'SenderClock':
-        """By the quickest messages, of which there must be some; but not by an outlier."""
+        """The clock by the fastest messages except outliers; at least one message is needed."""
         lags = np.sort(arrival - stamp)
         lags = lags[np.abs(lags - lags[(len(lags) - 1) // 2]) < LATE]
         return cls(float(lags[len(lags) // 20]), stamp)
 
     def is_same_as(self, other: 'SenderClock') -> bool:
-        """Do both senders share one clock, or does one pass the other's stamps on?"""
+        """Do both senders share one clock, or does one copy the other's stamps?"""
         shared = np.isin(np.round(self.stamps, 6), np.round(other.stamps, 6))
         return abs(self.lag - other.lag) < SAME_CLOCK or shared.mean() > 0.5
 
 
 def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
                              robot_clock: Optional[SenderClock]) -> np.ndarray:
-    """The sender's instants on the recorder's clock [s], never running back.
+    """The sender's times on the recorder's clock [s], never running back.
 
-    `robot_clock`, the odometry's SenderClock or None, counts for all who share it, so that their
-    stamps stay comparable to the microsecond. Messages of a moment in which the recorder was busy
-    (they come late) or its simulated clock stood still (they come early) were sent when their
-    stamps say. But where none is in time up to some moment, or from then on, the sender's clock was
-    set, and the arrivals count.
+    `robot_clock`, the odometry's SenderClock or None, is used for all senders that share it, so
+    that their stamps stay comparable to the microsecond. Messages come late while the recorder is
+    busy, and early while its simulated clock stands still; their stamps count. But if no message is
+    in time up to some moment, or from then on, the sender's clock was set, and the arrivals count.
     """
     if not len(stamp):
         return arrival

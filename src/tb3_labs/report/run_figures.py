@@ -22,20 +22,20 @@ from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.report.sensors import yaw_offset
 from tb3_labs.robot.turtlebot3 import RobotModel
 
-#: How the paths of one epoch after the other are drawn.
+#: Line styles of the paths of successive epochs.
 EPOCH_STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
-#: state: (fill, hatching); a state in other words (waiting, stopped, gave up) is like ''.
+#: state: (fill, hatching); '' stands for all other states (waiting, stopped, gave up).
 STATES = {'ROTATE_TO_GOAL': ('#c9d8ee', '///'), 'MOVE_FORWARD': ('#f7e3c4', ''),
           'ROTATE_TO_FINAL': ('#d3e8d3', '\\\\\\'), 'GOAL_REACHED': ('#ffffff', ''),
           '': ('#dddddd', '...')}
-#: More labels than this would cover each other.
+#: Most labels in a figure: more would cover each other.
 MOST_LABELS = 6
-#: A leap in a path longer than this is left blank [m].
+#: A jump in a path by more than this is left blank [m].
 LEAP = 0.3
 
 
 def paths(run: RunData, model: RobotModel) -> Figure:
-    """The way in odom and in local, side by side at one scale, with each other's axes."""
+    """The path in odom and in local, side by side at one scale, with the axes of both frames."""
     figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)
     frames, local = epochs(run), analysis.local_poses(run)
@@ -100,7 +100,7 @@ def errors(run: RunData, model: RobotModel) -> Optional[Figure]:
 
 
 def heading(run: RunData, _model: RobotModel) -> Figure:
-    """The IMU's heading, wrapped and continuous, and how far IMU and odometry part."""
+    """The IMU's heading, wrapped and continuous, and its difference from the odometry's."""
     figure = new_figure(5.0)
     circle, line, apart = figure.subplots(3, 1, sharex=True)
     curve(circle, run.imu.time, np.degrees(run.imu.yaw), circle=True, color=BLUE)
@@ -141,7 +141,7 @@ def speeds(run: RunData, model: RobotModel) -> Figure:
 
 
 def _path(axes: Axes, poses: Poses, **looks: Any) -> None:
-    """A line with blanks where the poses leap, as those of an odometry that is set to zero do."""
+    """A line with blanks where the poses jump, as at a reset of the odometry."""
     leaps = np.flatnonzero(np.hypot(np.diff(poses.x), np.diff(poses.y)) > LEAP) + 1
     for piece in np.split(np.arange(len(poses)), leaps):
         if len(piece):
@@ -156,7 +156,7 @@ def _in_odom(run: RunData, frames: Sequence[Epoch], drive: DriveReport, goal: Po
 
 
 def _same_scale(*panels: Tuple[Axes, Sequence[Pose2]]) -> float:
-    """Give (axes, frames) panels equal axes of one scale that hold all; their width [m]."""
+    """Give the panels (axes, frames) axes of one scale and size that hold all; their width [m]."""
     boxes = []
     for axes, frames in panels:
         places = [(frame.x, frame.y) for frame in frames[:len(EPOCH_STYLES)]] + [(0.0, 0.0)]
@@ -195,7 +195,7 @@ def _ends(axes: Axes, poses: Poses, goals: Sequence[Pose2]) -> None:
 
 
 def _shade(figure: Figure, plots: Sequence[Axes], run: RunData) -> None:
-    """States as shades, resets as lines, with a legend for both."""
+    """Draw states as shades and resets as lines, with a legend for both."""
     used = {}
     for span in analysis.spans(run):
         kind = span.state if span.state in STATES else ''

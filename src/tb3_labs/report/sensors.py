@@ -1,7 +1,7 @@
-"""How steadily a run's topics came, how far it drove, and how IMU and odometry differ in yaw.
+"""The rates of a run's topics, its path length, and the difference of IMU and odometry in yaw.
 
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
-Edge cases: what cannot be known (one message, no IMU beside the odometry) is NaN.
+Edge cases: an unknown value (one message, no IMU beside the odometry) is NaN.
 """
 import math
 from dataclasses import dataclass
@@ -11,13 +11,13 @@ import numpy as np
 from tb3_labs.geometry.angles import continuous_at, wrap
 from tb3_labs.report.run_data import OdometrySamples, RunData, Samples
 
-#: A pause in a topic longer than this is a gap [s].
+#: An interval of a topic longer than this is a gap [s].
 GAP = 0.3
 
 
 @dataclass(frozen=True)
 class YawOffset:
-    """IMU's yaw minus odometry's: `mean` [rad]; its deviations from that, continuous, at `time`."""
+    """IMU's yaw minus odometry's: `mean` [rad], and continuous deviations from it at `time`."""
 
     mean: float
     spread: float                     # standard deviation [rad]
@@ -28,7 +28,7 @@ class YawOffset:
 
 @dataclass(frozen=True)
 class Rate:
-    """How steadily a topic came: intervals at the sender, where its messages have stamps."""
+    """The rate of a topic, by the intervals at the sender if its messages have stamps."""
 
     messages: int
     mean: float                       # [1/s]
@@ -38,7 +38,7 @@ class Rate:
 
 
 def path_length(odometry: OdometrySamples) -> float:
-    """Way driven [m], forwards and backwards."""
+    """Length of the path driven [m], forwards and backwards."""
     return float(np.hypot(np.diff(odometry.x), np.diff(odometry.y)).sum())
 
 
@@ -53,12 +53,12 @@ def rate(samples: Samples) -> Rate:
 
 
 def imu_yaw_at(run: RunData, time: np.ndarray) -> np.ndarray:
-    """The IMU's continuous yaw [rad] at each time [s], in a straight line between two samples."""
+    """The IMU's continuous yaw [rad] at each time [s], linear between two samples."""
     return continuous_at(time, run.imu.time, run.imu.yaw)
 
 
 def yaw_offset(run: RunData) -> YawOffset:
-    """IMU minus odometry, at each odometry message that does not fall into a gap of the IMU."""
+    """The YawOffset at each odometry message that is not in a gap of the IMU."""
     imu_time, at = run.imu.time, run.odometry.time
     after = np.searchsorted(imu_time, at).clip(1, len(imu_time) - 1)
     close = (np.abs(imu_time[after] - at) < GAP) & (np.abs(imu_time[after - 1] - at) < GAP)

@@ -9,12 +9,12 @@ from typing import NamedTuple, TypeVar, Union
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 
-#: No robot turns farther between two samples of its IMU, nor while the IMU is silent: a node that
-#: drives by the IMU stops then, and so does the robot [rad].
+#: No robot turns farther between two samples of its IMU [rad]. That holds in a silence of the IMU
+#: as well, since a node that drives by the IMU then stops the robot.
 FARTHEST_TURN = 1.0
 
 
-class ImuSample(NamedTuple):    # there are hundreds a second: this is made faster than a dataclass
+class ImuSample(NamedTuple):    # faster than a dataclass: hundreds are made in a second
     """One message of the IMU: heading in a frame of its own and the gyro's rate."""
 
     stamp: float
@@ -45,7 +45,7 @@ def with_stamp(sample: AnySample, stamp: float) -> AnySample:
 
 
 def heading_jump(before: float, after: float) -> str:
-    """'' or the fault of the IMU, given the yaws of two samples in a row [rad]."""
+    """'' or the fault of the IMU, given the yaws of two successive samples [rad]."""
     turned = difference(after, before)
     if abs(turned) <= FARTHEST_TURN:
         return ''

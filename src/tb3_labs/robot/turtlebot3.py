@@ -12,18 +12,18 @@ from typing import Dict
 TICKS_PER_TURN = 4096
 #: Goal velocities are sent to the motors in whole steps of 0.229 rpm, cut towards zero.
 MOTOR_SPEED_STEP = 0.229 * 2.0 * math.pi / 60.0
-#: The firmware applies the newest command, and sends odometry, this often [1/s]. Laws command in
+#: The firmware applies the latest command, and sends odometry, at this rate [1/s]. Laws command in
 #: this rhythm, see tb3_labs.control.pace.
 CONTROL_RATE = 30.0
 #: Without a command for this long the wheels are commanded to zero [s].
 COMMAND_TIMEOUT = 0.5
-#: Of all models, as in turtlebot3_description [m].
+#: Width of a wheel, for all models, as in turtlebot3_description [m].
 WHEEL_WIDTH = 0.018
 
 
 @dataclass(frozen=True)
 class RobotModel:
-    """One kind of TurtleBot3. Speeds are what the firmware clips a command to."""
+    """One kind of TurtleBot3. The firmware clips a command to these speeds."""
 
     name: str
     wheel_radius: float       # [m]
@@ -35,7 +35,7 @@ class RobotModel:
 
     @property
     def half_track(self) -> float:
-        """From the robot's centre to a wheel [m]."""
+        """Distance from the robot's centre to a wheel [m]."""
         return self.wheel_separation / 2.0
 
     @property

@@ -1,9 +1,8 @@
-"""The robot as URDF: what RViz draws, and where its parts are.
+"""The robot as URDF, which RViz draws.
 
-A simple shape of the robot's size, for where turtlebot3_description with its detailed one is not
-installed: a round body, a nose that shows the heading, two wheels. Body and nose lie on the floor,
-so that they hide nothing from above: goal, path, true pose. Links and joints bear the names they
-have in turtlebot3_description.
+A simple shape of the robot's size, used where turtlebot3_description is not installed: a round
+body, a nose that shows the heading, two wheels. Body and nose lie on the floor, so that they do not
+hide goal, path and true pose. Links and joints have the names of turtlebot3_description.
 
 Frames: ``base_footprint`` on the floor in the middle between the wheels, ``base_link`` above it at
 the height of their axle; x forward, y left. Joints turn by positive angles when the robot drives
@@ -13,7 +12,7 @@ from xml.etree import ElementTree
 
 from tb3_labs.robot.turtlebot3 import WHEEL_WIDTH, RobotModel
 
-#: Of body and nose [m].
+#: Height of body and nose [m].
 THICKNESS = 0.005
 
 _ROBOT = """<?xml version="1.0"?>
@@ -62,7 +61,7 @@ _WHEEL = """
 
 
 def simple_urdf(model: RobotModel) -> str:
-    """The URDF of a shape as large as `model`."""
+    """The URDF of a shape of the size of `model`."""
     wheels = [_WHEEL.format(side=side, y=y, radius=model.wheel_radius, width=WHEEL_WIDTH)
               for side, y in (('left', model.half_track), ('right', -model.half_track))]
     return _ROBOT.format(

@@ -1,13 +1,13 @@
-"""The clocks: which one counts for what; and simulated time that never comes, or stands still.
+"""The clocks and their uses; and a /clock that is missing, or stands still.
 
-    rospy.get_time()   ROS time, simulated or not: the age of sensors, everything a robot drives by
-    steady_time()      what is in people's hands: a pad, a mouse, a permission that is renewed
+    rospy.get_time()   ROS time, simulated or not: the age of sensors, all steps of a drive
+    steady_time()      input of people: a pad, a mouse, a permission that is renewed
     time.monotonic()   deadlines of waits, pauses between warnings, the watchdog
     time.time()        only the moment at which the embedded robot's own time begins
 
-A wait that nothing else ends is :func:`wait_until`; the Observer and the NodeProcess of
-:mod:`tb3_labs.ros.testing` are woken by what arrives. Periodic work has a thread that sleeps by
-the wall clock: ``rospy.sleep`` and ``rospy.Timer`` stop with a simulated one.
+:func:`wait_until` waits for conditions that wake nobody; the Observer and the NodeProcess of
+:mod:`tb3_labs.ros.testing` are woken by each arrival. Periodic work has a thread that sleeps by the
+wall clock, since ``rospy.sleep`` and ``rospy.Timer`` stop with a simulated clock.
 """
 import threading
 import time
@@ -16,26 +16,26 @@ import rospy
 
 from tb3_labs.ros.rospy_internals import is_wall_time
 
-#: Until a clock that never came is reported first, and between later reports [s, wall clock].
+#: Time before the first report of a missing /clock, and between later reports [s, wall clock].
 FIRST_WARNING = 2.0
 NEXT_WARNING = 10.0
-#: A clock that says the same for this long stands still [s, wall clock].
+#: A clock that does not change for this long stands still [s, wall clock].
 STANDSTILL = 0.3
-#: From one look at a clock, or at a condition, to the next [s, wall clock].
+#: Time between two looks at a clock, or at a condition [s, wall clock].
 LOOK_PERIOD = 0.05
 
 
 def steady_time():
-    """Seconds on a clock that never stands still and never goes back, whatever ROS time does.
+    """Seconds on a clock that never stands still and never goes back, independent of ROS time.
 
-    It also goes on while the computer is suspended, unlike time.monotonic(): after that a
-    permission is old.
+    Unlike time.monotonic() it goes on while the computer is suspended, so that a permission is old
+    afterwards.
     """
     return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 
 def wait_until(condition, seconds, period=LOOK_PERIOD):
-    """Wait until `condition()` holds, which is asked every `period` [s]; False if it still does not
+    """Wait until `condition()` holds; it is checked every `period` [s]. False if it does not hold
     after `seconds` of wall time."""
     deadline = time.monotonic() + seconds
     while not condition():
@@ -46,7 +46,7 @@ def wait_until(condition, seconds, period=LOOK_PERIOD):
 
 
 def say_if_no_clock_comes():
-    """Start to wait for /clock, in a thread of its own; every node does."""
+    """Start a thread that waits for /clock and reports if it is missing; every node does."""
     if not is_wall_time():
         threading.Thread(target=_wait_for_clock, name='clock', daemon=True).start()
 

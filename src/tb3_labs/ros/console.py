@@ -6,12 +6,12 @@
 
 Tools that are no nodes print to their own standard output.
 
-A terminal may stop taking text at any time (Ctrl+S, a window that hangs, a pipe that nobody
-reads), and /rosout may wait as well: for each line rospy asks the master for a parameter, and a
-master that cannot be reached does not answer for minutes. A thread that logs then waits, and with
-it every thread that wants the same lock: a robot would drive on, or never move again. For this
-reason there is a queue for the terminal and one for /rosout, and only the threads that empty them
-may wait. A queue that is full drops new lines; the terminal says later how many.
+A terminal may block at any time (Ctrl+S, a window that hangs, a pipe that nobody reads). /rosout
+may block as well: for each line rospy asks the master for a parameter, and a master that cannot be
+reached does not answer for minutes. Then the thread that logs would wait, and every thread that
+needs its lock: a robot would drive on, or never move again. So there is a queue for the terminal
+and one for /rosout, and only the threads that empty them may wait. A full queue drops new lines;
+the terminal later shows their number.
 """
 import queue
 import sys
@@ -33,7 +33,7 @@ _console = None
 
 
 def start():
-    """Take over what this process prints; after rospy.init_node(), which sets up its log lines."""
+    """Put the queues before all output of this process; to be called after rospy.init_node()."""
     global _console
     _console = _Queue('console', _note_of)
     print_by(_console.put)
@@ -57,15 +57,15 @@ def log_news(news):
 
 
 def flush():
-    """Wait until everything is printed. False if the terminal does not take it."""
+    """Wait until everything is printed. False if the terminal blocks."""
     return _console is None or _console.flush(LAST_WAIT)
 
 
 class _Queue:
-    """Jobs that wait, and the thread that does one after the other."""
+    """Jobs that wait, and the thread that carries them out in order."""
 
     def __init__(self, name, note_of=None):
-        """`note_of(count)`: the job that tells how many were dropped; None where nothing tells."""
+        """`note_of(count)`: the job that reports the number of dropped jobs, or None."""
         self._waiting = queue.Queue(CAPACITY)
         self._note_of = note_of
         self._lock = threading.Lock()    # guards the count; nothing waits while it is held
@@ -73,7 +73,7 @@ class _Queue:
         threading.Thread(target=self._run, name=name, daemon=True).start()
 
     def put(self, job):
-        """Have `job()` called in its turn."""
+        """Put `job` into the queue: it is called in its turn."""
         with self._lock:
             if not self._offer(job):
                 self._dropped += 1
@@ -88,7 +88,7 @@ class _Queue:
         return wait_until(ask, seconds) and done.wait(seconds)
 
     def _offer(self, job):
-        """Put `job` into the queue, after a note of what was dropped; False if it is full."""
+        """Put `job` into the queue, after a note of dropped jobs; False if the queue is full."""
         try:
             if self._dropped and self._note_of is not None:
                 self._waiting.put_nowait(self._note_of(self._dropped))

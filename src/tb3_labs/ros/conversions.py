@@ -1,7 +1,7 @@
 """Messages <-> the core's types, and the names of their frames.
 
-No other file reads or fills quaternion fields. A message that cannot be true (NaN, infinity, an
-invalid quaternion) raises ``ValueError``.
+No other file reads or fills quaternion fields. An invalid message (NaN, infinity, an invalid
+quaternion) raises ``ValueError``.
 """
 import math
 
@@ -16,7 +16,7 @@ from tb3_labs.robot.samples import ImuSample, OdometrySample
 def frame(name):
     """`name` in this node's namespace: `robot3/odom` in /robot3, plain `odom` in the root.
 
-    tf has one tree for all robots, so that each robot needs frames of its own.
+    tf has one tree for all robots, so each robot needs frames of its own.
     """
     namespace = rospy.get_namespace().strip('/')
     return '{}/{}'.format(namespace, name) if namespace else name
@@ -45,13 +45,13 @@ def transform_to_pose2(transform):
 
 
 def to_imu_sample(message):
-    """A sensor_msgs/Imu as the core sees it."""
+    """The ImuSample of a sensor_msgs/Imu."""
     return _finite(ImuSample(message.header.stamp.to_sec(), yaw_of(message.orientation),
                              message.angular_velocity.z), message.angular_velocity.z)
 
 
 def to_odometry_sample(message):
-    """A nav_msgs/Odometry as the core sees it."""
+    """The OdometrySample of a nav_msgs/Odometry."""
     twist = message.twist.twist
     return _finite(OdometrySample(message.header.stamp.to_sec(), to_pose2(message.pose.pose),
                                   twist.linear.x, twist.angular.z),
@@ -100,7 +100,7 @@ def _finite_pose(pose):
 
 
 def _finite(value, *numbers):
-    """`value`, made of these numbers."""
+    """`value`; ``ValueError`` unless all `numbers` in it are finite."""
     if not all(math.isfinite(number) for number in numbers):
         raise ValueError('a number is not finite: {}'.format(value))
     return value

@@ -11,7 +11,7 @@ REPORT_PERIOD = 1.0    # [s, wall clock]
 
 
 class Diagnostics:
-    """Publishes what `report()` answers: ``(problem, {name: value})``; '' is no problem.
+    """Publishes the answer of `report()`: ``(problem, {name: value})``; '' is no problem.
 
     `report` is called in a thread of its own, which holds no lock of the node.
     """
@@ -38,10 +38,10 @@ class Diagnostics:
 
 
 class SourceReport:
-    """Age, rate and bad messages of sources, for `values` of a report."""
+    """Age, rate and invalid messages of sources, for `values` of a report."""
 
     def __init__(self, *sources):
-        """Each: a freshness.Freshness, the Traffic of its topic, and the clock it lives by."""
+        """Each source: a freshness.Freshness, the Traffic of its topic, the clock of its age."""
         self._sources = sources
 
     def values(self):

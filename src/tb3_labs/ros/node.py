@@ -1,24 +1,24 @@
-"""How every node of this package starts, fails and ends.
+"""Start, failure and end of every node of this package.
 
-A bad configuration is one fatal line and exit status 1. An exception inside a callback ends
-the node: rospy alone would print a traceback and let the robot drive on with its last command.
-The signals of :mod:`tb3_labs.ros.signals` end it as well. The zero velocity on the way out is
-:mod:`tb3_labs.ros.driving.cmd_vel`'s shutdown hook.
+An invalid configuration ends the node with one fatal line and exit status 1. An exception inside a
+callback ends it as well: rospy alone would print a traceback and let the robot drive on with its
+last command. The signals of :mod:`tb3_labs.ros.signals` end it, too. The shutdown hook of
+:mod:`tb3_labs.ros.driving.cmd_vel` sends the last zero velocity.
 
 Threads and locks
     main         builds the node, then waits without a lock; runs the hooks of Ctrl+Z, and after
                  a signal those of the shutdown
-    subscribers  one for each connection of a topic, by rospy; so are services
+    subscribers  one for each connection of a topic, by rospy; the same for services
     watchdog, keyboard, mouse, pynput's, diagnostics, console, clock, clock_watch, reset, robot:
                  one each, where a node has them; daemons, so that none keeps a process alive
     Locks are taken in this order, each only before those below it:
-    1  of those that call a node back: the shutdown and its hooks, dynamic settings, diagnostics,
-       actionlib. A node that calls them holds no lock; so does whoever calls :func:`end`.
-    2  of the node, which guards its core
-    3  of CmdVel, and of Rivals: they guard their own numbers, and call nobody back
-    4  of rospy's topics, and of the console
-    With a lock of a node held, nothing waits for a terminal, a service or a message. The longest
-    wait with one held is CmdVel's for its last zero, when it drives no more.
+    1  locks of all that calls a node back: the shutdown and its hooks, dynamic settings,
+       diagnostics, actionlib. A node that calls them, or :func:`end`, holds no lock.
+    2  the lock of the node, which guards its core
+    3  locks of CmdVel and of Rivals: they guard their own numbers, and call nothing back
+    4  locks of rospy's topics, and of the console
+    A thread that holds a node's lock waits for no terminal, no service and no message. Its longest
+    wait is CmdVel's for the last zero, when the node does not drive any more.
 """
 import functools
 import math
@@ -35,10 +35,10 @@ from tb3_labs.ros.clocks import say_if_no_clock_comes, wait_until
 from tb3_labs.ros.rospy_internals import after_hooks, is_ending
 from tb3_labs.ros.signals import Interrupted, Signals
 
-#: From one look for a master to the next [s].
+#: Time between two looks for a master [s].
 MASTER_PERIOD = 0.5
-#: A node that ends tells its master; one that does not answer is waited for no longer than this
-#: [s]. The last zero velocity is out before.
+#: A node that ends tells its master, and waits no longer than this for the answer [s]. The last
+#: zero velocity is sent before.
 LONGEST_END = 4.0
 
 _failures = []
@@ -54,7 +54,7 @@ def run(name, make_node):
         rospy.on_shutdown(_end_in_time)    # the first of the hooks
         console.start()
         say_if_no_clock_comes()
-        after_hooks(signals.wake)    # by then the last zero velocity is out
+        after_hooks(signals.wake)    # by then the last zero velocity is sent
         node = make_node()
         signals.take_ctrl_z()
         signals.wait()
@@ -67,12 +67,12 @@ def run(name, make_node):
     del node
     status = 1 if _failures else 0
     if not console.flush():
-        os._exit(status)    # the interpreter would wait for the terminal, for ever
+        os._exit(status)    # the interpreter itself would wait for a blocked terminal for ever
     sys.exit(status)
 
 
 def _wait_for_master():
-    """Wait until a master answers; rospy does not wait where parameters are in the command line."""
+    """Wait until a master answers; rospy itself does not if the command line has parameters."""
     if not _master_answers():
         console.say('Waiting for a ROS master at {}: roslaunch starts one, roscore too'.format(
             rosgraph.get_master_uri()))
@@ -100,12 +100,12 @@ def guarded(callback):
         try:
             return callback(*args, **kwargs)
         except rospy.ServiceException:
-            raise  # a refusal, which rospy hands to the caller
+            raise  # a refusal, which rospy passes to the caller
         except rospy.ROSException:
             # publishing on the way out, when the topics are closing, is no failure
             if not is_ending():
                 raise
-        except Exception as problem:  # whatever it is, the robot must not drive on
+        except Exception as problem:  # after any exception the robot must not drive on
             where = traceback.extract_tb(sys.exc_info()[2])[-1]
             rospy.logdebug('%s', traceback.format_exc())
             end('{}: {} ({} line {})'.format(type(problem).__name__, problem,

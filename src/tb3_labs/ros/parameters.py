@@ -1,7 +1,7 @@
 """ROS parameters read into the core's configurations.
 
-Names, defaults, units and bounds stand in the configuration's fields and nowhere else. A bad
-value raises ``ValueError`` with one sentence that names the parameter, its value and the bounds;
+Names, defaults, units and bounds stand in the configuration's fields and nowhere else. An invalid
+value raises ``ValueError`` with one sentence that names the parameter, its value and the bounds.
 :func:`tb3_labs.ros.node.run` turns it into one fatal line and an exit status.
 """
 import os
@@ -11,7 +11,7 @@ import rospy
 
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, robot_model
 
-#: A launch file passes this on for an argument that was not given.
+#: The value that a launch file passes on for an argument that was not given.
 NOT_GIVEN = 'default'
 
 
@@ -19,8 +19,8 @@ def read_config(*kinds, of=None):
     """One instance of each configuration class in `kinds`, from the node's ``~`` parameters.
 
     A private parameter that belongs to none of them is most likely misspelt: a warning names it.
-    The word "default" means "not given": a launch file can then pass on an argument that was not
-    set, without a second copy of the number. `of` names another node, whose parameters are read.
+    The word "default" means "not given". So a launch file can pass on an argument that was not set,
+    without a second copy of the number. `of` names another node, whose parameters are read.
     Raises ``ValueError`` for the first invalid value.
     """
     given = rospy.get_param(of or '~', {})

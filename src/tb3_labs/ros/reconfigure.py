@@ -1,13 +1,13 @@
-"""Settings that change while a node runs: any Config behind dynamic_reconfigure.
+"""Settings that change while a node runs: any Config, by dynamic_reconfigure.
 
-Names, types, bounds and meanings, as rqt_reconfigure and `dynparam` show them, are those of the
-configuration's own fields. Unlike dynamic_reconfigure's own server this one refuses an invalid
-value, with the reason, and does not move it silently to the nearest bound. Nor does it write to
-the parameter server: a node that starts again starts as it was launched, without the faults
-somebody switched on an hour ago.
+rqt_reconfigure and `dynparam` show the names, types, bounds and meanings of the configuration's own
+fields. Unlike dynamic_reconfigure's own server this one refuses an invalid value, with the reason,
+and does not clip it silently to the nearest bound. It does not write to the parameter server
+either: a node that starts again has the settings of its launch, without faults that were switched
+on before.
 
 Source: the messages as dynamic_reconfigure 1.7.3 (server.py, encoding.py) sends them. Its Python
-server is not used: clamping and writing are built into it, and its import asks rosdep, which
+server is not used: clipping and writing are built into it. Besides, its import asks rosdep, which
 prints a line into every student's terminal where rosdep was never initialised.
 """
 import math
@@ -33,8 +33,8 @@ _GROUP = 'Default'
 class LiveSettings:
     """Offers the fields of `config`, except those named in `fixed`.
 
-    `apply` is called with each new configuration, in a thread of its own; it refuses by raising
-    ``ValueError``. A refusal changes nothing.
+    `apply` is called with each new configuration, in a thread of its own. To refuse it, `apply`
+    raises ``ValueError``; then nothing changes.
     """
 
     def __init__(self, config, apply, fixed=()):
@@ -57,7 +57,7 @@ class LiveSettings:
             return self._message()
 
     def _change(self, values):
-        """Take over {name: value}; ServiceException with the reason if that is refused."""
+        """Apply {name: value}; ServiceException with the reason if that is refused."""
         try:
             names = sorted(item.name for item in self._offered)
             unknown = sorted(set(values) - set(names))

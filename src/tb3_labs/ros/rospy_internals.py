@@ -1,7 +1,7 @@
 """The private parts of rospy that this package reads or changes, each behind one function.
 
-rospy promises nothing about them. They were read in the sources of rospy and rosgraph 1.15.15
-(Debian 12), and the tests ran with those. Each function says what breaks if its part changes.
+rospy may change them at any time. They were read in the sources of rospy and rosgraph 1.15.15
+(Debian 12), and the tests ran with those. Each docstring tells the failure if its part changes.
 """
 import importlib
 import logging
@@ -18,9 +18,9 @@ from rospy.msg import AnyMsg, serialize_message
 # ----- messages that arrive -----
 
 def connection_of(message):
-    """The header of the connection that brought a message: a dict of strings, the same object for
-    all messages of one connection. 'callerid' is the sender, 'latching' is '1' where its last
-    message is sent to each new connection first.
+    """The header of a message's connection: a dict of strings, the same object for all messages of
+    one connection. 'callerid' is the sender. 'latching' is '1' if the sender's last message is sent
+    to each new connection first.
 
     Without it (`_connection_header`) an AttributeError ends the node at its first event.
     """
@@ -30,9 +30,9 @@ def connection_of(message):
 def stop_hearing_oneself(subscriber):
     """Close the connection from this node's own publisher to `subscriber`.
 
-    rospy connects the two as well, and each message then wakes two threads. If the connections
-    (`impl.connections`, `callerid_pub`) change, an AttributeError ends the node at its first
-    command; if only the name of the sender does, nothing is closed, and driving costs more.
+    rospy connects a node to itself as well, and each message then wakes two threads. If the
+    connections (`impl.connections`, `callerid_pub`) change, an AttributeError ends the node at its
+    first command. If only the name of the sender does, nothing is closed, and driving costs more.
     """
     topic = subscriber.impl
     for connection in topic.connections:
@@ -43,7 +43,7 @@ def stop_hearing_oneself(subscriber):
 def bytes_received(subscriber):
     """Bytes received on all connections of `subscriber` since each began, lengths included.
 
-    It is the second number of each entry of `impl.get_stats()`. If that moves, the rates in
+    It is the second number of each entry of `impl.get_stats()`. If its place changes, the rates in
     /diagnostics are wrong: test/ros/live.test shows it.
     """
     _, connections = subscriber.impl.get_stats()
@@ -53,11 +53,11 @@ def bytes_received(subscriber):
 # ----- messages that leave -----
 
 def messages_written(publisher):
-    """{connection: number of messages written to it}, a connection by rospy's number for it.
+    """{rospy's number of a connection: number of messages written to it}.
 
-    It is the third number of each entry of `impl.get_stats()`. If that moves, a node that ends
-    no longer waits for its last zero, which may be lost: the robot then drives on until somebody
-    stops it.
+    It is the third number of each entry of `impl.get_stats()`. If its place changes, a node that
+    ends no longer waits for its last zero, which may be lost. The robot then drives on until it is
+    stopped by hand.
     """
     return {link[0]: link[2] for link in publisher.impl.get_stats()[2]}
 
@@ -65,9 +65,9 @@ def messages_written(publisher):
 def publish_together(publisher, messages):
     """Publish several messages by one write to the socket of each subscriber.
 
-    A network that held messages up delivers them like this: a subscriber of the newest only
-    (queue_size=1) finds all of them in one read, and drops all but the last. ``publish()`` for
-    each makes as many writes, and a reader that is awake hears one after the other.
+    A network delivers delayed messages in this way: a subscriber with queue_size=1 finds all of
+    them in one read, and drops all but the last. ``publish()`` makes one write for each, and a
+    reader that is awake hears one after the other.
 
     Raises what ``publish()`` raises. If the publisher's `impl` changes, with its lock, its
     counters or its connections, an AttributeError ends the embedded robot at the end of a network
@@ -115,11 +115,11 @@ def _write(connection, data, count):
 # ----- log lines, time, the end -----
 
 def print_by(put):
-    """Have each log line printed by ``put(job)``, which calls `job()` later, in any thread; the
-    line says the time at which it was logged.
+    """Print each log line by ``put(job)``, which calls `job()` later, in any thread. The line shows
+    the time at which it was logged.
 
-    If RosStreamHandler no longer prints by its `_write`, nodes print as rospy does, and hang
-    where a terminal takes no text: test/ros/stops.test shows it.
+    If RosStreamHandler no longer prints by its `_write`, nodes print as rospy does, and hang with a
+    terminal that blocks: test/ros/stops.test shows it.
     """
     for handler in logging.getLogger('rosout').handlers:
         if isinstance(handler, RosStreamHandler):
@@ -132,11 +132,10 @@ def _print_by(handler, put):
 
 
 def publish_log_by(put):
-    """Have each log line published on /rosout by ``put(job)``, which calls `job()` later, in any
-    thread.
+    """Publish each log line on /rosout by ``put(job)``, which calls `job()` later, in any thread.
 
-    rospy's RosOutHandler asks the master for a parameter with each line (``get_param_cached`` of
-    one that is not set asks again each time). If the handler no longer publishes in its `emit`,
+    rospy's RosOutHandler asks the master for a parameter with each line (``get_param_cached`` asks
+    again each time if the parameter is not set). If the handler no longer publishes in its `emit`,
     a node hangs where its master cannot be reached: test/ros/network.test shows it.
     """
     for handler in logging.getLogger('rosout').handlers:
@@ -148,7 +147,7 @@ def _publish_by(handler, put):
     emit = handler.emit
 
     def emit_later(record):
-        record.msg, record.args = record.getMessage(), ()    # as of now
+        record.msg, record.args = record.getMessage(), ()    # formatted now, published later
         put(lambda: emit(record))
 
     handler.emit = emit_later
@@ -163,11 +162,10 @@ def is_wall_time():
 
 
 def is_ending():
-    """Has the shutdown begun, whose hooks still run? ``rospy.is_shutdown()`` is true only after
-    them.
+    """Has the shutdown begun? ``rospy.is_shutdown()`` is true only after its hooks.
 
-    Without it (`core.is_shutdown_requested`, not exported) an AttributeError comes in place of
-    a refused publish or service call while the node ends; the node ends all the same.
+    Without it (`core.is_shutdown_requested`, not exported) a publish or service call that is
+    refused while the node ends raises an AttributeError; the node ends all the same.
     """
     return rospy.core.is_shutdown_requested()
 
@@ -176,14 +174,14 @@ def after_hooks(callback):
     """Call `callback()` at shutdown, after all hooks of ``rospy.on_shutdown()``, in their thread.
 
     Without it (`core.add_preshutdown_hook`) no node starts. If it came before those hooks, the
-    process might end before its last zero velocity is out.
+    process might end before its last zero velocity is sent.
     """
     rospy.core.add_preshutdown_hook(lambda reason: callback())
 
 
 # ----- services of any type, for tb3_labs.ros.marking -----
 #
-# If rospy no longer compares the checksum of a client with `_md5sum`, or no longer hands over the
+# If rospy no longer compares the checksum of a client with `_md5sum`, or no longer passes on the
 # header and the bytes of an AnyMsg, a gamepad's call of a type of its own fails:
 # test/marking/check_gamepad.test and test/ros/mark.test show it.
 
@@ -195,7 +193,7 @@ class ServiceType(NamedTuple):
 
 
 def service_types(packages):
-    """checksum -> ServiceType of all services in these packages, as far as they are built.
+    """{checksum: ServiceType} of all services in these packages, as far as they are built.
 
     If genpy renames `_md5sum` or `_request_class`, no type is found, and every call is refused.
     """
@@ -204,7 +202,7 @@ def service_types(packages):
         try:
             module = importlib.import_module(package + '.srv')
         except ImportError:
-            continue    # not built, or it has none
+            continue    # not built, or without services
         types.update({kind._md5sum: ServiceType(kind._request_class, kind._response_class)
                       for kind in vars(module).values() if hasattr(kind, '_request_class')})
     return types
@@ -223,7 +221,7 @@ class _AnySum(str):
 
 
 class _AnyType:
-    """Stands where rospy wants the class of a service."""
+    """Given to rospy in place of the class of a service."""
 
     _type = '*'
     _md5sum = _AnySum('*')
@@ -234,10 +232,10 @@ class _AnyType:
 def offer_any_service(name, on_call):
     """A rospy.Service that takes requests of any type.
 
-    ``on_call(checksum, data)`` gets the checksum of the client's type and the bytes of its request;
-    it returns the response, a message.
+    ``on_call(checksum, data)`` gets the checksum of the client's type and the bytes of its request.
+    It returns the response, a message.
 
-    If rospy compares checksums in another way, each call is refused for its type.
+    If rospy compares checksums in another way, each call is refused because of its type.
     """
     def answer(raw):
         response = on_call(connection_of(raw)['md5sum'], raw._buff)

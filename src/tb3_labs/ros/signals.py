@@ -1,8 +1,8 @@
 """The signals of a node: three end it, Ctrl+Z stops the robot before it stops the process.
 
-rospy's own signal handlers shut down in the middle of whatever the main thread is doing, and
-hang where that holds one of rospy's locks. Here a signal is an exception in the main thread:
-it unwinds first, then the node shuts down once.
+rospy's own signal handlers interrupt the main thread at any point to shut down, and hang if it
+holds one of rospy's locks. Here a signal is an exception in the main thread: first the thread
+leaves its calls and their locks, then the node shuts down once.
 """
 import faulthandler
 import os
@@ -14,11 +14,11 @@ ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 #: Wakes the main thread when rospy has shut down; a signal wakes it by its number.
 SHUT_DOWN = b'\xff'
 
-_sleepers = []    # (what to do before the process is stopped, and after it)
+_sleepers = []    # (function to call before the process is stopped, function to call after)
 
 
 class Interrupted(BaseException):
-    """One of ENDING; not an Exception, so that no handler on the way up takes it for one."""
+    """A signal of ENDING; a BaseException, so that no ``except Exception`` catches it."""
 
 
 class Signals:
@@ -26,15 +26,15 @@ class Signals:
 
     def __init__(self):
         self._signalled = threading.Event()
-        # `kill -USR1` has a node print where each of its threads is
+        # on `kill -USR1` a node prints where each of its threads is
         faulthandler.register(signal.SIGUSR1)
-        # A thread that is just about to wait for a lock misses a signal, and waits for ever; with a
-        # pipe it does not: the interpreter writes a byte into it whenever a signal arrives.
+        # A thread that is just about to wait for a lock misses a signal, and waits for ever. A pipe
+        # avoids that: the interpreter writes a byte into it whenever a signal arrives.
         self._over, self._wake = os.pipe()
         os.set_blocking(self._wake, False)
         signal.set_wakeup_fd(self._wake)
         for number in ENDING:
-            if signal.getsignal(number) is not signal.SIG_IGN:    # as nohup wants it
+            if signal.getsignal(number) is not signal.SIG_IGN:    # nohup has it ignored
                 signal.signal(number, self._interrupt)
 
     def wake(self):
@@ -44,19 +44,19 @@ class Signals:
     def wait(self):
         """Wait for :meth:`wake`; a signal raises Interrupted here, and everywhere else."""
         while os.read(self._over, 1) != SHUT_DOWN and not self._signalled.is_set():
-            pass    # a signal that does not end it
+            pass    # a signal that does not end the node
         if self._signalled.is_set():
-            raise Interrupted    # where a library caught it by a bare `except:`
+            raise Interrupted    # a library caught it by a bare `except:`
 
     @staticmethod
     def take_ctrl_z():
-        """From now on Ctrl+Z (SIGTSTP) does first what :func:`when_stopped` was told."""
+        """Let Ctrl+Z (SIGTSTP) call the functions of :func:`when_stopped` from now on."""
         if signal.getsignal(signal.SIGTSTP) is signal.SIG_DFL:
             signal.signal(signal.SIGTSTP, _sleep)
 
     @staticmethod
     def ignore():
-        """One signal is enough: another one must not cut the end short, and Ctrl+Z would wait for
+        """Ignore further signals: another one must not cut the end short, and Ctrl+Z would wait for
         ever for a lock that the main thread holds while it shuts down."""
         for number in ENDING + (signal.SIGTSTP,):
             signal.signal(number, signal.SIG_IGN)
@@ -68,14 +68,14 @@ class Signals:
 
 
 def when_stopped(before, after):
-    """Have `before()` called when the process is about to be stopped by Ctrl+Z, and `after()` when
-    it goes on; both in the main thread, which holds no lock then."""
+    """Call `before()` before Ctrl+Z stops the process, and `after()` when it goes on; both in the
+    main thread, which holds no lock then."""
     _sleepers.append((before, after))
 
 
 def _sleep(_number, _frame):
     for before, _ in _sleepers:
         before()
-    os.kill(os.getpid(), signal.SIGSTOP)    # here the process stands until it is continued
+    os.kill(os.getpid(), signal.SIGSTOP)    # the process stands here until it is continued
     for _, after in _sleepers:
         after()

@@ -1,9 +1,9 @@
-"""How a node listens: to samples, of which the newest counts, and to events, of which each does.
+"""How a node listens: of samples only the latest counts, of events each one.
 
 A permission, a turn or a goal is an event: a person says it at one moment. It counts in order,
-once, and only if it is news. Two things repeat it without that person, or lose it: a latched topic
-says it again to each node that starts and after each new connection; and where the network held
-several messages up, a node reads them at once, and a subscriber of the newest drops the others.
+once, and only if it is news. A latched topic repeats an event without that person: to each node
+that starts, and after each new connection. And an event can be lost: a node reads delayed messages
+at once, and a subscriber of the latest drops the others.
 """
 import time
 from typing import Any, NamedTuple
@@ -17,16 +17,16 @@ from tb3_labs.ros.rospy_internals import connection_of, is_wall_time
 
 
 def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_for=None):
-    """A guarded subscriber of the newest message, or of the newest `queue_size` that came at once;
-    None: of all.
+    """A guarded subscriber of the latest message, or of the latest `queue_size` messages that came
+    at once; None: of all messages.
 
-    `read` turns the message into what `callback` wants; where it raises ``ValueError`` the message
-    is dropped with one warning a second, and counted by `source`, the freshness.Freshness of this
-    topic. A large receive buffer goes with queue_size=1: when the node is late, what is stale is
-    dropped, and not even deserialised.
+    `read` turns the message into the argument of `callback`. If it raises ``ValueError``, the
+    message is dropped with one warning a second, and counted by `source`, the freshness.Freshness
+    of this topic. With queue_size=1 the receive buffer is large: when the node is late, old
+    messages are dropped, and not even deserialised.
 
     `idle_for(now)`, in [s], makes use of that: the topic is read in the rhythm of the node's steps,
-    see :mod:`tb3_labs.control.pace`. By simulated time, whose pace is unknown, every message is
+    see :mod:`tb3_labs.control.pace`. With simulated time, whose pace is unknown, every message is
     read.
     """
     in_rhythm = idle_for is not None and is_wall_time()
@@ -36,7 +36,7 @@ def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_
         try:
             value = message if read is None else read(message)
         except ValueError as problem:
-            rospy.logwarn_throttle(1.0, 'bad message on {} dropped: {}'.format(topic, problem))
+            rospy.logwarn_throttle(1.0, 'invalid message on {} dropped: {}'.format(topic, problem))
             if source is not None:
                 source.dropped += 1
             return
@@ -49,17 +49,17 @@ def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_
 
 
 class Event(NamedTuple):
-    """A message with its sender and the way on which it came."""
+    """A message with its sender and its connection."""
 
     value: Any
     sender: str
     header: dict    # of the connection: rospy's own fields, and those the sender added
-    is_old: bool    # latched before this node lived
-    is_late: bool   # latched while the connection was lost; nobody knows how long ago
+    is_old: bool    # latched before this node started
+    is_late: bool   # latched while the connection was lost, at an unknown time
 
 
 def subscribe_events(topic, kind, callback, read=None, queue_size=None):
-    """A guarded subscriber whose `callback` gets every message as an Event, or the newest
+    """A guarded subscriber whose `callback` gets every message as an Event, or the latest
     `queue_size` of those that arrived at once; see :func:`subscribe`."""
     replays = _Replays(rospy.resolve_name(topic))
 
@@ -86,14 +86,14 @@ def subscribe_news(topic, kind, callback, queue_size=None):
 
 
 class _Replays:
-    """Tells latched messages that are older than this node, or than a connection that was lost.
+    """Finds latched messages that are older than this node, or than a connection that was lost.
 
-    Each connection has a thread of its own; those of different senders touch different entries.
+    Each connection has a thread of its own; threads of different senders use different entries.
     """
 
     def __init__(self, topic):
-        # A message latched by one of these is older than this node, even if the connection to it
-        # takes long.
+        # A message latched by one of these is older than this node, even if the connection to the
+        # publisher takes long.
         self._before = _publishers(topic)
         self._headers = {}    # {sender: header of its latest connection}
 

@@ -1,4 +1,4 @@
-"""How many messages arrive on a topic, also those that are never read because newer ones came."""
+"""The rate of messages on a topic, including those that are dropped unread."""
 import io
 import time
 
@@ -8,10 +8,10 @@ from tb3_labs.ros.rospy_internals import bytes_received
 
 
 class Traffic:
-    """Counts by what rospy itself knows of a topic's connections: the bytes that were received.
+    """Counts by the bytes that rospy received on a topic's connections.
 
-    To be made after the node's own subscriber: the two share its connections, and the first one
-    says how to connect.
+    To be made after the node's own subscriber: both share its connections, and the first one
+    decides how to connect.
     """
 
     def __init__(self, topic, kind):
@@ -31,7 +31,7 @@ class Traffic:
         self._message = message
 
     def _size(self):
-        """Bytes of a message on the wire: its length first, which takes 4."""
+        """Bytes of a message on the wire, with the 4 bytes of its length."""
         buffer = io.BytesIO()
         self._message.serialize(buffer)
         return 4 + len(buffer.getvalue())

@@ -1,9 +1,8 @@
-"""Two driven wheels on a floor: where the robot truly is.
+"""Two driven wheels on a floor: the true pose of the robot.
 
-A motor follows its goal speed with a first-order lag, so its speed and its turn are known in
-closed form and no step is too long for them. The pose follows by arcs: exact at constant speed;
-while the speed changes the arcs are short enough for an error of some micrometres per start
-or stop.
+A motor follows its goal speed with a first-order lag. So its speed and its angle are known in
+closed form, for steps of any length. The pose follows by arcs, which are exact at constant speed.
+While the speed changes, the arcs are short: the error is some micrometres per start or stop.
 
 Units: SI; motor angles in radians, positive forwards.
 """
@@ -17,12 +16,12 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: Longest arc while the speed changes [s].
 LONGEST_ARC = 1.0 / 60.0
-#: A motor this near to its goal speed is there [rad/s].
+#: A motor this near to its goal speed has reached it [rad/s].
 STEADY = 1e-6
 
 
 class Drivetrain:
-    """Motors, wheels and the pose they lead to. Time passes in :meth:`advance` only."""
+    """Motors, wheels and the pose that results. Time passes in :meth:`advance` only."""
 
     def __init__(self, model: RobotModel, pose: Pose2) -> None:
         self._model = model
@@ -33,8 +32,8 @@ class Drivetrain:
         self.set_physics(lag=0.0, mismatch=0.0, slip=0.0)
 
     def set_physics(self, lag: float, mismatch: float, slip: float) -> None:
-        """`lag` of the motors [s]; fraction by which the right wheel is smaller; fraction of
-        the wheels' travel that does not move the robot."""
+        """`lag` of the motors [s]; `mismatch`: fraction by which the right wheel is smaller;
+        `slip`: fraction of the wheels' travel that does not move the robot."""
         self._lag = lag
         self._left_radius = self._model.wheel_radius * (1.0 - slip)
         self._right_radius = self._left_radius * (1.0 - mismatch)
@@ -46,7 +45,7 @@ class Drivetrain:
         self._settle()
 
     def _settle(self) -> None:
-        """What follows from speeds and goals until one of them changes."""
+        """Compute what stays constant until speeds or goals change."""
         left_excess = self._left_speed - self._left_goal
         right_excess = self._right_speed - self._right_goal
         self._steady = not self._lag or (abs(left_excess) < STEADY and abs(right_excess) < STEADY)
@@ -66,7 +65,7 @@ class Drivetrain:
 
     @property
     def pose(self) -> Pose2:
-        """Where the robot stands in `world`."""
+        """The robot's pose in `world`."""
         return Pose2(self._x, self._y, wrap(self._yaw))
 
     @property
@@ -78,17 +77,17 @@ class Drivetrain:
 
     @property
     def angles(self) -> Tuple[float, float]:
-        """(left, right) turn of the motors since the start [rad]."""
+        """(left, right) angle of the motors since the start [rad]."""
         return self._left_angle, self._right_angle
 
     def ahead(self, dt: float) -> 'Drivetrain':
-        """What this will be in `dt` seconds if the goals stay as they are."""
+        """The drivetrain in `dt` seconds if the goals do not change."""
         later = copy.copy(self)
         later.advance(dt)
         return later
 
     def advance(self, dt: float) -> None:
-        """Let `dt` seconds pass, from 0 on."""
+        """Let `dt` seconds pass; `dt` >= 0."""
         if self._steady:
             if self._left_goal or self._right_goal:
                 self._roll(self._left_goal * dt, self._right_goal * dt)

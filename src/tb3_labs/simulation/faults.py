@@ -1,4 +1,4 @@
-"""What goes wrong with the embedded robot's samples on their way out.
+"""Faults of the embedded robot's samples.
 
 Units: seconds. Source: recordings of real TurtleBot3s (dropouts of 0.3 to 4.3 s; a driver that
 went on sending one sample with new stamps for half a minute).
@@ -14,7 +14,7 @@ DROPOUT = (0.3, 4.3)
 
 
 class Dropouts:
-    """Stretches of silence at random, `rate` of them per second outside them. Ask in order."""
+    """Random intervals of silence, `rate` of them per second outside them. Ask in order of time."""
 
     def __init__(self, rate: float, start: float, seed: int) -> None:
         self.rate = rate
@@ -26,14 +26,14 @@ class Dropouts:
         self._end = self._start + self._random.uniform(*DROPOUT)
 
     def cover(self, stamp: float) -> bool:
-        """Is it silent at `stamp` [s]? Both ends of a dropout are."""
+        """Is there silence at `stamp` [s]? Both ends of a dropout belong to it."""
         while stamp > self._end:
             self._plan(self._end)
         return stamp >= self._start
 
 
 class SensorFaults(Generic[AnySample]):
-    """The faults of one sensor. `silent`: nothing; `frozen`: one sample, with new stamps."""
+    """The faults of one sensor. `silent`: no samples; `frozen`: one sample, with new stamps."""
 
     def __init__(self, silent: bool, frozen: bool, dropouts: Dropouts) -> None:
         self._silent = silent
@@ -42,7 +42,7 @@ class SensorFaults(Generic[AnySample]):
         self._kept: Optional[AnySample] = None
 
     def outcome(self, samples: List[AnySample]) -> List[AnySample]:
-        """The samples that are sent instead of these."""
+        """The samples that are sent instead of `samples`."""
         if self._silent:
             return []
         if self._frozen and samples:

@@ -1,15 +1,15 @@
-"""What the robot's own board computes: commands into motor speeds, encoders into odometry.
+"""The robot's own board: it turns commands into motor speeds, and encoders into odometry.
 
-Copied with its faults, because the labs have to live with them:
+Its faults are copied, because the labs have to work with them:
 
-- linear and angular speed are clipped one by one, then each wheel again, so that a fast curve
-  comes out slower and wider;
-- motors take whole steps of speed, cut towards zero;
-- the heading of the odometry is the IMU's: ``dyaw = theta - theta_last`` is *not* wrapped. Each
+- Linear and angular speed are clipped one by one, then each wheel again. So a fast curve becomes
+  slower and wider.
+- Motors take whole steps of speed, cut towards zero.
+- The heading of the odometry is the IMU's: ``dyaw = theta - theta_last`` is *not* wrapped. Each
   time the IMU crosses +/-180 deg, one sample's displacement points backwards and its
-  twist.angular shows a spike of 2 pi times the odometry's rate, about 190 rad/s. The yaw itself
-  stays right;
-- `reset` zeroes the odometry's pose and leaves the IMU's yaw, so that from then on they differ.
+  twist.angular has a spike of 2 pi times the odometry's rate, about 190 rad/s. The yaw itself
+  stays correct.
+- `reset` zeroes the odometry's pose, but not the IMU's yaw. From then on they differ.
 
 Units: SI; motor angles in radians, positive forwards. Source: ROBOTIS OpenCR firmware 1.2.6
 (turtlebot3_core.ino, turtlebot3_motor_driver.cpp).
@@ -22,7 +22,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.robot.turtlebot3 import MOTOR_SPEED_STEP, TICKS_PER_TURN, RobotModel
 
-#: Turn of a wheel from one encoder step to the next [rad].
+#: Angle of a wheel from one encoder step to the next [rad].
 TICK = 2.0 * math.pi / TICKS_PER_TURN
 
 
@@ -44,7 +44,7 @@ def _clip(value: float, limit: float) -> float:
 
 
 def encoder(motor_angle: float) -> int:
-    """What the encoder reads at this angle of the motor [rad], in ticks."""
+    """The reading of the encoder at this angle of the motor [rad], in ticks."""
     return math.floor(motor_angle / TICK)
 
 
@@ -62,7 +62,7 @@ class Odometer:
 
     @property
     def wheel_angles(self) -> Tuple[float, float]:
-        """(left, right) turn of the wheels since the start or the last reset [rad]."""
+        """(left, right) angle of the wheels since the start or the last reset [rad]."""
         left, right = (TICK * (ticks - zero) for ticks, zero in zip(self._ticks, self._zero))
         return left, right
 
@@ -88,6 +88,6 @@ class Odometer:
                               distance / interval, turn / interval)
 
     def reset(self, ticks: Tuple[int, int]) -> None:
-        """Pose and wheel angles to zero; `ticks` is what the encoders read now."""
+        """Set pose and wheel angles to zero; `ticks` is the present reading of the encoders."""
         self._x = self._y = self._yaw = 0.0
         self._ticks = self._zero = ticks

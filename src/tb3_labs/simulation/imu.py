@@ -1,8 +1,8 @@
-"""The embedded robot's IMU: true heading in, the samples of its filter out.
+"""The embedded robot's IMU: it turns the true heading into the samples of its filter.
 
-The yaw is the true one plus a constant (the IMU is zeroed only when the board boots), a drift
-that grows with time, and a little white noise; the rate is the true one plus the same drift and
-white noise of its own.
+The yaw is the true yaw plus a constant (the IMU is zeroed only when the board boots), a drift that
+grows with time, and a little white noise. The rate is the true rate plus the drift's rate and white
+noise of its own.
 
 Units: seconds, radians. Noise: a Burger at rest shows 0.0008 rad/s and a few 0.001 deg from one
 sample to the next.
@@ -36,8 +36,8 @@ class ImuModel:
                 motion: Tuple[float, float, float, float]) -> List[ImuSample]:
         """An ImuSample at each of `stamps` [s], none before `now` [s].
 
-        `motion` is the Drivetrain's `turning` at `now`. This loop runs for every IMU sample and
-        makes the simulation fast or slow: local names, few calls.
+        `motion` is the Drivetrain's `turning` at `now`. The loop runs for every IMU sample and
+        decides the speed of the simulation, hence local names and few calls.
         """
         yaw_now, steady_rate, fading_rate, lag = motion
         yaw_now += self._error
@@ -60,7 +60,7 @@ class ImuModel:
 
 
 def _pairs_of_normal_numbers(seed: int) -> Iterator[Tuple[float, float]]:
-    """Independent standard normal numbers without end, two by two."""
+    """An endless sequence of pairs of independent standard normal numbers."""
     generator = np.random.default_rng(seed)
     while True:
         yield from generator.standard_normal((1000, 2)).tolist()

@@ -3,22 +3,22 @@
     link = Link('sensors', seed=1)
     link.configure(LinkSettings(delay=0.03, jitter=0.0075), now=0.0)
     link.send(['a', 'b'], [0.10, 0.11])
-    link.take(0.2)                     # [(0.134, 'a'), (0.151, 'b')]: when, and what
+    link.take(0.2)                     # [(0.134, 'a'), (0.151, 'b')]: time of arrival, message
 
-A link is one direction and behaves as TCP does: nothing is lost and nothing overtakes. A message
-arrives its `delay` and a random `jitter` after it was sent, the jitter drawn anew for each; but not
-before the message sent before it, and not in a stall: it waits for the end. A cut is a stall that
-lasts until it is switched off. Messages with one moment of arrival arrive together. A stall of both
-directions is the same one for both links.
+A link is one direction and behaves as TCP does: messages are not lost and do not overtake. A
+message arrives after its `delay` and a random `jitter`, which is drawn for each message. It does
+not arrive before the message sent before it. In a stall it waits for the end of the stall. A cut is
+a stall that lasts until it is switched off. Messages of the same moment arrive together. A stall of
+both directions is the same one for both links.
 
 Stalls begin as a Poisson process, and none begins within another one, so that none is longer than
-the longest. Everything random comes from the seed, by generators of its own, and does not depend on
+the longest. Everything random comes from the seed, by separate generators, and does not depend on
 how often :meth:`Link.take` is called.
 
-Units: seconds. Edge cases: a message due at the very end of a stall is not held up; a change of
-delay or jitter leaves alone what is under way; a change of the stalls ends the present one. Where
-messages follow each other faster than the jitter they wait for one another, and are later on
-average than delay and jitter say.
+Units: seconds. Edge cases: a message due at the very end of a stall is not delayed by it; a change
+of delay or jitter does not change messages under way; a change of the stalls ends the present one.
+If messages follow each other faster than the jitter, they wait for one another, and their mean
+delay is more than delay and jitter together.
 Source: recordings of real TurtleBot3s over a WLAN (stalls of 0.1 to 0.4 s, then everything at
 once). The jitter's tail: 802.11 draws a new back-off, and tries again, for each frame (Malone,
 Leith and Dangerfield, "Inferring queue state by measuring delay in a WiFi network").
@@ -29,10 +29,10 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple
 
-#: A moment [s], and what arrives then.
+#: A moment [s], and the message that arrives then.
 Arrival = Tuple[float, Any]
 
-#: The directions that a stall may hold up; the last two are also the directions of a Link.
+#: The directions that a stall may delay; the last two are also the directions of a Link.
 STALLED = ('both', 'sensors', 'commands')
 #: The longest stall of the recordings [s].
 LONGEST_STALL = 0.4
@@ -57,10 +57,10 @@ NETWORKS: Dict[str, Dict[str, float]] = {
 
 @dataclass(frozen=True)
 class LinkSettings:
-    """How one direction is at the moment."""
+    """Settings of one direction."""
 
-    delay: float = 0.0              # of everything [s]
-    jitter: float = 0.0             # mean of what comes on top of it, exponential [s]
+    delay: float = 0.0              # of every message [s]
+    jitter: float = 0.0             # mean of the additional delay, exponential [s]
     stalls_per_min: float = 0.0
     longest_stall: float = LONGEST_STALL    # each lasts a uniform random time up to this [s]
     stalled: str = STALLED[0]
@@ -68,12 +68,12 @@ class LinkSettings:
 
     @property
     def stalls(self) -> Tuple[float, float, str]:
-        """What the stalls depend on: a change of it plans them anew."""
+        """The settings on which the stalls depend: a change plans them anew."""
         return self.stalls_per_min, self.longest_stall, self.stalled
 
 
 class Stalls:
-    """Random stretches [start, end) in which nothing arrives, `rate` per second outside them."""
+    """Random intervals [start, end) in which nothing arrives, `rate` per second outside them."""
 
     def __init__(self, rate: float, longest: float, since: float, seed: int) -> None:
         self._rate, self._longest = rate, longest
@@ -86,7 +86,7 @@ class Stalls:
         self._end = self._start + self._random.uniform(0.0, self._longest)
 
     def release(self, moment: float) -> float:
-        """`moment`, or the end of the stall it falls into. Ask in order."""
+        """`moment`, or the end of the stall in which it lies. Ask in order of time."""
         while moment >= self._end:
             self._plan(self._end)
         return self._end if moment >= self._start else moment
@@ -107,19 +107,19 @@ class Link:
         self._last_due = -math.inf
         self._arrived: List[Arrival] = []
         self._is_quiet = True
-        #: Does everything arrive at the moment it is sent? An attribute, since a step asks it.
+        #: Does everything arrive at once? An attribute, for speed.
         self.is_clear = True
 
     def configure(self, settings: LinkSettings, now: float) -> None:
-        """Other settings, from `now` on."""
+        """Use other settings from `now` on."""
         self._arrived = self.take(now)
         before, self._settings = self._settings, settings
         if settings.stalls != before.stalls:
-            # The links of both directions plan alike: one stall holds up both.
+            # The links of both directions plan alike: one stall delays both.
             has_stalls = settings.stalls_per_min and settings.stalled in ('both', self._direction)
             self._stalls = Stalls(settings.stalls_per_min / 60.0, settings.longest_stall, now,
                                   self._seed) if has_stalls else None
-        # Messages that were held up until now are due now.
+        # Messages that waited for the end of a stall are due now.
         self._under_way = deque((max(due, now), thing) for due, thing in self._under_way)
         self._is_quiet = not (settings.delay or settings.jitter or self._stalls or settings.is_cut)
         self.is_clear = self._is_quiet and not (self._under_way or self._arrived)
@@ -139,7 +139,8 @@ class Link:
         self.is_clear = False
 
     def take(self, until: float) -> List[Arrival]:
-        """What has arrived by `until` [s], in order, with its moment of arrival."""
+        """The messages that have arrived by `until` [s], in order, with their moments of arrival.
+        """
         arrived, self._arrived = self._arrived, []
         under_way, stalls = self._under_way, self._stalls
         if not self._settings.is_cut:

@@ -1,4 +1,4 @@
-"""Moments at a fixed rate, counted from one of them, so that no rounding adds up.
+"""Moments at a fixed rate, counted from one of them, so that rounding errors do not add up.
 
 Units: seconds, and 1/s for rates.
 """
@@ -10,18 +10,18 @@ class Rhythm:
 
     def __init__(self, rate: float, start: float = 0.0) -> None:
         self._rate, self._base, self._count = rate, start, 1
-        #: The next moment [s]. An attribute, since a step asks it for every sample.
+        #: The next moment [s]. An attribute, for speed.
         self.due = start + 1.0 / rate
 
     def take(self) -> float:
-        """The moment that is due [s]; the next one becomes due."""
+        """Take the moment that is due [s]; the next one becomes due."""
         due = self.due
         self._count += 1
         self.due = self._base + self._count / self._rate
         return due
 
     def take_until(self, end: float) -> List[float]:
-        """All moments before `end` [s]; one at `end` itself is left."""
+        """Take all moments before `end` [s]; one at `end` itself stays due."""
         moments, due, count = [], self.due, self._count
         while due < end:
             moments.append(due)
@@ -31,7 +31,7 @@ class Rhythm:
         return moments
 
     def set_rate(self, rate: float, now: float) -> None:
-        """Another rate, counted from `now` on; the same rate changes nothing."""
+        """Use another rate, counted from `now` on; the same rate changes nothing."""
         if rate != self._rate:
             self._rate, self._base, self._count = rate, now, 1
             self.due = now + 1.0 / rate

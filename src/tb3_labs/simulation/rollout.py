@@ -1,7 +1,7 @@
 """One motion from start to rest, in pure Python: a node's core on the embedded robot.
 
-Faster than real time by orders of magnitude; the benchmark and the tests judge by it. What is
-judged is the robot's true pose, never what the core believes.
+It is faster than real time by orders of magnitude. Benchmark and tests judge motions by it, always
+by the robot's true pose, never by the core's estimate.
 
 Units: seconds, metres, radians.
 """
@@ -25,12 +25,12 @@ from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 from tb3_labs.supervision.arbitration import Driver
 
-#: Between two looks at the robot's true pose [s].
+#: Time between two looks at the robot's true pose [s].
 LOOK_PERIOD = 0.02
 TURN_LOOK_PERIOD = 0.005
 #: A robot that does not move for this long has come to rest for good [s].
 SETTLED_TIME = 0.5
-#: A robot that is slower than this goes less than 0.3 mm and 0.1 deg further [m/s], [rad/s].
+#: A robot slower than this moves on by less than 0.3 mm and 0.1 deg [m/s], [rad/s].
 AT_REST = REST_LINEAR, REST_ANGULAR
 #: A robot whose true speeds are below this stands still [m/s], [rad/s].
 STILL_LINEAR = 0.001
@@ -39,17 +39,17 @@ STILL_ANGULAR = 0.01
 
 @dataclass(frozen=True)
 class SpotTurn:
-    """How a turn on the spot went; true angles, against the robot's real heading."""
+    """The result of a turn on the spot; true angles, measured by the robot's real heading."""
 
     turned: float           # [rad], counted over whole turns
     time: float             # from the first command to rest [s]
-    overshoot: float        # farthest beyond the goal [rad]; 0 if never
+    overshoot: float        # largest angle beyond the goal [rad]; 0 if never beyond
     fastest: float          # [rad/s], commanded
 
 
 @dataclass(frozen=True)
 class Drive:
-    """How a drive went; errors are true ones, against the robot's real pose."""
+    """The result of a drive; true errors, measured by the robot's real pose."""
 
     reached: bool
     failure: str
@@ -58,14 +58,14 @@ class Drive:
     angle_error: float      # [rad]
     max_linear: float       # fastest command [m/s]
     max_angular: float      # fastest command [rad/s]
-    max_wheel: float        # fastest wheel asked for [m/s]
-    overrun: float          # how far it drove beyond the goal along its line [m]
-    rested: bool            # was it slower than AT_REST when the drive was said to be over?
+    max_wheel: float        # fastest wheel that was commanded [m/s]
+    overrun: float          # largest distance beyond the goal along its line [m]
+    rested: bool            # was it slower than AT_REST when the core ended the drive?
 
 
 def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig = DriveConfig(),
           declared: Pose2 = Pose2(), give_up_after: float = 180.0) -> Drive:
-    """Let a robot that is declared to be at `declared` drive to `goal` (both in local).
+    """Let a robot that was declared to be at `declared` drive to `goal` (both in local).
 
     A drive that is still active after `give_up_after` [s] has not reached its goal.
     """
@@ -97,7 +97,7 @@ def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig 
 
 
 def _reset(robot: Simulator, navigator: MoveToGoalCore, declared: Pose2) -> None:
-    """Declare the pose as soon as both sensors are heard; a network may stall at first."""
+    """Declare the pose as soon as both sensors are heard: the network may stall at first."""
     while True:
         try:
             navigator.reset(declared, robot.now)
@@ -109,7 +109,7 @@ def _reset(robot: Simulator, navigator: MoveToGoalCore, declared: Pose2) -> None
 def turns(degrees: Sequence[float], robot_config: SimulatorConfig,
           turn_config: TurnConfig = TurnConfig(), wait: float = 0.3) -> List[SpotTurn]:
     """Let a robot make several turns on the spot [deg, left positive], one after the other, the
-    first of them `wait` [s] after its start; a SpotTurn for each."""
+    first one `wait` [s] after its start. Returns a SpotTurn for each."""
     robot = Simulator(robot_config)
     controller = ControllerCore(make_turn(turn_config, robot_model(robot_config.model)))
     _control(robot, controller, wait)
@@ -154,7 +154,7 @@ def _control(robot: Simulator, controller: ControllerCore, seconds: float) -> Li
 
 
 def navigation(robot: Simulator, navigator: MoveToGoalCore) -> Callable[[Sample], None]:
-    """A function that hears a robot's samples for a MoveToGoalCore, as its node does."""
+    """A function that passes a robot's samples to a MoveToGoalCore, as its node does."""
     listening = Listening(navigator.idle_for)
 
     def hear(sample):
@@ -170,7 +170,7 @@ def navigation(robot: Simulator, navigator: MoveToGoalCore) -> Callable[[Sample]
 
 
 def control(robot: Simulator, controller: ControllerCore) -> Callable[[Sample], None]:
-    """A function that hears a robot's samples for a ControllerCore, as its node does."""
+    """A function that passes a robot's samples to a ControllerCore, as its node does."""
     listening = Listening(controller.idle_for)
 
     def hear(sample):
@@ -181,8 +181,8 @@ def control(robot: Simulator, controller: ControllerCore) -> Callable[[Sample], 
 
 
 def run(robot, driver, hear, seconds):
-    """Let time pass: each sample is heard when it arrives, and what `driver` then commands goes to
-    the robot. Returns the commands, a standing Twist2 where it fell silent."""
+    """Let time pass: each sample goes to `hear` when it arrives, and the command of `driver` then
+    goes to the robot. Returns the commands, a zero Twist2 where the driver became silent."""
     commands: List[Twist2] = []
     end = robot.now + seconds
     while robot.now < end:

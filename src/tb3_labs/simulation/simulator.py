@@ -1,17 +1,17 @@
-"""The embedded robot: a TurtleBot3 as its firmware, motors and sensors behave.
+"""The embedded robot: it behaves as a TurtleBot3's firmware, motors and sensors do.
 
     robot = Simulator(SimulatorConfig(start_x=1.0, start_yaw_deg=90.0))
     robot.command(0.1, 0.5)
     for sample in robot.step(0.02):
         ...                            # ImuSample and OdometrySample, by time of arrival
 
-Parts: `simulator_config` is what can be set, `firmware` turns commands into motor speeds and
-encoders into odometry, `drivetrain` moves the robot, `imu` watches it turn, `faults` spoils the
-samples, and `network` delays them and the commands. Here is the clock that drives them. However
-time is cut into steps, the same seed gives the same samples.
+Parts: `simulator_config` holds the settings, `firmware` turns commands into motor speeds and
+encoders into odometry, `drivetrain` moves the robot, `imu` measures its turning, `faults` adds
+faults to the samples, and `network` delays samples and commands. This module is their clock. The
+same seed gives the same samples, for steps of any length.
 
-Frames: `truth` is in `world`, where the odometry starts without error; the IMU's yaw differs from
-it by `imu_offset_deg`. Stamps count seconds from 0 and never jump.
+Frames: `truth` is in `world`, where the odometry starts without error. The IMU's yaw differs from
+the true yaw by `imu_offset_deg`. Stamps count seconds from 0 and never jump.
 Edge cases: while the board recalibrates (see `Simulator.reset`), commands and resets are lost.
 Source: the firmware where marked; noise from a recording of a real Burger at rest.
 """
@@ -32,8 +32,8 @@ from tb3_labs.simulation.network import Arrival, Link, LinkSettings
 from tb3_labs.simulation.rhythm import Rhythm
 from tb3_labs.simulation.simulator_config import FAULTS, STARTING, SimulatorConfig
 
-#: Events this little after the end of a step belong to it: many small steps do not add up to
-#: exactly one large one [s].
+#: Events this shortly after the end of a step belong to it [s]: many small steps do not add up to
+#: exactly one large step.
 ROUNDING = 1e-9
 
 
@@ -49,7 +49,7 @@ class Simulator:
         self._odometer = Odometer(self._model, start, wrap(start.yaw + offset))
 
         self._now = 0.0
-        self._moved = 0.0           # up to here the drivetrain has moved
+        self._moved = 0.0           # time up to which the drivetrain has moved
         self._control_rhythm = Rhythm(CONTROL_RATE)
         self._odom_rhythm = Rhythm(config.odom_rate)
         self._odometry_stamp = 0.0
@@ -80,12 +80,12 @@ class Simulator:
 
     @property
     def truth(self) -> Pose2:
-        """Where the robot truly is: world_T_base."""
+        """The robot's true pose: world_T_base."""
         return self._drivetrain.ahead(self._now - self._moved).pose
 
     @property
     def odometry_origin(self) -> Pose2:
-        """Where the odometry's frame stands: world_T_odom, by the truth of the last reset."""
+        """The odometry's frame: world_T_odom, by the true pose at the last reset."""
         return self._origin
 
     @property
@@ -105,11 +105,11 @@ class Simulator:
 
     @property
     def odometry_stamp(self) -> float:
-        """When the last odometry was measured, whether or not it has arrived [s]."""
+        """Time at which the last odometry was measured, arrived or not [s]."""
         return self._odometry_stamp
 
     def configure(self, config: SimulatorConfig) -> None:
-        """Go on with other settings; ``ValueError`` if one of `STARTING` differs."""
+        """Use other settings from now on; ``ValueError`` if one of `STARTING` differs."""
         for name in STARTING:
             if getattr(config, name) != getattr(self._config, name):
                 raise ValueError('{} = {!r} is not valid: it only counts at the start'.format(
@@ -144,9 +144,9 @@ class Simulator:
             config.odom_silent, config.odom_frozen, dropouts)
 
     def command(self, linear: float, angular: float) -> None:
-        """A command is sent now: forward speed [m/s], rate of turn [rad/s].
+        """Send a command now: forward speed [m/s], rate of turn [rad/s].
 
-        ``ValueError`` if one of them is not finite; the command before stays in force.
+        ``ValueError`` if one of them is not finite; the last command stays in force.
         """
         if not (math.isfinite(linear) and math.isfinite(angular)):
             raise ValueError('command ({}, {}) is not finite'.format(linear, angular))
@@ -154,8 +154,8 @@ class Simulator:
 
     def reset(self) -> None:
         """The firmware's reset: the board recalibrates its gyro. Meanwhile it obeys no command
-        and sends no sample. Then the odometry's pose is zero, and the IMU's yaw is what it was.
-        A robot that moves meanwhile has an odometry that begins where it is at the end.
+        and sends no sample. Then the odometry's pose is zero, also if the robot moved meanwhile,
+        and the IMU's yaw is as before.
         """
         if not self._resetting:
             self._move_to(self._now)
@@ -166,19 +166,19 @@ class Simulator:
                 self._drivetrain.set_goals(0.0, 0.0)
 
     def step(self, dt: float) -> List[Sample]:
-        """Let `dt` seconds pass; the samples that arrive in that time, in order.
+        """Let `dt` seconds pass. Returns the samples that arrive in that time, in order.
 
         ``ValueError`` if `dt` is negative or not finite.
         """
         self._pass(dt)
-        if self._sensor_link.is_clear:      # no detour where nothing is delayed
+        if self._sensor_link.is_clear:      # nothing is delayed
             sent, self._sent = self._sent, []
             return sent
         return [sample for _, sample in self._arrivals()]
 
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
-        """As :meth:`step`, but samples that arrive at the same moment, as after a stall, are
-        together in one list."""
+        """As :meth:`step`, but samples that arrive at the same moment, for instance after a stall,
+        are together in one list."""
         self._pass(dt)
         return [[sample for _, sample in burst]
                 for _, burst in groupby(self._arrivals(), itemgetter(0))]
@@ -195,7 +195,7 @@ class Simulator:
         horizon = self._now + ROUNDING
         imu, odom, control = self._imu_rhythm, self._odom_rhythm, self._control_rhythm
         while True:
-            # At one moment the board drives, then does odometry, then sends the IMU.
+            # Order of events of one moment: driving, odometry, IMU.
             tick = min(control.due, odom.due)
             if imu.due < tick:
                 self._measure_imu(min(tick, horizon))
@@ -207,7 +207,7 @@ class Simulator:
                 self._measure_odometry(odom.take())
 
     def _move_to(self, stamp: float) -> None:
-        """Bring the drivetrain, and the error of the IMU, up to `stamp`."""
+        """Advance the drivetrain, and the error of the IMU, to `stamp`."""
         dt = stamp - self._moved
         if dt > 0.0:
             self._drivetrain.advance(dt)
@@ -215,7 +215,7 @@ class Simulator:
             self._moved = stamp
 
     def _drive(self, stamp: float) -> None:
-        """The board's own tick: the newest command that has arrived goes to the motors."""
+        """The board's own tick: the latest command that has arrived goes to the motors."""
         for arrival, (linear, angular) in self._command_link.take(stamp):
             if arrival >= self._busy_until:
                 self._command = arrival, linear, angular
@@ -230,7 +230,7 @@ class Simulator:
             self._drivetrain.set_goals(*motor_speeds(linear, angular, self._model))
 
     def _measure_imu(self, end: float) -> None:
-        """Every IMU sample that is due before `end`."""
+        """Measure every IMU sample that is due before `end`."""
         stamps = self._imu_rhythm.take_until(end)
         if self._resetting:
             stamps = [stamp for stamp in stamps if stamp >= self._busy_until]

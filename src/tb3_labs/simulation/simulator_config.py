@@ -1,4 +1,4 @@
-"""What can be set about the embedded robot, with unit, bounds and default.
+"""The settings of the embedded robot, with unit, bounds and default.
 
 Launch files, parameters and dynamic_reconfigure offer these fields under the same names.
 Units: as each field says; degrees and metres for people.
@@ -14,8 +14,8 @@ from tb3_labs.simulation.network import LONGEST_STALL, STALLED
 
 @dataclass(frozen=True)
 class SimulatorConfig(Config):
-    """Everything that can be set about the embedded robot; `STARTING` lists what only a new
-    start can change."""
+    """The settings of the embedded robot; `STARTING` lists those that only a new start can change.
+    """
 
     model: str = setting(DEFAULT_MODEL, 'kind of TurtleBot3', choices=tuple(MODELS))
     start_x: float = setting(0.0, 'true x at the start, also of the odometry', 'm', -1000.0, 1000.0)
@@ -35,44 +35,44 @@ class SimulatorConfig(Config):
     imu_drift_deg_per_min: float = setting(
         0.0, 'drift of the yaw, and bias of the gyro', 'deg/min', -600.0, 600.0)
     wheel_mismatch: float = setting(
-        0.0, 'fraction by which the right wheel is smaller than the firmware thinks', '',
+        0.0, 'fraction by which the right wheel is smaller than the firmware assumes', '',
         -0.5, 0.5)
     slip: float = setting(
         0.0, "fraction of the wheels' travel that is lost; 1 = wheels turn, robot stands", '',
         0.0, 1.0)
     motor_lag: float = setting(
         0.05, 'time constant of the motors, first order', 's', 0.0, 2.0)
-    command_latency: float = setting(0.0, 'time a command is under way', 's', 0.0, 5.0)
-    sensor_latency: float = setting(0.0, 'time a sample is under way', 's', 0.0, 5.0)
+    command_latency: float = setting(0.0, 'delay of each command', 's', 0.0, 5.0)
+    sensor_latency: float = setting(0.0, 'delay of each sample', 's', 0.0, 5.0)
     command_jitter: float = setting(
-        0.0, 'mean of a random time on top, drawn for each command (exponential)', 's', 0.0, 1.0)
+        0.0, 'mean of an additional random delay of each command (exponential)', 's', 0.0, 1.0)
     sensor_jitter: float = setting(
-        0.0, 'mean of a random time on top, drawn for each sample (exponential)', 's', 0.0, 1.0)
+        0.0, 'mean of an additional random delay of each sample (exponential)', 's', 0.0, 1.0)
     stalls_per_min: float = setting(
-        0.0, 'stalls of the network: at random all is held up, then arrives at once', '1/min',
+        0.0, 'random stalls of the network: all is delayed, then arrives at once', '1/min',
         0.0, 120.0)
     longest_stall: float = setting(
         LONGEST_STALL, 'longest stall; each lasts a random time up to this', 's', 0.0, 10.0)
-    stalled: str = setting(STALLED[0], 'directions that stalls hold up', choices=STALLED)
+    stalled: str = setting(STALLED[0], 'directions that stalls delay', choices=STALLED)
     # 512 readings at 200 Hz; the firmware gives up after 5 s.
     reset_pause: float = setting(
-        2.56, 'time the board recalibrates its gyro after `reset` and does nothing else', 's',
+        2.56, 'time in which the board only recalibrates its gyro, after `reset`', 's',
         0.0, 10.0)
     reset_runs_on: bool = setting(
         False, 'motors keep their speed during that pause (nothing in the firmware stops them)')
 
-    motors_off: bool = setting(False, 'fault: the wheels stand, whatever is commanded')
+    motors_off: bool = setting(False, 'fault: the wheels stand at every command')
     imu_silent: bool = setting(False, 'fault: no samples of the IMU')
-    imu_frozen: bool = setting(False, 'fault: the same IMU sample again, with new stamps')
+    imu_frozen: bool = setting(False, 'fault: the same IMU sample repeated, with new stamps')
     odom_silent: bool = setting(False, 'fault: no samples of the odometry')
-    odom_frozen: bool = setting(False, 'fault: the same odometry again, with new stamps')
+    odom_frozen: bool = setting(False, 'fault: the same odometry repeated, with new stamps')
     dropouts_per_min: float = setting(
         0.0, 'fault: both sensors silent at random, for 0.3 to 4.3 s', '1/min', 0.0, 60.0)
     network_cut: bool = setting(
         False, 'fault: nothing arrives in either direction; when it ends, all arrives at once')
 
 
-#: Settings of how the robot starts; the other settings may change while it runs.
+#: Settings of the start; the other settings may change while the robot runs.
 STARTING = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'seed')
 #: The faults; a change of one starts all of them anew.
 FAULTS = ('imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen', 'dropouts_per_min')

@@ -1,6 +1,6 @@
-"""Who drives, who holds the robot? One rule: a table says whose turn it is after an event.
+"""Who drives, who holds the robot? One rule: a table gives the driver or holder after an event.
 
-Of `controller`, which drives by a turn or by the mouse:
+The table of `controller`, which drives by a turn or by the mouse:
 
     driver   event             driver then
     nobody   turn asked        turn
@@ -14,11 +14,11 @@ Of `controller`, which drives by a turn or by the mouse:
     mouse    mouse centred     nobody
     mouse    mouse released    nobody
 
-`mouse moved` and `mouse centred` come from an active mouse, outside and inside its dead zone;
-`mouse released` is the moment in which it is deactivated or lost, not every message of a mouse that
-is not active. At each change the robot is stopped first, by one zero.
+`mouse moved` and `mouse centred` come from an active mouse, outside and inside its dead zone.
+`mouse released` happens once, when the mouse is deactivated or lost; further messages of a mouse
+that is not active are no events. At each change the robot is stopped first, by one zero.
 
-Of `gamepad`, which holds the robot itself or hands it over:
+The table of `gamepad`, which holds the robot itself or hands it over:
 
     holder         event            holder then
     nobody         pad ready        gamepad
@@ -31,15 +31,15 @@ Of `gamepad`, which holds the robot itself or hands it over:
     move_to_goal   taken            nobody
     move_to_goal   pad lost         nobody
 
-`relinquish` and `regain` are presses of their buttons, rising edges. `given` and `taken` are what
-others did: a hand, another pad, move_to_goal itself. `pad ready` means that the pad is heard and
-its sticks are at rest (or, with a hold button, that this was pressed anew). So a stick that is
-already pushed when the robot comes back drives nothing. A lost pad gives the robot to nobody: an
-operator without a stop button is no operator. Whoever stops holding the robot sends one zero and
-is silent.
+`relinquish` and `regain` are presses of their buttons, rising edges. `given` and `taken` come from
+others: a person at a terminal, another pad, move_to_goal itself. `pad ready` means that the pad is
+heard and its sticks are at rest (or, with a hold button, that this button was pressed again). So a
+stick that is already pushed when the robot comes back drives nothing. A lost pad gives the robot to
+nobody, since its operator has no stop button any more. A node that stops holding the robot sends
+one zero and is silent.
 
 An event that is not listed changes nothing.
-Sources: the handouts of both labs, and what happened to those who had no such rule.
+Sources: the handouts of both labs, and the failures of nodes without such a rule.
 """
 from enum import Enum
 from typing import Dict, Tuple, TypeVar

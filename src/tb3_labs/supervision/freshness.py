@@ -1,8 +1,8 @@
-"""Is a source alive? Judged by when its messages arrive, never by their stamps.
+"""Is a source alive? The arrivals of its messages decide that, never their stamps.
 
 Units: seconds on the receiver's clock (`now`). Edge cases: a source that was never heard has an
 infinite age. If the clock goes back, the last message counts as just received; otherwise it would
-look fresh for too long.
+count as fresh for too long.
 """
 import math
 from enum import Enum
@@ -11,7 +11,7 @@ from typing import Any, Optional
 #: A sensor that is silent for longer than this is lost [s]; a robot at full speed drives 5 cm in
 #: this time.
 SENSOR_TIMEOUT = 0.22
-#: After a silence of the sensors up to this long a motion goes on by itself [s].
+#: After a silence of the sensors of at most this length a motion goes on by itself [s].
 RESUME_TIME = 2.0
 
 
@@ -21,7 +21,7 @@ class Freshness:
     def __init__(self, name: str, timeout: float = SENSOR_TIMEOUT) -> None:
         self.name = name
         self.timeout = timeout
-        #: Messages so far, and how many more were dropped because they were invalid.
+        #: Number of valid messages so far, and of invalid ones, which were dropped.
         self.count = self.dropped = 0
         self._heard_at: Optional[float] = None
         self._longest_gap = 0.0
@@ -45,7 +45,7 @@ class Freshness:
     def take_longest_gap(self) -> float:
         """The longest silence between two messages since the last call [s].
 
-        A silence shows here also if nobody looked while it lasted, because the process slept.
+        It shows also a silence during which the process slept.
         """
         gap, self._longest_gap = self._longest_gap, 0.0
         return gap
@@ -65,22 +65,23 @@ class Freshness:
         return self.age(now) <= self.timeout
 
     def is_overdue(self, now: float) -> bool:
-        """Is it older than half the timeout? Then it is reported as lost beside another one."""
+        """Is the last message older than half the timeout? If another source is lost, this one is
+        then reported as lost, too."""
         return self.age(now) > 0.5 * self.timeout
 
     @property
     def silence(self) -> str:
-        """The words for a source that is not fresh: 'no imu', or 'no imu yet'."""
+        """The text for a source that is not fresh: 'no imu', or 'no imu yet'."""
         return 'no {}{}'.format(self.name, ' yet' if self._heard_at is None else '')
 
     def silence_with_age(self, now: float) -> str:
-        """The same, and for how long: 'no imu for 1.2 s'."""
+        """The same with its duration: 'no imu for 1.2 s'."""
         age = self.age(now)
         return self.silence if math.isinf(age) else '{} for {:.1f} s'.format(self.silence, age)
 
 
 class Sight(Enum):
-    """The verdict of the sensors on a robot that is being driven."""
+    """The state of the sensors of a robot that is being driven."""
 
     FRESH = 'go on'
     SILENT = 'stand'
@@ -89,16 +90,16 @@ class Sight(Enum):
 
 
 class SensorWatch:
-    """Watches all sensors that a motion needs, and how long they were silent in the midst of it."""
+    """Watches all sensors that a motion needs, and measures their silence during the motion."""
 
     def __init__(self, *sources: Freshness) -> None:
         self._sources = sources
         #: The Sight as of the last :meth:`update`. After a silence, exactly one update finds
         #: BACK_SOON or BACK_LATE.
         self.sight = Sight.SILENT
-        #: Why the robot stands, in words; '' while all sensors are fresh.
+        #: The reason why the robot stands; '' while all sensors are fresh.
         self.hold_reason = ''
-        #: How long the last silence took [s].
+        #: Length of the last silence [s].
         self.silent_for = 0.0
 
     def update(self, now: float) -> None:
@@ -106,7 +107,7 @@ class SensorWatch:
         for source in self._sources:
             source.clock_went_back(now)
         if not self.are_fresh(now):
-            # The first reason is kept. A new one would change with each further lost source.
+            # The first reason is kept, so that it does not change with each further lost source.
             self.hold_reason = self.hold_reason or self.problem(now)
             self.sight = Sight.SILENT
             return
@@ -125,9 +126,9 @@ class SensorWatch:
             source.take_longest_gap()
 
     def problem(self, now: float, with_age: bool = False) -> str:
-        """'' while all sensors are fresh, else which of them are lost.
+        """'' while all sensors are fresh, else the lost ones, in words.
 
-        Where one is lost, others that are overdue count as lost, too.
+        If one is lost, others that are overdue count as lost, too.
         """
         if self.are_fresh(now):
             return ''
@@ -135,5 +136,5 @@ class SensorWatch:
                          for source in self._sources if source.is_overdue(now))
 
     def are_fresh(self, now: float) -> bool:
-        """True while all of them are."""
+        """True while all sensors are fresh."""
         return all(source.is_fresh(now) for source in self._sources)

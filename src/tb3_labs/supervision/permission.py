@@ -4,22 +4,22 @@ Several senders give and take it by True and False. The rule, after ISO 13850 (a
 a person gives the machine anew):
 
 * A sender *gives* by its first True, and by each True that follows a False of its own. The robot
-  may be driven while there is a giving that holds.
-* A repeated True, without a False between, gives nothing new. It only renews a giving, if the
+  may be driven while a giving holds.
+* A repeated True, without a False in between, gives nothing new. It only renews a giving, if the
   sender is of the renewing kind.
-* A False of any sender takes all that was given, whoever gave it.
+* A False of any sender takes all that was given, by any sender.
 * If the renewals stop for `LAPSE`, the giving is suspended. A renewal before `LONGEST_LAPSE`
   restores it. After a longer silence it is gone.
-* A process that did not run for longer than `LONGEST_LAPSE` finds all givings gone. A True that it
+* If this process did not run for longer than `LONGEST_LAPSE`, all givings are gone. A True that it
   hears within `WAKING` after it wakes does not count, since it may be old.
 * A True does not count if it was sent more than `LONGEST_LAPSE` ago, before another sender's
   False, or before this node started. Renewals that arrive faster than one in each `RENEWAL` show
   that it was delayed.
 
-Units: seconds on a clock that never stands still and never goes back (`now`). A process that sleeps
-is noticed by :meth:`Permission.update`, which is to be called at least once a second. Edge case: a
-sender that renews must do so once before the robot may move. A sender that has died, or whose words
-were delayed, is noticed by that.
+Units: seconds on a clock that never stands still and never goes back (`now`).
+:meth:`Permission.update` is to be called at least once a second; it notices a sleep of the process.
+Edge case: a sender that renews must do so once before the robot may move. So a True of a dead
+sender, or a delayed one, moves nothing.
 """
 import math
 from typing import Dict, List, Set
@@ -27,21 +27,21 @@ from typing import Dict, List, Set
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.supervision.sleep import SleepWatch
 
-#: A giver that renews its permission says so this often [s].
+#: Time from one renewal of a permission to the next [s].
 RENEWAL = 0.1
 #: A permission that was being renewed is suspended after this silence [s],
 LAPSE = 0.5
-#: and gone after this one. A giving that was delayed by more than this does not count [s].
+#: and gone after this one [s]. A giving that was delayed by more than this does not count.
 LONGEST_LAPSE = 2.0
-#: A giving holds after a renewal that comes later than this [s]. Earlier renewals may have arrived
-#: with it, all at once, and do not show that the giver lives.
+#: A giving holds after a renewal that comes later than this [s]. Earlier renewals may have been
+#: delayed and arrived together with it; they do not show that the sender is alive.
 CONFIRMATION = 0.04
 #: Messages within this time after a sleep may be as old as the sleep [s].
 WAKING = 0.3
 
 
 class _Giving:
-    """A permission of one sender, and how the sender keeps it alive."""
+    """A permission of one sender, and its renewals."""
 
     def __init__(self, now: float, renews: bool) -> None:
         self.given_at = self.heard_at = now
@@ -49,7 +49,7 @@ class _Giving:
         self._count = 0
 
     def renewed(self, now: float) -> None:
-        """Its sender says True again."""
+        """The sender says True again."""
         self.heard_at = now
         self._count += 1
 
@@ -58,13 +58,13 @@ class _Giving:
         return now - self.heard_at if self._renews else 0.0
 
     def holds(self, now: float) -> bool:
-        """May the robot be driven by it? Not while its giver is silent, or has not renewed it."""
+        """May the robot be driven by it? Not if its sender is silent, or has not renewed it yet."""
         return not self._renews or (self.silent_for(now) <= LAPSE
                                     and self.heard_at - self.given_at >= CONFIRMATION)
 
     @property
     def sent_before(self) -> float:
-        """The latest time at which it can have been sent, estimated from its renewals."""
+        """The latest time at which it can have been sent, estimated from the renewals [s]."""
         heard_for = self.heard_at - self.given_at
         if heard_for >= LONGEST_LAPSE:    # by now the clocks may differ by as much
             return self.given_at
@@ -72,14 +72,14 @@ class _Giving:
 
 
 class Permission:
-    """The words of all senders, and what they come to."""
+    """The permission that follows from the words of all senders."""
 
     def __init__(self, granted: bool = False) -> None:
         #: May the robot be driven? As of the last :meth:`update`.
         self.granted = granted
-        #: Counts the givings.
+        #: Number of givings so far.
         self.count = 0
-        # All three by sender: what it gave, what it said last, when it said False last.
+        # All three by sender: its giving, its last word, the time of its last False.
         self._givings: Dict[str, _Giving] = {'': _Giving(0.0, False)} if granted else {}
         self._said: Dict[str, bool] = {}
         self._stops: Dict[str, float] = {}
@@ -95,11 +95,11 @@ class Permission:
 
     @property
     def stands(self) -> bool:
-        """Is there a giving that nobody has taken, though its giver may be silent for a moment?"""
+        """Is there a giving that nobody has taken? Its sender may be silent for a moment."""
         return bool(self._givings)
 
     def told(self, granted: bool, now: float, sender: str = '', renews: bool = False) -> None:
-        """`sender` said True or False now; it `renews` what it gives, or gives once."""
+        """`sender` said True or False now; `renews`: it renews its giving, else it gives once."""
         self.update(now)
         repeated, self._said[sender] = granted and self._said.get(sender, False), granted
         if not granted:
@@ -123,7 +123,7 @@ class Permission:
         self.update(now)
 
     def _refuse(self, sender: str, text: str) -> None:
-        """Say once that a True does not count; a sender that renews says it ten times a second."""
+        """Tell once that a True does not count, since a sender repeats it ten times a second."""
         if sender not in self._refused:
             self._refused.add(sender)
             self._news.tell(text.format(sender), warning=True)
@@ -131,7 +131,7 @@ class Permission:
     def heard_of_old(self, granted: bool, sender: str) -> None:
         """`sender` had said True or False before this node could hear it.
 
-        That is neither a giving nor a stop. After a True it takes a False and a True to give.
+        That is neither a giving nor a stop. After such a True, only a False and then a True give.
         """
         before, self._said[sender] = self._said.get(sender, False), granted
         if granted and not before:
@@ -140,7 +140,7 @@ class Permission:
                 'False, then True, gives it again'.format(sender), warning=True)
 
     def update(self, now: float) -> None:
-        """Suspend or end what was not renewed in time. To be called again and again."""
+        """Suspend or end what was not renewed in time. To be called repeatedly."""
         if math.isnan(self._born_at):
             self._born_at = now
         self._sleep.update(now)
@@ -155,15 +155,15 @@ class Permission:
         self.granted = any(giving.holds(now) for giving in self._givings.values())
 
     def _objection(self, sender: str, giving: _Giving, now: float) -> str:
-        """'' or why a giving is over."""
+        """'' or the reason why a giving is over."""
         if giving.silent_for(now) > LONGEST_LAPSE:
             return 'it was silent for {:.1f} s'.format(giving.silent_for(now))
         if giving.given_at - giving.sent_before > LONGEST_LAPSE:
-            return 'the network held it up for more than {:.0f} s'.format(LONGEST_LAPSE)
+            return 'the network delayed it by more than {:.0f} s'.format(LONGEST_LAPSE)
         if giving.sent_before < min(self._born_at, giving.given_at):
-            return 'it was given before this node lived'
+            return 'it was given before this node started'
         if any(at > giving.sent_before for other, at in self._stops.items() if other != sender):
-            return 'it was taken while the network held it up'
+            return 'it was taken while the network delayed it'
         return ''
 
     def _end_all(self, reason: str) -> None:

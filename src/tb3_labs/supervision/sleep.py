@@ -1,8 +1,7 @@
 """Did this process sleep? It was stopped, swapped out, or its computer suspended.
 
-A process cannot see its own sleep but by the clock. So somebody looks at the clock again and again,
-and a long time between two looks is a sleep. Units: seconds on a clock that does not stand still
-(`now`).
+A process can see its own sleep only by the clock: it looks at the clock repeatedly, and a long time
+between two looks is a sleep. Units: seconds on a clock that does not stand still (`now`).
 """
 from typing import Optional
 
@@ -11,8 +10,8 @@ class SleepWatch:
     """Looks at the clock for one node, or for one motion of it."""
 
     def __init__(self, longest_gap: float) -> None:
-        """Two looks at the clock that are farther apart than `longest_gap` [s] show a sleep."""
-        #: How long the sleep took that the last update found [s]; 0 where it found none.
+        """More than `longest_gap` [s] between two looks is a sleep."""
+        #: Length of the sleep that the last update found [s]; 0 where it found none.
         self.slept_for = 0.0
         self._longest_gap = longest_gap
         self._updated_at: Optional[float] = None
@@ -24,7 +23,7 @@ class SleepWatch:
         self.slept_for = gap if gap > self._longest_gap else 0.0
 
     def start(self) -> None:
-        """Nobody needed to look until now."""
+        """Begin to look now: no time before counts."""
         self.slept_for = 0.0
         self._updated_at = None
 

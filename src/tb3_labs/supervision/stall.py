@@ -1,28 +1,28 @@
 """Is the robot stalled: told to move, but no nearer to its goal?
 
-Units: metres or radians for the way that remains, per second for speeds, seconds.
+Units: metres or radians for the remaining way, per second for speeds, seconds.
 """
 import math
 from typing import Optional
 
-#: The robot counts as stuck when it got no nearer for this long while it was told to move [s],
+#: The robot counts as stalled when it got no nearer for this long while it was told to move [s],
 STALL_TIME = 1.3
 #: "nearer" being at least this much [m or rad].
 STALL_STEP = 0.004
 #: A robot that is told to rest settles within this time, all rests taken together [s].
 LONGEST_REST = 4.0
-#: The goal counts as missed when the way that remains grows again by this much: more than a hiccup
-#: of the network lets the robot overshoot, half a second at full speed [m or rad].
+#: The goal counts as missed when the remaining way grows again by this much, half a second at full
+#: speed [m or rad]. A short stall of the network makes the robot overshoot by less.
 AWAY_LIMIT = 0.8
 #: A robot that is faster than this moves [m/s or rad/s].
 MOVING = 0.005
 
 
 class Progress:
-    """Watches one stretch of way: a drive's state, or a turn."""
+    """Watches the remaining way of one state of a drive, or of one turn."""
 
     def __init__(self) -> None:
-        self._least: Optional[float] = math.inf    # None: what remains next is the least
+        self._least: Optional[float] = math.inf    # None: the next remaining way is the least
         self._stalled_for = 0.0
         self._rested_for = 0.0
         self._problem = ''
@@ -30,15 +30,15 @@ class Progress:
     def resume(self) -> None:
         """The robot stood for a moment because its sensors were silent.
 
-        What remains may have grown meanwhile. The time for which the robot got no nearer goes on
-        counting, or a stuck robot on a bad network would be driven for ever.
+        The remaining way may have grown meanwhile. The time for which the robot got no nearer goes
+        on counting. Otherwise a stalled robot on a bad network would be driven for ever.
         """
         self._least = None
 
     def update(self, remaining: float, linear: float, angular: float, dt: float,
                told_to_move: bool = True) -> None:
-        """Take in what remains now [m or rad], the measured speeds [m/s, rad/s], the time since the
-        last update [s], and whether the robot is told to move, or to rest.
+        """Take in the remaining way [m or rad], the measured speeds [m/s, rad/s], the time since
+        the last update [s], and whether the robot is told to move, or to rest.
         """
         if not told_to_move:
             self._rested_for += dt
@@ -62,5 +62,5 @@ class Progress:
                 'the robot does not move although it is told to (stuck, or motors off?)')
 
     def problem(self) -> str:
-        """'' or what is wrong, as of the last update."""
+        """'' or the problem that the last update found."""
         return self._problem

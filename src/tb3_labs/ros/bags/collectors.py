@@ -1,6 +1,6 @@
 """From serialized messages to RunData's samples, one collector for each topic.
 
-Only the fields that count are unpacked, from the bytes: an hour's recording holds a million
+Only the fields that are needed are unpacked from the bytes: a recording of an hour holds a million
 messages, and an object for each would take minutes.
 """
 import struct
@@ -21,7 +21,7 @@ SPEEDS = struct.Struct('<d32xd')                # linear.x, angular.z
 
 
 def make_collectors(parts, local_frame):
-    """{RunData's field: collector} for the fields `parts`; `local_frame` is the robot's in tf."""
+    """{RunData's field: collector} for the fields `parts`; `local_frame`: its name in tf."""
     special = {'imu': _ImuCollector, 'odometry': _OdometryCollector,
                'commands': _CommandCollector, 'states': _StateCollector,
                'frames': lambda: _FrameCollector(local_frame)}
@@ -37,7 +37,7 @@ class _Collector:
         self.arrival, self.stamp, self.rows, self.bad = array('d'), array('d'), array('d'), 0
 
     def add(self, data, arrival, start):
-        """Take a serialized message in; times in seconds since `start`."""
+        """Take in a serialized message; times in seconds since `start`."""
         try:
             stamp, offset = arrival, 0
             if self.stamped:
@@ -108,7 +108,7 @@ class _StateCollector(_Collector):
 
 
 class _FrameCollector(_PoseCollector):
-    """Of all transforms, where ``local`` stands in ``odom``."""
+    """The pose of ``local`` in ``odom``, out of all transforms."""
 
     def __init__(self, child):
         super().__init__()

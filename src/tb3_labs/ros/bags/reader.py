@@ -13,8 +13,8 @@ from tb3_labs.ros.bags.topics import BagProblem, choose_topics, parent
 def read_run(path, namespace=None, progress=lambda fraction: None):
     """The RunData of the bag file `path`.
 
-    `namespace` chooses a robot where there are several; `progress` hears how much has been read,
-    0 to 1. Raises BagProblem.
+    `namespace` chooses a robot where there are several; `progress` is called with the share that
+    has been read, 0 to 1. Raises BagProblem.
     """
     try:
         recording, collectors = _gather(path, namespace, progress)
@@ -37,7 +37,7 @@ def _one_line(problem):
 
 
 def _gather(path, namespace, progress):
-    """({what RunData wants of the bag itself}, {RunData's field: collector})."""
+    """({RunData's field: value} of the bag itself, {RunData's field: collector})."""
     with BagByChunks(str(path)) as bag:
         types = {topic: (info.msg_type, info.message_count) for topic, info
                  in bag.get_type_and_topic_info().topics.items() if info.message_count}
@@ -57,7 +57,7 @@ def _gather(path, namespace, progress):
 
 
 def _arrange(recording, collectors):
-    """The RunData of what was gathered."""
+    """The RunData of all that was gathered."""
     odometry = collectors['odometry']
     clock = SenderClock.of(np.array(odometry.arrival), np.array(odometry.stamp)) if (
         len(odometry.stamp)) else None

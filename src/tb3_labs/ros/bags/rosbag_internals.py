@@ -11,19 +11,19 @@ class BagByChunks(rosbag.Bag):
     """A bag whose index is read chunk by chunk, together with its messages, in the file's order.
 
     rosbag itself reads the whole index first, an object of 250 bytes for each message of each
-    topic. That is more than everything that is wanted of the messages.
+    topic. That is more memory than all samples take.
     """
 
     def __init__(self, path):
         super().__init__(path, skip_index=True)
 
     def _get_entries(self, connections=None, start_time=None, end_time=None):
-        """The index entries that rosbag's read_messages() goes through."""
+        """The index entries for rosbag's read_messages()."""
         wanted = {connection.id for connection in connections}
         for chunk in self._chunks:
             header = self._chunk_headers[chunk.pos]
             self._file.seek(header.data_pos + header.compressed_size)    # its index comes after it
-            self._curr_chunk_info = chunk       # where rosbag's reader takes it from
+            self._curr_chunk_info = chunk       # rosbag's reader uses this chunk
             entries = []
             for _ in chunk.connection_counts:
                 connection, index = self._reader.read_connection_index_record()

@@ -1,4 +1,4 @@
-"""Which topics of a recording are which: one robot's, whatever they are called."""
+"""Finds one robot's topics in a recording, by type rather than by name."""
 
 IMU, ODOMETRY = 'sensor_msgs/Imu', 'nav_msgs/Odometry'
 POSE, TWIST = 'geometry_msgs/PoseStamped', 'geometry_msgs/Twist'
@@ -11,11 +11,11 @@ OPTIONAL = {
 
 
 class BagProblem(Exception):
-    """Why no report can be made of a bag, and what to do: one line."""
+    """No report can be made of a bag; one line with the reason and the remedy."""
 
 
 def choose_topics(types, namespace):
-    """{RunData's field: topic} of one robot, that in `namespace` where there are several.
+    """{RunData's field: topic} of one robot: the one in `namespace` if there are several.
 
     `types` is {topic: (type, number of messages)}. Raises BagProblem.
     """
@@ -34,7 +34,7 @@ def choose_topics(types, namespace):
 
 
 def _by_type(types, kind, ending, prefix):
-    """The topic of a type: in `prefix`, by preference called `ending`, else the busiest."""
+    """The topic of a type in `prefix`: the one named `ending` if there is one, else the busiest."""
     names = [topic for topic, (of, _) in types.items() if of == kind
              and (prefix is None or _absolute(topic).startswith(prefix))]
     if not names:
@@ -52,10 +52,10 @@ def _by_type(types, kind, ending, prefix):
 
 
 def _absolute(topic):
-    """`rosbag record` writes relative names down as they were given."""
+    """The absolute name: `rosbag record` keeps relative names as they were given."""
     return '/' + topic.lstrip('/')
 
 
 def parent(topic):
-    """Where a topic is: `/robot3/` of `/robot3/odom`."""
+    """The namespace of a topic: `/robot3/` of `/robot3/odom`."""
     return _absolute(topic).rpartition('/')[0] + '/'

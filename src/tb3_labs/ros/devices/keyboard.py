@@ -1,4 +1,4 @@
-"""The keyboard, read line by line beside everything else a node does."""
+"""The keyboard, read line by line in the background."""
 import os
 import signal
 import sys
@@ -11,8 +11,8 @@ class Keyboard:
     """Calls `on_line(text)` for each line typed or piped in, and `on_end()` once after the last.
 
     A thread of its own waits for input, so that no callback does. It works in a terminal, in an
-    xterm, under roslaunch (which hands its own terminal on to its nodes), and from a pipe. Without
-    input (no terminal, or a job in the background) `on_end()` comes at once.
+    xterm, under roslaunch (which gives its own terminal to its nodes), and from a pipe. Without
+    input (no terminal, or a job in the background) `on_end()` is called at once.
     """
 
     def __init__(self, on_line, on_end):
@@ -36,8 +36,8 @@ class Keyboard:
     @staticmethod
     def _chunks():
         """The bytes typed, as they come. Unbuffered: a thread that waits in Python's own buffer
-        holds its lock, which the interpreter needs to end."""
-        if sys.stdin is None:      # closed; descriptor 0 may be anything by now
+        holds a lock that the interpreter needs to end."""
+        if sys.stdin is None:      # closed; descriptor 0 may belong to another file by now
             return
         try:
             while True:

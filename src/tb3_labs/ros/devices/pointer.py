@@ -8,7 +8,7 @@ from tb3_labs.nodes.mouse import screen_position
 class Pointer:
     """The position of the mouse, and calls when its wheel turns or it moves.
 
-    ``ValueError`` with one sentence where it cannot be read: from the constructor, or from
+    If it cannot be read, the constructor raises ``ValueError`` with one sentence, and so does
     :meth:`position` when the display is lost.
     """
 
@@ -56,7 +56,8 @@ def _pynput_mouse():
 
 
 def _end_quietly(thread):
-    """No traceback when `thread` dies with its display: :meth:`Pointer.position` says it."""
+    """Print no traceback when `thread` dies with its display: :meth:`Pointer.position` reports it.
+    """
     report = threading.excepthook
     threading.excepthook = lambda died: died.thread is thread or report(died)
 

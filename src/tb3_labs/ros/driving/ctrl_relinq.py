@@ -1,7 +1,7 @@
 """`ctrl_relinq` (std_msgs/Bool): True gives move_to_goal control, False takes it. Both ends.
 
-Besides, move_to_goal says on `has_control` whether it has control: a giver hears there whether what
-it gave counts, and the others hear that somebody gave it.
+move_to_goal says on `has_control` whether it has control. A giver hears there whether its True
+counts, and other nodes hear that control was given.
 """
 import rospy
 from std_msgs.msg import Bool
@@ -9,8 +9,8 @@ from std_msgs.msg import Bool
 from tb3_labs.ros.topics import subscribe_events
 from tb3_labs.supervision.permission import RENEWAL
 
-#: A sender puts this into the header of its connections to say that it renews what it gives: if
-#: the sender dies, the permission lapses, even before the first renewal.
+#: The header of a sender's connections has this entry if the sender renews its permission. If it
+#: dies, the permission expires, even before the first renewal.
 RENEWS = {'renewed': '1'}
 
 
@@ -34,7 +34,7 @@ class ControlGiver:
 
 
 def hear_takers(on_taken):
-    """Call `on_taken()` when somebody else says False."""
+    """Call `on_taken()` when another node says False."""
     def hear(event):
         if not event.value and event.sender != rospy.get_name():
             on_taken()
@@ -61,7 +61,7 @@ class ControlTaker:
         subscribe_events('ctrl_relinq', Bool, hear, _data)
 
     def say(self, has_control):
-        """Tell everybody whether move_to_goal has control now."""
+        """Publish whether move_to_goal has control now."""
         if has_control != self._has_control:
             self._has_control = has_control
             self._publisher.publish(has_control)

@@ -12,9 +12,9 @@ from tb3_labs.ros.topics import subscribe
 #: A node that sends this many commands within this time [s], while this one drives, is a rival.
 FIGHT = 3
 FIGHT_TIME = 1.0
-#: Commands in the first moment of driving [s] do not count: the robot has just changed hands.
+#: Commands in the first moment of driving [s] do not count: another node may just have stopped.
 FIRST_MOMENT = 0.3
-#: Between two warnings of the same rival [s].
+#: Time between two warnings of the same rival [s].
 WARNING_PERIOD = 10.0
 
 
@@ -23,7 +23,7 @@ class Rivals:
 
     def __init__(self, cmd_vel):
         self._cmd_vel = cmd_vel
-        self._lock = threading.Lock()    # guards what follows; each rival has a thread of its own
+        self._lock = threading.Lock()    # guards the next two; each rival has a thread of its own
         self._seen = defaultdict(lambda: deque(maxlen=FIGHT))   # times of each node's commands
         self._warned = {}
         self._commands = subscribe('cmd_vel', Twist, self._on_command)

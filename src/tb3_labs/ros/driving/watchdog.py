@@ -1,4 +1,4 @@
-"""Looks after a driving node while no message arrives to wake it."""
+"""Wakes a driving node while no message arrives."""
 import math
 import threading
 import time
@@ -7,17 +7,17 @@ import rospy
 
 from tb3_labs.ros.node import guarded
 
-#: It looks when no message came for this long [s, wall clock]: half the shortest time after which
-#: anything counts as lost,
+#: The watchdog begins to check when no message came for this long [s, wall clock], half the
+#: shortest timeout,
 QUIET_TIME = 0.1
-#: and then this often, until the next message [s].
+#: and then checks with this period, until the next message [s].
 CHECK_PERIOD = 0.02
 
 
 class Watchdog:
     """Calls `check()`, guarded, in a thread of its own, while it is awake and not fed.
 
-    A rospy.Timer would stop with the simulated clock, just when nothing else is left to look.
+    A rospy.Timer would stop with the simulated clock, just when the check is needed.
     """
 
     def __init__(self, check):
@@ -27,14 +27,14 @@ class Watchdog:
         threading.Thread(target=self._run, name='watchdog', daemon=True).start()
 
     def keep(self, awake):
-        """True while there is a robot to look after, because it is being driven."""
+        """`awake`: the node drives, so it must be checked."""
         if awake:
             self._awake.set()
         else:
             self._awake.clear()
 
     def feed(self):
-        """A message has arrived, and was looked at."""
+        """A message has arrived and was processed."""
         self._fed_at = time.monotonic()
 
     def _run(self):

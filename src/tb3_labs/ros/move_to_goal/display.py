@@ -1,4 +1,4 @@
-"""Shows a drive to others: pose and path in the local frame, the frame itself, the way to go."""
+"""Publishes a drive: pose and path in the local frame, the frame itself, the line to the goal."""
 import math
 
 import rospy
@@ -10,7 +10,7 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.ros.conversions import to_pose_stamped, to_transform
 from tb3_labs.ros.move_to_goal.markers import WayMarker
 
-#: A new point of the path after this way [m] or turn [rad];
+#: The path gets a new point after this distance [m] or turn [rad];
 PATH_STEP = 0.02
 PATH_TURN = math.radians(10.0)
 #: beyond this many points every other one is dropped.
@@ -33,9 +33,9 @@ class LocalDisplay:
         self._path_sent = -math.inf
 
     def show(self, fix, odom_T_local, odom_frame, goal):
-        """Publish one localizer.Fix on its way to `goal`; returns its PoseStamped.
+        """Publish one localizer.Fix of a drive to `goal`; returns its PoseStamped.
 
-        `goal` is a Pose2 in local; None where there is nothing left to drive.
+        `goal` is a Pose2 in local; None where there is no drive.
         """
         message = to_pose_stamped(fix.local_T_base, self._frame, fix.stamp)
         self._pose.publish(message)
@@ -47,7 +47,7 @@ class LocalDisplay:
         return message
 
     def forget_path(self):
-        """The local frame is another one: what was driven in the old one means nothing."""
+        """Clear the path: the local frame was declared anew, and the path was in the old one."""
         self._points = []
         self._path_sent = -math.inf
 

@@ -1,4 +1,4 @@
-"""The status of a drive: in the terminal, as `goal_state`, beside the robot in RViz; its errors.
+"""The status of a drive: in the terminal, on `goal_state`, beside the robot in RViz; its errors.
 
 The words of `goal_state` are those of :mod:`tb3_labs.control.goal_machine`.
 """
@@ -12,12 +12,12 @@ from tb3_labs.control.goal_machine import DRIVING, WAITING_FOR_CONTROL, is_stopp
 from tb3_labs.ros.conversions import frame, to_pose_stamped
 from tb3_labs.ros.move_to_goal.markers import GoalMarker
 
-#: Between two lines of progress [s].
+#: Time between two lines of progress [s].
 PROGRESS_PERIOD = 1.0
 
 
 class DriveStatusPublisher:
-    """Publishes what changed in the status of a MoveToGoalCore.
+    """Publishes the changes in the status of a MoveToGoalCore.
 
     Its methods are called with the core locked.
     """
@@ -30,9 +30,9 @@ class DriveStatusPublisher:
         self._distance = rospy.Publisher('distance_error', Float32, queue_size=10)
         self._angle = rospy.Publisher('angle_error_deg', Float32, queue_size=10)
         self._marker = GoalMarker(local_frame, frame('base_footprint'))
-        self._said = None         # what was published last
+        self._said = None         # the state that was published last
         self._begun = None        # the attempt that began last,
-        self._begun_at = 0.0      # and when
+        self._begun_at = 0.0      # and the time of its begin
         self._progress_at = 0.0
 
     def update(self, now):
@@ -55,13 +55,13 @@ class DriveStatusPublisher:
             rospy.loginfo('%s: %s to go', status.words, self._to_go(status))
 
     def plot(self, pose):
-        """The errors of a Pose2 in local, on topics made for rqt_plot."""
+        """Publish the errors of a Pose2 in local, on topics for rqt_plot."""
         distance, angle = self._core.errors(pose)
         self._distance.publish(distance)
         self._angle.publish(math.degrees(angle))
 
     def report(self, now):
-        """(problem or '', {what: value}) for the diagnostics."""
+        """(problem or '', {name: value}) for the diagnostics."""
         status, turned = self._core.status(now), self._core.imu_minus_odometry
         values = {'state': status.words or 'about to begin',
                   'control': 'granted' if status.has_control else 'not granted',
@@ -71,7 +71,7 @@ class DriveStatusPublisher:
         return status.failure or status.sensor_problem, values
 
     def _announce(self, status, now):
-        """Say a new state in the terminal."""
+        """Log a new state."""
         if status.failure:
             rospy.logwarn('Goal (%s) given up: %s', status.goal, status.failure)
         elif not status.active:

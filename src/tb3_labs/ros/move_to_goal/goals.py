@@ -1,4 +1,4 @@
-"""Where goals come from: the `move2goal` action and `move_base_simple/goal`."""
+"""The two sources of goals: the `move2goal` action and `move_base_simple/goal`."""
 import rospy
 from actionlib import ActionServer
 from actionlib_msgs.msg import GoalID
@@ -10,35 +10,35 @@ from tb3_labs.ros.topics import subscribe, subscribe_news
 
 
 class GoalInterfaces:
-    """One goal at a time; a newer one, from either side, replaces the older.
+    """One goal at a time; a newer one, from either source, replaces the older.
 
-    `set_goal(header, pose)` takes a goal and returns it as the object by which its end is reported
-    here, or raises ``ValueError`` with the reason of a refusal; `cancel()` gives the present goal
-    up. Both are called with this object's lock held, so report only without locks of your own.
+    `set_goal(header, pose)` takes a goal and returns the object by which its end is reported here,
+    or raises ``ValueError`` with the reason of a refusal. `cancel()` gives up the present goal.
+    Both are called with this object's lock held, so report only without locks of your own.
 
-    A cancel on `move2goal/cancel` ends the goal it names, or all until its time, or any if it has
-    neither. That holds for a goal from elsewhere, too, and for one that has ended but is driven to
-    once more after a reset: actionlib knows neither of them.
+    A cancel on `move2goal/cancel` ends the goal that it names, or all goals until its time, or any
+    goal if it has neither. That also holds for goals that actionlib does not know: a goal of the
+    other source, and an ended goal that is driven to again after a reset.
     """
 
     def __init__(self, set_goal, cancel):
         self._set_goal = set_goal
         self._cancel = cancel
-        self._goal = None             # what is being driven to,
-        self._handle = None           # its action goal, where it came by the action and goes on,
-        self._id = GoalID(stamp=rospy.Time.now())    # and its name and time
+        self._goal = None             # the present goal
+        self._handle = None           # its action goal, if it came by the action and goes on
+        self._id = GoalID(stamp=rospy.Time.now())    # its name and time
         self._server = ActionServer('move2goal', MoveBaseAction, guarded(self._on_action_goal),
                                     guarded(self._on_cancel), auto_start=False)
         subscribe_news('move_base_simple/goal', PoseStamped, self._on_simple_goal, queue_size=1)
-        # else its status thread may still publish while the topics are closed
+        # otherwise its status thread may still publish while the topics are closed
         rospy.on_shutdown(self._server.stop)
         self._server.start()
         self._survive_clock_jumps()
-        # a stop is never too old
+        # every cancel counts, also an old one
         subscribe('move2goal/cancel', GoalID, self._on_any_cancel, queue_size=None)
 
     def _survive_clock_jumps(self):
-        """actionlib's status timer dies, with a traceback, of a clock that jumps back."""
+        """Replace actionlib's status timer, which dies with a traceback if the clock jumps back."""
         server = self._server
         if server.status_timer is not None:
             server.status_timer.shutdown()
@@ -53,7 +53,7 @@ class GoalInterfaces:
             self._end(goal, 'set_succeeded', 'Goal reached!')
 
     def feedback(self, local_pose):
-        """Tell action clients where the robot is (PoseStamped)."""
+        """Send the robot's pose (PoseStamped) to action clients."""
         handle = self._handle
         if handle is not None:
             handle.publish_feedback(MoveBaseFeedback(base_position=local_pose))
@@ -86,7 +86,7 @@ class GoalInterfaces:
             self._cancel_all()
 
     def _on_any_cancel(self, which):
-        """A message on `move2goal/cancel`, whether or not actionlib knows the goal."""
+        """A message on `move2goal/cancel`, also for a goal that actionlib does not know."""
         with self._server.lock:
             all_goals = not which.id and not which.stamp
             named = which.id and which.id == self._id.id

@@ -1,6 +1,6 @@
-"""Markers for RViz, which cannot draw this by itself.
+"""Markers for RViz.
 
-The goal as an arrow, the tolerance as a disc, the line there, the state in words above the robot.
+The goal as an arrow, the tolerance as a disc, the line to the goal, the state above the robot.
 """
 import threading
 import time
@@ -24,7 +24,7 @@ WHITE = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 class GoalMarker:
     """Publishes `goal_marker`, at once when goal or words change.
 
-    And again and again: RViz drops markers whose frame it does not know yet.
+    It repeats it as well, since RViz drops markers whose frame it does not know yet.
     """
 
     def __init__(self, frame, robot_frame):
@@ -51,7 +51,7 @@ class GoalMarker:
             time.sleep(REPEAT_PERIOD)
             try:
                 self._publisher.publish(self._shown)
-            except rospy.ROSException:  # closed: the node is on its way out
+            except rospy.ROSException:  # closed: the node ends
                 return
 
     def _marker(self, number, goal, *looks):
@@ -66,7 +66,7 @@ class WayMarker:
         self._publisher = rospy.Publisher('way_marker', Marker, queue_size=1)
 
     def show(self, pose, goal):
-        """Draw from one Pose2 to another; nothing where there is no goal."""
+        """Draw a line from one Pose2 to another; nothing if there is no goal."""
         self._line.action = Marker.DELETE if goal is None else Marker.ADD
         if goal is not None:
             self._line.points = [Point(place.x, place.y, 0.005) for place in (pose, goal)]

@@ -1,4 +1,4 @@
-"""Poses that people send, in whatever frame, as poses in the local frame."""
+"""Converts poses of users, in any frame, into the local frame."""
 import threading
 
 import rospy
@@ -6,15 +6,15 @@ import tf2_ros
 
 from tb3_labs.ros.conversions import to_pose2, transform_to_pose2
 
-#: Longest wait for a transform [s]: a reset in a frame of tf's answers within its second.
+#: Longest wait for a transform [s], so that a reset in a frame of tf is answered within a second.
 TF_TIMEOUT = 0.5
 
 
 class PoseFrames:
     """Turns a stamped pose into a Pose2 in ``local``.
 
-    tf is only listened to from the first pose in a frame that needs it: nearly all poses come in
-    `local` or `odom`, which need none.
+    The node subscribes to tf only with the first pose in a frame that needs it. Nearly all poses
+    come in `local` or `odom`, which do not.
     """
 
     def __init__(self, local, odom):
@@ -27,7 +27,7 @@ class PoseFrames:
         """The Pose2 in local of a geometry_msgs/Pose with `header`.
 
         An empty frame, `local`, and the frames `also_local` mean the local frame itself.
-        ``ValueError`` says why a pose is refused.
+        ``ValueError`` with the reason if a pose is refused.
         """
         frame = header.frame_id.lstrip('/')
         pose2 = to_pose2(pose)

@@ -1,4 +1,4 @@
-"""Calls the reset service for a button: never blocking, one call at a time."""
+"""Calls the reset service for a button, without blocking, one call at a time."""
 import threading
 
 import rospy
@@ -7,7 +7,7 @@ from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import is_ending
 from tb3_labs.srv import ResetPose
 
-#: How long the service is waited for [s].
+#: Longest wait for the service [s].
 WAIT = 1.0
 
 

@@ -14,15 +14,15 @@ from tb3_labs.srv import (
     ResetPose, ResetPoseResponse, SetInitialPose, SetInitialPoseResponse)
 
 
-#: A reset is answered within a second, whatever happens [s].
+#: A reset is answered within a second in all cases [s].
 ANSWER_WITHIN = 0.85
 
 
 class ResetInterfaces:
     """Offers `reset_pose`, `set_pose` and `initialpose`.
 
-    `reset(pose, deadline)` carries out a reset to a Pose2 in local, until a moment of
-    time.monotonic(), and returns the localizer.Reset; `to_local(header, pose)` reads a stamped
+    `reset(pose, deadline)` carries out a reset to a Pose2 in local before `deadline` [s,
+    time.monotonic()], and returns the localizer.Reset. `to_local(header, pose)` reads a stamped
     pose. Both raise ``ValueError`` with the reason of a refusal.
     """
 

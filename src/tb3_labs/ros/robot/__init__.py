@@ -1,1 +1,1 @@
-"""How does the embedded robot appear to ROS? On the topics and the clock of a real one."""
+"""How does the embedded robot appear to ROS? With the topics and the clock of a real one."""

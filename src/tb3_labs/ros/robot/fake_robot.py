@@ -13,14 +13,14 @@ from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import STARTING
 
 STEP = 1.0 / 200.0     # of the simulation [s]
-TRUTH_EVERY = 4        # steps from one ground truth to the next
+TRUTH_EVERY = 4        # steps between two messages of the ground truth
 
 
 class FakeRobot:
     """One Simulator and its topics, those of `namespace` ('' for the node's own).
 
-    `static_tf` is a tf2_ros.StaticTransformBroadcaster, one for all robots of a process: what it
-    says is latched, and what another one says would take its place.
+    `static_tf` is a tf2_ros.StaticTransformBroadcaster, one for all robots of a process: its
+    message is latched, and that of a second broadcaster would replace it.
     """
 
     def __init__(self, settings, static_tf, namespace=''):
@@ -35,18 +35,18 @@ class FakeRobot:
         subscribe(prefix + 'reset', Empty, self._on_reset)
 
     def configure(self, settings):
-        """Go on with other settings, but for what only counts at the start."""
+        """Use other settings from now on, except those of the start."""
         with self._lock:
             own = {name: getattr(self._robot.config, name) for name in STARTING}
             self._robot.configure(replace(settings, **own))
 
     @property
     def is_heard(self):
-        """Does anybody listen to its sensors?"""
+        """Does any node listen to its sensors?"""
         return self._sensors.are_heard
 
     def tick(self, step, epoch):
-        """Let one STEP pass, and send what is due; `epoch` is the robot's time 0 [s]."""
+        """Let one STEP pass, and send what is due; `epoch`: the robot's time 0 [s]."""
         truth_is_due = step % TRUTH_EVERY == 0 and self._truth.get_num_connections()
         with self._lock:
             bursts = self._robot.step_in_bursts(STEP)

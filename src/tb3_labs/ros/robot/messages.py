@@ -1,7 +1,7 @@
-"""The messages a TurtleBot3 sends, filled as its firmware fills them.
+"""The messages of a TurtleBot3, filled as its firmware fills them.
 
-Source: ROBOTIS OpenCR firmware 1.2.6 (turtlebot3_sensor.cpp for the covariances; those of the
-odometry are left at zero there). Frames are given by the caller.
+Source: ROBOTIS OpenCR firmware 1.2.6 (turtlebot3_sensor.cpp for the covariances; it leaves those of
+the odometry at zero). Frames are given by the caller.
 """
 import rospy
 from geometry_msgs.msg import Vector3

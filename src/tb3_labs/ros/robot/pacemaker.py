@@ -10,18 +10,19 @@ from tb3_labs.ros.node import guarded
 from tb3_labs.ros.robot.fake_robot import STEP
 from tb3_labs.ros.robot.sensor_topics import publisher
 
-CATCH_UP = 0.5         # a longer hiccup of the computer is not made up for [s]
+CATCH_UP = 0.5         # a longer pause of the computer is not made up for [s]
 
 
 class Pacemaker:
-    """Steps robots in time: in real time, or `speed` times as fast on a clock of their own, which
-    it publishes. That runs in real time until somebody listens, so that nobody waits for a clock
-    and nobody misses a start.
+    """Steps robots: in real time, or `speed` times as fast with a /clock that it publishes.
+
+    That /clock runs in real time until a node listens to it, so that no node waits for a clock or
+    misses the start.
     """
 
     def __init__(self, robots, speed):
         self._robots = robots
-        self._epoch = time.time()  # of the robots' time 0, also where the clock is their own
+        self._epoch = time.time()  # the robots' time 0, also with their own /clock
         self._clock = None
         self._speed = 1.0
         if rospy.get_param('/use_sim_time', False):

@@ -1,4 +1,4 @@
-"""The topics on which an embedded robot's sensors speak: `imu`, `odom`, `joint_states`, `/tf`."""
+"""The topics of an embedded robot's sensors: `imu`, `odom`, `joint_states`, `/tf`."""
 from collections import deque
 
 import rospy
@@ -11,15 +11,15 @@ from tb3_labs.ros.conversions import frame, to_transform
 from tb3_labs.ros.robot.messages import imu_message, joint_message, odometry_message
 from tb3_labs.ros.rospy_internals import publish_together
 
-#: Of the messages of a topic that the network held up, at most so many are sent, the newest: real
-#: queues and buffers are finite too. The longest stall of an IMU at 200 Hz fits in.
+#: After a stall at most this number of messages of a topic is sent, the latest: real queues and
+#: buffers are finite, too. The messages of an IMU at 200 Hz in the longest stall fit in.
 MOST_HELD = 2000
 
 
 class SensorTopics:
     """Publishes samples as messages, on topics and with frames whose names begin with `prefix`.
 
-    Its methods are called by the thread that steps the robot, and by no other.
+    Its methods are called only by the thread that steps the robot.
     """
 
     def __init__(self, prefix):
@@ -34,19 +34,19 @@ class SensorTopics:
 
     @property
     def are_heard(self):
-        """Does anybody listen to the IMU or the odometry?"""
+        """Does any node listen to the IMU or the odometry?"""
         return self._imu.get_num_connections() or self._odom.get_num_connections()
 
     def note_wheels(self, robot):
         """Remember the wheels of `robot` (a Simulator) as of its latest odometry: the network may
-        hold that up, and with it the joint states."""
+        delay it, and with it the joint states."""
         stamp = robot.odometry_stamp
         if not self._wheels or self._wheels[-1][0] != stamp:
             self._wheels.append((stamp, robot.wheel_angles, robot.wheel_speeds))
 
     def send(self, burst, epoch):
-        """Publish the samples of a `burst`, those of each topic by one write: they arrive at one
-        moment. `epoch` is the robot's time 0 [s]."""
+        """Publish the samples of a `burst`, which arrive at one moment, by one write for each
+        topic. `epoch` is the robot's time 0 [s]."""
         self._send_imu([s for s in burst if isinstance(s, ImuSample)][-MOST_HELD:], epoch)
         self._send_odometry([s for s in burst if not isinstance(s, ImuSample)][-MOST_HELD:], epoch)
 
@@ -70,14 +70,14 @@ class SensorTopics:
                               self.frames['base_link']) for sample in samples])
 
     def _wheels_at(self, stamp):
-        """(angles [rad], speeds [rad/s]) as of the odometry with this stamp. Ask in order."""
+        """(angles [rad], speeds [rad/s]) at the odometry with this stamp. Ask in order of time."""
         while self._wheels[0][0] < stamp and len(self._wheels) > 1:
             self._wheels.popleft()
         return self._wheels[0][1:]
 
 
 def publisher(topic, kind):
-    """A publisher of an embedded robot: what it says is sent at once, and little of it waits."""
+    """A publisher of an embedded robot: it sends at once, and has a short queue."""
     return rospy.Publisher(topic, kind, queue_size=50, tcp_nodelay=True)
 
 

@@ -1,6 +1,6 @@
 """Text of any length in bounded memory: its head and its tail are kept."""
 
-#: Characters kept of either end.
+#: Number of characters kept at either end.
 KEPT_CHARACTERS = 100000
 
 
@@ -22,7 +22,7 @@ class BoundedText:
         room = self._kept - len(self._head)
         self._head += text[:room]
         self._tail += text[room:]
-        if len(self._tail) > 2 * self._kept:    # not at each call: it copies
+        if len(self._tail) > 2 * self._kept:    # not at each call, since it copies
             self._tail = self._tail[-self._kept:]
 
     def __str__(self):
@@ -33,6 +33,6 @@ class BoundedText:
             self._head, dropped, self._tail)
 
     def since(self, length):
-        """The text added since the text had that `length` [characters], as far as it is kept."""
+        """The text after the first `length` characters, as far as it is kept."""
         tail_begins = self.length - len(self._tail)
         return self._head[length:] + self._tail[max(0, length - tail_begins):]

@@ -1,4 +1,4 @@
-"""Which nodes are connected by which topics, by their own account."""
+"""The topics that connect nodes, as the nodes themselves report them."""
 import xmlrpc.client
 
 import rosgraph
@@ -8,7 +8,7 @@ from tb3_labs.ros.clocks import wait_until
 
 
 def comes_to_hear(node, topics, seconds):
-    """Wait until `node` is connected to all publishers of each of `topics`; False if it is not
+    """Wait until `node` is connected to all publishers of each of `topics`; False if it is not,
     after `seconds` of wall time."""
     return wait_until(lambda: all(_hears(node, topic) for topic in topics), seconds)
 

@@ -1,4 +1,4 @@
-"""The costs of a running node: computing, memory, threads. For benchmarks and tests, on Linux."""
+"""The costs of a running node: CPU time, memory, threads. For benchmarks and tests, on Linux."""
 import contextlib
 import os
 import socket
@@ -18,8 +18,8 @@ _PAGE = os.sysconf('SC_PAGE_SIZE')
 
 @contextlib.contextmanager
 def private_master():
-    """A master of one's own, at a port that was free: this process and its children use it.
-    RuntimeError if it does not start."""
+    """Start a private master at a free port, for this process and its children. RuntimeError if it
+    does not start."""
     with socket.socket() as probe:
         probe.bind(('127.0.0.1', 0))
         port = probe.getsockname()[1]
@@ -43,8 +43,8 @@ def process_of(node):
 
 
 def cpu_time(pid):
-    """Seconds of computing of a process and its threads so far."""
-    # The process's own clock, as clock_getcpuclockid(3) names it: /proc counts in ticks of 10 ms.
+    """CPU time of a process and its threads so far [s]."""
+    # The process's own clock, see clock_getcpuclockid(3); /proc counts only in ticks of 10 ms.
     return time.clock_gettime((~pid << 3) | 2)
 
 
@@ -65,6 +65,6 @@ def memory(pid):
 
 
 def _stat(pid):
-    """The fields of /proc/PID/stat after the command's name, which may hold anything."""
+    """The fields of /proc/PID/stat after the command's name, which may hold any character."""
     with open('/proc/{}/stat'.format(pid)) as stat:
         return stat.read().rpartition(')')[2].split()

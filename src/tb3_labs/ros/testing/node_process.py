@@ -1,4 +1,4 @@
-"""A node, or another program, as a process of its own, and all that it prints; for tests."""
+"""A node, or another program, as a process of its own, and its output; for tests."""
 import os
 import pty
 import signal
@@ -11,9 +11,9 @@ from tb3_labs.ros.testing.output import Output
 class Program:
     """``command`` (a list of words) in a process group of its own.
 
-    With `terminal` it gets a pseudo-terminal to read from and print to, as if a person had started
-    it; else it reads `typed` and then finds the end of its input. Output and errors are one text,
-    of which head and tail are kept.
+    With `terminal` it reads from and prints to a pseudo-terminal, as if a person had started it.
+    Else its input is `typed` and then ends. Output and errors are one text, of which head and tail
+    are kept.
     """
 
     def __init__(self, command, terminal=False, typed='', environment=None):
@@ -22,7 +22,7 @@ class Program:
         self._process = subprocess.Popen(
             command,
             stdin=theirs if terminal else subprocess.PIPE, stdout=theirs, stderr=theirs,
-            # else what is printed to a pipe is seen at the end only
+            # otherwise text that is printed to a pipe is seen only at the end
             env=dict(os.environ, PYTHONUNBUFFERED='1', **(environment or {})),
             start_new_session=True)
         os.close(theirs)
@@ -64,7 +64,7 @@ class Program:
         self._output.wait_for(words, seconds, times)
 
     def where(self):
-        """Where each of its threads is, if it is a node of this package (see ros.signals)."""
+        """The stacks of its threads, if it is a node of this package (see ros.signals)."""
         printed, _ = self.printed
         self.send(signal.SIGUSR1)
         time.sleep(0.5)
@@ -78,12 +78,12 @@ class Program:
             pass    # it has ended already
 
     def end(self, number=signal.SIGINT, seconds=10.0):
-        """Send a signal and wait for the end; the exit status. RuntimeError if it goes on."""
+        """Send a signal and wait for the end; the exit status. RuntimeError if it still runs."""
         self.send(number)
         return self.wait(seconds)
 
     def wait(self, seconds=10.0):
-        """Wait for the end, of its output too; the exit status. RuntimeError if it goes on."""
+        """Wait for the end, also of its output; the exit status. RuntimeError if it still runs."""
         try:
             status = self._process.wait(seconds)
         except subprocess.TimeoutExpired:
@@ -93,14 +93,14 @@ class Program:
         return status
 
     def kill(self):
-        """End it at once, whatever it does."""
+        """End it at once (SIGKILL)."""
         self.send(signal.SIGKILL)
         self._process.wait()
 
 
 class NodeProcess(Program):
-    """``rosrun package executable arguments...``, with the same options; `prefix` is a command that
-    starts it."""
+    """``rosrun package executable arguments...``, with the same options; `prefix` is a command put
+    before it."""
 
     def __init__(self, package, executable, *arguments, prefix=(), **options):
         super().__init__(list(prefix) + ['rosrun', package, executable] + list(arguments),

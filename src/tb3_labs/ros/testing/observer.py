@@ -11,7 +11,7 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.topics import subscribe
 
-#: Messages kept of each topic: minutes, not hours.
+#: Number of messages kept of each topic: those of minutes, not of hours.
 KEPT_MESSAGES = 20000
 #: A pose rests if it changed by less than this [m], [rad] in this time [s].
 REST_WAY = 1e-5
@@ -20,10 +20,10 @@ REST_TIME = 0.3
 
 
 class Observer:
-    """Keeps what arrives on the topics it watches, and waits for conditions.
+    """Keeps the messages of the topics it watches, and waits for conditions.
 
-    Times of arrival are ROS time [s]; deadlines are wall time, so that a simulated clock which
-    stands still cannot hang anybody.
+    Times of arrival are ROS time [s]. Deadlines are wall time, so that no wait hangs if a simulated
+    clock stands still.
     """
 
     def __init__(self):
@@ -38,7 +38,7 @@ class Observer:
             with self._changed:
                 self._seen[topic].append((rospy.get_time(), value))
                 self._changed.notify_all()
-        # with a shorter queue one of two that arrive at once would be dropped
+        # with a shorter queue, one of two messages that arrive at once would be dropped
         subscribe(topic, kind, keep, read, queue_size=KEPT_MESSAGES)
 
     def watch_robot(self):
@@ -47,15 +47,15 @@ class Observer:
         self.watch('ground_truth', PoseStamped, lambda message: to_pose2(message.pose))
 
     def all(self, topic, since=float('-inf')):
-        """[(time, value)] that arrived at or after `since`; with a clock that jumped back, since
-        that jump."""
+        """[(time, value)] that arrived at or after `since`; if the clock jumped back, only those
+        after the jump."""
         with self._changed:
-            # from the end: whoever waits asks again and again for the last few of thousands
+            # from the end: a wait asks repeatedly for the last few of thousands
             recent = list(takewhile(lambda entry: entry[0] >= since, reversed(self._seen[topic])))
         return recent[::-1]
 
     def latest(self, topic):
-        """The newest value, or None."""
+        """The latest value, or None."""
         with self._changed:
             return self._seen[topic][-1][1] if self._seen[topic] else None
 
@@ -65,7 +65,7 @@ class Observer:
             self._seen[topic].clear()
 
     def wait_for(self, topic, condition=lambda value: True, seconds=20.0):
-        """The newest value of `topic` as soon as it fulfils `condition`; else RuntimeError."""
+        """The latest value of `topic` as soon as it fulfils `condition`; else RuntimeError."""
         return self.wait_until(
             lambda: self._seen[topic] and condition(self._seen[topic][-1][1]),
             seconds, topic) and self.latest(topic)

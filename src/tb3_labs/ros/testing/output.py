@@ -5,8 +5,7 @@ import time
 
 from tb3_labs.ros.testing.bounded_text import BoundedText
 
-#: Output is read no faster than this, so that a flood of it leaves the machine to others
-#: [characters/s].
+#: Output is read no faster than this, so that much of it does not load the machine [characters/s].
 FASTEST_READING = 1e6
 
 
@@ -24,7 +23,7 @@ class Output:
         while True:
             try:
                 chunk = os.read(self._source, 65536)
-            except OSError:    # a pseudo-terminal whose other side has gone
+            except OSError:    # the other side of a pseudo-terminal is closed
                 chunk = b''
             with self._changed:
                 self._text.append(chunk.decode(errors='replace').replace('\r\n', '\n'))
@@ -39,7 +38,7 @@ class Output:
 
     @property
     def size(self):
-        """The amount that came so far: (characters, lines)."""
+        """The amount so far: (characters, lines)."""
         with self._changed:
             return self._text.length, self._text.lines
 

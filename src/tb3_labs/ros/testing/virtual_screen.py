@@ -1,4 +1,4 @@
-"""A screen that nobody sees: tests judge what is drawn on it, and move its mouse."""
+"""An invisible screen: tests read its picture, and move its mouse."""
 import os
 import subprocess
 import tempfile
@@ -7,10 +7,10 @@ import numpy as np
 
 
 class VirtualScreen:
-    """An X server of its own (Xvfb), whose name for DISPLAY is `display`."""
+    """An X server of its own (Xvfb); `display` is its name for DISPLAY."""
 
     def __init__(self, width, height):
-        self._folder = tempfile.TemporaryDirectory()    # where it keeps its picture
+        self._folder = tempfile.TemporaryDirectory()    # for its picture
         read, write = os.pipe()
         self._server = subprocess.Popen(
             ['Xvfb', '-displayfd', str(write), '-fbdir', self._folder.name, '-screen', '0',
@@ -29,7 +29,7 @@ class VirtualScreen:
         return rows[:, :4 * width].reshape(height, width, 4)[:, :, 2::-1].copy()
 
     def close(self):
-        """End the server; programs that are on it lose their display."""
+        """End the server; programs that use it lose their display."""
         self._server.kill()
         self._server.wait()
         self._folder.cleanup()
