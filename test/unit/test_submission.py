@@ -158,6 +158,26 @@ def test_a_message_package_without_a_manifest_and_one_that_needs_another(tmp_pat
     assert subprocess.check_output([str(copy)], env=ready.environment) == b'0.0\n'
 
 
+def test_a_node_from_windows_has_its_messages(tmp_path):
+    node = ('\ufeff#!/usr/bin/env python3\nfrom lab1.msg import MouseController\n'
+            'print(MouseController().xPos)\n').replace('\n', '\r\n')
+    ready = prepare(course(tmp_path, node=node), LABS['turn'], tmp_path / 'ws')
+    copy = tmp_path / 'ws' / 'src' / 'package' / 'src' / 'turtlebot_controller.py'
+    assert subprocess.check_output([str(copy)], env=ready.environment) == b'0.0\n'
+
+
+def test_a_message_that_cannot_be_built_stops_no_other(tmp_path):
+    folder = course(tmp_path, node=TURN_NODE.replace('apriltag_rosx as tags', 'sys as tags'))
+    hand_in(folder, **{'lab1__msg__Broken.msg': 'nowhere/Type t\n',
+                       'lab1__srv__S.srv': 'no type here\n---\n'})
+    ready = prepare(folder, LABS['turn'], tmp_path / 'ws')
+    words = ' '.join(ready.remarks)
+    assert 'lab1/Broken.msg cannot be built: Cannot locate message [Type]: unknown package' in words
+    assert 'lab1/S.srv cannot be built: Invalid declaration: no type here.' in words
+    copy = tmp_path / 'ws' / 'src' / 'package' / 'src' / 'turtlebot_controller.py'
+    assert subprocess.call([str(copy)], env=ready.environment) == 0
+
+
 def test_a_guarded_import_is_left_alone(tmp_path):
     node = 'try:\n    import cv3\nexcept ImportError:\n    cv3 = None\n'
     ready = prepare(course(tmp_path, node=NODE + node), LABS['turn'], tmp_path / 'ws')

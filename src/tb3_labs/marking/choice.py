@@ -107,14 +107,14 @@ def _remarks(found, packages, names):
         if best.name < len(names):
             return []
         return ['There is no {}; judged was {}, which {}.'.format(
-            ' or '.join(names), best.path, ' and '.join(best.said))]
+            ' or '.join(names), best.path, _listed(best.said))]
     second = others[0]
     if best.package != second.package:
         why = 'it is in the package {}'.format(' or '.join(packages))
     elif best.name != second.name:
         why = 'it has the usual name'
     elif best.deeds != second.deeds:
-        why = 'it {}'.format(' and '.join(best.said))
+        why = 'it {}'.format(_listed(best.said))
     else:
         why = 'it comes first'
     if best.package == 2 and any(packages):
@@ -124,6 +124,11 @@ def _remarks(found, packages, names):
         named += ' and {} more'.format(len(others) - NAMED)
     return ['{} files can be the node; judged was {}, because {}. The others: {}.'.format(
         len(found), best.path, why, named)]
+
+
+def _listed(clauses):
+    """`a`, `a and b`, `a, b and c`."""
+    return ' and '.join(filter(None, [', '.join(clauses[:-1]), clauses[-1]]))
 
 
 def _nothing_found(files, package, names):

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import genmsg
 import rospkg
+from genmsg.msg_loader import MsgNotFound
 from genpy.generate_initpy import write_modules
 from genpy.generator import MsgGenerator, SrvGenerator
 
@@ -62,11 +63,11 @@ class Builder:
                 generator.generate(genmsg.MsgContext.create_default(),
                                    '{}/{}'.format(name, file.stem), str(file), str(target), search)
                 write_modules(str(target))
-        except (genmsg.InvalidMsgSpec, genmsg.MsgGenerationException, ValueError, KeyError,
-                UnicodeDecodeError) as problem:
+        except (genmsg.InvalidMsgSpec, genmsg.MsgGenerationException, MsgNotFound, ValueError,
+                KeyError) as problem:
             (target / '_{}.py'.format(file.stem)).unlink(missing_ok=True)
             self._remarks.append('{}/{} cannot be built: {}.'.format(
-                name, file.name, ' '.join(str(problem).split()).rstrip('.')))
+                name, file.name, ' '.join(str(problem).replace('{}: '.format(file), '').split()).rstrip('.')))
 
     def _tell_about(self, name, recipe):
         """What a CMakeLists.txt would have done elsewhere."""

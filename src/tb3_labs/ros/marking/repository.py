@@ -82,7 +82,7 @@ def needed_by(node, packages):
 
 def imported_by(path):
     """The modules that a program imports, up to their first dot."""
-    text = Path(path).read_bytes().decode(errors='replace')
+    text = Path(path).read_bytes().decode('utf-8-sig', errors='replace')    # Windows' first bytes
     return {name for item in imports_of(text) for name in item.packages}
 
 
