@@ -41,8 +41,8 @@ class Marker:
     def __init__(self, lab, worth, logs, parts=(), package='', name='', limit=300.0,
                  network=QUIET):
         """`worth`: criterion -> points; `logs`: an existing folder; `package`, `name`: of the
-        node's package and file, if not those that the lab knows; `limit`: time for one submission [s]; `network`: one of
-        tb3_labs.simulation.network.NETWORKS, between robot and node."""
+        node's package and file, if not those that the lab knows; `limit`: time for one submission
+        [s]; `network`: one of tb3_labs.simulation.network.NETWORKS, between robot and node."""
         self._lab, self._worth, self._logs = lab, worth, Path(logs)
         self._parts, self._package, self._name = parts, package, name
         self._limit, self._network = limit, network

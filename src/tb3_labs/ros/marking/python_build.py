@@ -66,8 +66,9 @@ class Builder:
         except (genmsg.InvalidMsgSpec, genmsg.MsgGenerationException, MsgNotFound, ValueError,
                 KeyError) as problem:
             (target / '_{}.py'.format(file.stem)).unlink(missing_ok=True)
-            self._remarks.append('{}/{} cannot be built: {}.'.format(
-                name, file.name, ' '.join(str(problem).replace('{}: '.format(file), '').split()).rstrip('.')))
+            said = ' '.join(str(problem).replace('{}: '.format(file), '').split())
+            self._remarks.append('{}/{} cannot be built: {}.'.format(name, file.name,
+                                                                     said.rstrip('.')))
 
     def _tell_about(self, name, recipe):
         """What a CMakeLists.txt would have done elsewhere."""
