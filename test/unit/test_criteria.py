@@ -271,6 +271,9 @@ CHANGES = [
     ('gamepad', {'Ctrl+C': ctrl_c(signal=15)}, ''),
     ('gamepad', {'Ctrl+C': ctrl_c(signal=9)}, 'clean_exit'),
     ('gamepad', {'Ctrl+C': ctrl_c(printed=extended('KeyError: 1'))}, 'clean_exit'),
+    ('gamepad', {'Ctrl+C': ctrl_c(printed=extended('KeyError: 1') + extended(
+        'rospy.exceptions.ROSException: publish() to a closed topic'))}, 'clean_exit'),
+    ('gamepad', {'Ctrl+C': ctrl_c(printed=extended('cut off here'))}, 'clean_exit'),
     # rospy's own, where a callback publishes while the node ends
     ('gamepad', {'Ctrl+C': ctrl_c(printed=extended(
         'rospy.exceptions.ROSException: publish() to a closed topic'))}, '')]

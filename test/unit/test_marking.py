@@ -325,6 +325,7 @@ def test_a_page_without_an_observation_says_why():
     marks = Marks('Bobby', verdicts=[], remarks=['There is no node.'])
     page = Strict(feedback(marks, 'IMU lab'))
     assert 'There is no node.' in page.words and 'img' not in page.tags
+    assert not marks.failed
 
 
 def test_the_table_of_marks(tmp_path):
@@ -333,10 +334,13 @@ def test_the_table_of_marks(tmp_path):
     here = Place('imu_lab.md', 'Lab')
     criteria = [Criterion('one', '', 'one', here, lambda seen: ''),
                 Criterion('two', '', 'two', here, never),
-                Criterion('more', '', 'more', here, lambda seen: '', extra=True)]
-    verdicts = judge(criteria, observation(), {'one': 1.5, 'two': 2, 'more': 0.5})
+                Criterion('more', '', 'more', here, lambda seen: '', extra=True),
+                Criterion('free', '', 'free', here, lambda seen: '', extra=True),
+                Criterion('freer', '', 'freer', here, lambda seen: 'no', extra=True)]
+    verdicts = judge(criteria, observation(),
+                     {'one': 1.5, 'two': 2, 'more': 0.5, 'free': 0, 'freer': 0})
     write_csv([Marks('Bobby', 'lab2/n.py', verdicts, ['Hm.'])], tmp_path / 'marks.csv')
     with open(str(tmp_path / 'marks.csv'), newline='') as file:
         row, = csv.DictReader(file)
     assert row == {'student': 'Bobby', 'points': '2', 'of': '3.5', 'one': '1.5', 'two': '0',
-                   'extra_more': '0.5', 'node': 'lab2/n.py', 'remarks': 'Hm.'}
+                   'extra_more': '0.5', 'extra_free': 'yes', 'extra_freer': 'no', 'node': 'lab2/n.py', 'remarks': 'Hm.'}
