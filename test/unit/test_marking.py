@@ -343,4 +343,5 @@ def test_the_table_of_marks(tmp_path):
     with open(str(tmp_path / 'marks.csv'), newline='') as file:
         row, = csv.DictReader(file)
     assert row == {'student': 'Bobby', 'points': '2', 'of': '3.5', 'one': '1.5', 'two': '0',
-                   'extra_more': '0.5', 'extra_free': 'yes', 'extra_freer': 'no', 'node': 'lab2/n.py', 'remarks': 'Hm.'}
+                   'extra_more': '0.5', 'extra_free': 'yes', 'extra_freer': 'no',
+                   'node': 'lab2/n.py', 'remarks': 'Hm.'}
