@@ -315,14 +315,15 @@ def test_a_node_of_which_nothing_was_seen_misses_all_but_its_start(lab, runs, mi
     assert all(words in v.sentence for v in judged if v.points == 0.0)
 
 
-def test_how_long_a_turn_took_says_what_was_seen():
+def test_the_sentence_says_how_far_it_turned():
     """The number that a student reads is how far the robot truly turned."""
-    seen = observed('turn', **dict(GOOD['turn'], l=turn(70.0), r=turn(-110.0)))
+    unseen = {'r across 0': scene(moved=True, rested=True)}
+    seen = observed('turn', **dict(GOOD['turn'], l=turn(70.0), r=turn(-110.0), **unseen))
     said = {v.criterion.name: v.seen for v in verdicts('turn', seen)}
     assert '70.0 degrees to the left' in said['left'] and '20.0 degrees short' in said['left']
     assert '110.0 degrees to the right' in said['right']
     assert '20.0 degrees beyond' in said['right'] and '10 are allowed' in said['right']
-    assert '1 are allowed' in said['within_1_deg']
+    assert '1 are allowed' in said['within_1_deg'] and '0.0 degrees' in said['short_way']
 
 
 def test_parts_are_those_of_the_lab():

@@ -42,6 +42,7 @@ def test_a_row_has_what_was_recorded_at_its_time(tmp_path):
         angle_error_deg=math.degrees(-0.5), linear_m_s=0.9, angular_rad_s=1.5)
     for name, value in expected.items():
         assert float(row[name]) == pytest.approx(value, abs=6e-4 if 'deg' in name else 6e-5), name
+        assert len(row[name].split('.')[1]) == (3 if 'deg' in name else 4), name
     assert row['state'] == 'MOVE_FORWARD' and row['linear_commanded_m_s'] == ''
     assert list(row)[0] == 'time_s' and list(row)[-1] == 'state' and len(row) == 18
 

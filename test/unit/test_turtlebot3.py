@@ -35,14 +35,15 @@ def test_the_waffles(name):
     assert waffle.max_wheel_speed == pytest.approx(rim_speed(77.0))
 
 
-@pytest.mark.parametrize('name, separation', [
-    ('burger', 0.160), ('waffle', 0.287), ('waffle_pi', 0.287)])
-def test_geometry(name, separation):
+@pytest.mark.parametrize('name, separation, radius', [
+    ('burger', 0.160, 0.105), ('waffle', 0.287, 0.220), ('waffle_pi', 0.287, 0.220)])
+def test_geometry(name, separation, radius):
+    """The firmware's WHEEL_SEPARATION and ROBOT_RADIUS."""
     model = MODELS[name]
     assert model.name == name
     assert (model.wheel_radius, model.wheel_separation) == (0.033, separation)
     assert model.half_track == separation / 2.0
-    assert model.body_radius > model.half_track
+    assert model.body_radius == radius > model.half_track
 
 
 @pytest.mark.parametrize('model, limit', product(MODELS.values(), ['max_linear', 'max_angular']))
