@@ -23,7 +23,7 @@ def lines(axes, label=None):
 
 
 def test_thin_keeps_all_of_few_and_the_extremes_of_many():
-    assert list(thin(np.arange(2.0 * STRETCHES))) == list(range(2 * STRETCHES))
+    assert list(thin(np.zeros(2 * STRETCHES))) == list(range(2 * STRETCHES))
     wave = np.sin(np.arange(20001) * 0.7)
     slow = np.cos(np.arange(20001) * 0.001)
     kept = thin(wave, slow)
@@ -35,6 +35,9 @@ def test_thin_keeps_all_of_few_and_the_extremes_of_many():
             assert (left.min(), left.max()) == (part.min(), part.max())
     assert kept[0] == 0 and kept[-1] == 20000 and list(kept) == sorted(set(kept))
     assert len(kept) <= 5 * (STRETCHES + 1)
+    peaks = np.zeros(20001)
+    peaks[[1, 19990]] = 9.0, 1.0                 # the lower one in the last stretch, which is short
+    assert {1, 19990} <= set(thin(peaks))
 
 
 @pytest.mark.parametrize('pause, blanks', [(0.45, 0), (0.55, 1)])
@@ -58,6 +61,21 @@ def test_a_curve_is_blank_at_breaks_and_where_an_angle_goes_round():
 
 def wrapped_degrees(angles):
     return (angles + 180.0) % 360.0 - 180.0
+
+
+@pytest.mark.parametrize('breaks, blanks', [((0.03,), [1]), ((0.0, 10.5), [])])
+def test_a_break_before_or_after_all_leaves_no_blank(breaks, blanks):
+    axes = new_figure(2.0).subplots()
+    curve(axes, TIME, ZERO, breaks)
+    assert list(np.flatnonzero(np.isnan(lines(axes)[0][:, 1]))) == blanks
+
+
+@pytest.mark.parametrize('pause, blanks', [(4.8, 0), (5.2, 1)])
+def test_a_pause_in_a_slow_topic_is_five_times_as_long(pause, blanks):
+    time = np.concatenate([np.arange(0.0, 20.0, 1.0), 19.0 + pause + np.arange(0.0, 9.0, 1.0)])
+    axes = new_figure(2.0).subplots()
+    curve(axes, time, time)
+    assert np.isnan(lines(axes)[0][:, 1]).sum() == blanks
 
 
 def test_a_slow_topic_is_no_pause():

@@ -64,6 +64,18 @@ def test_every_criterion_has_points_and_a_place_in_a_lab_sheet(lab):
         assert not criterion.where.step or '\n{}. '.format(criterion.where.step) in section
 
 
+def test_a_step_is_about_what_its_criteria_judge():
+    """Those whose meaning names Ctrl+C or the mouse."""
+    steps = [(criterion, word) for lab in LABS.values() for criterion in lab.criteria
+             for word in ('Ctrl+C', 'mouse') if word in criterion.meaning and criterion.where.step]
+    assert len(steps) > 8
+    for criterion, word in steps:
+        sheet = (REPOSITORY / 'doc' / criterion.where.sheet).read_text(encoding='utf-8')
+        section = sheet.split('# ' + criterion.where.heading, 1)[1].split('\n## ')[0]
+        step = re.split(r'\n\d\. ', section)[criterion.where.step]
+        assert word in step, criterion.name
+
+
 @pytest.mark.parametrize('change, words', [
     ({'left': -1}, 'left = -1'), ({'left': 'many'}, "left = 'many'"),
     ({'left': True}, 'left = True'), ({'left': math.nan}, 'left = nan'),

@@ -63,6 +63,12 @@ def test_the_nearest_pose_counts(tmp_path):
     assert float(row['local_x_m']) == 2.0
 
 
+def test_a_single_pose_counts_at_its_own_time(tmp_path):
+    one = np.array([10.0])
+    rows = table_of(made(local_pose=Poses(one, one, one, one, one)), tmp_path / 'run.csv')
+    assert [row['local_x_m'] for row in rows] == [''] * 200 + ['10.0000']
+
+
 def test_a_command_holds_until_the_next_one_or_its_timeout(tmp_path):
     sent = np.array([1.0, 1.2, 5.0])
     run = made(commands=Commands(sent, sent, np.array([0.1, 0.2, 0.3]), np.array([1.0, 2.0, 3.0])))
