@@ -238,6 +238,8 @@ def test_local_stands_in_the_world_by_the_first_pose_of_its_epoch():
     places = [(epoch.local_T_world.x, epoch.local_T_world.y) for epoch in epochs(run)]
     assert places == [pytest.approx((-2.0, -1.0)), pytest.approx((-1.5, -1.0))]
     assert [epoch.odom_T_local.x for epoch in epochs(run)] == pytest.approx([0.0, -0.5])
+    ended = replace(run, ground_truth=run.ground_truth.take(slice(100)))     # before the second one
+    assert [epoch.local_T_world is None for epoch in epochs(ended)] == [False, True]
 
 
 def test_how_much_around_a_moment_is_looked_at():

@@ -6,12 +6,14 @@ import pathlib
 import re
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
 import yaml
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import drives, move2goal, turn, turning
 from tb3_labs.marking.criteria import Criterion, Outcome, Place, judge
+from tb3_labs.marking.figures import over_time, path
 from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.marks import Marks, write_csv
 from tb3_labs.marking.observation import NotOffered, Observation, Run, Stimulus
@@ -331,6 +333,57 @@ def test_pages_show_what_students_write_as_text():
     assert page.tags.count('img') == 1
     whole = Strict(overview([marks_of('<i>Bobby</i>', seen)], 'IMU lab', ['a b.html']))
     assert '<i>Bobby</i>' in whole.words and 'i' not in whole.tags
+
+
+def test_the_figure_over_time_shows_heading_commands_stimuli_and_starts():
+    seen = turned(90.0)
+    seen.stimuli += [stimulus('x', 2.01, 3.0), stimulus('y', 2.02, 2.5)]
+    seen.runs.append(Run(1.5))
+    figure = over_time(seen)
+    heading, angular, linear = figure.axes
+    turn_of, commands = np.array(seen.truth), np.array(seen.commands)
+    assert heading.lines[0].get_xydata() == pytest.approx(
+        np.column_stack([turn_of[:, 0], np.degrees(turn_of[:, 3])]))
+    for axes, column in ((angular, 2), (linear, 1)):
+        assert axes.lines[0].get_xydata() == pytest.approx(commands[:, [0, column]])
+    for axes in figure.axes:
+        assert [line.get_xdata()[0] for line in axes.lines[1:]] == [0.0, 1.5]
+        assert [[patch.get_xy()[:, 0].min(), patch.get_xy()[:, 0].max()]
+                for patch in axes.patches] == [[0.0, 2.0], [2.01, 3.0], [2.02, 2.5]]
+    assert linear.get_xlim() == (0.0, 2.0)
+    assert [text.get_text() for text in heading.texts] == ['l', 'x', 'y']
+    places = [text.xyann[0] for text in heading.texts]
+    assert places[:2] == pytest.approx([0.0, 1.005]) and places[2] - places[1] > 0.02
+
+
+def test_the_figure_of_a_node_that_did_nothing_is_empty():
+    figure = over_time(observation())
+    assert [len(axes.lines) for axes in figure.axes] == [1, 1, 1]       # when it was started
+    assert figure.axes[2].get_xlim() == (0.0, 1.0)
+    assert path(observation()) is None
+
+
+def test_the_figure_of_the_drives_is_in_their_local_frames():
+    """The second one's frame stands at (1, 2) in the world, turned by 90 degrees."""
+    local = Pose2(1.0, 2.0, math.pi / 2.0).inverse()
+    frames = [[0.0, 0.0, 0.0], [local.x, local.y, local.yaw]]
+    seen = observation('move2goal', truth=[
+        [0.0, 0.0, 0.0, 0.0], [1.0, 3.0, 0.5, 0.5], [5.0, 1.0, 2.0, 0.0], [6.0, 1.0, 3.0, 2.0]],
+        stimuli=[stimulus('first', 0.0, 1.0, facts={'goal': drives.GOAL,
+                                                    'local_T_world': frames[0]}),
+                 stimulus('none', 1.5, 2.0),
+                 stimulus('second', 5.0, 6.0, facts={'goal': [4.0, 5.0, 0.0],
+                                                     'local_T_world': frames[1]})])
+    axes, = path(seen).axes
+    first, star, second, other_star, origin = (line.get_xydata() for line in axes.lines)
+    assert first == pytest.approx(np.array([[0.0, 0.0], [3.0, 0.5]]))
+    assert second == pytest.approx(np.array([[0.0, 0.0], [1.0, 0.0]]), abs=1e-9)
+    assert star[0] == pytest.approx((-0.61, 0.61)) and other_star[0] == pytest.approx((4.0, 5.0))
+    assert origin[0] == pytest.approx((0.0, 0.0))
+    for arrow, end, facing in zip(axes.texts, ((3.0, 0.5), (1.0, 0.0)), (0.5, 2.0 - math.pi / 2.0)):
+        tip = np.array(arrow.xy) - end
+        assert arrow.xyann == pytest.approx(end, abs=1e-9)
+        assert math.atan2(tip[1], tip[0]) == pytest.approx(facing)
 
 
 def test_a_page_without_an_observation_says_why():
