@@ -6,7 +6,7 @@ class News(NamedTuple):
     """One line; `warning` where it is not what was asked for."""
 
     text: str
-    warning: bool = False
+    warning: bool
 
 
 class NewsDesk:
