@@ -56,6 +56,10 @@ def test_a_pose_of_long_before_the_end_says_nothing(silence, known):
     assert math.isnan(drive.measured[0]) != known and math.isnan(drive.measured[1]) != known
 
 
+def test_the_last_pose_alone_may_be_close_to_the_end():
+    assert drive_of(made(local_pose=poses().take([0, 138]))).measured == pytest.approx((0.0, 0.0))
+
+
 def test_without_a_goal_nothing_is_measured():
     drive = drive_of(made(goals=Poses.none()))
     assert drive.goal is None and drive.outcome == 'reached'
