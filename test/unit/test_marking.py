@@ -368,7 +368,8 @@ def test_the_figure_of_the_drives_is_in_their_local_frames():
     local = Pose2(1.0, 2.0, math.pi / 2.0).inverse()
     frames = [[0.0, 0.0, 0.0], [local.x, local.y, local.yaw]]
     seen = observation('move2goal', truth=[
-        [0.0, 0.0, 0.0, 0.0], [1.0, 3.0, 0.5, 0.5], [5.0, 1.0, 2.0, 0.0], [6.0, 1.0, 3.0, 2.0]],
+        [0.0, 0.0, 0.0, 0.0], [0.5, 2.0, 0.0, 0.1], [1.0, 3.0, 0.5, 0.5],
+        [5.0, 1.0, 2.0, 0.0], [6.0, 1.0, 3.0, 2.0]],
         stimuli=[stimulus('first', 0.0, 1.0, facts={'goal': drives.GOAL,
                                                     'local_T_world': frames[0]}),
                  stimulus('none', 1.5, 2.0),
@@ -376,7 +377,7 @@ def test_the_figure_of_the_drives_is_in_their_local_frames():
                                                      'local_T_world': frames[1]})])
     axes, = path(seen).axes
     first, star, second, other_star, origin = (line.get_xydata() for line in axes.lines)
-    assert first == pytest.approx(np.array([[0.0, 0.0], [3.0, 0.5]]))
+    assert first == pytest.approx(np.array([[0.0, 0.0], [2.0, 0.0], [3.0, 0.5]]))
     assert second == pytest.approx(np.array([[0.0, 0.0], [1.0, 0.0]]), abs=1e-9)
     assert star[0] == pytest.approx((-0.61, 0.61)) and other_star[0] == pytest.approx((4.0, 5.0))
     assert origin[0] == pytest.approx((0.0, 0.0))

@@ -5,7 +5,7 @@ from itertools import product
 import pytest
 
 from tb3_labs.robot.turtlebot3 import (
-    COMMAND_TIMEOUT, CONTROL_RATE, DEFAULT_MODEL, MODELS, MOTOR_SPEED_STEP, TICKS_PER_TURN,
+    COMMAND_TIMEOUT, CONTROL_RATE, DEFAULT_MODEL, MODELS, MOTOR_SPEED_STEP, TICKS_PER_TURN, WHEEL_WIDTH,
     robot_model)
 
 
@@ -17,6 +17,7 @@ def test_the_firmwares_constants():
     assert 2.0 * math.pi / TICKS_PER_TURN == pytest.approx(0.001533981, abs=5e-10)
     assert MOTOR_SPEED_STEP == pytest.approx(0.0239809, abs=1e-6)   # 0.229 rpm in rad/s
     assert (CONTROL_RATE, COMMAND_TIMEOUT) == (30.0, 0.5)
+    assert WHEEL_WIDTH == 0.018               # turtlebot3_description's wheels
 
 
 def test_the_burgers_limits_are_its_motors():
