@@ -5,8 +5,8 @@ from itertools import product
 import pytest
 
 from tb3_labs.robot.turtlebot3 import (
-    COMMAND_TIMEOUT, CONTROL_RATE, DEFAULT_MODEL, MODELS, MOTOR_SPEED_STEP, TICKS_PER_TURN, WHEEL_WIDTH,
-    robot_model)
+    COMMAND_TIMEOUT, CONTROL_RATE, DEFAULT_MODEL, MODELS, MOTOR_SPEED_STEP, TICKS_PER_TURN,
+    WHEEL_WIDTH, robot_model)
 
 
 def rim_speed(rpm, radius=0.033):
