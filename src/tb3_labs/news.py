@@ -6,7 +6,7 @@ class News(NamedTuple):
     """One line; `warning`: something went otherwise than asked for."""
 
     text: str
-    warning: bool = False
+    warning: bool
 
 
 class NewsDesk:

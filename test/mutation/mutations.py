@@ -2,7 +2,8 @@
 
 A mutation replaces one piece of the text; the rest stays as it is, line by line. Not drawn, because
 no test should notice them: docstrings, strings, annotations, decorators, texts of errors and
-`format`, how a picture looks (`LOOKS`), and statements whose loss is a NameError at once.
+`format`, how a picture looks (`LOOKS`, `DRESSING`), and statements whose loss is a NameError at
+once.
 
 Units: lines count from 1, columns are bytes from 0, as in ast.
 """
@@ -28,7 +29,9 @@ FACTOR = 1.1
 #: Keywords of matplotlib's that say how a picture looks.
 LOOKS = {'fontsize', 'linewidth', 'markersize', 'zorder', 'handlelength', 'ncol', 'xytext', 'dpi',
          'bbox_to_anchor', 'shrinkA', 'shrinkB', 'linestyle', 'frameon', 'figsize', 'bbox',
-         'arrowprops', 'constrained_layout'}
+         'arrowprops', 'constrained_layout', 'rotation'}
+#: Functions that give a picture its words, its margins and its size, but none of what it shows.
+DRESSING = {'set_title', 'set_xlabel', 'set_ylabel', 'grid', 'margins', 'new_figure'}
 
 
 @dataclass(frozen=True)
@@ -73,6 +76,11 @@ def _is_valid(mutation: Mutation, source: str) -> bool:
     return True
 
 
+def _called(call: ast.Call) -> str:
+    """The name of a function or a method, '' for one without."""
+    return getattr(call.func, 'attr', getattr(call.func, 'id', ''))
+
+
 def _offset(source: str, line: int, column: int) -> int:
     lines = source.splitlines(keepends=True)
     in_line = lines[line - 1].encode('utf-8')[:column].decode('utf-8')
@@ -101,7 +109,7 @@ class _Finder(ast.NodeVisitor):
 
     def visit_Call(self, node: ast.Call) -> None:
         function = node.func
-        if isinstance(function, ast.Attribute) and function.attr == 'format':
+        if _called(node) in DRESSING | {'format'}:
             return
         name = function.id if isinstance(function, ast.Name) else ''
         if name in TWINS:
@@ -131,7 +139,7 @@ class _Finder(ast.NodeVisitor):
         self._lose(node)
 
     def visit_Expr(self, node: ast.Expr) -> None:
-        if isinstance(node.value, ast.Call):
+        if isinstance(node.value, ast.Call) and _called(node.value) not in DRESSING:
             self._lose(node)
         if not isinstance(node.value, ast.Constant):
             self.visit(node.value)

@@ -60,5 +60,5 @@ def test_news_are_logged_warnings_as_such(monkeypatch):
     logged = []
     monkeypatch.setattr(console.rospy, 'loginfo', lambda *words: logged.append(('info',) + words))
     monkeypatch.setattr(console.rospy, 'logwarn', lambda *words: logged.append(('warn',) + words))
-    console.log_news([News('50 % done'), News('lost', warning=True)])
+    console.log_news([News('50 % done', warning=False), News('lost', warning=True)])
     assert logged == [('info', '%s', '50 % done'), ('warn', '%s', 'lost')]

@@ -32,7 +32,7 @@ def test_a_drive_by_hand():
     assert drive.in_state == {'ROTATE_TO_GOAL': 0.5, 'MOVE_FORWARD': 5.0, 'ROTATE_TO_FINAL': 1.0}
 
 
-@pytest.mark.parametrize('moves_at, counts', [(7.9, True), (8.1, False)])
+@pytest.mark.parametrize('moves_at, counts', [(7.9, True), (8.02, False)])
 def test_it_is_measured_at_rest_within_a_second_of_its_end(moves_at, counts):
     late = np.where(TIME > moves_at, SHIFT, 0.0)
     drive = drive_of(made(local_pose=poses(X, late)))
@@ -54,6 +54,10 @@ def test_a_pose_of_long_before_the_end_says_nothing(silence, known):
     kept = TIME <= 7.0 - silence
     drive = drive_of(made(local_pose=poses().take(kept)))
     assert math.isnan(drive.measured[0]) != known and math.isnan(drive.measured[1]) != known
+
+
+def test_the_last_pose_alone_may_be_close_to_the_end():
+    assert drive_of(made(local_pose=poses().take([0, 138]))).measured == pytest.approx((0.0, 0.0))
 
 
 def test_without_a_goal_nothing_is_measured():
@@ -100,9 +104,9 @@ def test_drift_is_that_of_the_longest_straight_part():
     assert math.degrees(drive.drift) == pytest.approx(3.0, abs=0.15)
 
 
-@pytest.mark.parametrize('lasts, known', [(0.34, False), (0.41, True)])
+@pytest.mark.parametrize('lasts, known', [(0.34, False), (0.36, True)])
 def test_two_headings_are_needed(lasts, known):
-    """20 samples a second, counted from 0.3 s on: one in 0.34 s, two in 0.41 s."""
+    """20 samples a second, counted from 0.3 s on: one in 0.34 s, two in 0.36 s."""
     words = [(1.0, 'MOVE_FORWARD'), (1.0 + lasts, 'ROTATE_TO_FINAL'), (7.0, 'GOAL_REACHED')]
     drive = drive_of(made(states=states(*words), goals=goals([1.0], [1.0])))
     assert math.isnan(drive.drift) != known and math.isnan(drive.deviation) != known

@@ -201,6 +201,20 @@ def test_by_tf_a_hundredth_of_a_millimetre_is_a_reset(metres, is_reset):
     assert len(epochs(replace(run, frames=frames))) == 1 + is_reset
 
 
+@pytest.mark.parametrize('jumps_at, begin', [(8.0, 7.975), (8.05, 8.025)])
+def test_one_local_pose_in_a_gap_of_tf_tells_when_it_was(jumps_at, begin):
+    """tf misses its message of 8 s."""
+    run = shifted(0.5, at=jumps_at)
+    frames = poses(np.where(TIME > jumps_at - 0.01, -0.5, 0.0)).take(np.abs(TIME - 8.0) > 0.01)
+    assert [epoch.begin for epoch in epochs(replace(run, frames=frames))][1:] == [
+        pytest.approx(begin)]
+
+
+def test_two_poses_show_a_reset():
+    run = shifted(0.5)
+    assert len(epochs(replace(run, local_pose=run.local_pose.take([0, 200])))) == 2
+
+
 def test_a_new_frame_is_in_force_from_halfway_to_its_first_message():
     """20 messages a second: the jump at 8.0 s counts from 7.975 s on."""
     before, after = epochs(shifted(0.5))
@@ -238,6 +252,8 @@ def test_local_stands_in_the_world_by_the_first_pose_of_its_epoch():
     places = [(epoch.local_T_world.x, epoch.local_T_world.y) for epoch in epochs(run)]
     assert places == [pytest.approx((-2.0, -1.0)), pytest.approx((-1.5, -1.0))]
     assert [epoch.odom_T_local.x for epoch in epochs(run)] == pytest.approx([0.0, -0.5])
+    ended = replace(run, ground_truth=run.ground_truth.take(slice(100)))     # before the second one
+    assert [epoch.local_T_world is None for epoch in epochs(ended)] == [False, True]
 
 
 def test_how_much_around_a_moment_is_looked_at():

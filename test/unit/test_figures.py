@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 import pytest
-from made_run import TIME, X, ZERO, goals, made
+from made_run import TIME, X, ZERO, goals, made, poses, states
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.run_data import Commands, ImuSamples, OdometrySamples, Poses
@@ -12,7 +12,7 @@ from tb3_labs.robot.turtlebot3 import robot_model
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.figures import STRETCHES, curve, new_figure, thin  # noqa: E402
-from tb3_labs.report.run_figures import errors, heading, paths, speeds  # noqa: E402
+from tb3_labs.report.run_figures import _path, errors, heading, paths, speeds  # noqa: E402
 
 BURGER = robot_model('burger')
 
@@ -23,7 +23,7 @@ def lines(axes, label=None):
 
 
 def test_thin_keeps_all_of_few_and_the_extremes_of_many():
-    assert list(thin(np.arange(2.0 * STRETCHES))) == list(range(2 * STRETCHES))
+    assert list(thin(np.zeros(2 * STRETCHES))) == list(range(2 * STRETCHES))
     wave = np.sin(np.arange(20001) * 0.7)
     slow = np.cos(np.arange(20001) * 0.001)
     kept = thin(wave, slow)
@@ -35,6 +35,9 @@ def test_thin_keeps_all_of_few_and_the_extremes_of_many():
             assert (left.min(), left.max()) == (part.min(), part.max())
     assert kept[0] == 0 and kept[-1] == 20000 and list(kept) == sorted(set(kept))
     assert len(kept) <= 5 * (STRETCHES + 1)
+    peaks = np.zeros(20001)
+    peaks[[1, 19990]] = 9.0, 1.0                 # the lower one in the last stretch, which is short
+    assert {1, 19990} <= set(thin(peaks))
 
 
 @pytest.mark.parametrize('pause, blanks', [(0.45, 0), (0.55, 1)])
@@ -60,6 +63,21 @@ def wrapped_degrees(angles):
     return (angles + 180.0) % 360.0 - 180.0
 
 
+@pytest.mark.parametrize('breaks, blanks', [((0.03,), [1]), ((0.0, 10.5), [])])
+def test_a_break_before_or_after_all_leaves_no_blank(breaks, blanks):
+    axes = new_figure(2.0).subplots()
+    curve(axes, TIME, ZERO, breaks)
+    assert list(np.flatnonzero(np.isnan(lines(axes)[0][:, 1]))) == blanks
+
+
+@pytest.mark.parametrize('pause, blanks', [(4.8, 0), (5.2, 1)])
+def test_a_pause_in_a_slow_topic_is_five_times_as_long(pause, blanks):
+    time = np.concatenate([np.arange(0.0, 20.0, 1.0), 19.0 + pause + np.arange(0.0, 9.0, 1.0)])
+    axes = new_figure(2.0).subplots()
+    curve(axes, time, time)
+    assert np.isnan(lines(axes)[0][:, 1]).sum() == blanks
+
+
 def test_a_slow_topic_is_no_pause():
     time = np.arange(0.0, 20.0, 1.0)
     axes = new_figure(2.0).subplots()
@@ -71,6 +89,9 @@ def test_the_figures_draw_the_runs_own_numbers():
     run = made(commands=Commands(TIME, TIME, ZERO + 0.2, ZERO), imu=ImuSamples(
         TIME, TIME, ZERO + 0.5, ZERO + 0.1), goals=goals([0.5], [1.0], 0.0, 0.2))
     linear, angular = speeds(run, BURGER).axes
+    legend, = linear.figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == [
+        'measured', 'commanded', 'limit of the burger']
     assert lines(linear, 'measured')[0][:, 1] == pytest.approx(ZERO + 0.2)
     assert lines(linear, 'commanded')[0][:, 1] == pytest.approx(ZERO + 0.2)
     assert lines(angular, 'measured')[0][:, 1] == pytest.approx(ZERO + 0.1)
@@ -80,6 +101,7 @@ def test_the_figures_draw_the_runs_own_numbers():
     assert lines(far)[0][-1] == pytest.approx((10.0, 0.0), abs=1e-9)
     assert lines(turned)[0][:, 1] == pytest.approx(math.degrees(0.2))
     assert [text.get_text() for text in far.texts] == ['0.0 mm\n11.5 deg']
+    assert far.texts[0].xy == pytest.approx((7.0, 0.0), abs=1e-9) and far.get_ylim()[0] == 0.0
     circle, line, apart = heading(run, BURGER).axes
     for axes in circle, line:
         assert lines(axes)[0][:, 1] == pytest.approx(math.degrees(0.5))
@@ -89,6 +111,23 @@ def test_the_figures_draw_the_runs_own_numbers():
 
 def test_no_goal_no_errors():
     assert errors(made(goals=Poses.none()), BURGER) is None
+
+
+@pytest.mark.parametrize('number, labels', [(6, 6), (7, 0)])
+def test_more_than_six_labels_would_cover_each_other(number, labels):
+    begins = 1.0 + np.arange(number)
+    words = [(begin + k * 0.5, ('ROTATE_TO_GOAL', 'GOAL_REACHED')[k])
+             for begin in begins for k in (0, 1)]
+    far, _ = errors(made(states=states(*words), goals=goals(begins, begins)), BURGER).axes
+    assert len(far.texts) == labels
+
+
+@pytest.mark.parametrize('leap, pieces', [(0.29, 1), (0.31, 2), (-0.29, 1), (-0.31, 2)])
+def test_a_path_is_blank_where_it_leaps_by_more_than_three_tenths_of_a_metre(leap, pieces):
+    axes = new_figure(2.0).subplots()
+    _path(axes, poses(ZERO, np.where(TIME > 5.0, leap, 0.0)), color='black', label='path')
+    assert len(lines(axes)) == pieces and len(lines(axes, 'path')) == 1
+    assert sum(len(line) for line in lines(axes)) == len(TIME)
 
 
 def test_both_panels_of_the_paths_have_one_scale_that_holds_all():
@@ -102,6 +141,11 @@ def test_both_panels_of_the_paths_have_one_scale_that_holds_all():
     assert lines(in_local, 'goal')[0][0] == pytest.approx((1.0, 0.0))
     assert lines(in_odom, 'start')[0][0] == pytest.approx((3.0, -2.0))
     assert lines(in_odom, 'end')[0][0] == pytest.approx((3.0, -1.0))
+    for axes, (name, x, y) in ((in_odom, ('local', 3.0, -2.0)), (in_local, ('odom', 2.0, 3.0))):
+        named = {text.get_text(): text.xy for text in axes.texts}
+        assert set(named) == {'', 'odom', 'local'} and named[name] == pytest.approx((x, y))
+    legend, = in_odom.figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ['path', 'start', 'end', 'goal']
     widths = [np.ptp(limits) for axes in (in_odom, in_local)
               for limits in (axes.get_xlim(), axes.get_ylim())]
     assert widths == pytest.approx([1.35 * 3.0] * 4, rel=1e-3)

@@ -31,6 +31,15 @@ def test_a_jump_is_told_before_the_sample_is_taken_in():
     assert heading.yaw == 3.1
 
 
+@pytest.mark.parametrize('turned, jumps', [
+    (0.98, False), (-0.98, False), (1.02, True), (-1.02, True), (2.0 * math.pi, False)])
+def test_more_than_a_radian_at_once_is_a_jump(turned, jumps):
+    """A node that does not see it drives on by a heading that is not the robot's."""
+    heading = Heading()
+    heading.on_imu(ImuSample(1.0, 3.0, 0.0), 1.0)
+    assert (heading.jump_to(ImuSample(1.1, 3.0 + turned, 0.0)) != '') is jumps
+
+
 @pytest.mark.parametrize('clock_ahead', [0.0, 0.8, -300.0])
 def test_the_age_counts_from_the_measurement_by_the_least_delay(clock_ahead):
     heading = Heading()

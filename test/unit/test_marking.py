@@ -6,12 +6,14 @@ import pathlib
 import re
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
 import yaml
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import drives, move2goal, turn, turning
 from tb3_labs.marking.criteria import Criterion, Outcome, Place, judge
+from tb3_labs.marking.figures import over_time, path
 from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.marks import Marks, write_csv
 from tb3_labs.marking.observation import NotOffered, Observation, Run, Stimulus
@@ -62,6 +64,18 @@ def test_every_criterion_has_points_and_a_place_in_a_lab_sheet(lab):
         assert re.search(r'^#+ {}$'.format(re.escape(criterion.where.heading)), sheet, re.M)
         section = sheet.split('# ' + criterion.where.heading, 1)[1].split('\n## ')[0]
         assert not criterion.where.step or '\n{}. '.format(criterion.where.step) in section
+
+
+def test_a_step_is_about_what_its_criteria_judge():
+    """Those whose meaning names Ctrl+C or the mouse."""
+    steps = [(criterion, word) for lab in LABS.values() for criterion in lab.criteria
+             for word in ('Ctrl+C', 'mouse') if word in criterion.meaning and criterion.where.step]
+    assert len(steps) > 8
+    for criterion, word in steps:
+        sheet = (REPOSITORY / 'doc' / criterion.where.sheet).read_text(encoding='utf-8')
+        section = sheet.split('# ' + criterion.where.heading, 1)[1].split('\n## ')[0]
+        step = re.split(r'\n\d\. ', section)[criterion.where.step]
+        assert word in step, criterion.name
 
 
 @pytest.mark.parametrize('change, words', [
@@ -321,10 +335,63 @@ def test_pages_show_what_students_write_as_text():
     assert '<i>Bobby</i>' in whole.words and 'i' not in whole.tags
 
 
+def test_the_figure_over_time_shows_heading_commands_stimuli_and_starts():
+    seen = turned(90.0)
+    seen.stimuli += [stimulus('x', 2.01, 3.0), stimulus('y', 2.02, 2.5)]
+    seen.runs.append(Run(1.5))
+    figure = over_time(seen)
+    heading, angular, linear = figure.axes
+    turn_of, commands = np.array(seen.truth), np.array(seen.commands)
+    assert heading.lines[0].get_xydata() == pytest.approx(
+        np.column_stack([turn_of[:, 0], np.degrees(turn_of[:, 3])]))
+    for axes, column in ((angular, 2), (linear, 1)):
+        assert axes.lines[0].get_xydata() == pytest.approx(commands[:, [0, column]])
+    for axes in figure.axes:
+        assert [line.get_xdata()[0] for line in axes.lines[1:]] == [0.0, 1.5]
+        assert [[patch.get_xy()[:, 0].min(), patch.get_xy()[:, 0].max()]
+                for patch in axes.patches] == [[0.0, 2.0], [2.01, 3.0], [2.02, 2.5]]
+    assert linear.get_xlim() == (0.0, 2.0)
+    assert [text.get_text() for text in heading.texts] == ['l', 'x', 'y']
+    places = [text.xyann[0] for text in heading.texts]
+    assert places[:2] == pytest.approx([0.0, 1.005]) and places[2] - places[1] > 0.02
+
+
+def test_the_figure_of_a_node_that_did_nothing_is_empty():
+    figure = over_time(observation())
+    assert [len(axes.lines) for axes in figure.axes] == [1, 1, 1]       # when it was started
+    assert figure.axes[2].get_xlim() == (0.0, 1.0)
+    assert path(observation()) is None
+
+
+def test_the_figure_of_the_drives_is_in_their_local_frames():
+    """The second one's frame stands at (1, 2) in the world, turned by 90 degrees."""
+    local = Pose2(1.0, 2.0, math.pi / 2.0).inverse()
+    frames = [[0.0, 0.0, 0.0], [local.x, local.y, local.yaw]]
+    seen = observation('move2goal', truth=[
+        [0.0, 0.0, 0.0, 0.0], [0.5, 2.0, 0.0, 0.1], [1.0, 3.0, 0.5, 0.5],
+        [5.0, 1.0, 2.0, 0.0], [6.0, 1.0, 3.0, 2.0]],
+        stimuli=[stimulus('first', 0.0, 1.0, facts={'goal': drives.GOAL,
+                                                    'local_T_world': frames[0]}),
+                 stimulus('none', 1.5, 2.0),
+                 stimulus('second', 5.0, 6.0, facts={'goal': [4.0, 5.0, 0.0],
+                                                     'local_T_world': frames[1]})])
+    axes, = path(seen).axes
+    first, star, second, other_star, origin = (line.get_xydata() for line in axes.lines)
+    assert first == pytest.approx(np.array([[0.0, 0.0], [2.0, 0.0], [3.0, 0.5]]))
+    assert second == pytest.approx(np.array([[0.0, 0.0], [1.0, 0.0]]), abs=1e-9)
+    assert star[0] == pytest.approx((-0.61, 0.61)) and other_star[0] == pytest.approx((4.0, 5.0))
+    assert origin[0] == pytest.approx((0.0, 0.0))
+    for arrow, end, facing in zip(axes.texts, ((3.0, 0.5), (1.0, 0.0)), (0.5, 2.0 - math.pi / 2.0)):
+        tip = np.array(arrow.xy) - end
+        assert arrow.xyann == pytest.approx(end, abs=1e-9)
+        assert math.atan2(tip[1], tip[0]) == pytest.approx(facing)
+
+
 def test_a_page_without_an_observation_says_why():
     marks = Marks('Bobby', verdicts=[], remarks=['There is no node.'])
     page = Strict(feedback(marks, 'IMU lab'))
     assert 'There is no node.' in page.words and 'img' not in page.tags
+    assert not marks.failed
 
 
 def test_the_table_of_marks(tmp_path):
@@ -333,10 +400,14 @@ def test_the_table_of_marks(tmp_path):
     here = Place('imu_lab.md', 'Lab')
     criteria = [Criterion('one', '', 'one', here, lambda seen: ''),
                 Criterion('two', '', 'two', here, never),
-                Criterion('more', '', 'more', here, lambda seen: '', extra=True)]
-    verdicts = judge(criteria, observation(), {'one': 1.5, 'two': 2, 'more': 0.5})
+                Criterion('more', '', 'more', here, lambda seen: '', extra=True),
+                Criterion('free', '', 'free', here, lambda seen: '', extra=True),
+                Criterion('freer', '', 'freer', here, lambda seen: 'no', extra=True)]
+    verdicts = judge(criteria, observation(),
+                     {'one': 1.5, 'two': 2, 'more': 0.5, 'free': 0, 'freer': 0})
     write_csv([Marks('Bobby', 'lab2/n.py', verdicts, ['Hm.'])], tmp_path / 'marks.csv')
     with open(str(tmp_path / 'marks.csv'), newline='') as file:
         row, = csv.DictReader(file)
     assert row == {'student': 'Bobby', 'points': '2', 'of': '3.5', 'one': '1.5', 'two': '0',
-                   'extra_more': '0.5', 'node': 'lab2/n.py', 'remarks': 'Hm.'}
+                   'extra_more': '0.5', 'extra_free': 'yes', 'extra_freer': 'no',
+                   'node': 'lab2/n.py', 'remarks': 'Hm.'}

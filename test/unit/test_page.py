@@ -8,11 +8,12 @@ import pytest
 from made_run import STATES, TIME, X, ZERO, goals, made, poses, states
 
 from tb3_labs.report import html
-from tb3_labs.report.run_data import Commands, ImuSamples, OdometrySamples, Poses
+from tb3_labs.report.run_data import Commands, ImuSamples, OdometrySamples, Poses, States
 from tb3_labs.robot.turtlebot3 import robot_model
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
+from tb3_labs.report import run_figures  # noqa: E402
 from tb3_labs.report.page import write_csv, write_report  # noqa: E402
 
 BURGER = robot_model('burger')
@@ -41,6 +42,7 @@ def test_a_row_has_what_was_recorded_at_its_time(tmp_path):
         angle_error_deg=math.degrees(-0.5), linear_m_s=0.9, angular_rad_s=1.5)
     for name, value in expected.items():
         assert float(row[name]) == pytest.approx(value, abs=6e-4 if 'deg' in name else 6e-5), name
+        assert len(row[name].split('.')[1]) == (3 if 'deg' in name else 4), name
     assert row['state'] == 'MOVE_FORWARD' and row['linear_commanded_m_s'] == ''
     assert list(row)[0] == 'time_s' and list(row)[-1] == 'state' and len(row) == 18
 
@@ -59,6 +61,12 @@ def test_the_nearest_pose_counts(tmp_path):
     near = Poses(time, time, x, 0.0 * x, 0.0 * x)
     row = table_of(made(local_pose=near), tmp_path / 'run.csv')[60]
     assert float(row['local_x_m']) == 2.0
+
+
+def test_a_single_pose_counts_at_its_own_time(tmp_path):
+    one = np.array([10.0])
+    rows = table_of(made(local_pose=Poses(one, one, one, one, one)), tmp_path / 'run.csv')
+    assert [row['local_x_m'] for row in rows] == [''] * 200 + ['10.0000']
 
 
 def test_a_command_holds_until_the_next_one_or_its_timeout(tmp_path):
@@ -121,6 +129,41 @@ def test_the_page_says_what_was_driven(page):
     assert second[:6] == ['2', '3.00', '0.04', '5.7', 'recording ended', '1.50']
     assert float(first[6]) == pytest.approx(
         1.03 / 0.2108 + (math.atan2(0.04, 1.03) + abs(0.1 - math.atan2(0.04, 1.03))) / 1.5, abs=0.1)
+
+
+def test_the_page_says_how_imu_and_odometry_differ(page):
+    """The odometry keeps 0, and the IMU is at 0.5 rad until 1.3 s, then turns by 3 deg until 6 s."""
+    mean, spread, drift = map(float, re.search(
+        r'mean ([+-][0-9.]+) deg, standard deviation ([0-9.]+), .* ([+-][0-9.]+)\.',
+        page[0]).groups())
+    turned = (4.7 * 1.5 + 4.0 * 3.0) / 10.0
+    assert mean == pytest.approx(math.degrees(0.5) + turned, abs=0.1)
+    square = (4.7 * 9.0 / 3.0 + 4.0 * 9.0) / 10.0
+    assert spread == pytest.approx(math.sqrt(square - turned ** 2), abs=0.02)
+    assert drift == pytest.approx(3.0, abs=1e-3)
+
+
+def words_of(run, folder, monkeypatch):
+    """The page without its pictures."""
+    for name in 'paths', 'errors', 'heading', 'speeds':
+        monkeypatch.setattr(run_figures, name, lambda run, model: None)
+    return write_report(run, BURGER, folder).read_text(encoding='utf-8')
+
+
+def test_a_drive_of_which_no_goal_was_recorded_has_no_errors(tmp_path, monkeypatch):
+    text = words_of(made(goals=Poses.none()), tmp_path, monkeypatch)
+    unknown = '\u2013'
+    row, = (row for row in cells(text) if len(row) == 11)
+    assert row == ['1', unknown, unknown, unknown, 'reached', '6.50'] + [unknown] * 5
+    row, = (row for row in cells(text) if len(row) == 8)
+    assert row[1:6] == ['0.50', '5.00', '1.00', '0.00', unknown]
+
+
+def test_a_page_without_drives_says_where_local_stood(tmp_path, monkeypatch):
+    text = words_of(made(states=States.none()), tmp_path, monkeypatch)
+    assert 'the recorded one' in text and 'None' not in text and 'Along the way' not in text
+    text = words_of(made(states=States.none(), local_pose=Poses.none()), tmp_path, monkeypatch)
+    assert 'declared (0, 0, 0)' in text
 
 
 def test_the_page_says_what_happened_along_the_way(page):

@@ -33,6 +33,7 @@ def lab_report(*words):
 
 
 def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):
+    (tmp_path / 'out').mkdir()                                   # a report may be written again
     assert lab_report(bag, '-o', tmp_path / 'out') == 0
     assert str(tmp_path / 'out' / 'report.html') in capsys.readouterr().out
     page = (tmp_path / 'out' / 'report.html').read_text(encoding='utf-8')

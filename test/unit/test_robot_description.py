@@ -136,6 +136,13 @@ def test_what_cannot_be_described_is_said_in_one_line(machine, capsys, xacro, sa
     assert line.startswith('robot_description.py: ') and re.search(said, line), line
 
 
+@pytest.mark.parametrize('nameless', [
+    '<link/>', '<joint><parent/></joint>', '<joint><parent link="a"/><child/></joint>'])
+def test_a_link_without_a_name_is_refused(nameless):
+    with pytest.raises(ValueError, match='not a URDF'):
+        with_prefix('<robot>{}</robot>'.format(nameless), 'robot3/')
+
+
 def test_an_unknown_robot(machine, capsys):
     assert run('vacuum') != 0
     line, = capsys.readouterr().err.splitlines()

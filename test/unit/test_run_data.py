@@ -71,6 +71,61 @@ def test_old_and_strange_stamps():
     assert times_on_recorders_clock(SENT, from_the_future, None) == pytest.approx(SENT)
 
 
+@pytest.mark.parametrize('apart, shared', [(0.095, True), (0.105, False), (-0.095, True),
+                                           (-0.105, False)])
+def test_senders_whose_clocks_differ_by_less_than_a_tenth_of_a_second_share_one(apart, shared):
+    robot = SenderClock.of(SENT, SENT + AHEAD)
+    time = times_on_recorders_clock(SENT, SENT + AHEAD + apart, robot)
+    assert time == pytest.approx(SENT + (apart if shared else 0.0))
+
+
+@pytest.mark.parametrize('share, passed_on', [(52, True), (48, False)])
+def test_most_stamps_must_be_passed_on(share, passed_on):
+    """They come 0.3 s late, and the others have stamps that are 0.033 s newer. The rounding of a
+    stamp of today in a float is no difference."""
+    robot = SenderClock.of(SENT, SENT + AHEAD)
+    stamp = SENT + AHEAD + np.where(np.arange(100) < share, 2e-7, 0.033)
+    time = times_on_recorders_clock(SENT + 0.3, stamp, robot)
+    assert time[:share] == pytest.approx(SENT[:share] + (0.0 if passed_on else 0.267), abs=1e-5)
+
+
+@pytest.mark.parametrize('every, by_stamp', [(4, True), (5, False)])
+def test_a_quarter_of_the_messages_must_come_in_time(every, by_stamp):
+    robot, number = SenderClock.of(SENT, SENT + AHEAD), np.arange(100)
+    arrival = SENT + np.where((number % every == 0) | (number == 99), 0.0, 0.6)
+    time = times_on_recorders_clock(arrival, SENT + AHEAD, robot)
+    assert time == pytest.approx(SENT if by_stamp else np.maximum.accumulate(arrival))
+
+
+@pytest.mark.parametrize('number, by_stamp', [(10, True), (11, False)])
+def test_a_clock_that_is_off_for_more_than_a_tenth_of_the_messages_was_set(number, by_stamp):
+    """Off by 0.6 s: too little at first, too much at last."""
+    first, last = np.arange(100) < number, np.arange(100) >= 100 - number
+    for off in -0.6 * first, 0.6 * last:
+        time = times_on_recorders_clock(SENT, SENT + AHEAD + off, None)
+        assert time == pytest.approx(SENT + off * by_stamp)
+
+
+@pytest.mark.parametrize('late, time', [(9.5, 4.9), (10.5, 5.0)])
+def test_a_stamp_that_is_ten_seconds_old_says_nothing(late, time):
+    """Else it counts, but time does not run back."""
+    stamp = SENT - np.where(np.arange(100) == 50, late, 0.0)
+    assert times_on_recorders_clock(SENT, stamp, None)[50] == pytest.approx(time)
+
+
+@pytest.mark.parametrize('lags, lag', [
+    ([0.0, 100.0], 0.0), ([-100.0, 0.1, 0.2], 0.1), ([-100.0, 0.2, 0.3, 100.0], 0.2),
+    (np.arange(100) / 1000.0, 0.005), (np.arange(42) / 1000.0, 0.002)])
+def test_a_clock_goes_by_its_quickest_messages_but_for_outliers(lags, lag):
+    """A twentieth of them may be quicker."""
+    stamp = np.arange(len(lags)) / 10.0
+    assert SenderClock.of(stamp + lags, stamp).lag == pytest.approx(lag)
+
+
+def test_no_messages_have_no_times():
+    assert len(times_on_recorders_clock(np.empty(0), np.empty(0), None)) == 0
+
+
 def test_yaws_of_many_quaternions():
     rng = np.random.RandomState(1)
     tilt, yaw = rng.uniform(-0.3, 0.3, 200), rng.uniform(-math.pi, math.pi, 200)

@@ -57,6 +57,24 @@ def test_odometry_in_a_gap_of_the_imu_is_left_out(pause, lost):
     assert len(TIME) - len(offset.time) == lost and offset.mean == pytest.approx(0.5)
 
 
+def test_the_first_two_imu_samples_count_before_a_gap():
+    """The 18 messages in the gap and the one at its end are left out."""
+    offset = offset_of(ZERO + 0.5, (TIME < 0.06) | (TIME > 0.99))
+    assert len(TIME) - len(offset.time) == 19 and list(offset.time[:2]) == [0.0, 0.05]
+
+
+def test_the_offset_ends_with_the_imu():
+    """The two last IMU samples, at 8.95 s and 9 s, are less than 0.3 s old until then."""
+    assert offset_of(ZERO + 0.5, TIME < 9.01).time[-1] == pytest.approx(9.2)
+
+
+def test_a_tenth_of_few_samples_is_one():
+    """2 deg/s for 14 twentieths of a second."""
+    imu = ImuSamples(TIME, TIME, np.radians(2.0 * TIME), ZERO)
+    offset = yaw_offset(made(imu=imu, odometry=made().odometry.take(slice(15))))
+    assert math.degrees(offset.drift) == pytest.approx(1.4)
+
+
 def test_an_imu_of_another_time_has_no_offset():
     imu = ImuSamples(TIME + 100.0, TIME + 100.0, ZERO, ZERO)
     offset = yaw_offset(made(imu=imu))

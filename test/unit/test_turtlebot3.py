@@ -6,7 +6,7 @@ import pytest
 
 from tb3_labs.robot.turtlebot3 import (
     COMMAND_TIMEOUT, CONTROL_RATE, DEFAULT_MODEL, MODELS, MOTOR_SPEED_STEP, TICKS_PER_TURN,
-    robot_model)
+    WHEEL_WIDTH, robot_model)
 
 
 def rim_speed(rpm, radius=0.033):
@@ -17,6 +17,7 @@ def test_the_firmwares_constants():
     assert 2.0 * math.pi / TICKS_PER_TURN == pytest.approx(0.001533981, abs=5e-10)
     assert MOTOR_SPEED_STEP == pytest.approx(0.0239809, abs=1e-6)   # 0.229 rpm in rad/s
     assert (CONTROL_RATE, COMMAND_TIMEOUT) == (30.0, 0.5)
+    assert WHEEL_WIDTH == 0.018               # turtlebot3_description's wheels
 
 
 def test_the_burgers_limits_are_its_motors():
@@ -35,14 +36,15 @@ def test_the_waffles(name):
     assert waffle.max_wheel_speed == pytest.approx(rim_speed(77.0))
 
 
-@pytest.mark.parametrize('name, separation', [
-    ('burger', 0.160), ('waffle', 0.287), ('waffle_pi', 0.287)])
-def test_geometry(name, separation):
+@pytest.mark.parametrize('name, separation, radius', [
+    ('burger', 0.160, 0.105), ('waffle', 0.287, 0.220), ('waffle_pi', 0.287, 0.220)])
+def test_geometry(name, separation, radius):
+    """The firmware's WHEEL_SEPARATION and ROBOT_RADIUS."""
     model = MODELS[name]
     assert model.name == name
     assert (model.wheel_radius, model.wheel_separation) == (0.033, separation)
     assert model.half_track == separation / 2.0
-    assert model.body_radius > model.half_track
+    assert model.body_radius == radius > model.half_track
 
 
 @pytest.mark.parametrize('model, limit', product(MODELS.values(), ['max_linear', 'max_angular']))

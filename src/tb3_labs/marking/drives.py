@@ -1,7 +1,7 @@
 """Drives to a goal in a local frame: where they ended, and how the robot faced there."""
 import math
 
-from tb3_labs.geometry.angles import wrap
+from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.observation import MOVED, RESTED, Observation, Scene
 
@@ -42,7 +42,7 @@ def heading(seen: Observation, name: str, tolerance: float = ANGLE + MORE_ANGLE)
         return missed
     if not scene.facts[RESTED]:
         return 'it was still moving after {:.0f} s'.format(scene.end - scene.begin)
-    faced = math.degrees(wrap(_end(scene).yaw - GOAL[2]))
+    faced = math.degrees(difference(_end(scene).yaw, GOAL[2]))
     return '' if abs(faced) <= tolerance else \
         'at the end it faced {:.1f} degrees instead of 0'.format(faced)
 

@@ -34,7 +34,6 @@ def _mouse_drove(seen):
 
 def drives(seen: Observation) -> str:
     """Is up forward, left left, and half the way about half the speed?"""
-    _mouse_drove(seen)
     for name, column, bounds in ((UP, LINEAR, AT_EDGE), (TO_LEFT, ANGULAR, AT_EDGE),
                                  (HALF_RIGHT, ANGULAR, opposite(HALF_WAY))):
         missed = steers(seen.during(name).moving, name, column, bounds)

@@ -33,7 +33,7 @@ def thin(*columns: np.ndarray) -> np.ndarray:
     for column in columns:
         padded = np.concatenate([column, np.full(-count % size, column[-1])]).reshape(-1, size)
         kept += [begins + padded.argmin(axis=1), begins + padded.argmax(axis=1)]
-    return np.unique(np.minimum(np.concatenate(kept), count - 1))
+    return np.unique(np.concatenate(kept))     # none beyond the end: padding equals the last value
 
 
 def save(figure: Figure, path: Union[str, Path, BinaryIO]) -> None:

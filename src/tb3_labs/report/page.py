@@ -207,7 +207,7 @@ def _nearest(times: np.ndarray, at: np.ndarray, within: float) -> np.ndarray:
     """Index of the time nearest to each of `at`; -1 if none is near enough."""
     if not len(times):
         return np.full(len(at), -1)
-    after = np.searchsorted(times, at).clip(0, len(times) - 1)
+    after = np.minimum(np.searchsorted(times, at), len(times) - 1)
     before = np.maximum(after - 1, 0)
     index = np.where(np.abs(times[after] - at) < np.abs(times[before] - at), after, before)
     return np.where(np.abs(times[index] - at) <= within, index, -1)

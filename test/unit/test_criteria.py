@@ -1,0 +1,366 @@
+"""Each criterion of each lab: what a good node is seen to do, and changes of it that miss some."""
+import copy
+import math
+import pathlib
+
+import pytest
+import yaml
+
+from tb3_labs.marking import drives, gamepad, imu, life, mouse, turning
+from tb3_labs.marking.criteria import Outcome, judge
+from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.observation import Observation, Run, Stimulus
+
+TABLE = yaml.safe_load((pathlib.Path(__file__).resolve().parents[1] / 'marking' / 'points.yaml')
+                       .read_text(encoding='utf-8'))
+#: Each stimulus begins at a multiple of this, and lasts nearly as long [s].
+SLOT, LASTS = 10.0, 8.0
+
+
+def scene(*commands, truth=(), printed='', lines=1, died=False, **facts):
+    """A stimulus: [time since its begin, linear, angular], [time, x, y, yaw], ..."""
+    return dict(commands=commands, truth=truth, printed=printed, lines=lines, died=died,
+                facts=facts)
+
+
+def stopped(second, linear=0.2, angular=0.0, **more):
+    """The robot is driven until `second` [s], and no longer."""
+    return scene((0.01, linear, angular), (second, linear, angular), (second + 0.01, 0.0, 0.0),
+                 **more)
+
+
+def turn(degrees, rate=1.5, forward=0.0, moved=True, rested=True):
+    angle = math.radians(degrees)
+    return scene((0.1, forward, math.copysign(rate, degrees)), (2.0, 0.0, 0.0),
+                 truth=[(0.0, 0.0, 0.0, 3.0), (1.0, 0.0, 0.0, 3.0 + 0.3 * angle),
+                        (2.0, 0.0, 0.0, 3.0 + angle)], moved=moved, rested=rested)
+
+
+def drive(x=-0.61, y=0.61, degrees=0.0, linear=0.2, angular=0.0, moved=True, rested=True):
+    """To a pose in local, which is world moved by (1, 0)."""
+    way = [(0.0, -1.0, 0.0, 0.0), (2.0, -2.0, 1.0, 1.0), (5.0, x - 1.0, y, math.radians(degrees))]
+    return scene((0.1, linear, angular), (5.0, 0.0, 0.0), truth=way, moved=moved, rested=rested,
+                 goal=[-0.61, 0.61, 0.0], local_T_world=[1.0, 0.0, 0.0])
+
+
+def ctrl_c(*commands, printed='', took=0.4, signal=0, was_moving=True):
+    return scene(*commands or [(0.3, 0.0, 0.0)], printed=printed, died=True, took=took,
+                 signal=signal, was_moving=was_moving)
+
+
+def heading(*degrees):
+    return ''.join('Current heading is {} degrees.\n'.format(number) for number in degrees)
+
+
+GOOD = {
+    'imu': {
+        'at 50 degrees': scene(printed=heading(50.9, 49.1), heading_deg=50.0),
+        'at 150 degrees': scene(printed=heading(150.0), heading_deg=150.0),
+        'at 220 degrees': scene(printed=heading(220.0), heading_deg=220.0),
+        'at 350 degrees': scene(printed=heading(350), heading_deg=350.0),
+        'a hair below zero': scene(printed=heading('0.000000', '359.999999')),
+        'a quaternion of zeros': scene(printed='not valid\n' + heading(57.9)),
+        'Ctrl+C': ctrl_c(printed=heading(350) + 'Shutting down the IMU subscriber\n')},
+    'turn': {
+        'l': turn(90.9), 'l across 180': turn(90.0), 'r across 180': turn(-89.1),
+        'r': turn(-90.0), 'r across 0': turn(-90.0),
+        'nonsense': scene((0.1, 0.0, 0.0), printed='Not valid: type l or r.', lines=1000),
+        'mouse not active': scene((0.1, 0.0, 0.0)), 'mouse up': scene((0.1, 0.5, 0.0)),
+        'mouse near the middle': stopped(0.49), 'mouse left': scene((0.1, 0.0, 0.5)),
+        'mouse half right': scene((0.1, 0.0, -0.25)), 'mouse deactivated': stopped(0.49),
+        'l beside the mouse': turn(90.0), 'mouse after a turn': scene((0.1, 0.5, 0.0)),
+        'mouse in a turn': scene((0.1, 0.5, 0.0), was_moving=True),
+        'IMU silent': stopped(0.99, was_moving=True),
+        'mouse silent': stopped(0.99, was_moving=True),
+        'Ctrl+C': ctrl_c(printed='Controller exiting. Halting robot.\n')},
+    'move2goal': {
+        'without control': scene((0.1, 0.0, 0.0)), 'first drive': drive(),
+        'at the goal': scene((0.49, 0.0, 0.0), printed='goal REACHED!\n'),
+        'reset to the origin': scene(printed='Local pose set to x=0, y=0, yaw=0', problem=''),
+        'second drive': drive(), 'control taken': stopped(0.49, was_moving=True),
+        'reset to another pose': scene(problem=''), 'drive from a declared pose': drive(),
+        'drive with an offset IMU': drive(), 'odometry silent': stopped(0.99, was_moving=True),
+        'Ctrl+C': ctrl_c()},
+    'gamepad': {
+        'left stick up': scene((0.1, 0.2, 0.0)), 'left stick half up': scene((0.1, 0.1, 0.0)),
+        'left stick down': scene((0.1, -0.2, 0.0)), 'right stick left': scene((0.1, 0.0, 2.0)),
+        'right stick right': scene((0.1, 0.0, -2.0)), 'sticks let go': stopped(0.49),
+        'A': scene(**{'relinquished': True, 'heard late': True}),
+        'left stick up after A': scene(), 'B': scene(relinquished=False),
+        'left stick up after B': scene((0.1, 0.2, 0.0)),
+        'Y': scene(printed='pose reset SUCCESSFULLY', calls=1, origin=True),
+        'Y without a service': scene((0.69, 0.2, 0.0), printed='no service'),
+        'pad silent': stopped(0.99, was_moving=True), 'Ctrl+C': ctrl_c()}}
+
+
+def observed(lab, **parts):
+    """An observation of a node that was ready and did `parts`."""
+    seen = Observation(lab, 'lab/node.py', runs=[Run(0.0, ready=0.5)])
+    for number, (name, said) in enumerate(parts.items()):
+        begin, said = SLOT * (number + 1), copy.deepcopy(said)
+        for mine, rows in ((seen.commands, said['commands']), (seen.truth, said['truth'])):
+            mine.extend([begin + row[0], *row[1:]] for row in rows)
+        seen.stimuli.append(Stimulus(name, begin, begin + LASTS, said['printed'], said['lines'],
+                                     said['died'], said['facts']))
+    return seen
+
+
+def verdicts(lab, seen):
+    criteria = LABS[lab].criteria
+    return judge(criteria, seen, {criterion.name: 1.0 for criterion in criteria})
+
+
+def missed(lab, seen):
+    """Names of the criteria that are missed; a criterion that is met says nothing."""
+    judged = verdicts(lab, seen)
+    assert all(isinstance(v.seen, str) and (v.seen == '') is (v.outcome is Outcome.MET)
+               for v in judged)
+    assert {v.outcome for v in judged} <= {Outcome.MET, Outcome.MISSED}
+    return {v.criterion.name for v in judged if v.outcome is Outcome.MISSED}
+
+
+@pytest.mark.parametrize('lab', LABS)
+def test_a_good_node_meets_every_criterion(lab):
+    assert missed(lab, observed(lab, **GOOD[lab])) == set()
+
+
+def extended(printed):
+    return 'Traceback (most recent call last):\n  File x\n{}\n'.format(printed)
+
+
+CHANGES = [
+    # lab, {stimulus: what is seen instead}, what is missed then
+    ('imu', {'at 50 degrees': scene(printed=heading(51.05), heading_deg=50.0)}, 'heading_right'),
+    ('imu', {'at 50 degrees': scene(printed=heading(50, 48.9), heading_deg=50.0)},
+     'heading_right'),
+    ('imu', {'at 350 degrees': scene(printed=heading(-10.0), heading_deg=350.0)}, 'from_0_to_360'),
+    ('imu', {'at 350 degrees': scene(printed=heading(359.95, 360.0), heading_deg=359.5)},
+     'from_0_to_360'),
+    ('imu', {'at 350 degrees': scene(printed=heading(0), heading_deg=359.5)}, ''),
+    ('imu', {'at 150 degrees': scene(printed='150.0', heading_deg=150.0)}, 'prints_heading'),
+    ('imu', {name: scene(printed='150.0', heading_deg=150.0) for name in GOOD['imu']
+             if name.startswith('at ')}, 'prints_heading heading_right from_0_to_360'),
+    ('imu', {'Ctrl+C': ctrl_c(printed='Bye')}, 'says_goodbye'),
+    ('imu', {'Ctrl+C': ctrl_c(printed='Shutting down the IMU subscriber\n' + heading(1))},
+     'says_goodbye'),
+    ('imu', {'a hair below zero': scene()}, 'never_360'),
+    ('imu', {'a hair below zero': scene(printed=heading(0, 360.0, 1))}, 'never_360'),
+    ('imu', {'a quaternion of zeros': scene(printed=extended('E') + heading(57))},
+     'survives_nonsense'),
+    ('imu', {'a quaternion of zeros': scene(printed=heading(58.05, 55.95))}, 'survives_nonsense'),
+    ('imu', {'Ctrl+C': ctrl_c(printed='Shutting down the IMU subscriber', took=None)},
+     'clean_exit'),
+
+    ('turn', {'l': turn(91.05)}, 'within_1_deg'),
+    ('turn', {'r across 0': turn(-100.9)}, 'within_1_deg'),
+    ('turn', {'r across 0': turn(-101.1)}, 'within_1_deg short_way'),
+    ('turn', {'l across 180': turn(78.9)}, 'within_1_deg short_way'),
+    ('turn', {'r across 180': turn(-90.0, moved=False)}, 'within_1_deg short_way'),
+    ('turn', {'r': turn(-90.0, rested=False)}, 'within_1_deg right'),
+    ('turn', {'l': turn(-90.0)}, 'within_1_deg left'),
+    ('turn', {'r': turn(-90.0, rate=1.504)}, ''), ('turn', {'r': turn(-90.0, 1.506)}, 'clamped'),
+    ('turn', {'l': turn(90.0, forward=0.004)}, ''),
+    ('turn', {'l': turn(90.0, forward=-0.0053)}, 'on_the_spot'),
+    ('turn', {'nonsense': scene((0.1, 0.0, 0.1), printed='l, r')}, 'answers_nonsense'),
+    ('turn', {'nonsense': scene(printed='l or r', lines=1001)}, 'answers_nonsense'),
+    ('turn', {'nonsense': scene(printed='left, please')}, 'answers_nonsense'),
+    ('turn', {'nonsense': scene(printed='or r')}, 'answers_nonsense'),
+    ('turn', {'mouse up': scene((0.1, 0.549, 0.049))}, ''),
+    ('turn', {'mouse up': scene((0.1, 0.451, -0.049))}, ''),
+    ('turn', {'mouse up': scene((0.1, 0.551, 0.0))}, 'mouse_drives'),
+    ('turn', {'mouse up': scene((0.1, 0.449, 0.0))}, 'mouse_drives'),
+    ('turn', {'mouse up': scene((0.1, 0.5, 0.051))}, 'mouse_drives'),
+    ('turn', {'mouse left': scene((0.1, 0.0, -0.5))}, 'mouse_drives'),
+    ('turn', {'mouse left': scene((0.1, -0.051, 0.5))}, 'mouse_drives'),
+    ('turn', {'mouse half right': scene((0.1, 0.0, -0.101))}, ''),
+    ('turn', {'mouse half right': scene((0.1, 0.0, -0.399))}, ''),
+    ('turn', {'mouse half right': scene((0.1, 0.0, -0.099))}, 'mouse_drives'),
+    ('turn', {'mouse half right': scene((0.1, 0.0, -0.401))}, 'mouse_drives'),
+    ('turn', {'mouse up': scene((0.1, 0.0, 0.0))}, 'mouse_drives mouse_dead_zone mouse_off'),
+    ('turn', {'mouse near the middle': stopped(0.51)}, 'mouse_dead_zone'),
+    ('turn', {'mouse deactivated': stopped(0.51)}, 'mouse_off'),
+    ('turn', {'mouse not active': scene((0.1, 0.0, 0.1))}, 'mouse_off'),
+    ('turn', {'l beside the mouse': turn(78.9)}, 'turn_beside_mouse'),
+    ('turn', {'mouse after a turn': scene((0.1, 0.451, 0.0))}, ''),
+    ('turn', {'mouse after a turn': scene((0.1, 0.449, 0.5))}, 'mouse_after_turn'),
+    ('turn', {'mouse in a turn': scene((0.1, 0.5, 0.0), was_moving=False)}, 'mouse_in_turn'),
+    ('turn', {'mouse in a turn': scene((0.1, 0.0, 1.5), was_moving=True)}, 'mouse_in_turn'),
+    ('turn', {'mouse in a turn': scene((0.1, 0.0, 1.5), (3.0, 0.5, 0.0), was_moving=True)}, ''),
+    ('turn', {'mouse silent': stopped(1.01, was_moving=True)}, 'lost_mouse'),
+    ('turn', {'IMU silent': stopped(1.01, was_moving=True)}, 'lost_imu'),
+    ('turn', {'IMU silent': stopped(0.5, was_moving=False)}, 'lost_imu'),
+    ('turn', {'Ctrl+C': ctrl_c(printed='Halting robot.')}, 'says_goodbye'),
+
+    ('move2goal', {'without control': scene((0.1, 0.01, 0.0))}, 'waits'),
+    ('move2goal', {'first drive': drive(x=-0.61 + 0.019)}, ''),
+    ('move2goal', {'first drive': drive(y=0.61 - 0.021)}, 'exact'),
+    ('move2goal', {'second drive': drive(x=-0.61 + 0.169)}, 'exact'),
+    ('move2goal', {'second drive': drive(x=-0.61 - 0.1711)}, 'exact second_place'),
+    ('move2goal', {'first drive': drive(y=0.61 + 0.1711)}, 'exact goal_place'),
+    ('move2goal', {'first drive': drive(degrees=-0.9)}, ''),
+    ('move2goal', {'first drive': drive(degrees=1.05)}, 'exact'),
+    ('move2goal', {'first drive': drive(degrees=-4.8)}, 'exact'),
+    ('move2goal', {'second drive': drive(degrees=-4.9)}, 'exact second_heading'),
+    ('move2goal', {'first drive': drive(degrees=4.9)}, 'exact goal_heading'),
+    ('move2goal', {'first drive': drive(degrees=722.0)}, 'exact'),
+    ('move2goal', {'first drive': drive(moved=False)},
+     'exact goal_place goal_heading silent_at_goal'),
+    ('move2goal', {'first drive': drive(rested=False)}, 'exact goal_place goal_heading'),
+    ('move2goal', {'at the goal': scene()}, 'says_reached'),
+    ('move2goal', {'at the goal': scene(printed='Goal reached!\n' * 2)}, 'says_reached'),
+    ('move2goal', {'at the goal': scene((0.51, 0.0, 0.0), printed='Goal reached!')},
+     'silent_at_goal'),
+    ('move2goal', {'first drive': drive(linear=-0.224, angular=-2.844)}, ''),
+    ('move2goal', {'second drive': drive(linear=-0.2253)}, 'within_limits'),
+    ('move2goal', {'second drive': drive(angular=-2.8453)}, 'within_limits'),
+    ('move2goal', {'reset to the origin': scene(printed='local pose set', problem='no')},
+     'resets second_place second_heading'),
+    ('move2goal', {'reset to the origin': scene(printed='done', problem='')}, 'says_reset'),
+    ('move2goal', {'control taken': stopped(0.51, was_moving=True)}, 'control_taken'),
+    ('move2goal', {'control taken': stopped(0.3, was_moving=False)}, 'control_taken'),
+    ('move2goal', {'control taken': scene(was_moving=True)}, 'control_taken'),
+    ('move2goal', {'control taken': scene((0.1, 0.2, 0.0), was_moving=True)}, 'control_taken'),
+    ('move2goal', {'reset to another pose': scene(problem='no')}, 'declared_pose'),
+    ('move2goal', {'drive from a declared pose': drive(x=-0.43)}, 'declared_pose'),
+    ('move2goal', {'drive from a declared pose': drive(degrees=5.0)}, 'declared_pose'),
+    ('move2goal', {'drive with an offset IMU': drive(x=-0.43)}, 'offset_imu'),
+    ('move2goal', {'drive with an offset IMU': drive(degrees=5.0)}, 'offset_imu'),
+    ('move2goal', {'odometry silent': stopped(1.01, was_moving=True)}, 'lost_odometry'),
+
+    ('gamepad', {'left stick up': scene((0.1, 0.151, 0.049))}, ''),
+    ('gamepad', {'left stick up': scene((0.1, 0.149, 0.0))}, 'drives'),
+    ('gamepad', {'left stick up': scene((0.1, 0.224, -0.049))}, ''),
+    ('gamepad', {'left stick up': scene((0.1, 0.226, 0.0))}, 'drives'),
+    ('gamepad', {'left stick up': scene((0.1, 0.2, -0.051))}, 'drives'),
+    ('gamepad', {'left stick up': scene()}, 'drives'),
+    ('gamepad', {'left stick half up': scene((0.1, 0.051, 0.0))}, ''),
+    ('gamepad', {'left stick half up': scene((0.1, 0.149, 0.0))}, ''),
+    ('gamepad', {'left stick half up': scene((0.1, 0.049, 0.0))}, 'drives'),
+    ('gamepad', {'left stick half up': scene((0.1, 0.151, 0.0))}, 'drives'),
+    ('gamepad', {'left stick down': scene((0.1, 0.2, 0.0))}, 'drives'),
+    ('gamepad', {'right stick left': scene((0.1, 0.049, 1.51))}, ''),
+    ('gamepad', {'right stick left': scene((0.1, 0.0, 1.49))}, 'turns'),
+    ('gamepad', {'right stick left': scene((0.1, 0.0, 2.85))}, 'turns'),
+    ('gamepad', {'right stick left': scene((0.1, 0.0, -2.0))}, 'turns'),
+    ('gamepad', {'right stick right': scene((0.1, 0.0, -2.84))}, ''),
+    ('gamepad', {'right stick right': scene((0.1, 0.051, -2.0))}, 'turns'),
+    ('gamepad', {'right stick right': scene((0.1, 0.0, 0.0))}, 'turns lets_go'),
+    ('gamepad', {'sticks let go': stopped(0.51)}, 'lets_go'),
+    ('gamepad', {'A': scene(**{'relinquished': False, 'heard late': True})},
+     'relinquishes silent_meanwhile regains'),
+    ('gamepad', {'A': scene(**{'relinquished': None, 'heard late': False})},
+     'relinquishes silent_meanwhile regains latched'),
+    ('gamepad', {'left stick up after A': scene((0.1, 0.0, 0.0))}, 'silent_meanwhile'),
+    ('gamepad', {'B': scene(relinquished=True)}, 'regains'),
+    ('gamepad', {'left stick up after B': scene((0.1, 0.0, 0.0))}, 'regains'),
+    ('gamepad', {'Y': scene(printed='Pose reset successfully', calls=0, origin=False)},
+     'resets once'),
+    ('gamepad', {'Y': scene(printed='Pose reset successfully', calls=2, origin=True)}, 'once'),
+    ('gamepad', {'Y': scene(printed='Done', calls=1, origin=False)}, 'resets says_success'),
+    ('gamepad', {'Y without a service': scene((0.71, 0.2, 0.0), printed='no')}, 'not_blocked'),
+    ('gamepad', {'Y without a service': scene((0.1, 0.0, 0.0), printed='no')}, 'not_blocked'),
+    ('gamepad', {'Y without a service': scene((0.1, 0.2, 0.0), printed=' \n')}, 'says_why_not'),
+    ('gamepad', {'Y without a service': scene((0.1, 0.2, 0.0), printed=extended('Error'))},
+     'says_why_not'),
+    ('gamepad', {'pad silent': stopped(1.01, was_moving=True)}, 'lost_pad'),
+    ('gamepad', {'Ctrl+C': ctrl_c((0.49, 0.0, 0.0))}, ''),
+    ('gamepad', {'Ctrl+C': ctrl_c((0.51, 0.0, 0.0))}, 'stops_robot'),
+    ('gamepad', {'Ctrl+C': ctrl_c((0.1, 0.0, 0.1))}, 'stops_robot'),
+    ('gamepad', {'Ctrl+C': ctrl_c((0.1, 0.1, 0.0))}, 'stops_robot'),
+    ('gamepad', {'Ctrl+C': ctrl_c(was_moving=False)}, 'stops_robot'),
+    ('gamepad', {'Ctrl+C': ctrl_c(signal=15)}, ''),
+    ('gamepad', {'Ctrl+C': ctrl_c(signal=9)}, 'clean_exit'),
+    ('gamepad', {'Ctrl+C': ctrl_c(printed=extended('KeyError: 1'))}, 'clean_exit'),
+    ('gamepad', {'Ctrl+C': ctrl_c(printed=extended('KeyError: 1') + extended(
+        'rospy.exceptions.ROSException: publish() to a closed topic'))}, 'clean_exit'),
+    ('gamepad', {'Ctrl+C': ctrl_c(printed=extended('cut off here'))}, 'clean_exit'),
+    # rospy's own, where a callback publishes while the node ends
+    ('gamepad', {'Ctrl+C': ctrl_c(printed=extended(
+        'rospy.exceptions.ROSException: publish() to a closed topic'))}, '')]
+
+
+@pytest.mark.parametrize('lab, change, misses', CHANGES)
+def test_a_change_misses_these_criteria_and_no_others(lab, change, misses):
+    assert set(change) <= set(GOOD[lab])
+    assert missed(lab, observed(lab, **dict(GOOD[lab], **change))) == set(misses.split())
+
+
+def test_one_drive_is_enough_to_see_its_speeds():
+    """The second one was not reached in time."""
+    parts = {name: said for name, said in GOOD['move2goal'].items() if name != 'second drive'}
+    seen = observed('move2goal', **parts)
+    assert {'second_place', 'exact'} <= missed('move2goal', seen)
+    assert 'within_limits' not in missed('move2goal', seen)
+
+
+def test_a_robot_that_was_never_turned_or_driven_is_not_within_limits():
+    still = scene((0.1, 0.0, 0.0), moved=False, rested=True)
+    parts = {name: still for name in turning.TURNS}
+    assert {'clamped', 'on_the_spot'} <= missed('turn', observed('turn', **parts))
+    none = {name: scene(moved=False, rested=True) for name in ('first drive', 'second drive')}
+    assert 'within_limits' in missed('move2goal', observed('move2goal', **none))
+
+
+@pytest.mark.parametrize('runs, misses_start, words', [
+    ([], True, 'never started'), ([Run(0.0)], True, 'never listened'),
+    ([Run(0.0, end=1.0, ended_by_itself=True, printed='x\nEnd\n\n')], True, "at once: 'End'"),
+    ([Run(0.0, ready=0.5, end=9.0, ended_by_itself=True)], False, 'printed nothing'),
+    ([Run(0.0), Run(1.0, ready=1.5)], True, 'the time was up'),
+    ([Run(0.0, ready=0.5), Run(1.0, ready=1.5)], False, 'the time was up')])
+@pytest.mark.parametrize('lab', LABS)
+def test_a_node_of_which_nothing_was_seen_misses_all_but_its_start(lab, runs, misses_start, words):
+    judged = verdicts(lab, Observation(lab, 'lab/node.py', runs=runs))
+    met = {v.criterion.name for v in judged if v.outcome is Outcome.MET}
+    assert met == (set() if misses_start else {'starts'})
+    assert all(words in v.sentence for v in judged if v.points == 0.0)
+
+
+def test_the_sentence_says_how_far_it_turned():
+    """The number that a student reads is how far the robot truly turned."""
+    unseen = {'r across 0': scene(moved=True, rested=True)}
+    seen = observed('turn', **dict(GOOD['turn'], l=turn(70.0), r=turn(-110.0), **unseen))
+    said = {v.criterion.name: v.seen for v in verdicts('turn', seen)}
+    assert '70.0 degrees to the left' in said['left'] and '20.0 degrees short' in said['left']
+    assert '110.0 degrees to the right' in said['right']
+    assert '20.0 degrees beyond' in said['right'] and '10 are allowed' in said['right']
+    assert '1 are allowed' in said['within_1_deg'] and '0.0 degrees' in said['short_way']
+
+
+def test_parts_are_those_of_the_lab():
+    imu_lab = LABS['turn']
+    assert imu_lab.parts == ['turns', 'mouse', 'both', 'shutdown', 'lost']
+    assert imu_lab.checked_parts(' mouse,turns, ') == ['mouse', 'turns']
+    assert imu_lab.checked_parts('') == []
+    assert imu_lab.checked_parts(','.join(imu_lab.parts)) == imu_lab.parts
+    with pytest.raises(ValueError, match='heading'):
+        imu_lab.checked_parts('mouse,heading')
+
+
+# What is done to a node ---------------------------------------------------------------------------
+
+def test_where_the_sticks_and_the_mouse_are():
+    """As their names say; x to the right and y up for the mouse, up and left for the sticks."""
+    assert gamepad.PLACES == {
+        'left stick up': (1, 0), 'left stick half up': (0.5, 0), 'left stick down': (-1, 0),
+        'right stick left': (0, 1), 'right stick right': (0, -1), 'sticks let go': (0, 0)}
+    assert mouse.PLACES == {'mouse up': (0, 1), 'mouse near the middle': (0.2, -0.2),
+                            'mouse left': (-1, 0), 'mouse half right': (0.6, 0)}
+
+
+def test_a_drive_may_take_its_time():
+    """Seconds, and metres away, before it is ended."""
+    assert (drives.DRIVE_TIME, drives.ASTRAY) == (50.0, 3.0)
+    assert (turning.TURN_TIME, life.ENDING) == (8.0, 5.0)
+
+
+def test_where_the_robot_stands_and_begins_to_turn():
+    """Headings as the names say; turns across 180 and 0 degrees cross them by their own width."""
+    assert {name: 'at {:.0f} degrees'.format(angle) for name, angle in imu.STANDS.items()} == {
+        name: name for name in imu.STANDS}
+    assert len({angle // 90.0 for angle in imu.STANDS.values()}) == 4       # all four quadrants
+    for name, asked in turning.TURNS.items():
+        assert asked.asked_deg == {'l': 90.0, 'r': -90.0}[asked.typed] and name[0] == asked.typed
+        ends = sorted((asked.begins_deg, asked.begins_deg + asked.asked_deg))
+        crossed = [jump for jump in (0.0, 180.0, 360.0) if ends[0] - 20.0 < jump < ends[1] + 20.0]
+        assert ['across {:.0f}'.format(jump) for jump in crossed] == (
+            [name[2:]] if 'across' in name else []), name
