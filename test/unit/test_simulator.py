@@ -87,7 +87,10 @@ def test_no_time_no_samples_and_no_way_back():
 
 
 def test_much_faster_than_real_time():
-    robot, start = Simulator(), time.process_time()
-    drive(robot, 30.0, 0.1, 0.5)
-    # A quiet computer does 1500; this only catches a mistake that makes it useless.
-    assert 30.0 / (time.process_time() - start) > 200.0
+    def seconds():
+        robot, start = Simulator(), time.process_time()
+        drive(robot, 30.0, 0.1, 0.5)
+        return time.process_time() - start
+    # A quiet computer does 1500; this only catches a mistake that makes it useless. The best of
+    # three counts: caches that other programs empty, and the garbage of other tests, cost time.
+    assert 30.0 / min(seconds() for _ in range(3)) > 200.0
