@@ -13,9 +13,10 @@ from pathlib import Path
 import rospkg
 
 from tb3_labs.marking.criteria import judge
-from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.labs import GAMEPAD, LABS
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.observation import Observation
+from tb3_labs.ros.marking.pads import HANDOUT, pad_in_words
 from tb3_labs.ros.marking.sandbox import COOKIE, environment_in, sweep
 from tb3_labs.ros.marking.submission import Unusable
 from tb3_labs.ros.marking.workspace import prepare
@@ -38,13 +39,15 @@ class Interrupted(RuntimeError):
 class Marker:
     """Marks submissions of one lab; several at a time, by threads, if wanted."""
 
-    def __init__(self, lab, worth, logs, parts=(), names=(), limit=300.0, network=QUIET):
+    def __init__(self, lab, worth, logs, parts=(), names=(), limit=300.0, network=QUIET,
+                 pad=HANDOUT):
         """`worth`: criterion -> points; `logs`: an existing folder; `names`: of the node's file, if
         not those of the lab; `limit`: time for one submission [s]; `network`: one of
-        tb3_labs.simulation.network.NETWORKS, between robot and node."""
+        tb3_labs.simulation.network.NETWORKS, between robot and node; `pad`: the name of the gamepad that is
+        played."""
         self._lab, self._worth, self._logs = lab, worth, Path(logs)
         self._parts, self._names, self._limit = parts, names or LABS[lab].files, limit
-        self._network = network
+        self._network, self._pad = network, pad
         self._interrupted = False
         self._cookies = set()
 
@@ -97,6 +100,8 @@ class Marker:
         marks.remarks += prepared.remarks
         if self._network != QUIET:
             marks.remarks.append('Judged over the network "{}".'.format(self._network))
+        if self._lab == GAMEPAD:
+            marks.remarks.append(pad_in_words(self._pad))
         self._go_on()
         if not self._check(prepared, work, log, record, cookie):
             marks.remarks.append('It was stopped after {:g} s, the limit.'.format(self._limit))
@@ -115,7 +120,8 @@ class Marker:
                 ['rostest', 'tb3_labs', 'check_{}.test'.format(self._lab),
                  'pkg:=' + prepared.package, 'type:=' + prepared.executable,
                  'parts:=' + ','.join(self._parts), 'record:={}'.format(record),
-                 'network:=' + self._network],
+                 'network:=' + self._network]
+                + (['pad:=' + self._pad] if self._lab == GAMEPAD else []),
                 env=environment_in(work, prepared.environment), cwd=str(work),
                 stdin=subprocess.DEVNULL, stdout=file, stderr=file, start_new_session=True)
             deadline, in_time = time.monotonic() + self._limit, True
