@@ -15,11 +15,12 @@ from pathlib import Path
 
 import yaml
 
-from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.labs import GAMEPAD, LABS
 from tb3_labs.marking.marks import write_csv
 from tb3_labs.marking.page import feedback, overview
 from tb3_labs.marking.points import points_of
 from tb3_labs.ros.marking.marker import QUIET, Marker, points_file
+from tb3_labs.ros.marking.pads import HANDOUT, pad_called
 from tb3_labs.simulation.network import NETWORKS
 
 
@@ -44,6 +45,8 @@ def parse(words):
                         help='for one submission; default: %(default)g')
     parser.add_argument('--network', choices=list(NETWORKS), default=QUIET,
                         help='between robot and node; default: %(default)s')
+    parser.add_argument('--pad', metavar='NAME', help='for the lab {}: numbers of the gamepad that is '
+                        'played, launch/params/pad_NAME.yaml; default: {}'.format(GAMEPAD, HANDOUT))
     parser.add_argument('--jobs', type=int, default=1, choices=range(1, 17), metavar='N',
                         help='submissions at a time; each needs about one processor core')
     return parser.parse_args(words)
@@ -55,6 +58,7 @@ def main(words):
     lab = LABS[given.lab]
     try:
         parts = lab.checked_parts(given.parts)
+        pad = checked_pad(given.lab, given.pad)
         with open(str(given.points or points_file())) as file:
             worth = points_of(given.lab, lab.criteria, yaml.safe_load(file))
         folders = submissions_in(given.submissions)
@@ -63,13 +67,21 @@ def main(words):
         tell_problem(problem)
         return 2
     marker = Marker(given.lab, worth, given.folder / 'logs', parts, given.package, given.type,
-                    given.limit, given.network)
+                    given.limit, given.network, pad)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     pages = Pages(given.folder, lab.title)
     done, failed = mark_all(marker, folders, given.jobs, pages)
     if done:
         pages.write_overview(done)
     return 1 if failed else 0
+
+
+def checked_pad(lab, pad):
+    """The name of the pad to be played; ``ValueError`` for an unknown one, or for another lab."""
+    if pad and lab != GAMEPAD:
+        raise ValueError('--pad is for --lab {} alone'.format(GAMEPAD))
+    pad_called(pad or HANDOUT)
+    return pad or HANDOUT
 
 
 def submissions_in(folder):

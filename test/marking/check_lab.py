@@ -8,19 +8,22 @@ Started by check_LAB.test. Parameters
     ~points     YAML file with the points of each criterion
     ~parts      these parts of the lab alone, with commas; empty: all
     ~record     file to which the observation is written; empty: none
+    ~pad        gamepad alone: numbers of the pad, launch/params/pad_NAME.yaml
     ~strict     whether criteria beyond the handout fail the test too
 """
 import os
 import sys
 import unittest
+from dataclasses import fields
 
 import rospy
 import rostest
 import yaml
 
 from tb3_labs.marking.criteria import Outcome, judge
-from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.labs import GAMEPAD, LABS
 from tb3_labs.marking.points import points_of
+from tb3_labs.ros.marking.pads import HANDOUT, pad_called
 from tb3_labs.ros.marking.trial import try_out
 
 
@@ -34,13 +37,16 @@ def observe():
     parts = lab.checked_parts(parts)
     with open(points) as file:
         worth = points_of(name, lab.criteria, yaml.safe_load(file))
+    pad = pad_called(rospy.get_param('~pad', HANDOUT))
+    if name == GAMEPAD:    # for a node that reads its numbers, as this package's
+        rospy.set_param('/' + GAMEPAD, {item.name: getattr(pad, item.name) for item in fields(pad)})
 
     def keep(observation):
         if record:
             with open(record + '.part', 'w') as file:
                 file.write(observation.to_json())
             os.replace(record + '.part', record)
-    observation = try_out(name, package, executable, parts, keep)
+    observation = try_out(name, package, executable, parts, keep, pad)
     return judge(lab.criteria, observation, worth, parts)
 
 

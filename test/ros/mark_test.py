@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Marks submissions whose marks are known.
 
-They are the nodes of student_nodes/, written as a student writes them, and the same nodes with one
-deliberate mistake each. Each mistake must lose the marks that it should, and no others.
+They are the nodes of student_nodes/, which are the handouts, line by line, in the layout of a
+course's repository; and the same nodes with deliberate mistakes. The handout's nodes must earn full
+marks. Each mistake must lose the marks that it should, and no others.
 """
 import csv
 import os
@@ -19,24 +20,24 @@ import rostest
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 NODES = PACKAGE / 'test' / 'ros' / 'student_nodes'
-TURN, MOVE, IMU, PAD = 'turtlebot_controller.py', 'move2goal.py', 'imu_sub.py', 'gamepad.py'
+TURN, MOVE, IMU, PAD = 'turtlebot_controller.py', 'move2goal_tf.py', 'imu_sub.py', 'gamepad.py'
+#: The package of each node in the repository of a student.
+PACKAGES = {IMU: 'ice6', TURN: 'lab2', MOVE: 'lab7_tf', PAD: 'lab4_gamepad'}
 EVERYTHING = 'everything'
-NAME = '<package format="2"><name>lab2</name><version>0.0.0</version><description>A lab' \
+MANIFEST = '<package format="2"><name>{}</name><version>0.0.0</version><description>A lab' \
     '</description><maintainer email="student@example.org">A student</maintainer><license>BSD' \
     '</license><buildtool_depend>catkin</buildtool_depend><depend>std_msgs</depend>' \
     '<build_depend>message_generation</build_depend></package>\n'
-#: A package with a message of its own, as the handout has it.
+#: A package's build, that of the message which a student defines, and this message.
 CMAKE = '''cmake_minimum_required(VERSION 3.0)
-project(lab2)
+project({})
 find_package(catkin REQUIRED COMPONENTS message_generation std_msgs)
-add_message_files(FILES MouseController.msg)
-generate_messages(DEPENDENCIES std_msgs)
-catkin_package()
+{}catkin_package()
 '''
+MESSAGES = 'add_message_files(FILES MouseController.msg)\ngenerate_messages(DEPENDENCIES std_msgs)\n'
 MESSAGE = 'Header header\nstd_msgs/Bool status\nfloat32 xPos\nfloat32 yPos\n'
-OWN_MESSAGE = [('from tb3_labs.msg import', 'from lab2.msg import')]
 #: No other program sleeps for this time [s].
-SLEEP = '97531'
+SLEEP = str(1000000 + os.getpid())
 HANG = """        import subprocess
         import time
         subprocess.Popen(['sleep', '{}'], start_new_session=True)
@@ -46,8 +47,9 @@ HANG = """        import subprocess
 FLOOD = """        def flood():
             import time
             while True:
-                print(self.yaw, self.goal)
+                print(self.curr_yaw, self.goal_yaw)
                 time.sleep(2e-4)
+        import threading
         threading.Thread(target=flood, daemon=True).start()
 """
 #: At its end this node prints the delay of its robot.
@@ -55,7 +57,8 @@ TELLS_DELAY = [
     ("    rospy.init_node('imu_sub')", """    rospy.init_node('imu_sub')
     from dynamic_reconfigure.client import Client
     delay = Client('turtlebot3', timeout=10).get_configuration()['sensor_latency']"""),
-    ("        print('Shutting", "        print('sensor_latency: {}\\n'.format(delay), end='')\n        print('Shutting")]
+    ('        print("Shutting', "        print('sensor_latency: {}\\n'.format(delay), end='')\n"
+     '        print("Shutting')]
 
 
 class Case(NamedTuple):
@@ -70,79 +73,97 @@ class Case(NamedTuple):
 #: Number of mark.py that run at a time; each marks at most JOBS submissions at a time. More of them
 #: delay the robots, and each submission is tried twice.
 AT_A_TIME, JOBS = 3, 4
-UNCLAMPED = ('min(max(abs(K_HDG * error), MIN_ANG_Z), MAX_ANG_Z)', 'abs(K_HDG * error)')
-WRONG_SIDE = ('self.yaw + 90', 'self.yaw - 90')
-#: (lab, its parts) or (lab, its parts, network) -> submissions, the longest runs first. What a
-#: student gets wrong most easily comes with its part alone. A submission has several mistakes if
-#: they lose different criteria, since each submission costs a robot and a master.
+NO_WRAP = ('return 360 + yaw if yaw < 0 else yaw', 'return yaw')
+WRONG_SIDE = ('self.curr_yaw + 90', 'self.curr_yaw - 90')
+FASTER = [('0.3 * yaw_error', '2.0 * yaw_error'), ('cmd.linear.x = 0.15', 'cmd.linear.x = 0.22')]
+#: (lab, its parts, options of mark.py ...) -> submissions, the longest runs first. What a student
+#: gets wrong most easily comes with its part alone. A submission has several mistakes if they lose
+#: different criteria, since each submission costs a robot and a master.
 CASES = {
-    ('turn', 'turns'): [
-        Case('across the jump', TURN, [
-            ('.to_euler(degrees=True)[2] % 360', '.to_euler(degrees=True)[2]'),
-            ('(self.yaw + 90) % 360', 'self.yaw + 90'), ('(self.yaw - 90) % 360', 'self.yaw - 90'),
-            ('error -= 360', 'pass'), ('error += 360', 'pass'), UNCLAMPED],
-             {'short_way', 'clamped'}),
-        Case('endless loop', TURN, [("    rospy.init_node('controller')", '    import time\n    while True: time.sleep(1.0)')],
-             EVERYTHING),
-        Case('flood', TURN, [('        threading.Thread(', FLOOD + '        threading.Thread('),
-                             WRONG_SIDE],
-             {'answers_nonsense', 'left', 'short_way'}),
-        Case('syntax error', TURN, [('def turn(self):', 'def turn(self)')], EVERYTHING),
-    ],
-    ('turn', ''): [
-        Case('good', TURN, OWN_MESSAGE, set()),
-    ],
     ('move2goal', 'drive,reset,control'): [
         Case('good', MOVE, [], set()),
     ],
+    ('turn', 'turns'): [
+        Case('across the jump', TURN, [
+            NO_WRAP, ('if self.goal_yaw < 0:', 'if False:'),
+            ('elif self.goal_yaw > 360:', 'elif False:'), ('if yaw_err > 180:', 'if False:'),
+            ('elif yaw_err < -180:', 'elif False:'), ('MAX_ANG_Z = 1.5', 'MAX_ANG_Z = 2.0')],
+             {'short_way', 'clamped'}),
+        Case('endless loop', TURN, [(
+            "    rospy.init_node('controller')",
+            '    import time\n    while True: time.sleep(1.0)')], EVERYTHING),
+        Case('flood', TURN, [WRONG_SIDE, (
+            '        self.cmd = Twist()\n', '        self.cmd = Twist()\n' + FLOOD)],
+             {'answers_nonsense', 'left', 'short_way'}),
+        Case('syntax error', TURN, [('def shutdownhook(self):', 'def shutdownhook(self)')],
+             EVERYTHING),
+    ],
+    ('turn', ''): [
+        Case('good', TURN, [], set()),
+    ],
     ('move2goal', 'drive'): [
-        Case('driven through', MOVE, [('math.hypot(dx, dy) < DISTANCE_TOL', 'False'),
-                                      ('if self.control and', 'if')],
+        Case('driven through', MOVE, FASTER + [
+            ('distance > 0.15', 'True'), ('not self.has_control or', '')],
              {'waits', 'goal_place', 'goal_heading', 'says_reached', 'silent_at_goal'}),
     ],
     ('gamepad', ''): [
         Case('good', PAD, [], set()),
-        Case('waits for the service', PAD, [
-            ('threading.Thread(target=self.reset, daemon=True).start()', 'self.reset()')],
-            {'not_blocked'}),
+    ],
+    ('gamepad', '', '--pad', 'xbox'): [
+        Case('careless', PAD, [
+            ('joy.buttons[2]', 'joy.buttons[3]'), ('        if self.has_control:', '        if True:'),
+            ('self.ctrl_pub.publish(False)', 'pass'), ('self.reset_pose(0.0', 'self.reset_pose(1.0'),
+            ("rospy.logwarn('Service reset_pose is not available.')", 'pass')],
+             {'silent_meanwhile', 'regains', 'resets', 'says_why_not'}),
     ],
     ('turn', 'mouse,both'): [
         Case('blocking input', TURN, [
-            ('threading.Thread(target=self.keyboard, daemon=True).start()', 'pass'),
-            ('            self.control()\n', '            if self.goal is None:\n'
-             "                self.handle(input('l or r? '))\n            self.control()\n")],
+            ('        self.cmd_pub.publish(cmd)\n', '        self.mouse_cmd = cmd\n'),
+            ('        self.turning = False\n        self.cmd = Twist()\n', '        self.turning = '
+             'False\n        self.cmd = Twist()\n        self.mouse_cmd = Twist()\n'),
+            ('        self.cmd.angular.z = ang_z\n', '        self.cmd.angular.z = ang_z\n        '
+             'if not self.turning:\n            self.cmd = self.mouse_cmd\n')],
             {'mouse_drives', 'mouse_dead_zone', 'mouse_off', 'mouse_after_turn', 'mouse_in_turn'}),
     ],
     ('turn', 'shutdown'): [
-        Case('hangs', TURN, [('        self.pub.publish(Twist())\n\n    def run', HANG
-                              + '\n    def run')], {'clean_exit', 'stops_robot'}),
+        Case('hangs', TURN, [(
+            '        self.cmd.angular.z = 0\n        self.cmd_pub.publish(self.cmd)\n', HANG)],
+            {'clean_exit', 'stops_robot'}),
     ],
     ('imu', 'heading'): [
         Case('good', IMU, [], set()),
-        Case('no wrap', IMU, [('if yaw < 0:', 'if yaw < -999:')], {'from_0_to_360'}),
+        Case('no wrap', IMU, [NO_WRAP], {'from_0_to_360'}),
     ],
-    ('imu', 'heading', 'bad'): [
+    ('imu', 'heading', '--network', 'bad'): [
         Case('good', IMU, TELLS_DELAY, set()),
     ],
 }
 
 
 def hand_in(folder, case):
-    """Write a submission: no exec bit, and one of them has Windows line endings."""
-    code = (NODES / case.node).read_text()
-    for old, new in case.changes:
-        assert old in code, old
-        code = code.replace(old, new)
-    package = folder / case.student / 'lab2'
-    (package / 'scripts').mkdir(parents=True)
-    (package / 'package.xml').write_text(NAME)
-    (package / 'CMakeLists.txt').write_text(CMAKE)
-    if case.changes is OWN_MESSAGE:
-        (package / 'msg').mkdir()
-        (package / 'msg' / 'MouseController.msg').write_text(MESSAGE)
-    if WRONG_SIDE in case.changes:
-        code = code.replace('\n', '\r\n')
-    (package / 'scripts' / case.node).write_bytes(code.encode())
+    """Write a student's repository, with this node and those of the other labs: no exec bits, and
+    one has Windows line endings."""
+    repository = folder / case.student
+    for name, package in PACKAGES.items():
+        code = (NODES / name).read_text()
+        for old, new in case.changes if name == case.node else ():
+            assert code.count(old) == 1, old
+            code = code.replace(old, new)
+        if name == case.node and WRONG_SIDE in case.changes:
+            code = code.replace('\n', '\r\n')
+        make_package(repository / package)
+        (repository / package / 'src').mkdir()
+        (repository / package / 'src' / name).write_bytes(code.encode())
+    make_package(repository / 'lab1', MESSAGES)
+    (repository / 'lab1' / 'msg').mkdir()
+    (repository / 'lab1' / 'msg' / 'MouseController.msg').write_text(MESSAGE)
+
+
+def make_package(folder, build=''):
+    """Make a catkin package; `build`: lines of its CMakeLists.txt."""
+    folder.mkdir(parents=True)
+    (folder / 'package.xml').write_text(MANIFEST.format(folder.name))
+    (folder / 'CMakeLists.txt').write_text(CMAKE.format(folder.name, build))
 
 
 class Page(HTMLParser):
@@ -185,14 +206,14 @@ class MarkTest(unittest.TestCase):
     @classmethod
     def run_mark(cls, key):
         """Mark these submissions; (folder of the marks, output, exit status)."""
-        lab, parts, network = (key + ('quiet',))[:3]
+        lab, parts, *options = key
         base = Path(cls.folder.name) / ' '.join(key)
         for case in CASES[key]:
             hand_in(base / 'submissions', case)
         done = subprocess.run(
             ['rosrun', 'tb3_labs', 'mark.py', str(base / 'submissions'), '--lab', lab, '-o',
-             str(base / 'marks'), '--parts', parts, '--network', network, '--jobs',
-             str(min(JOBS, len(CASES[key]))), '--limit', '120'],
+             str(base / 'marks'), '--parts', parts, '--jobs', str(min(JOBS, len(CASES[key]))),
+             '--limit', '150'] + options,
             env=dict(os.environ, TMPDIR=str(cls.temporary)), stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, timeout=560, universal_newlines=True)
         return base / 'marks', done.stdout, done.returncode
@@ -238,14 +259,15 @@ class MarkTest(unittest.TestCase):
 
     def test_gamepad(self):
         self.check('gamepad', '')
+        self.check('gamepad', '', '--pad', 'xbox')
 
     def test_imu(self):
         self.check('imu', 'heading')
 
     def test_a_bad_network_is_the_robots_and_is_told(self):
-        self.check('imu', 'heading', 'bad')
+        self.check('imu', 'heading', '--network', 'bad')
         told = [Page(self.runs[key][0] / 'good.html').words for key in (
-            ('imu', 'heading', 'bad'), ('imu', 'heading'))]
+            ('imu', 'heading', '--network', 'bad'), ('imu', 'heading'))]
         self.assertIn('sensor_latency: 0.03', told[0])
         self.assertEqual(['Judged over the network "bad".' in words for words in told],
                          [True, False])
@@ -274,6 +296,9 @@ class MarkTest(unittest.TestCase):
                 (('turn', 'turns'), 'flood', 'lines were printed in'),
                 (('turn', 'turns'), 'across the jump', 'rad/s while turning'),
                 (('turn', 'shutdown'), 'hangs', 'still running 5 s after Ctrl+C'),
+                (('gamepad', ''), 'good', 'The pad was "handout": axis 1 drives'),
+                (('gamepad', '', '--pad', 'xbox'), 'careless', 'The pad was "xbox"'),
+                (('gamepad', '', '--pad', 'xbox'), 'careless', '3 is Y'),
                 (('move2goal', 'drive'), 'driven through', 'still moving after')):
             self.assertIn(sentence, words(key, student))
 

@@ -142,6 +142,8 @@ CHANGES = [
              if name.startswith('at ')}, 'prints_heading heading_right from_0_to_360'),
     ('imu', {'Ctrl+C': ctrl_c(printed='Bye')}, 'says_goodbye'),
     ('imu', {'Ctrl+C': ctrl_c(printed='Shutting down the IMU subscriber\n' + heading(1))},
+     ''),       # the handout's own flag lets one more heading through
+    ('imu', {'Ctrl+C': ctrl_c(printed='Shutting down the IMU subscriber\n' + heading(1, 2))},
      'says_goodbye'),
     ('imu', {'a hair below zero': scene()}, 'never_360'),
     ('imu', {'a hair below zero': scene(printed=heading(0, 360.0, 1))}, 'never_360'),

@@ -4,6 +4,8 @@ import csv
 import math
 import pathlib
 import re
+import subprocess
+import sys
 from html.parser import HTMLParser
 
 import numpy as np
@@ -11,7 +13,7 @@ import pytest
 import yaml
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking import drives, move2goal, turn, turning
+from tb3_labs.marking import drives, imu, move2goal, turn, turning
 from tb3_labs.marking.criteria import Criterion, Outcome, Place, judge
 from tb3_labs.marking.figures import over_time, path
 from tb3_labs.marking.labs import LABS
@@ -19,6 +21,9 @@ from tb3_labs.marking.marks import Marks, write_csv
 from tb3_labs.marking.observation import NotOffered, Observation, Run, Stimulus
 from tb3_labs.marking.page import feedback, overview
 from tb3_labs.marking.points import points_of
+from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.ros.marking.gamepad import AXES, BUTTONS
+from tb3_labs.ros.marking.pads import pad_called, pad_in_words
 from tb3_labs.ros.marking.trial import SCRIPTS
 from tb3_labs.ros.testing.bounded_text import BoundedText
 
@@ -279,6 +284,71 @@ def test_the_longest_gap_in_what_the_robot_said():
     assert observation(truth=[[t, 0, 0, 0] for t in (0.0, 0.02, 0.52, 0.54)]).longest_gap == (
         pytest.approx(0.5))
     assert observation().longest_gap == 0.0
+
+
+# -- what the handout itself does costs nothing
+
+@pytest.mark.parametrize('after, words', [
+    ('', ''), ('Current heading is 12.000000 degrees.\n', ''),     # its flag is set after the line
+    ('Current heading is 12.000000 degrees.\n' * 2, '2 headings were printed after')])
+def test_one_heading_may_follow_the_goodbye(after, words):
+    printed = 'Current heading is 1.0 degrees.\n' * 3 + 'Shutting down the IMU subscriber\n' + after
+    seen = observation('imu', stimuli=[stimulus('Ctrl+C', died=True, printed=printed)])
+    missed = imu.says_goodbye(seen)
+    assert words in missed and bool(missed) is bool(words)
+
+
+def test_a_heading_after_no_goodbye_is_no_goodbye():
+    seen = observation('imu', stimuli=[stimulus(
+        'Ctrl+C', died=True, printed='Current heading is 1.0 degrees.\n')])
+    assert 'was not printed at Ctrl+C' in imu.says_goodbye(seen)
+
+
+def test_full_marks_ask_for_nothing_that_the_handouts_leave_open():
+    """The handout waits 1 s in the gamepad's callback, and halts the robot in the IMU lab alone."""
+    extra = {(lab, c.name) for lab in LABS for c in LABS[lab].criteria if c.extra}
+    assert {('gamepad', 'not_blocked'), ('gamepad', 'stops_robot'), ('gamepad', 'once'),
+            ('gamepad', 'latched'), ('move2goal', 'stops_robot'), ('move2goal', 'declared_pose'),
+            ('move2goal', 'offset_imu')} <= extra
+    assert ('turn', 'stops_robot') not in extra
+
+
+# -- pads
+
+def test_a_pad_is_played_by_the_numbers_that_the_launch_file_loads():
+    assert pad_called('handout') == PadConfig()
+    xbox = pad_called('xbox')
+    assert (xbox.linear_axis, xbox.angular_axis, xbox.relinquish_button, xbox.regain_button,
+            xbox.reset_button) == (1, 3, 0, 1, 3)
+    assert pad_in_words('f310_d') == ('The pad was "f310_d": axis 1 drives, axis 2 turns; button 1 '
+                                      'is A, 2 is B, 3 is Y.')
+
+
+def test_the_sticks_and_buttons_of_every_pad_are_there():
+    for path in (REPOSITORY / 'launch' / 'params').glob('pad_*.yaml'):
+        pad = pad_called(path.name[4:-5])
+        assert max(pad.linear_axis, pad.angular_axis) < AXES
+        assert max(pad.relinquish_button, pad.regain_button, pad.reset_button) < BUTTONS
+
+
+@pytest.mark.parametrize('name', ['xbocks', '', '../gamepad', 'handout.yaml'])
+def test_an_unknown_pad_is_one_line_with_the_valid_ones(name):
+    with pytest.raises(ValueError) as problem:
+        pad_called(name)
+    assert str(problem.value) == (
+        'there is no pad {!r}; valid: f310_d, f310_x, handout, ps4, xbox'.format(name))
+
+
+@pytest.mark.parametrize('words, line', [
+    (['--lab', 'gamepad', '--pad', 'xbocks'], "mark.py: there is no pad 'xbocks'; valid: f310_d, "
+     'f310_x, handout, ps4, xbox\n'),
+    (['--lab', 'turn', '--pad', 'xbox'], 'mark.py: --pad is for --lab gamepad alone\n')])
+def test_mark_refuses_a_pad_in_one_line(tmp_path, words, line):
+    (tmp_path / 'in' / 'bobby').mkdir(parents=True)
+    done = subprocess.run([sys.executable, str(REPOSITORY / 'scripts' / 'mark.py'),
+                           str(tmp_path / 'in'), '-o', str(tmp_path / 'out')] + words,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
+    assert (done.returncode, done.stdout) == (2, line)
 
 
 # -- text, files, pages

@@ -42,6 +42,7 @@ class Criterion:
     where: Place             # where to look
     judge: Callable[[Observation], str]
     extra: bool = False      # beyond what the handout asks for
+    limits: str = ''         # the numbers by which it is judged; '' if `meaning` has them all
 
     @property
     def label(self) -> str:

@@ -11,13 +11,23 @@ GOAL_POSE = 'goal'
 LOCAL_T_WORLD = 'local_T_world'
 #: The handout's goal: x, y [m], heading [rad].
 GOAL = (-0.61, 0.61, 0.0)
-#: The handout's tolerances, and how far a robot may go on after it was stopped [m], [deg].
-DISTANCE, ANGLE = 0.15, math.degrees(0.05)
+#: The handout's tolerances [m], [rad], [deg]; how far a robot may go on after it was stopped [m],
+#: [deg].
+DISTANCE, ANGLE_RAD = 0.15, 0.05
+ANGLE = math.degrees(ANGLE_RAD)
 MORE_DISTANCE, MORE_ANGLE = 0.02, 2.0
 #: The tolerances beyond the handout [m], [deg].
 EXACT_DISTANCE, EXACT_ANGLE = 0.02, 1.0
-#: A drive takes no longer than this [s], and goes no farther away than this [m].
-DRIVE_TIME, ASTRAY = 50.0, 3.0
+#: A drive begins within this time after control was given, and takes no longer than this [s].
+REACTION, DRIVE_TIME = 4.0, 50.0
+#: It goes no farther away than this [m].
+ASTRAY = 3.0
+#: What place and heading are judged by, in words.
+PLACE_LIMITS = 'within {:g} m, and {:g} that a stopped robot goes on; begun within {:g} s, over ' \
+    'within {:g} s, never {:g} m away'.format(
+        DISTANCE, MORE_DISTANCE, REACTION, DRIVE_TIME, ASTRAY)
+HEADING_LIMITS = 'within {:g} rad ({:.1f} degrees), and {:g} degrees that a stopped robot goes ' \
+    'on'.format(ANGLE_RAD, ANGLE, MORE_ANGLE)
 
 
 def place(seen: Observation, name: str, tolerance: float = DISTANCE + MORE_DISTANCE) -> str:

@@ -1,10 +1,12 @@
 """The Transformation lab's gamepad: driving, handing the robot over, resetting. All it asks for."""
 from tb3_labs.marking.criteria import Criterion, first_missed
-from tb3_labs.marking.life import TRACEBACK, clean_exit, starts, stops_robot
+from tb3_labs.marking.life import (ENDS_IN_TIME, IN_TIME, STOPS_IN_TIME, TRACEBACK, clean_exit,
+                                   starts, stops_robot)
 from tb3_labs.marking.observation import NotSeen, Observation
 from tb3_labs.marking.sheets import STATES, THUMB
-from tb3_labs.marking.steering import ANGULAR, LINEAR, opposite, steers
-from tb3_labs.marking.stopping import AT_ONCE, stops_when_silent
+from tb3_labs.marking.steering import ANGULAR, LINEAR, NEAR, ROUNDING, opposite, steers
+from tb3_labs.marking.stopping import (AT_ONCE, STOPS_AT_ONCE, STOPS_WHEN_LOST,
+                                       stops_when_silent)
 
 #: The parts of the lab.
 STICKS, BUTTONS, NO_SERVICE, LOST = 'sticks', 'buttons', 'no service', 'lost'
@@ -28,12 +30,20 @@ LATCHED = 'heard late'
 CALLS = 'calls'
 ORIGIN = 'origin'
 
-#: What full sticks command: at least, at most [m/s], [rad/s].
-FORWARD, TURN = (0.15, 0.225), (1.5, 2.845)
+#: The handout's full speeds [m/s], [rad/s]; what full sticks command: at least, at most.
+FULL_SPEED, FULL_TURN = 0.22, 2.84
+FORWARD, TURN = (0.15, FULL_SPEED + ROUNDING), (1.5, FULL_TURN + ROUNDING)
 #: What a stick half way commands, as a part of what it commands at its end: at least, at most.
 HALF = (0.25, 0.75)
 #: A node that is not blocked obeys a stick within this time [s]; waiting for a service takes 1 s.
 PROMPT = 0.7
+#: A stick is held for this time; a word is heard on ctrl_relinq, a reset was called, or had failed,
+#: within this time [s].
+HELD, SAYS, RESET_TIME = 0.8, 1.0, 2.5
+#: What a reset without a service is judged by, in words.
+IN_RESET_TIME = 'within {:g} s'.format(RESET_TIME)
+#: What full sticks are judged by, in words.
+STICK_LIMITS = '{:g} to {:g} {} within {:g} s, and at most {:g} of the other speed'
 SUCCESS = 'Pose reset successfully'
 
 
@@ -156,28 +166,35 @@ def lost_pad(seen: Observation) -> str:
 
 
 CRITERIA = [
-    Criterion('starts', STICKS, 'runs and listens to joy', THUMB, starts),
-    Criterion('drives', STICKS, 'left stick drives forward and back, at most 0.22 m/s', THUMB,
-              drives),
-    Criterion('turns', STICKS, 'right stick turns left and right, at most 2.84 rad/s', THUMB,
-              turns),
-    Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', THUMB, lets_go),
-    Criterion('relinquishes', BUTTONS, 'A publishes True on ctrl_relinq', STATES, relinquishes),
+    Criterion('starts', STICKS, 'runs and listens to joy', THUMB, starts, limits=IN_TIME),
+    Criterion('drives', STICKS, 'left stick drives forward and back, at most {:g} m/s'.format(
+        FULL_SPEED), THUMB, drives, limits=STICK_LIMITS.format(*FORWARD, 'm/s', HELD, NEAR) +
+              '; half way {:g} to {:g} of full'.format(*HALF)),
+    Criterion('turns', STICKS, 'right stick turns left and right, at most {:g} rad/s'.format(
+        FULL_TURN), THUMB, turns, limits=STICK_LIMITS.format(*TURN, 'rad/s', HELD, NEAR)),
+    Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', THUMB, lets_go,
+              limits=STOPS_AT_ONCE),
+    Criterion('relinquishes', BUTTONS, 'A publishes True on ctrl_relinq', THUMB, relinquishes,
+              limits='within {:g} s'.format(SAYS)),
     Criterion('silent_meanwhile', BUTTONS, 'sends no velocity while the robot is handed over',
-              THUMB, silent_meanwhile),
+              THUMB, silent_meanwhile, limits='the stick is up for {:g} s'.format(HELD)),
     Criterion('regains', BUTTONS, 'B publishes False on ctrl_relinq, and the sticks drive again',
-              THUMB, regains),
-    Criterion('resets', BUTTONS, 'Y calls the reset with (0, 0, 0)', THUMB, resets),
-    Criterion('says_success', BUTTONS, 'says "{}." after Y'.format(SUCCESS), THUMB, says_success),
-    Criterion('stops_robot', BUTTONS, 'at Ctrl+C while driving sends zero velocity', THUMB,
-              stops_robot),
+              THUMB, regains, limits='within {:g} s; the stick within {:g} s'.format(SAYS, HELD)),
+    Criterion('resets', BUTTONS, 'Y calls the reset with (0, 0, 0)', THUMB, resets,
+              limits=IN_RESET_TIME),
+    Criterion('says_success', BUTTONS, 'says "{}." after Y'.format(SUCCESS), THUMB, says_success,
+              limits=IN_RESET_TIME),
     Criterion('clean_exit', BUTTONS, 'at Ctrl+C ends by itself, without a traceback', THUMB,
-              clean_exit),
+              clean_exit, limits=ENDS_IN_TIME),
+    Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service', THUMB,
+              says_why_not, limits=IN_RESET_TIME),
+    Criterion('stops_robot', BUTTONS, 'at Ctrl+C while driving sends zero velocity', THUMB,
+              stops_robot, extra=True, limits=STOPS_IN_TIME),
     Criterion('not_blocked', NO_SERVICE, 'Y without a service does not block the sticks', THUMB,
-              not_blocked),
-    Criterion('says_why_not', NO_SERVICE, 'says why the reset failed', THUMB, says_why_not),
+              not_blocked, extra=True, limits='the stick drives within {:g} s'.format(PROMPT)),
     Criterion('once', BUTTONS, 'Y, held, is one call', THUMB, once, extra=True),
-    Criterion('latched', BUTTONS, 'ctrl_relinq is latched', THUMB, latched, extra=True),
-    Criterion('lost_pad', LOST, 'stops the robot within 1 s after the pad fell silent', THUMB,
-              lost_pad, extra=True),
+    Criterion('latched', BUTTONS, 'ctrl_relinq is latched', THUMB, latched, extra=True,
+              limits='heard within {:g} s'.format(SAYS)),
+    Criterion('lost_pad', LOST, 'stops the robot after the pad fell silent', THUMB, lost_pad,
+              extra=True, limits=STOPS_WHEN_LOST),
 ]

@@ -4,7 +4,8 @@ from typing import List
 
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.marking.criteria import Criterion, Place
-from tb3_labs.marking.life import CTRL_C, TRACEBACK, clean_exit, says, starts
+from tb3_labs.marking.life import (CTRL_C, ENDS_IN_TIME, IN_TIME, TRACEBACK, clean_exit, says,
+                                   starts)
 from tb3_labs.marking.observation import NotSeen, Observation
 from tb3_labs.marking.sheets import EXERCISE, HEADING_EXERCISE, IMU_SHEET
 
@@ -13,11 +14,13 @@ HEADING, ODD_SAMPLES = 'heading', 'odd samples'
 #: The headings at which the robot stands; stimulus -> heading [deg].
 STANDS = {'at 50 degrees': 50.0, 'at 150 degrees': 150.0, 'at 220 degrees': 220.0,
           'at 350 degrees': 350.0}
+#: At each of them the line must be printed within this time [s].
+READING = 1.5
 #: Samples that a real IMU sends seldom.
 HAIR_BELOW_ZERO = 'a hair below zero'
 ZERO_QUATERNION = 'a quaternion of zeros'
-#: The heading that is sent after the quaternion of zeros [deg].
-AFTERWARDS = 57.0
+#: The heading that is sent after the quaternion of zeros [deg], and for how long [s].
+AFTERWARDS, NEXT = 57.0, 0.9
 #: Key of a stand's facts: the heading that the IMU says [deg].
 HEADING_DEG = 'heading_deg'
 
@@ -25,6 +28,8 @@ LINE = re.compile(r'Current heading is (-?\d+(?:\.\d+)?) degrees')
 GOODBYE = 'Shutting down the IMU subscriber'
 #: A printed heading is right if it is at most this far from the IMU's [deg].
 TOLERANCE = 1.0
+#: The handout's code prints a heading after its last line if a sample comes before its flag is set.
+LATE_HEADINGS = 1
 
 QUATERNION, AT_CTRL_C = (Place(IMU_SHEET, HEADING_EXERCISE, step) for step in (2, 4))
 
@@ -71,14 +76,14 @@ def from_0_to_360(seen: Observation) -> str:
 
 
 def says_goodbye(seen: Observation) -> str:
-    """Does it say that it ends, and print no heading after that?"""
+    """Does it say that it ends, and print no more headings than LATE_HEADINGS after that?"""
     missed = says(seen, GOODBYE)
     if missed:
         return missed
     printed = seen.during(CTRL_C[0], may_die=True).printed
-    if headings(printed[printed.rfind(GOODBYE):]):
-        return 'headings were printed after "{}"'.format(GOODBYE)
-    return ''
+    late = len(headings(printed[printed.rfind(GOODBYE):]))
+    return '' if late <= LATE_HEADINGS else \
+        '{} headings were printed after "{}"'.format(late, GOODBYE)
 
 
 def never_360(seen: Observation) -> str:
@@ -102,19 +107,19 @@ def survives_nonsense(seen: Observation) -> str:
 
 
 CRITERIA = [
-    Criterion('starts', HEADING, 'runs and listens to imu', EXERCISE, starts),
+    Criterion('starts', HEADING, 'runs and listens to imu', EXERCISE, starts, limits=IN_TIME),
     Criterion('prints_heading', HEADING, 'prints "Current heading is ... degrees."', EXERCISE,
-              prints_heading),
-    Criterion('heading_right', HEADING, 'prints the heading of the IMU, within 1 degree',
-              QUATERNION, heading_right),
+              prints_heading, limits='within {:g} s at each heading'.format(READING)),
+    Criterion('heading_right', HEADING, 'prints the heading of the IMU', QUATERNION, heading_right,
+              limits='within {:g} degree'.format(TOLERANCE)),
     Criterion('from_0_to_360', HEADING, 'counts the heading from 0 to 360 degrees', EXERCISE,
               from_0_to_360),
     Criterion('says_goodbye', HEADING, 'at Ctrl+C says "{}", then nothing'.format(GOODBYE),
-              AT_CTRL_C, says_goodbye),
+              AT_CTRL_C, says_goodbye, limits='{} more heading may follow'.format(LATE_HEADINGS)),
     Criterion('clean_exit', HEADING, 'at Ctrl+C ends by itself, without a traceback', AT_CTRL_C,
-              clean_exit),
+              clean_exit, limits=ENDS_IN_TIME),
     Criterion('never_360', ODD_SAMPLES, 'never prints 360.000000', EXERCISE, never_360,
               extra=True),
     Criterion('survives_nonsense', ODD_SAMPLES, 'goes on after a quaternion of zeros', QUATERNION,
-              survives_nonsense, extra=True),
+              survives_nonsense, extra=True, limits='within {:g} s'.format(NEXT)),
 ]

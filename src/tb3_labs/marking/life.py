@@ -11,10 +11,15 @@ TOOK = 'took'
 SIGNAL = 'signal'
 #: Signals that end a node as it should end: by itself, by SIGINT, by SIGTERM.
 ORDERLY = (0, 2, 15)
+#: A node must run, and listen to its topic, within this time [s].
+START_TIME = 15.0
 #: A node that still runs after this time hangs [s]; rospy itself needs up to 2 s.
 ENDING = 5.0
 #: A zero velocity must have been sent by then [s].
 STOPPING = 0.5
+#: What a criterion about Ctrl+C is judged by, in words.
+IN_TIME, ENDS_IN_TIME, STOPS_IN_TIME = (
+    'within {:g} s'.format(time) for time in (START_TIME, ENDING, STOPPING))
 TRACEBACK = re.compile(r'^Traceback \(most recent call last\)', re.MULTILINE)
 ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
 #: rospy itself raises this in a callback that publishes while the node ends.

@@ -20,11 +20,21 @@ BESIDE_TURNS = (TURN_BESIDE, AFTER_TURN, IN_TURN)
 #: Where the mouse is while it is active, stimulus -> (x to the right, y up), each -1 to 1.
 PLACES = {UP: (0.0, 1.0), NEAR_MIDDLE: (0.2, -0.2), TO_LEFT: (-1.0, 0.0), HALF_RIGHT: (0.6, 0.0)}
 
+#: Nothing moves at the handout's distance from the middle; places nearer to it are tried.
+DEAD_ZONE = 0.25
 #: What the edge of the screen commands [m/s], [rad/s].
 FULL = 0.5
 AT_EDGE = (FULL - NEAR, FULL + NEAR)
 #: What more than half the way commands: a wide range, as the handout leaves the dead zone open.
 HALF_WAY = (0.2 * FULL, 0.8 * FULL)
+#: The mouse is held at a place for this time; moved in a turn, it drives within this time [s].
+HELD, AT_LAST = 0.8, 4.0
+#: What the criteria of the mouse are judged by, in words.
+DRIVES, DRIVES_AFTER_TURN, IN_DEAD_ZONE = (
+    'within {:g} s: {:.2f} to {:.2f} at the edge, {:.2f} to {:.2f} at {:g} to the right; the other '
+    'speed at most {:g}'.format(HELD, *AT_EDGE, *HALF_WAY, PLACES[HALF_RIGHT][0], NEAR),
+    'more than {:.2f} m/s within {:g} s'.format(AT_EDGE[0], HELD),
+    'at ({:g}, {:g}) from {:g} s on'.format(*PLACES[NEAR_MIDDLE], AT_ONCE))
 
 
 def _mouse_drove(seen):

@@ -5,10 +5,13 @@ import numpy as np
 
 from tb3_labs.marking import drives
 from tb3_labs.marking.criteria import Criterion, Place, first_missed
-from tb3_labs.marking.life import clean_exit, starts, stops_robot
+from tb3_labs.marking.life import (ENDS_IN_TIME, IN_TIME, STOPS_IN_TIME, clean_exit, starts,
+                                   stops_robot)
 from tb3_labs.marking.observation import WAS_MOVING, Observation
-from tb3_labs.marking.sheets import STATES, THUMB, TRANSFORMATION_SHEET
-from tb3_labs.marking.stopping import AT_ONCE, stops_when_silent
+from tb3_labs.marking.sheets import STATES, TRANSFORMATION_SHEET
+from tb3_labs.marking.steering import ROUNDING
+from tb3_labs.marking.stopping import (AT_ONCE, STOPS_AT_ONCE, STOPS_WHEN_LOST,
+                                       stops_when_silent)
 
 #: The parts of the lab.
 DRIVE, RESET, CONTROL, DECLARED, OFFSET, LOST = (
@@ -27,10 +30,16 @@ ODOMETRY_SILENT = 'odometry silent'
 #: Key of a reset's facts: why it failed, '' if it did not.
 PROBLEM = 'problem'
 
-#: The robot's limits by its data sheet [m/s], [rad/s], and what rounding may add.
-FASTEST, FASTEST_TURN, ROUNDING = 0.22, 2.84, 0.005
+#: The robot's limits by its data sheet [m/s], [rad/s].
+FASTEST, FASTEST_TURN = 0.22, 2.84
+#: The node waits for control, and is watched at the goal, for this time [s].
+WATCHED = 1.5
 #: Silence at the goal begins this long after the arrival [s].
 LAST_WORD = 0.5
+#: A reset answers within this time, and has printed its line so much later [s].
+ANSWER_TIME, TAKES_EFFECT = 3.0, 0.5
+#: The turn of the robot before the reset [deg].
+TURNED = 100.0
 REACHED = re.compile(r'goal reached', re.IGNORECASE)
 SET = re.compile(r'local pose set', re.IGNORECASE)
 
@@ -145,35 +154,39 @@ def lost_odometry(seen: Observation) -> str:
 
 
 CRITERIA = [
-    Criterion('starts', DRIVE, 'runs and listens to odom', STATES, starts),
-    Criterion('waits', DRIVE, 'does not move before it has control', STATES, waits),
-    Criterion('goal_place', DRIVE, 'drives to (-0.61, 0.61), within 0.15 m', STATES, goal_place),
-    Criterion('goal_heading', DRIVE, 'faces 0 degrees there, within 0.05 rad', STATES,
-              goal_heading),
+    Criterion('starts', DRIVE, 'runs and listens to odom', STATES, starts, limits=IN_TIME),
+    Criterion('waits', DRIVE, 'does not move before it has control', STATES, waits,
+              limits='for {:g} s'.format(WATCHED)),
+    Criterion('goal_place', DRIVE, 'drives to ({:g}, {:g})'.format(*drives.GOAL), STATES,
+              goal_place, limits=drives.PLACE_LIMITS),
+    Criterion('goal_heading', DRIVE, 'faces 0 degrees there', STATES, goal_heading,
+              limits=drives.HEADING_LIMITS),
     Criterion('says_reached', DRIVE, 'says "Goal reached!" once', STATES, says_reached),
-    Criterion('silent_at_goal', DRIVE, 'sends nothing on cmd_vel at the goal', THUMB,
-              silent_at_goal),
-    Criterion('within_limits', DRIVE, "keeps the robot's limits, 0.22 m/s and 2.84 rad/s",
-              STATES, within_limits),
-    Criterion('resets', RESET, 'a service resets the local frame', AT_RESET, resets),
+    Criterion('silent_at_goal', DRIVE, 'sends nothing on cmd_vel at the goal', STATES,
+              silent_at_goal, limits='from {:g} s after its arrival on'.format(LAST_WORD)),
+    Criterion('within_limits', DRIVE, "keeps the robot's limits, {:g} m/s and {:g} rad/s".format(
+        FASTEST, FASTEST_TURN), STATES, within_limits,
+              limits='and {:g} for rounding'.format(ROUNDING)),
+    Criterion('resets', RESET, 'a service resets the local frame', AT_RESET, resets,
+              limits='answers within {:g} s'.format(ANSWER_TIME)),
     Criterion('says_reset', RESET, 'says "Local pose set to x=..., y=..., yaw=..."', AT_RESET,
-              says_reset),
-    Criterion('second_place', RESET, 'does the same task after a reset elsewhere, within 0.15 m',
-              DEMONSTRATION, second_place),
-    Criterion('second_heading', RESET, 'faces 0 degrees of the new frame, within 0.05 rad',
-              DEMONSTRATION, second_heading),
+              says_reset, limits='within {:g} s after the answer'.format(TAKES_EFFECT)),
+    Criterion('second_place', RESET, 'does the same task after a turn by {:g} degrees and a '
+              'reset'.format(TURNED), DEMONSTRATION, second_place, limits='as goal_place'),
+    Criterion('second_heading', RESET, 'faces 0 degrees of the new frame', DEMONSTRATION,
+              second_heading, limits='as goal_heading'),
     Criterion('control_taken', CONTROL, 'stops the robot at once when control is taken', STATES,
-              control_taken),
-    Criterion('stops_robot', CONTROL, 'at Ctrl+C in a drive sends zero velocity', STATES,
-              stops_robot),
+              control_taken, limits='zero velocity ' + STOPS_AT_ONCE),
     Criterion('clean_exit', CONTROL, 'at Ctrl+C ends by itself, without a traceback', STATES,
-              clean_exit),
-    Criterion('exact', RESET, 'both drives are within 0.02 m and 1 degree', ANALYSIS, exact,
-              extra=True),
+              clean_exit, limits=ENDS_IN_TIME),
+    Criterion('stops_robot', CONTROL, 'at Ctrl+C in a drive sends zero velocity', STATES,
+              stops_robot, extra=True, limits=STOPS_IN_TIME),
+    Criterion('exact', RESET, 'both drives are within {:g} m and {:g} degree'.format(
+        drives.EXACT_DISTANCE, drives.EXACT_ANGLE), ANALYSIS, exact, extra=True),
     Criterion('declared_pose', DECLARED, 'drives from a declared pose that is not the origin',
-              AT_RESET, declared_pose, extra=True),
+              AT_RESET, declared_pose, extra=True, limits='as goal_place and goal_heading'),
     Criterion('offset_imu', OFFSET, 'drives with an IMU whose zero is not that of the odometry',
-              THEORY, offset_imu, extra=True),
-    Criterion('lost_odometry', LOST, 'stops the robot within 1 s after the odometry fell silent',
-              ANALYSIS, lost_odometry, extra=True),
+              THEORY, offset_imu, extra=True, limits='as goal_place and goal_heading'),
+    Criterion('lost_odometry', LOST, 'stops the robot after the odometry fell silent', STATES,
+              lost_odometry, extra=True, limits=STOPS_WHEN_LOST),
 ]

@@ -8,6 +8,8 @@ LINEAR, ANGULAR = 1, 2
 UNITS = {LINEAR: 'm/s', ANGULAR: 'rad/s'}
 #: The other column of a command must be smaller than this [m/s] or [rad/s].
 NEAR = 0.05
+#: What rounding may add to a limit [m/s] or [rad/s].
+ROUNDING = 0.005
 
 
 def steers(commands: np.ndarray, name: str, column: int, bounds: Tuple[float, float]) -> str:

@@ -5,6 +5,8 @@ from tb3_labs.marking.observation import WAS_MOVING, Observation
 AT_ONCE = 0.5
 #: The time within which a node must stop the robot after a sensor or an input fell silent [s].
 LOST = 1.0
+#: Both in words.
+STOPS_AT_ONCE, STOPS_WHEN_LOST = ('within {:g} s'.format(time) for time in (AT_ONCE, LOST))
 
 
 def stops_when_silent(seen: Observation, name: str, what: str) -> str:

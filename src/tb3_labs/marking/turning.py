@@ -6,6 +6,7 @@ import numpy as np
 
 from tb3_labs.marking.criteria import first_missed
 from tb3_labs.marking.observation import MOVED, RESTED, NotSeen, Observation
+from tb3_labs.marking.steering import ROUNDING
 
 #: The letters that a person types.
 LEFT, RIGHT = 'l', 'r'
@@ -34,12 +35,17 @@ NONSENSE = 'nonsense'
 TYPED_NONSENSE = 'x'
 #: The handout's tolerance, and how far a robot may go on after it was stopped [deg].
 TOLERANCE, AFTER_STOP = 10.0, 1.0
-#: The handout's fastest turn [rad/s], and what rounding may add.
-FASTEST, ROUNDING = 1.5, 0.005
-#: A turn takes no longer than this [s].
-TURN_TIME = 8.0
-#: A person cannot find an answer among more lines than this.
-LEGIBLE = 1000
+#: The handout's fastest turn [rad/s].
+MAX_ANG_Z = 1.5
+#: A turn begins within this time after the letter was typed, and is over within this time [s].
+REACTION, TURN_TIME = 3.0, 8.0
+#: A person waits for an answer for this time [s], and cannot find it among more lines than this.
+ANSWER, LEGIBLE = 1.0, 1000
+#: The tolerance beyond the handout [deg].
+EXACT = 1.0
+#: What a turn is judged by, in words.
+LIMITS = 'within {:g} degrees, and {:g} that a stopped robot goes on; begun within {:g} s, over ' \
+    'within {:g} s'.format(TOLERANCE, AFTER_STOP, REACTION, TURN_TIME)
 
 
 def turned(seen: Observation, name: str, turn: Turn,
@@ -89,7 +95,7 @@ def short_way(seen: Observation) -> str:
 
 def within_1_deg(seen: Observation) -> str:
     """Are all turns ten times as exact as the handout asks for?"""
-    return first_missed(*(turned(seen, name, turn, 1.0) for name, turn in TURNS.items()))
+    return first_missed(*(turned(seen, name, turn, EXACT) for name, turn in TURNS.items()))
 
 
 def _turning(seen):
@@ -104,7 +110,7 @@ def _turning(seen):
 def clamped(seen: Observation) -> str:
     """Is no turn faster than MAX_ANG_Z?"""
     fastest = np.abs(_turning(seen)[:, 2]).max()
-    return '' if fastest <= FASTEST + ROUNDING else \
+    return '' if fastest <= MAX_ANG_Z + ROUNDING else \
         'it commanded up to {:.1f} rad/s while turning'.format(fastest)
 
 

@@ -1,13 +1,10 @@
 #!/usr/bin/env python3
-# What a student may hand in for the IMU lab: by the handout, and of this package only the message.
-import threading
-
+# The IMU lab, line by line as its handout has it: the timer's callback reads the keyboard.
 import rospy
 from geometry_msgs.msg import Twist
+from lab1.msg import MouseController
 from sensor_msgs.msg import Imu
 from squaternion import Quaternion
-
-from tb3_labs.msg import MouseController
 
 K_HDG = 0.1
 HDG_TOL = 10
@@ -17,81 +14,86 @@ MAX_ANG_Z = 1.5
 
 class Controller:
     def __init__(self):
-        self.yaw = None
-        self.goal = None
-        self.mouse = None
-        self.mouse_was_active = False
-        self.pub = rospy.Publisher('cmd_vel', Twist, queue_size=1)
-        rospy.Subscriber('imu', Imu, self.on_imu)
-        rospy.Subscriber('mouse_info', MouseController, self.on_mouse)
-        rospy.on_shutdown(self.on_shutdown)
-        threading.Thread(target=self.keyboard, daemon=True).start()
+        self.curr_yaw = 0
+        self.goal_yaw = 0
+        self.turning = False
+        self.cmd = Twist()
+        self.cmd_pub = rospy.Publisher('cmd_vel', Twist, queue_size=1)
+        rospy.Subscriber('imu', Imu, self.callback_imu)
+        rospy.Subscriber('mouse_info', MouseController, self.callback_mouse)
+        rospy.Timer(rospy.Duration(.1), self.callback_controller)
+        self.ctrl_c = False
+        rospy.on_shutdown(self.shutdownhook)
 
-    def on_imu(self, imu):
-        q = imu.orientation
-        self.yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler(degrees=True)[2] % 360
+    def convert_yaw(self, yaw):
+        return 360 + yaw if yaw < 0 else yaw
 
-    def on_mouse(self, mouse):
-        self.mouse = mouse
+    def callback_imu(self, imu):
+        if not self.ctrl_c:
+            q = Quaternion(imu.orientation.w, imu.orientation.x, imu.orientation.y,
+                           imu.orientation.z)
+            yaw = q.to_euler(degrees=True)[2]
+            self.curr_yaw = self.convert_yaw(yaw)
 
-    def keyboard(self):
-        while not rospy.is_shutdown():
-            self.handle(input('Turn left (l) or right (r)? '))
+    def callback_mouse(self, mouse_info):
+        if self.ctrl_c or self.turning:
+            return
+        cmd = Twist()
+        if mouse_info.status.data:
+            if abs(mouse_info.yPos) > .25:
+                cmd.linear.x = .5 * mouse_info.yPos
+            if abs(mouse_info.xPos) > .25:
+                cmd.angular.z = -.5 * mouse_info.xPos
+        self.cmd_pub.publish(cmd)
 
-    def handle(self, text):
-        if text == 'l':
-            self.goal = (self.yaw + 90) % 360
-        elif text == 'r':
-            self.goal = (self.yaw - 90) % 360
-        else:
-            print('Not valid: {}. Type l or r.'.format(text))
+    def callback_controller(self, event):
+        yaw_err = 0
+        ang_z = 0
+        if not self.turning:
+            direction = input("Input l or r to turn 90 deg")
+            if direction == "l":
+                self.goal_yaw = self.curr_yaw + 90
+                self.turning = True
+            elif direction == "r":
+                self.goal_yaw = self.curr_yaw - 90
+                self.turning = True
+            else:
+                print("Error: valid inputs are l and r")
+            if self.goal_yaw < 0:
+                self.goal_yaw = self.goal_yaw + 360
+            elif self.goal_yaw > 360:
+                self.goal_yaw = self.goal_yaw - 360
+        elif self.turning:
+            yaw_err = self.goal_yaw - self.curr_yaw
+            if yaw_err > 180:
+                yaw_err = yaw_err - 360
+            elif yaw_err < -180:
+                yaw_err = yaw_err + 360
+            ang_z = K_HDG * yaw_err
+            if 0 < ang_z < MIN_ANG_Z:
+                ang_z = MIN_ANG_Z
+            elif ang_z > MAX_ANG_Z:
+                ang_z = MAX_ANG_Z
+            elif -MIN_ANG_Z < ang_z < 0:
+                ang_z = -MIN_ANG_Z
+            elif ang_z < -MAX_ANG_Z:
+                ang_z = -MAX_ANG_Z
+            if abs(yaw_err) < HDG_TOL:
+                self.turning = False
+                ang_z = 0
+        self.cmd.linear.x = 0
+        self.cmd.angular.z = ang_z
+        self.cmd_pub.publish(self.cmd)
 
-    def control(self):
-        if self.goal is not None:
-            self.turn()
-        elif self.mouse is not None and self.mouse.status.data:
-            self.mouse_was_active = True
-            self.pub.publish(self.mouse_twist())
-        elif self.mouse_was_active:
-            self.mouse_was_active = False
-            self.pub.publish(Twist())
-
-    def turn(self):
-        error = self.goal - self.yaw
-        if error > 180:
-            error -= 360
-        elif error < -180:
-            error += 360
-        twist = Twist()
-        if abs(error) < HDG_TOL:
-            self.goal = None
-        else:
-            size = min(max(abs(K_HDG * error), MIN_ANG_Z), MAX_ANG_Z)
-            twist.angular.z = size if error > 0 else -size
-        self.pub.publish(twist)
-
-    def mouse_twist(self):
-        twist = Twist()
-        if abs(self.mouse.yPos) > 0.25:
-            twist.linear.x = 0.5 * self.mouse.yPos
-        if abs(self.mouse.xPos) > 0.25:
-            twist.angular.z = -0.5 * self.mouse.xPos
-        return twist
-
-    def on_shutdown(self):
-        print('Controller exiting. Halting robot.')
-        self.pub.publish(Twist())
-
-    def run(self):
-        rate = rospy.Rate(20)
-        while not rospy.is_shutdown():
-            self.control()
-            rate.sleep()
+    def shutdownhook(self):
+        print("Controller exiting. Halting robot.")
+        self.ctrl_c = True
+        self.cmd.linear.x = 0
+        self.cmd.angular.z = 0
+        self.cmd_pub.publish(self.cmd)
 
 
 if __name__ == '__main__':
     rospy.init_node('controller')
-    try:
-        Controller().run()
-    except rospy.ROSInterruptException:
-        pass
+    Controller()
+    rospy.spin()

@@ -3,14 +3,13 @@ import rospy
 from std_msgs.msg import Bool
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.drives import ASTRAY, DRIVE_TIME, GOAL, GOAL_POSE, LOCAL_T_WORLD
+from tb3_labs.marking.drives import (ASTRAY, DRIVE_TIME, GOAL, GOAL_POSE, LOCAL_T_WORLD,
+                                     REACTION)
 from tb3_labs.marking.observation import MOVED, RESTED
 from tb3_labs.marking.topics import CTRL_RELINQ
 from tb3_labs.ros.marking.reset_caller import ResetCaller
 from tb3_labs.ros.marking.waiting import wait_until
 
-#: A node that has not begun to move within this time does not [s].
-REACTION = 4.0
 #: A robot that rests, and had no command for this time, has arrived [s].
 ARRIVAL = 1.5
 #: A drive has lasted this long before something happens to it [s].

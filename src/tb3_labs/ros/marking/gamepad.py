@@ -6,25 +6,21 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
 
 from tb3_labs.marking import gamepad as asked
+from tb3_labs.marking.gamepad import HELD, RESET_TIME, SAYS
 from tb3_labs.marking.topics import CTRL_RELINQ, JOY
 from tb3_labs.ros.marking.any_service import AnyService
 from tb3_labs.ros.marking.hand import Hand
 from tb3_labs.ros.marking.reset_caller import NAMES
 from tb3_labs.ros.marking.waiting import wait, wait_until
 
-#: The handout's numbering.
-FORWARD, LEFT = 1, 3
-A, B, Y = 0, 1, 2
-#: The numbers of a pad; those that the handout does not use stay zero.
+#: How many a pad has; those that have no job stay zero.
 AXES, BUTTONS = 8, 11
 #: How long a button is pressed, and how long Y is held [s].
 PRESS, HOLD = 0.15, 0.6
-#: A reset was called, or had failed, within this time [s].
-RESET_TIME = 2.5
 #: What a node prints and publishes after an answer arrives within this time [s].
 UNDER_WAY = 0.3
-#: How long a stick is held [s]; a node that has not begun to drive within REACTION does not.
-HELD, REACTION = 0.8, 1.5
+#: A node that has not begun to drive within this time does not [s].
+REACTION = 1.5
 #: A drive has lasted this long before something happens to it [s].
 WELL_UNDER_WAY = 0.4
 
@@ -32,8 +28,10 @@ WELL_UNDER_WAY = 0.4
 class Pad(Hand):
     """The hand on the gamepad; the sticks are in their middle at first."""
 
-    def __init__(self):
+    def __init__(self, numbers):
+        """`numbers`: its axes and buttons, a PadConfig."""
         super().__init__(JOY, Joy)
+        self.numbers = numbers
         self._buttons = [0] * BUTTONS
         self.sticks()
         self.wait_until_heard()
@@ -41,7 +39,8 @@ class Pad(Hand):
     def sticks(self, forward=0.0, left=0.0):
         """Hold the sticks there, each -1 to 1."""
         self._axes = [0.0] * AXES
-        self._axes[FORWARD], self._axes[LEFT] = forward, left
+        self._axes[self.numbers.linear_axis] = forward
+        self._axes[self.numbers.angular_axis] = left
         self._show()
 
     def press(self, button, seconds=PRESS):
@@ -75,7 +74,7 @@ def sticks(stage):
     with _reset_service(stage):
         if not stage.node.start():
             return
-        with Pad() as pad:
+        with Pad(stage.pad) as pad:
             for name, place in asked.PLACES.items():
                 with stage.stimulus(name):
                     pad.sticks(*place)
@@ -87,10 +86,10 @@ def buttons(stage):
     with _reset_service(stage) as service:
         if not stage.node.alive and not stage.node.start():
             return
-        with Pad() as pad:
+        with Pad(stage.pad) as pad:
             _hand_over(stage, pad)
             with stage.stimulus(asked.RESET) as record:
-                pad.press(Y, HOLD)
+                pad.press(pad.numbers.reset_button, HOLD)
                 wait_until(lambda: service.calls, RESET_TIME - HOLD)
                 wait(UNDER_WAY)
                 record.facts.update({asked.CALLS: len(service.calls),
@@ -117,17 +116,17 @@ def _hand_over(stage, pad):
     said, late = [], []
     listener = rospy.Subscriber(CTRL_RELINQ, Bool, lambda message: said.append(message.data))
     with stage.stimulus(asked.HAND_OVER) as record:
-        pad.press(A)
-        wait_until(lambda: True in said, 1.0)
+        pad.press(pad.numbers.relinquish_button)
+        wait_until(lambda: True in said, SAYS)
         wait(UNDER_WAY)
         latecomer = rospy.Subscriber(CTRL_RELINQ, Bool, late.append)
-        record.facts.update({asked.LATCHED: wait_until(lambda: late, 1.0),
+        record.facts.update({asked.LATCHED: wait_until(lambda: late, SAYS),
                              asked.RELINQUISHED: said[-1] if said else None})
         latecomer.unregister()
     _stick_up(stage, pad, asked.UP_HANDED_OVER)
     with stage.stimulus(asked.TAKE_BACK) as record:
-        pad.press(B)
-        wait_until(lambda: said and not said[-1], 1.0)
+        pad.press(pad.numbers.regain_button)
+        wait_until(lambda: said and not said[-1], SAYS)
         record.facts[asked.RELINQUISHED] = said[-1] if said else None
     listener.unregister()
     wait(UNDER_WAY)
@@ -138,15 +137,15 @@ def no_service(stage):
     """Y while nobody offers a reset, and a stick right after it."""
     if not stage.node.start():
         return
-    with Pad() as pad, stage.stimulus(asked.RESET_WITHOUT_SERVICE):
-        pad.press(Y)
+    with Pad(stage.pad) as pad, stage.stimulus(asked.RESET_WITHOUT_SERVICE):
+        pad.press(pad.numbers.reset_button)
         pad.sticks(1.0)
         wait(RESET_TIME)
 
 
 def lost(stage):
     """The pad falls silent while it drives."""
-    with Pad() as pad:
+    with Pad(stage.pad) as pad:
         moving = _start_driving(stage, pad)
         if moving is not None:
             stage.falls_silent(asked.PAD_SILENT, moving, pad.silence)

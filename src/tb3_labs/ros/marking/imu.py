@@ -5,19 +5,18 @@ import rospy
 from geometry_msgs.msg import Quaternion
 from sensor_msgs.msg import Imu
 
-from tb3_labs.marking.imu import (AFTERWARDS, HAIR_BELOW_ZERO, HEADING, HEADING_DEG, ODD_SAMPLES,
-                                  STANDS, ZERO_QUATERNION, headings)
+from tb3_labs.marking.imu import (AFTERWARDS, HAIR_BELOW_ZERO, HEADING, HEADING_DEG, NEXT,
+                                  ODD_SAMPLES, READING, STANDS, ZERO_QUATERNION, headings)
 from tb3_labs.ros.conversions import to_quaternion
 from tb3_labs.ros.marking.hand import Hand
 from tb3_labs.ros.marking.waiting import wait, wait_until
 
-#: This number of lines is read at each stand, in no longer than this [s]; the IMU sends 200 a
-#: second.
-LINES, READING = 3, 1.5
+#: This number of lines is read at each stand; the IMU sends 200 a second.
+LINES = 3
 #: The IMU of the hand, to which the node's is remapped.
 PROBE = 'probe/imu'
-#: How long each odd sample is repeated [s], and what is sent after it.
-ODD, NEXT = 0.6, 0.9
+#: How long each odd sample is repeated [s].
+ODD = 0.6
 #: Headings a hair below zero [rad].
 HAIRS = (-1e-17, -1e-12, math.radians(-1e-8))
 

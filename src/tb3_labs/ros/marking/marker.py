@@ -13,9 +13,10 @@ from pathlib import Path
 import rospkg
 
 from tb3_labs.marking.criteria import judge
-from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.labs import GAMEPAD, LABS
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.observation import Observation
+from tb3_labs.ros.marking.pads import HANDOUT, pad_in_words
 from tb3_labs.ros.marking.sandbox import COOKIE, environment_in, sweep
 from tb3_labs.ros.marking.submission import Unusable
 from tb3_labs.ros.marking.workspace import prepare
@@ -39,13 +40,14 @@ class Marker:
     """Marks submissions of one lab; several at a time, by threads, if wanted."""
 
     def __init__(self, lab, worth, logs, parts=(), package='', name='', limit=300.0,
-                 network=QUIET):
+                 network=QUIET, pad=HANDOUT):
         """`worth`: criterion -> points; `logs`: an existing folder; `package`, `name`: of the
         node's package and file, if not those that the lab knows; `limit`: time for one submission
-        [s]; `network`: one of tb3_labs.simulation.network.NETWORKS, between robot and node."""
+        [s]; `network`: one of tb3_labs.simulation.network.NETWORKS, between robot and node; `pad`:
+        the name of the gamepad that is played."""
         self._lab, self._worth, self._logs = lab, worth, Path(logs)
         self._parts, self._package, self._name = parts, package, name
-        self._limit, self._network = limit, network
+        self._limit, self._network, self._pad = limit, network, pad
         self._interrupted = False
         self._cookies = set()
 
@@ -104,6 +106,8 @@ class Marker:
             return
         if self._network != QUIET:
             marks.remarks.append('Judged over the network "{}".'.format(self._network))
+        if self._lab == GAMEPAD:
+            marks.remarks.append(pad_in_words(self._pad))
         self._go_on()
         if not self._check(prepared, work, log, record, cookie):
             marks.remarks.append('It was stopped after {:g} s, the limit.'.format(self._limit))
@@ -123,7 +127,8 @@ class Marker:
                 ['rostest', 'tb3_labs', 'check_{}.test'.format(self._lab),
                  'pkg:=' + prepared.package, 'type:=' + prepared.executable,
                  'parts:=' + ','.join(self._parts), 'record:={}'.format(record),
-                 'network:=' + self._network],
+                 'network:=' + self._network]
+                + (['pad:=' + self._pad] if self._lab == GAMEPAD else []),
                 env=environment_in(work, prepared.environment), cwd=str(work),
                 stdin=subprocess.DEVNULL, stdout=file, stderr=file, start_new_session=True)
             deadline, in_time = time.monotonic() + self._limit, True

@@ -7,17 +7,14 @@ from std_msgs.msg import Empty
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import move2goal as asked
 from tb3_labs.marking.observation import WAS_MOVING
-from tb3_labs.marking.move2goal import CONTROL, DECLARED, DRIVE, LOST, OFFSET, PROBLEM, RESET
+from tb3_labs.marking.move2goal import (CONTROL, DECLARED, DRIVE, LOST, OFFSET, PROBLEM, RESET,
+                                        TAKES_EFFECT, TURNED, WATCHED)
 from tb3_labs.ros.marking.driver import Driver
 from tb3_labs.ros.marking.requests import ALL, UNIT
 from tb3_labs.ros.marking.waiting import wait, wait_until
 
-#: How long the node waits for control, and is watched at the goal and after control was taken [s].
-WATCHED = 1.5
-#: A reset has taken effect, and was printed, within this time after its answer [s].
-TAKES_EFFECT = 0.5
-#: The turn of the robot before the reset [deg], and the heading before the robot's own reset.
-TURNED, OFFSET_HEADING = 100.0, 100.0
+#: The heading before the robot's own reset [deg].
+OFFSET_HEADING = 100.0
 #: The robot's recalibration after `reset`, and a little more [s].
 RECALIBRATION = 3.2
 #: The pose that is declared to a node that takes any.

@@ -5,14 +5,13 @@ import rospy
 import rosservice
 
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.marking.move2goal import ANSWER_TIME
 from tb3_labs.ros.marking.requests import fill_pose
 from tb3_labs.ros.marking.waiting import wait_until
 
 #: The names that the handouts lead to, likeliest first; then any that has one of WORDS in it.
 NAMES = ('reset_pose', 'reset', 'set_pose', 'reset_local_pose', 'set_local_pose')
 WORDS = ('reset', 'pose')
-#: A reset answers within this time [s].
-ANSWER_TIME = 3.0
 
 
 class ResetCaller:

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 
 from tb3_labs.marking.life import CTRL_C, ENDING, SIGNAL, STOPPING, TOOK
 from tb3_labs.marking.observation import WAS_MOVING, Observation, Stimulus
+from tb3_labs.nodes.pad import PadConfig
 from tb3_labs.ros.marking.recorder import Recorder
 from tb3_labs.ros.marking.robot_hand import RobotHand
 from tb3_labs.ros.marking.student_node import StudentNode
@@ -20,11 +21,14 @@ UNDER_WAY = 0.2
 class Stage:
     """One robot, one node at a time, and the Observation of it."""
 
-    def __init__(self, lab, package, executable, listens, keep=lambda observation: None):
+    def __init__(self, lab, package, executable, listens, keep=lambda observation: None,
+                 pad=PadConfig()):
         """`listens`: the topic that a node must listen to in order to be ready; `keep` is called
-        with the Observation whenever something was completed."""
+        with the Observation whenever something was completed; `pad`: the PadConfig of the gamepad
+        that is played."""
         self.observation = Observation(lab, '{}/{}'.format(package, executable))
         self._keep = keep
+        self.pad = pad
         self.recorder = Recorder(self.observation)
         self.robot = RobotHand(self.recorder)
         self.node = StudentNode(package, executable, listens, lambda: self.recorder.now,

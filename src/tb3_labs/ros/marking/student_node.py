@@ -8,6 +8,7 @@ import time
 
 import rospy
 
+from tb3_labs.marking.life import START_TIME
 from tb3_labs.marking.observation import Run
 from tb3_labs.ros.marking.graph import LISTENS, Graph
 from tb3_labs.ros.marking.waiting import wait_until
@@ -16,9 +17,8 @@ from tb3_labs.ros.testing.node_process import NodeProcess
 #: The node dies with the process that tries it out, writes no file larger than 50 MB, and leaves
 #: the processor to the robot if both want it.
 GUARD = ('setpriv', '--pdeathsig', 'KILL', 'prlimit', '--fsize=50000000', 'nice', '-n', '10')
-#: A node must get ready within this time [s]. It is ready when it listens to its topic and has
-#: registered nothing new for QUIET; the master is asked every LOOK.
-START_TIME = 15.0
+#: A node is ready when it listens to its topic and has registered nothing new for this time; the
+#: master is asked every LOOK [s].
 QUIET = 0.5
 LOOK = 0.1
 #: A node gets this time to end before it is killed [s].

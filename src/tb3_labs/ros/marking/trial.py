@@ -1,5 +1,6 @@
 """Tries a node of a lab out, part by part."""
 from tb3_labs.marking.labs import GAMEPAD, IMU, LABS, MOVE2GOAL, TURN
+from tb3_labs.nodes.pad import PadConfig
 from tb3_labs.ros.marking import gamepad, imu, move2goal, turn
 from tb3_labs.ros.marking.stage import Stage
 
@@ -7,12 +8,14 @@ from tb3_labs.ros.marking.stage import Stage
 SCRIPTS = {IMU: imu.PARTS, TURN: turn.PARTS, MOVE2GOAL: move2goal.PARTS, GAMEPAD: gamepad.PARTS}
 
 
-def try_out(lab, package, executable, parts=(), keep=lambda observation: None):
+def try_out(lab, package, executable, parts=(), keep=lambda observation: None,
+            pad=PadConfig()):
     """The Observation of a node, of these parts of its lab, or of all if none are given.
 
     `keep` is called with the Observation so far whenever a step was completed.
+    `pad`: the numbers of the gamepad that is played.
     """
-    stage = Stage(lab, package, executable, LABS[lab].listens, keep)
+    stage = Stage(lab, package, executable, LABS[lab].listens, keep, pad)
     try:
         for name, act in SCRIPTS[lab].items():
             if not parts or name in parts:

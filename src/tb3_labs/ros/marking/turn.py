@@ -1,15 +1,14 @@
 """How a node of the IMU lab is tried out."""
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.marking import mouse as on_mouse
+from tb3_labs.marking.mouse import AT_LAST, HELD
 from tb3_labs.marking.observation import MOVED, RESTED, WAS_MOVING
 from tb3_labs.marking.turn import BOTH, IMU_SILENT, LOST, MOUSE, SHUTDOWN, TURNS
-from tb3_labs.marking.turning import LEFT, NONSENSE, TURN_TIME, TYPED_NONSENSE
+from tb3_labs.marking.turning import ANSWER, LEFT, NONSENSE, REACTION, TURN_TIME, TYPED_NONSENSE
 from tb3_labs.marking.turning import TURNS as EACH_TURN
 from tb3_labs.ros.marking.mouse import mouse_of
 from tb3_labs.ros.marking.waiting import wait, wait_until
 
-#: A node that has not begun to move within this time does not [s].
-REACTION = 3.0
 #: A robot farther than this off the heading where a turn should begin is set right [deg].
 ASTRAY = 25.0
 #: Where the robot should be when nonsense is typed [deg]: after the last turn.
@@ -18,10 +17,6 @@ LAST_HEADING = -50.0
 WELL_UNDER_WAY = 0.3
 #: A node that commanded no movement for this time does not turn any more [s].
 QUIET = 0.4
-#: How long a person waits for an answer, and holds the mouse somewhere [s].
-ANSWER, HELD = 1.0, 0.8
-#: A mouse moved in a turn drives within this time [s], or never.
-AT_LAST = 4.0
 
 
 def turns(stage):

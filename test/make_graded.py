@@ -1,0 +1,48 @@
+#!/usr/bin/env python3
+"""Writes the tables of the lab sheets' sections "What is graded".
+
+    python3 test/make_graded.py
+
+A criterion and its numbers stand in `src/tb3_labs/marking/LAB.py`, its points in
+`test/marking/points.yaml`. `test/unit/test_sheets.py` compares the sheets with this command.
+"""
+import pathlib
+import re
+
+import yaml
+
+from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.points import points_of
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+POINTS = ROOT / 'test' / 'marking' / 'points.yaml'
+#: The line before the table of a lab, and the table.
+PLACE = re.compile(r'(<!-- (\w+): made by test/make_graded\.py -->\n\n)((?:\|.*\n)*)')
+HEAD = '| criterion | what is asked | limits | points |\n|---|---|---|---|\n'
+
+
+def table(lab):
+    """The table of a lab, in Markdown: first the handout's criteria, then those beyond it."""
+    criteria = LABS[lab].criteria
+    worth = points_of(lab, criteria, yaml.safe_load(POINTS.read_text(encoding='utf-8')))
+    rows = ['| `{}` | {} |{} | {:g} |\n'.format(
+        c.label, c.meaning, ' ' + c.limits if c.limits else '', worth[c.name])
+            for c in sorted(criteria, key=lambda c: c.extra)]
+    total = sum(worth[c.name] for c in criteria if not c.extra)
+    return HEAD + ''.join(rows) + '| | | full marks | {:g} |\n'.format(total)
+
+
+def with_tables(sheet):
+    """The text of a sheet with its tables as they should be."""
+    return PLACE.sub(lambda found: found.group(1) + table(found.group(2)), sheet)
+
+
+def main():
+    """Write the tables into the sheets."""
+    for name in sorted({c.where.sheet for lab in LABS.values() for c in lab.criteria}):
+        path = ROOT / 'doc' / name
+        path.write_text(with_tables(path.read_text(encoding='utf-8')), encoding='utf-8')
+
+
+if __name__ == '__main__':
+    main()
