@@ -6,7 +6,7 @@ import pytest
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous
-from tb3_labs.nodes.controller import DRIVEN_RATE, JUDGING_RATE, ControllerCore
+from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.nodes.mouse import MOUSE_TIMEOUT
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import robot_model
@@ -297,10 +297,6 @@ def test_a_robot_that_does_not_turn_is_given_up_within_two_seconds():
 
 
 # -- what a lost line or another constant would do
-
-def test_the_numbers_that_people_rely_on():
-    assert (MOUSE_TIMEOUT, DRIVEN_RATE, JUDGING_RATE) == (0.2, 0.1, 0.01)
-
 
 def test_a_lower_limit_in_mid_turn_holds_from_the_next_command_on(bench):
     before = bench.yaw

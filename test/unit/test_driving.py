@@ -1,11 +1,14 @@
 """The handout's law number by number, and what the precise law promises at each step."""
 import math
+from dataclasses import astuple
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.control.driving import DriveConfig, LabLaw, PreciseLaw, make_law
+from tb3_labs.control.approach import ApproachConfig
+from tb3_labs.control.driving import (
+    DriveConfig, LabLaw, PreciseLaw, driving_approach, make_law)
 from tb3_labs.control.goal_machine import GoalState
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.localizer import Motion
@@ -164,3 +167,12 @@ def test_a_drive_that_goes_on_along_its_line_turns_back_to_it_from_where_it_face
     # and by more than ALONG: it begins anew
     pose = Pose2(0.1, 0.0, 0.4)
     assert law.resume(GoalState.MOVE_FORWARD, pose, goal) is GoalState.ROTATE_TO_GOAL
+
+
+def test_a_precise_drive_brakes_with_a_fifth_of_what_it_speeds_up_with():
+    """Each number was chosen by the benchmark of motions."""
+    config = DriveConfig(linear_acceleration=3.0, distance_tolerance=0.02)
+    expected = ApproachConfig(
+        period=1.0 / 30.0, acceleration=3.0, braking=0.6, gain=15.0, slowest=0.015,
+        close_enough=0.0005, backwards_from=0.016, nudge_time=1.0 / 30.0)
+    assert astuple(driving_approach(config)) == pytest.approx(astuple(expected))

@@ -406,10 +406,6 @@ def test_the_hold_button_may_be_the_first_one():
     assert pad.run(0.3)[-1] == pytest.approx(BURGER_FULL)
 
 
-def test_the_numbers_that_people_rely_on():
-    assert (PAD_TIMEOUT, HAND_BACK) == (0.25, 0.15)
-
-
 def test_the_operator_is_told_once_and_at_once(pad):
     pad.controller.take_news()
     pad.press(A)

@@ -12,7 +12,6 @@ from tb3_labs.nodes.move_to_goal import MoveToGoalConfig, MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.supervision.freshness import RESUME_TIME, SENSOR_TIMEOUT
-from tb3_labs.supervision.frozen import SURELY_DRIVES, SURELY_TURNS
 
 START = 100.0
 
@@ -366,11 +365,6 @@ def test_nobody_has_control_unless_it_is_given():
     assert MoveToGoalConfig().has_control is False
     core = MoveToGoalCore(make_law(DriveConfig(), robot_model('burger')))
     assert not core.has_control and not core.control_stands
-
-
-def test_the_numbers_that_people_rely_on():
-    assert (SENSOR_TIMEOUT, RESUME_TIME) == (0.22, 2.0)
-    assert (SURELY_DRIVES, SURELY_TURNS) == (0.02, 0.1)
 
 
 @pytest.mark.parametrize('lost', ['imu', 'odom'])

@@ -5,8 +5,10 @@ from dataclasses import replace
 
 import pytest
 
+from tb3_labs.control.approach import ApproachConfig
 from tb3_labs.control.settling import RestingMean
-from tb3_labs.control.turning import LabTurn, TurnConfig, degrees_of, make_turn
+from tb3_labs.control.turning import (
+    LabTurn, TurnConfig, degrees_of, make_turn, turning_approach)
 from tb3_labs.localization.yaw_noise import YawNoise
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import robot_model
@@ -157,3 +159,10 @@ def test_the_mean_of_a_resting_robot_is_known_the_better_the_more_samples_there_
         mean.add(angle)
     assert mean.mean_or(9.0) == pytest.approx(0.25)
     assert mean.uncertainty(0.1) == pytest.approx(0.1)       # 2 x 0.1 / sqrt(4)
+
+
+def test_a_precise_turn_brakes_with_a_quarter_of_what_it_speeds_up_with():
+    """Each number was chosen by the benchmark of motions."""
+    assert turning_approach(acceleration=40.0, tolerance=0.01) == ApproachConfig(
+        period=1.0 / 30.0, acceleration=40.0, braking=10.0, gain=24.0, slowest=0.04,
+        close_enough=0.002, leave_alone=0.008, nudge_time=1.0 / 30.0, speed_is_prompt=True)
