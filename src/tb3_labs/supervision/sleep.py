@@ -25,7 +25,6 @@ class SleepWatch:
 
     def start(self) -> None:
         """Nobody needed to look until now."""
-        self.slept_for = 0.0
         self._updated_at = None
 
     def in_words(self) -> str:
