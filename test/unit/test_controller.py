@@ -311,7 +311,7 @@ def test_a_lower_limit_in_mid_turn_holds_from_the_next_command_on(bench):
 
 def test_a_second_turn_before_rest_reports_both(bench):
     bench.ask(90.0)
-    while bench.controller.driver is Driver.TURN:
+    while bench.controller.driver is Driver.TURN and bench.now < 20.0:
         bench.run(TICK)
     bench.ask(-90.0)
     bench.run(4.0)

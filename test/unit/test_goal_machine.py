@@ -114,7 +114,7 @@ def test_a_drive_that_does_not_get_on_is_given_up_in_time(motion, reason):
     machine = GoalMachine(Told())
     machine.set_goal(GOAL)
     steps = 0
-    while machine.step(motion, 0.05) is not None:
+    while machine.step(motion, 0.05) is not None and steps < 100:
         steps += 1
     assert reason in machine.failure
     assert STALL_TIME <= 0.05 * steps <= 2.0
@@ -142,9 +142,11 @@ def test_getting_on_slowly_is_not_being_stuck():
 
 def test_given_up_stays_silent_until_restarted():
     machine = GoalMachine(Told())
+    assert not machine.begun
     machine.set_goal(GOAL)
     machine.give_up('canceled')
     assert machine.step(STANDING, 0.1) is None
+    assert not machine.begun and machine.law.starts == 0
     machine.set_goal(GOAL)
     assert machine.failure == ''
     assert machine.step(STANDING, 0.1) is not None
@@ -233,7 +235,7 @@ def test_a_stuck_robot_is_given_up_however_often_its_drive_is_interrupted():
     machine = GoalMachine(Told())
     machine.set_goal(GOAL)
     driven = 0.0
-    while machine.step(STANDING, 0.033) is not None:
+    while machine.step(STANDING, 0.033) is not None and driven < 10.0:
         driven += 0.033
         if round(driven / 0.033) % 10 == 0:    # every third of a second
             machine.interrupt()
