@@ -19,7 +19,8 @@ class Told:
 
     def __init__(self, shortfall=''):
         self.left = {'rotate_to_goal': 1.0, 'move_forward': 1.0, 'rotate_to_final': 1.0}
-        self.starts = 0
+        self.starts, self.resumes = 0, 0
+        self.times = []          # dt of each look
         self._shortfall = shortfall
 
     def start(self, pose, goal):
@@ -28,21 +29,23 @@ class Told:
     def shortfall(self, pose, goal):
         return self._shortfall
 
-    def _answer(self, state):
+    def _answer(self, state, dt):
+        self.times.append(dt)
         return LawStep(Twist2(0.1, 0.2), self.left[state], self.left[state] == 0.0)
 
     def resume(self, state, pose, goal):
         self.resumed_in = state
+        self.resumes += 1
         return state
 
     def rotate_to_goal(self, motion, goal, dt):
-        return self._answer('rotate_to_goal')
+        return self._answer('rotate_to_goal', dt)
 
     def move_forward(self, motion, goal, dt):
-        return self._answer('move_forward')
+        return self._answer('move_forward', dt)
 
     def rotate_to_final(self, motion, goal, dt):
-        return self._answer('rotate_to_final')
+        return self._answer('rotate_to_final', dt)
 
 
 def last_of(machine, motion=STANDING, seconds=1.0):
@@ -80,6 +83,7 @@ def test_finished_states_are_passed_through_within_one_step():
     machine.set_goal(GOAL)
     assert machine.step(STANDING, 0.1) == Twist2(0.1, 0.2)
     assert machine.state is GoalState.ROTATE_TO_FINAL
+    assert law.times == [0.1, 0.0, 0.0]      # the time passed once
 
 
 @pytest.mark.parametrize('finished', [[], ['rotate_to_goal'], ['rotate_to_goal', 'move_forward'],
@@ -175,6 +179,33 @@ def test_a_drive_that_ends_outside_is_driven_on_from_there_twice(misses, starts,
     assert machine.failure == ('' if reached else 'stopped 30 mm from the goal')
 
 
+def test_another_try_turns_to_the_goal_again():
+    law = Told(shortfall='stopped 30 mm from the goal')
+    law.left = dict.fromkeys(law.left, 0.0)
+    law.start = lambda pose, goal: law.left.update(rotate_to_goal=float(law.starts))
+    machine = GoalMachine(law)
+    machine.set_goal(GOAL)
+    machine.step(STANDING, 0.033)
+    law.starts = 1
+    assert machine.step(STANDING, 0.033) == Twist2(0.1, 0.2)
+    assert machine.state is GoalState.ROTATE_TO_GOAL
+
+
+def test_another_try_waits_for_rest_of_its_own():
+    law = Told(shortfall='stopped 30 mm from the goal')
+    law.left = dict.fromkeys(law.left, 0.0)
+    machine = GoalMachine(law)
+    machine.set_goal(GOAL)
+    answers = [machine.step(STANDING, 0.02) for _ in range(9)]
+    # at rest for 0.03 s: after three looks, three times
+    assert law.starts == 3 and answers == 8 * [Twist2()] + [None]
+
+
+def test_errors_without_a_goal_are_refused():
+    with pytest.raises(ValueError, match='there is no goal'):
+        GoalMachine(Told()).errors(Pose2())
+
+
 def finished():
     """A machine whose law has finished, of a robot that has yet to come to rest."""
     law = Told()
@@ -229,6 +260,8 @@ def test_an_interrupted_drive_goes_on_where_its_law_says(state):
     assert machine.step(STANDING, 0.1) is not None
     assert law.resumed_in.value == machine.state.value == state.upper()
     assert law.starts == 1 and machine.attempt == 1
+    machine.step(STANDING, 0.1)
+    assert law.resumes == 1
 
 
 def test_a_stuck_robot_is_given_up_however_often_its_drive_is_interrupted():
