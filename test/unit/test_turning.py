@@ -152,6 +152,14 @@ def test_a_turn_that_speeds_up_is_not_taken_for_noise():
     assert noise.deviation < math.radians(0.01)
 
 
+@pytest.mark.parametrize('rates', [(0.3, 0.3), (0.0, 0.05)])     # fast, and unevenly slow
+def test_only_a_robot_that_turns_slowly_and_evenly_shows_the_noise(rates):
+    noise = YawNoise()
+    for k in range(20):
+        noise.learn(ImuSample(0.0, 0.02 * (k % 2), rates[k % 2]), 0.01 * k)
+    assert noise.deviation == 0.0
+
+
 def test_the_mean_of_a_resting_robot_is_known_the_better_the_more_samples_there_are():
     mean = RestingMean()
     assert mean.mean_or(0.4) == 0.4 and mean.uncertainty(0.1) == 0.1
