@@ -445,16 +445,17 @@ def test_a_law_that_carries_no_error_is_asked_for_no_more():
     assert math.degrees(desk.law.asked[-1]) == pytest.approx(90.0, abs=0.01)
 
 
-@pytest.mark.parametrize('between', ['mouse', 'given up'])
+@pytest.mark.parametrize('between', ['mouse', 'given up', 'stuck'])
 def test_an_error_is_forgotten_when_the_robot_was_in_other_hands(desk, between):
     desk.ask()
     desk.finish(0.5)
     desk.law.left = 1.0
-    if between == 'given up':
+    if between != 'mouse':
         desk.ask()
-        desk.run(0.2)
-    desk.core.on_mouse(True, 1.0, 0.0, desk.now)
-    desk.core.on_mouse(False, 1.0, 0.0, desk.now)
+        desk.run(2.0 if between == 'stuck' else 0.2)
+    if between != 'stuck':
+        desk.core.on_mouse(True, 1.0, 0.0, desk.now)
+        desk.core.on_mouse(False, 1.0, 0.0, desk.now)
     desk.run(1.0)
     assert sum('Turned' in news.text for news in desk.news) == 1     # not the one given up
     desk.ask()
