@@ -78,7 +78,7 @@ class Approach:
         """The way that remains has grown by `by`: the goal was moved during the approach."""
         self._start_remaining += by
 
-    def told_to_rest(self, age: float = 0.0) -> bool:
+    def told_to_rest(self, age: float) -> bool:
         """Has the robot obeyed only stops since `age` [s] ago?"""
         history = self._history
         return history.only_stops_since(
