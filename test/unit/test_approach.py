@@ -235,3 +235,11 @@ def test_an_approach_that_waits_at_its_goal_identifies_the_robot_once_the_goal_m
         speed = command + (speed - command) * share
     assert learned.lag == pytest.approx(0.1, abs=0.003)
     assert learned.delay == pytest.approx(0.0, abs=0.003)
+
+
+def test_reversals_and_nudges_lower_the_gain_and_a_nudge_is_held():
+    """A robot that obeys at once, 5 cm from zero: by a gain of 20, then of 20 / 2, 20 / 2.5 and 0."""
+    approach = make_approach(1e4, Response(0.0, 0.0), nudge_time=1.5 * TICK)
+    commands = [approach.step(remaining, 0.0, 9.0, TICK)
+                for remaining in (0.05, -0.05, -0.05, 0.0, -0.05, 0.0, 0.0)]
+    assert commands == pytest.approx([1.0, -1.0, -0.5, 0.0, -0.4, -0.4, 0.0])

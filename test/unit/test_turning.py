@@ -174,3 +174,20 @@ def test_a_precise_turn_brakes_with_a_quarter_of_what_it_speeds_up_with():
     assert turning_approach(acceleration=40.0, tolerance=0.01) == ApproachConfig(
         period=1.0 / 30.0, acceleration=40.0, braking=10.0, gain=24.0, slowest=0.04,
         close_enough=0.002, leave_alone=0.008, nudge_time=1.0 / 30.0, speed_is_prompt=True)
+
+
+@pytest.mark.parametrize('config, slowest, fastest', [
+    (replace(LAB, min_ang_z=4.0, max_ang_z=5.0), 2.635, 2.635),      # the robot's own limit
+    (replace(LAB, min_ang_z=0.2, max_ang_z=0.7), 0.2, 0.7)])
+def test_the_handouts_law_keeps_the_limits_that_are_set_and_the_robots(config, slowest, fastest):
+    turn = LabTurn(config, BURGER)
+    for angle, rate in ((math.radians(1.0), slowest), (-math.radians(90.0), -fastest)):
+        turn.start(0.0, angle)
+        assert turn.step(0.0, 0.0, 0.1).command == (0.0, pytest.approx(rate))
+
+
+def test_the_goal_of_the_handouts_law_can_be_moved():
+    turn = LabTurn(LAB, BURGER)
+    turn.start(0.2, 0.5)
+    turn.extend(0.3)
+    assert turn.step(0.2, 0.0, 0.1).remaining == pytest.approx(0.8)
