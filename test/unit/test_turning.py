@@ -6,9 +6,10 @@ from dataclasses import replace
 import pytest
 
 from tb3_labs.control.approach import ApproachConfig
+from tb3_labs.control.motor_response import Response
 from tb3_labs.control.settling import RestingMean
 from tb3_labs.control.turning import (
-    LabTurn, TurnConfig, degrees_of, make_turn, turning_approach)
+    LabTurn, PreciseTurn, TurnConfig, degrees_of, make_turn, turning_approach)
 from tb3_labs.localization.yaw_noise import YawNoise
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import robot_model
@@ -191,3 +192,36 @@ def test_the_goal_of_the_handouts_law_can_be_moved():
     turn.start(0.2, 0.5)
     turn.extend(0.3)
     assert turn.step(0.2, 0.0, 0.1).remaining == pytest.approx(0.8)
+
+
+def resting_turn(steps, noise=0.0, dt=0.035, age=0.0):
+    """A precise turn by nothing, of a robot that rests; and was it finished at each step?"""
+    turn = PreciseTurn(1.5, 45.0, 0.01, Response(0.0, 0.0))
+    turn.start(0.0, 0.0)
+    return turn, [turn.step(0.0, 0.0, dt, age=age * k, noise=noise).finished for k in range(steps)]
+
+
+@pytest.mark.parametrize('noise, looks', [
+    (0.0, 2),         # at rest for 0.03 s
+    (0.0049, 4),      # 2 x 0.0049 / sqrt(4) is known to half of the tolerance of 0.01 rad
+    (0.02, 19)])      # never known so well: 0.6 s of samples must do
+def test_a_turn_ends_as_soon_as_its_rest_is_known_well_enough(noise, looks):
+    _, finished = resting_turn(25, noise)
+    assert finished.index(True) + 1 == looks and all(finished[looks:])
+
+
+def test_a_sample_that_is_looked_at_again_and_again_ends_no_turn():
+    _, finished = resting_turn(30, age=0.035)
+    assert not any(finished)
+
+
+def test_a_mean_is_of_one_rest_and_one_goal():
+    turn, _ = resting_turn(5)
+    turn.extend(0.2)
+    assert turn.step(0.0, 0.0, 0.035).remaining == pytest.approx(0.2)
+    turn, _ = resting_turn(5)
+    turn.aim(0.3)
+    assert turn.step(0.0, 0.0, 0.035).remaining == pytest.approx(0.3)
+    turn, _ = resting_turn(5)
+    turn.step(0.1, 0.5, 0.035)                 # it was pushed
+    assert turn.step(0.1, 0.0, 0.035).remaining == pytest.approx(-0.1)
