@@ -194,20 +194,22 @@ def test_the_goal_of_the_handouts_law_can_be_moved():
     assert turn.step(0.2, 0.0, 0.1).remaining == pytest.approx(0.8)
 
 
-def resting_turn(steps, noise=0.0, dt=0.035, age=0.0):
-    """A precise turn by nothing, of a robot that rests; and was it finished at each step?"""
+def resting_turn(steps, noise=0.0, dt=0.035, age=0.0, left=0.0):
+    """A precise turn by next to nothing, of a robot that rests; and was it finished at each step?
+    """
     turn = PreciseTurn(1.5, 45.0, 0.01, Response(0.0, 0.0))
-    turn.start(0.0, 0.0)
+    turn.start(0.0, left)
     return turn, [turn.step(0.0, 0.0, dt, age=age * k, noise=noise).finished for k in range(steps)]
 
 
-@pytest.mark.parametrize('noise, looks', [
-    (0.0, 2),         # at rest for 0.03 s
-    (0.0049, 4),      # 2 x 0.0049 / sqrt(4) is known to half of the tolerance of 0.01 rad
-    (0.02, 19)])      # never known so well: 0.6 s of samples must do
-def test_a_turn_ends_as_soon_as_its_rest_is_known_well_enough(noise, looks):
-    _, finished = resting_turn(25, noise)
-    assert finished.index(True) + 1 == looks and all(finished[looks:])
+@pytest.mark.parametrize('noise, left, looks', [
+    (0.0, 0.0, 2),         # at rest for 0.03 s
+    (0.0051, 0.0, 5),      # 2 x 0.0051 / sqrt(5) is less than half of the tolerance of 0.01 rad
+    (0.02, 0.0, 19),       # never known so well: 0.6 s of samples must do,
+    (0.02, 0.011, 19)])    # and what is not known is added to the tolerance
+def test_a_turn_ends_as_soon_as_its_rest_is_known_well_enough(noise, left, looks):
+    _, finished = resting_turn(looks, noise, left=left)
+    assert finished == (looks - 1) * [False] + [True]
 
 
 def test_a_sample_that_is_looked_at_again_and_again_ends_no_turn():

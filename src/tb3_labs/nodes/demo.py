@@ -43,11 +43,6 @@ class DemoDrive:
     bound: float             # least possible time [s]
 
     @property
-    def off_by(self) -> Tuple[float, float]:
-        """(distance [m], angle [deg]) of the goal from where the robot is believed to be."""
-        return _miss(self.believed, self.goal)
-
-    @property
     def truly_off(self) -> Tuple[float, float]:
         """(distance [m], angle [deg]) of the goal from where the robot is."""
         return _miss(self.reached, self.goal)
