@@ -60,19 +60,19 @@ class Approach:
         """`response`: what was learned of the robot so far; this approach adds to it."""
         self._config = config
         self._response = response
+        self._motor_speed = 0.0
+        self._start_remaining = math.nan    # until the first step
+        #: The way that would remain if the robot were told to stop now.
+        self.at_rest = math.inf
         self.start()
 
     def start(self) -> None:
         """Begin anew with a robot that stands."""
         self._history = CommandHistory(self._config.period)
         self._identification = Identification(self._response, self._config.speed_is_prompt)
-        self._motor_speed = 0.0
-        self._start_remaining = math.nan    # until the first step
         self._direction = 0.0     # of the latest command that was not zero,
         self._reversals = 0       # and how often it changed
         self._nudges = False      # was the robot told to stop since the start?
-        #: The way that would remain if the robot were told to stop now.
-        self.at_rest = math.inf
 
     def extend(self, by: float) -> None:
         """The way that remains has grown by `by`: the goal was moved during the approach."""
