@@ -224,7 +224,7 @@ def test_a_robot_has_been_told_to_rest_only_when_its_last_command_is_over(age, r
 
 
 def test_an_approach_that_waits_at_its_goal_identifies_the_robot_once_the_goal_moves():
-    learned = Response(delay=0.0, lag=0.05)
+    learned = Response(delay=0.05, lag=0.05)
     approach = make_approach(24.0, learned, speed_is_prompt=True)
     assert [approach.step(0.0, 0.0, 1.5, TICK) for _ in range(3)] == [0.0] * 3
     remaining, speed = 3.0, 0.0

@@ -74,6 +74,14 @@ def test_one_displacement_backwards_is_turned_round_either_way_of_driving(linear
         (10 * step * math.cos(yaw), 10 * step * math.sin(yaw)), abs=1e-12)
 
 
+def test_backwards_is_told_by_the_part_of_a_displacement_along_the_heading():
+    """0.010 cos 1.2 - 0.006 sin 1.2 is less than 0."""
+    steady = JumpFilter()
+    steady.take(sample(0.0, 0.0, 1.2, 0.0, 0.2), 0.0, IMU)
+    seen, _ = steady.take(sample(0.010, -0.006, 1.2, 0.03, 0.2, -188.0), 0.03, IMU)
+    assert (seen.pose.x, seen.pose.y) == pytest.approx((-0.010, 0.006))
+
+
 BEFORE = Pose2(2.0, -1.0, 2.5)
 
 
