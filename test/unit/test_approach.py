@@ -211,3 +211,35 @@ def test_brakes_with_the_deceleration_that_was_planned_and_stops_at_zero(remaini
             assert abs(remaining) == pytest.approx(speed ** 2 / (2.0 * 2.0), abs=0.002)
     assert slowing and max(slowing) <= 2.0 * 1.05
     assert abs(remaining) <= 1e-3 and speed == 0.0
+
+
+@pytest.mark.parametrize('age, rests', [(0.0, True), (0.158, True), (0.162, False), (0.3, False)])
+def test_a_robot_has_been_told_to_rest_only_when_its_last_command_is_over(age, rests):
+    """One command at 0 s, then stops. It is over two periods of 20 ms after a delay of 0.1 s, so a
+    sample of 0.14 s or later shows a robot that was told to rest; it is 0.3 s now."""
+    approach = make_approach(1e3, Response(delay=0.1, lag=0.0), backwards_from=10.0)
+    assert approach.step(1.0, 0.0, 1.0, TICK) == 1.0
+    assert [approach.step(0.0, 0.0, 1.0, TICK) for _ in range(15)] == 15 * [0.0]
+    assert approach.told_to_rest(age) is rests
+
+
+def test_an_approach_that_waits_at_its_goal_identifies_the_robot_once_the_goal_moves():
+    learned = Response(delay=0.05, lag=0.05)
+    approach = make_approach(24.0, learned, speed_is_prompt=True)
+    assert [approach.step(0.0, 0.0, 1.5, TICK) for _ in range(3)] == [0.0] * 3
+    remaining, speed = 3.0, 0.0
+    for _ in range(150):
+        command = approach.step(remaining, speed, 1.5, TICK)
+        share = math.exp(-TICK / 0.1)
+        remaining -= command * TICK + (speed - command) * 0.1 * (1.0 - share)
+        speed = command + (speed - command) * share
+    assert learned.lag == pytest.approx(0.1, abs=0.003)
+    assert learned.delay == pytest.approx(0.0, abs=0.003)
+
+
+def test_reversals_and_nudges_lower_the_gain_and_a_nudge_is_held():
+    """A robot that obeys at once, 5 cm from zero: by a gain of 20, then of 20 / 2, 20 / 2.5 and 0."""
+    approach = make_approach(1e4, Response(0.0, 0.0), nudge_time=1.5 * TICK)
+    commands = [approach.step(remaining, 0.0, 9.0, TICK)
+                for remaining in (0.05, -0.05, -0.05, 0.0, -0.05, 0.0, 0.0)]
+    assert commands == pytest.approx([1.0, -1.0, -0.5, 0.0, -0.4, -0.4, 0.0])

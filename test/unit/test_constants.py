@@ -1,7 +1,19 @@
-"""One name has one value: no constant of the cores' rooms has another value elsewhere."""
+"""One name has one value, and a number that a stop or a limit hangs on changes on purpose only."""
 import ast
+import math
 import pathlib
 from collections import defaultdict
+from dataclasses import fields
+
+import pytest
+
+from tb3_labs.control import (
+    approach, dead_time, driving, goal_machine, motor_response, pace, settling, turning)
+from tb3_labs.geometry import angles, quaternions
+from tb3_labs.localization import localizer, odometry_jumps, sample_buffer, sender_clock, yaw_noise
+from tb3_labs.nodes import control_words, controller, demo, gamepad, mouse, move_to_goal, pad
+from tb3_labs.robot import samples, turtlebot3
+from tb3_labs.supervision import freshness, frozen, permission, stall
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 #: The places of the names that are checked.
@@ -27,3 +39,107 @@ def test_a_name_has_one_value():
             if any(path.startswith(OURS) for path in places)}
     assert len(ours) > 40
     assert {name: places for name, places in ours.items() if len(places) > 1} == {}
+
+
+#: Numbers of the rooms that decide. Whoever changes one measures what that does (test/benchmark),
+#: and changes it here, too.
+NUMBERS = {
+    approach.ApproachConfig: {
+        'leave_alone': 0.0, 'backwards_from': 0.0, 'reversal_caution': 1.0, 'nudge_caution': 0.5,
+        'nudge_time': 0.0, 'speed_is_prompt': False},
+    dead_time: {'COMMAND_MEMORY': 1.4, 'LEAST_LAG': 1e-6},
+    driving: {'OUTSIDE': 0.8},
+    driving.LabLaw: {
+        'period': 0.1, 'ROTATE_TO_GOAL_GAIN': 0.3, 'ROTATE_TO_FINAL_GAIN': 0.5,
+        'ANGLE_TOLERANCE': 0.05, 'FORWARD_SPEED': 0.15, 'distance_tolerance': 0.15},
+    driving.PreciseLaw: {
+        'period': 1.0 / 30.0, 'FACING': 0.1, 'ALONG': 0.3, 'STOP_AHEAD': 0.0005,
+        'LOOK_AHEAD': 0.2, 'REST_SPEED': 0.01},
+    goal_machine: {'MORE_TRIES': 2},
+    motor_response: {
+        'FIRST_LAG': 0.05, 'FIRST_DELAY': 0.125 / 3.0, 'MAX_DELAY': 0.4, 'MAX_LAG': 0.15,
+        'LEARNING': 0.1, 'STEADY': 0.08, 'STEADY_TIME': 0.12, 'CRUISING': 0.5,
+        'LEARNING_TIME': 1.5, 'ONSET': 0.03, 'TELLING': 0.2, 'PROMPT': 0.98},
+    pace: {'EARLY': 0.0035, 'LONGEST_IDLE': 0.03, 'LOOK_AHEAD': 0.001},
+    settling: {'REST_LINEAR': 0.005, 'REST_ANGULAR': 0.03, 'SETTLING_TIME': 0.03,
+                         'STANDARD_ERRORS': 2.0},
+    turning: {'PERIOD': 1.0 / 30.0, 'SAME_MOMENT': 1e-6},
+    turning.LabTurn: {'period': 0.1, 'MAX_ANGLE': math.pi},
+    turning.PreciseTurn: {'period': 1.0 / 30.0, 'MAX_ANGLE': 100.0 * 2.0 * math.pi,
+                                    'LONGEST_LOOK': 0.6},
+    angles: {'ROUNDING': 1.6e-5},
+    quaternions: {'NORM_TOLERANCE': 0.05, 'MAX_TILT': math.pi / 4.0},
+    localizer: {'MAX_EXTRAPOLATION': 2.0 / 30.0},
+    localizer.Motion: {'imu_age': 0.0, 'odometry_age': 0.0, 'yaw_noise': 0.0},
+    odometry_jumps: {
+        'FASTEST': 0.5, 'FASTEST_TURN': 4.0, 'SLACK': 0.05, 'SLACK_TURN': 0.3,
+        'LONGEST_SILENCE': 5.0, 'SPIKE': 10.0, 'ZERO_YAW': 0.01, 'ZERO_PLACE': 0.001,
+        'RESET_SILENCE': 1.0, 'NEAR_ZERO_PLACE': 0.03, 'NEAR_ZERO_YAW': 0.1, 'RESTING_TURN': 0.1,
+        'STOPPING_TIME': 0.5},
+    sample_buffer: {'MEMORY': 1.5, 'MAX_GAP': 0.3, 'MAX_BRIDGE': 1.0},
+    sender_clock: {
+        'WINDOW': 5.0, 'SMALL_STEP': 0.1, 'CLOCK_STEP': 1.0, 'LONG_SILENCE': 1.5,
+        'MAX_REPEATS': 3, 'MAX_OFF': 1.0, 'MAX_BEHIND': 0.5},
+    yaw_noise: {'SLOW': 0.2, 'EVEN': 0.03, 'FARTHEST': 0.1, 'SHARE': 0.02},
+    control_words: {'CROSSING': 0.3},
+    controller: {'DRIVEN_RATE': 0.1, 'JUDGING_RATE': 0.01},
+    gamepad: {'HAND_BACK': 0.15},
+    mouse: {'MOUSE_TIMEOUT': 0.2, 'MOUSE_DEAD_ZONE': 0.25, 'MOUSE_FULL': 0.5},
+    move_to_goal: {'MAX_DISTANCE': 100.0},
+    pad: {'PAD_TIMEOUT': 0.25, 'LATENESS_SHOWS': 0.3, 'MOST': 31},
+    samples: {'FARTHEST_TURN': 1.0},
+    turtlebot3: {'CONTROL_RATE': 30.0, 'COMMAND_TIMEOUT': 0.5},
+    freshness: {'SENSOR_TIMEOUT': 0.22, 'RESUME_TIME': 2.0},
+    frozen: {'FROZEN_TIME': 0.6, 'SURELY_DRIVES': 0.02, 'SURELY_TURNS': 0.1},
+    permission: {'RENEWAL': 0.1, 'LAPSE': 0.5, 'LONGEST_LAPSE': 2.0,
+                               'CONFIRMATION': 0.04, 'WAKING': 0.3},
+    stall: {'STALL_TIME': 1.3, 'STALL_STEP': 0.004, 'LONGEST_REST': 4.0,
+                          'AWAY_LIMIT': 0.8, 'MOVING': 0.005},
+}
+
+
+@pytest.mark.parametrize('place', NUMBERS, ids=lambda place: place.__name__)
+def test_the_numbers_that_people_rely_on(place):
+    assert {name: getattr(place, name) for name in NUMBERS[place]} == pytest.approx(
+        NUMBERS[place], rel=1e-12)
+
+
+def test_no_number_of_the_rooms_that_decide_is_left_out():
+    rooms = tuple('src/tb3_labs/{}/'.format(room)
+                  for room in ('control', 'localization', 'supervision', 'nodes'))
+    named = {name for numbers in NUMBERS.values() for name in numbers} | {'WORDS'}  # test_turning's
+    assert {name for name, places in constants().items()
+            if any(path.startswith(rooms) for path in places)} <= named
+
+
+#: Settings of the nodes that decide: (default, least, most).
+SETTINGS = {
+    driving.DriveConfig: {
+        'law': ('precise', None, None), 'allow_reverse': (False, None, None),
+        'distance_tolerance': (0.01, 0.002, 1.0), 'angle_tolerance_deg': (0.5, 0.2, 45.0),
+        'max_linear': (0.26, 0.02, 1.0), 'max_angular': (1.5, 0.1, 5.0),
+        'linear_acceleration': (4.0, 0.1, 10.0), 'angular_acceleration': (45.0, 1.0, 80.0)},
+    turning.TurnConfig: {
+        'law': ('precise', None, None), 'k_hdg': (0.1, 0.001, 10.0), 'hdg_tol': (10.0, 0.1, 45.0),
+        'min_ang_z': (0.5, 0.0, 5.0), 'max_ang_z': (1.5, 0.1, 5.0),
+        'tolerance_deg': (0.35, 0.2, 45.0), 'angular_acceleration': (45.0, 1.0, 80.0)},
+    demo.DemoConfig: {
+        'drives': (2, 1, 100), 'distance_tolerance': (0.01, 0.0, 10.0),
+        'angle_tolerance_deg': (0.5, 0.0, 180.0), 'timeout': (120.0, 1.0, 3600.0),
+        'stay': (False, None, None), 'record': (False, None, None),
+        'status_file': ('', None, None)},
+    move_to_goal.MoveToGoalConfig: {
+        'goal_x': (-0.61, -100.0, 100.0), 'goal_y': (0.61, -100.0, 100.0),
+        'goal_yaw_deg': (0.0, -360.0, 360.0), 'has_control': (False, None, None)},
+    pad.PadConfig: {
+        'linear_axis': (1, 0, 31), 'angular_axis': (3, 0, 31), 'relinquish_button': (0, 0, 31),
+        'regain_button': (1, 0, 31), 'reset_button': (2, 0, 31), 'hold_button': (-1, -1, 31),
+        'dead_zone': (0.08, 0.0, 0.9), 'linear_scale': (0.26, 0.01, 1.0),
+        'angular_scale': (2.84, 0.05, 5.0), 'drive_without_pad': (False, None, None)},
+}
+
+
+@pytest.mark.parametrize('config', SETTINGS, ids=lambda config: config.__name__)
+def test_the_settings_that_people_rely_on(config):
+    assert {item.name: (item.default, item.metadata['low'], item.metadata['high'])
+            for item in fields(config)} == SETTINGS[config]

@@ -59,7 +59,3 @@ def test_a_press_from_before_a_stop_is_too_late(stop):
     assert not words.too_late(10.0, LONGEST_LAPSE) and words.too_late(10.0, LONGEST_LAPSE + 0.1)
     getattr(words, stop)(9.5)
     assert words.too_late(10.0, 0.6) and not words.too_late(10.0, 0.4)
-
-
-def test_the_number_that_crossing_is_judged_by():
-    assert CROSSING == 0.3

@@ -3,10 +3,11 @@ import math
 
 import pytest
 
-from tb3_labs.control.speed_laws import Twist2
+from tb3_labs.control.pace import LONGEST_IDLE
+from tb3_labs.control.speed_laws import LawStep, Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous
-from tb3_labs.nodes.controller import DRIVEN_RATE, JUDGING_RATE, ControllerCore
+from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.nodes.mouse import MOUSE_TIMEOUT
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import robot_model
@@ -298,10 +299,6 @@ def test_a_robot_that_does_not_turn_is_given_up_within_two_seconds():
 
 # -- the effect of a missing line or another constant
 
-def test_the_numbers_that_people_rely_on():
-    assert (MOUSE_TIMEOUT, DRIVEN_RATE, JUDGING_RATE) == (0.2, 0.1, 0.01)
-
-
 def test_a_lower_limit_in_mid_turn_holds_from_the_next_command_on(bench):
     before = bench.yaw
     bench.ask(180.0)
@@ -315,7 +312,7 @@ def test_a_lower_limit_in_mid_turn_holds_from_the_next_command_on(bench):
 
 def test_a_second_turn_before_rest_reports_both(bench):
     bench.ask(90.0)
-    while bench.controller.driver is Driver.TURN:
+    while bench.controller.driver is Driver.TURN and bench.now < 20.0:
         bench.run(TICK)
     bench.ask(-90.0)
     bench.run(4.0)
@@ -335,3 +332,193 @@ def test_a_turn_that_was_given_up_leaves_nothing_to_the_next():
     bench.mouse = None
     bench.run(1.0)
     assert bench.turned(30.0) == pytest.approx(30.0, abs=0.5)
+
+
+# -- a law that says what it is told, and an IMU in closed form
+
+class Told:
+    """A law that says what is left; a turn is finished at 0."""
+
+    MAX_ANGLE, MAX_ANGLE_IN_WORDS, extends = 100.0, '', True
+
+    def __init__(self, period=0.1, carries_error=True):
+        self.period, self.carries_error = period, carries_error
+        self.left, self.ends_with = 1.0, 0.0
+        self.asked, self.times = [], []      # angles of the starts, times between the steps
+
+    def start(self, yaw, angle):
+        self.asked.append(angle)
+
+    def extend(self, angle):
+        pass
+
+    def step(self, yaw, rate, dt, age=0.0, noise=0.0):
+        self.times.append(dt)
+        finished = self.left == 0.0
+        return LawStep(Twist2(0.0, 0.5), self.ends_with if finished else self.left, finished)
+
+
+class Desk:
+    """A controller with such a law. The IMU is heard each 50 ms; it trembles, as real ones do."""
+
+    def __init__(self, law=None):
+        self.law = law or Told()
+        self.core = ControllerCore(self.law)
+        self.now, self.yaw, self.rate, self.tremble = 100.0, 0.0, 0.0, 1e-6
+        self.news = []
+        self.run(0.1)
+
+    def run(self, seconds, imu=True):
+        """The commands of that time."""
+        commands = []
+        for _ in range(round(seconds / 0.05)):
+            self.now += 0.05
+            self.tremble = -self.tremble
+            if imu:
+                self.core.on_imu(ImuSample(self.now, self.yaw + self.tremble, self.rate), self.now)
+            if self.core.due(self.now):
+                commands.append(self.core.command(self.now))
+            self.news += self.core.take_news()
+        return commands
+
+    def ask(self, degrees=90.0):
+        self.core.ask(degrees, self.now)
+
+    def told(self, words, warning=False):
+        return [news.warning for news in self.news if words in news.text] == [warning]
+
+    def finish(self, left):
+        """The turn ends, and the robot rests: the law knows what is left [rad]."""
+        self.law.left, self.law.ends_with = 0.0, left
+        self.run(0.4)
+        assert self.core.driver is Driver.NOBODY
+
+
+@pytest.fixture
+def desk():
+    return Desk()
+
+
+def test_a_controller_that_was_asked_for_nothing_is_silent():
+    core = ControllerCore(Told())
+    assert not core.due(0.0) and not core.watched and not core.mouse_active
+    assert core.problem(0.0) == 'no imu yet' and core.idle_for(0.0) == LONGEST_IDLE
+
+
+def test_somebody_must_look_at_the_clock_during_a_turn_and_while_the_mouse_is_active(desk):
+    assert not desk.core.watched and desk.core.problem(desk.now) == ''
+    desk.ask()
+    assert desk.core.watched and desk.core.idle_for(desk.now) < LONGEST_IDLE
+    desk.finish(0.0)
+    assert not desk.core.watched
+    for active in (True, False):
+        desk.core.on_mouse(active, 0.0, 0.0, desk.now)
+        assert desk.core.watched is desk.core.mouse_active is active
+
+
+def test_each_turn_is_announced_and_begins_from_standing(desk):
+    for _ in range(2):
+        desk.law.left, desk.law.times, desk.news = 1.0, [], []
+        desk.ask()
+        desk.run(0.2)
+        assert desk.told('Turning 90 degrees') and desk.law.times[0] == 0.1
+        desk.finish(0.0)
+        desk.run(5.0)
+
+
+def test_what_the_law_knows_to_be_left_is_reported_and_made_up_for(desk):
+    desk.ask()
+    desk.run(0.2)
+    desk.yaw = 0.8                       # one sample says something else
+    desk.finish(math.radians(2.0))
+    assert desk.told('2.00 degrees short of the goal')
+    desk.run(1.0)
+    desk.ask()
+    assert math.degrees(desk.law.asked[-1]) == pytest.approx(92.0, abs=0.01)
+
+
+def test_a_law_that_carries_no_error_is_asked_for_no_more():
+    desk = Desk(Told(carries_error=False))
+    desk.ask()
+    desk.finish(0.5)
+    desk.ask()
+    assert math.degrees(desk.law.asked[-1]) == pytest.approx(90.0, abs=0.01)
+
+
+@pytest.mark.parametrize('between', ['mouse', 'given up', 'stuck'])
+def test_an_error_is_forgotten_when_the_robot_was_in_other_hands(desk, between):
+    desk.ask()
+    desk.finish(0.5)
+    desk.law.left = 1.0
+    if between != 'mouse':
+        desk.ask()
+        desk.run(2.0 if between == 'stuck' else 0.2)
+    if between != 'stuck':
+        desk.core.on_mouse(True, 1.0, 0.0, desk.now)
+        desk.core.on_mouse(False, 1.0, 0.0, desk.now)
+    desk.run(1.0)
+    assert sum('Turned' in news.text for news in desk.news) == 1     # not the one given up
+    desk.ask()
+    assert math.degrees(desk.law.asked[-1]) == pytest.approx(90.0, abs=0.01)
+
+
+def test_a_silence_before_a_turn_does_not_count(desk):
+    desk.run(5.0, imu=False)
+    desk.run(0.1)
+    desk.ask()
+    assert None not in desk.run(0.5)
+
+
+def test_a_turn_begins_anew_from_where_the_robot_looks_after_a_short_silence(desk):
+    desk.ask()
+    desk.run(0.2)
+    desk.run(1.0, imu=False)
+    desk.yaw, desk.law.left = 0.5, 3.0     # it was turned meanwhile: farther than 0.8 rad
+    assert None not in desk.run(0.5)
+    assert desk.law.asked[-1] == pytest.approx(math.pi / 2.0 - 0.5, abs=1e-5)
+    assert desk.told('Stopped: no imu', warning=True) and desk.told('Going on')
+
+
+def test_a_turn_in_which_this_process_slept_is_given_up(desk):
+    desk.ask()
+    desk.run(0.2)
+    desk.now += 3.0                       # nobody looked, nobody heard
+    assert desk.run(0.5) == [None]
+    assert desk.told('its end: this node did not run for 3.1 s', warning=True)
+
+
+def test_a_frozen_imu_ends_a_turn_and_the_time_before_does_not_count(desk):
+    desk.ask()
+    desk.tremble = 0.0
+    assert None not in desk.run(0.5)
+    desk.finish(0.0)
+    desk.law.left = 1.0
+    desk.ask()
+    assert None not in desk.run(0.5)
+    assert desk.run(0.5)[-1] is None and desk.told('imu repeats one reading', warning=True)
+
+
+def test_an_imu_whose_rate_is_even_is_not_frozen(desk):
+    desk.ask()
+    desk.rate = 0.5
+    assert None not in desk.run(1.0)
+
+
+def test_another_law_takes_its_own_time_and_a_stuck_robot_is_given_up_all_the_same(desk):
+    desk.ask()
+    desk.run(0.2)
+    for _ in range(5):
+        law = Told(period=0.2)
+        desk.core.set_law(law)
+        desk.run(0.4)
+        assert law.times[:2] == pytest.approx([0.2, 0.2]) or not desk.core.watched
+    assert desk.told('does not move', warning=True)
+
+
+def test_another_law_does_not_begin_a_turn_that_is_over(desk):
+    desk.ask()
+    desk.rate = 0.05                      # it is not judged yet
+    desk.finish(0.0)
+    law = Told()
+    desk.core.set_law(law)
+    assert law.asked == []

@@ -39,6 +39,8 @@ def test_nothing_is_under_way_before_the_first_command():
     assert history.travel_under_way(0.3) == 0.0
     assert history.arrived(0.0) == 0.0
     assert history.only_stops_since(-math.inf)
+    history.advance(PERIOD)
+    assert history.unchanged_for == PERIOD
 
 
 @pytest.mark.parametrize('delay, command', [(0.0, 0.3), (0.015, 0.3), (0.03, 0.2), (0.05, 0.1),

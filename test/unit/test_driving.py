@@ -1,12 +1,16 @@
 """The handout's law number by number, and the guarantees of the precise law at each step."""
 import math
+from dataclasses import astuple
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.control.driving import DriveConfig, LabLaw, PreciseLaw, make_law
+from tb3_labs.control.approach import ApproachConfig
+from tb3_labs.control.driving import (
+    DriveConfig, LabLaw, PreciseLaw, driving_approach, make_law)
 from tb3_labs.control.goal_machine import GoalState
+from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.localizer import Motion
 from tb3_labs.robot.turtlebot3 import robot_model
@@ -164,3 +168,100 @@ def test_a_drive_that_goes_on_along_its_line_turns_back_to_it_from_where_it_face
     # and by more than ALONG: it begins anew
     pose = Pose2(0.1, 0.0, 0.4)
     assert law.resume(GoalState.MOVE_FORWARD, pose, goal) is GoalState.ROTATE_TO_GOAL
+
+
+def test_a_precise_drive_brakes_with_a_fifth_of_what_it_speeds_up_with():
+    """Each number was chosen by the benchmark of motions."""
+    config = DriveConfig(linear_acceleration=3.0, distance_tolerance=0.02)
+    expected = ApproachConfig(
+        period=1.0 / 30.0, acceleration=3.0, braking=0.6, gain=15.0, slowest=0.015,
+        close_enough=0.0005, backwards_from=0.016, nudge_time=1.0 / 30.0)
+    assert astuple(driving_approach(config)) == pytest.approx(astuple(expected))
+
+
+# -- what a lost line, another sign or a limit not kept would do
+
+SLOWLY = DriveConfig(angular_acceleration=3.0, linear_acceleration=0.6, allow_reverse=True)
+EITHER_WAY = [(Pose2(3.0, 0.0, 0.0), 1.0), (Pose2(-3.0, 0.0, 0.0), -1.0)]
+
+
+def moves(law, move, motion, goal, times=10):
+    """The last of so many steps of a law, one in each period."""
+    return [move(motion, goal, law.period) for _ in range(times)][-1]
+
+
+def test_the_handouts_law_is_content_and_remembers_nothing():
+    law = LabLaw(LAB, BURGER)
+    assert law.resume(GoalState.MOVE_FORWARD, Pose2(), GOAL) is GoalState.MOVE_FORWARD
+    assert law.shortfall(Pose2(), GOAL) == ''
+    step = law.rotate_to_goal(at(-0.61, 0.60, 0.0), GOAL, 0.1)     # there: no matter the bearing
+    assert step.finished and step.command == (0.0, 0.0)
+
+
+@pytest.mark.parametrize('goal, forwards', EITHER_WAY)
+def test_the_limits_that_are_set_hold_either_way_of_driving(goal, forwards):
+    law = PreciseLaw(DriveConfig(max_linear=0.1, max_angular=0.3, allow_reverse=True), BURGER)
+    law.start(Pose2(), goal)
+    # 4 m/s^2 over one period of 1/30 s is more than the limit
+    assert moves(law, law.move_forward, at(0.0, 0.0, 0.0), goal).command.linear == pytest.approx(
+        0.1 * forwards)
+    assert moves(law, law.rotate_to_final, at(0.0, 0.0, 2.0), goal).command.angular == (
+        pytest.approx(-0.3))
+
+
+@pytest.mark.parametrize('goal, forwards', EITHER_WAY)
+def test_each_drive_begins_from_standing(goal, forwards):
+    law = PreciseLaw(SLOWLY, BURGER)
+    for _ in range(2):
+        law.start(Pose2(), goal)
+        for tick in range(1, 6):      # 0.6 m/s^2 over 1/30 s
+            step = law.move_forward(at(0.0, 0.0, 0.0), goal, law.period)
+            assert step.command.linear == pytest.approx(0.02 * tick * forwards)
+
+
+@pytest.mark.parametrize('distance, there', [(0.0049, True), (0.0051, False)])
+def test_a_goal_nearer_than_half_the_tolerance_is_only_turned_at(distance, there):
+    law, goal = PreciseLaw(DriveConfig(), BURGER), Pose2(0.0, distance, 0.0)
+    law.start(Pose2(), goal)
+    step = law.rotate_to_goal(at(0.0, 0.0, 0.0), goal, law.period)
+    if there:
+        assert step == (Twist2(), 0.0, True)
+    else:
+        assert step.remaining == pytest.approx(math.pi / 2.0) and step.command.angular > 0.0
+        assert not step.finished
+
+
+@pytest.mark.parametrize('state', [GoalState.MOVE_FORWARD, GoalState.ROTATE_TO_FINAL])
+def test_a_drive_that_was_interrupted_goes_on_from_standing(state):
+    law, goal = PreciseLaw(SLOWLY, BURGER), Pose2(3.0, 0.0, 0.0)
+    law.start(Pose2(), goal)
+    move = law.move_forward if state is GoalState.MOVE_FORWARD else law.rotate_to_final
+    motion = at(0.0, 0.0, 0.25)
+    assert moves(law, move, motion, goal).command.angular < -0.25
+    assert law.resume(state, motion.pose, goal) is state
+    step = move(motion, goal, law.period)
+    assert step.command.angular == pytest.approx(-0.1)       # 3 rad/s^2 over 1/30 s
+    assert step.command.linear == pytest.approx(
+        0.02 if state is GoalState.MOVE_FORWARD else 0.0)
+
+
+def test_a_drive_that_begins_anew_turns_to_the_goal_from_where_it_is():
+    law, goal = PreciseLaw(DriveConfig(), BURGER), Pose2(2.0, 0.0, 0.0)
+    law.start(Pose2(), goal)
+    pose = Pose2(2.0, -1.0, 0.0)
+    assert law.resume(GoalState.MOVE_FORWARD, pose, goal) is GoalState.MOVE_FORWARD
+    pose = Pose2(2.0, -1.0, 0.5)
+    assert law.resume(GoalState.MOVE_FORWARD, pose, goal) is GoalState.ROTATE_TO_GOAL
+    step = law.rotate_to_goal(at(pose.x, pose.y, pose.yaw), goal, law.period)
+    assert step.remaining == pytest.approx(math.pi / 2.0 - 0.5)
+
+
+@pytest.mark.parametrize('left, arrived', [(0.0035, False), (0.0015, True), (-0.0003, True),
+                                           (-0.0006, False)])
+def test_a_robot_arrives_where_it_would_come_to_rest(left, arrived):
+    """At 0.1 m/s it coasts on for 0.1 exp(-(1 / 30) / 0.05) 0.05 = 2.6 mm. A predicted rest from
+    0.5 mm ahead to 3 mm (0.3 of the tolerance) beyond the goal is one; farther, it has slipped."""
+    law, goal = PreciseLaw(DriveConfig(), BURGER), Pose2(1.0, 0.0, 0.0)
+    law.start(Pose2(), goal)
+    motion = at(1.0 - left, 0.0, 0.0, 0.1)
+    assert law.move_forward(motion, goal, law.period).finished is arrived

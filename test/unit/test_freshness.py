@@ -98,3 +98,40 @@ def test_a_silence_before_the_motion_does_not_count():
     imu.heard(15.0)
     watch.pause()
     assert look(watch, 15.0) is Sight.FRESH
+    imu.heard(15.3)
+    assert look(watch, 15.6) is Sight.SILENT and watch.hold_reason == 'no imu'
+    watch.pause()
+    assert watch.hold_reason == ''
+
+
+def test_before_the_first_look_the_robot_stands():
+    watch = SensorWatch(Freshness('imu'))
+    assert (watch.sight, watch.hold_reason, watch.silent_for) == (Sight.SILENT, '', 0.0)
+
+
+def test_a_watch_stops_the_robot_also_after_the_clock_went_back():
+    watch = SensorWatch(heard_at(1000.0))
+    assert look(watch, 10.0) is Sight.FRESH
+    assert look(watch, 10.3) is Sight.SILENT
+
+
+def test_of_two_timeouts_the_shorter_one_tells_a_silence():
+    imu, joy = heard_at(10.0, 'imu', 0.25), heard_at(10.0, 'joy', 0.5)
+    watch = SensorWatch(imu, joy)
+    imu.heard(10.3)
+    joy.heard(10.3)
+    assert look(watch, 10.3) is Sight.BACK_SOON
+
+
+@pytest.mark.parametrize('age, overdue', [(0.12, False), (0.13, True)])
+def test_overdue_is_half_the_timeout(age, overdue):
+    assert heard_at(8.0).is_overdue(8.0 + age) is overdue
+
+
+def test_messages_are_counted_and_new_readings_told_once():
+    source = Freshness('imu')
+    assert source.count == source.dropped == 0 and not source.take_new()
+    for reading, new in ((7, True), (7, False), (8, True)):
+        source.heard(1.0, reading)
+        assert source.take_new() is new and not source.take_new()
+    assert source.count == 3

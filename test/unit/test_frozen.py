@@ -35,6 +35,20 @@ def test_a_question_changes_nothing():
     assert look(watch, 6, source) == watch.problem() != ''
 
 
+def test_the_first_look_finds_nothing_frozen():
+    source = Freshness('imu')
+    source.heard(0.0, 7)
+    source.take_new()
+    assert look(FrozenWatch(), 1, source) == ''
+
+
+def test_an_odometry_that_was_never_heard_does_not_show_the_imu():
+    watch = DriveFrozenWatch(Freshness('imu'), Freshness('odom'))
+    for _ in range(MANY):
+        watch.update(0.1, 0.0, DT)
+    assert 'odom repeats' in watch.problem() and 'imu says' not in watch.problem()
+
+
 def test_one_new_reading_or_a_start_ends_it():
     for end in (lambda watch, source: look(watch, 1, source, lambda k: 'new'),
                 lambda watch, source: watch.start()):

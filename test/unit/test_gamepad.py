@@ -62,6 +62,10 @@ class Pad:
         return self.controller.holder
 
 
+def warned(controller, words):
+    return any(words in news.text and news.warning for news in controller.take_news())
+
+
 A, B, Y, HOLD = 0, 1, 2, 5
 BURGER_FULL = Twist2(0.2108, 0.0)
 
@@ -200,7 +204,7 @@ def test_an_a_that_the_network_held_up_for_long_does_not_count(late, counts):
     words = controller.take_words()
     # with the renewals that were due since, so that they show the age of the giving
     assert words == [True] * (counts * (1 + round(late / 0.1)))
-    assert any('press it again' in news.text for news in controller.take_news()) is not counts
+    assert warned(controller, 'press it again') is not counts
     controller.on_joy([0.0] * 6, [0, 1] + [0] * 6, 102.06 + late, 9.06)
     assert controller.take_words() == [False]       # a stop is never too late
 
@@ -281,8 +285,7 @@ def test_a_pad_lost_with_its_stick_off_the_middle_stops_the_robot(repeats):
     assert commands[-1] is None and pad.holder is NOBODY
     assert [time for time, command in pad.sent if command is None][-1] <= pad.now
     assert pad.run(5.0) == []
-    hint = any('autorepeat_rate' in news.text for news in pad.controller.take_news())
-    assert hint is not repeats
+    assert warned(pad.controller, 'autorepeat_rate') is not repeats
     # back: only after a rest
     pad.plugged = True
     pad.sticks = (0.9, 0.0)
@@ -354,6 +357,7 @@ def test_an_a_of_a_pad_that_was_heard_for_a_moment_only_does_not_count(after, co
     for now, buttons in ((100.0, [0]), (100.0 + after, [1])):
         controller.on_joy([0.0] * 6, buttons + [0] * 7, now, now - 90.0 if stamped else 0.0)
     assert (True in controller.take_words()) is counts
+    assert warned(controller, 'the moment the pad was first heard') is not counts
 
 
 @pytest.mark.parametrize('slept, gives', [(1.0, True), (3.0, False)])
@@ -364,6 +368,7 @@ def test_a_node_that_slept_does_not_go_on_giving(slept, gives):
     pad.now += slept
     pad.run(0.5)
     assert pad.controller.gives is gives and pad.said() == [False] * (not gives)
+    assert warned(pad.controller, 'This node did not run for') is not gives
 
 
 # -- loss and return with buttons held
@@ -406,13 +411,57 @@ def test_the_hold_button_may_be_the_first_one():
     assert pad.run(0.3)[-1] == pytest.approx(BURGER_FULL)
 
 
-def test_the_numbers_that_people_rely_on():
-    assert (PAD_TIMEOUT, HAND_BACK) == (0.25, 0.15)
+def test_the_operator_is_told_of_each_change_of_hands_once(pad):
+    def told():
+        pad.run(1.0)
+        return [news.text.split(':')[0] for news in pad.controller.take_news()]
 
-
-def test_the_operator_is_told_once_and_at_once(pad):
-    pad.controller.take_news()
+    assert told() == ['The gamepad drives']
+    pad.controller.on_control(False, pad.now)      # it had none
+    assert told() == []
     pad.press(A)
-    pad.run(2.0)
-    texts = [news.text for news in pad.controller.take_news()]
-    assert len(texts) == 1 and 'move_to_goal drives' in texts[0]
+    assert told() == ['move_to_goal drives']
+    pad.controller.on_control(False, pad.now)
+    assert told() == ['Control was taken from move_to_goal', 'The gamepad drives']
+
+
+def test_a_stick_asks_for_its_share_of_the_scales_that_are_set():
+    pad = Pad(PadConfig(dead_zone=0.0, linear_scale=0.1, angular_scale=1.0))
+    for sticks, speed in (((0.5, 0.0), (0.05, 0.0)), ((1.0, 0.0), (0.1, 0.0)),
+                          ((0.0, -0.5), (0.0, -0.5)), ((0.0, 1.0), (0.0, 1.0))):
+        pad.sticks = sticks
+        assert pad.run(0.2)[-1] == pytest.approx(Twist2(*speed))
+
+
+def test_a_pad_that_drives_is_silent_at_once_when_somebody_else_gives_the_robot_away(pad):
+    assert not GamepadCore(PadConfig(), BURGER).due(0.0)
+    pad.sticks = (1.0, 0.0)
+    pad.run(0.2)
+    for is_new in (True, False):
+        pad.controller.on_control(True, pad.now)
+        assert pad.controller.due(pad.now) is is_new
+        assert pad.controller.command(pad.now) is None
+
+
+def test_somebody_must_look_at_the_clock_while_the_robot_depends_on_the_pad(pad):
+    def watched(sticks=(0.0, 0.0), *buttons):
+        pad.sticks = sticks
+        pad.press(*buttons)
+        pad.run(0.1)
+        return pad.controller.watched
+
+    assert not GamepadCore(PadConfig(), BURGER).watched      # nothing was heard
+    assert not watched()
+    assert watched((1.0, 0.0))                # it drives
+    assert not watched()
+    assert watched((0.0, 0.0), A)             # it gives
+    assert watched((1.0, 0.0), B)             # it waits for its sticks to come to rest
+    assert pad.holder is NOBODY
+    pad.controller.on_control(True, pad.now)
+    assert not watched()                      # another one gives
+
+
+def test_with_a_hold_button_sticks_at_rest_alone_take_no_robot():
+    pad = Pad(PadConfig(hold_button=HOLD))
+    pad.run(1.0)
+    assert pad.holder is NOBODY

@@ -19,7 +19,8 @@ class Told:
 
     def __init__(self, shortfall=''):
         self.left = {'rotate_to_goal': 1.0, 'move_forward': 1.0, 'rotate_to_final': 1.0}
-        self.starts = 0
+        self.starts, self.resumes = 0, 0
+        self.times = []          # dt of each look
         self._shortfall = shortfall
 
     def start(self, pose, goal):
@@ -28,21 +29,23 @@ class Told:
     def shortfall(self, pose, goal):
         return self._shortfall
 
-    def _answer(self, state):
+    def _answer(self, state, dt):
+        self.times.append(dt)
         return LawStep(Twist2(0.1, 0.2), self.left[state], self.left[state] == 0.0)
 
     def resume(self, state, pose, goal):
         self.resumed_in = state
+        self.resumes += 1
         return state
 
     def rotate_to_goal(self, motion, goal, dt):
-        return self._answer('rotate_to_goal')
+        return self._answer('rotate_to_goal', dt)
 
     def move_forward(self, motion, goal, dt):
-        return self._answer('move_forward')
+        return self._answer('move_forward', dt)
 
     def rotate_to_final(self, motion, goal, dt):
-        return self._answer('rotate_to_final')
+        return self._answer('rotate_to_final', dt)
 
 
 def last_of(machine, motion=STANDING, seconds=1.0):
@@ -80,6 +83,7 @@ def test_finished_states_are_passed_through_within_one_step():
     machine.set_goal(GOAL)
     assert machine.step(STANDING, 0.1) == Twist2(0.1, 0.2)
     assert machine.state is GoalState.ROTATE_TO_FINAL
+    assert law.times == [0.1, 0.0, 0.0]      # the time passed once
 
 
 @pytest.mark.parametrize('finished', [[], ['rotate_to_goal'], ['rotate_to_goal', 'move_forward'],
@@ -114,7 +118,7 @@ def test_a_drive_that_does_not_get_on_is_given_up_in_time(motion, reason):
     machine = GoalMachine(Told())
     machine.set_goal(GOAL)
     steps = 0
-    while machine.step(motion, 0.05) is not None:
+    while machine.step(motion, 0.05) is not None and steps < 100:
         steps += 1
     assert reason in machine.failure
     assert STALL_TIME <= 0.05 * steps <= 2.0
@@ -142,9 +146,11 @@ def test_getting_on_slowly_is_not_being_stuck():
 
 def test_given_up_stays_silent_until_restarted():
     machine = GoalMachine(Told())
+    assert not machine.begun
     machine.set_goal(GOAL)
     machine.give_up('canceled')
     assert machine.step(STANDING, 0.1) is None
+    assert not machine.begun and machine.law.starts == 0
     machine.set_goal(GOAL)
     assert machine.failure == ''
     assert machine.step(STANDING, 0.1) is not None
@@ -171,6 +177,33 @@ def test_a_drive_that_ends_outside_is_driven_on_from_there_twice(misses, starts,
     assert law.starts == starts
     assert (machine.state is GoalState.GOAL_REACHED) is reached
     assert machine.failure == ('' if reached else 'stopped 30 mm from the goal')
+
+
+def test_another_try_turns_to_the_goal_again():
+    law = Told(shortfall='stopped 30 mm from the goal')
+    law.left = dict.fromkeys(law.left, 0.0)
+    law.start = lambda pose, goal: law.left.update(rotate_to_goal=float(law.starts))
+    machine = GoalMachine(law)
+    machine.set_goal(GOAL)
+    machine.step(STANDING, 0.033)
+    law.starts = 1
+    assert machine.step(STANDING, 0.033) == Twist2(0.1, 0.2)
+    assert machine.state is GoalState.ROTATE_TO_GOAL
+
+
+def test_another_try_waits_for_rest_of_its_own():
+    law = Told(shortfall='stopped 30 mm from the goal')
+    law.left = dict.fromkeys(law.left, 0.0)
+    machine = GoalMachine(law)
+    machine.set_goal(GOAL)
+    answers = [machine.step(STANDING, 0.02) for _ in range(9)]
+    # at rest for 0.03 s: after three looks, three times
+    assert law.starts == 3 and answers == 8 * [Twist2()] + [None]
+
+
+def test_errors_without_a_goal_are_refused():
+    with pytest.raises(ValueError, match='there is no goal'):
+        GoalMachine(Told()).errors(Pose2())
 
 
 def finished():
@@ -227,13 +260,15 @@ def test_an_interrupted_drive_goes_on_where_its_law_says(state):
     assert machine.step(STANDING, 0.1) is not None
     assert law.resumed_in.value == machine.state.value == state.upper()
     assert law.starts == 1 and machine.attempt == 1
+    machine.step(STANDING, 0.1)
+    assert law.resumes == 1
 
 
 def test_a_stuck_robot_is_given_up_however_often_its_drive_is_interrupted():
     machine = GoalMachine(Told())
     machine.set_goal(GOAL)
     driven = 0.0
-    while machine.step(STANDING, 0.033) is not None:
+    while machine.step(STANDING, 0.033) is not None and driven < 10.0:
         driven += 0.033
         if round(driven / 0.033) % 10 == 0:    # every third of a second
             machine.interrupt()

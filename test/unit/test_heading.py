@@ -9,7 +9,7 @@ from tb3_labs.robot.samples import ImuSample
 
 def test_before_the_first_sample_there_is_no_heading_and_no_jump():
     heading = Heading()
-    assert heading.yaw is None
+    assert heading.yaw is None and heading.rate == heading.noise == 0.0
     assert heading.jump_to(ImuSample(1.0, 3.0, 0.0)) == ''
 
 
@@ -47,3 +47,11 @@ def test_the_age_counts_from_the_measurement_by_the_least_delay(clock_ahead):
         heading.on_imu(ImuSample(1000.0 + sent + clock_ahead, 0.0, 0.0), 1000.0 + sent + delay)
     assert heading.age(1001.31) == pytest.approx(0.11)
     assert heading.age(1000.0) == 0.0      # a clock that went back
+
+
+def test_the_noise_of_a_sample_is_known():
+    """Yaws of +/-0.01 rad in turns: half the mean square of their differences is 2e-4."""
+    heading = Heading()
+    for k in range(20):
+        heading.on_imu(ImuSample(1.0 + 0.01 * k, 0.01 * (-1) ** k, 0.0), 0.01 * k)
+    assert heading.noise == pytest.approx(math.sqrt(2e-4))

@@ -101,6 +101,14 @@ def test_nothing_is_known_before_both_sensors_have_spoken():
         assert fixes == [] and localizer.motion(2.0) is None and localizer.frame is None
 
 
+def test_nothing_is_known_before_the_first_fix():
+    localizer = Localizer()
+    localizer.on_imu(SPINNING.imu(0.0), 0.0)
+    localizer.on_odometry(SPINNING.odometry(0.0), 0.0)
+    assert localizer.motion(0.0) is None
+    assert localizer.take_fix() and localizer.motion(0.0)
+
+
 @pytest.mark.parametrize('silent', [ImuSample, object])
 def test_a_dropout_of_one_or_both_leaves_the_frame_as_it_was(silent):
     messages = [(arrival, sample) for arrival, sample in CURVING.messages(0.0, 8.0)
@@ -179,6 +187,16 @@ def test_a_reset_is_carried_out_as_soon_as_both_have_passed_it():
     assert localizer.take_resets() == [reset] and reset.done
     localizer.on_imu(SPINNING.imu(1.1), 1.1)
     assert localizer.take_resets() == []
+
+
+def test_a_reset_may_be_carried_out_by_a_sample_of_the_imu():
+    localizer = Localizer()
+    feed(localizer, SPINNING.messages(0.0, 1.0, 20.0, 20.0))
+    reset = localizer.reset(Pose2(), 1.01)
+    localizer.on_odometry(SPINNING.odometry(1.05), 1.05)
+    assert not reset.done
+    localizer.on_imu(SPINNING.imu(1.05), 1.05)
+    assert reset.done and localizer.take_resets() == [reset]
 
 
 def test_a_thousand_resets_in_ten_seconds_each_see_the_one_before():
@@ -263,6 +281,26 @@ def test_a_reset_that_waits_while_the_clock_steps_is_never_carried_out_at_anothe
                                 for arrival, sample in after(messages, asked_at)])
     since, declared = (asked_at, DECLARED) if reset.done else (0.0, ZERO)
     assert_fixes(fixes, replace(robot, clock_ahead=1000.0 + step), declared, since)
+
+
+def test_a_reset_that_waits_while_the_clock_steps_says_why_it_cannot_be_carried_out():
+    robot, localizer = replace(SPINNING, clock_ahead=1000.0), Localizer()
+    feed(localizer, robot.messages(0.0, 2.0))
+    reset = localizer.reset(Pose2(), 2.001)
+    assert localizer.has_resets and reset.problem == ''
+    localizer.on_imu(with_stamp(robot.imu(2.01), 1007.01), 2.01)
+    assert reset.problem.startswith("the robot's clock was set") and not reset.done
+    assert not localizer.has_resets
+
+
+def test_a_reset_that_waits_while_the_board_restarts_says_why_it_cannot_be_carried_out():
+    localizer = Localizer()
+    feed(localizer, RESTING.messages(0.0, 1.0))
+    reset = localizer.reset(Pose2(), 1.02)
+    localizer.on_imu(RESTING.imu(1.01)._replace(yaw=0.0), 1.01)
+    localizer.on_odometry(replace(RESTING.odometry(1.01), pose=Pose2()), 1.01)
+    assert reset.problem == 'the robot started anew at that moment' and not reset.done
+    assert not localizer.has_resets and localizer.motion(1.01) is None
 
 
 def test_a_reset_that_was_given_up_changes_nothing():
@@ -350,6 +388,16 @@ def test_ages_count_from_when_a_sample_was_measured_not_from_when_it_came():
     # all are late by the least delay, which cannot be measured
     assert motion.imu_age == motion.odometry_age == pytest.approx(0.04)
     assert_pose(motion.pose, Truth(*STRAIGHT.moved(2.14)), 1e-6, 1e-6)
+
+
+def test_the_noise_of_the_imu_is_told_with_the_motion():
+    """Yaws of +/-0.01 rad in turns: half the mean square of their differences is 2e-4."""
+    localizer = Localizer()
+    for k in range(50):
+        localizer.on_imu(ImuSample(RESTING.clock_ahead + 0.01 * k, 0.01 * (-1) ** k, 0.0), 0.01 * k)
+    localizer.on_odometry(RESTING.odometry(0.4), 0.5)
+    localizer.take_fix()
+    assert localizer.motion(0.5).yaw_noise == pytest.approx(math.sqrt(2e-4))
 
 
 def in_bursts(messages, chance):

@@ -44,6 +44,7 @@ def test_one_sample_of_a_robot_that_speeds_up_tells_delay_and_lag(delay, lag, si
 
 def test_motors_that_are_at_speed_at_once_have_no_lag():
     assert look_at_start(0.15, 1.0, 0.05, 1.0) == pytest.approx((0.1, 0.0))
+    assert look_at_start(0.15, 1.0, 0.05, 1.2) == pytest.approx((0.1, 0.0))
 
 
 @pytest.mark.parametrize('first, travelled, speed', [
@@ -87,6 +88,19 @@ def test_without_a_gyro_the_lag_is_believed_and_the_delay_identified():
 def test_what_tells_nothing_teaches_nothing(what):
     _, learned = identified(0.2, 0.1, **what)
     assert (learned.delay, learned.lag) == (Response().delay, Response().lag)
+
+
+@pytest.mark.parametrize('command', [0.5, -2.0])
+@pytest.mark.parametrize('share, is_steady', [(0.91, False), (0.93, True), (1.07, True)])
+def test_steady_is_within_8_percent_of_the_command(command, share, is_steady):
+    learned, history = Response(), CommandHistory(PERIOD)
+    identification = Identification(learned, speed_is_prompt=False)
+    identification.begin(0.0)
+    for _ in range(10):
+        history.send(command)
+        history.advance(PERIOD)
+    identification.look(history, 0.0, share * command, 2.0 * abs(command))
+    assert (learned.delay != Response().delay) is is_steady
 
 
 def test_learning_ends_before_errors_of_the_gain_add_up():

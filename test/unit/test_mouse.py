@@ -16,6 +16,7 @@ from tb3_labs.nodes.mouse import MOUSE_TIMEOUT, Mouse, mouse_twist, screen_posit
     (0.1, -1.0, -0.5, 0.0),           # straight back, although not quite in the middle
     (-1.0, 1.0, 0.5, 0.5),
     (1.7, -3.0, -0.5, -0.5),          # beyond the edge of the screen is its edge
+    (-1.7, 3.0, 0.5, 0.5),
 ])
 def test_mouse(x, y, linear, angular):
     twist = mouse_twist(x, y)
@@ -31,9 +32,14 @@ def test_a_position_that_is_none_is_refused(x, y):
 
 @pytest.mark.parametrize('pixel, position', [
     ((0, 0), (-1.0, 1.0)), ((1919, 1079), (1.0, -1.0)), ((1919, 0), (1.0, 1.0)),
-    ((959.5, 539.5), (0.0, 0.0)), ((2500, -3), (1.0, 1.0))])
+    ((959.5, 539.5), (0.0, 0.0)), ((2500, -3), (1.0, 1.0)),
+    ((-3, 2500), (-1.0, -1.0))])
 def test_pixels_are_scaled_over_the_whole_screen(pixel, position):
     assert screen_position(*pixel, 1920, 1080) == pytest.approx(position)
+
+
+def test_a_screen_of_one_pixel_has_edges():
+    assert screen_position(0, 0, 1, 1) == (-1.0, 1.0) and screen_position(1, 1, 1, 1) == (1.0, -1.0)
 
 
 def test_a_mouse_drives_only_while_it_is_active():

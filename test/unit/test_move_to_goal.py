@@ -12,7 +12,6 @@ from tb3_labs.nodes.move_to_goal import MoveToGoalConfig, MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.supervision.freshness import RESUME_TIME, SENSOR_TIMEOUT
-from tb3_labs.supervision.frozen import SURELY_DRIVES, SURELY_TURNS
 
 START = 100.0
 
@@ -105,7 +104,7 @@ def test_silent_sensors_stop_the_drive_in_time_and_say_which(lost):
     for name in lost:
         setattr(robot, name, False)
     before = robot.now
-    while None not in robot.run(0.01):
+    while None not in robot.run(0.01) and robot.now < before + 10.0:
         pass
     assert robot.now - before <= 0.3
     assert all(name in robot.status.hold_reason for name in lost)
@@ -148,7 +147,7 @@ def test_a_reset_starts_the_drive_anew_in_the_new_frame():
     assert reset.done
     pose = robot.status.pose
     assert (pose.x, pose.y, pose.yaw) == pytest.approx((5.0, -1.0, math.pi / 2.0), abs=1e-9)
-    assert robot.status.state.value == 'ROTATE_TO_GOAL'
+    assert robot.status.state.value == 'ROTATE_TO_GOAL' and robot.status.attempt == 2
 
 
 def test_a_clock_that_goes_back_neither_drives_wild_nor_hangs():
@@ -293,12 +292,12 @@ def test_a_stuck_robot_on_a_flaky_network_is_given_up():
     robot = driving()
     robot.tremble = 1e-6
     driven = 0
-    while robot.status.active and driven < 1000:
+    while robot.status.active and robot.now < START + 60.0:
         robot.odom = not robot.odom
         driven += sum(command is not None for command in robot.run(0.3))
     assert 'does not move' in robot.status.failure
-    # 1.3 s of commands, 30 a second
-    assert driven <= 1.3 * 30 + 8
+    # 1.3 s of commands, 30 a second: the silences do not count
+    assert 1.3 * 30 - 8 <= driven <= 1.3 * 30 + 8
 
 
 # Status and events --------------------------------------------------------------------------------
@@ -366,11 +365,6 @@ def test_nobody_has_control_unless_it_is_given():
     assert MoveToGoalConfig().has_control is False
     core = MoveToGoalCore(make_law(DriveConfig(), robot_model('burger')))
     assert not core.has_control and not core.control_stands
-
-
-def test_the_numbers_that_people_rely_on():
-    assert (SENSOR_TIMEOUT, RESUME_TIME) == (0.22, 2.0)
-    assert (SURELY_DRIVES, SURELY_TURNS) == (0.02, 0.1)
 
 
 @pytest.mark.parametrize('lost', ['imu', 'odom'])
@@ -448,3 +442,131 @@ def test_somebody_must_look_at_the_clock_while_it_drives_and_only_then():
     assert robot.core.watched
     robot.control(False)
     assert not robot.core.watched
+
+
+def test_the_first_goal_by_the_parameters():
+    goal = MoveToGoalConfig(goal_x=1.0, goal_y=-2.0, goal_yaw_deg=270.0).goal
+    assert (goal.x, goal.y, goal.yaw) == pytest.approx((1.0, -2.0, -math.pi / 2.0))
+
+
+def test_a_place_that_is_far_away_is_a_mistake():
+    robot = driving()
+    for order in (robot.core.set_goal, lambda pose: robot.core.reset(pose, robot.now)):
+        order(Pose2(70.0, 70.0, 0.0))
+        with pytest.raises(ValueError, match='farther than 100 m'):
+            order(Pose2(-71.0, 71.0, 0.0))
+
+
+@pytest.mark.parametrize('only', ['imu', 'odom'])
+def test_a_jump_ends_the_drive_with_the_message_that_shows_it(only):
+    robot = driving()
+    robot.imu, robot.odom = only == 'imu', only == 'odom'
+    robot.imu_yaw, robot.odom_pose = -1.5, Pose2(4.0, 2.0, 0.3)
+    robot.run(0.01)
+    assert 'jumped by' in robot.status.failure
+
+
+def test_sensors_that_hang_end_the_drive():
+    robot = driving()
+    robot.tremble = 0.0
+    assert None in robot.run(1.0)
+    assert 'odom repeats one reading' in robot.status.failure
+
+
+def test_an_imu_that_hangs_is_seen_by_an_odometry_that_turns():
+    robot = Robot()
+    robot.run(0.1)
+    robot.core.set_goal(Pose2(5.0, 0.0, 0.0))      # straight on
+    for k in range(100):
+        robot.odom_pose = Pose2(1.0, 2.0, 0.3 + 1e-5 * k)
+        robot.run(0.01)
+    assert robot.status.failure.startswith('imu repeats one reading')
+
+
+@pytest.mark.parametrize('stand', ['silence', 'without control'])
+def test_the_time_of_a_stand_does_not_make_a_sensor_look_frozen(stand):
+    robot = driving()
+    robot.tremble = 1e-6
+    robot.run(0.1)
+    robot.tremble = 0.0
+    assert None not in robot.run(0.4)
+    if stand == 'silence':
+        robot.imu = robot.odom = False
+    else:
+        robot.control(False)
+    robot.run(0.5)
+    robot.imu = robot.odom = True
+    robot.control(True)
+    robot.run(0.4)
+    assert robot.status.failure == ''
+
+
+class Resumed(PreciseLaw):
+    """Counts how often a drive that was interrupted goes on."""
+
+    times = 0
+
+    def resume(self, state, pose, goal):
+        self.times += 1
+        return super().resume(state, pose, goal)
+
+
+@pytest.mark.parametrize('stand', ['silence', 'suspended'])
+def test_after_a_stand_the_law_is_told_that_its_drive_was_interrupted(stand):
+    robot, law = Robot(has_control=False), Resumed(DriveConfig(), robot_model('burger'))
+    robot.core.set_law(law)
+    robot.tremble = 1e-6
+    robot.core.set_goal(Pose2(-0.61, 0.61, 0.0))
+
+    def renewed():
+        for _ in range(4):
+            robot.core.told_control(True, robot.now, 'pad', renews=True)
+            robot.run(0.1)
+    renewed()
+    assert law.times == 0
+    robot.imu = stand != 'silence'
+    robot.run(0.8) if robot.imu else renewed()
+    robot.imu = True
+    renewed()
+    assert law.times == 1
+
+
+def test_control_that_is_given_begins_the_drive_at_once():
+    robot = driving()
+    robot.core._machine.give_up('stuck')
+    attempt = robot.status.attempt
+    robot.control(True, 'another hand')
+    assert robot.status.attempt == attempt + 1
+
+
+def test_control_of_old_is_none():
+    robot = Robot(has_control=False)
+    robot.core.heard_of_old_control(True, 'pad')
+    robot.control(True, 'pad')
+    assert not robot.core.has_control and not robot.core.control_stands
+    robot.control(False, 'pad')
+    robot.control(True, 'pad')
+    assert robot.core.has_control and robot.core.control_stands
+
+
+def test_what_others_may_know_of_frames_and_errors():
+    robot = Robot()
+    assert robot.core.odom_T_local is None and robot.core.imu_minus_odometry is None
+    robot.run(0.1)
+    assert robot.core.odom_T_local == robot.odom_pose
+    assert robot.core.imu_minus_odometry == pytest.approx(1.0 - 0.3)
+    robot.core.set_goal(Pose2(3.0, 4.0, 0.5))
+    assert robot.core.errors(Pose2()) == pytest.approx((5.0, 0.5))
+
+
+def test_the_reason_of_a_stand_ends_with_the_drive():
+    robot = driving()
+    robot.imu = False
+    robot.run(0.5)
+    robot.core.cancel()
+    robot.imu = True
+    robot.run(0.1)
+    assert robot.status.hold_reason == ''
+    robot.core.set_goal(Pose2())
+    robot.run(0.5)
+    assert robot.status.words == 'GOAL_REACHED'

@@ -60,15 +60,26 @@ def test_a_spike_in_a_pose_that_is_right_changes_nothing():
 
 
 @pytest.mark.parametrize('linear', [0.2, -0.2])
-def test_one_displacement_backwards_is_turned_round_either_way_of_driving(linear):
+@pytest.mark.parametrize('yaw', [0.0, 0.7, 2.5, -1.2])
+def test_one_displacement_backwards_is_turned_round_either_way_of_driving(linear, yaw):
     steady, step = JumpFilter(), linear / 30.0
-    x = 0.0
+    way = 0.0
     for k in range(10):
-        x += -step if k == 5 else step
+        way += -step if k == 5 else step
         seen, jump = steady.take(
-            sample(x, 0.0, 0.0, k / 30.0, linear, -188.0 if k == 5 else 0.0), k / 30.0, IMU)
+            sample(way * math.cos(yaw), way * math.sin(yaw), yaw, k / 30.0, linear,
+                   -188.0 if k == 5 else 0.0), k / 30.0, IMU)
         assert jump is None
-    assert seen.pose.x == pytest.approx(10 * step, abs=1e-12)
+    assert (seen.pose.x, seen.pose.y) == pytest.approx(
+        (10 * step * math.cos(yaw), 10 * step * math.sin(yaw)), abs=1e-12)
+
+
+def test_backwards_is_told_by_the_part_of_a_displacement_along_the_heading():
+    """0.010 cos 1.2 - 0.006 sin 1.2 is less than 0."""
+    steady = JumpFilter()
+    steady.take(sample(0.0, 0.0, 1.2, 0.0, 0.2), 0.0, IMU)
+    seen, _ = steady.take(sample(0.010, -0.006, 1.2, 0.03, 0.2, -188.0), 0.03, IMU)
+    assert (seen.pose.x, seen.pose.y) == pytest.approx((-0.010, 0.006))
 
 
 BEFORE = Pose2(2.0, -1.0, 2.5)
@@ -151,6 +162,25 @@ def test_a_board_that_restarts_loses_the_pose():
 
 def replace_yaw(imu, yaw):
     return imu._replace(yaw=yaw)
+
+
+@pytest.mark.parametrize('turned, kept', [(0.5, True), (-0.5, True), (0.7, False)])
+def test_a_robot_that_turns_at_1_rad_per_s_comes_to_rest_within_0_6_rad(turned, kept):
+    """Half a second, and what a robot at rest may turn. Its pose is kept, but for that turn."""
+    steady, imu = JumpFilter(), ImuSample(0.0, 1.0, math.copysign(1.0, turned))
+    steady.take(sample(2.0, 1.0, 0.5), 0.0, imu)
+    seen, jump = steady.take(sample(0.0, 0.0, 0.0, 4.0), 4.0, replace_yaw(imu, 1.0 + turned))
+    assert jump.outcome == (POSE_KEPT if kept else POSE_LOST)
+    assert (seen.pose.x, seen.pose.y, seen.pose.yaw) == pytest.approx(
+        (2.0, 1.0, 0.5 + turned) if kept else (0.0, 0.0, 0.0))
+
+
+def test_a_lost_pose_takes_the_jumps_before_it_along():
+    steady = JumpFilter()
+    for time, place in ((0.0, 1.0), (0.03, 4.0)):
+        steady.take(sample(place, 0.0, 0.0, time), time, IMU)
+    seen, jump = steady.take(sample(0.0, 0.0, 0.0, 4.0), 4.0, replace_yaw(IMU, 0.0))
+    assert jump.outcome == POSE_LOST and seen.pose == Pose2()
 
 
 @pytest.mark.parametrize('turn', [0.0, 1.2])

@@ -32,6 +32,13 @@ def test_a_step_that_came_late_is_not_made_up_for():
     assert pace.due(1.1)
 
 
+def test_after_a_late_step_the_next_is_due_half_a_period_later():
+    pace = Pace(0.1)
+    pace.step(0.0)
+    pace.step(0.18)
+    assert not pace.due(0.229) and pace.due(0.231)
+
+
 def test_a_clock_that_goes_back_is_no_step_backwards():
     pace = Pace(0.1)
     pace.step(100.0)

@@ -86,6 +86,16 @@ def test_lateness_shows_after_a_while_and_a_late_message_is_not_current():
     assert not listener.is_current(2.0)
 
 
+def test_a_stamp_of_the_first_second_is_a_stamp():
+    """0.0 alone says that there is none."""
+    listener = PadListener(CONFIG)
+    for now, stamp in ((1.0, 0.1), (1.1, 0.2)):
+        listener.hear(AXES, pressed(), now, stamp)
+    message = listener.hear(AXES, pressed(), 2.0, 0.6)
+    assert message.came_after_loss and message.lateness == pytest.approx(0.5)
+    assert listener.tells_lateness(2.0)
+
+
 def test_an_invalid_message_leaves_the_pad_as_it_was():
     listener = PadListener(CONFIG)
     listener.hear(AXES, pressed(), 1.0, 0.0)

@@ -114,7 +114,9 @@ def test_a_robot_on_its_side_is_refused(yaw, tilt_deg, axis):
 
 @given(st.lists(st.tuples(*[st.floats(-1.1, 1.1)] * 4), max_size=20))
 @example([about_z(math.pi), about_z(-math.pi), (0.0, 0.0, 0.0, 0.0), (math.nan, 0.0, 0.0, 1.0),
-          then_tilted(1.0, math.radians(44.0), 'x'), then_tilted(1.0, math.radians(46.0), 'y')])
+          then_tilted(1.0, math.radians(44.0), 'x'), then_tilted(1.0, math.radians(46.0), 'y'),
+          then_tilted(math.pi / 2, math.radians(46.0), 'x'), then_tilted(1.0, math.radians(44.0), 'y'),
+          then_tilted(2.0, math.pi / 2, 'y')])
 def test_many_quaternions_obey_the_rules_of_one(quaternions):
     parts = np.array(quaternions).reshape(-1, 4).T
     for quaternion, yaw in zip(quaternions, yaws_from_quaternions(**dict(zip('wxyz', parts)))):

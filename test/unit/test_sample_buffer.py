@@ -398,6 +398,29 @@ def test_stamps_that_go_back_a_little_once_a_second_cost_no_reset():
     assert known == 200 and history.clock.epoch == 0 and history.clock.uses_stamps
 
 
+def test_a_stamp_that_is_heard_four_times_in_a_row_is_no_clock():
+    clock = SenderClock()
+    for k, (stamp, believed) in enumerate([(7.0, True)] * 3 + [(8.0, True)] * 3 + [(8.0, False)]):
+        clock.time_of('imu', stamp, 1.0 + 0.01 * k)
+        assert clock.uses_stamps is believed
+
+
+def test_stamps_that_do_not_catch_up_are_no_clock():
+    """They go back by less than a step, and then run at a tenth of the time."""
+    clock = SenderClock()
+    for k in range(160):
+        arrival = 0.01 * k
+        clock.time_of('imu', 100.0 + arrival if k < 100 else 100.91 + 0.1 * (arrival - 1.0), arrival)
+        assert clock.uses_stamps is (k <= 150)
+
+
+def test_a_silence_of_a_second_is_no_new_clock_and_a_step_is_one():
+    clock = SenderClock()
+    for arrival, stamp, epoch in ((1.0, 101.0, 0), (2.2, 102.2, 0), (2.3, 104.0, 1)):
+        clock.time_of('imu', stamp, arrival)
+        assert clock.epoch == epoch
+
+
 def test_stamps_that_run_back_are_no_clock():
     clock = SenderClock()
     for k in range(400):
@@ -428,3 +451,17 @@ def test_a_clock_that_was_set_back_is_believed_after_a_while():
     seen = [lateness.of(40.0 + 0.1 * k, 1000.0 + 0.1 * k) for k in range(1, 40)]
     assert seen[0] == pytest.approx(10.0) and seen[-1] == pytest.approx(0.0)
     assert sum(late > 2.0 for late in seen) <= 21
+
+
+def test_the_fastest_message_tells_what_is_usual():
+    lateness = Lateness(patience=2.0)
+    assert [lateness.of(50.0 + k, 1000.0 + k + delay) for k, delay in enumerate((1.0, 0.0, 1.0))
+            ] == [0.0, 0.0, 1.0]
+
+
+def test_of_late_messages_the_least_late_tells_what_is_usual_from_then_on():
+    lateness, now = Lateness(patience=2.0), 1000.0
+    lateness.of(50.0, now)
+    late = [lateness.of(40.0 + k - 0.25 * (k % 2), now + k) for k in range(1, 6)]
+    # by 10 s and a quarter in turns; after more than two seconds that is believed
+    assert late == [10.25, 10.0, 10.25, 0.0, 0.25]

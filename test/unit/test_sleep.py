@@ -5,7 +5,8 @@ from tb3_labs.supervision.sleep import SleepWatch
 
 
 def test_the_first_look_sees_no_sleep():
-    watch = SleepWatch(2.0)
+    watch = SleepWatch(0.5)
+    assert watch.slept_for == 0.0
     watch.update(1e9)
     assert watch.slept_for == 0.0 and watch.in_words() == ''
 

@@ -57,6 +57,19 @@ def test_after_a_stand_the_way_may_be_longer_but_the_time_goes_on():
     assert STUCK in after(progress, STALL_TIME - 1.0 + DT, 0.5 + 2.0 * AWAY_LIMIT)
 
 
+def test_a_stand_before_the_first_update_takes_no_time():
+    progress = Progress()
+    progress.resume()
+    assert after(progress, STALL_TIME - DT, 1.0) == ''
+
+
+def test_a_problem_ends_when_the_robot_gets_nearer_again():
+    progress = Progress()
+    after(progress, DT, 0.1)
+    assert MISSED in after(progress, DT, 1.0, (0.2, 0.0))
+    assert after(progress, DT, 0.05) == ''
+
+
 def test_a_question_changes_nothing():
     progress = Progress()
     after(progress, STALL_TIME - DT, 1.0)

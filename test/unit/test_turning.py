@@ -5,8 +5,11 @@ from dataclasses import replace
 
 import pytest
 
+from tb3_labs.control.approach import ApproachConfig
+from tb3_labs.control.motor_response import Response
 from tb3_labs.control.settling import RestingMean
-from tb3_labs.control.turning import LabTurn, TurnConfig, degrees_of, make_turn
+from tb3_labs.control.turning import (
+    LabTurn, PreciseTurn, TurnConfig, degrees_of, make_turn, turning_approach)
 from tb3_labs.localization.yaw_noise import YawNoise
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import robot_model
@@ -150,6 +153,14 @@ def test_a_turn_that_speeds_up_is_not_taken_for_noise():
     assert noise.deviation < math.radians(0.01)
 
 
+@pytest.mark.parametrize('rates', [(0.3, 0.3), (0.0, 0.05)])     # fast, and unevenly slow
+def test_only_a_robot_that_turns_slowly_and_evenly_shows_the_noise(rates):
+    noise = YawNoise()
+    for k in range(20):
+        noise.learn(ImuSample(0.0, 0.02 * (k % 2), rates[k % 2]), 0.01 * k)
+    assert noise.deviation == 0.0
+
+
 def test_the_mean_of_a_resting_robot_is_known_the_better_the_more_samples_there_are():
     mean = RestingMean()
     assert mean.mean_or(0.4) == 0.4 and mean.uncertainty(0.1) == 0.1
@@ -157,3 +168,62 @@ def test_the_mean_of_a_resting_robot_is_known_the_better_the_more_samples_there_
         mean.add(angle)
     assert mean.mean_or(9.0) == pytest.approx(0.25)
     assert mean.uncertainty(0.1) == pytest.approx(0.1)       # 2 x 0.1 / sqrt(4)
+
+
+def test_a_precise_turn_brakes_with_a_quarter_of_what_it_speeds_up_with():
+    """Each number was chosen by the benchmark of motions."""
+    assert turning_approach(acceleration=40.0, tolerance=0.01) == ApproachConfig(
+        period=1.0 / 30.0, acceleration=40.0, braking=10.0, gain=24.0, slowest=0.04,
+        close_enough=0.002, leave_alone=0.008, nudge_time=1.0 / 30.0, speed_is_prompt=True)
+
+
+@pytest.mark.parametrize('config, slowest, fastest', [
+    (replace(LAB, min_ang_z=4.0, max_ang_z=5.0), 2.635, 2.635),      # the robot's own limit
+    (replace(LAB, min_ang_z=0.2, max_ang_z=0.7), 0.2, 0.7)])
+def test_the_handouts_law_keeps_the_limits_that_are_set_and_the_robots(config, slowest, fastest):
+    turn = LabTurn(config, BURGER)
+    for angle, rate in ((math.radians(1.0), slowest), (-math.radians(90.0), -fastest)):
+        turn.start(0.0, angle)
+        assert turn.step(0.0, 0.0, 0.1).command == (0.0, pytest.approx(rate))
+
+
+def test_the_goal_of_the_handouts_law_can_be_moved():
+    turn = LabTurn(LAB, BURGER)
+    turn.start(0.2, 0.5)
+    turn.extend(0.3)
+    assert turn.step(0.2, 0.0, 0.1).remaining == pytest.approx(0.8)
+
+
+def resting_turn(steps, noise=0.0, dt=0.035, age=0.0, left=0.0):
+    """A precise turn by next to nothing, of a robot that rests; and was it finished at each step?
+    """
+    turn = PreciseTurn(1.5, 45.0, 0.01, Response(0.0, 0.0))
+    turn.start(0.0, left)
+    return turn, [turn.step(0.0, 0.0, dt, age=age * k, noise=noise).finished for k in range(steps)]
+
+
+@pytest.mark.parametrize('noise, left, looks', [
+    (0.0, 0.0, 2),         # at rest for 0.03 s
+    (0.0051, 0.0, 5),      # 2 x 0.0051 / sqrt(5) is less than half of the tolerance of 0.01 rad
+    (0.02, 0.0, 19),       # never known so well: 0.6 s of samples must do,
+    (0.02, 0.011, 19)])    # and what is not known is added to the tolerance
+def test_a_turn_ends_as_soon_as_its_rest_is_known_well_enough(noise, left, looks):
+    _, finished = resting_turn(looks, noise, left=left)
+    assert finished == (looks - 1) * [False] + [True]
+
+
+def test_a_sample_that_is_looked_at_again_and_again_ends_no_turn():
+    _, finished = resting_turn(30, age=0.035)
+    assert not any(finished)
+
+
+def test_a_mean_is_of_one_rest_and_one_goal():
+    turn, _ = resting_turn(5)
+    turn.extend(0.2)
+    assert turn.step(0.0, 0.0, 0.035).remaining == pytest.approx(0.2)
+    turn, _ = resting_turn(5)
+    turn.aim(0.3)
+    assert turn.step(0.0, 0.0, 0.035).remaining == pytest.approx(0.3)
+    turn, _ = resting_turn(5)
+    turn.step(0.1, 0.5, 0.035)                 # it was pushed
+    assert turn.step(0.1, 0.0, 0.035).remaining == pytest.approx(-0.1)

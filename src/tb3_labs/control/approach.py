@@ -60,25 +60,25 @@ class Approach:
         """`response`: what was learned of the robot so far; this approach adds to it."""
         self._config = config
         self._response = response
+        self._motor_speed = 0.0
+        self._start_remaining = math.nan    # before the first step
+        #: The remaining way if the robot were told to stop now.
+        self.at_rest = math.inf
         self.start()
 
     def start(self) -> None:
         """Begin anew with a robot that stands."""
         self._history = CommandHistory(self._config.period)
         self._identification = Identification(self._response, self._config.speed_is_prompt)
-        self._motor_speed = 0.0
-        self._start_remaining = math.nan    # before the first step
         self._direction = 0.0     # of the latest command that was not zero
         self._reversals = 0       # changes of that direction
         self._nudges = False      # was the robot told to stop since the start?
-        #: The remaining way if the robot were told to stop now.
-        self.at_rest = math.inf
 
     def extend(self, by: float) -> None:
         """Add `by` to the remaining way: the goal was moved during the approach."""
         self._start_remaining += by
 
-    def told_to_rest(self, age: float = 0.0) -> bool:
+    def told_to_rest(self, age: float) -> bool:
         """Has the robot obeyed only stops since `age` [s] ago?"""
         history = self._history
         return history.only_stops_since(

@@ -76,7 +76,7 @@ def look_at_start(time: float, first: float, travelled: float,
     """
     if abs(first) < TELLING or not 0.0 < speed * first:
         return None
-    reached, way = min(speed / first, 1.0), travelled / first
+    reached, way = speed / first, travelled / first
     lag = 0.0 if reached > PROMPT else way / (-math.log1p(-reached) - reached)
     if not 0.0 <= lag <= MAX_LAG:
         return None

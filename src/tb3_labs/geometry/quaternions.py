@@ -43,7 +43,7 @@ def yaws_from_quaternions(*, w: np.ndarray, x: np.ndarray, y: np.ndarray,
         norm = np.sqrt(w * w + x * x + y * y + z * z)
         w, x, y, z = w / norm, x / norm, y / norm, z / norm
         roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-        pitch = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
+        pitch = np.arcsin(2.0 * (w * y - z * x))    # NaN, too, is no valid tilt
         yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
         valid = ((np.abs(norm - 1.0) <= NORM_TOLERANCE)
                  & (np.abs(roll) <= MAX_TILT) & (np.abs(pitch) <= MAX_TILT))

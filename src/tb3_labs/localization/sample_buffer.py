@@ -110,8 +110,6 @@ class SampleBuffer:
         time [s]."""
         time = self._time_of('odometry', sample, arrival)
         self._odometry.add(time, sample.pose)
-        if self._unpaired and self._unpaired[-1][0] == time:
-            self._unpaired.pop()
         self._unpaired.append((time, sample))
         while self._unpaired[0][0] < time - MEMORY:
             self._unpaired.popleft()
