@@ -5,7 +5,9 @@ They are the nodes of student_nodes/, written as a student writes them, and the 
 deliberate mistake each. Each mistake must lose the marks that it should, and no others.
 """
 import csv
+import json
 import os
+import shutil
 import subprocess
 import tempfile
 import unittest
@@ -72,6 +74,8 @@ class Case(NamedTuple):
 AT_A_TIME, JOBS = 3, 4
 UNCLAMPED = ('min(max(abs(K_HDG * error), MIN_ANG_Z), MAX_ANG_Z)', 'abs(K_HDG * error)')
 WRONG_SIDE = ('self.yaw + 90', 'self.yaw - 90')
+#: This one comes as a zip file of a learning platform, late.
+ZIPPED = 'no wrap'
 #: (lab, its parts) or (lab, its parts, network) -> submissions, the longest runs first. What a
 #: student gets wrong most easily comes with its part alone. A submission has several mistakes if
 #: they lose different criteria, since each submission costs a robot and a master.
@@ -143,6 +147,10 @@ def hand_in(folder, case):
     if WRONG_SIDE in case.changes:
         code = code.replace('\n', '\r\n')
     (package / 'scripts' / case.node).write_bytes(code.encode())
+    if case.student == ZIPPED:
+        shutil.make_archive(str(folder / (ZIPPED + '_LATE_12_345_lab2')), 'zip',
+                            str(folder / ZIPPED))
+        shutil.rmtree(str(folder / ZIPPED))
 
 
 class Page(HTMLParser):
@@ -185,14 +193,20 @@ class MarkTest(unittest.TestCase):
     @classmethod
     def run_mark(cls, key):
         """Mark these submissions; (folder of the marks, what was printed, exit status)."""
-        lab, parts, network = (key + ('quiet',))[:3]
         base = Path(cls.folder.name) / ' '.join(key)
         for case in CASES[key]:
             hand_in(base / 'submissions', case)
+        return cls.mark(key)
+
+    @classmethod
+    def mark(cls, key, *options):
+        """Run mark.py on what was handed in; as run_mark()."""
+        lab, parts, network = (key + ('quiet',))[:3]
+        base = Path(cls.folder.name) / ' '.join(key)
         done = subprocess.run(
             ['rosrun', 'tb3_labs', 'mark.py', str(base / 'submissions'), '--lab', lab, '-o',
              str(base / 'marks'), '--parts', parts, '--network', network, '--jobs',
-             str(min(JOBS, len(CASES[key]))), '--limit', '120'],
+             str(min(JOBS, len(CASES[key]))), '--limit', '120', *options],
             env=dict(os.environ, TMPDIR=str(cls.temporary)), stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, timeout=560, universal_newlines=True)
         return base / 'marks', done.stdout, done.returncode
@@ -287,6 +301,20 @@ class MarkTest(unittest.TestCase):
         lines = subprocess.check_output(['ps', '-eo', 'args'], universal_newlines=True)
         self.assertNotIn('sleep ' + SLEEP, lines)
         self.assertNotIn(str(self.temporary), lines)
+
+    def test_what_was_marked_is_not_tried_again(self):
+        key = ('imu', 'heading')
+        before = self.rows(key)
+        folder, printed, status = self.mark(key)
+        self.assertEqual((status, self.rows(key)), (0, before), printed)
+        self.assertIn('2 of 2 had been marked and have not changed', printed)
+        self.assertRegex(printed, r'good: \d+ of 10 points, marked before')
+        _, printed, status = self.mark(key, '--only', 'wrap')
+        self.assertEqual(status, 2)
+        self.assertIn('no submission is called wrap; near it: no wrap', printed)
+        self.assertEqual(before[ZIPPED]['late'], 'yes')
+        results = json.loads((folder / 'gradescope' / ZIPPED / 'results.json').read_text())
+        self.assertEqual(results['score'], float(before[ZIPPED]['points']))
 
     def test_progress_is_told(self):
         printed = self.runs['turn', ''][1]

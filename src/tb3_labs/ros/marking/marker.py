@@ -54,22 +54,26 @@ class Marker:
         for cookie in list(self._cookies):
             sweep(cookie)
 
-    def mark(self, folder):
+    def mark(self, folder, tell=lambda words: None):
         """The Marks of the submission in `folder`.
 
-        If the machine was too busy to judge it fairly, it is tried once more.
+        If the machine was too busy to judge it fairly, it is tried once more, and ``tell(words)``
+        hears that.
         """
         marks = self._try(Path(folder))
-        if self._held_up(marks):
+        if self.held_up(marks):
+            tell('the machine held the robot up for {:.2f} s; tried again'.format(
+                marks.observation.longest_gap))
             marks = self._try(Path(folder))
-            if self._held_up(marks):
+            if self.held_up(marks):
                 marks.remarks.append(
                     'The machine held the robot up for {:.2f} s (up to {:g} s are fair): the marks '
                     'may be unfair.'.format(marks.observation.longest_gap, HELD_UP))
         return marks
 
     @staticmethod
-    def _held_up(marks):
+    def held_up(marks):
+        """Was the machine too busy to judge it fairly?"""
         return marks.observation is not None and marks.observation.longest_gap > HELD_UP
 
     def _try(self, folder):
