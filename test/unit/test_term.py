@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from test_marking import TABLE, marks_of, turned
-from tb3_labs.marking import course, kept, turn
+from tb3_labs.marking import course, figures, kept, turn
 from tb3_labs.marking.course import Row, cells, course_of, scaled
 from tb3_labs.marking.gradescope import results
 from tb3_labs.marking.handed_in import chosen
@@ -136,6 +136,13 @@ def test_results_are_as_gradescope_reads_them(rows, most):
 
 
 # -- kept from one run to the next
+
+@pytest.fixture(autouse=True)
+def no_figures(monkeypatch):
+    """The pages get a picture that takes no time."""
+    monkeypatch.setattr(figures, 'over_time', lambda seen: None)
+    monkeypatch.setattr(figures, 'png', lambda figure: b'')
+
 
 def folder_of(path, table=TABLE, lab='turn', parts=(), **options):
     return MarksFolder(path, lab, parts, points_of(lab, LABS[lab].criteria, table),
