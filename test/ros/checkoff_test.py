@@ -20,7 +20,8 @@ from tb3_labs.ros.testing.observer import Observer
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import path_of    # noqa: E402 (a relay's folder)
 
-NODE = Path(rospkg.RosPack().get_path('tb3_labs')) / 'test/ros/student_nodes/turtlebot_controller.py'
+NODE = Path(rospkg.RosPack().get_path('tb3_labs')) / 'test' / 'ros' / 'student_nodes' / \
+    'turtlebot_controller.py'
 #: What the person is asked to type, and what to answer.
 TASK = re.compile(r'^> .* type (\w+), then Enter\.$|^(\?) .*\[y/n\] ', re.MULTILINE)
 #: A checkoff of the turns takes no longer [s].

@@ -8,7 +8,7 @@ from datetime import datetime
 import pytest
 import yaml
 
-from test_marking import TABLE, marks_of, turned
+from test_marking import TABLE, marks_of, observation, turned
 from tb3_labs.marking import course, figures, kept, turn
 from tb3_labs.marking.course import Row, cells, course_of, scaled
 from tb3_labs.marking.gradescope import results
@@ -17,6 +17,7 @@ from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.marks_table import Table
 from tb3_labs.marking.points import points_of
+from tb3_labs.ros.marking.marker import Marker
 from tb3_labs.ros.marking.marks_folder import MarksFolder, due_time, late_by
 
 ROWS = [Row('code', 25.0), Row('demonstration', 25.0), Row('report', 50.0)]
@@ -242,6 +243,24 @@ def test_a_record_that_was_cut_off_and_a_table_that_cannot_be_read(tmp_path):
     (tmp_path / 'marks.csv').write_text('my own table\n')
     with pytest.raises(ValueError, match='may hold what a person wrote'):
         folder_of(tmp_path)
+
+
+# -- a machine that is too busy
+
+@pytest.mark.parametrize('gaps, told, remark', [
+    ([0.02], 0, False), ([0.21, 0.02], 1, False), ([0.21, 0.3], 1, True)])
+def test_a_machine_that_is_too_busy_is_told(tmp_path, monkeypatch, gaps, told, remark):
+    gaps, words = list(gaps), []
+
+    def tried(marker, folder):
+        seen = observation(truth=[[t, 0.0, 0.0, 0.0] for t in (0.0, gaps.pop(0))])
+        return Marks(folder.name, 'lab2/node.py', observation=seen)
+    monkeypatch.setattr(Marker, '_try', tried)
+    marker = Marker('turn', WORTH, tmp_path)
+    marks = marker.mark(tmp_path / 'Ann', words.append)
+    assert words == ['the machine held the robot up for 0.21 s; tried again'] * told
+    assert gaps == [] and any('may be unfair' in said for said in marks.remarks) is remark
+    assert marker.held_up(marks) is remark
 
 
 # -- names and times

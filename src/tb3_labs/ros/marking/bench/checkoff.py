@@ -72,6 +72,7 @@ class Checkoff:
                 package_of(self.node) or UNKNOWN, self.node.rsplit('/', 1)[-1])
             for part in self._parts:
                 self._person.tell('\n{}'.format(part.capitalize()))
+                self._stage.keep()
                 PARTS[self._lab][part](self._stage)
                 self._ask(part)
                 self._say(self._falling.end(self._stage.observation, part))

@@ -63,7 +63,7 @@ class RunningNode:
         self._wanted = {(LISTENS, rospy.resolve_name(listens))}
         if drives:
             self._wanted.add((PUBLISHES, rospy.resolve_name(CMD_VEL)))
-        self._told = 'listens to {}{}'.format(listens, ' and publishes ' + CMD_VEL if drives else '')
+        self._told = 'listens to ' + listens + (' and publishes ' + CMD_VEL) * drives
         self._name = name and rospy.resolve_name(name)
         self._text, self._lock = BoundedText(), threading.Lock()
         self.runs = []
