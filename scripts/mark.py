@@ -1,25 +1,32 @@
 #!/usr/bin/env python3
-"""Marks a folder of submissions by the criteria of their lab, on the embedded robot.
+"""Marks a class's submissions by the criteria of their lab, on the embedded robot.
 
 Usage: mark.py SUBMISSIONS --lab turn -o MARKS
 
-SUBMISSIONS has one folder for each student, with a catkin package somewhere below. MARKS gets
-marks.csv, overview.html, and a page of feedback for each student. doc/marking.md tells more.
+SUBMISSIONS is a folder with a folder or a zip file for each student, the zip file of a learning
+platform, or a text file with a list of repositories. MARKS gets marks.csv, overview.html, and a
+page of feedback and a results.json for each student. What has been marked there and has not changed
+is not tried again. doc/marking.md tells more.
 """
 import argparse
 import signal
 import sys
+import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import asdict
 from pathlib import Path
 
 import yaml
 
+from tb3_labs.marking.archives import Refused
+from tb3_labs.marking.course import course_of
+from tb3_labs.marking.handed_in import chosen
 from tb3_labs.marking.labs import GAMEPAD, LABS
-from tb3_labs.marking.marks import write_csv
-from tb3_labs.marking.page import feedback, overview
 from tb3_labs.marking.points import points_of
-from tb3_labs.ros.marking.marker import QUIET, Marker, points_file
+from tb3_labs.ros.marking.intake import digest, submissions_from
+from tb3_labs.ros.marking.marker import QUIET, Marker, Options, points_file
+from tb3_labs.ros.marking.marks_folder import MarksFolder, due_time, late_by
 from tb3_labs.ros.marking.pads import HANDOUT, pad_called
 from tb3_labs.simulation.network import NETWORKS
 
@@ -27,11 +34,17 @@ from tb3_labs.simulation.network import NETWORKS
 def parse(words):
     """The command line's arguments."""
     parser = argparse.ArgumentParser(
-        prog='mark.py', description='Marks a folder of submissions, one folder for each student.')
-    parser.add_argument('submissions', metavar='SUBMISSIONS', type=Path)
+        prog='mark.py', description="Marks a class's submissions. What has been marked and has not "
+        'changed is not tried again: after an interruption, the same command goes on.')
+    parser.add_argument('submissions', metavar='SUBMISSIONS', type=Path,
+                        help="a folder, a learning platform's zip file, or a list of repositories")
     parser.add_argument('--lab', required=True, choices=sorted(LABS))
     parser.add_argument('-o', dest='folder', metavar='MARKS', type=Path, required=True,
-                        help='folder for the marks and pages')
+                        help='folder for the marks and pages; those in it are kept')
+    parser.add_argument('--only', metavar='NAME', action='append', default=[],
+                        help='try this student again, and no other; more than once for several')
+    parser.add_argument('--anew', action='store_true', help='try everything again')
+    parser.add_argument('--due', metavar='TIME', help='"2026-11-20 23:59"; what is newer is late')
     parser.add_argument('--points', type=Path, help='YAML file with the points of each criterion; '
                         'default: test/marking/points.yaml of this package')
     parser.add_argument('--package', default='', metavar='NAME', help="the node's package, if it is "
@@ -56,23 +69,36 @@ def main(words):
     """Mark all submissions, write the marks; the exit status."""
     given = parse(words)
     lab = LABS[given.lab]
+    with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
+        try:
+            parts = lab.checked_parts(given.parts)
+            due = due_time(given.due) if given.due else None
+            with open(str(given.points or points_file())) as file:
+                table = yaml.safe_load(file)
+            worth, rows = points_of(given.lab, lab.criteria, table), course_of(given.lab, table)
+            found = submissions_from(given.submissions, work, tell_problem)
+            if given.only:
+                names = chosen([submission.student for submission in found], given.only)
+                found = [submission for submission in found if submission.student in names]
+            options = Options(given.package, given.type, given.limit, given.network,
+                              checked_pad(given.lab, given.pad))
+            folder = MarksFolder(given.folder, given.lab, parts, worth, rows, asdict(options))
+        except (OSError, ValueError, Refused, yaml.YAMLError) as problem:
+            tell_problem(problem)
+            return 2
+        marker = Marker(given.lab, worth, folder.logs, parts, options)
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+        marking = Marking(marker, folder, due, given.anew or bool(given.only))
+        failed = marking.mark_all(found, given.jobs)
     try:
-        parts = lab.checked_parts(given.parts)
-        pad = checked_pad(given.lab, given.pad)
-        with open(str(given.points or points_file())) as file:
-            worth = points_of(given.lab, lab.criteria, yaml.safe_load(file))
-        folders = submissions_in(given.submissions)
-        (given.folder / 'logs').mkdir(parents=True, exist_ok=True)
-    except (OSError, ValueError, yaml.YAMLError) as problem:
+        page = folder.write_overview()
+    except (OSError, ValueError) as problem:
         tell_problem(problem)
         return 2
-    marker = Marker(given.lab, worth, given.folder / 'logs', parts, given.package, given.type,
-                    given.limit, given.network, pad)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    pages = Pages(given.folder, lab.title)
-    done, failed = mark_all(marker, folders, given.jobs, pages)
-    if done:
-        pages.write_overview(done)
+    if page is not None:
+        tell('Overview: {}'.format(page))
+    for student, modules in marking.lacking:
+        tell('Not judged: {} (this machine lacks {})'.format(student, ' and '.join(modules)))
     return 1 if failed else 0
 
 
@@ -84,75 +110,73 @@ def checked_pad(lab, pad):
     return pad or HANDOUT
 
 
-def submissions_in(folder):
-    """The folders in a folder, sorted; anything else is told. ``ValueError`` if there is none."""
-    paths = sorted(folder.iterdir())
-    found = [path for path in paths if path.is_dir() and not path.name.startswith('.')]
-    if not found:
-        raise ValueError('there is no folder in {}'.format(folder))
-    for path in paths:
-        if not path.is_dir():
-            tell_problem('left out, because it is no folder: {}'.format(path))
-    return found
+class Marking:
+    """Marks submissions, several at a time, and tells of each."""
 
+    def __init__(self, marker, folder, due, anew):
+        """`due`: a datetime, or None; `anew`: try also what has been marked and has not changed."""
+        self._marker, self._folder, self._due, self._anew = marker, folder, due, anew
+        #: (student, modules) of those that were not judged, since this machine lacks modules.
+        self.lacking = []
 
-def mark_all(marker, folders, jobs, pages):
-    """Mark the submissions, `jobs` at a time, and write each one's page.
+    def mark_all(self, submissions, jobs):
+        """Mark them, `jobs` at a time, and write each one's marks; whether anything failed."""
+        failed, unchanged, total = False, 0, len(submissions)
+        with ThreadPoolExecutor(jobs) as pool:
+            tasks = {pool.submit(self._mark, submission, '[{}/{}] {}'.format(
+                number, total, submission.student)) for number, submission
+                in enumerate(submissions, 1)}
+            try:
+                for task in as_completed(tasks):
+                    try:
+                        marks, what = task.result()
+                        unchanged += what is None
+                        if marks.lacking:
+                            self.lacking.append((marks.student, marks.lacking))
+                        if what is not None:
+                            self._folder.write(marks, what, self._marker.held_up(marks)
+                                               or marks.failed)
+                    except OSError as problem:
+                        tell_problem(problem)
+                        failed = True
+                        continue
+                    failed = failed or marks.failed
+            except KeyboardInterrupt:
+                tell_problem('interrupted; the marks so far are written, and the same command '
+                             'goes on from here')
+                failed = True
+                for task in tasks:
+                    task.cancel()
+                self._marker.interrupt()
+        if unchanged:
+            tell('{} of {} had been marked and have not changed (--anew tries them again)'.format(
+                unchanged, total))
+        return failed
 
-    Returns the Marks of those that are done, in order, and whether anything failed.
-    """
-    done, failed, total = {}, False, len(folders)
-
-    def mark(number, folder):
-        tell('[{}/{}] {} ...'.format(number, total, folder.name))
+    def _mark(self, submission, name):
+        """(Marks, digest of what was tried), or (Marks, None) if it was not tried again."""
         begun = time.monotonic()
-        return number, marker.mark(folder), time.monotonic() - begun
+        with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
+            folder, remarks = submission.lay_out(work)
+            what, late = digest(folder), self._late(submission)
+            marks = None if self._anew else self._folder.kept(submission.student, what)
+            if marks is not None:
+                self._folder.set_late(submission.student, late)
+                tell('{}: {:g} of {:g} points, marked before'.format(
+                    name, marks.points, marks.worth))
+                return marks, None
+            tell(name + ' ...')
+            marks = self._marker.mark(folder, lambda words: tell('{}: {}'.format(name, words)))
+        marks.remarks[:0] = remarks
+        marks.late, marks.seconds = late, time.monotonic() - begun
+        tell('{}: {:g} of {:g} points, {:.0f} s{}'.format(
+            name, marks.points, marks.worth, marks.seconds, ', late' * bool(late)))
+        return marks, what
 
-    with ThreadPoolExecutor(jobs) as pool:
-        tasks = [pool.submit(mark, number, folder) for number, folder in enumerate(folders, 1)]
-        try:
-            for task in as_completed(tasks):
-                try:
-                    number, marks, seconds = task.result()
-                except OSError as problem:
-                    tell_problem(problem)
-                    failed = True
-                    continue
-                done[number] = marks
-                failed = failed or marks.failed
-                pages.write(marks)
-                tell('[{}/{}] {}: {:g} of {:g} points, {:.0f} s'.format(
-                    number, total, marks.student, marks.points, marks.worth, seconds))
-        except KeyboardInterrupt:
-            tell_problem('interrupted; the marks so far are written')
-            failed = True
-            for task in tasks:
-                task.cancel()
-            marker.interrupt()
-    return [done[number] for number in sorted(done)], failed
-
-
-class Pages:
-    """What is written into the folder of the marks."""
-
-    def __init__(self, folder, title):
-        """`title`: of the lab."""
-        self._folder, self._title = folder, title
-
-    def write(self, marks):
-        """Write the page of one student."""
-        self._path(marks).write_text(feedback(marks, self._title), encoding='utf-8')
-
-    def write_overview(self, all_marks):
-        """Write the table of all marks, and the page of all students."""
-        write_csv(all_marks, self._folder / 'marks.csv')
-        path = self._folder / 'overview.html'
-        path.write_text(overview(all_marks, self._title, [
-            self._path(marks).name for marks in all_marks]), encoding='utf-8')
-        tell('Overview: {}'.format(path))
-
-    def _path(self, marks):
-        return self._folder / (marks.student + '.html')
+    def _late(self, submission):
+        if submission.late:
+            return 'Late, as the learning platform says.'
+        return late_by(self._due, *submission.handed_in_at()) if self._due else ''
 
 
 def tell(line):

@@ -6,7 +6,9 @@ course's repository; and the same nodes with deliberate mistakes. The handout's 
 marks. Each mistake must lose the marks that it should, and no others.
 """
 import csv
+import json
 import os
+import shutil
 import subprocess
 import tempfile
 import unittest
@@ -76,6 +78,8 @@ AT_A_TIME, JOBS = 3, 4
 NO_WRAP = ('return 360 + yaw if yaw < 0 else yaw', 'return yaw')
 WRONG_SIDE = ('self.curr_yaw + 90', 'self.curr_yaw - 90')
 FASTER = [('0.3 * yaw_error', '2.0 * yaw_error'), ('cmd.linear.x = 0.15', 'cmd.linear.x = 0.22')]
+#: This one comes as a zip file of a learning platform, late.
+ZIPPED = 'no wrap'
 #: (lab, its parts, options of mark.py ...) -> submissions, the longest runs first. What a student
 #: gets wrong most easily comes with its part alone. A submission has several mistakes if they lose
 #: different criteria, since each submission costs a robot and a master.
@@ -157,6 +161,10 @@ def hand_in(folder, case):
     make_package(repository / 'lab1', MESSAGES)
     (repository / 'lab1' / 'msg').mkdir()
     (repository / 'lab1' / 'msg' / 'MouseController.msg').write_text(MESSAGE)
+    if case.student == ZIPPED:
+        shutil.make_archive(str(folder / (ZIPPED + '_LATE_12_345_lab2')), 'zip',
+                            str(folder / ZIPPED))
+        shutil.rmtree(str(folder / ZIPPED))
 
 
 def make_package(folder, build=''):
@@ -206,14 +214,20 @@ class MarkTest(unittest.TestCase):
     @classmethod
     def run_mark(cls, key):
         """Mark these submissions; (folder of the marks, output, exit status)."""
-        lab, parts, *options = key
         base = Path(cls.folder.name) / ' '.join(key)
         for case in CASES[key]:
             hand_in(base / 'submissions', case)
+        return cls.mark(key)
+
+    @classmethod
+    def mark(cls, key, *options):
+        """Run mark.py on what was handed in; as run_mark()."""
+        lab, parts, *own = key
+        base = Path(cls.folder.name) / ' '.join(key)
         done = subprocess.run(
             ['rosrun', 'tb3_labs', 'mark.py', str(base / 'submissions'), '--lab', lab, '-o',
              str(base / 'marks'), '--parts', parts, '--jobs', str(min(JOBS, len(CASES[key]))),
-             '--limit', '150'] + options,
+             '--limit', '150', *own, *options],
             env=dict(os.environ, TMPDIR=str(cls.temporary)), stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, timeout=560, universal_newlines=True)
         return base / 'marks', done.stdout, done.returncode
@@ -312,6 +326,20 @@ class MarkTest(unittest.TestCase):
         lines = subprocess.check_output(['ps', '-eo', 'args'], universal_newlines=True)
         self.assertNotIn('sleep ' + SLEEP, lines)
         self.assertNotIn(str(self.temporary), lines)
+
+    def test_what_was_marked_is_not_tried_again(self):
+        key = ('imu', 'heading')
+        before = self.rows(key)
+        folder, printed, status = self.mark(key)
+        self.assertEqual((status, self.rows(key)), (0, before), printed)
+        self.assertIn('2 of 2 had been marked and have not changed', printed)
+        self.assertRegex(printed, r'good: \d+ of 10 points, marked before')
+        _, printed, status = self.mark(key, '--only', 'wrap')
+        self.assertEqual(status, 2)
+        self.assertIn('no submission is called wrap; near it: no wrap', printed)
+        self.assertEqual(before[ZIPPED]['late'], 'yes')
+        results = json.loads((folder / 'gradescope' / ZIPPED / 'results.json').read_text())
+        self.assertEqual(results['score'], float(before[ZIPPED]['points']))
 
     def test_progress_is_told(self):
         printed = self.runs['turn', ''][1]

@@ -1,10 +1,8 @@
-"""The marks of a submission, and the table of all marks."""
-import csv
+"""The marks of a submission."""
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import List, Optional, Sequence
+from typing import List, Optional
 
-from tb3_labs.marking.criteria import Outcome, Verdict
+from tb3_labs.marking.criteria import Verdict
 from tb3_labs.marking.observation import Observation
 
 
@@ -19,6 +17,13 @@ class Marks:
     observation: Optional[Observation] = None  # None: nothing could be observed
     failed: bool = False             # it could not be judged, by no known fault of its own
     lacking: List[str] = field(default_factory=list)      # modules that this machine lacks
+    late: str = ''                   # a sentence if it was handed in after it was due
+    seconds: float = 0.0             # it took so long to mark
+
+    @property
+    def sentences(self) -> List[str]:
+        """All remarks, that it is late too."""
+        return [self.late] * bool(self.late) + self.remarks
 
     @property
     def points(self) -> float:
@@ -39,25 +44,3 @@ class Marks:
     def extra(self) -> List[Verdict]:
         """The verdicts on criteria beyond the handout."""
         return [verdict for verdict in self.verdicts if verdict.criterion.extra]
-
-
-def write_csv(all_marks: Sequence[Marks], path: Path) -> None:
-    """Write one row for each submission.
-
-    The columns: student, points, of (full marks), the points for each criterion, node, remarks. A
-    criterion beyond the handout has 'extra_' before its name, and 'yes' or 'no' if it is worth
-    nothing.
-    """
-    with open(str(path), 'w', newline='', encoding='utf-8') as file:
-        writer = csv.writer(file, lineterminator='\n')
-        some = all_marks[0]
-        writer.writerow(['student', 'points', 'of']
-                        + [v.criterion.label for v in some.graded + some.extra]
-                        + ['node', 'remarks'])
-        for marks in all_marks:
-            writer.writerow(
-                [marks.student, '{:g}'.format(marks.points), '{:g}'.format(marks.worth)]
-                + ['{:g}'.format(v.points) for v in marks.graded]
-                + ['{:g}'.format(v.points) if v.worth else
-                   'yes' if v.outcome is Outcome.MET else 'no' for v in marks.extra]
-                + [marks.node, ' '.join(marks.remarks)])

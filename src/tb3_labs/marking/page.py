@@ -35,11 +35,11 @@ $body
 ''')
 
 
-def feedback(marks: Marks, lab: str) -> str:
-    """The page of one student, HTML; `lab`: its title."""
-    parts = ['<p><b>{:g} of {:g} points.</b> {}</p>'.format(
-        marks.points, marks.worth, escape('Node: {}.'.format(marks.node) if marks.node else ''))]
-    parts += ['<p>{}</p>'.format(escape(remark)) for remark in marks.remarks]
+def feedback(marks: Marks, lab: str, course: str = '') -> str:
+    """The page of one student, HTML; `lab`: its title; `course`: what it counts there."""
+    parts = ['<p><b>{:g} of {:g} points.</b> {}</p>'.format(marks.points, marks.worth, escape(
+        ' '.join(filter(None, [course, 'Node: {}.'.format(marks.node) if marks.node else '']))))]
+    parts += ['<p>{}</p>'.format(escape(remark)) for remark in marks.sentences]
     parts.append(_verdicts(marks.graded))
     if marks.extra:
         parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra)]
@@ -85,7 +85,7 @@ def overview(all_marks: Sequence[Marks], lab: str, page_names: Sequence[str]) ->
     rows = [[Markup('<a href="{}">{}</a>'.format(quote(name), escape(marks.student))),
              '{:g} / {:g}'.format(marks.points, marks.worth)]
             + [_mark(verdict) for verdict in marks.graded + marks.extra]
-            + [' '.join(marks.remarks)] for marks, name in zip(all_marks, page_names)]
+            + [' '.join(marks.sentences)] for marks, name in zip(all_marks, page_names)]
     totals = sorted(marks.points for marks in all_marks)
     summary = '{} submission{}, median {:g} of {:g} points. The last {} criteria are beyond the ' \
         'handout.'.format(len(totals), '' if len(totals) == 1 else 's',

@@ -6,6 +6,9 @@ The table has a lab's name at its first level, the criteria's names at its secon
     turn:
       left: 3
       extra: {within_1_deg: 0}
+      course: {code: 25, demonstration: 25, report: 50}
+
+`course` is optional: see tb3_labs.marking.course.
 """
 import math
 from typing import Any, Dict, Iterable
@@ -14,6 +17,8 @@ from tb3_labs.marking.criteria import Criterion
 
 #: The section of a lab's criteria beyond the handout.
 EXTRA = 'extra'
+#: The section of what a lab counts in the course.
+COURSE = 'course'
 
 
 def points_of(lab: str, criteria: Iterable[Criterion], table: Any) -> Dict[str, float]:
@@ -27,6 +32,7 @@ def points_of(lab: str, criteria: Iterable[Criterion], table: Any) -> Dict[str, 
     if not isinstance(table, dict) or not isinstance(table.get(lab), dict):
         raise ValueError('the points have no section "{}"'.format(lab))
     given = dict(table[lab])
+    given.pop(COURSE, None)
     extra = given.pop(EXTRA, {})
     if not isinstance(extra, dict):
         raise ValueError('{}: "{}" is a section of its own'.format(lab, EXTRA))
@@ -38,11 +44,12 @@ def points_of(lab: str, criteria: Iterable[Criterion], table: Any) -> Dict[str, 
                 raise ValueError('{}: no criterion is called "{}"; these are: {}'.format(
                     lab, name, ', '.join(names)))
         for name in names:
-            worth[name] = _checked(lab, name, section.get(name))
+            worth[name] = checked_points(lab, name, section.get(name))
     return worth
 
 
-def _checked(lab, name, points):
+def checked_points(lab: str, name: str, points: Any) -> float:
+    """These points; ``ValueError`` if they are not valid."""
     if isinstance(points, bool) or not isinstance(points, (int, float)) or not (
             math.isfinite(points) and points >= 0):
         raise ValueError('{}: {} = {!r} is not valid: a number of at least 0'.format(

@@ -8,6 +8,7 @@ import subprocess
 import tempfile
 import time
 import uuid
+from dataclasses import dataclass
 from pathlib import Path
 
 import rospkg
@@ -36,18 +37,24 @@ class Interrupted(RuntimeError):
     """A person wants no more marks."""
 
 
+@dataclass(frozen=True)
+class Options:
+    """Settings of a try."""
+
+    package: str = ''           # of the node, if not those that the lab knows
+    name: str = ''              # of the node's file, likewise
+    limit: float = 300.0        # time for one submission [s]
+    network: str = QUIET        # between robot and node; see tb3_labs.simulation.network.NETWORKS
+    pad: str = HANDOUT          # the gamepad that is played
+
+
 class Marker:
     """Marks submissions of one lab; several at a time, by threads, if wanted."""
 
-    def __init__(self, lab, worth, logs, parts=(), package='', name='', limit=300.0,
-                 network=QUIET, pad=HANDOUT):
-        """`worth`: criterion -> points; `logs`: an existing folder; `package`, `name`: of the
-        node's package and file, if not those that the lab knows; `limit`: time for one submission
-        [s]; `network`: one of tb3_labs.simulation.network.NETWORKS, between robot and node; `pad`:
-        the name of the gamepad that is played."""
+    def __init__(self, lab, worth, logs, parts=(), options=Options()):
+        """`worth`: criterion -> points; `logs`: an existing folder; `parts`: these alone."""
         self._lab, self._worth, self._logs = lab, worth, Path(logs)
-        self._parts, self._package, self._name = parts, package, name
-        self._limit, self._network, self._pad = limit, network, pad
+        self._parts, self._options = parts, options
         self._interrupted = False
         self._cookies = set()
 
@@ -57,22 +64,26 @@ class Marker:
         for cookie in list(self._cookies):
             sweep(cookie)
 
-    def mark(self, folder):
+    def mark(self, folder, tell=lambda words: None):
         """The Marks of the submission in `folder`.
 
-        If the machine was too busy to judge it fairly, it is tried once more.
+        If the machine was too busy to judge it fairly, it is tried once more, and ``tell(words)``
+        hears that.
         """
         marks = self._try(Path(folder))
-        if self._held_up(marks):
+        if self.held_up(marks):
+            tell('the machine held the robot up for {:.2f} s; tried again'.format(
+                marks.observation.longest_gap))
             marks = self._try(Path(folder))
-            if self._held_up(marks):
+            if self.held_up(marks):
                 marks.remarks.append(
                     'The machine held the robot up for {:.2f} s (up to {:g} s are fair): the marks '
                     'may be unfair.'.format(marks.observation.longest_gap, HELD_UP))
         return marks
 
     @staticmethod
-    def _held_up(marks):
+    def held_up(marks):
+        """Was the machine too busy to judge it fairly?"""
         return marks.observation is not None and marks.observation.longest_gap > HELD_UP
 
     def _try(self, folder):
@@ -94,8 +105,8 @@ class Marker:
     def _observe(self, marks, folder, work, cookie):
         """Write node, remarks and Observation of a submission into its Marks."""
         log, record = self._logs / (folder.name + '.log'), work / 'observation.json'
-        prepared = prepare(folder, LABS[self._lab], work / 'ws', {COOKIE: cookie}, self._package,
-                           self._name)
+        prepared = prepare(folder, LABS[self._lab], work / 'ws', {COOKIE: cookie},
+                           self._options.package, self._options.name)
         marks.node = '{}/{}'.format(prepared.package, prepared.executable)
         marks.remarks += prepared.remarks
         if prepared.lacking:
@@ -104,13 +115,14 @@ class Marker:
                 'The marking machine lacks {}, which the node imports: it was not judged.'.format(
                     ' and '.join(prepared.lacking)))
             return
-        if self._network != QUIET:
-            marks.remarks.append('Judged over the network "{}".'.format(self._network))
+        if self._options.network != QUIET:
+            marks.remarks.append('Judged over the network "{}".'.format(self._options.network))
         if self._lab == GAMEPAD:
-            marks.remarks.append(pad_in_words(self._pad))
+            marks.remarks.append(pad_in_words(self._options.pad))
         self._go_on()
         if not self._check(prepared, work, log, record, cookie):
-            marks.remarks.append('It was stopped after {:g} s, the limit.'.format(self._limit))
+            marks.remarks.append('It was stopped after {:g} s, the limit.'.format(
+                self._options.limit))
         self._go_on()
         if not record.exists():
             marks.failed = True
@@ -127,11 +139,11 @@ class Marker:
                 ['rostest', 'tb3_labs', 'check_{}.test'.format(self._lab),
                  'pkg:=' + prepared.package, 'type:=' + prepared.executable,
                  'parts:=' + ','.join(self._parts), 'record:={}'.format(record),
-                 'network:=' + self._network]
-                + (['pad:=' + self._pad] if self._lab == GAMEPAD else []),
+                 'network:=' + self._options.network]
+                + (['pad:=' + self._options.pad] if self._lab == GAMEPAD else []),
                 env=environment_in(work, prepared.environment), cwd=str(work),
                 stdin=subprocess.DEVNULL, stdout=file, stderr=file, start_new_session=True)
-            deadline, in_time = time.monotonic() + self._limit, True
+            deadline, in_time = time.monotonic() + self._options.limit, True
             while in_time and check.poll() is None and not self._interrupted:
                 time.sleep(0.1)
                 in_time = time.monotonic() <= deadline

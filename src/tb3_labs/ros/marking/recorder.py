@@ -36,20 +36,30 @@ class Recorder:
         self._observation = observation
         self._zero = rospy.get_time()
         self._lock = threading.Lock()
-        subscribe('ground_truth', PoseStamped, self._on_truth)
+        self.watch_robot()
         subscribe(CMD_VEL, Twist, self._on_command)
         if not wait_until(lambda: observation.truth, START_TIME):
             raise RuntimeError('the embedded robot does not run')
 
-    def _on_truth(self, message):
-        pose, truth = to_pose2(message.pose), self._observation.truth
+    def watch_robot(self):
+        """Have each pose of the robot handed to :meth:`add_pose`."""
+        subscribe('ground_truth', PoseStamped,
+                  lambda message: self.add_pose(to_pose2(message.pose)))
+
+    def add_pose(self, pose):
+        """Record a pose of the robot, a Pose2, as one of now."""
+        truth = self._observation.truth
         with self._lock:
             yaw = continuous(pose.yaw, truth[-1][3]) if truth else pose.yaw
             truth.append([self.now, pose.x, pose.y, yaw])
 
+    def is_judged(self, sender):
+        """Are the commands of this node recorded?"""
+        return sender != rospy.get_name()
+
     def _on_command(self, message):
         entry = [self.now, message.linear.x, message.angular.z]
-        if connection_of(message)['callerid'] == rospy.get_name() or not (
+        if not self.is_judged(connection_of(message)['callerid']) or not (
                 math.isfinite(entry[1]) and math.isfinite(entry[2])):
             return
         commands = self._observation.commands

@@ -29,11 +29,18 @@ class Stage:
         self.observation = Observation(lab, '{}/{}'.format(package, executable))
         self._keep = keep
         self.pad = pad
-        self.recorder = Recorder(self.observation)
+        self.recorder = self.make_recorder()
         self.robot = RobotHand(self.recorder)
-        self.node = StudentNode(package, executable, listens, lambda: self.recorder.now,
-                                self.keep)
+        self.node = self.make_node(package, executable, listens)
         self.observation.runs = self.node.runs
+
+    def make_recorder(self):
+        """The Recorder of this stage."""
+        return Recorder(self.observation)
+
+    def make_node(self, package, executable, listens):
+        """The StudentNode of this stage."""
+        return StudentNode(package, executable, listens, lambda: self.recorder.now, self.keep)
 
     @contextmanager
     def stimulus(self, name, facts=None):

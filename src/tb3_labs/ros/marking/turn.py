@@ -24,7 +24,7 @@ def turns(stage):
     for name, turn in EACH_TURN.items():
         if not _begin_at(stage, turn.begins_deg):
             return
-        _turn(stage, name, turn.typed)
+        try_turn(stage, name, turn.typed)
     if _begin_at(stage, LAST_HEADING):
         with stage.stimulus(NONSENSE):
             stage.node.type(TYPED_NONSENSE)
@@ -43,7 +43,7 @@ def _begin_at(stage, heading):
     return stage.node.start()
 
 
-def _turn(stage, name, typed):
+def try_turn(stage, name, typed):
     """Type it, and wait until the robot rests again."""
     with stage.stimulus(name, {MOVED: False, RESTED: False}) as record:
         record.facts[MOVED] = stage.moves_after(lambda: stage.node.type(typed), REACTION)
@@ -83,7 +83,7 @@ def both(stage):
     with hand:
         hand.at(0.0, 0.0)
         wait(0.3)
-        _turn(stage, on_mouse.TURN_BESIDE, LEFT)
+        try_turn(stage, on_mouse.TURN_BESIDE, LEFT)
         with stage.stimulus(on_mouse.AFTER_TURN):
             hand.at(0.0, 1.0)
             wait(HELD)

@@ -1,0 +1,96 @@
+#!/usr/bin/env python3
+"""Judges the node that is running now by its lab's criteria: the checkpoint at the bench.
+
+Usage: checkoff.py turn [--name "Ann Miller"]
+
+It starts no robot and no node. A person starts both, types what it asks for, and says what only a
+person can see. doc/marking.md tells more. The exit status is 0 only if all criteria are met.
+
+Subscribes
+    ground_truth  geometry_msgs/PoseStamped: the embedded robot's true pose; else imu and odom
+    cmd_vel       geometry_msgs/Twist: what the node commands
+    /rosout       rosgraph_msgs/Log: what it logs
+Publishes, as the lab's part needs it
+    mouse_info, joy, ctrl_relinq, cmd_vel
+"""
+import argparse
+import re
+import signal
+import sys
+import time
+from pathlib import Path
+
+import rosgraph
+import rospy
+import yaml
+
+from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.points import points_of
+from tb3_labs.ros.marking.bench.bag import Bag
+from tb3_labs.ros.marking.bench.checkoff import Checkoff, Impossible, parts_of
+from tb3_labs.ros.marking.bench.person import Person
+from tb3_labs.ros.marking.marker import points_file
+
+
+def parse(words):
+    """The command line's arguments."""
+    parser = argparse.ArgumentParser(
+        prog='checkoff.py', description='Judges the node that is running now, at the bench.')
+    parser.add_argument('lab', choices=sorted(LABS))
+    parser.add_argument('--name', default='', help="the student's, for the last lines and the bag")
+    parser.add_argument('--parts', default='', help='these parts of the lab alone, with commas')
+    parser.add_argument('--node', default='', help="the node's name, if several could be meant")
+    parser.add_argument('--points', type=Path, help='YAML file with the points of each criterion; '
+                        'default: test/marking/points.yaml of this package')
+    parser.add_argument('-o', dest='folder', metavar='FOLDER', type=Path, default=Path('.'),
+                        help='folder for the bag; default: this one')
+    return parser.parse_args(words)
+
+
+def main(words):
+    """Judge the node; the exit status."""
+    given, person, begun = parse(words), Person(), time.strftime('%Y-%m-%d %H:%M')
+    lab = LABS[given.lab]
+    try:
+        parts = parts_of(given.lab, lab.checked_parts(given.parts))
+        with open(str(given.points or points_file())) as file:
+            worth = points_of(given.lab, lab.criteria, yaml.safe_load(file))
+        given.folder.mkdir(parents=True, exist_ok=True)
+        if not rosgraph.is_master_online():
+            raise Impossible('no master runs here: start the robot and your node first')
+        rospy.init_node('checkoff', anonymous=True, disable_signals=True)
+        checkoff = Checkoff(given.lab, parts, worth, given.node, person)
+    except (OSError, ValueError, RuntimeError, Impossible, yaml.YAMLError) as problem:
+        return tell_problem(problem)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    person.tell('{}: {}. Lines with > are for you to do, lines with ? to answer. Ctrl+C ends it.'
+                .format(lab.title, ', '.join(parts)))
+    person.tell('Judged by {}.'.format(
+        "the embedded robot's true pose" if checkoff.has_truth else
+        'odometry and IMU, since this robot says no true pose'))
+    bag = Bag(given.folder / (re.sub(r'\W+', '_', ' '.join(filter(None, (
+        'checkoff', given.lab, given.name, time.strftime('%Y%m%d_%H%M%S'))))) + '.bag'))
+    try:
+        checkoff.run()
+    except Impossible as problem:
+        return tell_problem(problem)
+    except KeyboardInterrupt:
+        person.tell('\nInterrupted.')
+    finally:
+        bag.close()
+        rospy.signal_shutdown('done')
+    person.tell('\n{}: {:g} of {:g} points, {}, {} ({}), node {}'.format(
+        given.name or 'No name given', *checkoff.points, begun, lab.title, ', '.join(parts),
+        checkoff.node or 'not found'))
+    person.tell('Bag: {}'.format(bag.path.resolve() if bag.path else 'none, rosbag is missing'))
+    return 0 if checkoff.all_met else 1
+
+
+def tell_problem(problem):
+    """Print why it cannot be; the exit status."""
+    print('checkoff.py: {}'.format(problem), file=sys.stderr)
+    return 2
+
+
+if __name__ == '__main__':
+    sys.exit(main(rospy.myargv(sys.argv)[1:]))

@@ -1,0 +1,181 @@
+"""The checkoff at the bench: criteria that fall while a person works with the node that runs.
+
+Headings are those of the IMU in [deg], 0 to 360.
+"""
+from collections import deque
+from dataclasses import fields
+from typing import (Deque, Dict, FrozenSet, Iterable, List, Mapping, NamedTuple, Optional, Sequence,
+                    Set, Tuple)
+
+from tb3_labs.marking import gamepad, move2goal
+from tb3_labs.marking.criteria import Criterion, Outcome, Verdict, judge
+from tb3_labs.marking.observation import Observation, Scene
+from tb3_labs.marking.turning import LEFT, RIGHT
+
+#: Where a turn across the jump of the heading begins at least so far beyond the quadrant's begin
+#: that it has jumped well before its end [deg].
+MARGIN = 20.0
+#: The turns of the IMU lab by the quadrant where they begin; those across a jump need the margin.
+BY_QUADRANT: Sequence[Mapping[str, str]] = (
+    {LEFT: LEFT, RIGHT: 'r across 0'}, {LEFT: 'l across 180', RIGHT: RIGHT},
+    {LEFT: LEFT, RIGHT: 'r across 180'}, {RIGHT: RIGHT})
+SYMBOLS = {Outcome.MET: 'met', Outcome.MISSED: 'NOT MET', Outcome.NOT_OFFERED: 'not offered'}
+
+
+class Question(NamedTuple):
+    """What a person is asked about a stimulus, and the text that a yes stands for."""
+
+    stimulus: str
+    words: str
+    text: str
+
+
+#: What only a person sees: the criteria by what a node prints. Name of the criterion -> Question.
+QUESTIONS = {
+    'says_reached': Question(move2goal.AT_GOAL, 'Did it print "Goal reached!", once?',
+                             'Goal reached!'),
+    'says_reset': Question(move2goal.RESET_TO_ORIGIN, 'Did it print "Local pose set to x=..., '
+                           'y=..., yaw=..."?', 'Local pose set'),
+    'says_success': Question(gamepad.RESET, 'Did it print "{}." after Y?'.format(gamepad.SUCCESS),
+                             gamepad.SUCCESS),
+    'says_why_not': Question(gamepad.RESET_WITHOUT_SERVICE, 'Did it say why the reset failed?',
+                             'why'),
+}
+
+
+class Pending(Exception):
+    """A criterion cannot be judged before its part is over."""
+
+
+class _SoFar(Observation):
+    """An Observation to which more may be added: what is missing may come."""
+
+    def has(self, name: str) -> bool:
+        if not super().has(name):
+            raise Pending(name)
+        return True
+
+    def during(self, name: str, may_die: bool = False) -> Scene:
+        if name not in self.missing:
+            self.has(name)
+        return super().during(name, may_die)
+
+
+class Falling:
+    """The verdicts on the criteria of these parts, each as soon as it cannot change any more."""
+
+    def __init__(self, criteria: Iterable[Criterion], worth: Mapping[str, float],
+                 parts: Sequence[str]) -> None:
+        self._open = [criterion for criterion in criteria if criterion.part in parts]
+        self._worth = worth
+        #: Those that have fallen.
+        self.verdicts: List[Verdict] = []
+
+    def look(self, observation: Observation) -> List[Verdict]:
+        """The verdicts that fall now, in the middle of a part."""
+        so_far = _SoFar(**{item.name: getattr(observation, item.name)
+                           for item in fields(observation)})
+        return self._fall(so_far, self._open, asked=True)
+
+    def questions(self, observation: Observation, part: str) -> List[Question]:
+        """What is to be asked before a part ends: of criteria that did not fall, since it is not
+        known all that the node printed."""
+        return [QUESTIONS[criterion.name] for criterion in self._open
+                if criterion.part == part and criterion.name in QUESTIONS
+                and observation.has(QUESTIONS[criterion.name].stimulus)]
+
+    def end(self, observation: Observation, part: str) -> List[Verdict]:
+        """The verdicts that fall at the end of a part."""
+        return self._fall(observation, [c for c in self._open if c.part == part])
+
+    def _fall(self, observation, criteria, asked=False):
+        """`asked`: is a person asked before a criterion of QUESTIONS is missed?"""
+        fallen = []
+        for criterion in list(criteria):
+            try:
+                verdict, = judge([criterion], observation, self._worth)
+            except Pending:
+                continue
+            if asked and criterion.name in QUESTIONS and verdict.outcome is Outcome.MISSED:
+                continue
+            fallen.append(verdict)
+            self._open.remove(criterion)
+        self.verdicts += fallen
+        return fallen
+
+    @property
+    def graded(self) -> List[Verdict]:
+        """The verdicts on the handout's criteria."""
+        return [verdict for verdict in self.verdicts if not verdict.criterion.extra]
+
+    @property
+    def all_met(self) -> bool:
+        """Has each of the handout's criteria fallen, and is it met?"""
+        return bool(self.graded) and all(
+            verdict.outcome is Outcome.MET for verdict in self.graded) and not any(
+            not criterion.extra for criterion in self._open)
+
+    @property
+    def points(self) -> Tuple[float, float]:
+        """(points that were earned, full marks); those of criteria that did not fall count."""
+        return (sum(verdict.points for verdict in self.verdicts),
+                sum(verdict.worth for verdict in self.graded)
+                + sum(self._worth[c.name] for c in self._open if not c.extra))
+
+
+def line_of(verdict: Verdict) -> str:
+    """A verdict in one line."""
+    points = '{:g} of {:g}'.format(verdict.points, verdict.worth) \
+        if verdict.worth or not verdict.criterion.extra else 'extra '
+    said = '  {:8} {}  {}'.format(SYMBOLS[verdict.outcome], points, verdict.criterion.meaning)
+    return said if verdict.outcome is Outcome.MET else '{}\n{}{}'.format(
+        said, ' ' * 11, verdict.sentence)
+
+
+class Next(NamedTuple):
+    """The next turn to ask for: what to type, and the stimulus that it is; '' if it only leads to
+    where the next one begins."""
+
+    typed: str
+    name: str
+
+
+def next_turn(heading_deg: float, left: Iterable[str], margin: float = MARGIN,
+              last: Optional[Next] = None) -> Optional[Next]:
+    """The next of the turns `left` (names of stimuli), by the shortest way through all of them, or
+    through as many as quarter turns from here lead to.
+
+    None if there is none left. `last`: the turn before; one that only led somewhere is not taken
+    back, so that a robot whose turns are coarse does not go to and fro.
+    """
+    wanted = frozenset(left)
+    if not wanted:
+        return None
+    ways: Deque[Tuple[float, FrozenSet[str], Optional[Next]]] = deque(
+        [(heading_deg % 360.0, wanted, None)])
+    seen: Set[Tuple[int, FrozenSet[str]]] = set()
+    fewest, best = len(wanted), Next(LEFT, '')      # if none can be reached: try from elsewhere
+    while ways:
+        heading, names, first = ways.popleft()
+        if (round(heading) % 360, names) in seen:
+            continue
+        seen.add((round(heading) % 360, names))
+        if first is not None and len(names) < fewest:
+            fewest, best = len(names), first
+        for typed, turn in ((LEFT, 90.0), (RIGHT, -90.0)):
+            name = _name(heading, typed, margin)
+            step = Next(typed, name if name in names else '')
+            ways.append(((heading + turn) % 360.0, names - {name}, first or step))
+    if last is not None and not last.name and not best.name:
+        return last
+    return best
+
+
+def _name(heading: float, typed: str, margin: float) -> str:
+    quadrant, beyond = divmod(heading, 90.0)
+    names: Dict[str, str] = dict(BY_QUADRANT[int(quadrant) % 4])
+    name = names.get(typed, '')
+    if name in (LEFT, RIGHT, ''):
+        return name
+    room = beyond if typed == LEFT else 90.0 - beyond
+    return name if room >= margin else ''

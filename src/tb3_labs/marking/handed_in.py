@@ -1,0 +1,102 @@
+"""Names of submissions as learning platforms hand them out: whose each is, and is it late?
+
+Moodle: ``Ann Miller_12345_assignsubmission_file_`` (a folder), or the same with the file's name
+behind it. Canvas: ``millerann_12345_67890_lab2.zip``, with ``_LATE`` after the name if it is late,
+and ``lab2-1.zip`` for a file that was handed in again. Any other name is the student's.
+
+List of repositories: one path a line, or ``path, name``. Lines that begin with # are left out.
+"""
+import difflib
+import re
+from collections import Counter
+from typing import Dict, Iterable, List, NamedTuple, Tuple
+
+MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
+CANVAS = re.compile(r'(?P<student>[^_]+)(?P<late>_late)?_(?P<number>\d+)_\d+_(?P<file>.+)',
+                    re.IGNORECASE)
+#: What Canvas adds to the name of a file that was handed in again.
+AGAIN = re.compile(r'-\d+(?=\.\w+$)')
+ZIP = '.zip'
+
+
+class HandedIn(NamedTuple):
+    """What a name on a platform says."""
+
+    student: str
+    number: str     # of the student on the platform; '' if the name has none
+    file: str       # the student's own name of the file; '' if the name is that of a folder
+    late: bool
+
+
+def read_name(name: str, is_folder: bool) -> HandedIn:
+    """What the name of a file or a folder says."""
+    moodle = MOODLE.fullmatch(name)
+    if moodle:
+        return HandedIn(moodle['student'].strip(), moodle['number'],
+                        '' if is_folder else moodle['file'], False)
+    canvas = None if is_folder else CANVAS.fullmatch(name)
+    if canvas:
+        return HandedIn(canvas['student'].strip(), canvas['number'],
+                        AGAIN.sub('', canvas['file']), bool(canvas['late']))
+    if is_folder:
+        return HandedIn(name, '', '', False)
+    return HandedIn(name[:-len(ZIP)] if is_zip(name) else name, '', name, False)
+
+
+def is_zip(name: str) -> bool:
+    """Is this the name of a zip file?"""
+    return name.lower().endswith(ZIP)
+
+
+def by_student(names: Iterable[Tuple[str, bool]]) -> Dict[str, List[Tuple[str, HandedIn]]]:
+    """The names of each student, with what they say; `names`: (name, is it a folder?).
+
+    Several files of one student belong together. Two students of the same name are told apart by
+    their numbers, or, without a number, by the whole names of their files.
+    """
+    groups: Dict[Tuple[str, str, str], List[Tuple[str, HandedIn]]] = {}
+    for name, is_folder in names:
+        said = read_name(name, is_folder)
+        alone = '' if said.number else name
+        groups.setdefault((said.student, said.number, alone), []).append((name, said))
+    times = Counter(student for student, _, _ in groups)
+    return {student if times[student] == 1 else '{} ({})'.format(student, number or alone): found
+            for (student, number, alone), found in groups.items()}
+
+
+def repositories(text: str) -> Dict[str, str]:
+    """name -> path, as a list of repositories says; ``ValueError`` if two have the same name.
+
+    The name of a path without one is that of its folder.
+    """
+    found: Dict[str, str] = {}
+    for line in text.splitlines():
+        path, _, name = (part.strip() for part in line.partition(','))
+        if not path or path.startswith('#'):
+            continue
+        name = name or re.split(r'[/\\]', path.rstrip('/\\'))[-1]
+        if '/' in name:
+            raise ValueError('"{}" cannot be the name of a student: it has a "/"'.format(name))
+        if name in found:
+            raise ValueError('two repositories are called {}: give each a name, as in "{}, '
+                             'miller"'.format(name, path))
+        found[name] = path
+    return found
+
+
+def chosen(students: Iterable[str], wanted: Iterable[str]) -> List[str]:
+    """Those of the students that are wanted; upper and lower case are the same.
+
+    ``ValueError`` for a name that is none of them, with the names that are near it.
+    """
+    known = {student.lower(): student for student in students}
+    found = []
+    for name in wanted:
+        if name.lower() not in known:
+            near = [known[key] for key in known if name.lower() in key] or [
+                known[key] for key in difflib.get_close_matches(name.lower(), known)]
+            raise ValueError('no submission is called {}{}'.format(
+                name, '; near it: ' + ', '.join(near[:5]) if near else
+                '; these are: ' + ', '.join(list(known.values())[:10])))
+        found.append(known[name.lower()])
+    return found

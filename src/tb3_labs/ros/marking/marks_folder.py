@@ -1,0 +1,194 @@
+"""The folder of the marks: what is written into it, and what it keeps from one run to the next.
+
+    marks.csv, overview.html     all students
+    STUDENT.html                 to hand back
+    gradescope/STUDENT/          results.json
+    logs/                        STUDENT.json (what was observed), STUDENT.marks.json, output
+"""
+import hashlib
+import json
+import os
+from datetime import datetime
+from pathlib import Path
+
+from tb3_labs.marking import course, kept
+from tb3_labs.marking.gradescope import results
+from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.marks_table import LATE, Table
+from tb3_labs.marking.observation import Observation
+from tb3_labs.marking.page import feedback, overview
+
+#: Names of files.
+TABLE, OVERVIEW, RESULTS, RECORD = 'marks.csv', 'overview.html', 'results.json', '.marks.json'
+#: Keys of a record, beside those of tb3_labs.marking.kept: is it worth another try as it is; what
+#: does its page depend on, beside the try?
+AGAIN, PAGE = 'again', 'page'
+#: Keys of a try.
+LAB, PARTS, SUBMISSION, OPTIONS, VERSION = 'lab', 'parts', 'submission', 'options', 'version'
+
+
+class MarksFolder:
+    """The marks of one lab, or of some of its parts, in a folder that is made if need be."""
+
+    def __init__(self, path, lab, parts, worth, rows, options):
+        """`worth`: criterion -> points; `rows`: what the lab counts in the course; `options`: all
+        else that a try depends on, a dict. ``ValueError`` if the folder has other marks."""
+        self._path, self._lab, self._parts = Path(path), lab, sorted(parts)
+        self._worth, self._rows = worth, rows
+        self._key = {LAB: lab, PARTS: self._parts, OPTIONS: options, VERSION: _version()}
+        self.logs.mkdir(parents=True, exist_ok=True)
+        self._records = {}
+        for file in sorted(self.logs.glob('*' + RECORD)):
+            self._read(file)
+        self._table()       # tells at once if it cannot be read
+
+    @property
+    def logs(self):
+        """The folder of the logs."""
+        return self._path / 'logs'
+
+    @property
+    def students(self):
+        """Those who have marks."""
+        return sorted(self._records)
+
+    def kept(self, student, submission):
+        """The Marks that a student has, if another try could come to nothing else; else None.
+
+        `submission`: its digest.
+        """
+        record = self._records.get(student)
+        if record is None or record[AGAIN] or record[kept.KEY] != self._key_of(submission):
+            return None
+        try:
+            return self._marks(record)
+        except ValueError:
+            return None
+
+    def write(self, marks, submission, again=False):
+        """Write the marks of one student; `again`: the next run is to try it once more.
+
+        The observation of these Marks is forgotten afterwards: a class has hundreds of MB of it.
+        """
+        self._write_page(marks)
+        record = dict(kept.to_record(marks, self._key_of(submission)), **{
+            AGAIN: again, PAGE: self._page_of(marks)})
+        self._records[marks.student] = record
+        _replace(self.logs / (marks.student + RECORD), json.dumps(record))
+        marks.observation = None
+
+    def set_late(self, student, late):
+        """Write into the marks that are kept whether they are late, '' or a sentence."""
+        self._records[student][kept.MARKS][LATE] = late
+
+    def write_overview(self):
+        """Write what is about all students; the path of the page, None if there are no marks."""
+        all_marks = []
+        for student in self.students:
+            try:
+                all_marks.append(self._marks(self._records[student]))
+            except ValueError:
+                continue    # of an older version, and not handed in this time
+        if not all_marks:
+            return None
+        table = self._table()
+        for marks in all_marks:
+            self._renew_page(marks)
+        _replace(self._path / TABLE, table.renewed(all_marks, self._rows))
+        path = self._path / OVERVIEW
+        path.write_text(overview(all_marks, LABS[self._lab].title, [
+            marks.student + '.html' for marks in all_marks]), encoding='utf-8')
+        return path
+
+    def _read(self, file):
+        try:
+            record = json.loads(file.read_text(encoding='utf-8'))
+            key = record[kept.KEY]
+            mine = (key[LAB], key[PARTS]) == (self._lab, self._parts)
+        except (ValueError, KeyError, TypeError):
+            return      # cut off, or of another version: it is tried again
+        if not mine:
+            raise ValueError('{} has marks of {}, {}: choose another folder for these'.format(
+                self._path, key[LAB], ', '.join(key[PARTS]) or 'all parts'))
+        self._records[file.name[:-len(RECORD)]] = record
+
+    def _key_of(self, submission):
+        return dict(self._key, **{SUBMISSION: submission})
+
+    def _marks(self, record):
+        return kept.from_record(record, LABS[self._lab].criteria, self._worth, self._parts)
+
+    def _table(self):
+        path = self._path / TABLE
+        try:
+            return Table(path.read_text(encoding='utf-8') if path.exists() else '')
+        except ValueError as problem:
+            raise ValueError('{} cannot be read, and may hold what a person wrote: {}'.format(
+                path, problem)) from None
+
+    def _sentence(self, marks):
+        return course.sentence(self._rows, marks, self._table().given(marks.student))
+
+    def _page_of(self, marks):
+        return [self._sentence(marks), marks.late] + [verdict.worth for verdict in marks.verdicts]
+
+    def _renew_page(self, marks):
+        """Write the page again if points were changed, or a person filled in cells."""
+        record = self._records[marks.student]
+        if record[PAGE] == self._page_of(marks):
+            return
+        file = self.logs / (marks.student + '.json')
+        if file.exists():
+            marks.observation = Observation.from_json(file.read_text())
+        self._write_page(marks)
+        marks.observation = None
+        record[PAGE] = self._page_of(marks)
+        _replace(self.logs / (marks.student + RECORD), json.dumps(record))
+
+    def _write_page(self, marks):
+        page = feedback(marks, LABS[self._lab].title, self._sentence(marks))
+        (self._path / (marks.student + '.html')).write_text(page, encoding='utf-8')
+        folder = self._path / 'gradescope' / marks.student
+        folder.mkdir(parents=True, exist_ok=True)
+        _replace(folder / RESULTS, json.dumps(results(marks, self._rows), indent=1))
+
+
+def late_by(due, handed_in, what):
+    """A sentence if something was handed in late, else ''; both are datetimes.
+
+    `what`: that whose time it is.
+    """
+    if handed_in is None or handed_in <= due:
+        return ''
+    return 'Late: {} is of {:%Y-%m-%d %H:%M}, it was due {:%Y-%m-%d %H:%M}.'.format(
+        what, handed_in, due)
+
+
+def due_time(text):
+    """A datetime from 'YYYY-MM-DD HH:MM', or from a date alone, which ends at midnight.
+
+    ``ValueError`` if it is neither.
+    """
+    for form, rest in (('%Y-%m-%d %H:%M', ''), ('%Y-%m-%d %H:%M', ' 23:59')):
+        try:
+            return datetime.strptime(text + rest, form)
+        except ValueError:
+            pass
+    raise ValueError('{!r} is no time such as "2026-11-20 23:59"'.format(text))
+
+
+def _replace(path, text):
+    """Write a file so that an interruption leaves the old one or the new one."""
+    part = path.with_name(path.name + '.part')
+    part.write_text(text, encoding='utf-8')
+    os.replace(str(part), str(path))
+
+
+def _version():
+    """A text that is different as soon as the code that marks is."""
+    whole = hashlib.sha256()
+    here = Path(__file__).resolve().parent
+    for folder in (here, here.parents[1] / 'marking'):
+        for path in sorted(folder.glob('*.py')):
+            whole.update(path.read_bytes())
+    return whole.hexdigest()

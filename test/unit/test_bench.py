@@ -1,0 +1,123 @@
+"""The checkoff at the bench: the order of the turns, and criteria that fall as things happen."""
+import random
+
+import pytest
+
+from test_marking import TABLE, observation, stimulus
+from tb3_labs.geometry.angles import difference_degrees
+from tb3_labs.marking import move2goal, turn
+from tb3_labs.marking.bench import MARGIN, QUESTIONS, Falling, line_of, next_turn
+from tb3_labs.marking.criteria import Outcome
+from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.points import points_of
+from tb3_labs.marking.turning import TURNS
+from tb3_labs.ros.marking.bench.checkoff import parts_of
+from tb3_labs.ros.marking.bench.scripts import MOST_TURNS, PARTS, PLAYED, RELEASES, WITH_MARGIN
+
+SIGNS = {'l': 1.0, 'r': -1.0}
+
+
+def walk(heading, error):
+    """The turns of a robot that turns by 90 degrees and ``error()``: [(begin, end, name)]."""
+    left, way, step = set(TURNS), [], None
+    for number in range(MOST_TURNS):
+        step = next_turn(heading, left, MARGIN if number < WITH_MARGIN else 0.0, step)
+        if step is None:
+            return way
+        left.discard(step.name)
+        end = heading + SIGNS[step.typed] * (90.0 + error())
+        way.append((heading, end, step))
+        heading = end % 360.0
+    return None
+
+
+@pytest.mark.parametrize('error', [
+    lambda: 0.0, lambda: -9.0, lambda: 9.0, lambda: random.uniform(-10.0, 10.0),
+    lambda: random.gauss(0.0, 0.1)])
+def test_all_turns_are_reached_from_every_heading(error):
+    random.seed(3)
+    numbers = []
+    for heading in range(0, 360, 6):
+        for begin in (heading, heading + 0.05, heading - 0.05):
+            way = walk(begin % 360.0, error)
+            assert way is not None, begin
+            numbers.append(len(way))
+    assert sorted(numbers)[len(numbers) // 2] <= 7
+
+
+def test_a_turn_is_what_its_name_says():
+    for heading in range(0, 360, 7):
+        for begin, end, step in walk(float(heading), lambda: -4.0)[:WITH_MARGIN]:
+            if step.name:
+                assert TURNS[step.name].typed == step.typed
+            for jump, name in ((180.0, 'across 180'), (0.0, 'across 0')):
+                if step.name.endswith(name):
+                    before, after = (difference_degrees(at, jump) for at in (begin, end))
+                    assert before * after <= 0.0, (begin, end, step)
+
+
+def test_five_turns_are_enough_where_the_marking_begins():
+    assert len(walk(40.0, lambda: 0.0)) == 5
+    assert next_turn(40.0, []) is None
+
+
+# -- criteria that fall
+
+def falling(lab='turn', parts=('turns',)):
+    criteria = LABS[lab].criteria
+    return Falling(criteria, points_of(lab, criteria, TABLE), parts)
+
+
+def turned(name, degrees, begin):
+    rows = [[begin + 0.1 * k, 0.0, 0.0, 0.1 * k / 2.0 * degrees / 57.29578] for k in range(21)]
+    return stimulus(name, begin, begin + 2.0, facts={'moved': True, 'rested': True}), rows
+
+
+def test_a_criterion_falls_as_soon_as_it_can():
+    board, seen = falling(), observation()
+    assert [v.criterion.name for v in board.look(seen)] == ['starts']
+    for number, (name, turn_asked) in enumerate(TURNS.items()):
+        done, rows = turned(name, turn_asked.asked_deg, 10.0 * number)
+        seen.stimuli.append(done)
+        seen.truth += rows
+        seen.commands.append([10.0 * number + 0.1, 0.0, 1.5])
+        fallen = {v.criterion.name for v in board.look(seen)}
+        assert ('left' in fallen) is (name == 'l') and ('right' in fallen) is (name == 'r')
+        assert ('clamped' in fallen) is (number == len(TURNS) - 1)    # each turn may yet be fast
+    assert not board.all_met        # nonsense was not typed yet
+    assert board.points == (13.0, 14.0)
+    seen.stimuli.append(stimulus('nonsense', 90.0, 91.0, printed='l or r'))
+    assert [v.criterion.name for v in board.look(seen)] == ['answers_nonsense']
+    assert board.all_met and board.points == (14.0, 14.0) and board.end(seen, 'turns') == []
+
+
+def test_what_was_not_tried_falls_at_the_end_of_its_part():
+    board, seen = falling(), observation()
+    board.look(seen)
+    fallen = board.end(seen, turn.TURNS)
+    assert {v.outcome for v in fallen} == {Outcome.MISSED} and len(fallen) == 7
+    assert not board.all_met and board.points == (1.0, 14.0)
+    assert 'NOT MET' in line_of(fallen[0]) and 'see doc/' in line_of(fallen[0])
+
+
+def test_a_person_is_asked_before_a_printed_line_is_missed():
+    board = falling('move2goal', [move2goal.RESET])
+    seen = observation('move2goal', stimuli=[
+        stimulus(move2goal.RESET_TO_ORIGIN, facts={'problem': ''})])
+    assert [v.criterion.name for v in board.look(seen)] == ['resets']
+    question, = board.questions(seen, move2goal.RESET)
+    assert question is QUESTIONS['says_reset']
+    seen.stimuli[0].printed += question.text
+    assert [v.criterion.name for v in board.look(seen)] == ['says_reset']
+    assert board.questions(seen, move2goal.RESET) == []
+
+
+@pytest.mark.parametrize('lab', LABS)
+def test_all_that_the_handout_asks_for_can_be_tried(lab):
+    graded = {criterion.part for criterion in LABS[lab].criteria if not criterion.extra}
+    assert graded <= set(PARTS[lab]) <= set(LABS[lab].parts)
+    assert set(parts_of(lab, [])) == graded
+    assert all(topic in RELEASES for topic in PLAYED.values())
+    assert {name for name in QUESTIONS} <= {c.name for some in LABS.values() for c in some.criteria}
+    with pytest.raises(ValueError, match='mark.py tries it'):
+        parts_of('imu', ['odd samples'])

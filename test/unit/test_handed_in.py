@@ -1,0 +1,225 @@
+"""Submissions as they come: names of learning platforms, archives, lists of repositories."""
+import os
+import shutil
+import subprocess
+import zipfile
+from datetime import datetime
+
+import pytest
+
+from tb3_labs.marking import archives
+from tb3_labs.marking.archives import Refused
+from tb3_labs.marking.handed_in import HandedIn, by_student, read_name, repositories
+from tb3_labs.ros.marking.intake import Submission, digest, submissions_from
+from tb3_labs.ros.marking.unpack import newest_in, unpack
+
+NODE = 'lab2/scripts/turtlebot_controller.py'
+
+
+# -- names
+
+@pytest.mark.parametrize('name, is_folder, said', [
+    ('Ann Miller_12345_assignsubmission_file_', True, ('Ann Miller', '12345', '', False)),
+    ('Ann Miller_12345_assignsubmission_file', True, ('Ann Miller', '12345', '', False)),
+    ('Ann-Li de Groot_7_assignsubmission_file_my_work.zip', False,
+     ('Ann-Li de Groot', '7', 'my_work.zip', False)),
+    ('millerann_12345_67890_lab2.zip', False, ('millerann', '12345', 'lab2.zip', False)),
+    ('millerann_LATE_12345_67890_lab2.zip', False, ('millerann', '12345', 'lab2.zip', True)),
+    ('millerann_late_12345_67890_lab_2-3.zip', False, ('millerann', '12345', 'lab_2.zip', True)),
+    ('miller.zip', False, ('miller', '', 'miller.zip', False)),
+    ('miller.ZIP', False, ('miller', '', 'miller.ZIP', False)),
+    ('miller_2_3_lab2', True, ('miller_2_3_lab2', '', '', False)),
+    ('late_miller', True, ('late_miller', '', '', False))])
+def test_a_name_says_whose_it_is(name, is_folder, said):
+    assert read_name(name, is_folder) == HandedIn(*said)
+
+
+def test_files_of_one_student_belong_together_and_namesakes_do_not():
+    names = ['lee_1_11_a.py', 'lee_1_12_b.msg', 'lee_2_13_a.py', 'kim_3_14_a.zip', 'kim.zip', 'kim']
+    found = by_student((name, '.' not in name) for name in names)
+    assert {student: [name for name, _ in files] for student, files in found.items()} == {
+        'lee (1)': ['lee_1_11_a.py', 'lee_1_12_b.msg'], 'lee (2)': ['lee_2_13_a.py'],
+        'kim (3)': ['kim_3_14_a.zip'], 'kim (kim.zip)': ['kim.zip'], 'kim (kim)': ['kim']}
+
+
+def test_a_list_of_repositories():
+    assert repositories('# class of 2026\n\n/a/lab2-miller\nb/lab2, Lee\n/c/d/\n') == {
+        'lab2-miller': '/a/lab2-miller', 'Lee': 'b/lab2', 'd': '/c/d/'}
+    with pytest.raises(ValueError, match='two repositories are called course'):
+        repositories('a/course\nb/course\n')
+    with pytest.raises(ValueError, match='cannot be the name'):
+        repositories('a/course, x/y\n')
+
+
+# -- archives
+
+def zipped(path, files, **changes):
+    """A zip file; `files`: name -> text."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with zipfile.ZipFile(str(path), 'w', zipfile.ZIP_DEFLATED) as archive:
+        for name, text in files.items():
+            info = zipfile.ZipInfo(name, changes.get('date', (2026, 11, 20, 12, 0, 0)))
+            info.external_attr = changes.get('mode', 0o644) << 16
+            archive.writestr(info, text, zipfile.ZIP_DEFLATED)
+    return path
+
+
+def files_below(folder):
+    return {str(path.relative_to(folder)) for path in folder.rglob('*') if path.is_file()}
+
+
+def test_what_is_nobodys_work_is_not_unpacked(tmp_path):
+    path = zipped(tmp_path / 'a.zip', {
+        'a/' + NODE: 'x', '__MACOSX/a/._x.py': 'x', 'a/.DS_Store': 'x', 'a/run.bag': 'x',
+        'a/.git/config': 'x', 'a/build/x.py': 'x', 'a/builder.py': 'x'})
+    unpack(path, tmp_path / 'out')
+    assert files_below(tmp_path / 'out') == {'a/' + NODE, 'a/builder.py'}
+
+
+def test_windows_separators_and_the_exec_bit(tmp_path):
+    unpack(zipped(tmp_path / 'a.zip', {'lab2\\scripts\\n.py': 'x'}, mode=0o755), tmp_path / 'out')
+    assert os.access(str(tmp_path / 'out/lab2/scripts/n.py'), os.X_OK)
+
+
+@pytest.mark.parametrize('name', ['../x.py', 'a/../../x.py', '/etc/x', 'C:\\x.py', '..\\x.py'])
+def test_paths_that_lead_out_are_refused(tmp_path, name):
+    path = zipped(tmp_path / 'in' / 'a.zip', {'good.py': 'x', name: 'x'})
+    with pytest.raises(Refused, match='leads out of it'):
+        unpack(path, tmp_path / 'in' / 'out')
+    assert files_below(tmp_path) == {'in/a.zip'}
+
+
+def test_a_link_is_left_out(tmp_path):
+    unpack(zipped(tmp_path / 'a.zip', {'passwd': '/etc/passwd'}, mode=0o120777), tmp_path / 'out')
+    assert files_below(tmp_path) == {'a.zip'}
+
+
+def test_a_bomb_is_refused_by_what_it_says_and_by_what_it_holds(tmp_path, monkeypatch):
+    monkeypatch.setattr(archives, 'MOST_BYTES', 100000)
+    path = zipped(tmp_path / 'a.zip', {'a.txt': '0' * 90000, 'b.txt': '0' * 90000})
+    assert path.stat().st_size < 2000
+    with pytest.raises(Refused, match='holds 0 MB or more'):
+        unpack(path, tmp_path / 'out')
+    assert files_below(tmp_path) == {'a.zip'}
+    with pytest.raises(Refused):
+        archives.too_large(100001)
+    monkeypatch.setattr(archives, 'MOST_FILES', 1)
+    with pytest.raises(Refused, match='has 2 files'):
+        unpack(path, tmp_path / 'out')
+
+
+def test_an_archive_that_lies_of_its_size_is_refused(tmp_path):
+    path = zipped(tmp_path / 'a.zip', {'a.txt': 'x' * 5000})
+    data = path.read_bytes()
+    path.write_bytes(data.replace((5000).to_bytes(4, 'little'), (50).to_bytes(4, 'little')))
+    with pytest.raises(Refused):
+        unpack(path, tmp_path / 'out')
+
+
+@pytest.mark.parametrize('data', [b'', b'no zip file', b'PK\x03\x04 cut off'])
+def test_what_is_no_zip_file_is_refused(tmp_path, data):
+    (tmp_path / 'a.zip').write_bytes(data)
+    with pytest.raises(Refused, match='cannot be unpacked: .*'):
+        unpack(tmp_path / 'a.zip', tmp_path / 'out')
+    assert newest_in(tmp_path / 'a.zip') is None
+
+
+# -- submissions
+
+def laid_out(submission, tmp_path):
+    """(the files that a submission consists of, remarks)."""
+    (tmp_path / 'work').mkdir()
+    folder, remarks = submission.lay_out(tmp_path / 'work')
+    assert folder.name == submission.student
+    return files_below(folder.resolve()), remarks
+
+
+def test_a_folder_of_everything(tmp_path):
+    folder, told = tmp_path / 'in', []
+    (folder / 'Ann_1_assignsubmission_file_').mkdir(parents=True)
+    zipped(folder / 'Ann_1_assignsubmission_file_' / 'work.zip', {NODE: 'x'})
+    zipped(folder / 'lee_LATE_2_22_lab2.zip', {'lee/' + NODE: 'x'})
+    (folder / 'kim_3_33_turtlebot_controller-1.py').write_text('x')
+    (folder / 'plain').mkdir()
+    (folder / 'grades.csv').write_text('x')
+    (folder / '__MACOSX').mkdir()
+    found = submissions_from(folder, tmp_path, told.append)
+    assert [(s.student, s.late) for s in found] == [
+        ('Ann', False), ('kim', False), ('lee', True), ('plain', False)]
+    assert len(told) == 1 and 'neither a folder nor a zip file' in told[0]
+    (tmp_path / 'work').mkdir()
+    work = tmp_path / 'work'
+    assert files_below(found[0].lay_out(work)[0]) == {'work.unpacked/' + NODE}
+    assert files_below(found[1].lay_out(work)[0]) == {'turtlebot_controller.py'}
+    assert files_below(found[2].lay_out(work)[0]) == {'lab2.unpacked/lee/' + NODE}
+
+
+def test_a_platforms_whole_zip_file(tmp_path):
+    zipped(tmp_path / 'b.zip', {NODE: 'x'})
+    path = zipped(tmp_path / 'IMU lab.zip', {
+        'IMU lab/Ann_1_assignsubmission_file_/' + NODE: 'x',
+        'IMU lab/Bo_2_assignsubmission_file_/b.zip': (tmp_path / 'b.zip').read_bytes()})
+    found = submissions_from(path, tmp_path, print)
+    assert [submission.student for submission in found] == ['Ann', 'Bo']
+    assert laid_out(found[1], tmp_path) == ({'b.unpacked/' + NODE}, [])
+
+
+def test_zip_files_in_zip_files_are_unpacked_unless_there_is_code(tmp_path):
+    zipped(tmp_path / 'inner.zip', {NODE: 'x'})
+    inner = (tmp_path / 'inner.zip').read_bytes()
+    one = Submission('Ann', [zipped(tmp_path / 'one.zip', {'a/inner.zip': inner})])
+    assert laid_out(one, tmp_path)[0] == {'one.unpacked/a/inner.unpacked/' + NODE}
+    two = Submission('Bo', [zipped(tmp_path / 'two.zip', {'n.py': 'x', 'a/inner.zip': inner})])
+    folder, _ = two.lay_out(tmp_path / 'work')
+    assert files_below(folder) == {'two.unpacked/n.py', 'two.unpacked/a/inner.zip'}
+
+
+def test_what_cannot_be_unpacked_is_told(tmp_path):
+    (tmp_path / 'a').mkdir()
+    (tmp_path / 'a' / 'work.zip').write_bytes(b'x')
+    (tmp_path / 'a' / 'work.rar').write_bytes(b'x')
+    files, remarks = laid_out(Submission('Ann', [tmp_path / 'a']), tmp_path)
+    assert files == {'work.rar'}
+    assert 'cannot be unpacked' in remarks[0] and 'work.rar was not unpacked' in remarks[1]
+
+
+def test_a_list_of_repositories_is_found(tmp_path):
+    (tmp_path / 'clones' / 'lab2-lee').mkdir(parents=True)
+    (tmp_path / 'class.txt').write_text('clones/lab2-lee, Lee\n')
+    found, = submissions_from(tmp_path / 'class.txt', tmp_path, print)
+    assert found.student == 'Lee' and found.paths == [tmp_path / 'clones' / 'lab2-lee']
+    (tmp_path / 'class.txt').write_text('clones/lab2-kim\n')
+    with pytest.raises(ValueError, match='there is no folder .*lab2-kim'):
+        submissions_from(tmp_path / 'class.txt', tmp_path, print)
+
+
+def test_when_a_zip_file_was_handed_in(tmp_path):
+    path = zipped(tmp_path / 'a.zip', {NODE: 'x'}, date=(2026, 11, 20, 23, 58, 0))
+    assert Submission('Ann', [path]).handed_in_at() == (
+        datetime(2026, 11, 20, 23, 58), 'the newest file')
+
+
+@pytest.mark.skipif(shutil.which('git') is None, reason='git is not installed')
+def test_when_a_repository_was_handed_in(tmp_path):
+    folder = tmp_path / 'repository'
+    folder.mkdir()
+    (folder / 'n.py').write_text('x')
+    os.utime(str(folder / 'n.py'), (1e9, 1e9))
+    assert Submission('Bo', [folder]).handed_in_at()[0] == datetime.fromtimestamp(1e9)
+    git = ['git', '-C', str(folder), '-c', 'user.name=x', '-c', 'user.email=x@example.org']
+    when = '2026-11-21T00:01:00'
+    for words in (['init', '-q'], ['add', '.'], ['commit', '-q', '-m', 'x']):
+        subprocess.run(git + words, check=True, env=dict(
+            os.environ, GIT_COMMITTER_DATE=when, GIT_AUTHOR_DATE='2020-01-01T00:00:00'))
+    assert Submission('Bo', [folder]).handed_in_at() == (
+        datetime(2026, 11, 21, 0, 1), 'the last commit')
+
+
+def test_a_digest_is_that_of_what_is_in_it(tmp_path):
+    (tmp_path / 'a').mkdir()
+    (tmp_path / 'a' / 'n.py').write_text('x')
+    (tmp_path / 'link').symlink_to(tmp_path / 'a')
+    before = digest(tmp_path / 'a')
+    assert digest(tmp_path / 'link') == before
+    (tmp_path / 'a' / 'n.py').write_text('y')
+    assert digest(tmp_path / 'a') != before

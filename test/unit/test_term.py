@@ -1,0 +1,285 @@
+"""A term's marks: what a lab counts in the course, the table a person fills in, results.json, and
+marks that are kept from one run to the next."""
+import csv
+import io
+import json
+from datetime import datetime
+
+import pytest
+import yaml
+
+from test_marking import TABLE, marks_of, observation, turned
+from tb3_labs.marking import course, figures, kept, turn
+from tb3_labs.marking.course import Row, cells, course_of, scaled
+from tb3_labs.marking.gradescope import results
+from tb3_labs.marking.handed_in import chosen
+from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.marks import Marks
+from tb3_labs.marking.marks_table import Table
+from tb3_labs.marking.points import points_of
+from tb3_labs.ros.marking.marker import Marker
+from tb3_labs.ros.marking.marks_folder import MarksFolder, due_time, late_by
+
+ROWS = [Row('code', 25.0), Row('demonstration', 25.0), Row('report', 50.0)]
+WORTH = points_of('turn', turn.CRITERIA, TABLE)
+
+
+def rows_of(text):
+    return {row['student']: row for row in csv.DictReader(io.StringIO(text))}
+
+
+# -- the course
+
+def test_the_handouts_weights():
+    assert [(row.name, row.points) for row in course_of('turn', TABLE)] == [
+        ('code', 25), ('demonstration', 25), ('report', 50)]
+    files = [row for lab in ('move2goal', 'gamepad') for row in course_of(lab, TABLE)]
+    assert [row.points for row in files] == [20, 15, 15]
+    assert course_of('imu', TABLE) == []
+
+
+@pytest.mark.parametrize('section, words', [
+    ({'code': -1}, 'code = -1'), ({'code': 'x'}, "code = 'x'"), ([3], 'section of its own'),
+    ({'total': 3}, 'sum of the other rows')])
+def test_weights_that_are_not_valid_are_refused(section, words):
+    with pytest.raises(ValueError, match=words):
+        course_of('turn', {'turn': {'course': section}})
+
+
+def test_points_are_scaled():
+    marks = marks_of('Ann', turned(90.0))
+    assert 0 < marks.points < marks.worth == 30
+    assert scaled(marks, 60.0) == 2 * marks.points
+    assert scaled(Marks('nobody'), 25.0) == 0.0
+
+
+@pytest.mark.parametrize('given, total', [
+    ({}, ''), ({'demonstration': '20'}, ''), ({'demonstration': '20', 'report': '40,5'}, 60.5),
+    ({'demonstration': 'ill', 'report': '40'}, ''), ({'demonstration': '0', 'report': '0'}, 0.0)])
+def test_the_sum_is_empty_until_a_person_has_judged_all(given, total):
+    marks = marks_of('Ann', turned(90.0))
+    *_, last = found = cells(ROWS, marks, given)
+    assert found[1:3] == [given.get('demonstration', ''), given.get('report', '')]
+    assert last == '' if total == '' else float(last) == pytest.approx(
+        total + float(found[0]), abs=0.01)
+    assert len(course.labels(ROWS)) == 4 and course.labels(ROWS)[-1] == 'total (100)'
+    assert len(cells(ROWS[:1], marks, given)) == len(course.labels(ROWS[:1])) == 1
+
+
+# -- the table
+
+def test_what_a_person_wrote_stays():
+    ann, bo = marks_of('Ann', turned(90.0)), marks_of('Bo', turned(10.0))
+    text = Table().renewed([ann, bo], ROWS)
+    rows = rows_of(text)
+    assert rows['Ann']['demonstration (25)'] == rows['Bo']['total (100)'] == ''
+    written = io.StringIO()     # as a spreadsheet writes it, with a column and a row of one's own
+    writer = csv.DictWriter(written, list(rows['Ann']) + ['note'], delimiter=';')
+    writer.writeheader()
+    writer.writerow(dict(rows['Ann'], **{'demonstration (25)': '24', 'report (50)': '40',
+                                         'points': '99', 'note': 'ill in May'}))
+    writer.writerow(rows['Bo'])
+    writer.writerow({'student': 'Cy', 'report (50)': '30'})
+    renewed = rows_of(Table('\ufeff' + written.getvalue()).renewed(
+        [ann, bo], ROWS[:2] + [Row('report', 60.0)]))
+    assert renewed['Ann']['demonstration (25)'] == '24' and renewed['Ann']['note'] == 'ill in May'
+    assert renewed['Ann']['report (60)'] == '40' and renewed['Cy']['report (60)'] == '30'
+    assert float(renewed['Ann']['points']) == ann.points
+    assert float(renewed['Ann']['total (110)']) == 64 + scaled(ann, 25.0)
+    assert list(renewed) == ['Ann', 'Bo', 'Cy'] and renewed['Bo']['report (60)'] == ''
+
+
+def test_a_table_that_is_none_is_refused():
+    with pytest.raises(ValueError, match='does not begin with the columns student'):
+        Table('a,b\n1,2\n')
+
+
+# -- Gradescope
+
+#: Field -> types, from the "Output format" of Gradescope's Autograder Specifications.
+TEXT_FORMATS = ('text', 'html', 'simple_format', 'md', 'ansi')
+VISIBILITIES = ('hidden', 'after_due_date', 'after_published', 'visible')
+NUMBER = (int, float)
+WHOLE = {'score': NUMBER, 'execution_time': NUMBER, 'output': str, 'output_format': TEXT_FORMATS,
+         'test_output_format': TEXT_FORMATS, 'test_name_format': TEXT_FORMATS,
+         'visibility': VISIBILITIES, 'stdout_visibility': VISIBILITIES, 'extra_data': dict,
+         'tests': list, 'leaderboard': list}
+TEST = {'score': NUMBER, 'max_score': NUMBER, 'status': ('passed', 'failed'), 'name': str,
+        'name_format': TEXT_FORMATS, 'number': str, 'output': str, 'output_format': TEXT_FORMATS,
+        'tags': list, 'visibility': VISIBILITIES, 'extra_data': dict}
+
+
+def check_fields(given, fields):
+    for name, value in given.items():
+        kinds = fields[name]
+        if isinstance(kinds, tuple) and isinstance(kinds[0], str):
+            assert value in kinds, name
+        else:
+            assert isinstance(value, kinds) and not isinstance(value, bool), name
+
+
+@pytest.mark.parametrize('rows, most', [([], 30.0), (ROWS, 25.0)])
+def test_results_are_as_gradescope_reads_them(rows, most):
+    marks = marks_of('Ann <b>', turned(90.0))
+    marks.late, marks.seconds = 'Late: x.', 41.4
+    found = json.loads(json.dumps(results(marks, rows)))
+    check_fields(found, WHOLE)
+    for test in found['tests']:
+        check_fields(test, TEST)
+    assert found['score'] == pytest.approx(sum(test['score'] for test in found['tests']), abs=0.01)
+    assert sum(test['max_score'] for test in found['tests']) == pytest.approx(most, abs=0.01)
+    assert found['execution_time'] == 41 and 'Late: x.' in found['output']
+    first = {test['name']: test for test in found['tests']}['l turns 90 degrees left']
+    assert first['status'] == 'passed' and first['score'] == first['max_score'] > 0
+    missed = [test for test in found['tests'] if test['status'] == 'failed']
+    assert missed and all(test['score'] == 0 and 'see doc/' in test['output'] for test in missed)
+
+
+# -- kept from one run to the next
+
+@pytest.fixture(autouse=True)
+def no_figures(monkeypatch):
+    """The pages get a picture that takes no time."""
+    monkeypatch.setattr(figures, 'over_time', lambda seen: None)
+    monkeypatch.setattr(figures, 'png', lambda figure: b'')
+
+
+def folder_of(path, table=TABLE, lab='turn', parts=(), **options):
+    return MarksFolder(path, lab, parts, points_of(lab, LABS[lab].criteria, table),
+                       course_of(lab, table), options)
+
+
+def written(path, student='Ann', **more):
+    folder = folder_of(path)
+    marks = marks_of(student, turned(90.0))
+    (folder.logs / (student + '.json')).write_text(marks.observation.to_json())
+    folder.write(marks, 'digest', **more)
+    folder.write_overview()
+    return marks
+
+
+def test_a_record_gives_the_same_marks(tmp_path):
+    marks = marks_of('Ann', turned(90.0))
+    marks.remarks, marks.late = ['Hm.'], 'Late.'
+    record = json.loads(json.dumps(kept.to_record(marks, {'lab': 'turn'})))
+    again = kept.from_record(record, turn.CRITERIA, WORTH)
+    marks.observation = None
+    assert again == marks
+    del record['verdicts']['left']
+    with pytest.raises(ValueError, match='left'):
+        kept.from_record(record, turn.CRITERIA, WORTH)
+    assert kept.from_record(record, turn.CRITERIA, WORTH, ['mouse']).worth == 6
+
+
+def test_what_has_not_changed_is_kept(tmp_path):
+    marks = written(tmp_path)
+    assert marks.observation is None
+    assert folder_of(tmp_path).kept('Ann', 'digest') == marks
+    assert folder_of(tmp_path).kept('Ann', 'other digest') is None
+    assert folder_of(tmp_path).kept('Bo', 'digest') is None
+    assert folder_of(tmp_path, network='bad').kept('Ann', 'digest') is None
+    written(tmp_path, again=True)
+    assert folder_of(tmp_path).kept('Ann', 'digest') is None
+
+
+def test_other_students_are_merged_into_the_same_marks(tmp_path):
+    written(tmp_path)
+    written(tmp_path, 'Bo')
+    rows = rows_of((tmp_path / 'marks.csv').read_text())
+    assert list(rows) == ['Ann', 'Bo'] and rows['Ann'] == dict(rows['Bo'], student='Ann')
+    assert 'Ann.html' in (tmp_path / 'overview.html').read_text()
+    assert json.loads((tmp_path / 'gradescope' / 'Bo' / 'results.json').read_text())['tests']
+
+
+def test_new_points_and_filled_cells_reach_the_pages_without_another_try(tmp_path):
+    marks = written(tmp_path)
+    page = tmp_path / 'Ann.html'
+    assert 'code {:g} of 25'.format(scaled(marks, 25)) in page.read_text()
+    page.write_text('not written again')
+    folder_of(tmp_path).write_overview()
+    assert page.read_text() == 'not written again'
+    table = tmp_path / 'marks.csv'
+    row = rows_of(table.read_text())['Ann']
+    out = io.StringIO()
+    writer = csv.DictWriter(out, list(row))
+    writer.writeheader()
+    writer.writerow(dict(row, **{'demonstration (25)': '20'}))
+    table.write_text(out.getvalue())
+    folder_of(tmp_path).write_overview()
+    text = page.read_text()
+    assert 'demonstration 20 of 25' in text and 'data:image/png' in text
+    changed = yaml.safe_load(yaml.safe_dump(TABLE))
+    changed['turn']['left'] = 13
+    folder = folder_of(tmp_path, changed)
+    assert folder.kept('Ann', 'digest').points == marks.points + 10
+    folder.write_overview()
+    assert '{:g} of 40 points'.format(marks.points + 10) in page.read_text()
+    assert rows_of(table.read_text())['Ann']['of'] == '40'
+
+
+def test_lateness_needs_no_other_try(tmp_path):
+    written(tmp_path)
+    folder = folder_of(tmp_path)
+    folder.set_late('Ann', 'Late: it is.')
+    folder.write_overview()
+    assert rows_of((tmp_path / 'marks.csv').read_text())['Ann']['late'] == 'yes'
+    assert 'Late: it is.' in (tmp_path / 'Ann.html').read_text()
+
+
+def test_marks_of_another_lab_are_not_mixed_in(tmp_path):
+    written(tmp_path)
+    with pytest.raises(ValueError, match='has marks of turn, all parts: choose another folder'):
+        folder_of(tmp_path, lab='imu')
+    with pytest.raises(ValueError, match='has marks of turn'):
+        folder_of(tmp_path, parts=['mouse'])
+
+
+def test_a_record_that_was_cut_off_and_a_table_that_cannot_be_read(tmp_path):
+    written(tmp_path)
+    (tmp_path / 'logs' / 'Ann.marks.json').write_text('{"key"')
+    assert folder_of(tmp_path).kept('Ann', 'digest') is None
+    assert folder_of(tmp_path).write_overview() is None
+    (tmp_path / 'marks.csv').write_text('my own table\n')
+    with pytest.raises(ValueError, match='may hold what a person wrote'):
+        folder_of(tmp_path)
+
+
+# -- a machine that is too busy
+
+@pytest.mark.parametrize('gaps, told, remark', [
+    ([0.02], 0, False), ([0.21, 0.02], 1, False), ([0.21, 0.3], 1, True)])
+def test_a_machine_that_is_too_busy_is_told(tmp_path, monkeypatch, gaps, told, remark):
+    gaps, words = list(gaps), []
+
+    def tried(marker, folder):
+        seen = observation(truth=[[t, 0.0, 0.0, 0.0] for t in (0.0, gaps.pop(0))])
+        return Marks(folder.name, 'lab2/node.py', observation=seen)
+    monkeypatch.setattr(Marker, '_try', tried)
+    marker = Marker('turn', WORTH, tmp_path)
+    marks = marker.mark(tmp_path / 'Ann', words.append)
+    assert words == ['the machine held the robot up for 0.21 s; tried again'] * told
+    assert gaps == [] and any('may be unfair' in said for said in marks.remarks) is remark
+    assert marker.held_up(marks) is remark
+
+
+# -- names and times
+
+def test_students_are_chosen_by_name():
+    students = ['Ann Miller', 'Bo Lee', 'Bo Leeds']
+    assert chosen(students, ['bo lee', 'Ann Miller']) == ['Bo Lee', 'Ann Miller']
+    with pytest.raises(ValueError, match='no submission is called miller; near it: Ann Miller'):
+        chosen(students, ['miller'])
+    with pytest.raises(ValueError, match='near it: Bo Leeds'):
+        chosen(students, ['Bo Laeds'])
+    with pytest.raises(ValueError, match='these are: Ann Miller, Bo Lee, Bo Leeds'):
+        chosen(students, ['xyz'])
+
+
+def test_late_is_after_the_minute_it_was_due():
+    due = due_time('2026-11-20 23:59')
+    assert due == due_time('2026-11-20') == datetime(2026, 11, 20, 23, 59)
+    assert late_by(due, due, 'x') == late_by(due, None, 'x') == ''
+    assert late_by(due, datetime(2026, 11, 21, 8, 12), 'the last commit') == \
+        'Late: the last commit is of 2026-11-21 08:12, it was due 2026-11-20 23:59.'
+    with pytest.raises(ValueError, match='is no time such as'):
+        due_time('tomorrow')
