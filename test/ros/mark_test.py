@@ -31,10 +31,13 @@ MANIFEST = '<package format="2"><name>{}</name><version>0.0.0</version><descript
 #: A package's build, that of the message which a student defines, and this message.
 CMAKE = '''cmake_minimum_required(VERSION 3.0)
 project({})
-find_package(catkin REQUIRED COMPONENTS message_generation std_msgs)
+find_package(catkin REQUIRED)
 {}catkin_package()
 '''
-MESSAGES = 'add_message_files(FILES MouseController.msg)\ngenerate_messages(DEPENDENCIES std_msgs)\n'
+MESSAGES = '''find_package(catkin REQUIRED COMPONENTS message_generation std_msgs)
+add_message_files(FILES MouseController.msg)
+generate_messages(DEPENDENCIES std_msgs)
+'''
 MESSAGE = 'Header header\nstd_msgs/Bool status\nfloat32 xPos\nfloat32 yPos\n'
 #: Nothing needs to be built for a node with the message of this package.
 NO_BUILD = ('from lab1.msg import', 'from tb3_labs.msg import')
