@@ -77,7 +77,7 @@ class Case(NamedTuple):
 
 #: This number of mark.py runs at a time; each marks no more submissions at a time than JOBS. More
 #: of them hold the robots up, and each is tried twice.
-AT_A_TIME, JOBS = 3, 4
+AT_A_TIME, JOBS = 3, 2
 NO_WRAP = ('return 360 + yaw if yaw < 0 else yaw', 'return yaw')
 WRONG_SIDE = ('self.curr_yaw + 90', 'self.curr_yaw - 90')
 FASTER = [('0.3 * yaw_error', '2.0 * yaw_error'), ('cmd.linear.x = 0.15', 'cmd.linear.x = 0.22')]
@@ -87,6 +87,17 @@ FASTER = [('0.3 * yaw_error', '2.0 * yaw_error'), ('cmd.linear.x = 0.15', 'cmd.l
 CASES = {
     ('move2goal', 'drive,reset,control'): [
         Case('good', MOVE, [], set()),
+    ],
+    ('turn', 'mouse,both,shutdown'): [
+        Case('blocks and hangs', TURN, [
+            NO_BUILD, ('        self.cmd_pub.publish(cmd)\n', '        self.mouse_cmd = cmd\n'),
+            ('        self.turning = False\n        self.cmd = Twist()\n', '        self.turning = '
+             'False\n        self.cmd = Twist()\n        self.mouse_cmd = Twist()\n'),
+            ('        self.cmd.angular.z = ang_z\n', '        self.cmd.angular.z = ang_z\n        '
+             'if not self.turning:\n            self.cmd = self.mouse_cmd\n'),
+            ('        self.cmd.angular.z = 0\n        self.cmd_pub.publish(self.cmd)\n', HANG)],
+            {'mouse_drives', 'mouse_dead_zone', 'mouse_off', 'mouse_after_turn', 'mouse_in_turn',
+             'clean_exit', 'stops_robot'}),
     ],
     ('turn', 'turns'): [
         Case('across the jump', TURN, [
@@ -121,26 +132,11 @@ CASES = {
             ("rospy.logwarn('Service reset_pose is not available.')", 'pass')],
              {'silent_meanwhile', 'regains', 'resets', 'says_why_not'}),
     ],
-    ('turn', 'mouse,both'): [
-        Case('blocking input', TURN, [
-            NO_BUILD, ('        self.cmd_pub.publish(cmd)\n', '        self.mouse_cmd = cmd\n'),
-            ('        self.turning = False\n        self.cmd = Twist()\n', '        self.turning = '
-             'False\n        self.cmd = Twist()\n        self.mouse_cmd = Twist()\n'),
-            ('        self.cmd.angular.z = ang_z\n', '        self.cmd.angular.z = ang_z\n        '
-             'if not self.turning:\n            self.cmd = self.mouse_cmd\n')],
-            {'mouse_drives', 'mouse_dead_zone', 'mouse_off', 'mouse_after_turn', 'mouse_in_turn'}),
-    ],
-    ('turn', 'shutdown'): [
-        Case('hangs', TURN, [NO_BUILD, (
-            '        self.cmd.angular.z = 0\n        self.cmd_pub.publish(self.cmd)\n', HANG)],
-            {'clean_exit', 'stops_robot'}),
-    ],
     ('imu', 'heading'): [
         Case('good', IMU, [], set()),
-        Case('no wrap', IMU, [NO_WRAP], {'from_0_to_360'}),
     ],
     ('imu', 'heading', '--network', 'bad'): [
-        Case('good', IMU, TELLS_DELAY, set()),
+        Case('no wrap', IMU, TELLS_DELAY + [NO_WRAP], {'from_0_to_360'}),
     ],
 }
 
@@ -251,11 +247,8 @@ class MarkTest(unittest.TestCase):
     def test_turn_turns(self):
         self.check('turn', 'turns')
 
-    def test_turn_mouse(self):
-        self.check('turn', 'mouse,both')
-
-    def test_turn_shutdown(self):
-        self.check('turn', 'shutdown')
+    def test_turn_mouse_and_shutdown(self):
+        self.check('turn', 'mouse,both,shutdown')
 
     def test_move2goal_good(self):
         self.check('move2goal', 'drive,reset,control')
@@ -272,8 +265,9 @@ class MarkTest(unittest.TestCase):
 
     def test_a_bad_network_is_the_robots_and_is_told(self):
         self.check('imu', 'heading', '--network', 'bad')
-        told = [Page(self.runs[key][0] / 'good.html').words for key in (
-            ('imu', 'heading', '--network', 'bad'), ('imu', 'heading'))]
+        told = [Page(self.runs[key][0] / page).words for key, page in (
+            (('imu', 'heading', '--network', 'bad'), 'no wrap.html'),
+            (('imu', 'heading'), 'good.html'))]
         self.assertIn('sensor_latency: 0.03', told[0])
         self.assertEqual(['Judged over the network "bad".' in words for words in told],
                          [True, False])
@@ -301,7 +295,7 @@ class MarkTest(unittest.TestCase):
                 (('turn', 'turns'), 'endless loop', 'it ran, but never listened'),
                 (('turn', 'turns'), 'flood', 'lines were printed in'),
                 (('turn', 'turns'), 'across the jump', 'rad/s while turning'),
-                (('turn', 'shutdown'), 'hangs', 'still running 5 s after Ctrl+C'),
+                (('turn', 'mouse,both,shutdown'), 'blocks and hangs', 'still running 5 s after Ctrl+C'),
                 (('gamepad', ''), 'good', 'The pad was "handout": axis 1 drives'),
                 (('gamepad', '', '--pad', 'xbox'), 'careless', 'The pad was "xbox"'),
                 (('gamepad', '', '--pad', 'xbox'), 'careless', '3 is Y'),
