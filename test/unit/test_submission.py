@@ -5,9 +5,11 @@ import subprocess
 from types import SimpleNamespace
 
 import pytest
+import rospkg
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import LABS
+from tb3_labs.ros.marking.any_service import packages_with_services
 from tb3_labs.ros.marking.requests import fill_pose, is_origin
 from tb3_labs.ros.marking.submission import Unusable, find_node
 from tb3_labs.ros.marking.workspace import prepare
@@ -228,3 +230,10 @@ def test_a_request_that_declares_the_origin():
     assert is_origin(SetInitialPoseRequest(pose))
     pose.pose.pose.orientation = Quaternion(0.0, 0.0, 1.0, 0.0)
     assert not is_origin(SetInitialPoseRequest(pose))
+
+
+def test_services_are_known_from_every_package_of_the_student(tmp_path):
+    for name in ('lab7_tf', 'lab4_gamepad'):
+        hand_in(tmp_path, **{name + '__package.xml': MANIFEST.format(name)})
+    hand_in(tmp_path, **{'lab7_tf__srv__SetPose.srv': '---\n'})
+    assert packages_with_services(rospkg.RosPack([str(tmp_path)])) == ['std_srvs', 'lab7_tf']

@@ -4,11 +4,19 @@ A client says by a checksum which type it means. The service looks for a type wi
 the packages it was told of, and answers with success.
 """
 import threading
+from pathlib import Path
 
 import rospy
 
 from tb3_labs.ros.marking.requests import is_origin
 from tb3_labs.ros.rospy_internals import offer_any_service, service_types
+
+
+def packages_with_services(packages):
+    """The names of those packages of a rospkg.RosPack that have services, and of std_srvs, which
+    Debian installs as a Python module alone."""
+    return ['std_srvs'] + [name for name in packages.list()
+                           if (Path(packages.get_path(name)) / 'srv').is_dir()]
 
 
 class AnyService:

@@ -1,6 +1,7 @@
 """How a gamepad node is tried out: the stage is the pad, and offers the reset."""
 from contextlib import closing
 
+import rospkg
 import rospy
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
@@ -8,7 +9,7 @@ from std_msgs.msg import Bool
 from tb3_labs.marking import gamepad as asked
 from tb3_labs.marking.gamepad import HELD, RESET_TIME, SAYS
 from tb3_labs.marking.topics import CTRL_RELINQ, JOY
-from tb3_labs.ros.marking.any_service import AnyService
+from tb3_labs.ros.marking.any_service import AnyService, packages_with_services
 from tb3_labs.ros.marking.hand import Hand
 from tb3_labs.ros.marking.reset_caller import NAMES
 from tb3_labs.ros.marking.waiting import wait, wait_until
@@ -54,10 +55,9 @@ class Pad(Hand):
         self.hold(Joy(axes=list(self._axes), buttons=list(self._buttons)))
 
 
-def _reset_service(stage):
+def _reset_service():
     """The reset that the node may call, until it is closed."""
-    package = stage.observation.node.split('/')[0]
-    return closing(AnyService(NAMES, ['std_srvs', 'tb3_labs', package]))
+    return closing(AnyService(NAMES, packages_with_services(rospkg.RosPack())))
 
 
 def _stick_up(stage, pad, name):
@@ -71,7 +71,7 @@ def _stick_up(stage, pad, name):
 
 def sticks(stage):
     """What the sticks command."""
-    with _reset_service(stage):
+    with _reset_service():
         if not stage.node.start():
             return
         with Pad(stage.pad) as pad:
@@ -83,7 +83,7 @@ def sticks(stage):
 
 def buttons(stage):
     """A, the sticks, B, the sticks, Y; Ctrl+C while a stick drives."""
-    with _reset_service(stage) as service:
+    with _reset_service() as service:
         if not stage.node.alive and not stage.node.start():
             return
         with Pad(stage.pad) as pad:
