@@ -35,7 +35,9 @@ class CheckoffTest(unittest.TestCase):
         seen.watch_robot()
         folder = tempfile.TemporaryDirectory(prefix='checkoff_')
         self.addCleanup(folder.cleanup)
-        student = Program([sys.executable, str(NODE)], terminal=True)
+        node = Path(folder.name) / 'turtlebot_controller.py'
+        node.write_text(NODE.read_text().replace('from lab1.msg', 'from tb3_labs.msg'))
+        student = Program([sys.executable, str(node)], terminal=True)
         self.addCleanup(student.kill)
         # without a true pose, as with a real robot
         checkoff = Program([path_of('checkoff.py'), 'turn', '--parts', 'turns', '--name',
@@ -62,6 +64,7 @@ class CheckoffTest(unittest.TestCase):
         done, deadline = 0, time.monotonic() + LONGEST
         while checkoff.status is None:
             self.assertLess(time.monotonic(), deadline, checkoff.text)
+            self.assertIsNone(student.status, student.text)
             tasks = list(TASK.finditer(checkoff.text))
             for task in tasks[done:]:
                 if task.group(1):
@@ -75,7 +78,7 @@ class CheckoffTest(unittest.TestCase):
     def assert_nothing_was_done(self, student, seen):
         """The student's node runs as before, the robot rests, and there is no other one."""
         self.assertIsNone(student.status, student.text)
-        self.assertIn('Not valid: x', student.text)
+        self.assertIn('Error: valid inputs are l and r', student.text)
         seen.wait_for_rest('ground_truth', seconds=10.0)
         publishers, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
         self.assertEqual({topic: nodes for topic, nodes in publishers
