@@ -23,6 +23,7 @@ from tb3_labs.marking.archives import Refused
 from tb3_labs.marking.course import course_of
 from tb3_labs.marking.handed_in import chosen
 from tb3_labs.marking.labs import GAMEPAD, LABS
+from tb3_labs.marking.marks import NOT_JUDGED
 from tb3_labs.marking.points import points_of
 from tb3_labs.ros.marking.intake import digest, submissions_from
 from tb3_labs.ros.marking.marker import QUIET, Marker, Options, points_file
@@ -169,8 +170,9 @@ class Marking:
             marks = self._marker.mark(folder, lambda words: tell('{}: {}'.format(name, words)))
         marks.remarks[:0] = remarks
         marks.late, marks.seconds = late, time.monotonic() - begun
-        tell('{}: {:g} of {:g} points, {:.0f} s{}'.format(
-            name, marks.points, marks.worth, marks.seconds, ', late' * bool(late)))
+        tell('{}: {}, {:.0f} s{}'.format(
+            name, '{:g} of {:g} points'.format(marks.points, marks.worth) if marks.judged
+            else NOT_JUDGED, marks.seconds, ', late' * bool(late)))
         return marks, what
 
     def _late(self, submission):

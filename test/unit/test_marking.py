@@ -15,6 +15,7 @@ import yaml
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import drives, imu, move2goal, turn, turning
+from tb3_labs.marking.course import Row, cells
 from tb3_labs.marking.criteria import Criterion, Outcome, Place, judge
 from tb3_labs.marking.figures import over_time, path
 from tb3_labs.marking.labs import LABS
@@ -468,6 +469,31 @@ def test_a_page_without_an_observation_says_why():
     page = Strict(feedback(marks, 'IMU lab'))
     assert 'There is no node.' in page.words and 'img' not in page.tags
     assert not marks.failed
+
+
+def test_what_could_not_be_judged_is_no_zero():
+    verdicts = verdicts_of_everything(LABS['turn'])
+    bad = Marks('Bobby', 'lab2/n.py', verdicts, ['The marking machine lacks cv2.'], failed=True)
+    good = Marks('Ann', 'lab2/n.py', verdicts)
+    page = Strict(feedback(bad, 'IMU lab')).words
+    assert 'Not judged.' in page and 'lacks cv2' in page and ' of 30 points' not in page
+    every = Strict(overview([bad, good], 'IMU lab', ['Bobby.html', 'Ann.html'])).words
+    assert '2 submissions, 1 not judged. Median 0 of 30 points.' in every
+    assert 'not judged' in every and '0 / 30' in every
+    alone = Strict(overview([bad], 'IMU lab', ['Bobby.html'])).words
+    assert '1 submission, 1 not judged. The last' in alone
+    rows = list(csv.DictReader(io.StringIO(Table().renewed([bad, good], []))))
+    assert [row['points'] for row in rows] == ['', '0']
+    assert {rows[0][name] for name in ('starts', 'left', 'extra_within_1_deg')} == {''}
+    assert {rows[1][name] for name in ('starts', 'left')} == {'0'}
+    assert cells([Row('code', 25.0), Row('demonstration', 25.0)], bad, {'demonstration': '20'}) == [
+        '', '20', '']
+
+
+def verdicts_of_everything(lab):
+    """The verdicts on a node of which nothing was seen."""
+    return judge(lab.criteria, Observation('turn', 'lab2/n.py'),
+                 points_of('turn', lab.criteria, TABLE))
 
 
 def test_the_table_of_marks():

@@ -49,7 +49,7 @@ def cells(rows: Sequence[Row], marks: Marks, given: Mapping[str, str]) -> List[s
     """
     if not rows:
         return []
-    texts = ['{:g}'.format(scaled(marks, rows[0].points))] + [
+    texts = ['{:g}'.format(scaled(marks, rows[0].points)) if marks.judged else ''] + [
         given.get(row.name, '') for row in rows[1:]]
     if len(rows) == 1:
         return texts

@@ -6,6 +6,10 @@ from tb3_labs.marking.criteria import Verdict
 from tb3_labs.marking.observation import Observation
 
 
+#: The words for marks that could not be given.
+NOT_JUDGED = 'not judged'
+
+
 @dataclass
 class Marks:
     """One submission: its verdicts, and remarks."""
@@ -19,6 +23,11 @@ class Marks:
     lacking: List[str] = field(default_factory=list)      # modules that this machine lacks
     late: str = ''                   # a sentence if it was handed in after it was due
     seconds: float = 0.0             # it took so long to mark
+
+    @property
+    def judged(self) -> bool:
+        """Are these marks of what was handed in? Marks that could not be given are no zero."""
+        return not self.failed
 
     @property
     def sentences(self) -> List[str]:

@@ -2,7 +2,8 @@
 
 Columns: student, points, of (full marks), the points for each criterion, node, late, what the lab
 counts in the course, remarks, and the columns that a person has added. A criterion beyond the
-handout has 'extra_' before its name, and 'yes' or 'no' if it is worth nothing.
+handout has 'extra_' before its name, and 'yes' or 'no' if it is worth nothing. The points of a
+submission that could not be judged are empty.
 """
 import csv
 import io
@@ -67,9 +68,11 @@ class Table:
 
 
 def _cells(marks, rows, given):
-    return ([marks.student, '{:g}'.format(marks.points), '{:g}'.format(marks.worth)]
-            + ['{:g}'.format(v.points) for v in marks.graded]
-            + ['{:g}'.format(v.points) if v.worth else
-               YES if v.outcome is Outcome.MET else NO for v in marks.extra]
+    points = ['{:g}'.format(v.points) for v in marks.graded] + [
+        '{:g}'.format(v.points) if v.worth else YES if v.outcome is Outcome.MET else NO
+        for v in marks.extra]
+    return ([marks.student, '{:g}'.format(marks.points) if marks.judged else '',
+             '{:g}'.format(marks.worth)]
+            + (points if marks.judged else [''] * len(points))
             + [marks.node, YES if marks.late else '']
             + course.cells(rows, marks, given) + [' '.join(marks.sentences)])

@@ -9,7 +9,7 @@ from urllib.parse import quote
 
 from tb3_labs.marking import figures
 from tb3_labs.marking.criteria import Outcome
-from tb3_labs.marking.marks import Marks
+from tb3_labs.marking.marks import NOT_JUDGED, Marks
 from tb3_labs.report.html import STYLE, Markup, picture, table
 
 #: The number of lines that are shown of each run, its last ones; the length of a line.
@@ -37,11 +37,14 @@ $body
 
 def feedback(marks: Marks, lab: str, course: str = '') -> str:
     """The page of one student, HTML; `lab`: its title; `course`: what it counts there."""
+    node = 'Node: {}.'.format(marks.node) if marks.node else ''
     parts = ['<p><b>{:g} of {:g} points.</b> {}</p>'.format(marks.points, marks.worth, escape(
-        ' '.join(filter(None, [course, 'Node: {}.'.format(marks.node) if marks.node else '']))))]
+        ' '.join(filter(None, [course, node])))) if marks.judged else
+             '<p><b>Not judged.</b> {}</p>'.format(escape(node))]
     parts += ['<p>{}</p>'.format(escape(remark)) for remark in marks.sentences]
-    parts.append(_verdicts(marks.graded))
-    if marks.extra:
+    if marks.judged:
+        parts.append(_verdicts(marks.graded))
+    if marks.judged and marks.extra:
         parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra)]
     if marks.observation is not None and marks.observation.truth:
         parts += ['<h2>What the robot did</h2>', picture(
@@ -83,13 +86,16 @@ def overview(all_marks: Sequence[Marks], lab: str, page_names: Sequence[str]) ->
     heads = ['student', 'points'] + [v.criterion.name.replace('_', ' ')
                                      for v in some.graded + some.extra] + [REMARKS]
     rows = [[Markup('<a href="{}">{}</a>'.format(quote(name), escape(marks.student))),
-             '{:g} / {:g}'.format(marks.points, marks.worth)]
-            + [_mark(verdict) for verdict in marks.graded + marks.extra]
+             '{:g} / {:g}'.format(marks.points, marks.worth) if marks.judged else NOT_JUDGED]
+            + [_mark(verdict) if marks.judged else '' for verdict in marks.graded + marks.extra]
             + [' '.join(marks.sentences)] for marks, name in zip(all_marks, page_names)]
-    totals = sorted(marks.points for marks in all_marks)
-    summary = '{} submission{}, median {:g} of {:g} points. The last {} criteria are beyond the ' \
-        'handout.'.format(len(totals), '' if len(totals) == 1 else 's',
-                          totals[len(totals) // 2], some.worth, len(some.extra))
+    totals = sorted(marks.points for marks in all_marks if marks.judged)
+    summary = '{} submission{}{}. {}The last {} criteria are beyond the handout.'.format(
+        len(all_marks), '' if len(all_marks) == 1 else 's',
+        '' if len(totals) == len(all_marks) else ', {} {}'.format(
+            len(all_marks) - len(totals), NOT_JUDGED),
+        'Median {:g} of {:g} points. '.format(totals[len(totals) // 2], some.worth)
+        if totals else '', len(some.extra))
     return _page('{}: overview'.format(lab), ['<p>{}</p>'.format(escape(summary)),
                                               table(heads, rows, words=(REMARKS,))])
 

@@ -150,7 +150,10 @@ class MarksFolder:
         (self._path / (marks.student + '.html')).write_text(page, encoding='utf-8')
         folder = self._path / 'gradescope' / marks.student
         folder.mkdir(parents=True, exist_ok=True)
-        _replace(folder / RESULTS, json.dumps(results(marks, self._rows), indent=1))
+        if marks.judged:
+            _replace(folder / RESULTS, json.dumps(results(marks, self._rows), indent=1))
+        elif (folder / RESULTS).exists():
+            (folder / RESULTS).unlink()     # of an earlier try: it says another thing
 
 
 def late_by(due, handed_in, what):
