@@ -15,11 +15,14 @@ from pathlib import Path
 
 import yaml
 
+from tb3_labs.marking.conduct import UNPROTECTED, for_instructor
 from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.marks import write_csv
 from tb3_labs.marking.page import feedback, overview
 from tb3_labs.marking.points import points_of
+from tb3_labs.ros.marking import box
 from tb3_labs.ros.marking.marker import QUIET, Marker, points_file
+from tb3_labs.ros.marking.programs import node_texts, own_programs
 from tb3_labs.simulation.network import NETWORKS
 
 
@@ -44,6 +47,8 @@ def parse(words):
                         help='between robot and node; default: %(default)s')
     parser.add_argument('--jobs', type=int, default=1, choices=range(1, 17), metavar='N',
                         help='submissions at a time; each needs about one processor core')
+    parser.add_argument('--unprotected', action='store_true', help='mark without boxes: the '
+                        "submissions' programs can read and delete your files")
     return parser.parse_args(words)
 
 
@@ -56,18 +61,31 @@ def main(words):
         with open(str(given.points or points_file())) as file:
             worth = points_of(given.lab, lab.criteria, yaml.safe_load(file))
         folders = submissions_in(given.submissions)
+        check_boxes(given.unprotected)
         (given.folder / 'logs').mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError, yaml.YAMLError) as problem:
         tell_problem(problem)
         return 2
     marker = Marker(given.lab, worth, given.folder / 'logs', parts,
-                    (given.type,) if given.type else (), given.limit, given.network)
+                    (given.type,) if given.type else (), given.limit, given.network,
+                    not given.unprotected)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    pages = Pages(given.folder, lab.title)
+    pages = Pages(given.folder, lab.title, given.unprotected)
     done, failed = mark_all(marker, folders, given.jobs, pages)
     if done:
         pages.write_overview(done)
     return 1 if failed else 0
+
+
+def check_boxes(unprotected):
+    """Say that there is no protection; ``ValueError`` if that is not wanted, and boxes do not work
+    here."""
+    if unprotected:
+        tell(UNPROTECTED)
+    elif box.problem():
+        raise ValueError('{}: programs of strangers cannot be kept in boxes here, and nothing was '
+                         'started. --unprotected marks without: {}'.format(
+                             box.problem(), UNPROTECTED))
 
 
 def submissions_in(folder):
@@ -121,9 +139,9 @@ def mark_all(marker, folders, jobs, pages):
 class Pages:
     """What is written into the folder of the marks."""
 
-    def __init__(self, folder, title):
-        """`title`: of the lab."""
-        self._folder, self._title = folder, title
+    def __init__(self, folder, title, unprotected):
+        """`title`: of the lab; `unprotected`: was there no box?"""
+        self._folder, self._title, self._unprotected = folder, title, unprotected
 
     def write(self, marks):
         """Write the page of one student."""
@@ -133,8 +151,12 @@ class Pages:
         """Write the table of all marks, and the page of all students."""
         write_csv(all_marks, self._folder / 'marks.csv')
         path = self._folder / 'overview.html'
+        notes = for_instructor(all_marks, node_texts(self._folder / 'logs'), own_programs(),
+                               self._unprotected)
         path.write_text(overview(all_marks, self._title, [
-            self._path(marks).name for marks in all_marks]), encoding='utf-8')
+            self._path(marks).name for marks in all_marks], notes), encoding='utf-8')
+        for note in notes[self._unprotected:]:      # the first was told at the beginning
+            tell(note)
         tell('Overview: {}'.format(path))
 
     def _path(self, marks):

@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from tb3_labs.ros.marking.box import run
+
 #: A build takes no longer than this [s].
 BUILD_TIME = 180.0
 #: A package with one of these needs a build.
@@ -20,28 +22,29 @@ def needs_build(package):
         (package / name).exists() for name in BUILT)
 
 
-def build(workspace, log, environment, remarks):
+def build(workspace, log, environment, remarks, box):
     """The environment of the built workspace; None, and a remark, if the build failed.
 
+    A CMakeLists.txt is a stranger's program too: it runs in the `box`, and so does what it makes.
     `log` is the file into which catkin_make prints. The build leaves the processor to the robots
     that run beside it.
     """
     command = ['nice', '-n', '5', 'catkin_make', '--directory', str(workspace),
                '-DPYTHON_EXECUTABLE=' + sys.executable, '-DCATKIN_ENABLE_TESTING=0']
     with open(str(log), 'w') as file:
-        try:
-            status = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=file, stderr=file,
-                                    env=environment, timeout=BUILD_TIME).returncode
-        except subprocess.TimeoutExpired:
-            status = None
-    if status != 0:
+        _, problem = run(box, command, workspace, environment, BUILD_TIME, stdout=file,
+                         stderr=file)
+    if problem:
         remarks.append('catkin_make failed, so the node was run without it: {}'.format(
-            'it took longer than {:g} s'.format(BUILD_TIME) if status is None
-            else _first_error(Path(log).read_text(errors='replace'))))
+            _first_error(Path(log).read_text(errors='replace'))
+            if problem.startswith('exit') else problem))
         return None
-    text = subprocess.run(['bash', '-c', 'source "$0" && env -0',
-                           str(workspace / 'devel' / 'setup.bash')],
-                          env=environment, stdout=subprocess.PIPE, check=True).stdout
+    text, problem = run(box, ['bash', '-c', 'source "$0" && env -0',
+                              str(workspace / 'devel' / 'setup.bash')],
+                        workspace, environment, BUILD_TIME, stdout=subprocess.PIPE)
+    if problem:
+        remarks.append('What catkin_make built cannot be used: {}.'.format(problem))
+        return None
     return dict(item.split('=', 1) for item in os.fsdecode(text).split('\0') if '=' in item)
 
 

@@ -58,7 +58,8 @@ class Pad(Hand):
 def _reset_service(stage):
     """The reset that the node may call, until it is closed."""
     package = stage.observation.node.split('/')[0]
-    return closing(AnyService(NAMES, ['std_srvs', 'tb3_labs', package]))
+    return closing(AnyService(NAMES, ['std_srvs', 'tb3_labs'],
+                              stage.node.graph.types.services(package)))
 
 
 def _stick_up(stage, pad, name):

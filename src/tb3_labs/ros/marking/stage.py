@@ -10,6 +10,7 @@ from tb3_labs.ros.marking.recorder import Recorder
 from tb3_labs.ros.marking.robot_hand import RobotHand
 from tb3_labs.ros.marking.student_node import StudentNode
 from tb3_labs.ros.marking.waiting import wait, wait_until
+from tb3_labs.ros.marking.witness import Witness
 
 #: An input or a sensor is silent for this time, LOST and a margin [s].
 SILENCE = 1.5
@@ -27,6 +28,7 @@ class Stage:
         self._keep = keep
         self.recorder = Recorder(self.observation)
         self.robot = RobotHand(self.recorder)
+        self.witness = Witness(self.observation, self.recorder.robot)
         self.node = StudentNode(package, executable, listens, lambda: self.recorder.now,
                                 self.keep)
         self.observation.runs = self.node.runs
@@ -53,6 +55,7 @@ class Stage:
     def keep(self):
         """Hand the Observation on as it is now."""
         self.node.note()
+        self.witness.look()
         self.recorder.hand_to(self._keep)
 
     # -- patterns that several labs use

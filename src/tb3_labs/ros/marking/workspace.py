@@ -9,6 +9,7 @@ import shutil
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from tb3_labs.ros.marking.box import NoBox
 from tb3_labs.ros.marking.catkin_build import build, needs_build
 from tb3_labs.ros.marking.submission import (LEFT_OUT, MANIFEST, Unusable, files_in, find_node,
                                              name_in, source_of)
@@ -36,11 +37,11 @@ class Prepared:
     remarks: list = field(default_factory=list)      # sentences
 
 
-def prepare(folder, names, workspace, build_log, variables=()):
+def prepare(folder, names, workspace, build_log, variables=(), box=NoBox()):
     """The Prepared of the node below `folder`, a file with one of these `names`.
 
     Its packages are copied into `workspace`, the node is repaired, and what needs a build is built;
-    the build prints into the file `build_log`. The environment has these `variables` too.
+    the build prints into the file `build_log`, and runs in the `box`. The environment has these `variables` too.
     ``Unusable`` if there is no such node, or if it cannot be copied.
     """
     folder, workspace = Path(folder), Path(workspace)
@@ -57,7 +58,7 @@ def prepare(folder, names, workspace, build_log, variables=()):
     environment['ROS_PACKAGE_PATH'] = '{}:{}'.format(
         workspace / 'src', environment.get('ROS_PACKAGE_PATH', ''))
     if package != SUBSTITUTE and any(needs_build(copy) for copy in copies):
-        environment = build(workspace, build_log, environment, remarks) or environment
+        environment = build(workspace, build_log, environment, remarks, box) or environment
     return Prepared(package, node.name, environment, remarks)
 
 

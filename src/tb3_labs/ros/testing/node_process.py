@@ -13,17 +13,18 @@ class Program:
 
     With `terminal` it gets a pseudo-terminal to read from and print to, as if a person had started
     it; else it reads `typed` and then finds the end of its input. Output and errors are one text,
-    of which head and tail are kept.
+    of which head and tail are kept. `environment` comes on top of this process's own; with `clean`
+    it is all there is.
     """
 
-    def __init__(self, command, terminal=False, typed='', environment=None):
+    def __init__(self, command, terminal=False, typed='', environment=None, clean=False):
         output, theirs = pty.openpty() if terminal else os.pipe()
         self._keyboard = output if terminal else None
         self._process = subprocess.Popen(
             command,
             stdin=theirs if terminal else subprocess.PIPE, stdout=theirs, stderr=theirs,
             # else what is printed to a pipe is seen at the end only
-            env=dict(os.environ, PYTHONUNBUFFERED='1', **(environment or {})),
+            env=dict({} if clean else os.environ, **dict(environment or {}, PYTHONUNBUFFERED='1')),
             start_new_session=True)
         os.close(theirs)
         if not terminal:
@@ -49,6 +50,11 @@ class Program:
     def text_since(self, characters):
         """The text printed after the first `characters`, as far as it is kept."""
         return self._output.since(characters)
+
+    @property
+    def pid(self):
+        """The number of the process."""
+        return self._process.pid
 
     @property
     def status(self):
