@@ -83,7 +83,7 @@ class NoBox:
         return command
 
     @staticmethod
-    def command(command, writable=(), network=True):  # pylint: disable=unused-argument
+    def command(command, writable=(), network=True):
         """The command of a stranger's program."""
         return ['prlimit', '--fsize={}'.format(LARGEST_FILE)] + command
 

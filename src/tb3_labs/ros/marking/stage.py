@@ -28,10 +28,11 @@ class Stage:
         self._keep = keep
         self.recorder = Recorder(self.observation)
         self.robot = RobotHand(self.recorder)
-        self.witness = Witness(self.observation, self.recorder.robot)
         self.node = StudentNode(package, executable, listens, lambda: self.recorder.now,
                                 self.keep)
         self.observation.runs = self.node.runs
+        self.witness = Witness(self.observation, self.recorder.robot,
+                               lambda: self.recorder.hand_to(self._keep))
 
     @contextmanager
     def stimulus(self, name, facts=None):

@@ -3,6 +3,7 @@
 Before the node starts, only the robot, the marker and the master are there: every other name, and
 every other address, is the student's.
 """
+import os
 import threading
 
 import rosgraph
@@ -30,9 +31,9 @@ MOST_REPAIRS = 20
 class Witness:
     """Notes findings in an Observation, until :meth:`end`."""
 
-    def __init__(self, observation, robot):
-        """`robot`: the address of the robot."""
-        self._observation = observation
+    def __init__(self, observation, robot, keep):
+        """`robot`: the address of the robot; ``keep()`` keeps the Observation as it is now."""
+        self._observation, self._keep = observation, keep
         self._master = rosgraph.Master(rospy.get_name())
         self._owners = {'/' + ROBOT: ('robot', robot),
                         rospy.get_name(): ('marker', rospy.get_node_uri())}
@@ -120,5 +121,8 @@ class Witness:
                 if item.name in self._settings and item.name not in conduct.SWITCHES]
 
     def _on_shutdown(self):
+        """A marker that is ended hears no more: what it would observe from now on is not true."""
         if not self._over.is_set():
             self._observation.note(conduct.ended('marker'))
+            self._keep()
+            os._exit(1)
