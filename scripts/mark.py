@@ -83,7 +83,7 @@ def check_boxes(unprotected):
     if unprotected:
         tell(UNPROTECTED)
     elif box.problem():
-        raise ValueError('{}: programs of strangers cannot be kept in boxes here, and nothing was '
+        raise ValueError('{}: programs of strangers cannot be kept in boxes here; nothing was '
                          'started. --unprotected marks without: {}'.format(
                              box.problem(), UNPROTECTED))
 

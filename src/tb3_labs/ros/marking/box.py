@@ -68,7 +68,7 @@ def problem():
     except subprocess.TimeoutExpired:
         return 'bubblewrap hangs'
     words = done.stderr.strip().splitlines()
-    return '' if done.returncode == 0 else 'bubblewrap fails: {}'.format(
+    return '' if done.returncode == 0 else 'bubblewrap fails ({})'.format(
         words[-1] if words else 'exit status {}'.format(done.returncode))
 
 
