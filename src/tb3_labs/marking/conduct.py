@@ -21,7 +21,8 @@ SWITCHES = IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
 NODE_TEXT = '.node.txt'
 #: Imports of this package that anybody may use.
 SHARED = ('tb3_labs.msg', 'tb3_labs.srv')
-IMPORT = re.compile(r'^\s*(?:from\s+(tb3_labs[\w.]*)\s+import\s+([\w, ]+)|import\s+(tb3_labs[\w.]*))')
+IMPORT = re.compile(r'^\s*(?:from\s+(tb3_labs[\w.]*)\s+import\s+([\w, ]+)|'
+                    r'import\s+(tb3_labs[\w.]*))')
 #: A name in quotes, as importlib takes it.
 QUOTED = re.compile(r'''["'](tb3_labs\.\w[\w.]*)["']''')
 

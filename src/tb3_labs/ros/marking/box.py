@@ -6,8 +6,8 @@ Box        one program of the stranger, a node or a build, within the world or a
            processes, its own /tmp and home, an empty system but for what it needs, which is
            read-only; limits on processes, memory and disk.
 
-As an ordinary user, a box is a user namespace. As root, it is none: the program in it becomes a user
-that owns nothing, since Linux counts no processes of root.
+As an ordinary user, a box is a user namespace. As root, it is none: the program in it becomes a
+user that owns nothing, since Linux counts no processes of root.
 """
 import functools
 import json
@@ -103,7 +103,8 @@ class Box:
     boxed = True
 
     def __init__(self, readable):
-        """`readable`: folders that a program may read as soon as they exist, besides the system and what ROS needs."""
+        """`readable`: folders that a program may read as soon as they exist, besides the system and
+        what ROS needs."""
         self._readable = [str(folder) for folder in readable]
         self.user = random.choice(USERS) if os.geteuid() == 0 else None
 

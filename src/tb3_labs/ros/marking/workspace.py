@@ -41,8 +41,8 @@ def prepare(folder, names, workspace, build_log, variables=(), box=NoBox()):
     """The Prepared of the node below `folder`, a file with one of these `names`.
 
     Its packages are copied into `workspace`, the node is repaired, and what needs a build is built;
-    the build prints into the file `build_log`, and runs in the `box`. The environment has these `variables` too.
-    ``Unusable`` if there is no such node, or if it cannot be copied.
+    the build prints into the file `build_log`, and runs in the `box`. The environment has these
+    `variables` too. ``Unusable`` if there is no such node, or if it cannot be copied.
     """
     folder, workspace = Path(folder), Path(workspace)
     node, remarks = find_node(folder, names)
