@@ -20,11 +20,13 @@ from pathlib import Path
 import yaml
 
 from tb3_labs.marking.archives import Refused
+from tb3_labs.marking.conduct import UNPROTECTED
 from tb3_labs.marking.course import course_of
 from tb3_labs.marking.handed_in import chosen
 from tb3_labs.marking.labs import GAMEPAD, LABS
 from tb3_labs.marking.marks import NOT_JUDGED
 from tb3_labs.marking.points import points_of
+from tb3_labs.ros.marking import box
 from tb3_labs.ros.marking.intake import digest, submissions_from
 from tb3_labs.ros.marking.marker import QUIET, Marker, Options, points_file
 from tb3_labs.ros.marking.marks_folder import MarksFolder, due_time, late_by
@@ -63,6 +65,8 @@ def parse(words):
                         'played, launch/params/pad_NAME.yaml; default: {}'.format(GAMEPAD, HANDOUT))
     parser.add_argument('--jobs', type=int, default=1, choices=range(1, 17), metavar='N',
                         help='submissions at a time; each needs about one processor core')
+    parser.add_argument('--unprotected', action='store_true', help='mark without boxes: the '
+                        "submissions' programs can read and delete your files")
     return parser.parse_args(words)
 
 
@@ -82,7 +86,8 @@ def main(words):
                 names = chosen([submission.student for submission in found], given.only)
                 found = [submission for submission in found if submission.student in names]
             options = Options(given.package, given.type, given.limit, given.network,
-                              checked_pad(given.lab, given.pad))
+                              checked_pad(given.lab, given.pad), not given.unprotected)
+            check_boxes(given.unprotected)
             folder = MarksFolder(given.folder, given.lab, parts, worth, rows, asdict(options))
         except (OSError, ValueError, Refused, yaml.YAMLError) as problem:
             tell_problem(problem)
@@ -92,10 +97,12 @@ def main(words):
         marking = Marking(marker, folder, due, given.anew or bool(given.only))
         failed = marking.mark_all(found, given.jobs)
     try:
-        page = folder.write_overview()
+        page, notes = folder.write_overview(given.unprotected)
     except (OSError, ValueError) as problem:
         tell_problem(problem)
         return 2
+    for note in notes[given.unprotected:]:      # the first was told at the beginning
+        tell(note)
     if page is not None:
         tell('Overview: {}'.format(page))
     for student, modules in marking.lacking:
@@ -109,6 +116,17 @@ def checked_pad(lab, pad):
         raise ValueError('--pad is for --lab {} alone'.format(GAMEPAD))
     pad_called(pad or HANDOUT)
     return pad or HANDOUT
+
+
+def check_boxes(unprotected):
+    """Say that there is no protection; ``ValueError`` if that is not wanted, and boxes do not work
+    here."""
+    if unprotected:
+        tell(UNPROTECTED)
+    elif box.problem():
+        raise ValueError('{}: programs of strangers cannot be kept in boxes here; nothing was '
+                         'started. --unprotected marks without: {}'.format(
+                             box.problem(), UNPROTECTED))
 
 
 class Marking:

@@ -105,6 +105,7 @@ else
   dynparam=/usr/lib/dynamic_reconfigure/dynparam
 fi
 run_packages+=(python3-paramiko)    # roslaunch's way to the robot; it only recommends it
+run_packages+=(bubblewrap)    # mark.py keeps the programs of submissions in boxes
 case $system in    # the mouse
   debian:12) run_packages+=(python3-pynput) ;;
   *) run_packages+=(python3-xlib python3-six) requirements+=(pynput) ;;

@@ -35,6 +35,8 @@ def observe():
         raise ValueError('there is no lab {!r}: {}'.format(name, ', '.join(LABS)))
     lab = LABS[name]
     parts = lab.checked_parts(parts)
+    for known in ('lab', 'points', 'parts', 'record'):      # a node need not read them
+        rospy.delete_param('~' + known)
     with open(points) as file:
         worth = points_of(name, lab.criteria, yaml.safe_load(file))
     pad = pad_called(rospy.get_param('~pad', HANDOUT))

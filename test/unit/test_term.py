@@ -238,7 +238,7 @@ def test_a_record_that_was_cut_off_and_a_table_that_cannot_be_read(tmp_path):
     written(tmp_path)
     (tmp_path / 'logs' / 'Ann.marks.json').write_text('{"key"')
     assert folder_of(tmp_path).kept('Ann', 'digest') is None
-    assert folder_of(tmp_path).write_overview() is None
+    assert folder_of(tmp_path).write_overview() == (None, [])
     (tmp_path / 'marks.csv').write_text('my own table\n')
     with pytest.raises(ValueError, match='may hold what a person wrote'):
         folder_of(tmp_path)

@@ -3,7 +3,7 @@ from tb3_labs.marking.criteria import Criterion, first_missed
 from tb3_labs.marking.life import (ENDS_IN_TIME, IN_TIME, STOPS_IN_TIME, TRACEBACK, clean_exit,
                                    starts, stops_robot)
 from tb3_labs.marking.observation import NotSeen, Observation
-from tb3_labs.marking.sheets import STATES, THUMB
+from tb3_labs.marking.sheets import THUMB
 from tb3_labs.marking.steering import ANGULAR, LINEAR, NEAR, ROUNDING, opposite, steers
 from tb3_labs.marking.stopping import (AT_ONCE, STOPS_AT_ONCE, STOPS_WHEN_LOST,
                                        stops_when_silent)

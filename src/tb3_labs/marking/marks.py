@@ -19,6 +19,7 @@ class Marks:
     verdicts: List[Verdict] = field(default_factory=list)
     remarks: List[str] = field(default_factory=list)      # sentences
     observation: Optional[Observation] = None  # None: nothing could be observed
+    findings: List[str] = field(default_factory=list)     # for the instructor alone; sentences
     failed: bool = False             # it could not be judged, by no known fault of its own
     lacking: List[str] = field(default_factory=list)      # modules that this machine lacks
     late: str = ''                   # a sentence if it was handed in after it was due

@@ -16,6 +16,8 @@ import numpy as np
 MOVED = 'moved'
 RESTED = 'rested'
 WAS_MOVING = 'was_moving'
+#: This number of findings is kept of a node.
+MOST_FINDINGS = 20
 
 
 class NotSeen(Exception):
@@ -62,6 +64,7 @@ class Observation:
     runs: List[Run] = field(default_factory=list)
     missing: Dict[str, str] = field(default_factory=dict)        # stimulus -> why there is none
     remarks: List[str] = field(default_factory=list)             # sentences for the student
+    findings: List[str] = field(default_factory=list)            # for the instructor; see conduct
 
     def to_json(self) -> str:
         """The observation as text."""
@@ -74,6 +77,11 @@ class Observation:
         parts['stimuli'] = [Stimulus(**item) for item in parts['stimuli']]
         parts['runs'] = [Run(**item) for item in parts['runs']]
         return cls(**parts)
+
+    def note(self, finding: str) -> None:
+        """Add a finding for the instructor, once; '' is none."""
+        if finding and finding not in self.findings and len(self.findings) < MOST_FINDINGS:
+            self.findings.append(finding)
 
     @property
     def longest_gap(self) -> float:

@@ -80,8 +80,10 @@ def _printed(observation):
     return parts
 
 
-def overview(all_marks: Sequence[Marks], lab: str, page_names: Sequence[str]) -> str:
-    """The page of all students, HTML; `lab`: its title; `page_names`: the file of each page."""
+def overview(all_marks: Sequence[Marks], lab: str, page_names: Sequence[str],
+             notes: Sequence[str] = ()) -> str:
+    """The page of all students, HTML; `lab`: its title; `page_names`: the file of each page;
+    `notes`: for the instructor alone."""
     some = all_marks[0]
     heads = ['student', 'points'] + [v.criterion.name.replace('_', ' ')
                                      for v in some.graded + some.extra] + [REMARKS]
@@ -97,7 +99,9 @@ def overview(all_marks: Sequence[Marks], lab: str, page_names: Sequence[str]) ->
         'Median {:g} of {:g} points. '.format(totals[len(totals) // 2], some.worth)
         if totals else '', len(some.extra))
     return _page('{}: overview'.format(lab), ['<p>{}</p>'.format(escape(summary)),
-                                              table(heads, rows, words=(REMARKS,))])
+                                              table(heads, rows, words=(REMARKS,))]
+                 + (['<h2>For the instructor alone</h2>'] if notes else [])
+                 + ['<p>{}</p>'.format(escape(note)) for note in notes])
 
 
 def _page(title, parts):

@@ -27,6 +27,20 @@ def connection_of(message):
     return message._connection_header
 
 
+def sender_of(subscriber, message):
+    """The address of the program that sent a message: the URI that the master told for it, whatever
+    name it gives itself; '' if the connection has ended.
+
+    It is `endpoint_id` of the connection that has the message's header. If that moves, an
+    AttributeError ends the marking of a node at its first message.
+    """
+    header = connection_of(message)
+    for connection in list(subscriber.impl.connections):
+        if connection.header is header:
+            return connection.endpoint_id
+    return ''
+
+
 def stop_hearing_oneself(subscriber):
     """Close the connection from this node's own publisher to `subscriber`.
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import rospy
 
 from tb3_labs.ros.marking.requests import is_origin
-from tb3_labs.ros.rospy_internals import offer_any_service, service_types
+from tb3_labs.ros.rospy_internals import ServiceType, offer_any_service, service_types
 
 
 def packages_with_services(packages):
@@ -22,9 +22,11 @@ def packages_with_services(packages):
 class AnyService:
     """Services with these names; counts their calls, and notes whether each declared the origin."""
 
-    def __init__(self, names, packages):
-        """`packages`: names of the packages whose types are known."""
+    def __init__(self, names, packages, more=()):
+        """`packages`: names of the packages whose types are known; `more`: classes of others."""
         self._types = service_types(packages)
+        self._types.update({kind._md5sum: ServiceType(kind._request_class, kind._response_class)
+                            for kind in more})
         self._lock = threading.Lock()
         self._calls = []
         self._services = [offer_any_service(name, self._on_call) for name in names]

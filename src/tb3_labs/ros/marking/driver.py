@@ -33,7 +33,7 @@ class Driver:
 
     def resets(self):
         """The ResetCaller of the node that runs."""
-        return ResetCaller(self._stage.node.graph.services())
+        return ResetCaller(self._stage.node.graph)
 
     @property
     def pose(self):

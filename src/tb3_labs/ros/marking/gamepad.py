@@ -55,9 +55,10 @@ class Pad(Hand):
         self.hold(Joy(axes=list(self._axes), buttons=list(self._buttons)))
 
 
-def _reset_service():
+def _reset_service(stage):
     """The reset that the node may call, until it is closed."""
-    return closing(AnyService(NAMES, packages_with_services(rospkg.RosPack())))
+    return closing(AnyService(NAMES, packages_with_services(rospkg.RosPack()),
+                              stage.node.graph.types.own_services()))
 
 
 def _stick_up(stage, pad, name):
@@ -71,7 +72,7 @@ def _stick_up(stage, pad, name):
 
 def sticks(stage):
     """What the sticks command."""
-    with _reset_service():
+    with _reset_service(stage):
         if not stage.node.start():
             return
         with Pad(stage.pad) as pad:
@@ -83,7 +84,7 @@ def sticks(stage):
 
 def buttons(stage):
     """A, the sticks, B, the sticks, Y; Ctrl+C while a stick drives."""
-    with _reset_service() as service:
+    with _reset_service(stage) as service:
         if not stage.node.alive and not stage.node.start():
             return
         with Pad(stage.pad) as pad:

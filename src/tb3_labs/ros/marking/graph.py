@@ -1,9 +1,8 @@
 """What the master knows of a student's node: its topics, its services, its messages."""
 import rosgraph
-import roslib.message
 import rosnode
-import rospkg
 import rospy
+import rosservice
 
 #: What a node does with a topic, or a service.
 ROLES = PUBLISHES, LISTENS, OFFERS = 'publishes', 'listens', 'offers'
@@ -12,7 +11,9 @@ ROLES = PUBLISHES, LISTENS, OFFERS = 'publishes', 'listens', 'offers'
 class Graph:
     """Asks the master; if it does not answer, no node is known."""
 
-    def __init__(self):
+    def __init__(self, types):
+        """`types`: the Types of the node's messages and services."""
+        self.types = types
         self._master = rosgraph.Master(rospy.get_name())
         #: The names of the node; a process may be several nodes, or rename itself.
         self.names = set()
@@ -47,11 +48,16 @@ class Graph:
         """The message class that the node itself uses on `topic`; None if there is none."""
         for name, kind in self._master.getTopicTypes():
             if name == rospy.resolve_name(topic):
-                try:
-                    return roslib.message.get_message_class(kind)
-                except (ImportError, rospkg.ResourceNotFound, ValueError):
-                    return None    # not built, or not found
+                return self.types.message(kind)
         return None
+
+    def service(self, name):
+        """The class of a service that is offered; None if its type is not known here."""
+        try:
+            kind = rosservice.get_service_type(name)
+        except (rosservice.ROSServiceException, OSError):
+            return None
+        return self.types.service(kind) if kind else None
 
     def forget(self):
         """Have the master forget the node: one that was killed is still registered."""

@@ -24,9 +24,9 @@ HAIRS = (-1e-17, -1e-12, math.radians(-1e-8))
 def heading(stage):
     """The robot is turned on the spot and stands; then Ctrl+C."""
     node = stage.node
+    offset = rospy.get_param('/turtlebot3/imu_offset_deg')      # before a node may change it
     if not node.start():
         return
-    offset = rospy.get_param('/turtlebot3/imu_offset_deg')
     for name, degrees in STANDS.items():
         stage.robot.face(degrees - offset)
         with stage.stimulus(name, {HEADING_DEG: (stage.recorder.heading_deg + offset) % 360.0}):

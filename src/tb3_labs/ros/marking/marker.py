@@ -3,6 +3,7 @@
 That world has a master, an embedded robot, a home and a log folder of its own, and a time limit. At
 the end not a process is left, whatever the submission did.
 """
+import os
 import shutil
 import subprocess
 import tempfile
@@ -13,10 +14,13 @@ from pathlib import Path
 
 import rospkg
 
+from tb3_labs.marking.conduct import NODE_TEXT, laws_imported
 from tb3_labs.marking.criteria import judge
 from tb3_labs.marking.labs import GAMEPAD, LABS
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.observation import Observation
+from tb3_labs.ros.marking.box import Box, NoBox
+from tb3_labs.ros.marking.launch import ALWAYS, VARIABLE, Launch
 from tb3_labs.ros.marking.pads import HANDOUT, pad_in_words
 from tb3_labs.ros.marking.sandbox import COOKIE, environment_in, sweep
 from tb3_labs.ros.marking.submission import Unusable
@@ -46,6 +50,7 @@ class Options:
     limit: float = 300.0        # time for one submission [s]
     network: str = QUIET        # between robot and node; see tb3_labs.simulation.network.NETWORKS
     pad: str = HANDOUT          # the gamepad that is played
+    boxed: bool = True          # do strangers' programs run in a Box?
 
 
 class Marker:
@@ -105,10 +110,12 @@ class Marker:
     def _observe(self, marks, folder, work, cookie):
         """Write node, remarks and Observation of a submission into its Marks."""
         log, record = self._logs / (folder.name + '.log'), work / 'observation.json'
+        box = Box([work / 'ws', work / 'etc']) if self._options.boxed else NoBox()
         prepared = prepare(folder, LABS[self._lab], work / 'ws', {COOKIE: cookie},
                            self._options.package, self._options.name)
         marks.node = '{}/{}'.format(prepared.package, prepared.executable)
         marks.remarks += prepared.remarks
+        self._read(marks, work / 'ws' / 'src', prepared.executable)
         if prepared.lacking:
             marks.lacking, marks.failed = prepared.lacking, True
             marks.remarks.append(
@@ -120,7 +127,7 @@ class Marker:
         if self._lab == GAMEPAD:
             marks.remarks.append(pad_in_words(self._options.pad))
         self._go_on()
-        if not self._check(prepared, work, log, record, cookie):
+        if not self._check(prepared, box, work, log, record, cookie):
             marks.remarks.append('It was stopped after {:g} s, the limit.'.format(
                 self._options.limit))
         self._go_on()
@@ -130,18 +137,38 @@ class Marker:
             return
         marks.observation = Observation.from_json(record.read_text())
         marks.remarks += marks.observation.remarks
+        marks.findings += marks.observation.findings
         shutil.copy(str(record), str(self._logs / (folder.name + '.json')))
 
-    def _check(self, prepared, work, log, record, cookie):
-        """Run the lab's check; False if the time was up."""
+    def _read(self, marks, sources, executable):
+        """Note which of this package's laws a submission uses; keep the node's text, by which it is
+        compared with others."""
+        files = [path for path in sorted(sources.rglob('*.py')) if path.is_file()
+                 and not path.is_symlink()]
+        for path in files:
+            marks.findings += laws_imported(path.name, path.read_text(errors='replace'))
+        for path in sorted(sources.rglob(executable))[:1]:
+            (self._logs / (marks.student + NODE_TEXT)).write_bytes(path.read_bytes())
+
+    def _check(self, prepared, box, work, log, record, cookie):
+        """Run the lab's check; False if the time was up.
+
+        The environment of the student's workspace is the node's alone: the modules in it are a
+        stranger's.
+        """
+        box.hand_over(work / 'ws')
+        world = environment_in(work, dict(os.environ, **{COOKIE: cookie}))
+        Launch(ALWAYS + box.command([]),
+               box.environment(environment_in(work, prepared.environment)),
+               [str(work / 'ws' / 'src')], box.boxed).write(work / 'launch.json')
         with open(str(log), 'w') as file:
             check = subprocess.Popen(
-                ['rostest', 'tb3_labs', 'check_{}.test'.format(self._lab),
+                box.world(['rostest', 'tb3_labs', 'check_{}.test'.format(self._lab),
                  'pkg:=' + prepared.package, 'type:=' + prepared.executable,
                  'parts:=' + ','.join(self._parts), 'record:={}'.format(record),
-                 'network:=' + self._options.network]
-                + (['pad:=' + self._options.pad] if self._lab == GAMEPAD else []),
-                env=environment_in(work, prepared.environment), cwd=str(work),
+                 'network:=' + self._options.network, 'truth:=truth_' + uuid.uuid4().hex]
+                + (['pad:=' + self._options.pad] if self._lab == GAMEPAD else [])),
+                env=dict(world, **{VARIABLE: str(work / 'launch.json')}), cwd=str(work),
                 stdin=subprocess.DEVNULL, stdout=file, stderr=file, start_new_session=True)
             deadline, in_time = time.monotonic() + self._options.limit, True
             while in_time and check.poll() is None and not self._interrupted:

@@ -12,11 +12,13 @@ from datetime import datetime
 from pathlib import Path
 
 from tb3_labs.marking import course, kept
+from tb3_labs.marking.conduct import for_instructor
 from tb3_labs.marking.gradescope import results
 from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.marks_table import LATE, Table
 from tb3_labs.marking.observation import Observation
 from tb3_labs.marking.page import feedback, overview
+from tb3_labs.ros.marking.programs import node_texts, own_programs
 
 #: Names of files.
 TABLE, OVERVIEW, RESULTS, RECORD = 'marks.csv', 'overview.html', 'results.json', '.marks.json'
@@ -81,8 +83,9 @@ class MarksFolder:
         """Write into the marks that are kept whether they are late, '' or a sentence."""
         self._records[student][kept.MARKS][LATE] = late
 
-    def write_overview(self):
-        """Write what is about all students; the path of the page, None if there are no marks."""
+    def write_overview(self, unprotected=False):
+        """Write what is about all students; the path of the page, None if there are no marks, and
+        the lines for the instructor. `unprotected`: were there no boxes?"""
         all_marks = []
         for student in self.students:
             try:
@@ -90,15 +93,16 @@ class MarksFolder:
             except ValueError:
                 continue    # of an older version, and not handed in this time
         if not all_marks:
-            return None
+            return None, []
         table = self._table()
         for marks in all_marks:
             self._renew_page(marks)
         _replace(self._path / TABLE, table.renewed(all_marks, self._rows))
         path = self._path / OVERVIEW
+        notes = for_instructor(all_marks, node_texts(self.logs), own_programs(), unprotected)
         path.write_text(overview(all_marks, LABS[self._lab].title, [
-            marks.student + '.html' for marks in all_marks]), encoding='utf-8')
-        return path
+            marks.student + '.html' for marks in all_marks], notes), encoding='utf-8')
+        return path, notes
 
     def _read(self, file):
         try:

@@ -6,6 +6,7 @@ from std_msgs.msg import Empty
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import move2goal as asked
+from tb3_labs.marking.conduct import ODOM_SWITCH
 from tb3_labs.marking.observation import WAS_MOVING
 from tb3_labs.marking.move2goal import (CONTROL, DECLARED, DRIVE, LOST, OFFSET, PROBLEM, RESET,
                                         TAKES_EFFECT, TURNED, WATCHED)
@@ -111,7 +112,7 @@ def lost(stage):
     moving = driver.start_driving()
     if moving is None:
         return
-    stage.sensor_falls_silent(asked.ODOMETRY_SILENT, moving, 'odom_silent')
+    stage.sensor_falls_silent(asked.ODOMETRY_SILENT, moving, ODOM_SWITCH)
     driver.control(False)
 
 

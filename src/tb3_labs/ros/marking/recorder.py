@@ -9,11 +9,12 @@ import rospy
 from geometry_msgs.msg import PoseStamped, Twist
 
 from tb3_labs.geometry.angles import continuous
-from tb3_labs.marking.topics import CMD_VEL
+from tb3_labs.marking.conduct import false_message
+from tb3_labs.marking.topics import CMD_VEL, TRUTH
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.marking.waiting import wait_until
 from tb3_labs.ros.topics import subscribe
-from tb3_labs.ros.rospy_internals import connection_of
+from tb3_labs.ros.rospy_internals import connection_of, sender_of
 
 #: The embedded robot publishes its pose within this time [s].
 START_TIME = 15.0
@@ -36,15 +37,26 @@ class Recorder:
         self._observation = observation
         self._zero = rospy.get_time()
         self._lock = threading.Lock()
+        #: The address of the robot: nobody else published its true pose when it began.
+        self.robot = ''
+        self._poses = self._commands = None
         self.watch_robot()
-        subscribe(CMD_VEL, Twist, self._on_command)
+        self._commands = subscribe(CMD_VEL, Twist, self._on_command)
         if not wait_until(lambda: observation.truth, START_TIME):
             raise RuntimeError('the embedded robot does not run')
 
     def watch_robot(self):
         """Have each pose of the robot handed to :meth:`add_pose`."""
-        subscribe('ground_truth', PoseStamped,
-                  lambda message: self.add_pose(to_pose2(message.pose)))
+        self._poses = subscribe(TRUTH, PoseStamped, self._on_truth)
+
+    def _on_truth(self, message):
+        sender = sender_of(self._poses, message) if self._poses is not None else ''
+        self.robot = self.robot or sender
+        if sender != self.robot or not sender:
+            self._observation.note(false_message(
+                TRUTH, connection_of(message).get('callerid', ''), 'the robot') if sender else '')
+            return
+        self.add_pose(to_pose2(message.pose))
 
     def add_pose(self, pose):
         """Record a pose of the robot, a Pose2, as one of now."""
@@ -53,13 +65,13 @@ class Recorder:
             yaw = continuous(pose.yaw, truth[-1][3]) if truth else pose.yaw
             truth.append([self.now, pose.x, pose.y, yaw])
 
-    def is_judged(self, sender):
-        """Are the commands of this node recorded?"""
-        return sender != rospy.get_name()
+    def is_judged(self, message):
+        """Is this a command that is recorded? Those of the marker itself are not."""
+        return sender_of(self._commands, message) != rospy.get_node_uri()
 
     def _on_command(self, message):
         entry = [self.now, message.linear.x, message.angular.z]
-        if not self.is_judged(connection_of(message)['callerid']) or not (
+        if self._commands is None or not self.is_judged(message) or not (
                 math.isfinite(entry[1]) and math.isfinite(entry[2])):
             return
         commands = self._observation.commands

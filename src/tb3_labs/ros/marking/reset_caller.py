@@ -2,7 +2,6 @@
 import threading
 
 import rospy
-import rosservice
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.move2goal import ANSWER_TIME
@@ -15,24 +14,23 @@ WORDS = ('reset', 'pose')
 
 
 class ResetCaller:
-    """The reset service among these names; `found` is its name, '' if there is none."""
+    """The reset service of a node, of which `graph` knows; `found` is its name, '' if there is
+    none."""
 
-    def __init__(self, services):
+    def __init__(self, graph):
         def rank(name):
             base = name.rsplit('/', 1)[-1].lower()
             return (NAMES.index(base) if base in NAMES else len(NAMES), name)
-        likely = sorted((name for name in services if any(
+        likely = sorted((name for name in graph.services() if any(
             word in name.rsplit('/', 1)[-1].lower() for word in WORDS)), key=rank)
         self.found = likely[0] if likely else ''
         #: What its request takes, as requests.fill_pose() says.
         self.takes = set()
         self._kind = None
         if self.found:
-            try:
-                self._kind = rosservice.get_service_class_by_name(self.found)
+            self._kind = graph.service(self.found)
+            if self._kind is not None:      # else call() tells
                 self.takes = fill_pose(self._kind._request_class(), Pose2())
-            except rosservice.ROSServiceException:
-                pass    # its type is not built here: call() tells
 
     def call(self, pose):
         """Declare a Pose2; '' or the reason why it failed."""

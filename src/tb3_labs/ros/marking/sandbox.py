@@ -42,7 +42,7 @@ def environment_in(work, environment):
     """The environment of a ROS of its own, which writes nowhere but below `work`, an existing
     folder; `environment`: that of the submission's workspace."""
     settings = work / 'etc'
-    settings.mkdir()
+    settings.mkdir(exist_ok=True)
     (settings / 'roscore.xml').write_text(ROSCORE)
     (settings / 'logging.conf').write_text(LOGGING)
     given = {name: value for name, value in environment.items() if name not in FORGOTTEN}

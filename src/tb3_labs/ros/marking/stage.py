@@ -11,6 +11,7 @@ from tb3_labs.ros.marking.recorder import Recorder
 from tb3_labs.ros.marking.robot_hand import RobotHand
 from tb3_labs.ros.marking.student_node import StudentNode
 from tb3_labs.ros.marking.waiting import wait, wait_until
+from tb3_labs.ros.marking.witness import Witness
 
 #: An input or a sensor is silent for this time, LOST and a margin [s].
 SILENCE = 1.5
@@ -33,10 +34,16 @@ class Stage:
         self.robot = RobotHand(self.recorder)
         self.node = self.make_node(package, executable, listens)
         self.observation.runs = self.node.runs
+        self.witness = self.make_witness()
 
     def make_recorder(self):
         """The Recorder of this stage."""
         return Recorder(self.observation)
+
+    def make_witness(self):
+        """The Witness of this stage."""
+        return Witness(self.observation, self.recorder.robot,
+                       lambda: self.recorder.hand_to(self._keep))
 
     def make_node(self, package, executable, listens):
         """The StudentNode of this stage."""
@@ -69,6 +76,7 @@ class Stage:
     def keep(self):
         """Hand the Observation on as it is now."""
         self.node.note()
+        self.witness.look()
         self.recorder.hand_to(self._keep)
 
     # -- patterns that several labs use

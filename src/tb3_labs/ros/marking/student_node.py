@@ -10,19 +10,24 @@ import rospy
 
 from tb3_labs.marking.life import START_TIME
 from tb3_labs.marking.observation import Run
+from tb3_labs.ros.marking.box import OWN_FOLDERS
 from tb3_labs.ros.marking.graph import LISTENS, Graph
+from tb3_labs.ros.marking.launch import Launch
+from tb3_labs.ros.marking.limits import Watch
+from tb3_labs.ros.marking.types import Types
 from tb3_labs.ros.marking.waiting import wait_until
 from tb3_labs.ros.testing.node_process import NodeProcess
 
-#: The node dies with the process that tries it out, writes no file larger than 50 MB, and leaves
-#: the processor to the robot if both want it.
-GUARD = ('setpriv', '--pdeathsig', 'KILL', 'prlimit', '--fsize=50000000', 'nice', '-n', '10')
 #: A node is ready when it listens to its topic and has registered nothing new for this time; the
 #: master is asked every LOOK [s].
 QUIET = 0.5
 LOOK = 0.1
 #: A node gets this time to end before it is killed [s].
 PATIENCE = 2.0
+#: A box whose program was ended by a signal ends with this number, and the signal's on top.
+BY_SIGNAL = 128
+#: What stands below the print of a node that used too much.
+STOPPED = '\nThe marker ended it, since it used {}.\n'
 #: Of what a node printed, this much is kept of a stimulus, and of either end of a run [characters].
 PRINTED = 20000
 
@@ -34,11 +39,12 @@ class StudentNode:
         """`listens`: the topic that the node must listen to in order to be ready; `now()`: the
         observation's time [s]; `ended()` is called after each run."""
         self._what, self._listens = (package, executable), listens
+        self._launch = Launch.given()
         self._now, self._ended = now, ended
-        self._process = None
+        self._process = self._watch = None
         self.runs = []
         #: What the master knows of the node.
-        self.graph = Graph()
+        self.graph = Graph(Types(self._launch.folders))
 
     @property
     def alive(self):
@@ -48,7 +54,10 @@ class StudentNode:
     @property
     def status(self):
         """Its exit status (the negative number of a signal), None while it runs."""
-        return self._process.status
+        status = self._process.status
+        # a box ends with 128 and the signal that ended its program, as a shell does
+        boxed = self._launch.boxed and status is not None and status > BY_SIGNAL
+        return BY_SIGNAL - status if boxed else status
 
     def start(self, *arguments, listens=None):
         """Start the node anew; True as soon as it is ready.
@@ -62,7 +71,12 @@ class StudentNode:
         known = set(self.graph.nodes())
         run = Run(self._now())
         self.runs.append(run)
-        self._process = NodeProcess(*self._what, *arguments, terminal=True, prefix=GUARD)
+        environment = self._launch.in_this_world()
+        self._process = NodeProcess(*self._what, *arguments, terminal=True,
+                                    prefix=self._launch.prefix, environment=environment,
+                                    clean=environment is not None)
+        self._watch = Watch(self._process.pid, OWN_FOLDERS) if (
+            self._launch.boxed) else None
         if self._is_ready_in_time(topic, known):
             run.ready = self._now()
             return True
@@ -92,6 +106,8 @@ class StudentNode:
         ended = not self.alive
         self.interrupt(PATIENCE)
         self._process.kill()
+        if self._watch is not None:
+            self._watch.end()
         self.note()
         self.runs[-1].end, self.runs[-1].ended_by_itself = self._now(), ended
         self._process = None
@@ -126,4 +142,6 @@ class StudentNode:
         text, run = self._process.text, self.runs[-1]
         if len(text) > 2 * PRINTED:
             text = '{}\n...\n{}'.format(text[:PRINTED], text[-PRINTED:])
+        if self._watch is not None and self._watch.exceeded:
+            text += STOPPED.format(self._watch.exceeded)
         run.printed, run.ended_by_itself = text, not self.alive

@@ -22,4 +22,5 @@ def try_out(lab, package, executable, parts=(), keep=lambda observation: None,
                 act(stage)
     finally:
         stage.node.stop()
+        stage.witness.end()
     return stage.observation

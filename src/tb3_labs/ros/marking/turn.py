@@ -1,6 +1,7 @@
 """How a node of the IMU lab is tried out."""
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.marking import mouse as on_mouse
+from tb3_labs.marking.conduct import IMU_SWITCH
 from tb3_labs.marking.mouse import AT_LAST, HELD
 from tb3_labs.marking.observation import MOVED, RESTED, WAS_MOVING
 from tb3_labs.marking.turn import BOTH, IMU_SILENT, LOST, MOUSE, SHUTDOWN, TURNS
@@ -131,7 +132,7 @@ def lost(stage):
             wait(0.3)
     moving = _in_a_turn(stage)
     if moving is not None:
-        stage.sensor_falls_silent(IMU_SILENT, moving, 'imu_silent')
+        stage.sensor_falls_silent(IMU_SILENT, moving, IMU_SWITCH)
 
 
 PARTS = {TURNS: turns, MOUSE: mouse, BOTH: both, SHUTDOWN: shutdown, LOST: lost}

@@ -4,12 +4,13 @@ Some faults keep a node from running and say nothing about it: no exec bit, Wind
 wrong first line, no package.xml, an import that nobody uses. They are repaired in the copy, and
 told in a remark.
 """
+import importlib
 import os
 import re
 import shutil
-import subprocess
 import sys
 from dataclasses import dataclass, field
+from importlib.machinery import PathFinder
 from pathlib import Path
 
 from tb3_labs.marking.imports import imports_of, without
@@ -27,10 +28,6 @@ SUBSTITUTE_MANIFEST = '''<package format="2"><name>{}</name><version>0.0.0</vers
 '''
 #: Larger files are not copied [bytes].
 LARGEST = 20000000
-#: A program that prints those of its arguments that are no module here.
-FIND = '''import importlib.util, sys
-for name in sys.argv[1:]:
-    if importlib.util.find_spec(name) is None: print(name)'''
 SHEBANG = b'#!/usr/bin/env python3'
 BYTE_ORDER_MARK = b'\xef\xbb\xbf'
 
@@ -76,17 +73,17 @@ def prepare(folder, lab, workspace, variables=(), package='', name=''):
     for other in needed:
         builder.build(called if packages[other] == source else other, copies[packages[other]])
     ready = Prepared(called, node.name, builder.environment, remarks)
-    ready.lacking = _leave_out_lacking(copied, set(packages), builder.environment, remarks)
+    ready.lacking = _leave_out_lacking(copied, set(packages), workspace / 'python', remarks)
     return ready
 
 
-def _leave_out_lacking(node, packages, environment, remarks):
+def _leave_out_lacking(node, packages, modules, remarks):
     """Take the imports out that nobody has and the node does not use; the modules that it uses and
-    nobody has."""
+    nobody has. `packages`: names of those of the submission; `modules`: folder of what was built."""
     text = node.read_bytes().decode(errors='replace')
     imports = [item for item in imports_of(text) if not item.guarded]
     named = set().union(*(item.packages for item in imports)) - packages
-    missing = _not_found(sorted(named), node.parent, environment)
+    missing = _not_found(named, [node.parent, modules])
     unused = [item for item in imports if item.packages & missing and not item.used]
     if unused:
         node.write_text(without(text, unused), encoding='utf-8')
@@ -96,12 +93,13 @@ def _leave_out_lacking(node, packages, environment, remarks):
     return sorted(set().union(*(item.packages & missing for item in imports if item.used), ()))
 
 
-def _not_found(modules, folder, environment):
-    """Which of these modules does Python not find, for a program in `folder`?"""
-    found = subprocess.run(
-        [sys.executable, '-c', FIND] + modules, cwd=str(folder), env=environment,
-        stdout=subprocess.PIPE, universal_newlines=True, check=True).stdout
-    return set(found.split())
+def _not_found(modules, folders):
+    """Which of these modules does Python not find, for a program with these folders first on its
+    path? None of them is imported: they are a stranger's."""
+    importlib.invalidate_caches()
+    path = [str(folder) for folder in folders] + sys.path[1:]
+    return {name for name in modules if name not in sys.builtin_module_names
+            and PathFinder.find_spec(name, path) is None}
 
 
 def _copy(source, target):

@@ -13,17 +13,17 @@ class Program:
 
     With `terminal` it reads from and prints to a pseudo-terminal, as if a person had started it.
     Else its input is `typed` and then ends. Output and errors are one text, of which head and tail
-    are kept.
+    are kept. `environment` comes on top of this process's own; with `clean` it is all there is.
     """
 
-    def __init__(self, command, terminal=False, typed='', environment=None):
+    def __init__(self, command, terminal=False, typed='', environment=None, clean=False):
         output, theirs = pty.openpty() if terminal else os.pipe()
         self._keyboard = output if terminal else None
         self._process = subprocess.Popen(
             command,
             stdin=theirs if terminal else subprocess.PIPE, stdout=theirs, stderr=theirs,
             # otherwise text that is printed to a pipe is seen only at the end
-            env=dict(os.environ, PYTHONUNBUFFERED='1', **(environment or {})),
+            env=dict({} if clean else os.environ, **dict(environment or {}, PYTHONUNBUFFERED='1')),
             start_new_session=True)
         os.close(theirs)
         if not terminal:
@@ -49,6 +49,11 @@ class Program:
     def text_since(self, characters):
         """The text printed after the first `characters`, as far as it is kept."""
         return self._output.since(characters)
+
+    @property
+    def pid(self):
+        """The number of the process."""
+        return self._process.pid
 
     @property
     def status(self):

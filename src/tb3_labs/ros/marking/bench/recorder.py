@@ -10,6 +10,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.topics import IMU, ODOM
 from tb3_labs.ros.conversions import to_imu_sample, to_odometry_sample
 from tb3_labs.ros.marking.recorder import Recorder
+from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.ros.topics import subscribe
 
 
@@ -30,8 +31,8 @@ class BenchRecorder(Recorder):
         subscribe(IMU, Imu, self._on_imu, to_imu_sample)
         subscribe(ODOM, Odometry, self._on_odometry, to_odometry_sample)
 
-    def is_judged(self, sender):
-        return self._is_judged(sender)
+    def is_judged(self, message):
+        return self._is_judged(connection_of(message)['callerid'])
 
     def _on_imu(self, sample):
         self._yaw = sample.yaw if self._yaw is None else continuous(sample.yaw, self._yaw)

@@ -15,6 +15,7 @@ from rosgraph_msgs.msg import Log
 from tb3_labs.marking.observation import Run
 from tb3_labs.marking.topics import CMD_VEL, IMU, ODOM
 from tb3_labs.ros.marking.graph import LISTENS, PUBLISHES, Graph
+from tb3_labs.ros.marking.types import Types
 from tb3_labs.ros.marking.waiting import wait, wait_until
 from tb3_labs.ros.testing.bounded_text import BoundedText
 
@@ -70,7 +71,7 @@ class RunningNode:
         self.alive = False
         #: When it had ended, in the observation's time [s]; None while it runs.
         self.gone_at = None
-        self.graph = Graph()
+        self.graph = Graph(Types())
         rospy.Subscriber('/rosout', Log, self._on_log, queue_size=100)
         threading.Thread(target=self._watch, daemon=True).start()
 

@@ -10,7 +10,6 @@ from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import gamepad as asked_gamepad
 from tb3_labs.marking import imu as asked_imu
-from tb3_labs.marking import mouse as asked_mouse
 from tb3_labs.marking import move2goal as asked_move2goal
 from tb3_labs.marking import turn as asked_turn
 from tb3_labs.marking.bench import MARGIN, next_turn

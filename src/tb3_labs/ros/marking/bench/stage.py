@@ -6,6 +6,7 @@ from tb3_labs.ros.marking.bench.recorder import BenchRecorder, imu_heading_deg
 from tb3_labs.ros.marking.bench.running_node import RunningNode
 from tb3_labs.ros.marking.robot_hand import RobotHand
 from tb3_labs.ros.marking.stage import UNDER_WAY, Stage
+from tb3_labs.ros.marking.witness import NoWitness
 from tb3_labs.ros.marking.waiting import wait, wait_until
 
 #: A person does what is asked within this time [s].
@@ -39,6 +40,9 @@ class BenchStage(Stage):
     def make_recorder(self):
         return BenchRecorder(self.observation, lambda sender: self.node.is_it(sender),
                              self._has_truth)
+
+    def make_witness(self):
+        return NoWitness()
 
     def make_node(self, package, executable, listens):
         return RunningNode(self.person, listens, *self._wanted, lambda: self.recorder.now)

@@ -1,0 +1,22 @@
+"""The texts of programs that a node is compared with."""
+from pathlib import Path
+
+import rospkg
+
+from tb3_labs.marking.conduct import NODE_TEXT
+
+#: Where this package has nodes, or what a student might take for one.
+FOLDERS = ('scripts', 'src/tb3_labs/nodes', 'test/ros/student_nodes')
+
+
+def node_texts(logs):
+    """Student -> the program of the node, from the folder of the logs."""
+    return {path.name[:-len(NODE_TEXT)]: path.read_text(errors='replace')
+            for path in sorted(Path(logs).glob('*' + NODE_TEXT))}
+
+
+def own_programs():
+    """Name -> program of this package, as far as its sources are here."""
+    place = Path(rospkg.RosPack().get_path('tb3_labs'))
+    return {'tb3_labs/{}/{}'.format(folder, path.name): path.read_text(errors='replace')
+            for folder in FOLDERS for path in sorted((place / folder).glob('*.py'))}

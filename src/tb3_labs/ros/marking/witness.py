@@ -1,0 +1,138 @@
+"""Watches for what a node has no business with, and notes it for the instructor.
+
+Before the node starts, only the robot, the marker and the master are there: every other name, and
+every other address, is the student's.
+"""
+import os
+import threading
+
+import rosgraph
+import rospy
+from dynamic_reconfigure.msg import Config as Values
+from dynamic_reconfigure.srv import Reconfigure
+from std_msgs.msg import Empty
+
+from tb3_labs.marking import conduct
+from tb3_labs.marking.topics import RESET, TRUTH
+from tb3_labs.ros.marking.robot_hand import ROBOT
+from tb3_labs.ros.rospy_internals import connection_of, sender_of
+from tb3_labs.ros.topics import subscribe
+
+#: Every node publishes its log lines there.
+LOG = '/rosout'
+#: How often the master is asked [s].
+PERIOD = 1.0
+#: The fields of a message of settings.
+KINDS = 'bools', 'ints', 'strs', 'doubles'
+#: The robot's settings are set back no more often than this.
+MOST_REPAIRS = 20
+
+
+class NoWitness:
+    """Notes nothing: the person at the bench sees what happens."""
+
+    def look(self):
+        """Nothing."""
+
+    def end(self):
+        """Nothing."""
+
+
+class Witness:
+    """Notes findings in an Observation, until :meth:`end`."""
+
+    def __init__(self, observation, robot, keep):
+        """`robot`: the address of the robot; ``keep()`` keeps the Observation as it is now."""
+        self._observation, self._keep = observation, keep
+        self._master = rosgraph.Master(rospy.get_name())
+        self._owners = {'/' + ROBOT: ('robot', robot),
+                        rospy.get_name(): ('marker', rospy.get_node_uri())}
+        self._parameters = self._robots_parameters()
+        self._settings, self._repairs = None, 0
+        self._over = threading.Event()
+        self._resets = None
+        self._resets = subscribe(RESET, Empty, self._on_reset, queue_size=None)
+        subscribe('/{}/parameter_updates'.format(ROBOT), Values, self._on_settings,
+                  queue_size=None)
+        rospy.on_shutdown(self._on_shutdown)
+        threading.Thread(target=self._repeat, daemon=True).start()
+
+    def end(self):
+        """Look for the last time."""
+        if not self._over.is_set():
+            self.look()
+            self._over.set()
+
+    def look(self):
+        """Ask the master once; if it does not answer, nothing is noted."""
+        try:
+            self._look_at_graph()
+            for finding in conduct.changed(self._parameters, self._robots_parameters(),
+                                           'parameter'):
+                self._observation.note(finding)
+        except (OSError, rosgraph.MasterException):
+            pass
+
+    def _repeat(self):
+        while not self._over.wait(PERIOD):
+            self.look()
+
+    def _look_at_graph(self):
+        published, heard, _ = self._master.getSystemState()
+        own, note = set(self._owners), self._observation.note
+        inputs = {topic for topic, nodes in published if rospy.get_name() in nodes} - {LOG}
+        truth = (rospy.resolve_name(TRUTH), '/' + TRUTH)
+        for topic, nodes in published:
+            for node in set(nodes) - own:
+                note(conduct.published(node, topic, inputs, truth))
+        for topic, nodes in heard:
+            for node in set(nodes) - own:
+                note(conduct.listened(node, topic, truth, own))
+        for name, (owner, address) in self._owners.items():
+            try:
+                now = self._master.lookupNode(name)
+            except rosgraph.MasterError:
+                note(conduct.ended(owner))
+            else:
+                note(conduct.took_name(name, owner) if now != address else '')
+
+    def _robots_parameters(self):
+        """name -> value of the robot's parameters."""
+        try:
+            found = self._master.getParam('/' + ROBOT)
+        except (OSError, rosgraph.MasterException):
+            return {}
+        return found if isinstance(found, dict) else {}
+
+    def _on_reset(self, message):
+        if self._resets is None or sender_of(self._resets, message) != rospy.get_node_uri():
+            self._observation.note(conduct.reset(connection_of(message).get('callerid', '')))
+
+    def _on_settings(self, message):
+        """Set back what the marker did not change."""
+        now = {item.name: item.value
+               for item in message.bools + message.ints + message.strs + message.doubles}
+        if self._settings is None:
+            self._settings = now
+        findings = conduct.changed(self._settings, now, 'setting')
+        for finding in findings:
+            self._observation.note(finding)
+        if findings and self._repairs < MOST_REPAIRS:
+            self._repairs += 1
+            try:
+                rospy.ServiceProxy('/{}/set_parameters'.format(ROBOT), Reconfigure)(Values(
+                    **{kind: self._before(getattr(message, kind)) for kind in KINDS}))
+            except rospy.ServiceException:
+                pass    # the robot is gone, which is noted elsewhere
+
+    def _before(self, items):
+        """These settings, with the values that they had before the node started."""
+        return [type(item)(item.name, self._settings[item.name]) for item in items
+                if item.name in self._settings and item.name not in conduct.SWITCHES]
+
+    def _on_shutdown(self):
+        """A marker that is ended hears no more: what it would observe from now on is not true."""
+        if not self._over.is_set():
+            self._observation.note(conduct.ended('marker'))
+            self._keep()
+            os._exit(1)

@@ -1,0 +1,157 @@
+#!/usr/bin/env python3
+"""Marks a submission whose node deletes, fills, forks, fakes and listens.
+
+All that it tries to harm is a throw-away folder. It forks no more than MOST_FORKS processes, should
+the box not hold.
+"""
+import json
+import os
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+import rospkg
+import rostest
+
+from tb3_labs.ros.marking import box, limits
+
+PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
+NODE = PACKAGE / 'test' / 'ros' / 'student_nodes' / 'imu_sub.py'
+START, END = "    IMU()\n", '        print("Shutting'
+MOST_FORKS = 600
+#: No other program sleeps for this time [s], nor does this test in another checkout.
+SLEEP = str(800000 + os.getpid())
+#: Said to no program but the instructor's.
+SECRET = 'the-instructors-password'
+#: What the node does before it works as it should; {victim} is a folder of the instructor's.
+MISDEEDS = '''    import glob, os, shutil, subprocess, sys, time
+    from dynamic_reconfigure.client import Client
+    from geometry_msgs.msg import PoseStamped
+    from nav_msgs.msg import Odometry
+    from std_msgs.msg import Empty
+    try:
+        import tb3_labs.control.turning
+    except ImportError as problem:
+        print('laws:', problem)
+    for folder in ({victim!r}, os.path.dirname({victim!r})):
+        shutil.rmtree(folder, ignore_errors=True)
+    print('seen:', os.path.exists({victim!r}), glob.glob('/tmp/*/observation.json*'),
+          [name for name in os.listdir('/proc') if name.isdigit() and int(name) > 60])
+    print('secrets:', [name for name in os.environ if {secret!r} in os.environ[name]]
+          + [name for name in glob.glob('/proc/[0-9]*/environ')
+             if os.access(name, os.R_OK) and {secret!r} in open(name, errors='replace').read()])
+    written = 0
+    try:
+        for number in range(20):
+            with open('{{}}'.format(number), 'wb') as file:
+                written += file.write(bytes(10 ** 7))
+    except OSError as problem:
+        print('disk:', written, problem)
+    later = 'sleep 4; echo changed > ' + {victim!r} + '/marks.csv; exec sleep {seconds}'
+    subprocess.Popen(['env', '-i', '/usr/bin/setsid', '/bin/sh', '-c', later],
+                     start_new_session=True)
+    truth = rospy.Publisher('ground_truth', PoseStamped, queue_size=1, latch=True)
+    truth.publish(PoseStamped())
+    for name, kind in rospy.get_published_topics():
+        if kind == 'geometry_msgs/PoseStamped':
+            lie = rospy.Publisher(name, PoseStamped, queue_size=1, latch=True)
+            lie.publish(PoseStamped())
+    rospy.Publisher('odom', Odometry, queue_size=1)
+    rospy.Subscriber('ground_truth', PoseStamped, lambda message: None)
+    rospy.set_param('/turtlebot3/imu_offset_deg', 77.0)
+    Client('turtlebot3', timeout=10).update_configuration({{'imu_noise_deg': 9.0}})
+    reset = rospy.Publisher('reset', Empty, queue_size=1)
+    rospy.on_shutdown(lambda: reset.publish())
+'''
+FORK = '''        import os, time
+        time.sleep(0.3)
+        forks = 'n=0; while [ $n -lt {most} ]; do sleep 60 & n=$((n + 1)); done; wait'
+        os.execv('/bin/sh', ['sh', '-c', forks])
+'''
+#: What the instructor is told, and no student.
+FINDINGS = (
+    'publishes on /ground_truth', 'where the robot tells its true pose', 'publishes on /odom',
+    'listens to /ground_truth', 'publishes on /reset', "called the robot's own reset",
+    'A parameter of the robot was changed: imu_offset_deg from 20',
+    'A setting of the robot was changed: imu_noise_deg from 0', 'it did not count',
+    'uses tb3_labs.control.turning of this package')
+
+
+@unittest.skipIf(box.problem(), 'no boxes here: {}'.format(box.problem()))
+class HostileTest(unittest.TestCase):
+    """mark.py runs once, at home in a throw-away folder; the tests look at what is left."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory(prefix='hostile_')
+        base = Path(cls.folder.name)
+        cls.home, cls.marks = base / 'home', base / 'home' / 'marks'
+        cls.marks.mkdir(parents=True)
+        (cls.home / 'thesis.txt').write_text('years of work')
+        cls.hand_in(base / 'submissions' / 'mallory' / 'lab' / 'imu_sub.py')
+        cls.done = subprocess.run(
+            ['rosrun', 'tb3_labs', 'mark.py', str(base / 'submissions'), '--lab', 'imu', '-o',
+             str(cls.marks), '--parts', 'heading', '--limit', '90'],
+            env=dict(os.environ, HOME=str(cls.home), TOKEN=SECRET),
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=250,
+            universal_newlines=True)
+        page = cls.marks / 'mallory.html'
+        cls.page = page.read_text(encoding='utf-8').replace('&#x27;', "'") if page.exists() else ''
+        log = cls.marks / 'logs' / 'mallory.json'
+        cls.printed = ''.join(run['printed'] for run in json.loads(log.read_text())['runs'])
+
+    @classmethod
+    def hand_in(cls, path):
+        code = NODE.read_text(encoding='utf-8')
+        assert START in code and END in code
+        code = code.replace(START, MISDEEDS.format(
+            victim=str(cls.marks), secret=SECRET, seconds=SLEEP) + START)
+        lines = code.split('\n')
+        after = next(n for n, line in enumerate(lines) if line.startswith(END)) + 1
+        lines.insert(after, FORK.format(most=MOST_FORKS).rstrip('\n'))
+        path.parent.mkdir(parents=True)
+        path.write_text('\n'.join(lines), encoding='utf-8')
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_it_earns_what_its_node_does_and_no_more(self):
+        # the forks at its end may cost the orderly end; nothing else counts for it or against it
+        self.assertRegex(self.done.stdout, 'mallory: (9|10) of 10 points')
+
+    def test_nothing_of_the_instructors_is_gone(self):
+        self.assertEqual((self.home / 'thesis.txt').read_text(), 'years of work')
+        self.assertIn('seen: False [] []', self.printed)
+
+    def test_it_sees_no_secret(self):
+        self.assertIn('secrets: []', self.printed)
+
+    def test_it_does_not_find_the_laws(self):
+        self.assertIn('laws: No module named', self.printed)
+
+    def test_the_disk_is_not_filled(self):
+        self.assertRegex(self.printed, r'disk: \d+ .*No space left on device')
+
+    def test_it_cannot_fork_without_end(self):
+        # the marker saw it first, or Linux did
+        self.assertRegex(self.printed, 'since it used more than {} processes|Cannot fork'.format(
+            limits.PROCESSES))
+
+    def test_nobody_waits_for_the_end(self):
+        lines = subprocess.check_output(['ps', '-eo', 'args'], universal_newlines=True)
+        self.assertNotIn('sleep ' + SLEEP, lines)
+        self.assertNotIn('changed', (self.marks / 'marks.csv').read_text())
+
+    def test_the_instructor_is_told_and_no_student(self):
+        overview = (self.marks / 'overview.html').read_text(encoding='utf-8').replace(
+            '&#x27;', "'")
+        for finding in FINDINGS:
+            self.assertIn(finding, self.done.stdout)
+            self.assertTrue(finding in overview, finding)
+            self.assertFalse(finding in self.page, finding)
+
+
+if __name__ == '__main__':
+    rostest.rosrun('tb3_labs', 'mark_hostile', HostileTest)
