@@ -43,6 +43,11 @@ class DemoDrive:
     bound: float             # least possible time [s]
 
     @property
+    def off_by(self) -> Tuple[float, float]:
+        """(distance [m], angle [deg]) from the believed pose to the goal."""
+        return _miss(self.believed, self.goal)
+
+    @property
     def truly_off(self) -> Tuple[float, float]:
         """(distance [m], angle [deg]) from the true pose to the goal."""
         return _miss(self.reached, self.goal)
