@@ -257,7 +257,14 @@ class MarkTest(unittest.TestCase):
             self.assertEqual(float(row['points']), sum(float(row[name]) for name in graded))
             lost[case.student] = {name for name in graded if float(row[name]) == 0.0}
             expected[case.student] = set(graded) if case.lost == EVERYTHING else case.lost
-        self.assertEqual(lost, expected)
+        self.assertEqual(lost, expected, '\n'.join(
+            self.said(key, case.student) for case in CASES[key]
+            if lost[case.student] != expected[case.student]))
+
+    def said(self, key, student):
+        """The sentences about a student's losses, and the end of what the node printed."""
+        page = Page(self.runs[key][0] / (student + '.html')).words
+        return '{}: {}'.format(student, ' '.join(page.split())[-6000:])
 
     def test_turn_good(self):
         self.check('turn', '')
