@@ -64,6 +64,7 @@ class Observation:
     runs: List[Run] = field(default_factory=list)
     missing: Dict[str, str] = field(default_factory=dict)        # stimulus -> why there is none
     remarks: List[str] = field(default_factory=list)             # sentences for the student
+    broken: str = ''                                             # the error that ended the trial
     findings: List[str] = field(default_factory=list)            # for the instructor; see conduct
 
     def to_json(self) -> str:

@@ -138,6 +138,10 @@ class Marker:
         marks.observation = Observation.from_json(record.read_text())
         marks.remarks += marks.observation.remarks
         marks.findings += marks.observation.findings
+        if marks.observation.broken:
+            marks.failed = True
+            marks.remarks.append('The marker itself failed ({}), so this was not judged; see {}.'
+                                 .format(marks.observation.broken, log))
         shutil.copy(str(record), str(self._logs / (folder.name + '.json')))
 
     def _read(self, marks, sources, executable):

@@ -12,14 +12,19 @@ def try_out(lab, package, executable, parts=(), keep=lambda observation: None,
             pad=PadConfig()):
     """The Observation of a node, of these parts of its lab, or of all if none are given.
 
-    `keep` is called with the Observation so far whenever a step was completed.
-    `pad`: the numbers of the gamepad that is played.
+    `keep` is called with the Observation so far whenever a step was completed; `pad`: the numbers of
+    the gamepad that is played.
     """
     stage = Stage(lab, package, executable, LABS[lab].listens, keep, pad)
     try:
         for name, act in SCRIPTS[lab].items():
             if not parts or name in parts:
                 act(stage)
+    except Exception as problem:
+        # what was not tried must not look as if the node had failed it
+        stage.observation.broken = '{}: {}'.format(type(problem).__name__, problem)
+        stage.keep()
+        raise
     finally:
         stage.node.stop()
         stage.witness.end()

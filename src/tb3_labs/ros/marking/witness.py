@@ -45,6 +45,8 @@ class Witness:
         """`robot`: the address of the robot; ``keep()`` keeps the Observation as it is now."""
         self._observation, self._keep = observation, keep
         self._master = rosgraph.Master(rospy.get_name())
+        #: The connection to the master can carry one question at a time.
+        self._asking = threading.Lock()
         self._owners = {'/' + ROBOT: ('robot', robot),
                         rospy.get_name(): ('marker', rospy.get_node_uri())}
         self._parameters = self._robots_parameters()
@@ -65,13 +67,14 @@ class Witness:
 
     def look(self):
         """Ask the master once; if it does not answer, nothing is noted."""
-        try:
-            self._look_at_graph()
-            for finding in conduct.changed(self._parameters, self._robots_parameters(),
-                                           'parameter'):
-                self._observation.note(finding)
-        except (OSError, rosgraph.MasterException):
-            pass
+        with self._asking:
+            try:
+                self._look_at_graph()
+                for finding in conduct.changed(self._parameters, self._robots_parameters(),
+                                               'parameter'):
+                    self._observation.note(finding)
+            except (OSError, rosgraph.MasterException):
+                pass
 
     def _repeat(self):
         while not self._over.wait(PERIOD):
