@@ -504,17 +504,6 @@ def test_an_imu_whose_rate_is_even_is_not_frozen(desk):
     assert None not in desk.run(1.0)
 
 
-def test_another_law_takes_its_own_time_and_a_stuck_robot_is_given_up_all_the_same(desk):
-    desk.ask()
-    desk.run(0.2)
-    for _ in range(5):
-        law = Told(period=0.2)
-        desk.core.set_law(law)
-        desk.run(0.4)
-        assert law.times[:2] == pytest.approx([0.2, 0.2]) or not desk.core.watched
-    assert desk.told('does not move', warning=True)
-
-
 def test_another_law_does_not_begin_a_turn_that_is_over(desk):
     desk.ask()
     desk.rate = 0.05                      # it is not judged yet

@@ -19,6 +19,7 @@ from tb3_labs.supervision.arbitration import DRIVERS, Driver, DriverEvent, after
 from tb3_labs.supervision.freshness import RESUME_TIME, Freshness, SensorWatch, Sight
 from tb3_labs.supervision.frozen import FrozenWatch
 from tb3_labs.supervision.sleep import SleepWatch
+from tb3_labs.supervision.stall import Progress
 
 #: A robot that turns faster than this without commands from here is driven by another node [rad/s].
 DRIVEN_RATE = 0.1
@@ -112,6 +113,7 @@ class ControllerCore:
         self._law = law
         self._pace = Pace(law.period)
         if self._turn is not None and self.driver is Driver.TURN:
+            self._turn.progress = Progress()
             self._start_law(self._turn)
 
     # -- what comes out
@@ -157,6 +159,7 @@ class ControllerCore:
             return self._mouse.twist
         if self.driver is Driver.TURN and self._was_awake(now) and self._sensors_allow(now):
             return self._turn_on(now)
+        self._pace.skip(now)
         return None
 
     # -- turns
@@ -187,7 +190,6 @@ class ControllerCore:
     def _start_law(self, turn: Turn) -> None:
         """Begin the turn, or go on after a stop, from the present heading."""
         self._law.start(self._yaw, turn.left(self._yaw))
-        turn.progress.resume()
         self._pace.pause()
         self._sensors.pause()
         self._frozen.start()
@@ -210,6 +212,7 @@ class ControllerCore:
             self._pace.pause()
         elif self._sensors.sight is Sight.BACK_SOON:
             self._news.tell('Going on: the IMU is back')
+            turn.progress.resume()
             self._start_law(turn)
         elif self._sensors.sight is Sight.BACK_LATE:
             self._happens(DriverEvent.TURN_OVER, 'the IMU was silent for {:.1f} s'.format(

@@ -114,10 +114,12 @@ class MoveToGoalCore:
         """Replace the goal; ``ValueError`` if it is too far."""
         _check_distance(goal)
         self._machine.set_goal(goal)
+        self._pause()
 
     def cancel(self) -> None:
         """End the drive: a person or program cancelled the goal."""
         self._machine.cancel()
+        self._pause()
 
     def reset(self, declared: Pose2, now: float) -> Reset:
         """Declare that the robot is at `declared` now. The Reset shows when that is carried out.
@@ -155,10 +157,11 @@ class MoveToGoalCore:
         given, self._givings = permission.count > self._givings, permission.count
         if given and (machine.failure or not before):
             # the robot may have been driven elsewhere meanwhile
-            if machine.failure or machine.active:
-                machine.restart()
+            self._begin_anew()
         elif self._may_drive and not before:
             machine.interrupt()
+        elif before and not self._may_drive:
+            self._pause()
 
     # -- what comes out, once
 
@@ -186,8 +189,7 @@ class MoveToGoalCore:
     def command(self, now: float) -> Optional[Twist2]:
         """The velocity to send now, or None: silence."""
         if not (self.has_control and self._machine.active):
-            self._stand()
-            self._sensors.pause()
+            self._pause()
         elif self._sensors_allow(now):
             motion = self._localizer.motion(now)
             if motion is not None:
@@ -272,19 +274,31 @@ class MoveToGoalCore:
 
     def _sensors_allow(self, now: float) -> bool:
         self._sensors.update(now)
-        if self._sensors.sight is not Sight.FRESH:
-            self._stand()
+        if self._sensors.sight is Sight.SILENT:
+            self._pace.pause()
+            self._frozen.start()
+            return False
         if self._sensors.sight is Sight.BACK_SOON:
+            self._pace.pause()
+            self._frozen.start()
             self._machine.interrupt()
         elif self._sensors.sight is Sight.BACK_LATE and self._machine.begun:
             self._machine.give_up('sensors were silent for {:.1f} s'.format(
                 self._sensors.silent_for))
-        return self._machine.active and self._sensors.sight is not Sight.SILENT
+        return self._machine.active
 
-    def _stand(self) -> None:
+    def _begin_anew(self) -> None:
+        """Begin the drive anew, unless its goal was reached or cancelled."""
+        if self._machine.failure or self._machine.active:
+            self._machine.restart()
+        self._pause()
+
+    def _pause(self) -> None:
         """The robot stands, or another node drives it: the next command counts as the first."""
         self._pace.pause()
+        self._sensors.pause()
         self._frozen.start()
+        self._sent = Twist2()
 
     def _look_at_localizer(self) -> None:
         """Give up a drive in which a sensor jumped; begin it anew after a reset."""
@@ -298,6 +312,7 @@ class MoveToGoalCore:
         if resets:
             self._resets += resets
             self._machine.restart()
+            self._pause()
 
 
 def _check_distance(pose: Pose2) -> None:

@@ -103,6 +103,8 @@ class Permission:
         self.update(now)
         repeated, self._said[sender] = granted and self._said.get(sender, False), granted
         if not granted:
+            self._stops = {other: at for other, at in self._stops.items()
+                           if now - at <= LONGEST_LAPSE}
             self._stops[sender] = now
             self._givings = {}
             self._refused.discard(sender)
@@ -113,6 +115,7 @@ class Permission:
                          'this node did not run. False, then True, gives it again')
         elif not repeated:
             self._givings[sender] = _Giving(now, renews)
+            self._refused.discard(sender)
             self.count += 1
         elif not self.stands:
             self._refuse(sender, 'True from {} does not count, it was said before: False, then '

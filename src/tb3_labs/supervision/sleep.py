@@ -24,6 +24,7 @@ class SleepWatch:
 
     def start(self) -> None:
         """Begin to look now: no time before counts."""
+        self.slept_for = 0.0
         self._updated_at = None
 
     def in_words(self) -> str:
