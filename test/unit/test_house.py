@@ -8,7 +8,7 @@ import pytest
 SOURCES = os.path.join(os.path.dirname(__file__), os.pardir, os.pardir, 'src', 'tb3_labs')
 #: From the ground up; a room imports only from lower floors, and from itself.
 FLOORS = [{'config', 'news', 'geometry'}, {'robot', 'supervision'}, {'localization', 'control'},
-          {'nodes', 'report'}, {'simulation', 'marking'}, {'ros'}]
+          {'nodes', 'report'}, {'simulation', 'marking', 'handout'}, {'ros'}]
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 #: Modules that the pure rooms do not use.
 ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 'threading'}
