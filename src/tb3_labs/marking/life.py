@@ -20,7 +20,9 @@ STOPPING = 0.5
 #: What a criterion about Ctrl+C is judged by, in words.
 IN_TIME, ENDS_IN_TIME, STOPS_IN_TIME = (
     'within {:g} s'.format(time) for time in (START_TIME, ENDING, STOPPING))
-TRACEBACK = re.compile(r'^Traceback \(most recent call last\)', re.MULTILINE)
+#: How a traceback begins.
+TRACEBACK_LINE = 'Traceback (most recent call last)'
+TRACEBACK = re.compile('^' + re.escape(TRACEBACK_LINE), re.MULTILINE)
 ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
 #: rospy itself raises this in a callback that publishes while the node ends.
 NOT_THEIRS = 'publish() to a closed topic'

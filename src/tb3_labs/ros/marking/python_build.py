@@ -7,6 +7,7 @@ import os
 import re
 import shutil
 import threading
+from functools import lru_cache
 from pathlib import Path
 
 import genmsg
@@ -83,22 +84,19 @@ class Builder:
                                  'out.'.format(name, ' and '.join(lacking)))
 
 
+@lru_cache(maxsize=None)
 def system_packages():
-    """The names of all ROS packages of this machine."""
-    return _ROS.list()
+    """name -> folder of each ROS package of this machine; the same mapping at each call."""
+    # A RosPack fills itself while it is asked: one for each thread that comes first.
+    ros = rospkg.RosPack()
+    return {name: ros.get_path(name) for name in ros.list()}
 
 
+@lru_cache(maxsize=None)
 def system_messages():
     """name -> folders of its messages, of all ROS packages of this machine."""
-    if not _MESSAGES:
-        for name in _ROS.list():
-            folder = os.path.join(_ROS.get_path(name), 'msg')
-            if os.path.isdir(folder):
-                _MESSAGES[name] = [folder]
-    return _MESSAGES
-
-
-_ROS, _MESSAGES = rospkg.RosPack(), {}
+    folders = {name: os.path.join(folder, 'msg') for name, folder in system_packages().items()}
+    return {name: [folder] for name, folder in folders.items() if os.path.isdir(folder)}
 
 
 def without_comments(recipe):

@@ -5,12 +5,11 @@ import rospy
 from tb3_labs.marking.bench import Falling, line_of
 from tb3_labs.marking.labs import IMU, LABS
 from tb3_labs.marking.topics import IMU as IMU_TOPIC
-from tb3_labs.marking.topics import ODOM
+from tb3_labs.marking.topics import ODOM, TRUTH
 from tb3_labs.ros.marking.bench.running_node import NotFound, package_of, process_of
 from tb3_labs.ros.marking.bench.scripts import PARTS, PLAYED, RELEASES
 from tb3_labs.ros.marking.bench.stage import BenchStage
 
-TRUTH = 'ground_truth'
 #: Stands for a package that is not known.
 UNKNOWN = 'unknown'
 

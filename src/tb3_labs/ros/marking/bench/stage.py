@@ -1,5 +1,5 @@
 """The stage at the bench: the robot and the node that run, and a person between the two."""
-from tb3_labs.marking.life import CTRL_C, SIGNAL, STOPPING, TOOK
+from tb3_labs.marking.life import CTRL_C, SIGNAL, STOPPING, TOOK, TRACEBACK_LINE
 from tb3_labs.marking.observation import WAS_MOVING, Stimulus
 from tb3_labs.ros.conversions import to_twist
 from tb3_labs.ros.marking.bench.recorder import BenchRecorder, imu_heading_deg
@@ -13,8 +13,6 @@ from tb3_labs.ros.marking.waiting import wait, wait_until
 PATIENCE = 60.0
 #: A node that commanded a movement so shortly before its end was ended in that movement [s].
 IN_MOTION = 0.5
-#: What a traceback begins with.
-TRACEBACK = 'Traceback (most recent call last)'
 
 
 class BenchHand(RobotHand):
@@ -113,4 +111,4 @@ class BenchStage(Stage):
                 'Did it print "{}"?'.format(goodbye)):
             self.node.attest(goodbye)
         if ended and self.person.confirms('Is there a traceback of it in its terminal?'):
-            self.node.attest(TRACEBACK)
+            self.node.attest(TRACEBACK_LINE)
