@@ -1,0 +1,161 @@
+#!/usr/bin/env python3
+"""Draws how usual mistakes look, for those who teach: doc/figures/wrong_*.svg.
+
+    python3 test/make_wrong_figures.py
+
+Each picture is a robot without delays, driven by the handout's law with one mistake in it.
+Units: metres, radians; the turns in degrees, as in the handout.
+"""
+import math
+
+import matplotlib
+
+from matplotlib.patches import Circle
+
+from make_figures import FOLDER, GOAL, NEAR, new_figure, plain, robot
+from tb3_labs.geometry.angles import wrap
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report.figures import BLUE, GREEN, GREY, ORANGE
+
+#: Time between two commands, and a picture's longest drive and turn [s].
+TICK, LONGEST_DRIVE, LONGEST_TURN = 0.1, 60.0, 8.0
+#: A robot that is farther than this from its start is not followed any more [m].
+FAR = 1.9
+#: Where the robot stood in odom when the frame was declared, and the pose before that.
+AT_RESET, POWER_ON = Pose2(0.8, 0.5, math.radians(100.0)), Pose2()
+#: Yaw of the IMU minus the odometry's [rad], where it is not 0.
+OFFSET = math.radians(-34.6)
+#: The wheels of a Burger allow this [rad/s].
+FASTEST_TURN = 2.635
+
+
+class Student:
+    """The pose in local as a student's node computes it, right or with one mistake."""
+
+    def __init__(self, mistake, offset=0.0, declared=Pose2()):
+        self.mistake, self.offset, self.declared = mistake, offset, declared
+        self.place = POWER_ON if mistake == 'place' else AT_RESET
+        self.yaw = POWER_ON.yaw if mistake == 'yaw' else AT_RESET.yaw
+
+    def pose(self, odom):
+        """The believed pose in local, from the pose in odom."""
+        if self.mistake == 'frame':
+            return odom
+        theta = {'sign': -self.yaw, 'none': 0.0}.get(self.mistake, self.yaw + self.offset)
+        place = Pose2(0.0, 0.0, theta).inverse().act((odom.x - self.place.x,
+                                                      odom.y - self.place.y))
+        here = Pose2(float(place[0]), float(place[1]), wrap(odom.yaw - self.yaw))
+        return here if self.mistake == 'declared' else self.declared @ here
+
+
+def drive(student):
+    """(true path, believed path) in the frame that was declared: lists of Pose2."""
+    odom, state = AT_RESET, 'ROTATE_TO_GOAL'
+    local_T_odom = student.declared @ AT_RESET.inverse()
+    true, believed = [], []
+    for _ in range(int(LONGEST_DRIVE / TICK)):
+        here = student.pose(odom)
+        true.append(local_T_odom @ odom)
+        believed.append(here)
+        linear = angular = 0.0
+        if state == 'ROTATE_TO_GOAL':
+            error = wrap(here.bearing_to(GOAL) - here.yaw)
+            angular, state = 0.3 * error, state if abs(error) > 0.05 else 'MOVE_FORWARD'
+        elif state == 'MOVE_FORWARD':
+            linear = 0.15
+            if here.distance_to(GOAL) < NEAR:
+                state = 'ROTATE_TO_FINAL'
+        else:
+            error = wrap(GOAL.yaw - here.yaw)
+            angular = 0.5 * error
+            if abs(error) < 0.05:
+                break
+        odom = odom @ Pose2(linear * TICK, 0.0, angular * TICK)
+        if true[-1].distance_to(student.declared) > FAR:
+            break
+    return true, believed
+
+
+DRIVES = [
+    ('as it should be', Student('')),
+    ('R in place of its inverse', Student('sign')),
+    ('not rotated at all', Student('none')),
+    ("rotated by the IMU's yaw,\nwhich differs by 34.6 deg", Student('', offset=OFFSET)),
+    ("the reset keeps the old yaw", Student('yaw')),
+    ('the reset keeps the old x, y', Student('place')),
+    ('the declared pose (0.2, 0.3, 90 deg)\nis lost',
+     Student('declared', declared=Pose2(0.2, 0.3, math.pi / 2.0))),
+    ('no local frame: drives by odom', Student('frame'))]
+
+
+def wrong_drives():
+    """The second drive, after a reset at 100 degrees, in the frame that was declared."""
+    figure = new_figure(10.2, 5.8)
+    for axes, (title, student) in zip(figure.subplots(2, 4).flat, DRIVES):
+        plain(axes, (-1.9, 1.5), (-1.5, 1.9))
+        true, believed = drive(student)
+        axes.add_patch(Circle((GOAL.x, GOAL.y), NEAR, fill=False, linestyle='--', color=GREEN))
+        axes.plot(GOAL.x, GOAL.y, '*', color=GREEN, markersize=11, zorder=6)
+        axes.plot([pose.x for pose in believed], [pose.y for pose in believed], color=ORANGE,
+                  linestyle='--', linewidth=1.6, label='believed')
+        axes.plot([pose.x for pose in true], [pose.y for pose in true], color=BLUE, linewidth=1.6,
+                  label='true')
+        robot(axes, student.declared, 0.07, GREY)
+        robot(axes, true[-1], 0.09, BLUE)
+        axes.set_title(title, fontsize=9)
+        axes.tick_params(labelsize=7)
+        axes.set_xlabel('')
+        axes.set_ylabel('')
+    figure.axes[0].legend(loc='lower right', fontsize=7)
+    return figure
+
+
+def turn(start, asked, wrapped=True, clamped=True):
+    """The heading over time [s], [deg] of a turn by `asked`, from `start` [deg]."""
+    goal = (start + asked) % 360.0 if wrapped else start + asked
+    heading, turned = start, [start]
+    for _ in range(int(LONGEST_TURN / TICK)):
+        error = goal - heading % 360.0
+        if wrapped:
+            error = (error + 180.0) % 360.0 - 180.0
+        command = 0.1 * error
+        if command > 0.0:
+            command = min(max(command, 0.5), 1.5)
+        elif clamped:
+            command = max(min(command, -0.5), -1.5)
+        command = max(-FASTEST_TURN, min(command, FASTEST_TURN))
+        if abs(error) < 10.0:
+            command = 0.0
+        heading += math.degrees(command) * TICK
+        turned.append(heading)
+    return turned
+
+
+def wrong_turns():
+    """Four turns: the heading, counted on over whole turns, over time."""
+    figure = new_figure(10.2, 2.8)
+    for axes, (title, turned, goal) in zip(figure.subplots(1, 4), (
+            ('l from 330: as it should be', turn(330.0, 90.0), 420.0),
+            ('l from 330, nothing wrapped:\nit never ends', turn(330.0, 90.0, wrapped=False), 420.0),
+            ('r from 40, nothing wrapped:\nit never ends', turn(40.0, -90.0, wrapped=False), -50.0),
+            ('r from 200, without the\nnegative clamp: too fast', turn(200.0, -90.0, clamped=False),
+             110.0))):
+        axes.axhspan(goal - 10.0, goal + 10.0, facecolor='#d3e8d3', linewidth=0.0)
+        axes.plot([k * TICK for k in range(len(turned))], turned, color=BLUE)
+        axes.set_title(title, fontsize=9)
+        axes.tick_params(labelsize=7)
+        axes.grid(color='#e4e4e4', linewidth=0.6)
+        axes.set_xlabel('time [s]', fontsize=8)
+    figure.axes[0].set_ylabel('heading [deg]', fontsize=8)
+    return figure
+
+
+def main():
+    """Draw both."""
+    matplotlib.rcParams['svg.hashsalt'] = 'tb3_labs'
+    for name, draw in (('wrong_drives', wrong_drives), ('wrong_turns', wrong_turns)):
+        draw().savefig(str(FOLDER / (name + '.svg')), format='svg', metadata={'Date': None})
+
+
+if __name__ == '__main__':
+    main()
