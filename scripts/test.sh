@@ -32,7 +32,7 @@ rm -rf "$TMPDIR" "$results"    # a former run's results would count again
 rm -f "$ws/build/Testing/Temporary/CTestCostData.txt"    # ctest's order is that of CMakeLists.txt, not of the last run
 mkdir -p "$TMPDIR" "$results"
 
-# catkin's tests as ctest knows them: _ctest_tb3_labs_<kind>_<name>, kind = pytest, rostest or roslaunch-check.
+# catkin's tests as ctest knows them: _ctest_tb3_labs_<kind>_<name>, kind = pytest or rostest.
 pattern=
 for name; do
   case $name in

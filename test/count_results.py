@@ -17,8 +17,7 @@ SLOWEST = 10
 #: and of the last lines of a failure's text that are shown.
 LINES = 20
 #: A test in ctest's output: kind, name, outcome, seconds.
-CTEST = re.compile(r'Test +#\d+: _ctest_tb3_labs_(pytest|rostest|roslaunch-check)_(\S+) \.*(.*?) +'
-                   r'([\d.]+) sec')
+CTEST = re.compile(r'Test +#\d+: _ctest_tb3_labs_(pytest|rostest)_(\S+) \.*(.*?) +([\d.]+) sec')
 
 
 class Count:
@@ -78,8 +77,7 @@ class Count:
         """Note failures of ctest that no result file explains, such as a crash at the end."""
         explained = {test for test, _, _ in self.failures}
         for kind, name, outcome, _ in self._tests:
-            test = '{}{}{}'.format(kind, '_' if kind == 'roslaunch-check' else '-',
-                                   re.sub(r'\.test$', '', name))
+            test = '{}-{}'.format(kind, re.sub(r'\.test$', '', name))
             if outcome.startswith('***') and not explained.intersection(
                     [test] + self._nodes_of.get(test, [])):
                 self.fail(test, 'ended badly; see the full output')

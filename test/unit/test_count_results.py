@@ -71,8 +71,7 @@ def test_what_ctest_alone_calls_failed_is_a_failure(outcome, results):
 
 
 @pytest.mark.parametrize('name, result', [
-    ('pytest_unit', 'pytest-unit'), ('rostest_test_ros_x.test', 'rosunit-x'),
-    ('roslaunch-check_launch_demo.launch', 'roslaunch-check_launch_demo.launch')])
+    ('pytest_unit', 'pytest-unit'), ('rostest_test_ros_x.test', 'rosunit-x')])
 def test_a_failure_that_a_result_file_explains_counts_once(name, result, results):
     results('rostest-test_ros_x', '<testcase name="testx"/>')
     count = Count(results(result, 'failed'), log_line(name, '***Failed', 3.0))
