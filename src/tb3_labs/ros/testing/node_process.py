@@ -68,6 +68,11 @@ class Program:
         """Wait until `words` were printed `times` times; RuntimeError with the output if not."""
         self._output.wait_for(words, seconds, times)
 
+    def wait_for_match(self, pattern, seconds=20.0):
+        """Wait until the regular expression `pattern` is found in the output; RuntimeError with the
+        output if not."""
+        self._output.wait_for_match(pattern, seconds)
+
     def where(self):
         """The stacks of its threads, if it is a node of this package (see ros.signals)."""
         printed, _ = self.printed

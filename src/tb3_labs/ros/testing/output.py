@@ -54,6 +54,14 @@ class Output:
                 raise RuntimeError('waited {:.0f} s in vain for {!r}; printed: {}'.format(
                     seconds, words, self._text))
 
+    def wait_for_match(self, pattern, seconds):
+        """Wait until the regular expression `pattern` is found in all that came; RuntimeError with
+        the output if not."""
+        with self._changed:
+            if not self._changed.wait_for(lambda: pattern.search(str(self._text)), seconds):
+                raise RuntimeError('waited {:.0f} s in vain for {}; printed: {}'.format(
+                    seconds, pattern.pattern, self._text))
+
     def wait_for_the_end(self, seconds):
         """Wait until the other side is closed, at most `seconds`."""
         self._reader.join(seconds)
