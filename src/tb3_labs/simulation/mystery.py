@@ -65,33 +65,33 @@ KINDS = (
           'The robot drives straight, but it turns at less than the commanded rate, on the spot '
           'and in both directions.',
           'slip', 0.01),
-    Fault('frozen imu', (2.0, 6.0), False, 1, 's', 0.5,
+    Fault('frozen imu', (2.0, 6.0), False, 1, 's', 0.3,
           'duration of one freeze',
           'Now and then /imu repeats one sample with new stamps, to the last digit. Meanwhile '
           '/odom goes on.',
           settings={'imu_frozen': True}),
-    Fault('frozen odometry', (2.0, 6.0), False, 1, 's', 0.5,
+    Fault('frozen odometry', (2.0, 6.0), False, 1, 's', 0.3,
           'duration of one freeze',
           'Now and then /odom repeats one pose and speed with new stamps. Meanwhile /imu goes on.',
           settings={'odom_frozen': True}),
-    Fault('silent imu', (2.0, 6.0), False, 1, 's', 0.5,
+    Fault('silent imu', (2.0, 6.0), False, 1, 's', 0.3,
           'duration of one silence',
           'Now and then /imu sends nothing, and its stamps have a gap. Meanwhile /odom goes on.',
           settings={'imu_silent': True}),
-    Fault('silent odometry', (2.0, 6.0), False, 1, 's', 0.5,
+    Fault('silent odometry', (2.0, 6.0), False, 1, 's', 0.3,
           'duration of one silence',
           'Now and then /odom sends nothing, and its stamps have a gap. Meanwhile /imu goes on.',
           settings={'odom_silent': True}),
-    Fault('sensor latency', (0.2, 0.6), False, 2, 's', 0.05,
+    Fault('sensor latency', (0.2, 0.6), False, 2, 's', 0.03,
           'delay of each sample, from its stamp to its arrival',
           'Each sample is older than it should be at its arrival: rostopic delay /imu.',
           'sensor_latency'),
-    Fault('command latency', (0.2, 0.6), False, 2, 's', 0.1,
+    Fault('command latency', (0.3, 1.0), False, 2, 's', 0.1,
           'delay of each command, from its sending to its arrival',
           'The samples are fresh at their arrival, but they begin to change late after the first '
           'command.',
           'command_latency'),
-    Fault('network stalls', (0.6, 1.0), False, 2, 's', 0.15,
+    Fault('network stalls', (0.5, 1.5), False, 2, 's', 0.15,
           'the longest time for which nothing arrives',
           'Messages of both sensors are held up together and come all at once: intervals on '
           'arrival are long, those of the stamps are not.',
@@ -119,12 +119,15 @@ class HiddenFault:
         if self.fault.setting:
             changes[self.fault.setting] = self.value * self.fault.scale
         self._faulty = replace(plain, seed=seed, **changes)
-        self._sound = self._faulty if self.fault.setting else replace(plain, seed=seed)
+        self._sound = replace(plain, seed=seed)
 
     def settings_at(self, now: float) -> SimulatorConfig:
         """The robot's settings at this time since its start [s]; the same object while they are
         the same."""
-        return self._sound if now % (PAUSE + self.value) < PAUSE else self._faulty
+        comes_and_goes = not self.fault.setting
+        if comes_and_goes and now % (PAUSE + self.value) < PAUSE:
+            return self._sound
+        return self._faulty
 
 
 def draw(number: int) -> Tuple[Fault, float, int]:
