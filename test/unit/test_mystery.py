@@ -16,9 +16,10 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 STEP = 0.02
 #: The sheet's recording: (until [s], m/s, rad/s).
-RUN = (60.0, 0.0, 0.0), (80.0, 0.1, 0.0), (81.0, 0.0, 0.0), (101.0, 0.0, 1.0), (120.0, 0.0, 0.0)
-FIRST_COMMAND = RUN[0][0]
-STRAIGHT = 60.0, 80.9           # the drive, with half a second in which the board waits for more
+RUN = (60.0, 0.0, 0.0), (80.0, 0.1, 0.0), (84.0, 0.0, 0.0), (104.0, 0.0, 1.0), (120.0, 0.0, 0.0)
+LAST_COMMAND = 80.0 - STEP      # of the straight drive [s]
+COMMAND_TIMEOUT = 0.5           # the board stops this long after the last command [s]
+STRAIGHT = 60.0, 83.0           # the drive and its end, however late that is
 WHEEL_DISTANCE = 0.160          # of a Burger, by its data sheet [m]
 
 
@@ -82,16 +83,18 @@ def diagnose(seen):
     drift = math.degrees(turned(between(imu, 0.0, 50.0))) / 50.0 * 60.0
     if abs(drift) > 5.0:
         return 'imu drift', drift
-    # 3. The first command, a straight drive, a turn on the spot.
-    moves = next(sample.stamp for sample in odom if sample.linear > 0.01) - FIRST_COMMAND
-    if moves > 0.15:
-        return 'command latency', moves
+    # 3. The end of a drive, a straight drive, a turn on the spot. A sound robot takes 0.07 s: the
+    #    board's tick, the motors' lag, and the mean over an interval of the odometry.
+    stops = next(sample.stamp for sample in between(odom, LAST_COMMAND, 82.0)
+                 if sample.linear < 0.05) - LAST_COMMAND - COMMAND_TIMEOUT - 0.07
+    if stops > 0.15:
+        return 'command latency', stops
     places = [sample.pose for sample in between(odom, *STRAIGHT)]
     path = sum(a.distance_to(b) for a, b in zip(places, places[1:]))
     bend = -turned(between(imu, *STRAIGHT)) * WHEEL_DISTANCE / path
     if abs(bend) > 0.01:
         return 'wheel mismatch', 100.0 * bend
-    rate = statistics.mean(sample.yaw_rate for sample in between(imu, 82.0, 100.0))
+    rate = statistics.mean(sample.yaw_rate for sample in between(imu, 86.0, 104.0))
     return 'slip', 100.0 * (1.0 - rate / 1.0)
 
 

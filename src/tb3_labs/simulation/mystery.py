@@ -88,8 +88,8 @@ KINDS = (
           'sensor_latency'),
     Fault('command latency', (0.3, 1.0), False, 2, 's', 0.1,
           'delay of each command, from its sending to its arrival',
-          'The samples are fresh at their arrival, but they begin to change late after the first '
-          'command.',
+          'The samples are fresh at their arrival, but at the end of a drive the measured speed '
+          'drops later than the commanded one.',
           'command_latency'),
     Fault('network stalls', (0.5, 1.5), False, 2, 's', 0.15,
           'the longest time for which nothing arrives',
