@@ -1,4 +1,4 @@
-"""Finds one robot's topics in a recording, by type rather than by name."""
+"""The topics of a recording: which are recorded, and which of them are one robot's, by type."""
 
 IMU, ODOMETRY = 'sensor_msgs/Imu', 'nav_msgs/Odometry'
 POSE, TWIST = 'geometry_msgs/PoseStamped', 'geometry_msgs/Twist'
@@ -8,6 +8,10 @@ OPTIONAL = {
     'commands': ('cmd_vel', TWIST), 'local_pose': ('local_pose', POSE),
     'ground_truth': ('ground_truth', POSE), 'goals': ('current_goal', POSE),
     'states': ('goal_state', STRING)}
+#: What is recorded of a run: names in the robot's namespace, and names of the whole system.
+RECORDED = ('imu', 'odom', 'cmd_vel', 'heading', 'ground_truth', 'local_pose', 'goal_state',
+            'current_goal', 'ctrl_relinq', 'control_holder', 'joy', 'turn', 'mouse_info', 'reset',
+            'initialpose', '/rosout', '/tf', '/tf_static', '/diagnostics')
 
 
 class BagProblem(Exception):
