@@ -12,7 +12,8 @@ from tb3_labs.robot.turtlebot3 import robot_model
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.figures import STRETCHES, curve, new_figure, thin  # noqa: E402
-from tb3_labs.report.run_figures import _path, errors, heading, paths, speeds  # noqa: E402
+from tb3_labs.report.path_figures import draw_path, paths  # noqa: E402
+from tb3_labs.report.run_figures import errors, heading, speeds  # noqa: E402
 
 BURGER = robot_model('burger')
 
@@ -125,7 +126,7 @@ def test_more_than_six_labels_would_cover_each_other(number, labels):
 @pytest.mark.parametrize('leap, pieces', [(0.29, 1), (0.31, 2), (-0.29, 1), (-0.31, 2)])
 def test_a_path_is_blank_where_it_leaps_by_more_than_three_tenths_of_a_metre(leap, pieces):
     axes = new_figure(2.0).subplots()
-    _path(axes, poses(ZERO, np.where(TIME > 5.0, leap, 0.0)), color='black', label='path')
+    draw_path(axes, poses(ZERO, np.where(TIME > 5.0, leap, 0.0)), color='black', label='path')
     assert len(lines(axes)) == pieces and len(lines(axes, 'path')) == 1
     assert sum(len(line) for line in lines(axes)) == len(TIME)
 

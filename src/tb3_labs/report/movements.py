@@ -28,7 +28,6 @@ import numpy as np
 
 from tb3_labs.report.epochs import between
 from tb3_labs.report.run_data import RunData
-from tb3_labs.report.sensors import imu_yaw_at
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: A longer time without a command that moves the robot ends a movement [s].
@@ -131,6 +130,5 @@ def _has_control(run: RunData, time: float) -> bool:
 
 def _is_straight(run: RunData, begin: float, end: float) -> bool:
     """Did the robot keep its heading from `begin` to `end` [s]?"""
-    imu = between(run.imu, begin + TURN_IS_OVER, end)
-    yaw = imu_yaw_at(run, imu.time)
+    yaw = np.unwrap(between(run.imu, begin + TURN_IS_OVER, end).yaw)
     return not len(yaw) or bool(np.abs(yaw - yaw[0]).max() <= STRAIGHT)
