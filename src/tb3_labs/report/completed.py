@@ -9,6 +9,7 @@ A student's node publishes `cmd_vel` and nothing else. The rest follows from the
 
 Units: metres, radians, seconds since the recording's start.
 """
+import math
 from dataclasses import replace
 from typing import List, Tuple
 
@@ -17,10 +18,11 @@ import numpy as np
 from tb3_labs.control.goal_machine import DRIVING
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.epochs import declared_frame, steady_odometry
-from tb3_labs.report.movements import Kind, Movement, movements
+from tb3_labs.report.epochs import between, declared_frame, steady_odometry
+from tb3_labs.report.movements import PAUSE, Kind, Movement, movements
 from tb3_labs.report.run_data import Poses, RunData, States
 from tb3_labs.report.sensors import imu_yaw_at
+from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: The goal of the lab: x, y [m], heading [rad].
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
@@ -61,9 +63,13 @@ def _with_local(run: RunData) -> RunData:
 
 def _with_states(run: RunData, goal: Pose2) -> RunData:
     begins: List[Tuple[float, str]] = []
-    for movement in movements(run):
-        if movement.kind is Kind.DRIVE:
-            begins += _states(run, movement)
+    drives = [movement for movement in movements(run) if movement.kind is Kind.DRIVE]
+    next_begins = [drive.begin for drive in drives[1:]] + [math.inf]
+    for drive, next_begin in zip(drives, next_begins):
+        begins += _states(drive)
+        was_reset = len(between(run.resets, drive.end - COMMAND_TIMEOUT, drive.end)) > 0
+        if drive.end < run.duration and not (was_reset and next_begin < drive.end + PAUSE):
+            begins.append((drive.end, _after(run, drive)))
     if not begins:
         return run
     time = np.array([begin for begin, _ in begins])
@@ -74,15 +80,17 @@ def _with_states(run: RunData, goal: Pose2) -> RunData:
         ('states',) if goals is run.goals else ('states', 'goals')))
 
 
-def _states(run: RunData, drive: Movement) -> List[Tuple[float, str]]:
-    """The states of a drive, and of the robot after it, each with its begin."""
+def _states(drive: Movement) -> List[Tuple[float, str]]:
+    """The states of a drive, each with its begin."""
     states = [(drive.begin, FIRST)]
     if drive.forward < drive.turns_again:
         states.append((drive.forward, STRAIGHT))
         if drive.turns_again < drive.end:
             states.append((drive.turns_again, LAST))
-    if drive.end < run.duration:
-        taken = run.control.time[run.control.value == 0.0]
-        was_taken = bool(len(taken)) and np.abs(taken - drive.end).min() < TAKEN_WITHIN
-        states.append((drive.end, TAKEN if was_taken else RESTED))
     return states
+
+
+def _after(run: RunData, drive: Movement) -> str:
+    """The state after a drive."""
+    taken = run.control.time[run.control.value == 0.0]
+    return TAKEN if (np.abs(taken - drive.end) < TAKEN_WITHIN).any() else RESTED
