@@ -1,6 +1,7 @@
 """Several runs on one page: means and spreads, links, files; and a bag that cannot be read."""
 import csv
 import math
+import pathlib
 import re
 
 import pytest
@@ -15,6 +16,7 @@ pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.compare import summarize, write_comparison  # noqa: E402
 from tb3_labs.report.compare_figures import turn_errors, ways  # noqa: E402
+from tb3_labs.ros.bags.reports import names_of  # noqa: E402
 
 BURGER = robot_model('burger')
 #: Run: its turns [deg], one after the other.
@@ -63,20 +65,24 @@ def test_the_figure_has_a_point_for_each_turn(summaries):
 
 
 def test_bags_side_by_side_and_one_that_cannot_be_read(bag, tmp_path, capsys):  # noqa: F811
-    assert lab_report(bag, tmp_path / 'none.bag', bag, '-o', tmp_path / 'all') == 1
+    assert lab_report(bag, tmp_path / 'none.bag', '-o', tmp_path / 'all') == 1
     out, err = capsys.readouterr()
     assert out.strip() == 'Report: {}'.format(tmp_path / 'all' / 'report.html')
     said = [line for line in err.splitlines() if line.startswith('lab_report.py')]
     assert len(said) == 1 and 'none.bag: there is no such file' in said[0]
-    for page in 'report.html', 'run/report.html', 'run_2/report.html', 'ways.png', 'drives.csv':
+    for page in 'report.html', 'run/report.html', 'ways.png', 'drives.csv':
         assert (tmp_path / 'all' / page).exists(), page
     text = (tmp_path / 'all' / 'report.html').read_text(encoding='utf-8')
-    assert 'href="run_2/report.html"' in text
+    assert 'href="run/report.html"' in text
     with open(str(tmp_path / 'all' / 'drives.csv'), newline='') as file:
         table = list(csv.DictReader(file))
     assert [(row['run'], row['drive'], row['distance_error_m']) for row in table] == [
-        ('run', '1', '0.0120'), ('run', '2', '0.5000'), ('run_2', '1', '0.0120'),
-        ('run_2', '2', '0.5000')]
+        ('run', '1', '0.0120'), ('run', '2', '0.5000')]
+
+
+def test_each_run_has_a_name_of_its_own():
+    bags = [pathlib.Path(path) for path in ('a/run.bag', 'b/run.bag', 'a/lab.bag', 'c/run.bag')]
+    assert names_of(bags) == ['run', 'run_2', 'lab', 'run_3']
 
 
 def test_all_bags_cannot_be_read(tmp_path, capsys):

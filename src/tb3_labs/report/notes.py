@@ -12,13 +12,13 @@ NOTHING = 'No drives are listed: {}. The local frame is {}.'
 NO_COMMANDS = 'the recording holds neither goal_state nor commands; record /cmd_vel too'
 NO_DRIVE = 'neither goal_state nor the commands show one'
 #: How turns and drives are told from movements by hand.
-BY_CONTROL = ('Found in the commands and ctrl_relinq: each movement while a node had control is a '
+BY_CONTROL = ('By the commands and ctrl_relinq: each movement while a node had control is a '
               'drive, any other is by hand.')
 PAD_ALONE = ('A gamepad (joy) was recorded, but it never gave control (ctrl_relinq): all movements '
              'count as by hand.')
-WITH_MOUSE = ('Found in the commands: a turn has no forward speed, from rest to rest, and is faster '
+WITH_MOUSE = ('By the commands: a turn has no forward speed, from rest to rest, and is faster '
               'than any by the mouse ({:g} rad/s); all else is by hand.'.format(FASTEST_BY_MOUSE))
-BY_SHAPE = ('Found in the commands: a turn has no forward speed, from rest to rest; a drive is a '
+BY_SHAPE = ('By the commands: a turn has no forward speed, from rest to rest; a drive is a '
             'turn, a straight line and a turn, with pauses under {:g} s; all else is by '
             'hand.'.format(PAUSE))
 
@@ -26,9 +26,10 @@ BY_SHAPE = ('Found in the commands: a turn has no forward speed, from rest to re
 def nothing(run: RunData) -> str:
     """Why no drives are listed."""
     recorded = len(run.local_pose) and 'local_pose' not in run.derived
-    return NOTHING.format(
+    words = NOTHING.format(
         NO_DRIVE if len(run.states) or len(run.commands) else NO_COMMANDS,
         'the recorded one' if recorded else declared(run))
+    return words if len(run.states) or not len(run.commands) else words + ' ' + _rule(run)
 
 
 def declared(run: RunData) -> str:

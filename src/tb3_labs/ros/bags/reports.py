@@ -21,7 +21,7 @@ def write(bags, folder, model, namespace, goal, step):
     goal = LAB_GOAL if goal is None else Pose2(goal[0], goal[1], wrap(math.radians(goal[2])))
     bags, pages, summaries, problems = [Path(bag) for bag in bags], [], [], []
     several = len(bags) > 1
-    names = _names(bags)
+    names = names_of(bags)
     if folder is None:
         folder = bags[0].with_name('runs_report') if several else (
             bags[0].with_name(bags[0].stem + '_report'))
@@ -42,7 +42,7 @@ def write(bags, folder, model, namespace, goal, step):
     return (pages[0] if pages else None), problems
 
 
-def _names(bags):
+def names_of(bags):
     """A name for each run, which is also its folder: its file's, with a number if it is not the
     only one."""
     names = []
