@@ -15,9 +15,9 @@ from typing import List, Tuple
 
 import numpy as np
 
-from tb3_labs.control.goal_machine import DRIVING
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report.analysis import FIRST, LAST, STRAIGHT
 from tb3_labs.report.epochs import between, declared_frame, steady_odometry
 from tb3_labs.report.movements import PAUSE, Kind, Movement, movements
 from tb3_labs.report.run_data import Poses, RunData, States
@@ -30,7 +30,6 @@ LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
 RESTED, TAKEN = 'came to rest', 'control was taken'
 #: Control was taken at this time from the last command, or nearer [s].
 TAKEN_WITHIN = 0.3
-FIRST, STRAIGHT, LAST = DRIVING
 
 
 def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:

@@ -9,10 +9,9 @@ from typing import Any, Callable, Dict, List, Sequence, Tuple, Union
 
 import numpy as np
 
-from tb3_labs.control.goal_machine import DRIVING
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.report import analysis, sensors
-from tb3_labs.report.analysis import DriveReport
+from tb3_labs.report.analysis import DRIVING, DriveReport
 from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.report.turns import TurnReport
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT

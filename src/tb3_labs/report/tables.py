@@ -5,9 +5,8 @@ Units: as in the heads; metres, degrees, seconds. An unknown value is a dash.
 import math
 from typing import List, Sequence, Tuple
 
-from tb3_labs.control.goal_machine import DRIVING
 from tb3_labs.report import analysis, html, sensors
-from tb3_labs.report.analysis import DriveReport
+from tb3_labs.report.analysis import DRIVING, DriveReport
 from tb3_labs.report.run_data import RunData
 from tb3_labs.report.turns import TurnReport
 

@@ -14,9 +14,8 @@ from typing import List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.control.goal_machine import DRIVING
 from tb3_labs.geometry.angles import continuous_at
-from tb3_labs.report.analysis import spans
+from tb3_labs.report.analysis import DRIVING, spans
 from tb3_labs.report.epochs import between
 from tb3_labs.report.movements import NO_SPEED, Kind, Movement, movements
 from tb3_labs.report.run_data import ImuSamples, RunData
