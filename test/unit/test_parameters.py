@@ -9,10 +9,10 @@ import pytest
 import yaml
 
 from tb3_labs.config import bounds_in_words
-from tb3_labs.control.driving import DriveConfig
+from tb3_labs.control.drive_config import DriveConfig
 from tb3_labs.control.turning import TurnConfig
 from tb3_labs.nodes.move_to_goal import MoveToGoalConfig
-from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]

@@ -26,7 +26,6 @@ import numpy as np
 
 from tb3_labs.geometry.angles import continuous_at, difference, wrap, wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.localization.odometry_jumps import FASTEST, POSE_LOST, SLACK, JumpFilter
 from tb3_labs.report.run_data import ImuSamples, Kind, OdometrySamples, Poses, RunData
 from tb3_labs.robot.samples import ImuSample, OdometrySample
@@ -56,6 +55,13 @@ class Epoch:
     local_T_world: Optional[Pose2]    # None: unknown
 
 
+class FirstFrame(NamedTuple):
+    """The pose of ``local`` in ``odom``, and the IMU's yaw along the x axis of ``local`` [rad]."""
+
+    odom_T_local: Pose2
+    imu_yaw_of_x: float
+
+
 def epochs(run: RunData) -> List[Epoch]:
     """The Epochs of a run, in order; the first begins at -inf, the last ends at inf."""
     frames = _frames(run)
@@ -81,10 +87,10 @@ def between(samples: Kind, begin: float, end: float) -> Kind:
     return samples.take(slice(*np.searchsorted(samples.time, (begin, end))))
 
 
-def declared_at_first(run: RunData) -> LocalFrame:
-    """The LocalFrame in which the robot is at (0, 0, 0) in its first sample."""
+def declared_at_first(run: RunData) -> FirstFrame:
+    """The frame in which the robot is at (0, 0, 0) in its first sample."""
     imu_yaw = continuous_at(run.odometry.time[0], run.imu.time, run.imu.yaw)
-    return LocalFrame.declared(Pose2(), run.odometry.pose(0), float(imu_yaw))
+    return FirstFrame(run.odometry.pose(0), float(imu_yaw))
 
 
 def local_in_odom(run: RunData, times: np.ndarray) -> Poses:

@@ -12,7 +12,7 @@ from typing import Callable, List, Sequence, Tuple, Union
 
 import numpy as np
 
-from tb3_labs.control.goal_machine import DRIVING
+from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.report import analysis, figures, html, run_figures, sensors
 from tb3_labs.report.analysis import DriveReport
