@@ -55,7 +55,7 @@ class Epoch:
     local_T_world: Optional[Pose2]    # None: unknown
 
 
-class FirstFrame(NamedTuple):
+class Frame(NamedTuple):
     """The pose of ``local`` in ``odom``, and the IMU's yaw along the x axis of ``local`` [rad]."""
 
     odom_T_local: Pose2
@@ -87,10 +87,10 @@ def between(samples: Kind, begin: float, end: float) -> Kind:
     return samples.take(slice(*np.searchsorted(samples.time, (begin, end))))
 
 
-def declared_at_first(run: RunData) -> FirstFrame:
+def declared_at_first(run: RunData) -> Frame:
     """The frame in which the robot is at (0, 0, 0) in its first sample."""
     imu_yaw = continuous_at(run.odometry.time[0], run.imu.time, run.imu.yaw)
-    return FirstFrame(run.odometry.pose(0), float(imu_yaw))
+    return Frame(run.odometry.pose(0), float(imu_yaw))
 
 
 def local_in_odom(run: RunData, times: np.ndarray) -> Poses:
