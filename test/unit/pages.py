@@ -20,6 +20,9 @@ LABS = [name for name in ('turn', 'move2goal', 'gamepad', 'imu_sub')
 LAUNCHABLE = {path.name: path for folder, kind in (
     ('launch', '*.launch'), ('test/ros', '*.test'), ('test/marking', '*.test'))
     for path in (ROOT / folder).glob(kind)}
+#: Launch files of the students' packages, as the skeletons write them: a name may be in both.
+SKELETONS = {path.name[:-len('.in')]: path
+             for path in (ROOT / 'doc' / 'skeletons').glob('*/launch/*.launch.in')}
 #: Folders of this package.
 FOLDERS = ('doc', 'launch', 'msg', 'scripts', 'src', 'srv', 'test')
 

@@ -3,8 +3,8 @@ import fnmatch
 import re
 
 from pages import (
-    FOLDERS, LAUNCHABLE, OTHERS, OWN_FILE, PAGES, PLACEHOLDER, ROOT, anchors, arguments_of, by_name,
-    commands, given, in_backticks, own_paths)
+    FOLDERS, LAUNCHABLE, OTHERS, OWN_FILE, PAGES, PLACEHOLDER, ROOT, SKELETONS, anchors,
+    arguments_of, by_name, commands, given, in_backticks, own_paths)
 
 
 def test_the_readme_is_short():
@@ -40,16 +40,17 @@ def test_launch_files_and_their_arguments_exist(page):
         words = command.split()
         files = [word for word in words if re.fullmatch(r'\w+\.(launch|test)', word)
                  and not PLACEHOLDER.match(word)]
-        files += [name + '.launch' for name in re.findall(r'^\./scripts/(\w+)\.sh', command)
+        files += [name + '.launch' for name in re.findall(r'(?:^|\s)\./scripts/(\w+)\.sh', command)
                   if name + '.launch' in LAUNCHABLE]
         for name in set(files) - OTHERS:
-            assert name in LAUNCHABLE, command
-            assert given(words) <= arguments_of(LAUNCHABLE[name]), command
+            paths = [kind[name] for kind in (LAUNCHABLE, SKELETONS) if name in kind]
+            assert paths, command
+            assert given(words) <= set().union(*map(arguments_of, paths)), command
 
 
 @by_name(PAGES)
 def test_arguments_that_are_named_alone_exist(page):
-    known = set().union(*(arguments_of(path) for path in LAUNCHABLE.values()))
+    known = set().union(*map(arguments_of, [*LAUNCHABLE.values(), *SKELETONS.values()]))
     for command in commands(page):
         if re.fullmatch(r'\w+:=\S*( \w+:=\S*)*', command):
             assert given(command.split()) <= known, command
