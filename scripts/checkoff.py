@@ -29,7 +29,7 @@ from tb3_labs.marking.points import points_of
 from tb3_labs.ros.marking.bench.bag import Bag
 from tb3_labs.ros.marking.bench.checkoff import Checkoff, Impossible, parts_of
 from tb3_labs.ros.marking.bench.person import Person
-from tb3_labs.ros.marking.marker import points_file
+from tb3_labs.ros.marking.points_file import points_file
 
 
 def parse(words):

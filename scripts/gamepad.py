@@ -27,7 +27,7 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String
 
 from tb3_labs.nodes.gamepad import GamepadCore
-from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.console import log_news
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport

@@ -28,9 +28,10 @@ from tb3_labs.marking.marks import NOT_JUDGED
 from tb3_labs.marking.points import points_of
 from tb3_labs.ros.marking import box
 from tb3_labs.ros.marking.intake import digest, submissions_from
-from tb3_labs.ros.marking.marker import QUIET, Marker, Options, points_file
+from tb3_labs.ros.marking.marker import QUIET, Marker, Options
 from tb3_labs.ros.marking.marks_folder import MarksFolder, due_time, late_by
 from tb3_labs.ros.marking.pads import HANDOUT, pad_called
+from tb3_labs.ros.marking.points_file import points_file
 from tb3_labs.simulation.network import NETWORKS
 
 

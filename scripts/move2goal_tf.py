@@ -39,7 +39,8 @@ import rospy
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from tb3_labs.control.driving import DriveConfig, make_law
+from tb3_labs.control.drive_config import DriveConfig
+from tb3_labs.control.driving import make_law
 from tb3_labs.control.motor_response import Response
 from tb3_labs.nodes.move_to_goal import MoveToGoalConfig, MoveToGoalCore
 from tb3_labs.ros.clocks import steady_time

@@ -20,8 +20,8 @@ from concurrent.futures import ProcessPoolExecutor
 
 from stops import setting, stop_of_a_drive, stop_of_a_turn
 
-from tb3_labs.control.driving import DriveConfig
-from tb3_labs.control.goal_machine import DRIVING, GoalState
+from tb3_labs.control.drive_config import DriveConfig
+from tb3_labs.control.goal_state import DRIVING, GoalState
 from tb3_labs.control.least_time import least_time
 from tb3_labs.control.turning import TurnConfig
 from tb3_labs.geometry.se2 import Pose2

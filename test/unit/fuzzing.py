@@ -14,12 +14,13 @@ import random
 import sys
 from types import SimpleNamespace
 
-from tb3_labs.control.driving import DriveConfig, make_law
+from tb3_labs.control.drive_config import DriveConfig
+from tb3_labs.control.driving import make_law
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.nodes.gamepad import GamepadCore
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
-from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.ros.conversions import to_imu_sample, to_mouse, to_odometry_sample, to_pose2
 from tb3_labs.supervision.arbitration import Driver, Holder

@@ -20,7 +20,7 @@ from tb3_labs.control.speed_laws import LawStep, Twist2
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.gamepad import GamepadCore
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
-from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import robot_model
 

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from known_motion import angle_between
 from tb3_labs.geometry.angles import (
-    TURN, compass_degrees, continuous, continuous_at, difference, difference_degrees,
-    interpolate_angle, wrap, wrap_all)
+    TURN, continuous, continuous_at, difference, difference_degrees, interpolate_angle, wrap,
+    wrap_all)
 
 PI = math.pi
 ANGLES = st.floats(-1e4, 1e4)
@@ -47,15 +47,14 @@ def test_what_is_inside_the_interval_stays_exactly_as_it_is(angle):
 
 
 @pytest.mark.parametrize('angle', [math.inf, -math.inf])
-@pytest.mark.parametrize('function', [wrap, compass_degrees])
-def test_infinity_is_refused(function, angle):
+def test_infinity_is_refused(angle):
     with pytest.raises(ValueError):
-        function(angle)
+        wrap(angle)
 
 
 def test_nan_stays_nan():
-    for value in (wrap(math.nan), compass_degrees(math.nan), difference(math.nan, 1.0),
-                  difference(1.0, math.nan), continuous(math.nan, 1.0)):
+    for value in (wrap(math.nan), difference(math.nan, 1.0), difference(1.0, math.nan),
+                  continuous(math.nan, 1.0)):
         assert math.isnan(value)
 
 
@@ -93,33 +92,6 @@ def test_continuous_follows_any_turning_with_less_than_half_a_turn_between_sampl
 @pytest.mark.parametrize('previous', [0.0, 3.0, -3.0, 100.0])
 def test_continuous_rests_where_it_is(previous):
     assert continuous(previous, previous) == previous
-
-
-@pytest.mark.parametrize('yaw_deg, heading', [
-    (0, 0), (90, 90), (180, 180), (-180, 180), (-90, 270), (-1, 359), (360, 0), (-360, 0),
-    (720, 0), (450, 90)])
-def test_compass(yaw_deg, heading):
-    assert compass_degrees(math.radians(yaw_deg)) == pytest.approx(heading, abs=1e-9)
-
-
-@given(st.floats(-100.0, 100.0))
-def test_compass_tells_the_direction(yaw):
-    assert angle_between(math.radians(compass_degrees(yaw)), yaw) < 1e-7
-
-
-@given(st.floats(-100.0, 100.0))
-@example(-1e-17)
-@example(-5e-324)
-@example(-TURN)
-@example(-2e-16)
-def test_compass_is_never_360(yaw):
-    assert 0.0 <= compass_degrees(yaw) < 360.0
-
-
-@pytest.mark.parametrize('yaw', [-1e-16, -1e-12, -1e-9, -5e-9, TURN - 5e-9])
-def test_the_labs_line_never_shows_360(yaw):
-    line = 'Current heading is %f degrees.' % compass_degrees(yaw)
-    assert line == 'Current heading is 0.000000 degrees.'
 
 
 @given(st.lists(ANGLES, max_size=20))

@@ -8,10 +8,11 @@ from dataclasses import fields
 import pytest
 
 from tb3_labs.control import (
-    approach, dead_time, driving, goal_machine, motor_response, pace, settling, turning)
-from tb3_labs.geometry import angles, quaternions
+    approach, dead_time, drive_config, driving, goal_machine, motor_response, pace, settling, turning)
+from tb3_labs.geometry import quaternions
 from tb3_labs.localization import localizer, odometry_jumps, sample_buffer, sender_clock, yaw_noise
-from tb3_labs.nodes import control_words, controller, demo, gamepad, mouse, move_to_goal, pad
+from tb3_labs.nodes import (
+    control_words, controller, demo, gamepad, imu_sub, mouse, move_to_goal, pad, pad_config)
 from tb3_labs.robot import samples, turtlebot3
 from tb3_labs.supervision import freshness, frozen, permission, stall
 
@@ -67,7 +68,6 @@ NUMBERS = {
     turning.LabTurn: {'period': 0.1, 'MAX_ANGLE': math.pi},
     turning.PreciseTurn: {'period': 1.0 / 30.0, 'MAX_ANGLE': 100.0 * 2.0 * math.pi,
                                     'LONGEST_LOOK': 0.6},
-    angles: {'ROUNDING': 1.6e-5},
     quaternions: {'NORM_TOLERANCE': 0.05, 'MAX_TILT': math.pi / 4.0},
     localizer: {'MAX_EXTRAPOLATION': 2.0 / 30.0},
     localizer.Motion: {'imu_age': 0.0, 'odometry_age': 0.0, 'yaw_noise': 0.0},
@@ -84,9 +84,11 @@ NUMBERS = {
     control_words: {'CROSSING': 0.3},
     controller: {'DRIVEN_RATE': 0.1, 'JUDGING_RATE': 0.01},
     gamepad: {'HAND_BACK': 0.15},
+    imu_sub: {'HALF_STEP': 1.6e-5},
     mouse: {'MOUSE_TIMEOUT': 0.2, 'MOUSE_DEAD_ZONE': 0.25, 'MOUSE_FULL': 0.5},
     move_to_goal: {'MAX_DISTANCE': 100.0},
-    pad: {'PAD_TIMEOUT': 0.25, 'LATENESS_SHOWS': 0.3, 'MOST': 31},
+    pad: {'PAD_TIMEOUT': 0.25, 'LATENESS_SHOWS': 0.3},
+    pad_config: {'MOST': 31},
     samples: {'FARTHEST_TURN': 1.0},
     turtlebot3: {'CONTROL_RATE': 30.0, 'COMMAND_TIMEOUT': 0.5},
     freshness: {'SENSOR_TIMEOUT': 0.22, 'RESUME_TIME': 2.0},
@@ -114,7 +116,7 @@ def test_no_number_of_the_rooms_that_decide_is_left_out():
 
 #: Settings of the nodes that decide: (default, least, most).
 SETTINGS = {
-    driving.DriveConfig: {
+    drive_config.DriveConfig: {
         'law': ('precise', None, None), 'allow_reverse': (False, None, None),
         'distance_tolerance': (0.01, 0.002, 1.0), 'angle_tolerance_deg': (0.5, 0.2, 45.0),
         'max_linear': (0.26, 0.02, 1.0), 'max_angular': (1.5, 0.1, 5.0),
@@ -131,7 +133,7 @@ SETTINGS = {
     move_to_goal.MoveToGoalConfig: {
         'goal_x': (-0.61, -100.0, 100.0), 'goal_y': (0.61, -100.0, 100.0),
         'goal_yaw_deg': (0.0, -360.0, 360.0), 'has_control': (False, None, None)},
-    pad.PadConfig: {
+    pad_config.PadConfig: {
         'linear_axis': (1, 0, 31), 'angular_axis': (3, 0, 31), 'relinquish_button': (0, 0, 31),
         'regain_button': (1, 0, 31), 'reset_button': (2, 0, 31), 'hold_button': (-1, -1, 31),
         'dead_zone': (0.08, 0.0, 0.9), 'linear_scale': (0.26, 0.01, 1.0),

@@ -4,7 +4,7 @@ import math
 import pytest
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.control.goal_machine import is_over
+from tb3_labs.control.goal_state import is_over
 from tb3_labs.nodes.demo import HEADER, DemoConfig, DemoDrive, table
 
 GOAL = Pose2(-0.61, 0.61, 0.0)

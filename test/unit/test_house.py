@@ -100,7 +100,7 @@ def test_one_file_alone_touches_the_private_parts_of_rospy():
              for path in glob.glob(os.path.join(SOURCES, folder, '**', '*.py'), recursive=True)
              if os.path.basename(path) not in INTERNALS
              and os.sep + 'marking' + os.sep not in path]    # its calls move next
-    assert len(files) > 40
+    assert len(files) > 30
     wrong = []
     for path in files:
         with open(path) as file:

@@ -24,7 +24,7 @@ from tb3_labs.marking.marks_table import Table
 from tb3_labs.marking.observation import NotOffered, Observation, Run, Stimulus
 from tb3_labs.marking.page import feedback, overview
 from tb3_labs.marking.points import points_of
-from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.ros.marking.gamepad import AXES, BUTTONS
 from tb3_labs.ros.marking.pads import pad_called, pad_in_words
 from tb3_labs.ros.marking.trial import SCRIPTS

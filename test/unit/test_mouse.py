@@ -4,7 +4,7 @@ import math
 import pytest
 
 from tb3_labs.control.speed_laws import Twist2
-from tb3_labs.nodes.mouse import MOUSE_TIMEOUT, Mouse, mouse_twist, screen_position
+from tb3_labs.nodes.mouse import MOUSE_TIMEOUT, Mouse, mouse_twist
 
 
 @pytest.mark.parametrize('x, y, linear, angular', [
@@ -28,18 +28,6 @@ def test_mouse(x, y, linear, angular):
 def test_a_position_that_is_none_is_refused(x, y):
     with pytest.raises(ValueError, match='not finite'):
         mouse_twist(x, y)
-
-
-@pytest.mark.parametrize('pixel, position', [
-    ((0, 0), (-1.0, 1.0)), ((1919, 1079), (1.0, -1.0)), ((1919, 0), (1.0, 1.0)),
-    ((959.5, 539.5), (0.0, 0.0)), ((2500, -3), (1.0, 1.0)),
-    ((-3, 2500), (-1.0, -1.0))])
-def test_pixels_are_scaled_over_the_whole_screen(pixel, position):
-    assert screen_position(*pixel, 1920, 1080) == pytest.approx(position)
-
-
-def test_a_screen_of_one_pixel_has_edges():
-    assert screen_position(0, 0, 1, 1) == (-1.0, 1.0) and screen_position(1, 1, 1, 1) == (1.0, -1.0)
 
 
 def test_a_mouse_drives_only_while_it_is_active():

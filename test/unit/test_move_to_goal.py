@@ -3,8 +3,9 @@ import math
 
 import pytest
 
-from tb3_labs.control.driving import DriveConfig, PreciseLaw, make_law
-from tb3_labs.control.goal_machine import (
+from tb3_labs.control.drive_config import DriveConfig
+from tb3_labs.control.driving import PreciseLaw, make_law
+from tb3_labs.control.goal_state import (
     DRIVING, WAITING_FOR_CONTROL, GoalState, is_over, is_stopped)
 from tb3_labs.control.pace import LONGEST_IDLE
 from tb3_labs.geometry.se2 import Pose2

@@ -3,8 +3,8 @@ import math
 
 import pytest
 
-from tb3_labs.nodes.pad import (
-    LATENESS_SHOWS, PAD_TIMEOUT, PadConfig, PadListener, PadState, read_pad)
+from tb3_labs.nodes.pad import LATENESS_SHOWS, PAD_TIMEOUT, PadListener, PadState, read_pad
+from tb3_labs.nodes.pad_config import PadConfig
 
 AXES = [0.0] * 8
 BUTTONS = [0] * 11

@@ -1,21 +1,21 @@
 """The settings in the code, the files made from them, and the launch files agree."""
 import ast
-import pathlib
+import re
 import sys
 import xml.etree.ElementTree as ET
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import pytest
 import yaml
 
+from pages import PAGES, ROOT, by_name, commands
 from tb3_labs.config import bounds_in_words
-from tb3_labs.control.driving import DriveConfig
+from tb3_labs.control.drive_config import DriveConfig
 from tb3_labs.control.turning import TurnConfig
 from tb3_labs.nodes.move_to_goal import MoveToGoalConfig
-from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / 'test'))
 
 import make_parameters  # noqa: E402
@@ -117,3 +117,15 @@ def test_what_may_change_while_it_runs_is_what_the_nodes_offer():
         offers = any(isinstance(part, ast.Call) and getattr(part.func, 'id', '') == 'LiveSettings'
                      for part in ast.walk(ast.parse(source)))
         assert any(live for _, live in node.settings) == offers, node.name
+
+
+@by_name(PAGES)
+def test_dynparam_sets_what_is_live_to_what_is_valid(page):
+    nodes = {node.name: node for node in make_parameters.nodes()}
+    for command in commands(page):
+        for name, parameter, value in re.findall(r'dynparam set /(\w+) (\w+) (\S+)', command):
+            node = nodes[name]
+            assert parameter in {item.name for item, live in node.settings if live}, command
+            kind = next(kind for kind in node.configs if parameter in kind.__dataclass_fields__
+                        and kind is not make_parameters.ModelConfig)
+            replace(kind(), **{parameter: yaml.safe_load(value)})

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.control.speed_laws import Twist2, braking_speed, clamp, proportional, saturate
+from tb3_labs.control.speed_laws import Twist2, braking_speed, proportional, saturate
 from tb3_labs.robot.turtlebot3 import MODELS
 
 BURGER = MODELS['burger']
@@ -15,13 +15,6 @@ WAYS = st.floats(0.0, 20.0)
 DECELERATIONS = st.floats(0.05, 40.0)
 GAINS = st.floats(0.1, 30.0)
 NAN = math.nan
-
-
-@pytest.mark.parametrize('value, expected', [
-    (-3.0, -1.0), (-1.0, -1.0), (0.5, 0.5), (2.0, 2.0), (9.0, 2.0), (math.inf, 2.0),
-    (-math.inf, -1.0)])
-def test_clamp(value, expected):
-    assert clamp(value, -1.0, 2.0) == expected
 
 
 # The handouts' law --------------------------------------------------------------------------------
@@ -132,7 +125,6 @@ def test_a_robot_told_not_to_move_does_not():
 
 
 @pytest.mark.parametrize('law', [
-    lambda: clamp(NAN, -1.0, 1.0),
     lambda: proportional(NAN, 0.1, 0.5, 1.5),
     lambda: braking_speed(NAN, 1.0, 1.0),
     lambda: saturate(Twist2(NAN, 0.0), 0.2, 1.5, BURGER).linear,

@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 from stops import PATIENCE, ROBOT, setting, stop_of_a_drive, stop_of_a_turn
 
-from tb3_labs.control.driving import DriveConfig
-from tb3_labs.control.goal_machine import DRIVING, GoalState
+from tb3_labs.control.drive_config import DriveConfig
+from tb3_labs.control.goal_state import DRIVING, GoalState
 from tb3_labs.control.turning import TurnConfig
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.supervision.frozen import FROZEN_TIME

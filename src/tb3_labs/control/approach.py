@@ -15,7 +15,8 @@ from dataclasses import dataclass
 
 from tb3_labs.control.dead_time import CommandHistory, followed, way_at_rest
 from tb3_labs.control.motor_response import Identification, Response
-from tb3_labs.control.speed_laws import braking_speed, clamp
+from tb3_labs.control.speed_laws import braking_speed
+from tb3_labs.geometry.limits import clamp
 
 
 @dataclass(frozen=True)

@@ -14,45 +14,14 @@ Units: metres, radians, seconds. Poses are in the local frame. Edge case: after 
 failure there is no command at all, not a zero.
 Source: the Transformation lab's handout.
 """
-from enum import Enum
 from typing import Dict, Optional, Protocol, Tuple
 
+from tb3_labs.control.goal_state import GoalState
 from tb3_labs.control.settling import REST_ANGULAR, REST_LINEAR, Settling
 from tb3_labs.control.speed_laws import LawStep, MeasuredMotion, Twist2
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.supervision.stall import Progress
-
-
-class GoalState(Enum):
-    """The state of a drive."""
-
-    ROTATE_TO_GOAL = 'ROTATE_TO_GOAL'
-    MOVE_FORWARD = 'MOVE_FORWARD'
-    ROTATE_TO_FINAL = 'ROTATE_TO_FINAL'
-    GOAL_REACHED = 'GOAL_REACHED'
-
-
-#: Names of the states in which the robot drives, in order.
-DRIVING = tuple(state.name for state in GoalState if state is not GoalState.GOAL_REACHED)
-#: `goal_state` is the name of a state, WAITING_FOR_CONTROL, or one of these words and the reason.
-WAITING, STOPPED, GAVE_UP = 'waiting', 'stopped', 'gave up'
-WAITING_FOR_CONTROL = WAITING + ' for control'
-
-
-def with_reason(word: str, reason: str) -> str:
-    """The text of `goal_state` for one of WAITING, STOPPED, GAVE_UP and its reason."""
-    return '{}: {}'.format(word, reason)
-
-
-def is_stopped(goal_state: str) -> bool:
-    """Is a drive interrupted for a moment?"""
-    return goal_state.startswith(STOPPED)
-
-
-def is_over(goal_state: str) -> bool:
-    """Is it the end of a drive?"""
-    return goal_state == GoalState.GOAL_REACHED.name or goal_state.startswith(GAVE_UP)
 
 #: A drive that ends outside its tolerance, for instance by a stall of the network, goes on from
 #: there, but not more often than this.

@@ -23,7 +23,7 @@ import math
 from typing import List, Optional, Tuple
 
 from tb3_labs.control.dead_time import CommandHistory
-from tb3_labs.control.speed_laws import clamp
+from tb3_labs.geometry.limits import clamp
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 
 #: Lag of the motors until one was measured [s].

@@ -18,7 +18,7 @@ period.
 import math
 from typing import Callable, List, Optional, Sequence, TypeVar
 
-from tb3_labs.control.speed_laws import clamp
+from tb3_labs.geometry.limits import clamp
 
 #: Steps after the first one are planned early by this [s]. A step is taken when an IMU sample
 #: arrives, up to 5 ms late, and a late command is worse than an early one: until it arrives, the

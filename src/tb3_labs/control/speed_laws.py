@@ -6,6 +6,7 @@ they treat both directions alike.
 import math
 from typing import NamedTuple, Protocol
 
+from tb3_labs.geometry.limits import clamp
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import RobotModel
 
@@ -51,11 +52,6 @@ class LawStep(NamedTuple):
     command: Twist2
     remaining: float
     finished: bool
-
-
-def clamp(value: float, low: float, high: float) -> float:
-    """`value` clipped to [low, high]; NaN stays NaN (min and max would make it a limit)."""
-    return value if math.isnan(value) else max(low, min(high, value))
 
 
 def proportional(error: float, gain: float, slowest: float = 0.0,

@@ -1,10 +1,9 @@
 """Angles on the circle.
 
 Units: radians, counter-clockwise positive, except where a name ends in ``degrees``.
-Edge cases: the half-open interval is (-pi, pi], so that exactly half a turn is +pi;
-a compass heading is in [0, 360) and never shows 360.0. NaN stays NaN. Infinity raises
-``ValueError`` (from :func:`math.remainder`). In an array infinity becomes NaN, since one invalid
-sample must not hide the others.
+Edge cases: the half-open interval is (-pi, pi], so that exactly half a turn is +pi. NaN stays NaN.
+Infinity raises ``ValueError`` (from :func:`math.remainder`). In an array infinity becomes NaN,
+since one invalid sample must not hide the others.
 """
 import math
 from typing import Sequence, Union
@@ -12,8 +11,6 @@ from typing import Sequence, Union
 import numpy as np
 
 TURN = 2.0 * math.pi
-#: A little more than half a step of a 32-bit number below 360 [deg].
-ROUNDING = 1.6e-5
 #: One number or many, in any form that numpy takes.
 Numbers = Union[float, Sequence[float], np.ndarray]
 
@@ -64,12 +61,3 @@ def continuous_at(at: Numbers, times: np.ndarray, angles: np.ndarray) -> np.ndar
     first sample it is the first angle, after the last sample the last one.
     """
     return np.interp(at, times, np.unwrap(angles))
-
-
-def compass_degrees(yaw: float) -> float:
-    """`yaw` in radians as the lab's heading: degrees in [0, 360).
-
-    A heading that would round up to 360, printed by %f or sent as a 32-bit number, is 0.
-    """
-    heading = math.degrees(wrap(yaw)) % 360.0
-    return 0.0 if heading >= 360.0 - ROUNDING else heading

@@ -17,7 +17,8 @@ from typing import List, Optional, Sequence
 from tb3_labs.control.speed_laws import Twist2, saturate
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.nodes.control_words import ControlWords
-from tb3_labs.nodes.pad import PadConfig, PadListener, PadMessage
+from tb3_labs.nodes.pad import PadListener, PadMessage
+from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.arbitration import HOLDERS, Holder, HolderEvent, after
 from tb3_labs.supervision.freshness import Freshness

@@ -5,9 +5,9 @@ on a clock that never stands still and never goes back (`now`), since a person m
 Source: the IMU lab's handout for the mouse.
 """
 import math
-from typing import Tuple
 
-from tb3_labs.control.speed_laws import Twist2, clamp
+from tb3_labs.control.speed_laws import Twist2
+from tb3_labs.geometry.limits import clamp
 from tb3_labs.supervision.freshness import Freshness
 
 #: An active mouse that is silent for longer than this is lost [s].
@@ -66,13 +66,6 @@ def mouse_twist(x: float, y: float) -> Twist2:
     if not (math.isfinite(x) and math.isfinite(y)):
         raise ValueError('mouse position ({}, {}) is not finite'.format(x, y))
     return Twist2(_scaled(y), _scaled(-x))
-
-
-def screen_position(pixel_x: float, pixel_y: float, width: float,
-                    height: float) -> Tuple[float, float]:
-    """A pixel (counted from the top left corner) as a position on a screen of that size."""
-    return (clamp(2.0 * pixel_x / max(width - 1, 1) - 1.0, -1.0, 1.0),
-            clamp(1.0 - 2.0 * pixel_y / max(height - 1, 1), -1.0, 1.0))
 
 
 def _scaled(position: float) -> float:

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from typing import List, NamedTuple, Optional, Tuple
 
 from tb3_labs.config import Config, setting
-from tb3_labs.control.goal_machine import (
-    GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, DrivingLaw, GoalMachine, GoalState,
-    with_reason)
+from tb3_labs.control.goal_machine import DrivingLaw, GoalMachine
+from tb3_labs.control.goal_state import (
+    GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState, with_reason)
 from tb3_labs.control.pace import LONGEST_IDLE, Pace
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.angles import wrap

@@ -26,7 +26,6 @@ import numpy as np
 
 from tb3_labs.geometry.angles import continuous_at, difference, wrap, wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.localization.odometry_jumps import FASTEST, POSE_LOST, SLACK, JumpFilter
 from tb3_labs.report.run_data import ImuSamples, Kind, OdometrySamples, Poses, RunData
 from tb3_labs.robot.samples import ImuSample, OdometrySample
@@ -56,6 +55,13 @@ class Epoch:
     local_T_world: Optional[Pose2]    # None: unknown
 
 
+class Frame(NamedTuple):
+    """The pose of ``local`` in ``odom``, and the IMU's yaw along the x axis of ``local`` [rad]."""
+
+    odom_T_local: Pose2
+    imu_yaw_of_x: float
+
+
 def epochs(run: RunData) -> List[Epoch]:
     """The Epochs of a run, in order; the first begins at -inf, the last ends at inf."""
     frames = _frames(run)
@@ -81,15 +87,15 @@ def between(samples: Kind, begin: float, end: float) -> Kind:
     return samples.take(slice(*np.searchsorted(samples.time, (begin, end))))
 
 
-def declared_at_first(run: RunData) -> LocalFrame:
-    """The LocalFrame in which the robot is at (0, 0, 0) in its first sample."""
+def declared_at_first(run: RunData) -> Frame:
+    """The frame in which the robot is at (0, 0, 0) in its first sample."""
     return declared_frame(run, run.odometry, float(run.odometry.time[0]), Pose2())
 
 
-def declared_frame(run: RunData, odometry: Poses, time: float, local_T_base: Pose2) -> LocalFrame:
-    """The LocalFrame in which the robot is at `local_T_base` at `time` [s], by this odometry."""
-    imu_yaw = continuous_at(time, run.imu.time, run.imu.yaw)
-    return LocalFrame.declared(local_T_base, odometry.at(time), float(imu_yaw))
+def declared_frame(run: RunData, odometry: Poses, time: float, local_T_base: Pose2) -> Frame:
+    """The frame in which the robot is at `local_T_base` at `time` [s], by this odometry."""
+    imu_yaw = float(continuous_at(time, run.imu.time, run.imu.yaw))
+    return Frame(odometry.at(time) @ local_T_base.inverse(), wrap(imu_yaw - local_T_base.yaw))
 
 
 def local_in_odom(run: RunData, times: np.ndarray) -> Poses:

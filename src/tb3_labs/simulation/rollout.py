@@ -9,8 +9,9 @@ import math
 from dataclasses import dataclass
 from typing import Callable, List, Sequence, Union
 
-from tb3_labs.control.driving import DriveConfig, make_law
-from tb3_labs.control.goal_machine import GoalState
+from tb3_labs.control.drive_config import DriveConfig
+from tb3_labs.control.driving import make_law
+from tb3_labs.control.goal_state import GoalState
 from tb3_labs.control.pace import Listening, newest_of
 from tb3_labs.control.settling import REST_ANGULAR, REST_LINEAR
 from tb3_labs.control.speed_laws import Twist2

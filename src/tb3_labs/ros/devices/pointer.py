@@ -1,8 +1,9 @@
 """The real mouse of this computer, by pynput (which needs an X display)."""
 import os
 import threading
+from typing import Tuple
 
-from tb3_labs.nodes.mouse import screen_position
+from tb3_labs.geometry.limits import clamp
 
 
 class Pointer:
@@ -40,6 +41,13 @@ class Pointer:
             return screen_position(*self._hand.position, screen.width, screen.height)
         except Exception as problem:    # Xlib raises classes of its own, not all of them public
             raise ValueError('lost the display of the mouse ({})'.format(problem)) from None
+
+
+def screen_position(pixel_x: float, pixel_y: float, width: float,
+                    height: float) -> Tuple[float, float]:
+    """A pixel (counted from the top left corner) as a position on a screen of that size."""
+    return (clamp(2.0 * pixel_x / max(width - 1, 1) - 1.0, -1.0, 1.0),
+            clamp(1.0 - 2.0 * pixel_y / max(height - 1, 1), -1.0, 1.0))
 
 
 def _pynput_mouse():

@@ -12,8 +12,6 @@ import uuid
 from dataclasses import dataclass
 from pathlib import Path
 
-import rospkg
-
 from tb3_labs.marking.conduct import NODE_TEXT, laws_imported
 from tb3_labs.marking.criteria import judge
 from tb3_labs.marking.labs import GAMEPAD, LABS
@@ -30,11 +28,6 @@ from tb3_labs.ros.marking.workspace import prepare
 HELD_UP = 0.15
 #: The network that takes no time; any other is told in the remarks.
 QUIET = 'quiet'
-
-
-def points_file():
-    """This package's file with the points of each criterion."""
-    return Path(rospkg.RosPack().get_path('tb3_labs')) / 'test' / 'marking' / 'points.yaml'
 
 
 class Interrupted(RuntimeError):

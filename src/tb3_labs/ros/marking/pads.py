@@ -4,7 +4,7 @@ from pathlib import Path
 import rospkg
 import yaml
 
-from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.nodes.pad_config import PadConfig
 
 #: The pad that is played if none is named.
 HANDOUT = 'handout'

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 from tb3_labs.marking.life import CTRL_C, ENDING, SIGNAL, STOPPING, TOOK
 from tb3_labs.marking.observation import WAS_MOVING, Observation, Stimulus
-from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.ros.marking.recorder import Recorder
 from tb3_labs.ros.marking.robot_hand import RobotHand
 from tb3_labs.ros.marking.student_node import StudentNode

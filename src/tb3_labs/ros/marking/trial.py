@@ -1,6 +1,6 @@
 """Tries a node of a lab out, part by part."""
 from tb3_labs.marking.labs import GAMEPAD, IMU, LABS, MOVE2GOAL, TURN
-from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.ros.marking import gamepad, imu, move2goal, turn
 from tb3_labs.ros.marking.stage import Stage
 

@@ -1,0 +1,77 @@
+"""Shared by the tests of the README and of doc/: their commands, links and names."""
+import pathlib
+import re
+import xml.etree.ElementTree as ET
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PAGES = [ROOT / 'README.md'] + sorted((ROOT / 'doc').glob('*.md'))
+#: Placeholders for the reader's own names, in paths and commands.
+PLACEHOLDER = re.compile(r'[A-Z]{2,}(?![a-z])')
+#: Names in backticks that are files of this package, in any folder.
+OWN_FILE = re.compile(r'[\w*./-]+\.(?:py|launch|test|rviz|sh|msg|srv)')
+#: Files of others, or of the reader, that the pages name.
+OTHERS = {'turtlebot3_robot.launch', 'move2goal.py'}
+#: Launch files that robot.launch may include.
+LABS = [name for name in ('turn', 'move2goal', 'gamepad', 'imu_sub')
+        if (ROOT / 'launch' / (name + '.launch')).exists()]
+#: Launch files and rostests, by name.
+LAUNCHABLE = {path.name: path for folder, kind in (
+    ('launch', '*.launch'), ('test/ros', '*.test'), ('test/marking', '*.test'))
+    for path in (ROOT / folder).glob(kind)}
+#: Launch files of the students' packages, as the skeletons write them: a name may be in both.
+SKELETONS = {path.name[:-len('.in')]: path
+             for path in (ROOT / 'doc' / 'skeletons').glob('*/launch/*.launch.in')}
+#: Folders of this package.
+FOLDERS = ('doc', 'launch', 'msg', 'scripts', 'src', 'srv', 'test')
+
+
+def own_paths():
+    """All files and folders of this package, as 'scripts/demo.py'."""
+    return [path.relative_to(ROOT).as_posix() for folder in FOLDERS
+            for path in (ROOT / folder).glob('**/*')] + [path.name for path in ROOT.iterdir()]
+
+
+def by_name(pages):
+    return pytest.mark.parametrize('page', pages, ids=lambda page: page.name)
+
+
+def prose_and_code(page):
+    """(text outside of code blocks, lines of the code blocks) of a page."""
+    parts = page.read_text(encoding='utf-8').split('```')
+    return ' '.join(parts[0::2]), [line for part in parts[1::2] for line in part.splitlines()]
+
+
+def in_backticks(page):
+    """All inline code, each on one line."""
+    return [' '.join(code.split()) for code in re.findall(r'`([^`]+)`', prose_and_code(page)[0])]
+
+
+def commands(page):
+    """Everything to be typed: inline code, and the lines of code blocks without their comments."""
+    return in_backticks(page) + [
+        re.split(r'\s#\s', line)[0].strip() for line in prose_and_code(page)[1]]
+
+
+def anchors(page):
+    """The headings of a page, as GitHub makes links of them."""
+    headings = re.findall(r'^#+ (.*)$', prose_and_code(page)[0], re.MULTILINE)
+    return [re.sub(r'[^\w -]', '', heading.lower()).replace(' ', '-') for heading in headings]
+
+
+def arguments_of(path):
+    """Arguments that a launch file takes, also for the files it passes all of them on to."""
+    launch = ET.parse(str(path)).getroot()
+    found = {arg.get('name') for arg in launch.findall('arg')}
+    for include in launch.iter('include'):
+        if include.get('pass_all_args') == 'true':
+            names = re.findall(r'(\w+)\.launch', include.get('file')) or (
+                ['fake_robot'] if 'fake_robot' in include.get('file') else LABS)
+            found.update(*(arguments_of(ROOT / 'launch' / (name + '.launch')) for name in names))
+    return found
+
+
+def given(words):
+    """Names of the arguments NAME:=VALUE among `words`."""
+    return {word.split(':=')[0] for word in words if ':=' in word}
