@@ -14,7 +14,7 @@ from pathlib import Path
 
 import rospkg
 
-from tb3_labs.handout.skeletons import (checked_name, checked_place, sentence, skeleton,
+from tb3_labs.handout.skeletons import (FOLDER, checked_name, checked_place, sentence, skeleton,
                                         write)
 from tb3_labs.marking.labs import LABS
 
@@ -23,7 +23,7 @@ OWN_PACKAGE = 'tb3_labs'
 
 def templates_of(lab):
     """The folder of a lab's templates."""
-    return Path(rospkg.RosPack().get_path(OWN_PACKAGE)) / 'doc' / 'skeletons' / lab
+    return Path(rospkg.RosPack().get_path(OWN_PACKAGE)) / FOLDER / lab
 
 
 def parse(words):
@@ -60,7 +60,9 @@ def main(words):
     except FileExistsError:
         return tell_problem('{} is already there, and stays as it is; --name gives another name, or '
                             'give another folder'.format(target))
-    except (OSError, ValueError) as problem:
+    except OSError as problem:
+        return tell_problem('{}: {}'.format(problem.filename, problem.strerror))
+    except ValueError as problem:
         return tell_problem(problem)
     print('{} is written. The TODOs are in src/{}. Next: cd {}; catkin_make; source devel/setup.bash;'
           ' roslaunch {} {}.launch sim:=true'.format(target, node, target.parents[1], package,

@@ -9,8 +9,10 @@ import re
 import shutil
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
-from typing import Dict, Sequence
+from typing import Dict, List, Sequence
 
+#: In this package, the folder with a folder of templates for each lab.
+FOLDER = 'doc/skeletons'
 PLACEHOLDER = '@PACKAGE@'
 SUFFIX = '.in'
 MANIFEST = 'package.xml'
@@ -45,6 +47,11 @@ def skeleton(templates: Path, package: str) -> Dict[str, str]:
             name = name[:-len(SUFFIX)] if name.endswith(SUFFIX) else name
             files[name] = path.read_text(encoding='utf-8').replace(PLACEHOLDER, package)
     return files
+
+
+def programs(templates: Path) -> List[str]:
+    """The texts of the programs that a skeleton has."""
+    return [text for text in skeleton(templates, 'package').values() if text.startswith(PROGRAM)]
 
 
 def sentence(files: Dict[str, str]) -> str:

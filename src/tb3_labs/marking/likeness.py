@@ -12,7 +12,7 @@ import itertools
 import keyword
 import re
 import tokenize
-from typing import Dict, FrozenSet, List, Mapping, Sequence, Tuple
+from typing import Dict, FrozenSet, Iterable, List, Mapping, Sequence, Tuple
 
 #: Tokens in a shingle, about two lines.
 LENGTH = 16
@@ -76,13 +76,15 @@ def likeness(one: Shingles, other: Shingles) -> float:
     return len(one & other) / smaller if smaller >= FEWEST else 0.0
 
 
-def nearly_same(submitted: Mapping[str, str],
-                published: Mapping[str, str]) -> List[Tuple[str, str, float]]:
+def nearly_same(submitted: Mapping[str, str], published: Mapping[str, str],
+                given: Iterable[str] = ()) -> List[Tuple[str, str, float]]:
     """(one, other, likeness) of each pair that is nearly the same, the most alike first.
 
     `submitted` and `published`: name -> program; the latter are not compared among themselves.
+    `given`: programs that everybody was given; what is in them does not count.
     """
-    students, others = ([(name, shingles(code)) for name, code in sorted(texts.items())]
+    common = frozenset().union(*(shingles(code) for code in given))
+    students, others = ([(name, shingles(code) - common) for name, code in sorted(texts.items())]
                         for texts in (submitted, published))
     found = [(one, other, likeness(first, second))
              for (one, first), (other, second) in itertools.chain(
