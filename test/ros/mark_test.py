@@ -315,7 +315,7 @@ class MarkTest(unittest.TestCase):
                 (('turn', 'turns'), 'across the jump', 'rad/s while turning'),
                 (('turn', 'mouse,both,shutdown'), 'no mouse, hangs', 'still running 5 s after Ctrl+C'),
                 (('turn', ''), 'skeleton', 'TODO 4 is open: nothing listens to imu'),
-                (GAMEPAD, 'skeleton', 'TODO 1 is open: nothing is called'),
+                (GAMEPAD, 'skeleton', 'TODO 1 is open: there is no client of /set_pose'),
                 (GAMEPAD, 'good', 'The pad was "handout": axis 1 drives'),
                 (XBOX, 'careless', 'The pad was "xbox"'),
                 (XBOX, 'careless', '3 is Y'),

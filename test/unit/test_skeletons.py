@@ -14,8 +14,15 @@ from tb3_labs.marking.labs import LABS
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 NODES = ROOT / 'test' / 'ros' / 'student_nodes'
-#: The number of TODOs: those of the handouts, numbered from 1.
-TODOS = {'imu': 5, 'turn': 7, 'move2goal': 6, 'gamepad': 4}
+#: The TODOs of the handouts, in their order: a piece of what each of them is filled with.
+ANSWERS = {
+    'imu': ['import Imu', 'rospy.Subscriber(', 'Quaternion(', '.to_euler(', '[2]'],
+    'turn': ['import Quaternion', 'MAX_ANG_Z = ', 'self.turning = False', 'rospy.Subscriber(',
+             'return 360 + yaw', '.to_euler(', 'input("'],
+    'move2goal': ['rospy.Service(', 'self.local_yaw = ', 'dx = global_x', 'self.local_y = ',
+                  'distance = math', "self.state = 'GOAL_REACHED'"],
+    'gamepad': ['rospy.ServiceProxy(', 'position.y = ', 'orientation.w = ', '.covariance = '],
+}
 #: The first line of a TODO, and the last one of what a student replaces.
 BEGIN, OPEN = re.compile(r' *# TODO (\d+)\b'), 'TODO {} is open'
 
@@ -81,12 +88,15 @@ def test_the_filled_node_is_the_skeleton_with_its_todos_done_and_nothing_else(la
     first = {todo.number: todo for todo in reversed(todos)}
     places = [todo.then.strip() for todo in first.values() if not BEGIN.match(todo.then)]
     assert sorted(line.strip() for line, _ in found) == sorted(places)
+    text = '\n'.join(line for _, piece in found for line in piece)
+    parts = [text.index(answer) for answer in ANSWERS[lab]]
+    assert parts == sorted(parts)
 
 
 @by_lab
 def test_todos_are_numbered_and_tell_no_answer(lab):
     given, todos = split(node_of(lab))
-    assert sorted({todo.number for todo in todos}) == list(range(1, TODOS[lab] + 1))
+    assert sorted({todo.number for todo in todos}) == list(range(1, len(ANSWERS[lab]) + 1))
     filled = (NODES / LABS[lab].files[0]).read_text().splitlines()
     told = {line.strip(' #') for todo in todos for line in todo.lines}
     wanted = {line.strip() for _, piece in answers(given, [line for line in filled if line.strip()])
@@ -157,11 +167,17 @@ def test_names_that_catkin_or_python_refuse(name):
 def test_places_where_catkin_finds_no_package(tmp_path):
     (tmp_path / 'src' / 'lab1').mkdir(parents=True)
     (tmp_path / 'src' / 'lab1' / 'package.xml').touch()
+    (tmp_path / 'src' / 'lab1' / 'ws' / 'src' / 'group').mkdir(parents=True)
     for folder, said in ((tmp_path / 'nowhere', 'no folder'), (tmp_path, 'give .*/src'),
+                         (tmp_path / 'src' / 'lab1' / 'ws', 'give .*/src'),
                          (tmp_path / 'src' / 'lab1', 'within the package')):
         with pytest.raises(ValueError, match=said):
             checked_place(folder)
-    assert checked_place(tmp_path / 'src') == tmp_path / 'src'
+    (tmp_path / 'src' / 'lab1' / 'src').mkdir()
+    with pytest.raises(ValueError, match='within the package'):
+        checked_place(tmp_path / 'src' / 'lab1' / 'src')
+    for folder in (tmp_path / 'src', tmp_path / 'src' / 'lab1' / 'ws' / 'src' / 'group'):
+        assert checked_place(folder) == folder
 
 
 def test_a_package_is_written_once(tmp_path):

@@ -180,6 +180,16 @@ def test_a_message_that_cannot_be_built_stops_no_other(tmp_path):
     assert subprocess.call([str(copy)], env=ready.environment) == 0
 
 
+def test_rosrun_finds_the_copy_and_not_what_somebody_built_of_the_same_name(tmp_path, monkeypatch):
+    built, other = tmp_path / 'built', tmp_path / 'other'
+    (built / 'lib' / 'lab2').mkdir(parents=True)
+    (other / 'lib' / 'lab1').mkdir(parents=True)
+    monkeypatch.setenv('CMAKE_PREFIX_PATH', '{}:{}'.format(built, other))
+    ready = prepare(course(tmp_path), LABS['turn'], tmp_path / 'ws')
+    assert ready.package == 'lab2'
+    assert ready.environment['CMAKE_PREFIX_PATH'] == str(other)
+
+
 def test_a_guarded_import_is_left_alone(tmp_path):
     node = 'try:\n    import cv3\nexcept ImportError:\n    cv3 = None\n'
     ready = prepare(course(tmp_path, node=NODE + node), LABS['turn'], tmp_path / 'ws')

@@ -72,6 +72,8 @@ def checked_place(folder: Path) -> Path:
         if (above / MANIFEST).exists():
             raise ValueError('{} is within the package {}, where catkin looks for no other package'
                              .format(folder, above))
+        if above.name == 'src' and not (above.parent / MANIFEST).exists():
+            break    # the workspace itself, from where catkin looks down
     return folder
 
 

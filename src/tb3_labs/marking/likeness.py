@@ -21,9 +21,9 @@ LENGTH = 16
 #: one with other names, other strings, other comparisons and its methods in another order was alike
 #: by 0.85, and one with other names alone by 1.
 NEARLY_SAME = 0.8
-#: A text with fewer shingles is that of everybody: the IMU exercise, nearly all of which is given,
-#: has 160.
-FEWEST = 300
+#: A text with fewer shingles is that of everybody. Without what the skeletons give, the handouts'
+#: nodes have 80 (IMU exercise; 160 with it), 105 (gamepad), 274 (move to goal) and 352 (turns).
+FEWEST = 200
 IGNORED = (tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT,
            tokenize.ENCODING, tokenize.ENDMARKER)
 WORD = re.compile(r'#.*|[A-Za-z_]\w*|\d[\w.]*|"[^"\n]*"|\'[^\'\n]*\'|\S')

@@ -53,7 +53,7 @@ class Gamepad:
     def reset_pose(self, x, y, yaw):
         # TODO 1, too: delete these lines as soon as there is a client.
         if self.set_pose_client is None:
-            rospy.logwarn_once('TODO 1 is open: nothing is called')
+            rospy.logwarn_once('TODO 1 is open: there is no client of /set_pose')
             return
         try:
             self.set_pose_client.wait_for_service(timeout=1.0)
