@@ -47,35 +47,40 @@ def parse(words):
 def main(words):
     """Write the package, or list the labs; the exit status."""
     given = parse(words)
-    if given.list:
-        tell_labs()
-        return 0
-    lab = LABS[given.lab]
-    package, node = given.name or lab.packages[0], lab.files[0]
     try:
-        checked_name(package, [OWN_PACKAGE, Path(node).stem])
-        target = checked_place(given.folder.expanduser().resolve()) / package
-        files = skeleton(templates_of(given.lab), package)
-        write(files, target)
-    except FileExistsError:
-        return tell_problem('{} is already there, and stays as it is; --name gives another name, or '
-                            'give another folder'.format(target))
+        return tell_labs() if given.list else begin(given)
     except OSError as problem:
         return tell_problem('{}: {}'.format(problem.filename, problem.strerror))
     except ValueError as problem:
         return tell_problem(problem)
+
+
+def begin(given):
+    """Write the package, and tell what comes next; the exit status."""
+    lab = LABS[given.lab]
+    package, node = given.name or lab.packages[0], lab.files[0]
+    checked_name(package, [OWN_PACKAGE, Path(node).stem])
+    target = checked_place(given.folder.expanduser().resolve()) / package
+    try:
+        write(skeleton(templates_of(given.lab), package), target)
+    except FileExistsError:
+        return tell_problem('{} is already there, and stays as it is; --name gives another name, or '
+                            'give another folder'.format(target))
+    source = target.parent
     print('{} is written. The TODOs are in src/{}. Next: cd {}; catkin_make; source devel/setup.bash;'
-          ' roslaunch {} {}.launch sim:=true'.format(target, node, target.parents[1], package,
-                                                      given.lab))
+          ' roslaunch {} {}.launch sim:=true'.format(
+              target, node, source.parent if source.name == 'src' else 'WORKSPACE', package,
+              given.lab))
     return 0
 
 
 def tell_labs():
-    """Print a row for each lab: its package, its node, a sentence."""
+    """Print a row for each lab: its package, its node, a sentence; the exit status."""
     for name, lab in LABS.items():
         package = lab.packages[0]
         print('{:10} {:13} {:24} {}'.format(name, package, lab.files[0], sentence(
             skeleton(templates_of(name), package))))
+    return 0
 
 
 def tell_problem(problem):

@@ -151,6 +151,17 @@ def test_no_template_is_taken_for_a_part_of_this_package():
         assert path.suffix != '.launch' and path.name not in ('package.xml', 'CMakeLists.txt')
 
 
+def test_what_an_editor_leaves_is_no_template_and_nothing_is_no_skeleton(tmp_path):
+    for name in ('package.xml.in', 'package.xml.in~', 'src/.node.py.swp', 'src/node.py'):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text('@PACKAGE@')
+    assert skeleton(tmp_path, 'lab2') == {'package.xml': 'lab2', 'src/node.py': 'lab2'}
+    with pytest.raises(ValueError, match='no skeleton'):
+        skeleton(tmp_path / 'src', 'lab2')
+    with pytest.raises(ValueError, match='no XML'):
+        skeletons.sentence(skeleton(tmp_path, 'lab2'))
+
+
 def test_another_name_stands_everywhere():
     files = skeleton(ROOT / FOLDER / 'turn', 'imu_lab')
     assert not any('lab2' in text for text in files.values())

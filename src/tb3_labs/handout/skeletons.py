@@ -19,6 +19,7 @@ MANIFEST = 'package.xml'
 #: A package's name, as catkin wants it.
 NAME = re.compile(r'[a-z][a-z0-9_]*')
 PROGRAM = '#!'
+LEFTOVER = re.compile(r'(^|/)(\.|__pycache__/)|~$')
 
 
 def checked_name(name: str, taken: Sequence[str]) -> str:
@@ -38,14 +39,17 @@ def checked_name(name: str, taken: Sequence[str]) -> str:
 def skeleton(templates: Path, package: str) -> Dict[str, str]:
     """Path in the package -> text, of all files of a package with this name.
 
-    `templates`: the folder doc/skeletons/LAB. ``OSError`` if it cannot be read.
+    `templates`: the folder doc/skeletons/LAB. What an editor or Python left there is no template.
+    ``OSError`` if it cannot be read, ``ValueError`` if there is nothing.
     """
     files = {}
     for path in sorted(templates.rglob('*')):
-        if path.is_file():
-            name = path.relative_to(templates).as_posix()
+        name = path.relative_to(templates).as_posix()
+        if path.is_file() and not LEFTOVER.search(name):
             name = name[:-len(SUFFIX)] if name.endswith(SUFFIX) else name
             files[name] = path.read_text(encoding='utf-8').replace(PLACEHOLDER, package)
+    if MANIFEST not in files:
+        raise ValueError('{} has no skeleton: {} is missing'.format(templates, MANIFEST + SUFFIX))
     return files
 
 
@@ -55,8 +59,11 @@ def programs(templates: Path) -> List[str]:
 
 
 def sentence(files: Dict[str, str]) -> str:
-    """What the package does: the description in its package.xml."""
-    described = ElementTree.fromstring(files[MANIFEST].encode()).findtext('description') or ''
+    """What the package does: the description in its package.xml; ``ValueError`` if it is no XML."""
+    try:
+        described = ElementTree.fromstring(files[MANIFEST].encode()).findtext('description') or ''
+    except ElementTree.ParseError as problem:
+        raise ValueError('{} is no XML: {}'.format(MANIFEST, problem)) from None
     return ' '.join(described.split())
 
 

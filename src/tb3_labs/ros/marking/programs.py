@@ -26,7 +26,8 @@ def own_programs():
 
 def given_programs():
     """The programs of the skeletons, which everybody was given."""
-    return [program for lab in LABS for program in programs(_place() / FOLDER / lab)]
+    folder = _place() / FOLDER
+    return [program for lab in LABS if (folder / lab).is_dir() for program in programs(folder / lab)]
 
 
 def _place():
