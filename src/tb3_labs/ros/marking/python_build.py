@@ -85,20 +85,24 @@ class Builder:
 
 def system_packages():
     """The names of all ROS packages of this machine."""
-    return _ROS.list()
+    with _LOOKING:
+        return _ROS.list()
 
 
 def system_messages():
     """name -> folders of its messages, of all ROS packages of this machine."""
-    if not _MESSAGES:
-        for name in _ROS.list():
-            folder = os.path.join(_ROS.get_path(name), 'msg')
-            if os.path.isdir(folder):
-                _MESSAGES[name] = [folder]
+    with _LOOKING:
+        if not _MESSAGES:
+            for name in _ROS.list():
+                folder = os.path.join(_ROS.get_path(name), 'msg')
+                if os.path.isdir(folder):
+                    _MESSAGES[name] = [folder]
     return _MESSAGES
 
 
 _ROS, _MESSAGES = rospkg.RosPack(), {}
+#: Several submissions are prepared at a time; none shall see half of the packages.
+_LOOKING = threading.Lock()
 
 
 def without_comments(recipe):
