@@ -36,7 +36,7 @@ class CheckoffTest(unittest.TestCase):
         folder = tempfile.TemporaryDirectory(prefix='checkoff_')
         self.addCleanup(folder.cleanup)
         node = Path(folder.name) / 'turtlebot_controller.py'
-        node.write_text(NODE.read_text().replace('from lab1.msg', 'from tb3_labs.msg'))
+        node.write_text(NODE.read_text().replace('from lab2.msg', 'from tb3_labs.msg'))
         student = Program([sys.executable, str(node)], terminal=True)
         self.addCleanup(student.kill)
         # without a true pose, as with a real robot

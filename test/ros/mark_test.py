@@ -2,8 +2,9 @@
 """Marks submissions whose marks are known.
 
 They are the nodes of student_nodes/, which are the handouts, line by line, in the layout of a
-course's repository; and the same nodes with deliberate mistakes. The handout's nodes must earn full
-marks. Each mistake must lose the marks that it should, and no others.
+course's repository; the same nodes with deliberate mistakes; and the skeletons as a student gets
+them. The handout's nodes must earn full marks. Each mistake must lose the marks that it should, and
+no others. A skeleton must earn what its given parts do, and no more.
 """
 import csv
 import json
@@ -15,34 +16,19 @@ import unittest
 from concurrent.futures import ThreadPoolExecutor
 from html.parser import HTMLParser
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Optional
 
 import rospkg
 import rostest
 
+from tb3_labs.handout.skeletons import FOLDER, skeleton, write
+from tb3_labs.marking.labs import LABS
 from tb3_labs.ros.marking import box
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 NODES = PACKAGE / 'test' / 'ros' / 'student_nodes'
 TURN, MOVE, IMU, PAD = 'turtlebot_controller.py', 'move2goal_tf.py', 'imu_sub.py', 'gamepad.py'
-#: The package of each node in the repository of a student.
-PACKAGES = {IMU: 'ice6', TURN: 'lab2', MOVE: 'lab7_tf', PAD: 'lab4_gamepad'}
 EVERYTHING = 'everything'
-MANIFEST = '<package format="2"><name>{}</name><version>0.0.0</version><description>A lab' \
-    '</description><maintainer email="student@example.org">A student</maintainer><license>BSD' \
-    '</license><buildtool_depend>catkin</buildtool_depend><depend>std_msgs</depend>' \
-    '<build_depend>message_generation</build_depend></package>\n'
-#: A package's build, that of the message which a student defines, and this message.
-CMAKE = '''cmake_minimum_required(VERSION 3.0)
-project({})
-find_package(catkin REQUIRED)
-{}catkin_package()
-'''
-MESSAGES = '''find_package(catkin REQUIRED COMPONENTS message_generation std_msgs)
-add_message_files(FILES MouseController.msg)
-generate_messages(DEPENDENCIES std_msgs)
-'''
-MESSAGE = 'Header header\nstd_msgs/Bool status\nfloat32 xPos\nfloat32 yPos\n'
 #: No other program sleeps for this time [s], nor does this test in another checkout.
 SLEEP = str(900000 + os.getpid())
 HANG = """        import subprocess
@@ -69,11 +55,12 @@ TELLS_DELAY = [
 
 
 class Case(NamedTuple):
-    """A submission: a node of student_nodes, the replacements in it, and the criteria it fails."""
+    """A submission: a node of student_nodes, the replacements in it (UNFILLED: the skeleton instead),
+    and the criteria it fails."""
 
     student: str
     node: str
-    changes: list
+    changes: Optional[list]
     lost: set
 
 
@@ -81,7 +68,10 @@ class Case(NamedTuple):
 #: delay the robots, and each submission is tried twice.
 AT_A_TIME, JOBS = 3, 2
 NO_WRAP = ('return 360 + yaw if yaw < 0 else yaw', 'return yaw')
+UNFILLED = None
 WRONG_SIDE = ('self.curr_yaw + 90', 'self.curr_yaw - 90')
+#: The message comes from the package of another lab, as in the handout.
+MESSAGE_OF_LAB1 = ('from lab2.msg', 'from lab1.msg')
 FASTER = [('0.3 * yaw_error', '2.0 * yaw_error'), ('cmd.linear.x = 0.15', 'cmd.linear.x = 0.22')]
 GAMEPAD = ('gamepad', 'sticks,buttons,no service')
 XBOX = GAMEPAD + ('--pad', 'xbox')
@@ -117,15 +107,19 @@ CASES = {
              EVERYTHING),
     ],
     ('turn', ''): [
-        Case('good', TURN, [], set()),
+        Case('good', TURN, [MESSAGE_OF_LAB1], set()),
+        Case('skeleton', TURN, UNFILLED, EVERYTHING),
     ],
     ('move2goal', 'drive'): [
         Case('driven through', MOVE, FASTER + [
             ('distance > 0.15', 'True'), ('not self.has_control or', '')],
              {'waits', 'goal_place', 'goal_heading', 'says_reached', 'silent_at_goal'}),
+        Case('skeleton', MOVE, UNFILLED,
+             {'goal_place', 'goal_heading', 'says_reached', 'silent_at_goal'}),
     ],
     GAMEPAD: [
         Case('good', PAD, [], set()),
+        Case('skeleton', PAD, UNFILLED, {'resets', 'says_success'}),
     ],
     XBOX: [
         Case('careless', PAD, [
@@ -139,6 +133,7 @@ CASES = {
     ('imu', 'heading'): [
         Case('good', IMU, [], set()),
         Case(ZIPPED, IMU, [NO_WRAP], {'from_0_to_360'}),
+        Case('skeleton', IMU, UNFILLED, EVERYTHING),
     ],
     ('imu', 'heading', '--network', 'bad'): [
         Case('good', IMU, TELLS_DELAY, set()),
@@ -147,33 +142,35 @@ CASES = {
 
 
 def hand_in(folder, case):
-    """Write a student's repository, with this node and those of the other labs: no exec bits, and
-    one has Windows line endings."""
+    """Write a student's repository: the packages of all labs, as skeleton.py writes them, with the
+    nodes filled. No exec bits, and one has Windows line endings."""
     repository = folder / case.student
-    for name, package in PACKAGES.items():
-        code = (NODES / name).read_text()
-        for old, new in case.changes if name == case.node else ():
-            assert code.count(old) == 1, old
-            code = code.replace(old, new)
-        if name == case.node and WRONG_SIDE in case.changes:
-            code = code.replace('\n', '\r\n')
-        make_package(repository / package)
-        (repository / package / 'src').mkdir()
-        (repository / package / 'src' / name).write_bytes(code.encode())
-    make_package(repository / 'lab1', MESSAGES)
-    (repository / 'lab1' / 'msg').mkdir()
-    (repository / 'lab1' / 'msg' / 'MouseController.msg').write_text(MESSAGE)
+    repository.mkdir(parents=True)
+    for name, lab in LABS.items():
+        package, node = lab.packages[0], lab.files[0]
+        files = skeleton(PACKAGE / FOLDER / name, package)
+        place, code = 'src/' + node, (NODES / node).read_text()
+        if node == case.node:
+            code = files[place] if case.changes is UNFILLED else changed(code, case.changes)
+        files[place] = code.replace('\n', '\r\n') if (
+            node == case.node and WRONG_SIDE in (case.changes or ())) else code
+        write(files, repository / package)
+        (repository / package / place).chmod(0o644)
+    if MESSAGE_OF_LAB1 in (case.changes or ()):
+        write(skeleton(PACKAGE / FOLDER / 'turn', 'lab1'), repository / 'lab1')
+        shutil.rmtree(str(repository / 'lab2' / 'msg'))
     if case.student == ZIPPED:
         shutil.make_archive(str(folder / (ZIPPED + '_LATE_12_345_lab2')), 'zip',
                             str(folder / ZIPPED))
         shutil.rmtree(str(folder / ZIPPED))
 
 
-def make_package(folder, build=''):
-    """Make a catkin package; `build`: lines of its CMakeLists.txt."""
-    folder.mkdir(parents=True)
-    (folder / 'package.xml').write_text(MANIFEST.format(folder.name))
-    (folder / 'CMakeLists.txt').write_text(CMAKE.format(folder.name, build))
+def changed(code, changes):
+    """A node with these replacements, each of a text that is there once."""
+    for old, new in changes:
+        assert code.count(old) == 1, old
+        code = code.replace(old, new)
+    return code
 
 
 class Page(HTMLParser):
@@ -317,6 +314,8 @@ class MarkTest(unittest.TestCase):
                 (('turn', 'turns'), 'flood', 'lines were printed in'),
                 (('turn', 'turns'), 'across the jump', 'rad/s while turning'),
                 (('turn', 'mouse,both,shutdown'), 'no mouse, hangs', 'still running 5 s after Ctrl+C'),
+                (('turn', ''), 'skeleton', 'TODO 4 is open: nothing listens to imu'),
+                (GAMEPAD, 'skeleton', 'TODO 1 is open: there is no client of /set_pose'),
                 (GAMEPAD, 'good', 'The pad was "handout": axis 1 drives'),
                 (XBOX, 'careless', 'The pad was "xbox"'),
                 (XBOX, 'careless', '3 is Y'),
@@ -339,7 +338,7 @@ class MarkTest(unittest.TestCase):
         before = self.rows(key)
         folder, printed, status = self.mark(key)
         self.assertEqual((status, self.rows(key)), (0, before), printed)
-        self.assertIn('2 of 2 had been marked and have not changed', printed)
+        self.assertIn('3 of 3 had been marked and have not changed', printed)
         self.assertRegex(printed, r'good: \d+ of 10 points, marked before')
         _, printed, status = self.mark(key, '--only', 'wrap')
         self.assertEqual(status, 2)
@@ -350,8 +349,8 @@ class MarkTest(unittest.TestCase):
 
     def test_progress_is_told(self):
         printed = self.runs['turn', ''][1]
-        self.assertIn('[1/1] good ...', printed)
-        self.assertRegex(printed, r'\[1/1\] good: 30 of 30 points, \d+ s')
+        self.assertIn('[1/2] good ...', printed)
+        self.assertRegex(printed, r'\[1/2\] good: 30 of 30 points, \d+ s')
 
 
 if __name__ == '__main__':

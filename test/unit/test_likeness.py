@@ -71,6 +71,18 @@ def test_short_texts_tell_nothing():
     assert len(shingles(short)) == 0 < LENGTH and alike(short, short) == 0.0
 
 
+def test_what_everybody_was_given_does_not_count():
+    # two nodes that have a long text in common, and nothing else
+    other = (NODES / 'move2goal_tf.py').read_text(encoding='utf-8')
+    given = '\n'.join((NODES.parent / name).read_text(encoding='utf-8')
+                      for name in ('turn_test.py', 'gamepad_test.py'))
+    texts = {'a': given + TURN, 'b': given + other}
+    assert [pair[:2] for pair in nearly_same(texts, {})] == [('a', 'b')]
+    assert nearly_same(texts, {}, [given]) == []
+    assert [pair[:2] for pair in nearly_same(dict(texts, c=given + renamed(TURN)), {}, [given])] == [
+        ('a', 'c')]
+
+
 def test_pairs_are_told_once_the_most_alike_first():
     other = (NODES / 'gamepad.py').read_text(encoding='utf-8')
     half = TURN.replace('self.cmd_pub', 'self.publisher.of').replace('self.turning', 'self.now.turning') + other

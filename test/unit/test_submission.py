@@ -2,6 +2,8 @@
 import math
 import os
 import subprocess
+import threading
+from concurrent.futures import ThreadPoolExecutor, wait
 from types import SimpleNamespace
 
 import pytest
@@ -9,6 +11,7 @@ import rospkg
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import LABS
+from tb3_labs.ros.marking import python_build
 from tb3_labs.ros.marking.any_service import packages_with_services
 from tb3_labs.ros.marking.requests import fill_pose, is_origin
 from tb3_labs.ros.marking.submission import Unusable, find_node
@@ -178,6 +181,40 @@ def test_a_message_that_cannot_be_built_stops_no_other(tmp_path):
     assert 'lab1/S.srv cannot be built: Invalid declaration: no type here.' in words
     copy = tmp_path / 'ws' / 'src' / 'package' / 'src' / 'turtlebot_controller.py'
     assert subprocess.call([str(copy)], env=ready.environment) == 0
+
+
+def test_rosrun_finds_the_copy_and_not_what_somebody_built_of_the_same_name(tmp_path, monkeypatch):
+    built, other = tmp_path / 'built', tmp_path / 'other'
+    (built / 'lib' / 'lab2').mkdir(parents=True)
+    (other / 'lib' / 'lab1').mkdir(parents=True)
+    monkeypatch.setenv('CMAKE_PREFIX_PATH', '{}:{}'.format(built, other))
+    ready = prepare(course(tmp_path), LABS['turn'], tmp_path / 'ws')
+    assert ready.package == 'lab2'
+    assert ready.environment['CMAKE_PREFIX_PATH'] == str(other)
+
+
+def test_whoever_asks_while_the_packages_are_looked_up_gets_all_of_them(tmp_path, monkeypatch):
+    half_way, go_on = threading.Event(), threading.Event()
+
+    class Packages:
+        def list(self):
+            return ['one', 'two']
+
+        def get_path(self, name):
+            (tmp_path / name / 'msg').mkdir(parents=True, exist_ok=True)
+            if name == 'two':
+                half_way.set()
+                go_on.wait(5.0)
+            return str(tmp_path / name)
+    monkeypatch.setattr(python_build, '_ROS', Packages())
+    monkeypatch.setattr(python_build, '_MESSAGES', {})
+    with ThreadPoolExecutor(2) as pool:
+        first = pool.submit(lambda: sorted(python_build.system_messages()))
+        assert half_way.wait(5.0)
+        second = pool.submit(lambda: sorted(python_build.system_messages()))
+        wait([second], 0.05)
+        go_on.set()
+        assert first.result() == second.result() == ['one', 'two']
 
 
 def test_a_guarded_import_is_left_alone(tmp_path):

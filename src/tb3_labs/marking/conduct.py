@@ -119,14 +119,16 @@ def alike(pairs: Iterable[Tuple[str, str, float]]) -> List[str]:
 
 
 def for_instructor(all_marks: Sequence[Marks], texts: Mapping[str, str],
-                   published: Mapping[str, str], unprotected: bool = False) -> List[str]:
+                   published: Mapping[str, str], unprotected: bool = False,
+                   given: Sequence[str] = ()) -> List[str]:
     """The lines for the instructor on a run: whether there were boxes, and all findings.
 
-    `texts`: student -> the node's program; `published`: name -> program of this package.
+    `texts`: student -> the node's program; `published`: name -> program of this package; `given`:
+    programs of the skeletons.
     """
     lines = [UNPROTECTED] if unprotected else []
     for marks in all_marks:
         lines += ['To look at: {}: {}'.format(marks.student, finding)
                   for finding in marks.findings]
     return lines + ['To look at: {}'.format(finding)
-                    for finding in alike(nearly_same(texts, published))]
+                    for finding in alike(nearly_same(texts, published, given))]

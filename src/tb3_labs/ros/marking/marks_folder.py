@@ -18,7 +18,7 @@ from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.marks_table import LATE, Table
 from tb3_labs.marking.observation import Observation
 from tb3_labs.marking.page import feedback, overview
-from tb3_labs.ros.marking.programs import node_texts, own_programs
+from tb3_labs.ros.marking.programs import given_programs, node_texts, own_programs
 
 #: Names of files.
 TABLE, OVERVIEW, RESULTS, RECORD = 'marks.csv', 'overview.html', 'results.json', '.marks.json'
@@ -99,7 +99,8 @@ class MarksFolder:
             self._renew_page(marks)
         _replace(self._path / TABLE, table.renewed(all_marks, self._rows))
         path = self._path / OVERVIEW
-        notes = for_instructor(all_marks, node_texts(self.logs), own_programs(), unprotected)
+        notes = for_instructor(all_marks, node_texts(self.logs), own_programs(), unprotected,
+                               given_programs())
         path.write_text(overview(all_marks, LABS[self._lab].title, [
             marks.student + '.html' for marks in all_marks], notes), encoding='utf-8')
         return path, notes

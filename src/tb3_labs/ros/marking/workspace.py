@@ -69,12 +69,21 @@ def prepare(folder, lab, workspace, variables=(), package='', name=''):
     environment = dict(os.environ, **dict(variables))
     environment['ROS_PACKAGE_PATH'] = '{}:{}'.format(
         workspace / 'src', environment.get('ROS_PACKAGE_PATH', ''))
+    environment['CMAKE_PREFIX_PATH'] = _workspaces_without(
+        called, environment.get('CMAKE_PREFIX_PATH', ''))
     builder = Builder(workspace / 'python', environment, remarks)
     for other in needed:
         builder.build(called if packages[other] == source else other, copies[packages[other]])
     ready = Prepared(called, node.name, builder.environment, remarks)
     ready.lacking = _leave_out_lacking(copied, set(packages), workspace / 'python', remarks)
     return ready
+
+
+def _workspaces_without(package, prefixes):
+    """The workspaces without those in which a package of this name was built: rosrun would find its
+    programs there, too, and ask which one is meant."""
+    return os.pathsep.join(prefix for prefix in prefixes.split(os.pathsep)
+                           if not os.path.isdir(os.path.join(prefix, 'lib', package)))
 
 
 def _leave_out_lacking(node, packages, modules, remarks):

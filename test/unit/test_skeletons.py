@@ -1,0 +1,210 @@
+"""The skeletons leave open what the handouts leave to the student, and nothing else."""
+import ast
+import os
+import pathlib
+import re
+import stat
+import xml.etree.ElementTree as ET
+from typing import NamedTuple
+
+import pytest
+from tb3_labs.handout import skeletons
+from tb3_labs.handout.skeletons import FOLDER, checked_name, checked_place, skeleton, write
+from tb3_labs.marking.labs import LABS
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+NODES = ROOT / 'test' / 'ros' / 'student_nodes'
+#: The TODOs of the handouts, in their order: a piece of what each of them is filled with.
+ANSWERS = {
+    'imu': ['import Imu', 'rospy.Subscriber(', 'Quaternion(', '.to_euler(', '[2]'],
+    'turn': ['import Quaternion', 'MAX_ANG_Z = ', 'self.turning = False', 'rospy.Subscriber(',
+             'return 360 + yaw', '.to_euler(', 'input("'],
+    'move2goal': ['rospy.Service(', 'self.local_yaw = ', 'dx = global_x', 'self.local_y = ',
+                  'distance = math', "self.state = 'GOAL_REACHED'"],
+    'gamepad': ['rospy.ServiceProxy(', 'position.y = ', 'orientation.w = ', '.covariance = '],
+}
+#: The first line of a TODO, and the last one of what a student replaces.
+BEGIN, OPEN = re.compile(r' *# TODO (\d+)\b'), 'TODO {} is open'
+
+
+class Todo(NamedTuple):
+    """The lines that a student replaces, and the given line after them."""
+
+    number: int
+    lines: list
+    then: str
+
+
+def files_of(lab):
+    return skeleton(ROOT / FOLDER / lab, LABS[lab].packages[0])
+
+
+def node_of(lab):
+    return files_of(lab)['src/' + LABS[lab].files[0]]
+
+
+def split(code):
+    """(given lines, TODOs) of a skeleton; blank lines are left out."""
+    given, todos, lines = [], [], [line for line in code.splitlines() if line.strip()]
+    while lines:
+        begin = BEGIN.match(lines[0])
+        if not begin:
+            given.append(lines.pop(0))
+            continue
+        number, block = int(begin.group(1)), []
+        while not block or OPEN.format(number) not in block[-1]:
+            block.append(lines.pop(0))
+        if lines[0].strip().startswith('return'):
+            block.append(lines.pop(0))
+        todos.append(Todo(number, block, lines[0]))
+    return given, todos
+
+
+def answers(given, filled):
+    """(line after it, lines) of each piece of the filled node that is not given."""
+    found, piece, given = [], [], list(given)
+    for line in filled:
+        if given and line == given[0]:
+            given.pop(0)
+            found += [(line, piece)] * bool(piece)
+            piece = []
+        else:
+            piece.append(line)
+    assert given == [], 'not in the filled node, or not in this order'
+    assert piece == []
+    return found
+
+
+by_lab = pytest.mark.parametrize('lab', sorted(LABS))
+
+
+@by_lab
+def test_the_filled_node_is_the_skeleton_with_its_todos_done_and_nothing_else(lab):
+    given, todos = split(node_of(lab))
+    filled = [line for line in (NODES / LABS[lab].files[0]).read_text().splitlines() if line.strip()]
+    assert not any('TODO ' in line for line in filled if not line.startswith('Each TODO'))
+    found = answers(given, filled)
+    # a TODO that goes on in another place is done where it begins; neighbours are one piece
+    first = {todo.number: todo for todo in reversed(todos)}
+    places = [todo.then.strip() for todo in first.values() if not BEGIN.match(todo.then)]
+    assert sorted(line.strip() for line, _ in found) == sorted(places)
+    text = '\n'.join(line for _, piece in found for line in piece)
+    parts = [text.index(answer) for answer in ANSWERS[lab]]
+    assert parts == sorted(parts)
+
+
+@by_lab
+def test_todos_are_numbered_and_tell_no_answer(lab):
+    given, todos = split(node_of(lab))
+    assert sorted({todo.number for todo in todos}) == list(range(1, len(ANSWERS[lab]) + 1))
+    filled = (NODES / LABS[lab].files[0]).read_text().splitlines()
+    told = {line.strip(' #') for todo in todos for line in todo.lines}
+    wanted = {line.strip() for _, piece in answers(given, [line for line in filled if line.strip()])
+              for line in piece}
+    assert wanted and told & wanted <= {'return', 'return yaw'}
+    code = [line.strip() for todo in todos for line in todo.lines if not line.strip().startswith('#')]
+    assert all(re.match(r'rospy\.logwarn_once\(|return\b|(self\.)?\w+ = (0\.0|None)$|'
+                        r'if self\.\w+ is None:$', line) for line in code), code
+
+
+@by_lab
+def test_skeleton_and_filled_node_are_python_38(lab):
+    for code in (node_of(lab), (NODES / LABS[lab].files[0]).read_text()):
+        ast.parse(code, feature_version=(3, 8))
+
+
+@by_lab
+def test_the_names_are_those_of_the_handout(lab):
+    code = node_of(lab)
+    assert 'class {}:'.format(LABS[lab].class_name) in code
+    assert "rospy.init_node('{}')".format(LABS[lab].node_name) in code
+    assert code.startswith('#!/usr/bin/env python3\n')
+
+
+def test_the_traps_of_the_pseudo_code_are_not_marked():
+    pseudo = next('\n'.join(todo.lines) for todo in split(node_of('turn'))[1] if todo.number == 7)
+    assert 'less than self.MIN' in pseudo and 'greater than self.MAX' in pseudo
+    assert not re.search(r'negative|trap|beware|both signs', pseudo, re.I)
+
+
+@by_lab
+def test_a_package_names_all_that_it_needs(lab):
+    files, package = files_of(lab), LABS[lab].packages[0]
+    manifest = ET.fromstring(files['package.xml'].encode())
+    assert manifest.findtext('name') == package
+    named = {item.text for item in manifest if item.tag.endswith('depend')}
+    texts = [text for name, text in files.items() if name.endswith('.py')] + [
+        (NODES / LABS[lab].files[0]).read_text()]
+    imported = {name for text in texts for name in re.findall(r'^from (\w+)\.(?:msg|srv)', text, re.M)}
+    assert imported - {package} <= named and {'rospy', 'tb3_labs'} <= named
+    assert 'project({})'.format(package) in files['CMakeLists.txt']
+    launch = ET.fromstring(files['launch/{}.launch'.format(lab)].encode())
+    assert [(node.get('pkg'), node.get('type'), node.get('name')) for node in launch.iter('node')][0] \
+        == (package, LABS[lab].files[0], LABS[lab].node_name)
+    assert not any(skeletons.PLACEHOLDER in text for text in files.values())
+
+
+def test_no_template_is_taken_for_a_part_of_this_package():
+    """rosrun and roslaunch search the whole package: for programs, and for launch files by name."""
+    for path in (ROOT / FOLDER).rglob('*'):
+        assert path.is_dir() or not path.stat().st_mode & 0o111
+        assert path.suffix != '.launch' and path.name not in ('package.xml', 'CMakeLists.txt')
+
+
+def test_what_an_editor_leaves_is_no_template_and_nothing_is_no_skeleton(tmp_path):
+    for name in ('package.xml.in', 'package.xml.in~', 'src/.node.py.swp', 'src/node.py'):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text('@PACKAGE@')
+    assert skeleton(tmp_path, 'lab2') == {'package.xml': 'lab2', 'src/node.py': 'lab2'}
+    with pytest.raises(ValueError, match='no skeleton'):
+        skeleton(tmp_path / 'src', 'lab2')
+    with pytest.raises(ValueError, match='no XML'):
+        skeletons.sentence(skeleton(tmp_path, 'lab2'))
+
+
+def test_another_name_stands_everywhere():
+    files = skeleton(ROOT / FOLDER / 'turn', 'imu_lab')
+    assert not any('lab2' in text for text in files.values())
+    assert 'from imu_lab.msg import MouseController' in files['src/turtlebot_controller.py']
+
+
+@pytest.mark.parametrize('name', [
+    '', 'Lab2', '2lab', 'lab-2', 'lab 2', '_lab', 'lab2/', '../lab2', 'läb', 'class', 'tb3_labs'])
+def test_names_that_catkin_or_python_refuse(name):
+    with pytest.raises(ValueError, match='name|called'):
+        checked_name(name, ['tb3_labs'])
+
+
+def test_places_where_catkin_finds_no_package(tmp_path):
+    (tmp_path / 'src' / 'lab1').mkdir(parents=True)
+    (tmp_path / 'src' / 'lab1' / 'package.xml').touch()
+    (tmp_path / 'src' / 'lab1' / 'ws' / 'src' / 'group').mkdir(parents=True)
+    for folder, said in ((tmp_path / 'nowhere', 'no folder'), (tmp_path, 'give .*/src'),
+                         (tmp_path / 'src' / 'lab1' / 'ws', 'give .*/src'),
+                         (tmp_path / 'src' / 'lab1', 'within the package')):
+        with pytest.raises(ValueError, match=said):
+            checked_place(folder)
+    (tmp_path / 'src' / 'lab1' / 'src').mkdir()
+    with pytest.raises(ValueError, match='within the package'):
+        checked_place(tmp_path / 'src' / 'lab1' / 'src')
+    for folder in (tmp_path / 'src', tmp_path / 'src' / 'lab1' / 'ws' / 'src' / 'group'):
+        assert checked_place(folder) == folder
+
+
+def test_a_package_is_written_once(tmp_path):
+    files, target = files_of('turn'), tmp_path / 'lab2'
+    write(files, target)
+    programs = {name for name in files if (target / name).stat().st_mode & stat.S_IXUSR}
+    assert programs == {'src/turtlebot_controller.py'}
+    assert {name: (target / name).read_text() for name in files} == files
+    (target / 'src' / 'turtlebot_controller.py').write_text('my work')
+    with pytest.raises(FileExistsError):
+        write(files, target)
+    assert (target / 'src' / 'turtlebot_controller.py').read_text() == 'my work'
+
+
+def test_of_a_package_that_cannot_be_written_nothing_is_left(tmp_path):
+    too_long = 'x' * (os.pathconf(str(tmp_path), 'PC_NAME_MAX') + 1)
+    with pytest.raises(OSError):
+        write({'package.xml': 'text', too_long: 'text'}, tmp_path / 'lab2')
+    assert list(tmp_path.iterdir()) == []
