@@ -3,21 +3,27 @@
 #
 #     source scripts/setup.sh     (bash) set up what is missing, then put ROS and this package on this shell's paths
 #     ./scripts/setup.sh          only set up
-#     TB3_LABS_TESTS=1            in front of either: also what the tests need
+#     ./scripts/setup.sh --fetch /media/ann/stick rviz     for machines without internet: all that they need, and rviz too
+#     ./scripts/setup.sh --from /media/ann/stick           set up there, from that folder; the same system is needed
+#     TB3_LABS_TESTS=1            in front of each: also what the tests need
 #
 # Works on Debian 12 and 11, and on Ubuntu 20.04 with ROS Noetic. It installs the system packages that are missing (root or
 # sudo), and makes everything else in the folder build/.ws of the repository: a Python environment with squaternion, a catkin
 # workspace whose src/tb3_labs links to the repository's files, logs. Deleting build undoes it. When nothing is missing it
 # takes well under a second; a change of Python code needs no build.
 #
-# The shell starts from a clean slate: PYTHONPATH and other workspaces' paths are dropped, because a conda, a pyenv or
-# a ROS 2 in them breaks ROS 1's Python. To combine tb3_labs with packages of your own, clone it into your own catkin
-# workspace instead.
+# A catkin workspace that was sourced before stays, and one that is sourced afterwards is added. It goes before this one,
+# also with a tb3_labs of its own; a line says so. Everything else on PYTHONPATH and CMAKE_PREFIX_PATH is dropped,
+# because a conda, a pyenv or a ROS 2 in them breaks ROS 1's Python. A workspace that is built in this shell is built on
+# top of this one: to source its devel/setup.bash is enough from then on.
+#
+# One installation serves all accounts of a machine. Logs and caches are kept in build/.ws if it is the user's own, else in
+# ~/.ros; ROS_HOME and ROS_LOG_DIR go before both.
 #
 # Network: everything listens on the loopback only. For a real robot set ROS_IP to this computer's address first, if the
 # master runs here; or ROS_MASTER_URI=http://ROBOT:11311, if it runs there: ROS_IP is then found by itself.
 
-# --- the shell's side ---------------------------------------------------------------------------------------------
+# --- the shell's side, with setup/terminal.bash ---------------------------------------------------------------------------------------------
 _tb3_labs_shell() {
   local -; set +euo pipefail    # the caller's options come back at the end of the function; catkin's files need these
   local here repo ws prefix prefixes=() kept=()
@@ -177,9 +183,10 @@ XML
 }
 
 make_ready() {
-  local foreign
+  local foreign lack='what is built there is missing or older than the files'
   if [ -e "$ws" ] && ! [ -O "$ws" ] && ! [ -w "$ws" ]; then
-    fail "the set-up is not complete or not up to date: $(stat -c %U "$ws"), whose folder it is, must run $repo/scripts/setup.sh once"
+    [ ${#missing[@]} = 0 ] || lack="system packages are missing: ${missing[*]}"
+    fail "$(stat -c %U "$ws"), whose installation this is, must run $repo/scripts/setup.sh once: $lack"
   fi
   umask 022    # other accounts of this machine may use it
   { mkdir -p "$ws" && [ -w "$ws" ]; } 2>/dev/null || fail "rights are missing: $ws cannot be written"

@@ -23,9 +23,12 @@ jobs=4
 if [ "${1:-}" = -j ]; then jobs=${2:?'-j: a number is missing'}; shift 2; fi
 [[ $jobs =~ ^[1-9][0-9]*$ ]] || { echo "tb3_labs: -j: not a number: $jobs" >&2; exit 2; }
 
+ws=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd -P)/build/.ws
+if [ -e "$ws" ] && [ ! -w "$ws" ]; then
+  echo "tb3_labs: the tests write into $ws, which is another user's: run them in a copy of your own" >&2; exit 1
+fi
 export TB3_LABS_TESTS=1
 source "$(dirname -- "${BASH_SOURCE[0]}")/setup.sh" || exit 1
-ws=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../build/.ws" && pwd -P)
 results=$ws/build/test_results log=$ws/test.log
 export TMPDIR=$ws/tmp
 rm -rf "$TMPDIR" "$results"    # a former run's results would count again

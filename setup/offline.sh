@@ -15,7 +15,7 @@ fetch() {
   { mkdir -p "$folder/packages/partial" "$folder/wheels" && [ -w "$folder" ]; } 2>/dev/null || fail "$folder cannot be written"
   folder=$(CDPATH='' cd -- "$folder" && pwd -P) log=$folder/fetch.log
   rm -rf "$folder/system" "$folder/wheels/"*
-  [ "$(free_mb "$folder")" -ge 1000 ] || fail "space is missing: 1000 MB are needed in $folder, $(free_mb "$folder") MB are free"
+  [ "$(free_mb "$folder")" -ge 600 ] || fail "space is missing: 600 MB are needed in $folder, $(free_mb "$folder") MB are free"
   wanted=("${run_packages[@]}" "$@")
   [ -z "${TB3_LABS_TESTS:-}" ] || wanted+=("${test_packages[@]}")
 
@@ -32,7 +32,10 @@ fetch() {
   say 'reading the package lists ...'
   bare_apt update >"$log" 2>&1 || true    # a dead list that we do not need is no reason to stop
   say "fetching packages into $folder ..."
-  bare_apt install -y --download-only --no-install-recommends "${wanted[@]}" >>"$log" 2>&1 || fail_log 'the packages cannot be fetched'
+  bare_apt install -y --download-only --no-install-recommends "${wanted[@]}" >>"$log" 2>&1 || {
+    ! grep -Eq '^(Err|W: Failed to fetch|E: Failed to fetch)' "$log" || fail "the network is missing: the packages cannot be fetched (all of it: $log)"
+    fail "the packages cannot be fetched: $(grep -m1 '^E: ' "$log") (all of it: $log)"
+  }
   bare_apt autoclean >>"$log" 2>&1    # an earlier fetch's, of older versions
   rm -rf "$folder/packages/partial" "$folder/packages/lock"
   "$ws/venv/bin/python3" -m pip wheel --quiet --no-deps --no-cache-dir --no-input --disable-pip-version-check \

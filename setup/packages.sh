@@ -93,4 +93,5 @@ install_packages() {
     fail_log 'the system packages could not be installed'
   fi
   cat "$ws/apt.log" >>"$log"
+  [ -z "${folder:-}" ] || as_root rm -rf /var/lib/apt/tb3_labs
 }
