@@ -49,12 +49,8 @@ fetch() {
 
 # The index that makes a folder of .deb files a repository, as dpkg-scanpackages (which few machines have) writes it.
 index_packages() {
-  local deb plain
+  local deb
   cd "$1" || return
-  for deb in *%3a*.deb; do    # the colon of an epoch, which apt would look for under another name
-    plain=${deb%%_*}_${deb#*%3a}
-    if [ -e "$deb" ]; then mv "$deb" "$plain"; fi
-  done
   for deb in *.deb; do
     dpkg-deb --field "$deb"
     echo "Filename: ./$deb"
