@@ -23,7 +23,7 @@
 # Network: everything listens on the loopback only. For a real robot set ROS_IP to this computer's address first, if the
 # master runs here; or ROS_MASTER_URI=http://ROBOT:11311, if it runs there: ROS_IP is then found by itself.
 
-# --- the shell's side, with setup/terminal.bash ---------------------------------------------------------------------------------------------
+# --- the shell's side, with setup/terminal.bash -------------------------------------------------------------------
 _tb3_labs_shell() {
   local -; set +euo pipefail    # the caller's options come back at the end of the function; catkin's files need these
   local here repo ws prefix prefixes=() kept=()
@@ -59,7 +59,7 @@ _tb3_labs_keeps() {
     return 1
   fi
   if [ -n "$sources" ] && [ "$python" != "$ws/venv/bin/python3" ] && [[ $python != *' '* ]] &&
-      ! "$python" -c 'import sys, importlib.util as u; sys.exit(None in map(u.find_spec, ("rospy", "squaternion")))'; then
+      ! "$python" -c 'import sys, importlib.util as u; sys.exit(None in map(u.find_spec, ("rospy", "squaternion")))' 2>/dev/null; then
     echo "tb3_labs: ${1%/*} was built with $python, which lacks rospy or squaternion. Once: cd ${1%/*} && rm -rf build devel && catkin_make" >&2
   fi
   sources=${sources:-/nowhere}/tb3_labs

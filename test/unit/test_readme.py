@@ -30,7 +30,7 @@ LAUNCHABLE = {path.name: path for folder, kind in (
 
 
 #: Folders of this package.
-FOLDERS = ('doc', 'launch', 'msg', 'scripts', 'src', 'srv', 'test')
+FOLDERS = ('doc', 'launch', 'msg', 'scripts', 'setup', 'src', 'srv', 'test')
 
 
 def own_paths():
