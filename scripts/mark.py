@@ -32,6 +32,7 @@ from tb3_labs.ros.marking.marker import QUIET, Marker, Options
 from tb3_labs.ros.marking.marks_folder import MarksFolder, due_time, late_by
 from tb3_labs.ros.marking.pads import HANDOUT, pad_called
 from tb3_labs.ros.marking.points_file import points_file
+from tb3_labs.ros.marking.sandbox import forget_overlays
 from tb3_labs.simulation.network import NETWORKS
 
 
@@ -74,6 +75,7 @@ def parse(words):
 def main(words):
     """Mark all submissions, write the marks; the exit status."""
     given = parse(words)
+    forget_overlays()
     lab = LABS[given.lab]
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
         try:

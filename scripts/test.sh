@@ -16,16 +16,19 @@ PATH=/usr/bin:/bin:$PATH    # ROS's own tools, not those of a conda or pyenv
 
 # Tests shall see neither a robot on the network nor this user's settings.
 unset ROS_MASTER_URI ROS_IP ROS_NAMESPACE ROSCONSOLE_FORMAT ROSCONSOLE_CONFIG_FILE TURTLEBOT3_MODEL PYTEST_ADDOPTS PYTHONOPTIMIZE
-unset ROS_HOME ROS_LOG_DIR
+unset ROS_HOME ROS_LOG_DIR CMAKE_PREFIX_PATH    # nor other workspaces
 export ROS_HOSTNAME=localhost
 
 jobs=4
 if [ "${1:-}" = -j ]; then jobs=${2:?'-j: a number is missing'}; shift 2; fi
 [[ $jobs =~ ^[1-9][0-9]*$ ]] || { echo "tb3_labs: -j: not a number: $jobs" >&2; exit 2; }
 
+ws=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd -P)/build/.ws
+if [ -e "$ws" ] && [ ! -w "$ws" ]; then
+  echo "tb3_labs: the tests write into $ws, which is another user's: run them in a copy of your own" >&2; exit 1
+fi
 export TB3_LABS_TESTS=1
 source "$(dirname -- "${BASH_SOURCE[0]}")/setup.sh" || exit 1
-ws=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../build/.ws" && pwd -P)
 results=$ws/build/test_results log=$ws/test.log
 export TMPDIR=$ws/tmp
 rm -rf "$TMPDIR" "$results"    # a former run's results would count again

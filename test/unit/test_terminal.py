@@ -1,0 +1,197 @@
+"""scripts/setup.sh as a shell sources it: the workspaces that stay, in any order, also for an account
+that does not own the installation; its options; its folder for machines without internet."""
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+
+import pytest
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+SETUP = REPOSITORY / 'scripts' / 'setup.sh'
+BUILT = REPOSITORY / 'build' / '.ws'
+DEVEL = BUILT / 'devel'
+NOBODY = 65534
+needs_setup = pytest.mark.skipif(not (BUILT / 'build.stamp').exists(),
+                                 reason='scripts/setup.sh has not set this repository up')
+
+
+def shell(home, script, *wrapper, **variables):
+    """(words of the output, errors) of a bash that starts with nothing."""
+    environment = dict({'PATH': '/usr/bin:/bin', 'HOME': str(home)}, **variables)
+    done = subprocess.run(list(wrapper) + ['bash', '-c', script], env=environment, timeout=60.0,
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                          universal_newlines=True)
+    return done.stdout.split(), done.stderr
+
+
+def workspace(folder, python='/usr/bin/env python3', on_top_of=None, *packages):
+    """A devel space as catkin_make leaves it; its path."""
+    devel = folder / 'devel'
+    devel.mkdir(parents=True)
+    for name in ('setup.sh', 'setup.bash', 'local_setup.bash'):
+        text = (DEVEL / name).read_text()
+        (devel / name).write_text(text.replace(str(DEVEL), str(devel)))
+    lines = (DEVEL / '_setup_util.py').read_text().split('\n')
+    lines[0] = '#!' + python
+    if on_top_of is not None:
+        number, = [number for number, line in enumerate(lines) if "CMAKE_PREFIX_PATH = r'" in line]
+        lines[number] = "            CMAKE_PREFIX_PATH = r'{}'.split(';')".format(on_top_of)
+    (devel / '_setup_util.py').write_text('\n'.join(lines))
+    (devel / '_setup_util.py').chmod(0o755)
+    for package in packages:
+        (folder / 'src' / package).mkdir(parents=True)
+    (devel / '.catkin').write_text(str(folder / 'src'))
+    return devel
+
+
+SHOW = '; echo "$CMAKE_PREFIX_PATH" "$ROS_PACKAGE_PATH" "$ROS_HOSTNAME" "$(command -v python3)"'
+
+
+@needs_setup
+@pytest.mark.parametrize('order', ['{setup} {own}', '{own} {setup}', '{setup} {own} {setup}'])
+def test_own_and_this_package_are_found_in_any_order(tmp_path, order):
+    own = workspace(tmp_path / 'catkin_ws')    # built without tb3_labs
+    files = order.format(setup=SETUP, own=own / 'setup.bash').split()
+    words, errors = shell(tmp_path, 'set -e; ' + ' && '.join(
+        'source ' + file for file in files) + SHOW)
+    assert errors == ''
+    prefixes = words[0].split(':')
+    assert prefixes[:2] == [str(own), str(DEVEL)]
+    assert words[1].split(':')[:2] == [str(tmp_path / 'catkin_ws' / 'src'), str(BUILT / 'src')]
+    assert words[2:] == ['localhost', str(BUILT / 'venv' / 'bin' / 'python3')]
+
+
+@needs_setup
+def test_one_that_was_built_on_top_of_this_needs_no_other_source(tmp_path):
+    own = workspace(tmp_path / 'catkin_ws', on_top_of=DEVEL)
+    words, errors = shell(tmp_path, 'source {}/setup.bash'.format(own) + SHOW + ' "$ROS_ETC_DIR"')
+    assert errors == ''
+    assert words == ['{}:{}'.format(own, DEVEL), '{}:{}'.format(
+        tmp_path / 'catkin_ws' / 'src', BUILT / 'src'), 'localhost',
+        str(BUILT / 'venv' / 'bin' / 'python3'), str(BUILT / 'etc')]
+
+
+@needs_setup
+def test_what_is_no_workspace_of_this_ros_is_dropped_without_a_word(tmp_path):
+    ros2, conda = tmp_path / 'humble', tmp_path / 'conda'
+    for name in ('setup.bash', 'local_setup.bash', '_local_setup_util_sh.py'):
+        ros2.mkdir(exist_ok=True)
+        (ros2 / name).write_text('echo "it was sourced"; exit 1\n')
+    shutil.copytree(str(workspace(tmp_path / 'ws')), str(conda))    # as a conda's ROS
+    (conda / 'conda-meta').mkdir()
+    gone = tmp_path / 'gone'
+    words, errors = shell(
+        tmp_path, 'source {}; echo "$CMAKE_PREFIX_PATH" "$PYTHONPATH"'.format(SETUP),
+        CMAKE_PREFIX_PATH='{}:{}:{}'.format(ros2, conda, gone), ROS_DISTRO='humble',
+        PYTHONPATH='{}/lib/python3.10/site-packages'.format(ros2))
+    assert errors == ''
+    assert words[0].split(':')[0] == str(DEVEL)
+    assert not any(str(tmp_path) in word for word in words), words
+
+
+@needs_setup
+def test_what_is_wrong_with_a_workspace_is_one_line(tmp_path):
+    gone = workspace(tmp_path / 'gone_ws', '/nowhere/python3')
+    python = tmp_path / 'python3'
+    python.write_text('#!/bin/sh\ncase $1 in -c) exit 1;; *) exec /usr/bin/python3 "$@";; esac\n')
+    python.chmod(0o755)
+    poor = workspace(tmp_path / 'poor_ws', str(python))
+    other = workspace(tmp_path / 'other_ws', '/usr/bin/env python3', None, 'tb3_labs')
+    words, errors = shell(
+        tmp_path, 'source {}; echo "$CMAKE_PREFIX_PATH"'.format(SETUP),
+        CMAKE_PREFIX_PATH='{}:{}:{}'.format(gone, poor, other))
+    lines = errors.splitlines()
+    assert len(lines) == 3, errors
+    assert 'gone_ws' in lines[0] and 'rm -rf build devel && catkin_make' in lines[0]
+    assert 'lacks rospy or squaternion' in lines[1] and 'cd {}'.format(tmp_path / 'poor_ws') in lines[1]
+    assert 'this terminal uses the tb3_labs of {}'.format(tmp_path / 'other_ws') in lines[2]
+    assert words[0].split(':')[:3] == [str(poor), str(other), str(DEVEL)]
+
+
+def test_options_that_are_wrong_are_one_line():
+    for words, said in (('--fetch', 'the folder is missing'), ('--from', 'one folder is needed'),
+                        ('--fletch x', 'unknown option --fletch: --fetch FOLDER'),
+                        ('--from /nowhere', '/nowhere is no complete folder of packages')):
+        done = subprocess.run([str(SETUP)] + words.split(), stdin=subprocess.DEVNULL,
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                              universal_newlines=True, timeout=60.0)
+        assert done.returncode in (1, 2)
+        assert said in done.stderr and done.stderr.count('\n') == 1
+
+
+def test_a_folder_for_another_system_is_refused(tmp_path):
+    (tmp_path / 'system').write_text('debian:7 pdp11\n')
+    done = subprocess.run([str(SETUP), '--from', str(tmp_path)], stdin=subprocess.DEVNULL,
+                          stderr=subprocess.PIPE, universal_newlines=True, timeout=60.0)
+    assert done.returncode == 1
+    assert '{} is for debian:7 pdp11, and this machine is '.format(tmp_path) in done.stderr
+
+
+@pytest.mark.skipif(not shutil.which('apt-get'), reason='no apt here')
+def test_the_index_of_the_folder_is_one_that_apt_reads(tmp_path):
+    folder = tmp_path / 'my stick'
+    for name, version in (('tb3-one', '1.0'), ('tb3-two', '1:2.0')):
+        control = tmp_path / name / 'DEBIAN'
+        control.mkdir(parents=True)
+        (control / 'control').write_text(
+            'Package: {}\nVersion: {}\nArchitecture: all\nMaintainer: a <a@b.org>\n'
+            'Description: x\n'.format(name, version))
+        folder.mkdir(exist_ok=True)
+        subprocess.run(['dpkg-deb', '--root-owner-group', '--build', str(tmp_path / name), str(
+            folder / '{}_{}_all.deb'.format(name, version.replace(':', '%3a')))], check=True,
+            stdout=subprocess.DEVNULL)
+    (tmp_path / 'lists' / 'partial').mkdir(parents=True)
+    (tmp_path / 'status').touch()
+    script = '''ws={0} folder="{0}/my stick"; source {1}/scripts/setup/offline.sh; index_packages "$folder"
+        mkdir "$folder/packages"; mv "$folder"/[!p]* "$folder/packages"; list_folder; cd {0}
+        apt="apt-get -q -o Dir::State={0} -o Dir::State::status={0}/status -o Dir::Cache={0} -o
+        Dir::Etc::SourceList={0}/from.list -o Dir::Etc::SourceParts=/dev/null -o
+        Debug::NoLocking=1 -o APT::Sandbox::User=root"
+        $apt update >log 2>&1 && $apt download tb3-one tb3-two >>log 2>&1; cat log >&2; ls *.deb
+        '''.format(tmp_path, REPOSITORY)
+    words, errors = shell(tmp_path, script)
+    assert words == ['tb3-one_1.0_all.deb', 'tb3-two_1%3a2.0_all.deb'], errors
+
+
+@pytest.fixture
+def room():
+    """(a copy of the set-up that another account owns, a home of nobody)."""
+    if os.getuid() != 0 or not shutil.which('setpriv'):
+        pytest.skip('only root can be another account')
+    with tempfile.TemporaryDirectory() as folder:
+        place = pathlib.Path(folder)
+        place.chmod(0o755)
+        for parent in place.parents:
+            if not parent.stat().st_mode & 0o001:
+                pytest.skip('{} is closed to other accounts'.format(parent))
+        for name in ('scripts/setup.sh', 'scripts/setup'):
+            (place / 'room' / name).parent.mkdir(parents=True, exist_ok=True)
+            copy = shutil.copytree if (REPOSITORY / name).is_dir() else shutil.copy
+            copy(str(REPOSITORY / name), str(place / 'room' / name))
+        (place / 'room' / 'build' / '.ws').mkdir(parents=True)
+        home = place / 'home'
+        home.mkdir()
+        os.chown(str(home), NOBODY, NOBODY)
+        yield place / 'room', home
+
+
+AS_NOBODY = ('setpriv', '--reuid', str(NOBODY), '--regid', str(NOBODY), '--clear-groups')
+
+
+def test_whoever_does_not_own_the_installation_has_logs_at_home(room):
+    place, home = room
+    built = place / 'build' / '.ws'
+    words, errors = shell(home, 'CATKIN_ENV_HOOK_WORKSPACE={}/devel; source {}/scripts/setup/terminal.bash; '
+                          'echo $ROS_HOME $ROS_LOG_DIR $HYPOTHESIS_STORAGE_DIRECTORY'.format(
+                              built, place), *AS_NOBODY)
+    assert (words, errors) == ([str(home / '.ros' / name) for name in ('', 'log', 'hypothesis')], '')
+
+
+def test_whoever_does_not_own_it_cannot_mend_it_and_is_told_who_can(room):
+    place, home = room
+    words, errors = shell(home, 'source {}/scripts/setup.sh; echo $?'.format(place), *AS_NOBODY)
+    assert words == ['1']
+    assert errors.count('\n') == 1
+    assert 'tb3_labs: root, whose installation this is, must run ' in errors
