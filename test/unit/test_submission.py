@@ -193,7 +193,8 @@ def test_rosrun_finds_the_copy_and_not_what_somebody_built_of_the_same_name(tmp_
     assert ready.environment['CMAKE_PREFIX_PATH'] == str(other)
 
 
-def test_whoever_asks_while_the_packages_are_looked_up_gets_all_of_them(tmp_path, monkeypatch):
+def test_whoever_asks_while_the_packages_are_looked_up_gets_all_of_them(
+        tmp_path, monkeypatch, request):
     half_way, go_on = threading.Event(), threading.Event()
 
     class Packages:
@@ -206,8 +207,10 @@ def test_whoever_asks_while_the_packages_are_looked_up_gets_all_of_them(tmp_path
                 half_way.set()
                 go_on.wait(5.0)
             return str(tmp_path / name)
-    monkeypatch.setattr(python_build, '_ROS', Packages())
-    monkeypatch.setattr(python_build, '_MESSAGES', {})
+    monkeypatch.setattr(python_build.rospkg, 'RosPack', Packages)
+    for asked in (python_build.system_packages, python_build.system_messages):
+        asked.cache_clear()
+        request.addfinalizer(asked.cache_clear)
     with ThreadPoolExecutor(2) as pool:
         first = pool.submit(lambda: sorted(python_build.system_messages()))
         assert half_way.wait(5.0)
