@@ -7,6 +7,7 @@
 #     ./scripts/demo.sh ARG:=VALUE ...  any argument of demo.launch (roslaunch --ros-args tb3_labs demo.launch lists them)
 set -euo pipefail
 PATH=/usr/bin:/bin:$PATH    # ROS's own tools, not those of a conda or pyenv
+unset CMAKE_PREFIX_PATH    # nor another workspace's tb3_labs
 source "$(dirname -- "${BASH_SOURCE[0]}")/setup.sh" || exit 1
 
 # The demonstration brings its own master: on another one there may be a real robot, which would drive too.

@@ -20,44 +20,46 @@
 # --- the shell's side ---------------------------------------------------------------------------------------------
 _tb3_labs_shell() {
   local -; set +euo pipefail    # the caller's options come back at the end of the function; catkin's files need these
-  local here repo ws
+  local here repo ws prefix prefixes=() kept=()
   here=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P) || return 1
   repo=${here%/*} ws=${here%/*}/build/.ws
   bash "$here/setup.sh" || return 1
 
-  unset PYTHONPATH PYTHONHOME CMAKE_PREFIX_PATH ROS_PACKAGE_PATH ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION
+  IFS=: read -ra prefixes <<<"${CMAKE_PREFIX_PATH:-}"
+  unset PYTHONPATH PYTHONHOME CMAKE_PREFIX_PATH ROS_PACKAGE_PATH ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION CATKIN_SETUP_UTIL_ARGS
   # shellcheck disable=SC1091
   source "$ws/devel/setup.bash" || { echo "tb3_labs: $ws/devel/setup.bash failed" >&2; return 1; }
-  PATH=:$PATH: PATH=${PATH//:"$ws/venv/bin":/:} PATH=${PATH#:} PATH=$ws/venv/bin:${PATH%:}
+  [ -n "${ROS_IP:-}${ROS_HOSTNAME:-}" ] || return 1    # setup/terminal.bash has said why
 
-  export ROS_HOME=${ROS_HOME:-$ws/ros}
-  export ROS_LOG_DIR=${ROS_LOG_DIR:-$ROS_HOME/log}
-  # No __pycache__ in the repository. (PYTHONPYCACHEPREFIX would also hide the byte code of the system's modules.)
-  unset PYTHONPYCACHEPREFIX
-  export PYTHONDONTWRITEBYTECODE=1 HYPOTHESIS_STORAGE_DIRECTORY=$ws/hypothesis
-  export PYTHONNOUSERSITE=1    # what pip once put into ~/.local may be too new or too old for ROS
+  for prefix in "${prefixes[@]}"; do if _tb3_labs_keeps "$prefix"; then kept=("$prefix" "${kept[@]}"); fi; done
+  # shellcheck disable=SC1091
+  for prefix in "${kept[@]}"; do source "$prefix/local_setup.bash"; done    # the last one comes first, as catkin has it
+  # shellcheck source=setup/terminal.bash
+  if [ ${#kept[@]} != 0 ]; then CATKIN_ENV_HOOK_WORKSPACE=$ws/devel; source "$repo/setup/terminal.bash"; unset CATKIN_ENV_HOOK_WORKSPACE; fi
+  # What is sourced from now on is added. Without this a workspace that was built without tb3_labs would take it away.
+  export CATKIN_SETUP_UTIL_ARGS=--extend
+}
 
-  case ${ROS_MASTER_URI:-} in
-    '' | http://localhost | http://localhost[:/]* | http://127.*)
-      # ROS_HOSTNAME may be left by an earlier `source`, and would go before ROS_IP
-      if [ -n "${ROS_IP:-}" ] && [ "${ROS_HOSTNAME:-}" = localhost ]; then unset ROS_HOSTNAME; fi
-      [ -n "${ROS_IP:-}${ROS_HOSTNAME:-}" ] || export ROS_HOSTNAME=localhost
-      if [ "${ROS_HOSTNAME:-}" = localhost ]; then export ROS_ETC_DIR=$ws/etc; fi ;;    # catkin's hook has set another
-    *)
-      if [ "${ROS_HOSTNAME:-}" = localhost ]; then unset ROS_HOSTNAME; fi    # left by an earlier `source`
-      if [ "${ROS_ETC_DIR:-}" = "$ws/etc" ]; then unset ROS_ETC_DIR; fi
-      if [ -z "${ROS_IP:-}${ROS_HOSTNAME:-}" ]; then
-        ROS_IP=$("$ws/venv/bin/python3" - "$ROS_MASTER_URI" 2>/dev/null <<'PYTHON'
-import socket, sys, urllib.parse
-uri = urllib.parse.urlparse(sys.argv[1])
-probe = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-probe.connect((uri.hostname, uri.port or 11311))    # sends nothing; picks the interface that leads there
-print(probe.getsockname()[0])
-PYTHON
-        ) || { unset ROS_IP; echo "tb3_labs: no way to ROS_MASTER_URI=$ROS_MASTER_URI" >&2; return 1; }
-        export ROS_IP
-      fi ;;
-  esac
+# Whether a folder of CMAKE_PREFIX_PATH stays: a workspace of catkin, but neither a ROS itself (ours has come already) nor
+# a tb3_labs that was set up by its setup.sh. A ROS 2, a conda and a folder that is gone are no such workspace.
+_tb3_labs_keeps() {
+  local first python sources
+  [ -f "$1/.catkin" ] && [ -f "$1/_setup_util.py" ] && [ -f "$1/local_setup.bash" ] && [ ! -e "$1/conda-meta" ] || return 1
+  [[ $1 != */build/.ws/devel && $1 != /opt/ros/* ]] || return 1
+  IFS=';' read -r sources _ <"$1/.catkin"    # of a devel space its source folder; of an install space nothing
+  read -r first <"$1/_setup_util.py"; python=${first#'#!'}    # catkin_make writes its Python here, as into each node's relay
+  if [ ! -x "${python%% *}" ]; then
+    echo "tb3_labs: $1 is left out: it was built with $python, which is gone. Once: cd ${1%/*} && rm -rf build devel && catkin_make" >&2
+    return 1
+  fi
+  if [ -n "$sources" ] && [ "$python" != "$ws/venv/bin/python3" ] && [[ $python != *' '* ]] &&
+      ! "$python" -c 'import sys, importlib.util as u; sys.exit(None in map(u.find_spec, ("rospy", "squaternion")))'; then
+    echo "tb3_labs: ${1%/*} was built with $python, which lacks rospy or squaternion. Once: cd ${1%/*} && rm -rf build devel && catkin_make" >&2
+  fi
+  sources=${sources:-/nowhere}/tb3_labs
+  if [ -d "$1/share/tb3_labs" ] || [ -d "$sources" ]; then
+    [ "$sources" -ef "$repo" ] || echo "tb3_labs: this terminal uses the tb3_labs of ${1%/*}, which goes before $repo" >&2
+  fi
 }
 
 if [ -z "${BASH_VERSION:-}" ]; then
@@ -65,7 +67,7 @@ if [ -z "${BASH_VERSION:-}" ]; then
   return 1
 elif [ "${BASH_SOURCE[0]}" != "$0" ]; then
   # One status for the caller, and no function of ours left in its shell.
-  if _tb3_labs_shell; then unset -f _tb3_labs_shell; return 0; else unset -f _tb3_labs_shell; return 1; fi
+  if _tb3_labs_shell; then unset -f _tb3_labs_shell _tb3_labs_keeps; return 0; else unset -f _tb3_labs_shell _tb3_labs_keeps; return 1; fi
 fi
 
 # --- the set-up itself, a process of its own ----------------------------------------------------------------------
@@ -83,44 +85,16 @@ here=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P)
 repo=${here%/*} ws=${here%/*}/build/.ws log=${here%/*}/build/.ws/setup.log
 noetic=/opt/ros/noetic
 system=$(. /etc/os-release 2>/dev/null && echo "${ID:-}:${VERSION_ID:-}") || system=unknown
-requirements=(squaternion)    # from PyPI: the system has no package of them
 
 # Nothing of the caller's Python, compiler or other workspaces may leak into the build.
 unset PYTHONPATH PYTHONHOME PYTHONSTARTUP PYTHONPYCACHEPREFIX VIRTUAL_ENV LD_LIBRARY_PATH CC CXX CFLAGS CXXFLAGS CPPFLAGS LDFLAGS
-unset MAKEFLAGS CMAKE_GENERATOR CMAKE_PREFIX_PATH ROS_PACKAGE_PATH ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION
+unset MAKEFLAGS CMAKE_GENERATOR CMAKE_PREFIX_PATH ROS_PACKAGE_PATH ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION CATKIN_SETUP_UTIL_ARGS
 export PATH=/usr/sbin:/usr/bin:/sbin:/bin PYTHONDONTWRITEBYTECODE=1 PYTHONNOUSERSITE=1
 
-if [ -r $noetic/setup.bash ]; then
-  run_packages=(make g++ python3-venv python3-numpy python3-matplotlib python3-setuptools)
-  for p in ros-core actionlib diagnostic-updater dynamic-reconfigure move-base-msgs robot-state-publisher rostest std-srvs tf tf2-geometry-msgs tf2-msgs tf2-ros; do run_packages+=("ros-noetic-$p"); done
-  test_packages=(python3-pytest python3-hypothesis python3-mypy catkin-lint xvfb xdotool)
-  dynparam=$noetic/lib/dynamic_reconfigure/dynparam
-else
-  run_packages=(make g++ python3-venv python3-numpy python3-matplotlib python3-setuptools catkin rosbash ros-core
-    ros-message-generation libgeometry-msgs-dev ros-std-msgs ros-geometry-msgs ros-robot-state-publisher
-    python3-rospy python3-rosbag python3-rosnode python3-rostest python3-actionlib python3-tf2-ros python3-tf python3-tf2-geometry-msgs python3-std-srvs python3-diagnostic-updater python3-dynamic-reconfigure
-    libdynamic-reconfigure-config-init-mutex-dev)    # dynparam wants its package.xml
-  for p in actionlib diagnostic geometry move-base nav rosgraph sensor std tf2 visualization; do run_packages+=("python3-$p-msgs"); done
-  test_packages=(python3-pytest python3-hypothesis python3-mypy librostest-dev catkin-lint xvfb xdotool)
-  dynparam=/usr/lib/dynamic_reconfigure/dynparam
-fi
-run_packages+=(python3-paramiko)    # roslaunch's way to the robot; it only recommends it
-run_packages+=(bubblewrap)    # mark.py keeps the programs of submissions in boxes
-case $system in    # the mouse
-  debian:12) run_packages+=(python3-pynput) ;;
-  *) run_packages+=(python3-xlib python3-six) requirements+=(pynput) ;;
-esac
-
-# missing: packages to install now.  tests: whether everything the tests need is there, and so tests are built too.
-look_at_packages() {
-  local installed p wanted=("${run_packages[@]}")
-  installed=$(dpkg-query -W -f '${db:Status-Abbrev} ${Package}\n' "${run_packages[@]}" "${test_packages[@]}" 2>/dev/null |
-    sed -n 's/^[ih]i  *//p') || true
-  installed=" ${installed//$'\n'/ } " missing=() tests=1
-  for p in "${test_packages[@]}"; do [[ $installed == *" $p "* ]] || tests=0; done
-  [ -z "${TB3_LABS_TESTS:-}" ] || wanted+=("${test_packages[@]}")
-  for p in "${wanted[@]}"; do [[ $installed == *" $p "* ]] || missing+=("$p"); done
-}
+# shellcheck source=setup/packages.sh
+source "$repo/setup/packages.sh"
+# shellcheck source=setup/offline.sh
+source "$repo/setup/offline.sh"
 
 venv_stamp() { echo "$ws $(readlink -f /usr/bin/python3) ${requirements[*]}"; }
 
@@ -129,7 +103,7 @@ build_stamp() {
   cd "$repo"
   {
     echo "$ws $(readlink -f /usr/bin/python3) tests=$tests"
-    cat CMakeLists.txt package.xml setup.py scripts/setup.sh msg/*.msg srv/*.srv
+    cat CMakeLists.txt package.xml setup.py scripts/setup.sh setup/*.sh msg/*.msg srv/*.srv
     ls
     { find scripts launch test/marking test/ros test/unit -maxdepth 1 \( -name '*.py' -o -name '*.launch' -o -name '*.test' \) 2>/dev/null || true; } | sort
   } | sha256sum
@@ -139,61 +113,6 @@ holds() { [ -e "$1" ] && [ "$(<"$1")" = "$2" ]; }    # file, its content
 venv_ready() { [ -x "$ws/venv/bin/python3" ] && holds "$ws/venv.stamp" "$(venv_stamp)"; }
 build_ready() { [ -e "$ws/devel/setup.bash" ] && holds "$ws/build.stamp" "$(build_stamp)"; }
 
-free_mb() { df -Pm "$1" | awk 'NR == 2 { print $4 }'; }
-
-as_root() { if [ "$EUID" = 0 ]; then "$@"; else sudo "$@"; fi; }
-
-apt() {
-  as_root env DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8 ${http_proxy:+"http_proxy=$http_proxy"} \
-    apt-get -o DPkg::Lock::Timeout=300 -o Acquire::Retries=2 -o Acquire::http::Timeout=20 "$@" 8>&-
-}
-
-install_packages() {
-  local name line need free
-  if [ ! -r $noetic/setup.bash ]; then
-    case $system in
-      debian:12 | debian:11) ;;
-      ubuntu:20.04) fail 'ROS Noetic is missing; install it first: http://wiki.ros.org/noetic/Installation/Ubuntu (ros-noetic-ros-base is enough)' ;;
-      *) name=$(. /etc/os-release 2>/dev/null && echo "${PRETTY_NAME:-}") || name=
-        fail "${name:-this system} is not supported: it takes Debian 12 or 11, or Ubuntu 20.04 with ROS Noetic" ;;
-    esac
-  fi
-  line="apt-get install --no-install-recommends ${missing[*]}"
-  if [ "$EUID" != 0 ]; then
-    command -v sudo >/dev/null || fail "rights are missing (no sudo here): have root run once: $line"
-    sudo -n true 2>/dev/null || { [ -t 0 ] && say 'system packages are missing, installing them needs your password' && sudo -v; } ||
-      fail "rights are missing (sudo refused): have an administrator run once: $line"
-  fi
-
-  as_root dpkg --configure -a >>"$log" 2>&1 8>&- || true    # after an interrupted installation
-  [ "$(free_mb /var/lib/apt)" -ge 100 ] || fail "space is missing: 100 MB are needed in /var/lib/apt"
-  say 'reading the package lists ...'
-  apt update -q >"$ws/apt.log" 2>&1 || true    # a dead list that we do not need is no reason to stop
-  cat "$ws/apt.log" >>"$log"
-  # What apt would do, without doing it: it prints "Need to get 1,234 kB" and "After this operation, 760 MB".
-  { apt install --assume-no --no-install-recommends "${missing[@]}" || true; } >"$ws/apt.plan" 2>&1
-  cat "$ws/apt.plan" >>"$log"
-  if grep -q '^E: ' "$ws/apt.plan"; then
-    if grep -Eq '^(Err|W: Failed to fetch|E: Failed to fetch)' "$ws/apt.log"; then
-      fail "the network is missing: $(sed -n 's/^[WE]: Failed to fetch \([^ ]*\).*/\1/p' "$ws/apt.log" | sed -n 1p) cannot be reached"
-    fi
-    fail_log "the system packages cannot be installed: $(grep -m1 '^E: ' "$ws/apt.plan")"
-  fi
-  need=$(sed -En 's/^Need to get ([^/]*\/)?([0-9.,]+ [kMG]?B) of.*/\2/p; s/^After this operation, ([0-9.,]+ [kMG]?B) of additional.*/\1/p' "$ws/apt.plan" |
-    awk '{ gsub(",", "", $1); sum += $1 * ($2 == "GB" ? 1000 : $2 == "MB" ? 1 : 0.001) } END { print int(sum) + 1 }')
-  free=$(free_mb /usr)
-  [ "$free" -gt $((need + 50)) ] || fail "space is missing: the system packages need $((need + 50)) MB in /usr, $free MB are free"
-  line="$need MB, once"
-  [ "$need" -lt 100 ] || line+='; about a minute'
-  say "installing system packages ($line) ..."
-  if ! apt install -y -q --no-install-recommends -o Dpkg::Use-Pty=0 "${missing[@]}" >"$ws/apt.log" 2>&1; then
-    cat "$ws/apt.log" >>"$log"
-    grep -q '^E: Failed to fetch' "$ws/apt.log" && fail "the network is missing: the system packages could not be fetched (all of it: $log)"
-    fail_log 'the system packages could not be installed'
-  fi
-  cat "$ws/apt.log" >>"$log"
-}
-
 # --system-site-packages: ROS's Python modules are the system's. --no-deps: pynput would compile evdev, of use without X
 # only; what else they need is among the system packages.
 make_venv() {
@@ -202,7 +121,7 @@ make_venv() {
   /usr/bin/python3 -m venv --system-site-packages "$ws/venv" >>"$log" 2>&1 || fail_log 'the Python environment could not be made'
   # Whatever the user's pip settings say: into this environment, and nothing kept elsewhere.
   if ! PIP_USER=0 PIP_REQUIRE_VIRTUALENV=0 PIP_TARGET='' PIP_PREFIX='' "$ws/venv/bin/python3" -m pip install --quiet --no-cache-dir --no-input \
-      --disable-pip-version-check --retries 2 --timeout 20 --no-deps "${requirements[@]}" >"$ws/pip.log" 2>&1 8>&-; then
+      --disable-pip-version-check --retries 2 --timeout 20 ${pip_options[@]+"${pip_options[@]}"} --no-deps "${requirements[@]}" >"$ws/pip.log" 2>&1 8>&-; then
     cat "$ws/pip.log" >>"$log"
     rm -rf "$ws/venv"
     grep -Eq 'NewConnectionError|Retrying|No matching distribution|Could not fetch' "$ws/pip.log" &&
@@ -247,6 +166,8 @@ XML
     grep -E -A6 'CMake Error|[Ee]rror:' "$ws/build.log" | sed -n '1,20s/^/  | /p' >&2
     fail "the build failed (all of it: $log)"
   fi
+  mkdir -p "$ws/devel/etc/catkin/profile.d"
+  ln -sfn "$repo/setup/terminal.bash" "$ws/devel/etc/catkin/profile.d/50.tb3_labs.bash"
   # On their way out rospy and roslaunch 1.15.9 call what Python 3.9 no longer has; every end would be a traceback, and of
   # a node exit status 1.
   if [ "$system" = debian:11 ]; then
@@ -255,24 +176,42 @@ XML
   echo "$stamp" >"$ws/build.stamp"
 }
 
+make_ready() {
+  local foreign
+  if [ -e "$ws" ] && ! [ -O "$ws" ] && ! [ -w "$ws" ]; then
+    fail "the set-up is not complete or not up to date: $(stat -c %U "$ws"), whose folder it is, must run $repo/scripts/setup.sh once"
+  fi
+  umask 022    # other accounts of this machine may use it
+  { mkdir -p "$ws" && [ -w "$ws" ]; } 2>/dev/null || fail "rights are missing: $ws cannot be written"
+  foreign=$(find "$ws" -maxdepth 2 -type d ! -writable -print -quit)
+  [ -z "$foreign" ] || fail "rights are missing: $foreign belongs to another user (remove it: sudo rm -rf $ws)"
+  exec 8>"$ws/lock"
+  flock -n 8 || { say 'waiting for another set-up to end ...'; flock 8; }
+  trap 'echo "tb3_labs: interrupted; the next start carries on" >&2; exit 130' INT TERM HUP
+
+  : >"$log"
+  [ "$(free_mb "$ws")" -ge 100 ] || fail "space is missing: 100 MB are needed in $ws, $(free_mb "$ws") MB are free"
+  look_at_packages
+  if [ ${#missing[@]} != 0 ]; then install_packages; name_packages; look_at_packages; fi
+  [ ${#missing[@]} = 0 ] || fail_log "system packages are still missing: ${missing[*]}"
+  venv_ready || make_venv
+  build_ready || build
+}
+
+case ${1:-} in
+  '') ;;
+  -h | --help) sed -n '2,/^$/s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+  --fetch) [ $# -ge 2 ] || { echo 'tb3_labs: --fetch: the folder is missing (--help shows an example)' >&2; exit 2; } ;;
+  --from) [ $# = 2 ] || { echo 'tb3_labs: --from: one folder is needed (--help shows an example)' >&2; exit 2; } ;;
+  *) echo "tb3_labs: unknown option $1: --fetch FOLDER [PACKAGE ...], --from FOLDER or --help" >&2; exit 2 ;;
+esac
+
 # CMake, make and the relays' first lines take no such path.
 [[ $repo != *[[:space:]\'\"\$\&\;\(\)\#:]* ]] || fail "the path of the repository must have no spaces or special characters: $repo"
 command -v dpkg-query >/dev/null || fail 'this system is not supported: it takes Debian 12 or 11, or Ubuntu 20.04 with ROS Noetic'
 
+name_packages
+if [ "${1:-}" = --from ]; then take_from "$2"; fi
 look_at_packages
-if [ ${#missing[@]} = 0 ] && venv_ready && build_ready; then exit 0; fi
-
-mkdir -p "$ws" 2>/dev/null && [ -w "$ws" ] || fail "rights are missing: $ws cannot be written"
-foreign=$(find "$ws" -maxdepth 2 -type d ! -writable -print -quit)
-[ -z "$foreign" ] || fail "rights are missing: $foreign belongs to another user (remove it: sudo rm -rf $ws)"
-exec 8>"$ws/lock"
-flock -n 8 || { say 'waiting for another set-up to end ...'; flock 8; }
-trap 'echo "tb3_labs: interrupted; the next start carries on" >&2; exit 130' INT TERM HUP
-
-: >"$log"
-[ "$(free_mb "$ws")" -ge 100 ] || fail "space is missing: 100 MB are needed in $ws, $(free_mb "$ws") MB are free"
-look_at_packages
-if [ ${#missing[@]} != 0 ]; then install_packages; look_at_packages; fi
-[ ${#missing[@]} = 0 ] || fail_log "system packages are still missing: ${missing[*]}"
-venv_ready || make_venv
-build_ready || build
+if [ ${#missing[@]} != 0 ] || ! venv_ready || ! build_ready; then make_ready; fi
+if [ "${1:-}" = --fetch ]; then fetch "${@:2}"; fi

@@ -16,7 +16,7 @@ PATH=/usr/bin:/bin:$PATH    # ROS's own tools, not those of a conda or pyenv
 
 # Tests shall see neither a robot on the network nor this user's settings.
 unset ROS_MASTER_URI ROS_IP ROS_NAMESPACE ROSCONSOLE_FORMAT ROSCONSOLE_CONFIG_FILE TURTLEBOT3_MODEL PYTEST_ADDOPTS PYTHONOPTIMIZE
-unset ROS_HOME ROS_LOG_DIR
+unset ROS_HOME ROS_LOG_DIR CMAKE_PREFIX_PATH    # nor other workspaces
 export ROS_HOSTNAME=localhost
 
 jobs=4

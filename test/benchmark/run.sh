@@ -5,6 +5,7 @@
 #     ./test/benchmark/run.sh [NUMBER OF DRIVES]
 set -euo pipefail
 here=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P)
+unset CMAKE_PREFIX_PATH    # no other workspace's tb3_labs
 source "$here/../../scripts/setup.sh" || exit 1
 python3 "$here/motions.py" "$@"
 echo

@@ -1,5 +1,12 @@
 #!/usr/bin/env python3
-# The IMU exercise, line by line as its handout has it: the flag is set after the last line.
+"""Prints the robot's heading: the IMU exercise.
+
+Each TODO says what belongs there. Write it, and delete the lines below it that say that the TODO is
+open. The node starts with open TODOs, too, and names those that it meets.
+
+Subscribes
+    imu    sensor_msgs/Imu
+"""
 import rospy
 from sensor_msgs.msg import Imu
 from squaternion import Quaternion
@@ -7,8 +14,8 @@ from squaternion import Quaternion
 
 class IMU:
     def __init__(self):
-        rospy.Subscriber('imu', Imu, self.callback_imu)
         self.ctrl_c = False
+        rospy.Subscriber('imu', Imu, self.callback_imu)
         rospy.on_shutdown(self.shutdownhook)
 
     def convert_yaw(self, yaw):

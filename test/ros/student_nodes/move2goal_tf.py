@@ -1,6 +1,20 @@
 #!/usr/bin/env python3
-# The Transformation lab's drive, line by line as its handout has it: the IMU's yaw turns the
-# odometry's displacement, a reset forgets the pose that it declares, and Ctrl+C stops nothing.
+"""Drives to a goal in a local frame that a service resets: the Transformation lab.
+
+Each TODO says what belongs there. Write it, and delete the lines below it that say that the TODO is
+open. The node starts with open TODOs, too, and names those that it meets.
+
+Global is the frame of the odometry. The local frame begins where the robot stood at the reset.
+
+Subscribes
+    imu            sensor_msgs/Imu
+    odom           nav_msgs/Odometry
+    ctrl_relinq    std_msgs/Bool: True lets this node drive
+Publishes
+    cmd_vel        geometry_msgs/Twist
+Services
+    /set_pose      tb3_labs/SetInitialPose: resets the local frame
+"""
 import math
 
 import rospy

@@ -1,0 +1,93 @@
+#!/usr/bin/env python3
+"""Drives by a gamepad, hands the robot over, and resets the local frame: the Transformation lab.
+
+Each TODO says what belongs there. Write it, and delete the lines below it that say that the TODO is
+open. The node starts with open TODOs, too, and names those that it meets.
+
+The numbers of axes and buttons are those of the handout's pad. `rostopic echo /joy` shows yours.
+
+Subscribes
+    joy            sensor_msgs/Joy
+Publishes
+    cmd_vel        geometry_msgs/Twist
+    ctrl_relinq    std_msgs/Bool: True hands the robot over, False takes it back
+Calls
+    /set_pose      tb3_labs/SetInitialPose
+"""
+import math
+import threading
+
+import rospy
+from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
+from sensor_msgs.msg import Joy
+from std_msgs.msg import Bool
+
+from tb3_labs.srv import SetInitialPose
+
+
+class Gamepad:
+    def __init__(self):
+        self.has_control = True
+        self.cmd_pub = rospy.Publisher('cmd_vel', Twist, queue_size=1)
+        self.ctrl_pub = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
+        # TODO 1: make a client of the service /set_pose. Its type is SetInitialPose. Replace None.
+        self.set_pose_client = None
+        rospy.logwarn_once('TODO 1 is open: there is no client of /set_pose')
+        rospy.Subscriber('joy', Joy, self.callback_joy)
+
+    def callback_joy(self, joy):
+        if joy.buttons[0]:
+            self.has_control = False
+            self.ctrl_pub.publish(True)
+        elif joy.buttons[1]:
+            self.has_control = True
+            self.ctrl_pub.publish(False)
+        if joy.buttons[2]:
+            self.reset_pose(0.0, 0.0, 0.0)
+        if self.has_control:
+            cmd = Twist()
+            cmd.linear.x = 0.22 * joy.axes[1]
+            cmd.angular.z = 2.84 * joy.axes[3]
+            self.cmd_pub.publish(cmd)
+
+    def reset_pose(self, x, y, yaw):
+        # TODO 1, too: delete these lines as soon as there is a client.
+        if self.set_pose_client is None:
+            rospy.logwarn_once('TODO 1 is open: nothing is called')
+            return
+        try:
+            self.set_pose_client.wait_for_service(timeout=1.0)
+        except rospy.ROSException:
+            rospy.logwarn('Service reset_pose is not available.')
+            return
+        pose = PoseWithCovarianceStamped()
+        pose.header.frame_id = 'map'
+        pose.header.stamp = rospy.Time.now()
+        # TODO 2: write x and y into the position of the pose. `rosmsg show PoseWithCovarianceStamped`
+        #     shows where it is.
+        rospy.logwarn_once('TODO 2 is open: the position is not set')
+        # TODO 3: write yaw [rad] into the orientation of the pose, as a quaternion. For a turn about
+        #     the z axis it is (0, 0, sin, cos) of half the angle.
+        rospy.logwarn_once('TODO 3 is open: the orientation is not set')
+        # TODO 4: write the covariance of the pose: a list of 36 numbers, each 0.1.
+        rospy.logwarn_once('TODO 4 is open: the covariance is not set')
+        threading.Thread(target=self.call_async, args=(pose,), daemon=True).start()
+
+    def call_async(self, pose):
+        try:
+            self.set_pose_client(pose)
+            self.reset_pose_callback(None)
+        except rospy.ServiceException as error:
+            self.reset_pose_callback(error)
+
+    def reset_pose_callback(self, error):
+        if error is None:
+            rospy.loginfo('Pose reset successfully.')
+        else:
+            rospy.logerr('Pose reset failed: %s', error)
+
+
+if __name__ == '__main__':
+    rospy.init_node('gamepad')
+    Gamepad()
+    rospy.spin()

@@ -1,0 +1,81 @@
+# shellcheck shell=bash disable=SC2154,SC2034    # variables of scripts/setup.sh, of which this is a part
+# A machine without internet: a folder with all that the set-up takes from the network.
+#
+#     packages/       .deb files, with all that they depend on down to a bare system, and their index: a repository of apt
+#     wheels/         from PyPI
+#     packages.txt    the packages to install
+#     system          for which system; written last, so that an interrupted folder is not taken for a complete one
+
+architecture() { dpkg --print-architecture; }
+
+# fetch FOLDER [PACKAGE ...]: make that folder; the further packages come with it. It needs no rights.
+fetch() {
+  local folder=$1 state wanted
+  shift
+  { mkdir -p "$folder/packages/partial" "$folder/wheels" && [ -w "$folder" ]; } 2>/dev/null || fail "$folder cannot be written"
+  folder=$(CDPATH='' cd -- "$folder" && pwd -P) log=$folder/fetch.log
+  rm -rf "$folder/system" "$folder/wheels/"*
+  [ "$(free_mb "$folder")" -ge 1000 ] || fail "space is missing: 1000 MB are needed in $folder, $(free_mb "$folder") MB are free"
+  wanted=("${run_packages[@]}" "$@")
+  [ -z "${TB3_LABS_TESTS:-}" ] || wanted+=("${test_packages[@]}")
+
+  # An apt of our own, for which nothing is installed yet.
+  state=$(mktemp -d)
+  # shellcheck disable=SC2064
+  trap "rm -rf '$state'" EXIT
+  mkdir -p "$state/lists/partial"
+  touch "$state/status"
+  bare_apt() {
+    LC_ALL=C.UTF-8 apt-get -q -o Dir::State="$state" -o Dir::State::status="$state/status" -o Dir::Cache="$state" \
+      -o Dir::Cache::archives="$folder/packages" -o Debug::NoLocking=1 -o APT::Sandbox::User=root -o Acquire::Retries=2 "$@" 8>&-
+  }
+  say 'reading the package lists ...'
+  bare_apt update >"$log" 2>&1 || true    # a dead list that we do not need is no reason to stop
+  say "fetching packages into $folder ..."
+  bare_apt install -y --download-only --no-install-recommends "${wanted[@]}" >>"$log" 2>&1 || fail_log 'the packages cannot be fetched'
+  bare_apt autoclean >>"$log" 2>&1    # an earlier fetch's, of older versions
+  rm -rf "$folder/packages/partial" "$folder/packages/lock"
+  "$ws/venv/bin/python3" -m pip wheel --quiet --no-deps --no-cache-dir --no-input --disable-pip-version-check \
+    --wheel-dir "$folder/wheels" "${requirements[@]}" >>"$log" 2>&1 || fail_log "${requirements[*]} cannot be fetched from PyPI"
+
+  index_packages "$folder/packages"
+  printf '%s\n' "${wanted[@]}" >"$folder/packages.txt"
+  echo "$system $(architecture)" >"$folder/system"
+  say "$folder is complete: $(find "$folder/packages" -name '*.deb' | wc -l) packages, $(du -sm "$folder" | cut -f1) MB, for $(<"$folder/system"). There: ./scripts/setup.sh --from FOLDER"
+}
+
+# The index that makes a folder of .deb files a repository, as dpkg-scanpackages (which few machines have) writes it.
+index_packages() {
+  local deb plain
+  cd "$1" || return
+  for deb in *%3a*.deb; do    # the colon of an epoch, which apt would look for under another name
+    plain=${deb%%_*}_${deb#*%3a}
+    if [ -e "$deb" ]; then mv "$deb" "$plain"; fi
+  done
+  for deb in *.deb; do
+    dpkg-deb --field "$deb"
+    echo "Filename: ./$deb"
+    echo "Size: $(stat -c %s "$deb")"
+    echo "SHA256: $(sha256sum "$deb" | cut -d' ' -f1)"
+    echo
+  done >Packages
+}
+
+# take_from FOLDER: from now on apt and pip know nothing else.
+take_from() {
+  local for_system
+  [ -r "$1/system" ] || fail "$1 is no complete folder of packages: make one with ./scripts/setup.sh --fetch FOLDER, on a machine with internet"
+  for_system=$(<"$1/system")
+  [ "$for_system" = "$system $(architecture)" ] || fail "$1 is for $for_system, and this machine is $system $(architecture)"
+  folder=$(CDPATH='' cd -- "$1" && pwd -P)
+  mapfile -t run_packages <"$folder/packages.txt"
+  apt_options=(-o Dir::Etc::SourceList="$ws/from.list" -o Dir::Etc::SourceParts=/dev/null -o Dir::State::Lists=/var/lib/apt/tb3_labs
+    -o Dir::Cache::pkgcache= -o Dir::Cache::srcpkgcache= -o APT::Sandbox::User=root)
+  pip_options=(--no-index --find-links "$folder/wheels")
+}
+
+# The repository's address, for apt.
+list_folder() {
+  local address=${folder//%/%25}
+  echo "deb [trusted=yes] file:${address// /%20}/packages ./" >"$ws/from.list"
+}

@@ -1,0 +1,96 @@
+# shellcheck shell=bash disable=SC2154,SC2034,SC2086    # variables of scripts/setup.sh, of which this is a part
+# The system's packages: which are needed, which are missing, and their installation by apt.
+
+# run_packages, test_packages: by their names here.  requirements: what comes from PyPI.  dynparam: where it is.
+name_packages() {
+  local p
+  requirements=(squaternion)    # the system has no package of it
+  if [ -r $noetic/setup.bash ]; then
+    run_packages=(make g++ python3-venv python3-numpy python3-matplotlib python3-setuptools)
+    for p in ros-core actionlib diagnostic-updater dynamic-reconfigure move-base-msgs robot-state-publisher rostest std-srvs tf tf2-geometry-msgs tf2-msgs tf2-ros; do run_packages+=("ros-noetic-$p"); done
+    test_packages=(python3-pytest python3-hypothesis python3-mypy catkin-lint xvfb xdotool)
+    dynparam=$noetic/lib/dynamic_reconfigure/dynparam
+  else
+    run_packages=(make g++ python3-venv python3-numpy python3-matplotlib python3-setuptools catkin rosbash ros-core
+      ros-message-generation libgeometry-msgs-dev ros-std-msgs ros-geometry-msgs ros-robot-state-publisher
+      python3-rospy python3-rosbag python3-rosnode python3-rostest python3-actionlib python3-tf2-ros python3-tf python3-tf2-geometry-msgs python3-std-srvs python3-diagnostic-updater python3-dynamic-reconfigure
+      libdynamic-reconfigure-config-init-mutex-dev)    # dynparam wants its package.xml
+    for p in actionlib diagnostic geometry move-base nav rosgraph sensor std tf2 visualization; do run_packages+=("python3-$p-msgs"); done
+    test_packages=(python3-pytest python3-hypothesis python3-mypy librostest-dev catkin-lint xvfb xdotool)
+    dynparam=/usr/lib/dynamic_reconfigure/dynparam
+  fi
+  run_packages+=(python3-paramiko)    # roslaunch's way to the robot; it only recommends it
+  run_packages+=(bubblewrap)    # mark.py keeps the programs of submissions in boxes
+  case $system in    # the mouse
+    debian:12) run_packages+=(python3-pynput) ;;
+    *) run_packages+=(python3-xlib python3-six) requirements+=(pynput) ;;
+  esac
+}
+
+# missing: packages to install now.  tests: whether everything the tests need is there, and so tests are built too.
+look_at_packages() {
+  local installed p wanted=("${run_packages[@]}")
+  installed=$(dpkg-query -W -f '${db:Status-Abbrev} ${Package}\n' "${run_packages[@]}" "${test_packages[@]}" 2>/dev/null |
+    sed -n 's/^[ih]i  *//p') || true
+  installed=" ${installed//$'\n'/ } " missing=() tests=1
+  for p in "${test_packages[@]}"; do [[ $installed == *" $p "* ]] || tests=0; done
+  [ -z "${TB3_LABS_TESTS:-}" ] || wanted+=("${test_packages[@]}")
+  for p in "${wanted[@]}"; do [[ $installed == *" $p "* ]] || missing+=("$p"); done
+}
+
+free_mb() { df -Pm "$1" | awk 'NR == 2 { print $4 }'; }
+
+as_root() { if [ "$EUID" = 0 ]; then "$@"; else sudo "$@"; fi; }
+
+apt() {
+  as_root env DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8 ${http_proxy:+"http_proxy=$http_proxy"} \
+    apt-get -o DPkg::Lock::Timeout=300 -o Acquire::Retries=2 -o Acquire::http::Timeout=20 ${apt_options[@]+"${apt_options[@]}"} "$@" 8>&-
+}
+
+install_packages() {
+  local name line need free
+  if [ ! -r $noetic/setup.bash ]; then
+    case $system in
+      debian:12 | debian:11) ;;
+      ubuntu:20.04) fail 'ROS Noetic is missing; install it first: http://wiki.ros.org/noetic/Installation/Ubuntu (ros-noetic-ros-base is enough)' ;;
+      *) name=$(. /etc/os-release 2>/dev/null && echo "${PRETTY_NAME:-}") || name=
+        fail "${name:-this system} is not supported: it takes Debian 12 or 11, or Ubuntu 20.04 with ROS Noetic" ;;
+    esac
+  fi
+  line="apt-get install --no-install-recommends ${missing[*]}"
+  if [ "$EUID" != 0 ]; then
+    command -v sudo >/dev/null || fail "rights are missing (no sudo here): have root run once: $line"
+    sudo -n true 2>/dev/null || { [ -t 0 ] && say 'system packages are missing, installing them needs your password' && sudo -v; } ||
+      fail "rights are missing (sudo refused): have an administrator run once: $line"
+  fi
+
+  as_root dpkg --configure -a >>"$log" 2>&1 8>&- || true    # after an interrupted installation
+  [ "$(free_mb /var/lib/apt)" -ge 100 ] || fail "space is missing: 100 MB are needed in /var/lib/apt"
+  say 'reading the package lists ...'
+  if [ -n "${folder:-}" ]; then list_folder; as_root mkdir -p /var/lib/apt/tb3_labs/partial; fi
+  apt update -q >"$ws/apt.log" 2>&1 || true    # a dead list that we do not need is no reason to stop
+  cat "$ws/apt.log" >>"$log"
+  # What apt would do, without doing it: it prints "Need to get 1,234 kB" and "After this operation, 760 MB".
+  { apt install --assume-no --no-install-recommends "${missing[@]}" || true; } >"$ws/apt.plan" 2>&1
+  cat "$ws/apt.plan" >>"$log"
+  if grep -q '^E: ' "$ws/apt.plan"; then
+    if grep -Eq '^(Err|W: Failed to fetch|E: Failed to fetch)' "$ws/apt.log"; then
+      fail "the network is missing: $(sed -n 's/^[WE]: Failed to fetch \([^ ]*\).*/\1/p' "$ws/apt.log" | sed -n 1p) cannot be reached"
+    fi
+    [ -z "${folder:-}" ] || say "$folder does not fit this machine: fetch it anew, on a machine that had the same updates" >&2
+    fail_log "the system packages cannot be installed: $(grep -m1 '^E: ' "$ws/apt.plan")"
+  fi
+  need=$(sed -En 's/^Need to get ([^/]*\/)?([0-9.,]+ [kMG]?B) of.*/\2/p; s/^After this operation, ([0-9.,]+ [kMG]?B) of additional.*/\1/p' "$ws/apt.plan" |
+    awk '{ gsub(",", "", $1); sum += $1 * ($2 == "GB" ? 1000 : $2 == "MB" ? 1 : 0.001) } END { print int(sum) + 1 }')
+  free=$(free_mb /usr)
+  [ "$free" -gt $((need + 50)) ] || fail "space is missing: the system packages need $((need + 50)) MB in /usr, $free MB are free"
+  line="$need MB, once"
+  [ "$need" -lt 100 ] || line+='; about a minute'
+  say "installing system packages ($line) ..."
+  if ! apt install -y -q --no-install-recommends -o Dpkg::Use-Pty=0 "${missing[@]}" >"$ws/apt.log" 2>&1; then
+    cat "$ws/apt.log" >>"$log"
+    grep -q '^E: Failed to fetch' "$ws/apt.log" && fail "the network is missing: the system packages could not be fetched (all of it: $log)"
+    fail_log 'the system packages could not be installed'
+  fi
+  cat "$ws/apt.log" >>"$log"
+}

@@ -1,0 +1,41 @@
+# What a terminal needs beside catkin's paths: an environment hook of the devel space that scripts/setup.sh builds. catkin
+# sources it for that space, and for each workspace that was built on top of it. So `source ~/catkin_ws/devel/setup.bash`
+# alone makes the same terminal as `source scripts/setup.sh`.
+
+_tb3_labs_terminal() {
+  local ws=${CATKIN_ENV_HOOK_WORKSPACE%/devel} home=~/.ros
+  PATH=:$PATH: PATH=${PATH//:"$ws/venv/bin":/:} PATH=${PATH#:} PATH=$ws/venv/bin:${PATH%:}
+
+  if [ -O "$ws" ] && [ -w "$ws" ]; then home=$ws/ros; fi    # a room's installation belongs to another user
+  export ROS_HOME=${ROS_HOME:-$home}
+  export ROS_LOG_DIR=${ROS_LOG_DIR:-$ROS_HOME/log}
+  # No __pycache__ in the repository. (PYTHONPYCACHEPREFIX would also hide the byte code of the system's modules.)
+  unset PYTHONPYCACHEPREFIX
+  export PYTHONDONTWRITEBYTECODE=1 HYPOTHESIS_STORAGE_DIRECTORY=$ROS_HOME/hypothesis
+  export PYTHONNOUSERSITE=1    # what pip once put into ~/.local may be too new or too old for ROS
+
+  case ${ROS_MASTER_URI:-} in
+    '' | http://localhost | http://localhost[:/]* | http://127.*)
+      # ROS_HOSTNAME may be left by an earlier `source`, and would go before ROS_IP
+      if [ -n "${ROS_IP:-}" ] && [ "${ROS_HOSTNAME:-}" = localhost ]; then unset ROS_HOSTNAME; fi
+      [ -n "${ROS_IP:-}${ROS_HOSTNAME:-}" ] || export ROS_HOSTNAME=localhost
+      if [ "${ROS_HOSTNAME:-}" = localhost ]; then export ROS_ETC_DIR=$ws/etc; fi ;;    # catkin's hook has set another
+    *)
+      if [ "${ROS_HOSTNAME:-}" = localhost ]; then unset ROS_HOSTNAME; fi    # left by an earlier `source`
+      if [ "${ROS_ETC_DIR:-}" = "$ws/etc" ]; then unset ROS_ETC_DIR; fi
+      if [ -z "${ROS_IP:-}${ROS_HOSTNAME:-}" ]; then
+        ROS_IP=$("$ws/venv/bin/python3" - "$ROS_MASTER_URI" 2>/dev/null <<'PYTHON'
+import socket, sys, urllib.parse
+uri = urllib.parse.urlparse(sys.argv[1])
+probe = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+probe.connect((uri.hostname, uri.port or 11311))    # sends nothing; picks the interface that leads there
+print(probe.getsockname()[0])
+PYTHON
+        ) || { unset ROS_IP; echo "tb3_labs: no way to ROS_MASTER_URI=$ROS_MASTER_URI" >&2; return 1; }
+        export ROS_IP
+      fi ;;
+  esac
+}
+
+_tb3_labs_terminal || true    # catkin's files do not ask; whoever sources this may have `set -e`
+unset -f _tb3_labs_terminal

@@ -1,0 +1,88 @@
+"""The catkin package that a student begins a lab with.
+
+The folder doc/skeletons/LAB holds the package's files as templates. In each of them the text
+@PACKAGE@ stands for the package's name. Where the name of a template ends in `.in`, the file is
+written without it: tools of ROS would else take the template itself for a package or a launch file.
+"""
+import keyword
+import re
+import shutil
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+from typing import Dict, Sequence
+
+PLACEHOLDER = '@PACKAGE@'
+SUFFIX = '.in'
+MANIFEST = 'package.xml'
+#: A package's name, as catkin wants it.
+NAME = re.compile(r'[a-z][a-z0-9_]*')
+PROGRAM = '#!'
+
+
+def checked_name(name: str, taken: Sequence[str]) -> str:
+    """The name of a package; ``ValueError`` if it is not valid.
+
+    `taken`: names of Python modules that a package of this name would hide, or be hidden by.
+    """
+    if not NAME.fullmatch(name):
+        raise ValueError('{!r} is no name for a package: it takes lower-case letters, digits and '
+                         'underscores, a letter first, such as lab2'.format(name))
+    if name in taken or keyword.iskeyword(name):
+        raise ValueError('the package cannot be called {}: Python would import something else by '
+                         'that name'.format(name))
+    return name
+
+
+def skeleton(templates: Path, package: str) -> Dict[str, str]:
+    """Path in the package -> text, of all files of a package with this name.
+
+    `templates`: the folder doc/skeletons/LAB. ``OSError`` if it cannot be read.
+    """
+    files = {}
+    for path in sorted(templates.rglob('*')):
+        if path.is_file():
+            name = path.relative_to(templates).as_posix()
+            name = name[:-len(SUFFIX)] if name.endswith(SUFFIX) else name
+            files[name] = path.read_text(encoding='utf-8').replace(PLACEHOLDER, package)
+    return files
+
+
+def sentence(files: Dict[str, str]) -> str:
+    """What the package does: the description in its package.xml."""
+    described = ElementTree.fromstring(files[MANIFEST].encode()).findtext('description') or ''
+    return ' '.join(described.split())
+
+
+def checked_place(folder: Path) -> Path:
+    """A folder in which catkin finds packages; ``ValueError`` if it is not one."""
+    if not folder.is_dir():
+        raise ValueError('there is no folder {}: make it first, such as mkdir -p ~/catkin_ws/src'
+                         .format(folder))
+    if (folder / 'src').is_dir():
+        raise ValueError('{0} has a folder src, in which catkin looks for packages: give {0}/src'
+                         .format(folder))
+    for above in (folder, *folder.parents):
+        if (above / MANIFEST).exists():
+            raise ValueError('{} is within the package {}, where catkin looks for no other package'
+                             .format(folder, above))
+    return folder
+
+
+def write(files: Dict[str, str], target: Path) -> None:
+    """Write a package into the folder `target`, which is made; programs become executable.
+
+    ``FileExistsError`` if there is something by that name. ``OSError`` if it cannot be written;
+    then nothing is left.
+    """
+    target.mkdir()
+    try:
+        for name, text in files.items():
+            path = target / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding='utf-8')
+            if text.startswith(PROGRAM):
+                mode = path.stat().st_mode
+                path.chmod(mode | (mode & 0o444) >> 2)    # whoever may read may start it
+    except OSError:
+        shutil.rmtree(str(target), ignore_errors=True)
+        raise
