@@ -22,13 +22,17 @@ Parameters
     ~spacing      distance of two neighbours, along y [m] (1)
     ~network      quiet, good, busy, bad: a set of network settings (simulation/network.py); a
                   setting that is given itself takes precedence (quiet)
+    ~mystery      1 to 9999: one hidden fault (simulation/mystery.py), the same for the same number.
+                  There is no ground_truth, no /tf_static, and no setting that may change. Of
+                  several robots, robot n hides the fault of number ~mystery + n - 1. 0: none (0)
     ~model        burger, waffle, waffle_pi (TURTLEBOT3_MODEL in the environment, else burger)
     all others    fields of SimulatorConfig (simulation/simulator_config.py), with unit, bounds and
                   default. All but the start's may change while it runs, for all robots:
                   rosrun dynamic_reconfigure dynparam set /turtlebot3 network_cut true
 """
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
+import rospy
 from tf2_ros import StaticTransformBroadcaster
 
 from tb3_labs.config import Config, setting
@@ -37,6 +41,7 @@ from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reconfigure import LiveSettings
 from tb3_labs.ros.robot.fake_robot import FakeRobot
 from tb3_labs.ros.robot.pacemaker import Pacemaker
+from tb3_labs.simulation.mystery import LAST, HiddenFault
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator_config import STARTING, SimulatorConfig
 
@@ -53,6 +58,8 @@ class ClassConfig(Config):
     spacing: float = setting(1.0, 'distance between neighbours, along y', 'm', 0.0, 100.0)
     network: str = setting('quiet', 'named network between robots and computer',
                            choices=tuple(NETWORKS))
+    mystery: int = setting(0, 'number of a hidden fault to find by measuring; 0: none',
+                           low=0, high=LAST)
 
 
 class FakeTurtlebot3:
@@ -60,12 +67,18 @@ class FakeTurtlebot3:
 
     def __init__(self):
         settings, room = read_config(SimulatorConfig, ClassConfig)
-        settings = replace(_on_network(settings, room.network), model=read_model().name)
-        static_tf = StaticTransformBroadcaster()
-        self._robots = [FakeRobot(settings, static_tf)] if not room.robots else [
-            FakeRobot(_in_place(settings, number, room.spacing), static_tf, 'robot%d' % number)
-            for number in range(room.first_robot, room.first_robot + room.robots)]
-        self._live = LiveSettings(settings, self._on_settings, fixed=STARTING)
+        model = read_model().name
+        if room.mystery:
+            settings = replace(settings, model=model)
+            self._robots = _mystery_robots(settings, room)
+            names = [item.name for item in fields(settings)]
+            self._live = LiveSettings(settings, self._on_settings, fixed=names)
+        else:
+            settings = replace(_on_network(settings, room.network), model=model)
+            static_tf = StaticTransformBroadcaster()
+            self._robots = [FakeRobot(replace(own, seed=own.seed + number), namespace, static_tf)
+                            for number, namespace, own in _placed(settings, room)]
+            self._live = LiveSettings(settings, self._on_settings, fixed=STARTING)
         Pacemaker(self._robots, room.speed)
 
     def _on_settings(self, settings):
@@ -73,10 +86,27 @@ class FakeTurtlebot3:
             robot.configure(settings)
 
 
-def _in_place(settings, number, spacing):
-    """Settings of robot `number`: its place beside the others, and noise of its own."""
-    return replace(settings, start_y=settings.start_y + number * spacing,
-                   seed=settings.seed + number)
+def _placed(settings, room):
+    """(number, namespace, settings with its place) of each robot; of a single one (0, '', as they
+    are)."""
+    if not room.robots:
+        return [(0, '', settings)]
+    return [(number, 'robot%d' % number,
+             replace(settings, start_y=settings.start_y + number * room.spacing))
+            for number in range(room.first_robot, room.first_robot + room.robots)]
+
+
+def _mystery_robots(settings, room):
+    """Robots with hidden faults: nothing tells their true poses."""
+    if room.network != 'quiet':
+        raise ValueError('network = {} is not valid together with mystery = {}: the network may be '
+                         'what is wrong with the robot'.format(room.network, room.mystery))
+    robots = [
+        FakeRobot(own, namespace, hidden=HiddenFault(room.mystery + max(number - 1, 0), own))
+        for number, namespace, own in _placed(settings, room)]
+    rospy.loginfo('mystery %d: one fault is hidden. There is no ground_truth, and no setting can '
+                  'be changed while it runs.', room.mystery)
+    return robots
 
 
 def _on_network(settings, network):

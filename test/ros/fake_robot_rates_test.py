@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""The embedded robot's node on the wall clock: rates, cost, and its end."""
+"""The embedded robot's node on the wall clock: rates, cost, its end, and a hidden fault."""
+import math
 import os
 import signal
 import subprocess
@@ -12,11 +13,17 @@ import xmlrpc.client
 import rosgraph
 import rospy
 import rostest
+from dynamic_reconfigure.msg import BoolParameter, Config
+from dynamic_reconfigure.srv import Reconfigure
 from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
+from tb3_labs.geometry.angles import difference
+from tb3_labs.ros.conversions import yaw_of
 from tb3_labs.ros.testing.costs import cpu_time
+from tb3_labs.ros.testing.node_process import Program
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import STARTING, Hiccups, path_of    # noqa: E402 (a relay's folder is another one)
@@ -89,6 +96,45 @@ class FakeRobotRatesTest(unittest.TestCase):
             process.send_signal(number)
             self.assertEqual(process.wait(DEADLINE), 0)
             self.assertLess(time.time() - start, 2.0 + hiccups.since(start))
+
+    def test_nothing_but_the_samples_gives_a_hidden_fault_away(self):
+        """Robots 1 and 2 of mystery 4: an offset of the IMU of 115 deg, an odometry that falls
+        silent."""
+        node, logged = '/mystery/turtlebot3', []
+        rospy.Subscriber('/rosout', Log, lambda log: log.name == node and logged.append(log.msg))
+        robot = Program([path_of('fake_turtlebot3.py'), '__ns:=mystery', '_mystery:=4',
+                         '_robots:=2'])
+        other = Program([path_of('fake_turtlebot3.py'), '__ns:=other', '_mystery:=4',
+                         '_network:=bad'])
+        self.addCleanup(robot.kill)
+        self.addCleanup(other.kill)
+        imu, odom = (Arrivals('/mystery/robot1/' + topic, kind, 1)
+                     for topic, kind in (('imu', Imu), ('odom', Odometry)))
+        self.assertTrue(imu.done.wait(DEADLINE) and odom.done.wait(DEADLINE), robot.text)
+        offset = difference(yaw_of(imu.last.orientation), yaw_of(odom.last.pose.pose.orientation))
+        self.assertAlmostEqual(math.degrees(offset), 115.0, delta=0.2)
+
+        published, _, services = rosgraph.Master('/fake_robot_rates_test').getSystemState()
+        own = {'/mystery/robot{}/{}'.format(number, topic) for number in (1, 2)
+               for topic in ('imu', 'odom', 'joint_states')}
+        self.assertEqual({topic for topic, nodes in published if node in nodes}, own | {
+            '/tf', '/rosout', node + '/parameter_descriptions', node + '/parameter_updates'})
+        self.assertEqual({service for service, nodes in services if node in nodes}, {
+            node + '/' + name for name in ('get_loggers', 'set_logger_level', 'set_parameters')})
+        self.assertEqual(rospy.get_param('/mystery'), {'turtlebot3': {'mystery': 4, 'robots': 2}})
+        offered = rospy.wait_for_message(node + '/parameter_updates', Config, DEADLINE)
+        self.assertEqual((offered.bools, offered.ints, offered.strs, offered.doubles),
+                         ([], [], [], []))
+        with self.assertRaisesRegex(rospy.ServiceException, 'network_cut cannot be changed here'):
+            rospy.ServiceProxy(node + '/set_parameters', Reconfigure)(
+                Config(bools=[BoolParameter('network_cut', True)]))
+
+        self.assertEqual(other.wait(STARTING), 1)
+        self.assertIn('network = bad is not valid together with mystery = 4', other.text)
+        for line in [robot.text, other.text] + logged:
+            for word in '115', 'offset', 'imu', 'silent', 'odom':
+                self.assertNotIn(word, line)
+        self.assertEqual(len(robot.lines), 2, robot.text)
 
 
 if __name__ == '__main__':

@@ -124,6 +124,10 @@ class ParametersTest(unittest.TestCase):
                             'turtlebot3_params:=' + self.faulty)
         self.assertEqual((lab['/turtlebot3/slip'], lab['/turtlebot3/motor_lag']), (0.2, 0.1))
         self.assertEqual(lab['/controller/tolerance_deg'], 1.5)
+        lab = parameters_of('turn.launch', 'sim:=true', 'mystery:=7')
+        self.assertEqual(lab['/turtlebot3/mystery'], 7)
+        room = parameters_of('classroom.launch', 'robots:=13', 'mystery:=7')
+        self.assertEqual((room['/turtlebots0/mystery'], room['/turtlebots1/mystery']), (7, 7))
         robot = parameters_of('robot.launch', 'robot:=localhost', 'lab:=turn', 'hdg_tol:=3')
         self.assertEqual(robot['/controller/hdg_tol'], 3)
 

@@ -63,7 +63,7 @@ class LiveSettings:
             unknown = sorted(set(values) - set(names))
             if unknown:
                 raise ValueError('{} cannot be changed here; these can: {}'.format(
-                    ', '.join(unknown), ', '.join(names)))
+                    ', '.join(unknown), ', '.join(names) or 'none'))
             changed = replace(self._current, **values)
             if changed != self._current:
                 self._apply(changed)

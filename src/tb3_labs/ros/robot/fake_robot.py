@@ -20,15 +20,18 @@ class FakeRobot:
     """One Simulator and its topics, those of `namespace` ('' for the node's own).
 
     `static_tf` is a tf2_ros.StaticTransformBroadcaster, one for all robots of a process: its
-    message is latched, and that of a second broadcaster would replace it.
+    message is latched, and that of a second broadcaster would replace it. A robot with a `hidden`
+    fault (simulation.mystery.HiddenFault) takes its settings from that. It has no `static_tf` and
+    no ground truth, since both would tell what is wrong.
     """
 
-    def __init__(self, settings, static_tf, namespace=''):
+    def __init__(self, settings, namespace='', static_tf=None, hidden=None):
         prefix = namespace + '/' if namespace else ''
         self._lock = threading.Lock()    # guards the simulator
-        self._robot = Simulator(settings)
+        self._hidden = hidden
+        self._robot = Simulator(hidden.settings_at(0.0) if hidden else settings)
         self._sensors = SensorTopics(prefix)
-        self._truth = publisher(prefix + 'ground_truth', PoseStamped)
+        self._truth = None if hidden else publisher(prefix + 'ground_truth', PoseStamped)
         self._static_tf = static_tf
         self._origin = None
         subscribe(prefix + 'cmd_vel', Twist, self._on_command)
@@ -47,14 +50,16 @@ class FakeRobot:
 
     def tick(self, step, epoch):
         """Let one STEP pass, and send what is due; `epoch`: the robot's time 0 [s]."""
-        truth_is_due = step % TRUTH_EVERY == 0 and self._truth.get_num_connections()
+        truth_is_due = (step % TRUTH_EVERY == 0 and self._truth
+                        and self._truth.get_num_connections())
         with self._lock:
+            self._use_hidden_settings()
             bursts = self._robot.step_in_bursts(STEP)
             now = epoch + self._robot.now
             origin = self._robot.odometry_origin
             truth = self._robot.truth if truth_is_due else None
             self._sensors.note_wheels(self._robot)
-        if self._origin != origin:
+        if self._static_tf and self._origin != origin:
             self._origin = origin
             self._static_tf.sendTransform(
                 to_transform(origin, 'world', self._sensors.frames['odom'], now))
@@ -62,6 +67,12 @@ class FakeRobot:
             self._sensors.send(burst, epoch)
         if truth is not None:
             self._truth.publish(to_pose_stamped(truth, 'world', now))
+
+    def _use_hidden_settings(self):
+        if self._hidden:
+            settings = self._hidden.settings_at(self._robot.now)
+            if settings is not self._robot.config:
+                self._robot.configure(settings)
 
     def _on_command(self, message):
         try:

@@ -1,0 +1,75 @@
+#!/usr/bin/env python3
+"""Judges an answer to a mystery robot: which fault is hidden in it, and how large is it?
+
+Usage: mystery.py --answer NUMBER FAULT [VALUE]
+       mystery.py --list
+
+    roslaunch tb3_labs fake_robot.launch mystery:=7        the robot; measure it, then:
+    rosrun tb3_labs mystery.py --answer 7 "imu offset" 130
+
+It needs no master and no robot. The exit status is 0 only if fault and value are right.
+"""
+import argparse
+import sys
+import textwrap
+
+from tb3_labs.simulation.mystery import KINDS, LAST
+from tb3_labs.simulation.mystery_answer import judge
+
+EXAMPLE = 'example: mystery.py --answer 7 "imu offset" 130'
+
+
+def parse(words):
+    """The command line's arguments."""
+    parser = argparse.ArgumentParser(
+        prog='mystery.py', epilog=EXAMPLE,
+        description='Judges an answer to a mystery robot: roslaunch tb3_labs fake_robot.launch '
+        'mystery:=NUMBER hides one fault, NUMBER is from 1 to {}.'.format(LAST))
+    choice = parser.add_mutually_exclusive_group(required=True)
+    choice.add_argument('--answer', nargs='+', metavar=('NUMBER', 'FAULT [VALUE]'),
+                        help='is this the fault, and its value in the unit that --list shows?')
+    choice.add_argument('--list', action='store_true',
+                        help='the faults that can be answered, their units, and how they show')
+    return parser.parse_args(words)
+
+
+def main(words):
+    """Print the verdict or the list; the exit status."""
+    given = parse(words)
+    if given.list:
+        print('\n\n'.join(_described(fault) for fault in KINDS))
+        return 0
+    try:
+        is_right, verdict = judge(*_parts(given.answer))
+    except ValueError as problem:
+        print('mystery.py: {}'.format(problem), file=sys.stderr)
+        return 2
+    print(verdict)
+    return 0 if is_right else 1
+
+
+def _parts(words):
+    """(number, fault, value or None) of the words after --answer; a fault's name may be several
+    words without quotation marks."""
+    number, *name = words
+    if not number.isdecimal():
+        raise ValueError('number = {!r} is not valid: a whole number from 1 to {}'.format(
+            number, LAST))
+    value = None
+    try:
+        value = float(name[-1])
+        name.pop()
+    except (IndexError, ValueError):
+        pass      # no value, or no name: the judge says so
+    return int(number), ' '.join(name), value
+
+
+def _described(fault):
+    value = '  value [{}], right within {:g}: {}.'.format(
+        fault.unit, fault.tolerance, fault.value)
+    return '\n'.join([fault.name] + [line for text in (value, '  ' + fault.shows)
+                                     for line in textwrap.wrap(text, 100, subsequent_indent='  ')])
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))

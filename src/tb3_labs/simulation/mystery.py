@@ -1,0 +1,158 @@
+"""Mystery robots: the embedded robot with one hidden fault, to be found by measuring.
+
+    hidden = HiddenFault(7, SimulatorConfig())
+    robot = Simulator(hidden.settings_at(0.0))
+    hidden.fault.name, hidden.value    # ('command latency', 0.52): the answer
+
+A number from 1 to LAST always gives the same robot. In each block of numbers (1 to 11, 12 to 22,
+...) each of the KINDS occurs once, in a random order, and neighbours differ. Only
+``random.Random(text).random()`` is used, since Python promises its sequence for all versions.
+
+Nothing here is secret: a reader of this file can compute the answer, and so can a patient reader
+of `mystery.py --answer`. The exercise asks for the measurement that proves it.
+
+Units: each fault's value has a unit of its own; times are in seconds since the robot's start.
+"""
+import random
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, Mapping, Tuple
+
+from tb3_labs.simulation.simulator_config import SimulatorConfig
+
+#: The last number; the first one is 1.
+LAST = 9999
+#: Time without a fault before each occurrence of a fault that comes and goes [s].
+PAUSE = 12.0
+#: Settings that may be given to a mystery robot: they are no faults.
+PLAIN = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_rate', 'odom_rate')
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A kind of fault. `settings` of the SimulatorConfig make it. `setting` of them is the value
+    times `scale`; a fault without `setting` comes and goes, and the value is how long it lasts."""
+
+    name: str
+    size: Tuple[float, float]       # range of the value, without sign
+    signed: bool                    # may the value be negative?
+    digits: int                     # of the value that is drawn, behind the point
+    unit: str
+    tolerance: float                # a value this near is right
+    value: str                      # the meaning of the value
+    shows: str                      # how it is found, with the sensors alone
+    setting: str = ''
+    scale: float = 1.0
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+
+#: All kinds of faults, as they can be answered. One more kind makes other robots of all numbers.
+KINDS = (
+    Fault('imu offset', (20.0, 160.0), True, 0, 'deg', 3.0,
+          "the IMU's heading minus the odometry's, from -180 to 180",
+          'The headings of /imu and /odom differ by a constant, also at rest.',
+          'imu_offset_deg'),
+    Fault('imu drift', (10.0, 60.0), True, 0, 'deg/min', 2.0,
+          "turn of the IMU's heading in a minute at rest, positive to the left",
+          'The heading changes steadily while the robot stands, and the gyro shows a small rate.',
+          'imu_drift_deg_per_min'),
+    Fault('wheel mismatch', (3.0, 8.0), True, 1, '%', 0.5,
+          'by how much the right wheel is smaller than the left one; negative: larger',
+          'The heading is steady at rest, but changes with each metre of a drive that is commanded '
+          'straight: turn [rad] = path [m] x mismatch / distance of the wheels [m].',
+          'wheel_mismatch', 0.01),
+    Fault('slip', (10.0, 40.0), False, 0, '%', 2.0,
+          "share of the wheels' travel that does not move the robot",
+          'The robot drives straight, but it turns at less than the commanded rate, on the spot '
+          'and in both directions.',
+          'slip', 0.01),
+    Fault('frozen imu', (2.0, 6.0), False, 1, 's', 0.3,
+          'duration of one freeze',
+          'Now and then /imu repeats one sample with new stamps, to the last digit. Meanwhile '
+          '/odom goes on.',
+          settings={'imu_frozen': True}),
+    Fault('frozen odometry', (2.0, 6.0), False, 1, 's', 0.3,
+          'duration of one freeze',
+          'Now and then /odom repeats one pose and speed with new stamps. Meanwhile /imu goes on.',
+          settings={'odom_frozen': True}),
+    Fault('silent imu', (2.0, 6.0), False, 1, 's', 0.3,
+          'duration of one silence',
+          'Now and then /imu sends nothing, and its stamps have a gap. Meanwhile /odom goes on.',
+          settings={'imu_silent': True}),
+    Fault('silent odometry', (2.0, 6.0), False, 1, 's', 0.3,
+          'duration of one silence',
+          'Now and then /odom sends nothing, and its stamps have a gap. Meanwhile /imu goes on.',
+          settings={'odom_silent': True}),
+    Fault('sensor latency', (0.2, 0.6), False, 2, 's', 0.03,
+          'delay of each sample, from its stamp to its arrival',
+          'Each sample is older than it should be at its arrival: rostopic delay /imu.',
+          'sensor_latency'),
+    Fault('command latency', (0.3, 1.0), False, 2, 's', 0.1,
+          'delay of each command, from its sending to its arrival',
+          'The samples are fresh at their arrival, but at the end of a drive the measured speed '
+          'drops later than the commanded one.',
+          'command_latency'),
+    Fault('network stalls', (0.5, 1.5), False, 2, 's', 0.15,
+          'the longest time for which nothing arrives',
+          'Messages of both sensors are held up together and come all at once: intervals on '
+          'arrival are long, those of the stamps are not.',
+          'longest_stall', settings={'stalls_per_min': 30.0}),
+)
+
+
+class HiddenFault:
+    """The fault of mystery `number` in a robot that is `plain` otherwise.
+
+    ``ValueError`` if there is no such number, or if a setting of `plain` that is not in PLAIN
+    differs from its default.
+    """
+
+    def __init__(self, number: int, plain: SimulatorConfig) -> None:
+        self.fault, self.value, seed = draw(number)
+        default = SimulatorConfig()
+        for item in fields(plain):
+            value = getattr(plain, item.name)
+            if item.name not in PLAIN and value != getattr(default, item.name):
+                raise ValueError('{} = {!r} is not valid together with mystery = {}: the fault of '
+                                 'a mystery robot is hidden; only {} can be set'.format(
+                                     item.name, value, number, ', '.join(PLAIN)))
+        changes = dict(self.fault.settings)
+        if self.fault.setting:
+            changes[self.fault.setting] = self.value * self.fault.scale
+        self._faulty = replace(plain, seed=seed, **changes)
+        self._sound = replace(plain, seed=seed)
+
+    def settings_at(self, now: float) -> SimulatorConfig:
+        """The robot's settings at this time since its start [s]; the same object while they are
+        the same."""
+        comes_and_goes = not self.fault.setting
+        if comes_and_goes and now % (PAUSE + self.value) < PAUSE:
+            return self._sound
+        return self._faulty
+
+
+def draw(number: int) -> Tuple[Fault, float, int]:
+    """(fault, its value, seed of the noise) of mystery `number`."""
+    if not 1 <= number <= LAST:
+        raise ValueError('mystery = {} is not valid: a whole number from 1 to {}'.format(
+            number, LAST))
+    block, place = divmod(number - 1, len(KINDS))
+    fault = KINDS[_order(block)[place]]
+    source = random.Random('mystery {}'.format(number))
+    low, high = fault.size
+    value = round(low + (high - low) * source.random(), fault.digits)
+    if fault.signed and source.random() < 0.5:
+        value = -value
+    return fault, value, int(1e6 * source.random())
+
+
+def _order(block: int) -> Tuple[int, ...]:
+    """The faults of a block of numbers; the first one is not the last one of the block before."""
+    first, second, *others = _shuffled(block)
+    if block and first == _shuffled(block - 1)[-1]:
+        first, second = second, first
+    return (first, second, *others)
+
+
+def _shuffled(block: int) -> Tuple[int, ...]:
+    source = random.Random('order of block {}'.format(block))
+    return tuple(sorted(range(len(KINDS)), key=lambda _: source.random()))

@@ -1,0 +1,111 @@
+"""The verdict on an answer to a mystery robot, and the two commands."""
+import importlib.util
+import pathlib
+
+import pytest
+
+from tb3_labs.simulation.mystery import KINDS, LAST, draw
+from tb3_labs.simulation.mystery_answer import fault_called, judge
+
+SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / 'scripts'
+# Of the key: 4 is an imu offset of 115 deg, 15 a wheel mismatch of -3.5 %, 7 a command latency.
+
+
+def command(name, capsys, *words):
+    """(exit status, output, errors) of a script's main."""
+    spec = importlib.util.spec_from_file_location(name, str(SCRIPTS / (name + '.py')))
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    status = script.main(list(words))
+    return (status,) + tuple(capsys.readouterr())
+
+
+@pytest.mark.parametrize('number, name, value, off', [
+    (4, 'imu offset', 115.0, '0 deg'), (4, 'IMU Offset', 118.0, '3 deg'),
+    (4, 'imu_offset', 112.0, '3 deg'), (4, 'offset  imu', 475.0, '0 deg'),
+    (4, 'imu-offset', -246.0, '1 deg'), (15, 'wheel mismatch', -4.0, '0.5 %'),
+    (15, 'wheel mismatch', -3.0, '0.5 %'), (7, 'command latency', 0.42, '0.1 s')])
+def test_right(number, name, value, off):
+    is_right, words = judge(number, name, value)
+    assert is_right and words.startswith('Right') and words.endswith('off by {}.'.format(off))
+
+
+@pytest.mark.parametrize('number, name, value, off', [
+    (4, 'imu offset', 118.2, '3.2 deg'), (4, 'imu offset', -65.0, '180 deg'),
+    (15, 'wheel mismatch', -4.1, '0.6 %'), (7, 'command latency', 0.0, '0.52 s')])
+def test_the_right_fault_with_a_wrong_value(number, name, value, off):
+    is_right, words = judge(number, name, value)
+    assert not is_right and words.startswith('The fault is right, its value is not')
+    assert 'off by {};'.format(off) in words and 'sign' not in words
+
+
+@pytest.mark.parametrize('number, name, value', [
+    (4, 'imu offset', -116.0), (15, 'wheel mismatch', 3.5)])
+def test_a_wrong_sign_is_told(number, name, value):
+    is_right, words = judge(number, name, value)
+    assert not is_right and 'the sign is not' in words
+
+
+@pytest.mark.parametrize('number', range(1, 12))
+def test_a_wrong_fault_tells_nothing_of_the_right_one(number):
+    hidden, value, _ = draw(number)
+    for kind in KINDS:
+        is_right, words = judge(number, kind.name, value)
+        assert is_right == (kind is hidden)
+        if kind is not hidden:
+            assert words == 'Wrong: mystery {} has another fault. If it were {!r}: {}'.format(
+                number, kind.name, kind.shows)
+
+
+def test_a_fault_without_its_value_is_not_the_answer():
+    is_right, words = judge(4, 'imu offset')
+    assert not is_right and 'in deg' in words and '115' not in words
+
+
+@pytest.mark.parametrize('wrong, near', [
+    ('imu ofset', 'imu offset'), ('Wheel missmatch', 'wheel mismatch'), ('ghosts', None)])
+def test_an_unknown_fault_is_told_the_valid_ones(wrong, near):
+    with pytest.raises(ValueError) as problem:
+        fault_called(wrong)
+    assert all(kind.name in str(problem.value) for kind in KINDS)
+    assert ('Did you mean {!r}?'.format(near) in str(problem.value)) == bool(near)
+
+
+def test_the_command_ends_with_0_for_the_right_answer_alone(capsys):
+    assert command('mystery', capsys, '--answer', '15', 'wheel mismatch', '-3.4')[0] == 0
+    assert command('mystery', capsys, '--answer', '15', 'wheel', 'mismatch', '-3.4')[0] == 0
+    for words in (['15', 'wheel mismatch'], ['15', 'slip', '12'], ['15', 'wheel mismatch', '9']):
+        status, out, errors = command('mystery', capsys, '--answer', *words)
+        assert (status, errors) == (1, '') and len(out.splitlines()) == 1
+
+
+@pytest.mark.parametrize('words, told', [
+    (['x', 'slip', '3'], '1 to 9999'), (['0', 'slip', '3'], '1 to 9999'),
+    ([str(LAST + 1), 'slip'], '1 to 9999'), (['-3', 'slip'], '1 to 9999'),
+    (['7', 'slip', 'nan'], 'a number in %'), (['7', 'slip', 'inf'], 'a number in %'),
+    (['7'], 'Valid: '), (['7', '130'], 'Valid: '), (['7', 'slip', 'much'], 'Valid: ')])
+def test_what_is_no_answer_is_one_line(capsys, words, told):
+    status, out, errors = command('mystery', capsys, '--answer', *words)
+    assert (status, out, len(errors.splitlines())) == (2, '', 1) and told in errors
+
+
+def test_the_list_describes_each_fault_and_tells_no_number(capsys):
+    status, out, _ = command('mystery', capsys, '--list')
+    assert status == 0 and max(map(len, out.splitlines())) <= 100
+    for kind in KINDS:
+        assert '\n{}\n  value [{}]'.format(kind.name, kind.unit) in '\n' + out
+
+
+def test_the_key_agrees_with_the_judge(capsys):
+    status, out, _ = command('mystery_key', capsys, '1-30', '9999')
+    rows = [line.split() for line in out.splitlines()[1:]]
+    assert status == 0 and [int(row[0]) for row in rows] == list(range(1, 31)) + [9999]
+    for row in rows:
+        name = ' '.join(row[1:-4])
+        assert judge(int(row[0]), name, float(row[-4]))[1].endswith('off by 0 ' + row[-3] + '.')
+
+
+@pytest.mark.parametrize('word', ['0', '1-10000', '5-1', 'x', '1-', '-3x', '1-2-3', ''])
+def test_a_key_for_no_number_is_refused(capsys, word):
+    status, out, errors = command('mystery_key', capsys, '--', word)
+    assert (status, out, len(errors.splitlines())) == (2, '', 1)
