@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
-"""Makes a report of a recorded run: paths, errors, speeds and tables, as a page, PNG and CSV.
+"""Makes a report of recorded runs: paths, errors, speeds and tables, as a page, PNG and CSV.
 
-Usage: lab_report.py RUN.bag [-o FOLDER] [--ns ROBOT] [--model MODEL]
+Usage: lab_report.py RUN.bag [RUN2.bag ...] [-o FOLDER] [--goal X Y YAW_DEG] [--ns ROBOT]
+                     [--model MODEL]
 
 Record with
-    rosbag record /imu /odom /cmd_vel /local_pose /goal_state /current_goal /ground_truth /tf
-Any other bag with sensor_msgs/Imu and nav_msgs/Odometry gets a report without drives.
+    roslaunch tb3_labs record.launch
+Any bag with sensor_msgs/Imu and nav_msgs/Odometry will do. Drives and turns are found in goal_state
+or, for a node of your own, in cmd_vel; resets in the line `Local pose set to x=..., y=..., yaw=...`
+on /rosout. Several runs make one page that compares them, and a page for each.
 """
 import argparse
-import os
+import math
 import sys
 import time
 
@@ -49,41 +52,55 @@ class ProgressLine:
 def parse(words):
     """The command line's arguments."""
     parser = argparse.ArgumentParser(
-        prog='lab_report.py', description='Makes a report of a recorded run of a TurtleBot3.')
-    parser.add_argument('bag', metavar='RUN.bag')
-    parser.add_argument('-o', dest='folder', help='where to write; default: RUN_report beside it')
+        prog='lab_report.py', description='Makes a report of a recorded run of a TurtleBot3; of '
+        'several runs one page that compares them, and a page for each.',
+        epilog='Example: lab_report.py lab.bag precise.bag -o compared')
+    parser.add_argument('bags', metavar='RUN.bag', nargs='+')
+    parser.add_argument('-o', dest='folder', help='where to write; default: RUN_report beside it; '
+                        'for several runs: runs_report beside the first')
+    parser.add_argument('--goal', nargs=3, type=number, metavar=('X', 'Y', 'YAW_DEG'),
+                        help='goal in the local frame [m, m, deg] of drives whose goal was not '
+                        "recorded; default: the lab's, -0.61 0.61 0")
     parser.add_argument('--ns', metavar='ROBOT', help='namespace of the robot, / for none')
     parser.add_argument('--model', choices=sorted(MODELS), default=DEFAULT_MODEL,
                         help='whose limits are drawn; default: %(default)s')
     return parser.parse_args(words)
 
 
+def number(word):
+    """The finite number in a word; ``ValueError`` if it is none."""
+    value = float(word)
+    if not math.isfinite(value):
+        raise ValueError(word)
+    return value
+
+
 def main(words):
     """Read, draw, write; the exit status."""
     arguments = parse(words)
     try:
-        from tb3_labs.report.page import write_report
-        from tb3_labs.ros.bags.reader import BagProblem, read_run
+        from tb3_labs.ros.bags import reports
     except ImportError as problem:
         return _fail('{}; install what is missing: sudo apt install python3-matplotlib '
                      'python3-rosbag'.format(problem))
-    folder = arguments.folder or os.path.splitext(arguments.bag)[0] + '_report'
     line = ProgressLine()
     try:
-        run = read_run(arguments.bag, arguments.ns, line.step('reading'))
-        page = write_report(run, robot_model(arguments.model), folder, line.step('drawing'))
-    except BagProblem as problem:
-        line.end()
-        return _fail(problem)
+        page, problems = reports.write(
+            arguments.bags, arguments.folder, robot_model(arguments.model), arguments.ns,
+            arguments.goal, line.step)
     except OSError as problem:
         line.end()
         return _fail('cannot write the report to {}: {}; choose another folder with -o'.format(
-            folder, problem.strerror or problem))
+            problem.filename or arguments.folder, problem.strerror or problem))
     except KeyboardInterrupt:
         line.end()
         return 130
-    print('Report: {}'.format(page))
-    return 0
+    line.end()
+    for problem in problems:
+        _fail(problem)
+    if page is not None:
+        print('Report: {}'.format(page))
+    return 1 if problems else 0
 
 
 def _fail(problem):

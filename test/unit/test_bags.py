@@ -1,16 +1,25 @@
 """Bags of any kind are read into the same run, and invalid messages are dropped and counted."""
+import importlib.util
 import math
+import pathlib
 import tracemalloc
 
 import numpy as np
 import pytest
 import rospy
 from recorded_run import (  # noqa: F401
-    BEGIN, BURGER, MISS, MISS_DEG, bag, in_degrees, rosbag, run, sensors, write_bag)
-from std_msgs.msg import String
+    BEGIN, BURGER, MISS, MISS_DEG, bag, fill, in_degrees, rosbag, run, sensors, stamped, write_bag)
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from rosgraph_msgs.msg import Log
+from sensor_msgs.msg import Joy
+from std_msgs.msg import Bool, Float64, String
 
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report import analysis
 from tb3_labs.ros.bags.reader import BagProblem, read_run
+from tb3_labs.ros.bags.topics import RECORDED
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
 def test_topics_that_were_recorded_by_relative_names(tmp_path):
@@ -60,3 +69,62 @@ def test_bad_quaternions_are_dropped_and_counted(tmp_path):
             yield name, message
     run = read_run(write_bag(tmp_path / 'bad.bag', sources=(spoiled,)))
     assert (run.dropped['imu'], len(run.imu)) == (2, 1120)
+
+
+def events(time, number):
+    """(name, message) of what people and nodes say at three moments."""
+    if number == 100:
+        yield '/rosout', Log(name='/move_to_goal', msg='Local pose set to x=1.00, y=0.50, yaw=1.57',
+                             header=stamped(Log(), time, ahead=0.0).header, file='a.py', line=7)
+        yield '/rosout', Log(name='/move_to_goal', msg='Goal reached!')
+    if number == 200:
+        yield 'turn', Float64(-90.0)
+        yield 'turn', Float64(math.nan)
+        estimate = stamped(PoseWithCovarianceStamped(), time)
+        fill(estimate.pose.pose, 3.0 + 4.0j, 0.5)
+        yield 'initialpose', estimate
+    if number == 300:
+        yield 'ctrl_relinq', Bool(True)
+        yield 'joy', Joy(axes=[0.0])
+
+
+def test_resets_turns_and_control_that_were_recorded(tmp_path):
+    run = read_run(write_bag(tmp_path / 'events.bag', sources=(sensors, events)))
+    assert run.resets.time == pytest.approx([1.0], abs=5e-3)
+    assert run.resets.pose(0) == Pose2(1.0, 0.5, 1.57)
+    assert (list(run.asked.time), run.dropped['asked']) == ([pytest.approx(2.0, abs=5e-3)], 1)
+    assert math.degrees(run.asked.value[0]) == pytest.approx(-90.0)
+    assert list(run.control.value) == [1.0] and run.devices == ('joy',)
+
+
+def test_without_rosout_a_pose_estimate_is_a_reset(tmp_path):
+    run = read_run(write_bag(tmp_path / 'estimate.bag', sources=(sensors, events),
+                             keep=lambda name: name != '/rosout'))
+    pose = run.resets.pose(0)
+    assert len(run.resets) == 1 and (pose.x, pose.y, pose.yaw) == pytest.approx((3.0, 4.0, 0.5))
+
+
+def test_a_reset_of_another_robot_is_none(tmp_path):
+    run = read_run(write_bag(tmp_path / 'other.bag', ('/robot3',), (sensors, events)))
+    assert len(run.resets) == 0 and len(run.asked) == 1
+
+
+@pytest.mark.parametrize('namespace, topics', [
+    (None, ('/imu', '/cmd_vel')), ('robot3', ('/robot3/imu', '/robot3/cmd_vel'))])
+def test_topics_are_recorded_by_their_absolute_names(namespace, topics, monkeypatch):
+    spec = importlib.util.spec_from_file_location('record_run', str(ROOT / 'scripts/record_run.py'))
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    called = []
+    monkeypatch.setattr(script.os, 'execv', lambda path, words: called.append(words))
+    monkeypatch.setattr(script.roslib.packages, 'find_node', lambda *name: ['/bin/record'])
+    monkeypatch.setattr(script.sys, 'argv', ['record_run.py'])
+    monkeypatch.delenv('ROS_NAMESPACE', raising=False)
+    if namespace:
+        monkeypatch.setenv('ROS_NAMESPACE', namespace)
+    script.main(['-o', '/tmp/run', '__name:=record'])
+    words, = called
+    assert words[:3] == ['/bin/record', '-o', '/tmp/run'] and words[-1] == '__name:=record'
+    names = words[3:-1]
+    assert set(topics) | {'/rosout', '/tf'} <= set(names) and len(names) == len(RECORDED)
+    assert all(name.startswith('/') for name in names)

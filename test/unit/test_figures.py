@@ -12,7 +12,8 @@ from tb3_labs.robot.turtlebot3 import robot_model
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.figures import STRETCHES, curve, new_figure, thin  # noqa: E402
-from tb3_labs.report.run_figures import _path, errors, heading, paths, speeds  # noqa: E402
+from tb3_labs.report.path_figures import draw_path, paths  # noqa: E402
+from tb3_labs.report.run_figures import errors, heading, speeds  # noqa: E402
 
 BURGER = robot_model('burger')
 
@@ -122,10 +123,23 @@ def test_more_than_six_labels_would_cover_each_other(number, labels):
     assert len(far.texts) == labels
 
 
+@pytest.mark.parametrize('start', [(0.0, 0.0, 0.0), (0.04, -0.03, -0.9), (0.0, 0.0, math.pi)])
+def test_the_names_of_frames_do_not_cover_each_other(start):
+    """local stands on odom, or nearly."""
+    x, y = Pose2(*start).act(np.column_stack([X, ZERO])).T
+    figure = paths(made(local_pose=Poses.none(), odometry=OdometrySamples(
+        TIME, TIME, x, y, ZERO + start[2], ZERO, ZERO)), BURGER)
+    figure.canvas.draw()
+    for axes in figure.axes:
+        one, other = (text.get_window_extent() for text in axes.texts if text.get_text())
+        assert not one.overlaps(other)
+        assert all(axes.bbox.contains(*corner) for box in (one, other) for corner in box.corners())
+
+
 @pytest.mark.parametrize('leap, pieces', [(0.29, 1), (0.31, 2), (-0.29, 1), (-0.31, 2)])
 def test_a_path_is_blank_where_it_leaps_by_more_than_three_tenths_of_a_metre(leap, pieces):
     axes = new_figure(2.0).subplots()
-    _path(axes, poses(ZERO, np.where(TIME > 5.0, leap, 0.0)), color='black', label='path')
+    draw_path(axes, poses(ZERO, np.where(TIME > 5.0, leap, 0.0)), color='black', label='path')
     assert len(lines(axes)) == pieces and len(lines(axes, 'path')) == 1
     assert sum(len(line) for line in lines(axes)) == len(TIME)
 

@@ -19,7 +19,7 @@ from tb3_labs.ros.bags.reader import read_run
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.figures import thin  # noqa: E402
-from tb3_labs.report.run_figures import LEAP, paths  # noqa: E402
+from tb3_labs.report.path_figures import LEAP, paths  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -139,11 +139,10 @@ def test_what_cannot_be_reported_is_said_in_one_line(what, said, bag, tmp_path, 
 
 def test_without_matplotlib(bag, monkeypatch, capsys):
     for name in [name for name in sys.modules if name.startswith(
-            ('matplotlib', 'tb3_labs.report.figures', 'tb3_labs.report.run_figures',
-             'tb3_labs.report.page'))]:
+            ('matplotlib', 'tb3_labs.report', 'tb3_labs.ros.bags.reports'))]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, 'matplotlib', None)
-    for name in 'page', 'figures', 'run_figures':
-        monkeypatch.delattr('tb3_labs.report.' + name, raising=False)
+    monkeypatch.delattr('tb3_labs.report', raising=False)
+    monkeypatch.delattr('tb3_labs.ros.bags.reports', raising=False)
     assert lab_report(bag) == 1
     assert 'python3-matplotlib' in capsys.readouterr().err

@@ -83,8 +83,13 @@ def between(samples: Kind, begin: float, end: float) -> Kind:
 
 def declared_at_first(run: RunData) -> LocalFrame:
     """The LocalFrame in which the robot is at (0, 0, 0) in its first sample."""
-    imu_yaw = continuous_at(run.odometry.time[0], run.imu.time, run.imu.yaw)
-    return LocalFrame.declared(Pose2(), run.odometry.pose(0), float(imu_yaw))
+    return declared_frame(run, run.odometry, float(run.odometry.time[0]), Pose2())
+
+
+def declared_frame(run: RunData, odometry: Poses, time: float, local_T_base: Pose2) -> LocalFrame:
+    """The LocalFrame in which the robot is at `local_T_base` at `time` [s], by this odometry."""
+    imu_yaw = continuous_at(time, run.imu.time, run.imu.yaw)
+    return LocalFrame.declared(local_T_base, odometry.at(time), float(imu_yaw))
 
 
 def local_in_odom(run: RunData, times: np.ndarray) -> Poses:
@@ -178,7 +183,7 @@ def _mended_odometry(run: RunData, begin: float, end: float) -> _Mended:
     heard, imu = run.odometry.take(slice(max(0, first - 2), last)), between(run.imu, *around)
     if len(heard) < 2 or not len(imu):
         return _Mended(Pose2(), False, False)
-    poses, steady, lost_at = _replay(heard, run.imu)
+    poses, steady, lost_at = steady_odometry(heard, run.imu)
     driven = poses.at(begin).inverse() @ poses.at(end)
     before, after = continuous_at((begin, end), imu.time, imu.yaw)
     pauses = np.diff(heard.time)
@@ -187,8 +192,8 @@ def _mended_odometry(run: RunData, begin: float, end: float) -> _Mended:
                    any(begin < time <= end for time in lost_at))
 
 
-def _replay(odometry: OdometrySamples,
-            imu: ImuSamples) -> Tuple[Poses, Pose2, List[float]]:
+def steady_odometry(odometry: OdometrySamples,
+                    imu: ImuSamples) -> Tuple[Poses, Pose2, List[float]]:
     """An odometry as move_to_goal corrects it: (Poses without jumps, the last pose of ``odom``
     among them, the times at which the pose is lost)."""
     steady, poses, lost_at = JumpFilter(), [], []

@@ -15,6 +15,8 @@ from matplotlib.figure import Figure
 DOTS_PER_INCH = 150
 WIDTH = 7.2                     # [inch], what fits between the margins of A4
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
+#: (colour, line style) of successive curves.
+STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
 #: Number of stretches of a curve; two extremes of each are drawn.
 STRETCHES = 700
 #: A pause in a curve longer than this is left blank [s].

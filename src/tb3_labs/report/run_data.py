@@ -128,6 +128,13 @@ class States(Samples):
 
 
 @dataclass(frozen=True)
+class Values(Samples):
+    """One number a message."""
+
+    value: np.ndarray
+
+
+@dataclass(frozen=True)
 class RunData:
     """One robot's run. Only `imu` and `odometry` are always there."""
 
@@ -142,14 +149,19 @@ class RunData:
     goals: Poses = field(default_factory=Poses.none)           # in local
     frames: Poses = field(default_factory=Poses.none)          # of local in odom
     states: States = field(default_factory=States.none)
+    resets: Poses = field(default_factory=Poses.none)          # of the robot in local, as declared
+    asked: Values = field(default_factory=Values.none)         # turns [rad], left positive
+    control: Values = field(default_factory=Values.none)       # ctrl_relinq: 1 = a node may drive
+    devices: Tuple[str, ...] = ()                              # those that sent: joy, mouse_info
+    derived: Tuple[str, ...] = ()                              # fields that were not recorded
     topics: Dict[str, str] = field(default_factory=dict)       # field's name: topic
     dropped: Dict[str, int] = field(default_factory=dict)      # field's name: invalid messages
 
     def recorded(self) -> Tuple[str, ...]:
-        """Names of the fields that hold samples, `imu` first."""
+        """Names of the fields that hold recorded samples, `imu` first."""
         return tuple(part.name for part in fields(self)
                      if isinstance(getattr(self, part.name), Samples)
-                     and len(getattr(self, part.name)))
+                     and len(getattr(self, part.name)) and part.name not in self.derived)
 
 
 @dataclass(frozen=True)

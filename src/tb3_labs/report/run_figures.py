@@ -5,72 +5,28 @@ Readable in black and white: lines differ by style and width, states by hatching
 Units on the axes: metres, degrees, seconds since the recording's start, m/s, rad/s.
 """
 import math
-from typing import Any, List, Optional, Sequence, Tuple
+from typing import List, Optional, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report import analysis
-from tb3_labs.report.analysis import DriveReport
-from tb3_labs.report.epochs import Epoch, between, epoch_of, epochs, local_in_odom
-from tb3_labs.report.figures import (
-    BLUE, GREEN, GREY, ORANGE, curve, legend_below, new_figure, thin)
-from tb3_labs.report.run_data import Poses, RunData
+from tb3_labs.report.completed import RESTED
+from tb3_labs.report.epochs import epochs
+from tb3_labs.report.figures import BLUE, GREY, ORANGE, curve, legend_below, new_figure
+from tb3_labs.report.run_data import RunData
 from tb3_labs.report.sensors import yaw_offset
 from tb3_labs.robot.turtlebot3 import RobotModel
 
-#: Line styles of the paths of successive epochs.
-EPOCH_STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
 #: state: (fill, hatching); '' stands for all other states (waiting, stopped, gave up).
 STATES = {'ROTATE_TO_GOAL': ('#c9d8ee', '///'), 'MOVE_FORWARD': ('#f7e3c4', ''),
           'ROTATE_TO_FINAL': ('#d3e8d3', '\\\\\\'), 'GOAL_REACHED': ('#ffffff', ''),
+          RESTED: ('#ffffff', ''),
           '': ('#dddddd', '...')}
 #: Most labels in a figure: more would cover each other.
 MOST_LABELS = 6
-#: A jump in a path by more than this is left blank [m].
-LEAP = 0.3
-
-
-def paths(run: RunData, model: RobotModel) -> Figure:
-    """The path in odom and in local, side by side at one scale, with the axes of both frames."""
-    figure = new_figure(4.0)
-    in_odom, in_local = figure.subplots(1, 2)
-    frames, local = epochs(run), analysis.local_poses(run)
-    for number, epoch in enumerate(frames):
-        colour, style = EPOCH_STYLES[number % len(EPOCH_STYLES)]
-        label = 'path after reset {}'.format(number) if number else 'path'
-        looks = dict(color=colour, linestyle=style, linewidth=1.6,
-                     label=label if number < len(EPOCH_STYLES) else None)
-        _path(in_odom, between(run.odometry, epoch.begin, epoch.end), **looks)
-        _path(in_local, between(local, epoch.begin, epoch.end), **looks)
-        if epoch.local_T_world is not None:
-            truth = between(run.ground_truth, epoch.begin, epoch.end).seen_from(
-                epoch.local_T_world)
-            looks = dict(color='#bbbbbb', linewidth=4.5, zorder=1,
-                         label=None if number else 'ground truth')
-            _path(in_local, truth, **looks)
-            _path(in_odom, local_in_odom(run, truth.time) @ truth, **looks)
-    goals = [(drive, drive.goal) for drive in analysis.drives(run, model) if drive.goal]
-    _ends(in_odom, run.odometry, [_in_odom(run, frames, *pair) for pair in goals])
-    _ends(in_local, local, [goal for _, goal in goals])
-    size = _same_scale((in_odom, [epoch.odom_T_local for epoch in frames]),
-                       (in_local, [epoch.odom_T_local.inverse() for epoch in frames]))
-    for number, epoch in enumerate(frames[:len(EPOCH_STYLES)]):
-        after = ', reset {}'.format(number) if number else ''
-        _axes_of(in_odom, epoch.odom_T_local, 'local' + after, size)
-        _axes_of(in_local, epoch.odom_T_local.inverse(), 'odom' + after, size)
-    for axes, frame, title in ((in_odom, 'odom', 'global frame (odom)'),
-                               (in_local, 'local', 'local frame')):
-        _axes_of(axes, Pose2(), frame, size, own=True)
-        axes.set_title(title)
-        axes.set_xlabel('x [m]')
-        axes.set_ylabel('y [m]')
-        axes.grid(True, linewidth=0.3)
-    legend_below(figure, in_odom)
-    return figure
 
 
 def errors(run: RunData, model: RobotModel) -> Optional[Figure]:
@@ -138,60 +94,6 @@ def speeds(run: RunData, model: RobotModel) -> Figure:
     _finish_time(run, linear, angular)
     legend_below(figure, linear)
     return figure
-
-
-def _path(axes: Axes, poses: Poses, **looks: Any) -> None:
-    """A line with blanks where the poses jump, as at a reset of the odometry."""
-    leaps = np.flatnonzero(np.hypot(np.diff(poses.x), np.diff(poses.y)) > LEAP) + 1
-    for piece in np.split(np.arange(len(poses)), leaps):
-        if len(piece):
-            kept = piece[thin(poses.x[piece], poses.y[piece])]
-            axes.plot(poses.x[kept], poses.y[kept], **looks)
-            looks['label'] = None
-
-
-def _in_odom(run: RunData, frames: Sequence[Epoch], drive: DriveReport, goal: Pose2) -> Pose2:
-    last = min(drive.end, epoch_of(frames, drive.begin, drive.end).end)
-    return local_in_odom(run, np.array([last])).pose(0) @ goal
-
-
-def _same_scale(*panels: Tuple[Axes, Sequence[Pose2]]) -> float:
-    """Give the panels (axes, frames) axes of one scale and size that hold all; their width [m]."""
-    boxes = []
-    for axes, frames in panels:
-        places = [(frame.x, frame.y) for frame in frames[:len(EPOCH_STYLES)]] + [(0.0, 0.0)]
-        axes.update_datalim(places)
-        boxes.append(axes.dataLim.get_points())
-    width = max([1.0] + [1.35 * np.ptp(box, axis=0).max() for box in boxes])
-    for (axes, _), box in zip(panels, boxes):
-        x, y = box.mean(axis=0)
-        axes.set_xlim(x - width / 2.0, x + width / 2.0)
-        axes.set_ylim(y - width / 2.0, y + width / 2.0)
-        axes.set_aspect('equal', adjustable='box')
-    return width
-
-
-def _axes_of(axes: Axes, pose: Pose2, name: str, width: float, own: bool = False) -> None:
-    """A frame's x axis (long) and y axis (short) with its name; `own`: the panel's own frame."""
-    for tip in ((0.13 * width, 0.0), (0.0, 0.08 * width)):
-        begin, end = pose.act([(0.0, 0.0), tip])
-        axes.annotate('', end, begin, arrowprops=dict(
-            arrowstyle='-|>', color='black' if own else GREY, shrinkA=0, shrinkB=0,
-            linewidth=1.8 if own else 1.0))
-    away = pose.yaw + 1.25 * math.pi      # between the backs of both axes
-    right, up = math.cos(away), math.sin(away)
-    axes.annotate(name, (pose.x, pose.y), xytext=(9.0 * right, 9.0 * up), fontsize=8,
-                  textcoords='offset points', fontweight='bold' if own else 'normal',
-                  ha='center' if abs(right) < 0.4 else 'left' if right > 0.0 else 'right',
-                  va='center' if abs(up) < 0.4 else 'bottom' if up > 0.0 else 'top')
-
-
-def _ends(axes: Axes, poses: Poses, goals: Sequence[Pose2]) -> None:
-    axes.plot(poses.x[:1], poses.y[:1], 'o', color='black', markersize=6, zorder=5, label='start')
-    axes.plot(poses.x[-1:], poses.y[-1:], 's', color='black', markersize=4, zorder=5, label='end')
-    for number, goal in enumerate(goals):
-        axes.plot(goal.x, goal.y, '*', markerfacecolor='none', markeredgecolor='black',
-                  markersize=13, linestyle='', zorder=6, label=None if number else 'goal')
 
 
 def _shade(figure: Figure, plots: Sequence[Axes], run: RunData) -> None:

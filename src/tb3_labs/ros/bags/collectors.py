@@ -9,8 +9,10 @@ from array import array
 import numpy as np
 
 from tb3_labs.geometry.quaternions import yaws_from_quaternions
+from tb3_labs.report.declared import declared_by
 from tb3_labs.report.run_data import (
-    Commands, ImuSamples, OdometrySamples, Poses, States, times_on_recorders_clock)
+    Commands, ImuSamples, OdometrySamples, Poses, States, Values, times_on_recorders_clock)
+from tb3_labs.ros.bags.topics import LOG
 
 HEADER = struct.Struct('<4xIII')                # seq, secs, nsecs, length of frame_id
 LENGTH = struct.Struct('<I')
@@ -18,14 +20,20 @@ ORIENTATION_RATE = struct.Struct('<4d88xd')     # x, y, z, w; covariance; angula
 POSE_SPEEDS = struct.Struct('<2d8x4d288xd32xd')  # x, y; x, y, z, w; covariance; as in SPEEDS
 PLACE_ORIENTATION = struct.Struct('<2d8x4d')    # x, y; x, y, z, w
 SPEEDS = struct.Struct('<d32xd')                # linear.x, angular.z
+DEGREES, SWITCH = struct.Struct('<d'), struct.Struct('<?')
+POSE_OF_LINE = struct.Struct('<3d')             # as a reset's line says it: x, y, yaw
 
 
-def make_collectors(parts, local_frame):
-    """{RunData's field: collector} for the fields `parts`; `local_frame`: its name in tf."""
+def make_collectors(kinds, prefix):
+    """{RunData's field: collector} for the fields in `kinds`, {field: message type}, of the robot
+    in the namespace `prefix`."""
     special = {'imu': _ImuCollector, 'odometry': _OdometryCollector,
                'commands': _CommandCollector, 'states': _StateCollector,
-               'frames': lambda: _FrameCollector(local_frame)}
-    return {part: special.get(part, _PoseCollector)() for part in parts}
+               'asked': _AngleCollector, 'control': _SwitchCollector,
+               'frames': lambda: _FrameCollector((prefix + 'local').strip('/'))}
+    if kinds.get('resets') == LOG:
+        special['resets'] = lambda: _ResetLineCollector(prefix)
+    return {part: special.get(part, _PoseCollector)() for part in kinds}
 
 
 class _Collector:
@@ -93,6 +101,22 @@ class _CommandCollector(_Collector):
         return linear, angular
 
 
+class _AngleCollector(_Collector):
+    kind, layout, stamped = Values, DEGREES, False
+
+    @staticmethod
+    def columns(degrees):
+        return np.radians(degrees),
+
+
+class _SwitchCollector(_Collector):
+    kind, layout, stamped = Values, SWITCH, False
+
+    @staticmethod
+    def columns(on):
+        return on,
+
+
 class _StateCollector(_Collector):
     def __init__(self):
         super().__init__()
@@ -128,3 +152,30 @@ class _FrameCollector(_PoseCollector):
                 self.arrival.append(arrival)
                 self.stamp.append((secs - start) + 1e-9 * nsecs)
             offset = numbers + 56
+
+
+class _ResetLineCollector(_Collector):
+    """The poses that nodes of one namespace say they were reset to, out of all log lines."""
+
+    kind, layout = Poses, POSE_OF_LINE
+
+    def __init__(self, prefix):
+        super().__init__()
+        self._prefix = prefix
+
+    @staticmethod
+    def columns(x, y, yaw):
+        return x, y, yaw
+
+    def add(self, data, arrival, start):
+        secs, nsecs, length = HEADER.unpack_from(data)
+        offset, words = 17 + length, []          # after the frame's name and the level
+        for _ in range(2):                       # the node's name, and the line
+            size, = LENGTH.unpack_from(data, offset)
+            words.append(data[offset + 4:offset + 4 + size].decode('utf-8', 'replace'))
+            offset += 4 + size
+        pose = declared_by(words[1])
+        if pose is not None and words[0].startswith(self._prefix):
+            self.rows.extend((pose.x, pose.y, pose.yaw))
+            self.arrival.append(arrival)
+            self.stamp.append((secs - start) + 1e-9 * nsecs)

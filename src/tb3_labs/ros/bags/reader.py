@@ -7,7 +7,7 @@ import rosbag
 from tb3_labs.report.run_data import RunData, SenderClock
 from tb3_labs.ros.bags.collectors import make_collectors
 from tb3_labs.ros.bags.rosbag_internals import BagByChunks
-from tb3_labs.ros.bags.topics import BagProblem, choose_topics, parent
+from tb3_labs.ros.bags.topics import BagProblem, choose_topics, devices, parent
 
 
 def read_run(path, namespace=None, progress=lambda fraction: None):
@@ -43,7 +43,9 @@ def _gather(path, namespace, progress):
                  in bag.get_type_and_topic_info().topics.items() if info.message_count}
         topics = choose_topics(types, namespace)
         start, total = bag.get_start_time(), sum(types[topic][1] for topic in topics.values())
-        collectors = make_collectors(topics, (parent(topics['odometry']) + 'local').strip('/'))
+        prefix = parent(topics['odometry'])
+        collectors = make_collectors(
+            {part: types[topic][0] for part, topic in topics.items()}, prefix)
         add = {topic: collectors[part].add for part, topic in topics.items()}
         step = max(1, total // 200)
         for number, (topic, message, arrival) in enumerate(
@@ -53,7 +55,7 @@ def _gather(path, namespace, progress):
                 progress(number / total)
         progress(1.0)
         return dict(name=str(path), start=start, duration=bag.get_end_time() - start,
-                    topics=topics), collectors
+                    topics=topics, devices=devices(types, prefix)), collectors
 
 
 def _arrange(recording, collectors):

@@ -1,13 +1,21 @@
-"""Finds one robot's topics in a recording, by type rather than by name."""
+"""The topics of a recording: which are recorded, and which of them are one robot's, by type."""
 
 IMU, ODOMETRY = 'sensor_msgs/Imu', 'nav_msgs/Odometry'
 POSE, TWIST = 'geometry_msgs/PoseStamped', 'geometry_msgs/Twist'
 STRING, TF = 'std_msgs/String', 'tf2_msgs/TFMessage'
+LOG, POSE_ESTIMATE = 'rosgraph_msgs/Log', 'geometry_msgs/PoseWithCovarianceStamped'
 #: RunData's field: (name of the topic, type), besides the IMU and the odometry.
 OPTIONAL = {
     'commands': ('cmd_vel', TWIST), 'local_pose': ('local_pose', POSE),
     'ground_truth': ('ground_truth', POSE), 'goals': ('current_goal', POSE),
-    'states': ('goal_state', STRING)}
+    'states': ('goal_state', STRING), 'resets': ('initialpose', POSE_ESTIMATE),
+    'asked': ('turn', 'std_msgs/Float64'), 'control': ('ctrl_relinq', 'std_msgs/Bool')}
+#: Topics by which a person drives, of any type.
+DEVICES = 'joy', 'mouse_info'
+#: What is recorded of a run: names in the robot's namespace, and names of the whole system.
+RECORDED = ('imu', 'odom', 'cmd_vel', 'heading', 'ground_truth', 'local_pose', 'goal_state',
+            'current_goal', 'ctrl_relinq', 'control_holder', 'joy', 'turn', 'mouse_info', 'reset',
+            'initialpose', '/rosout', '/tf', '/tf_static', '/diagnostics')
 
 
 class BagProblem(Exception):
@@ -30,7 +38,15 @@ def choose_topics(types, namespace):
             topics[part] = topic
     if types.get('/tf', ('',))[0] == TF:
         topics['frames'] = '/tf'
+    if types.get('/rosout', ('',))[0] == LOG:
+        topics['resets'] = '/rosout'      # the answer to a reset says more than the request
     return topics
+
+
+def devices(types, prefix):
+    """Those of DEVICES that were recorded in the namespace `prefix`."""
+    absolute = {_absolute(topic) for topic in types}
+    return tuple(name for name in DEVICES if prefix + name in absolute)
 
 
 def _by_type(types, kind, ending, prefix):

@@ -5,8 +5,8 @@ import subprocess
 import roslib.packages
 import rospy
 
-TOPICS = ('imu', 'odom', 'cmd_vel', 'ground_truth', 'mouse_info', 'joy', 'ctrl_relinq',
-          'local_pose', 'goal_state', 'current_goal', '/rosout', '/tf')
+from tb3_labs.ros.bags.topics import RECORDED
+
 #: The bag is closed within this time [s].
 CLOSING = 10.0
 
@@ -19,7 +19,7 @@ class Bag:
         found = roslib.packages.find_node('rosbag', 'record')
         self.path = path if found else None
         self._process = subprocess.Popen(
-            [found[0], '--quiet', '-O', str(path)] + [rospy.resolve_name(t) for t in TOPICS],
+            [found[0], '--quiet', '-O', str(path)] + [rospy.resolve_name(t) for t in RECORDED],
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
             start_new_session=True) if found else None
 

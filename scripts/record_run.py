@@ -1,0 +1,50 @@
+#!/usr/bin/env python3
+"""Records a run for lab_report.py: becomes `rosbag record` of this namespace's topics.
+
+Usage: record_run.py [-o PATH]    for instance: rosrun tb3_labs record_run.py -o run
+
+rosbag keeps a topic's name as it is given. It gets absolute names here (/imu, or /robot3/imu where
+ROS_NAMESPACE or the launch file says robot3), so that evo, Foxglove and PlotJuggler find them.
+A topic that nobody sends costs nothing.
+"""
+import argparse
+import os
+import sys
+
+import roslib.packages
+import rosgraph
+import rospkg
+from rosgraph.names import script_resolve_name
+
+from tb3_labs.ros.bags.topics import RECORDED
+
+#: roslaunch's name for this node, which becomes rosbag's.
+NODE = 'record'
+
+
+def main(words):
+    """Become rosbag's record; the exit status if there is none."""
+    parser = argparse.ArgumentParser(
+        prog='record_run.py',
+        description='Records the topics for lab_report.py into PATH_DATE.bag, by absolute names. '
+                    'Ctrl+C ends it.',
+        epilog='Example: rosrun tb3_labs record_run.py -o run. Topics: {}.'.format(
+            ', '.join(RECORDED)))
+    parser.add_argument('-o', metavar='PATH', dest='path', default='run',
+                        help='where to; date and .bag are added; default: %(default)s')
+    path = parser.parse_args(rosgraph.myargv(words)).path
+    try:
+        found = roslib.packages.find_node('rosbag', 'record')
+    except rospkg.ResourceNotFound:
+        found = []
+    if not found:
+        print('record_run.py: rosbag is not installed: sudo apt install python3-rosbag, on Noetic '
+              'ros-noetic-rosbag', file=sys.stderr)
+        return 1
+    topics = [script_resolve_name(NODE, name) for name in RECORDED]
+    remappings = [word for word in words if ':=' in word]
+    os.execv(found[0], [found[0], '-o', path] + topics + remappings)
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,146 @@
+"""The figure of a run's path, in the global and in the local frame.
+
+Units on the axes: metres.
+"""
+import math
+from typing import Any, List, Sequence, Tuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report import analysis
+from tb3_labs.report.analysis import DriveReport
+from tb3_labs.report.epochs import Epoch, between, epoch_of, epochs, local_in_odom
+from tb3_labs.report.figures import GREY, STYLES, legend_below, new_figure, thin
+from tb3_labs.report.run_data import Poses, RunData
+from tb3_labs.robot.turtlebot3 import RobotModel
+
+#: A jump in a path by more than this is left blank [m].
+LEAP = 0.3
+#: Width and height of a letter in a frame's name, as a part of a panel's width.
+LETTER, LINE = 0.028, 0.05
+
+
+def paths(run: RunData, model: RobotModel) -> Figure:
+    """The path in odom and in local, side by side at one scale, with the axes of both frames."""
+    figure = new_figure(4.0)
+    in_odom, in_local = figure.subplots(1, 2)
+    frames, local = epochs(run), analysis.local_poses(run)
+    for number, epoch in enumerate(frames):
+        colour, style = STYLES[number % len(STYLES)]
+        label = 'path after reset {}'.format(number) if number else 'path'
+        looks = dict(color=colour, linestyle=style, linewidth=1.6,
+                     label=label if number < len(STYLES) else None)
+        draw_path(in_odom, between(run.odometry, epoch.begin, epoch.end), **looks)
+        draw_path(in_local, between(local, epoch.begin, epoch.end), **looks)
+        if epoch.local_T_world is not None:
+            truth = between(run.ground_truth, epoch.begin, epoch.end).seen_from(
+                epoch.local_T_world)
+            looks = dict(color='#bbbbbb', linewidth=4.5, zorder=1,
+                         label=None if number else 'ground truth')
+            draw_path(in_local, truth, **looks)
+            draw_path(in_odom, local_in_odom(run, truth.time) @ truth, **looks)
+    goals = [(drive, drive.goal) for drive in analysis.drives(run, model) if drive.goal]
+    _ends(in_odom, run.odometry, [_in_odom(run, frames, *pair) for pair in goals])
+    _ends(in_local, local, [goal for _, goal in goals])
+    size = _same_scale((in_odom, [epoch.odom_T_local for epoch in frames]),
+                       (in_local, [epoch.odom_T_local.inverse() for epoch in frames]))
+    shown = [(epoch.odom_T_local, ', reset {}'.format(number) if number else '')
+             for number, epoch in enumerate(frames[:len(STYLES)])]
+    _frames(in_odom, 'odom', [(pose, 'local' + after) for pose, after in shown], size)
+    _frames(in_local, 'local', [(pose.inverse(), 'odom' + after) for pose, after in shown], size)
+    for axes, title in ((in_odom, 'global frame (odom)'), (in_local, 'local frame')):
+        axes.set_title(title)
+        axes.set_xlabel('x [m]')
+        axes.set_ylabel('y [m]')
+        axes.grid(True, linewidth=0.3)
+    legend_below(figure, in_odom)
+    return figure
+
+
+def draw_path(axes: Axes, poses: Poses, **looks: Any) -> None:
+    """A line with blanks where the poses jump, as at a reset of the odometry."""
+    leaps = np.flatnonzero(np.hypot(np.diff(poses.x), np.diff(poses.y)) > LEAP) + 1
+    for piece in np.split(np.arange(len(poses)), leaps):
+        if len(piece):
+            kept = piece[thin(poses.x[piece], poses.y[piece])]
+            axes.plot(poses.x[kept], poses.y[kept], **looks)
+            looks['label'] = None
+
+
+def _in_odom(run: RunData, frames: Sequence[Epoch], drive: DriveReport, goal: Pose2) -> Pose2:
+    last = min(drive.end, epoch_of(frames, drive.begin, drive.end).end)
+    return local_in_odom(run, np.array([last])).pose(0) @ goal
+
+
+def _same_scale(*panels: Tuple[Axes, Sequence[Pose2]]) -> float:
+    """Give the panels (axes, frames) axes of one scale and size that hold all; their width [m]."""
+    boxes = []
+    for axes, frames in panels:
+        places = [(frame.x, frame.y) for frame in frames[:len(STYLES)]] + [(0.0, 0.0)]
+        axes.update_datalim(places)
+        boxes.append(axes.dataLim.get_points())
+    width = max([1.0] + [1.35 * np.ptp(box, axis=0).max() for box in boxes])
+    for (axes, _), box in zip(panels, boxes):
+        x, y = box.mean(axis=0)
+        axes.set_xlim(x - width / 2.0, x + width / 2.0)
+        axes.set_ylim(y - width / 2.0, y + width / 2.0)
+        axes.set_aspect('equal', adjustable='box')
+    return width
+
+
+def _frames(axes: Axes, own: str, others: Sequence[Tuple[Pose2, str]], width: float) -> None:
+    """The panel's `own` frame and (pose, name) of others: x axes (long), y axes (short), names."""
+    drawn = [line.get_xydata() for line in axes.get_lines()]
+    named = [(Pose2(), own)] + list(others)
+    for number, (pose, _) in enumerate(named):
+        for tip in ((0.13 * width, 0.0), (0.0, 0.08 * width)):
+            begin, end = pose.act([(0.0, 0.0), tip])
+            axes.annotate('', end, begin, arrowprops=dict(
+                arrowstyle='-|>', color=GREY if number else 'black', shrinkA=0, shrinkB=0,
+                linewidth=1.0 if number else 1.8))
+            drawn.append(np.linspace(begin, end, 9))
+    boxes: List[np.ndarray] = []
+    for number, (pose, name) in enumerate(named):
+        boxes.append(_place(axes, pose, width * np.array((LETTER * len(name), LINE)), boxes,
+                            np.concatenate(drawn)))
+        axes.annotate(name, (pose.x, pose.y), xytext=tuple(boxes[-1].mean(axis=0)), fontsize=8,
+                      textcoords='data', fontweight='normal' if number else 'bold', ha='center',
+                      va='center', bbox=dict(facecolor='white', alpha=0.7, linewidth=0.0, pad=0.0))
+
+
+def _place(axes: Axes, pose: Pose2, size: np.ndarray, boxes: Sequence[np.ndarray],
+           drawn: np.ndarray) -> np.ndarray:
+    """The box, [least, most] (x, y), of `size` for a frame's name beside its origin: inside the
+    panel, over no other of the `boxes`, over few of the points `drawn`; by choice between the backs
+    of the frame's axes."""
+    panel = np.array([axes.get_xlim(), axes.get_ylim()]).T
+    back = pose.yaw + 1.25 * math.pi
+
+    def cost(box: np.ndarray) -> float:
+        outside = (box[0] < panel[0]).any() or (box[1] > panel[1]).any()
+        over = any((box[0] < other[1]).all() and (other[0] < box[1]).all() for other in boxes)
+        hidden = np.count_nonzero(((box[0] < drawn) & (drawn < box[1])).all(axis=1))
+        away = box.mean(axis=0) - (pose.x, pose.y)
+        turned = abs(difference(math.atan2(away[1], away[0]), back))
+        far = np.maximum(np.abs(away) - size / 2.0, 0.0).max() / size[1]
+        return 1e6 * outside + 1e5 * over + min(hidden, 20) + turned + 15.0 * far
+
+    steps = [np.array((right, up)) for right in (-1, 0, 1) for up in (-1, 0, 1) if right or up]
+    centres = [(pose.x, pose.y) + step * (far * size[1] + size / 2.0)
+               for far in (0.5, 1.5) for step in steps]
+    return min((np.array([centre - size / 2.0, centre + size / 2.0]) for centre in centres),
+               key=cost)
+
+
+def _ends(axes: Axes, poses: Poses, goals: Sequence[Pose2]) -> None:
+    axes.plot(poses.x[:1], poses.y[:1], 'o', color='black', markersize=6, zorder=5, label='start')
+    axes.plot(poses.x[-1:], poses.y[-1:], 's', color='black', markersize=4, zorder=5, label='end')
+    for number, goal in enumerate(goals):
+        axes.plot(goal.x, goal.y, '*', markerfacecolor='none', markeredgecolor='black',
+                  markersize=13, linestyle='', zorder=6, label=None if number else 'goal')
+
+

@@ -1,0 +1,165 @@
+"""The turns of the IMU lab in a recorded run: by how much the robot turned, from rest to rest.
+
+A turn is a movement without forward speed (see :mod:`tb3_labs.report.movements`) before and after
+which the robot rests, by at least `LEAST_TURN`. The angle that was asked for is that of topic
+`turn`. Where nobody said it there, it is taken as the nearest of +/-90 and 180 degrees, as the lab
+asks for.
+
+Units: radians, left positive; seconds. A turn by more than half a turn is counted in full, since
+the IMU's yaw is unwrapped. Edge case: an unknown value (no ground truth) is NaN.
+"""
+import math
+from dataclasses import dataclass
+from typing import List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from tb3_labs.geometry.angles import continuous_at
+from tb3_labs.report.analysis import DRIVING, spans
+from tb3_labs.report.epochs import between
+from tb3_labs.report.movements import NO_SPEED, Kind, Movement, movements
+from tb3_labs.report.run_data import ImuSamples, RunData
+
+#: A robot rests if the mean of its rate of turn [rad/s] over this time [s] is less.
+AT_REST, REST_LOOK = 0.03, 0.15
+#: It comes to rest within this time after the last command [s]; its heading at rest is the mean over
+#: this time [s], from REST_LOOK on.
+REST_WAIT, REST_MEAN = 2.0, 0.3
+#: The recorder may miss a new node's first commands; the robot rested this long before [s].
+MISSED = 1.0
+#: Nearest to a smaller turn is none at all [rad].
+LEAST_TURN = math.radians(45.0)
+#: A turn may be asked for this long before it begins [s].
+ASKED_BEFORE = 2.0
+
+
+@dataclass(frozen=True)
+class TurnReport:
+    """One turn, from rest to rest."""
+
+    begin: float
+    end: float                        # the robot rests
+    asked: float
+    was_said: bool                    # by topic `turn`; else it is the nearest of +/-90 and 180 deg
+    turned: float                     # by the IMU
+    true: float                       # by the ground truth
+    peak_rate: float                  # [rad/s], by the gyro
+    overshoot: float                  # largest angle beyond the asked one on the way
+
+    @property
+    def time(self) -> float:
+        """From the first command until the robot rests [s]."""
+        return self.end - self.begin
+
+    @property
+    def error(self) -> float:
+        """How far the robot turned beyond what was asked, to either side; negative: short of it."""
+        return self._beyond(self.turned)
+
+    @property
+    def true_error(self) -> float:
+        """The same by the ground truth."""
+        return self._beyond(self.true)
+
+    def _beyond(self, turned: float) -> float:
+        return math.copysign(1.0, self.asked) * turned - abs(self.asked)
+
+
+def turns(run: RunData) -> List[TurnReport]:
+    """A TurnReport for each turn, in order."""
+    driven = [(span.begin, span.end) for span in spans(run) if span.state in DRIVING]
+    everything = movements(run)
+    ends = [movement.begin for movement in everything[1:]] + [run.duration]
+    reports: List[TurnReport] = []
+    for movement, until in zip(everything, ends):
+        if movement.kind is Kind.TURN and not any(
+                begin < movement.end and movement.begin < end for begin, end in driven):
+            since = reports[-1].end if reports else 0.0
+            for begin, end, later in _parts(run, movement, until):
+                report = _turn(run, begin, end, later, since)
+                if report is not None:
+                    reports.append(report)
+                    since = report.end
+    return reports
+
+
+def _parts(run: RunData, movement: Movement, until: float) -> List[Tuple[float, float, float]]:
+    """The turns within one movement, as (first command, last command's end, next command).
+
+    Turns that are asked for quickly one after the other have a pause with the robot at rest between
+    them, far from where either began. A correction of one turn has not.
+    """
+    commands = between(run.commands, movement.begin, movement.end)
+    turning = np.abs(commands.angular) > NO_SPEED
+    stops = np.flatnonzero(turning[:-1] & ~turning[1:]) + 1
+    parts, begin = [], movement.begin
+    for k in stops:
+        stop, go = float(commands.time[k]), float(commands.time[k + int(np.argmax(turning[k:]))])
+        if go > stop and _turned(run, begin, stop, go) and _turned(run, go, movement.end, until):
+            parts.append((begin, stop, go))
+            begin = go
+    return parts + [(begin, movement.end, until)]
+
+
+def _turned(run: RunData, begin: float, end: float, until: float) -> bool:
+    """Did the robot turn, from rest to rest?"""
+    return _turn(run, begin, end, until, math.inf) is not None
+
+
+def _turn(run: RunData, begin: float, end: float, until: float,
+          since: float) -> Optional[TurnReport]:
+    """The turn by the commands from `begin` to `end`, of a robot that may rest until `until`; None
+    if it is none. What was asked for before `since` was for another one."""
+    before, rest = _rest_before(run.imu, begin), _rest(run.imu, end, min(end + REST_WAIT, until))
+    if before is None or rest is None:
+        return None
+    settled = min(rest + REST_LOOK + REST_MEAN, until)
+    imu = between(run.imu, before - REST_LOOK, settled)
+    yaw = np.unwrap(imu.yaw)
+    yaw -= yaw[imu.time <= before].mean()
+    at_rest = imu.time >= rest + REST_LOOK
+    turned = float(yaw[at_rest if at_rest.any() else imu.time >= rest].mean())
+    asked, was_said = _asked(run, max(before - ASKED_BEFORE, since), end, turned)
+    if not asked:
+        return None
+    on_the_way = math.copysign(1.0, asked) * yaw - abs(asked)
+    return TurnReport(
+        before, rest, asked, was_said, turned, _true(run, before, settled),
+        float(np.abs(imu.yaw_rate).max()), max(0.0, float(on_the_way.max())))
+
+
+def _rest_before(imu: ImuSamples, begin: float) -> Optional[float]:
+    """The last time until which the robot rested before the commands that `begin` here, or None."""
+    for time in begin - np.arange(0.0, MISSED, REST_LOOK / 3.0):
+        before = between(imu, time - REST_LOOK, time)
+        if len(before) and abs(before.yaw_rate.mean()) < AT_REST:
+            return float(time)
+    return None
+
+
+def _rest(imu: ImuSamples, begin: float, until: float) -> Optional[float]:
+    """The first time in [begin, until) from which on the robot rests, or None."""
+    for time in between(imu, begin, until).time:
+        after = between(imu, time, min(time + REST_LOOK, until))
+        if abs(after.yaw_rate.mean()) < AT_REST:
+            return float(time)
+    return None
+
+
+def _asked(run: RunData, since: float, end: float, turned: float) -> Tuple[float, bool]:
+    """(the angle that was asked for, was it said on topic `turn`?); 0 if there was none."""
+    said = between(run.asked, since, end)
+    if len(said):
+        return float(said.value.sum()), True
+    if abs(turned) < LEAST_TURN:
+        return 0.0, False
+    quarters = 1.0 if abs(turned) < math.radians(135.0) else 2.0
+    return math.copysign(quarters * math.pi / 2.0, turned), False
+
+
+def _true(run: RunData, begin: float, end: float) -> float:
+    truth = run.ground_truth
+    if not len(truth) or truth.time[0] > begin or truth.time[-1] < end:
+        return math.nan
+    before, after = continuous_at((begin, end), truth.time, truth.yaw)
+    return float(after - before)

@@ -1,0 +1,103 @@
+"""The turns of the IMU lab in runs that are known in closed form."""
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_motion import drive, driven, turn, values
+from made_run import states
+
+from tb3_labs.report.completed import completed
+from tb3_labs.report.run_data import Poses
+from tb3_labs.report.turns import turns
+
+
+def one(segments, **parts):
+    found, = turns(driven(segments, **parts))
+    return found
+
+
+@pytest.mark.parametrize('degrees', [92.0, -92.0])
+@pytest.mark.parametrize('offset', [0.0, 2.5])
+def test_a_turn_by_numbers(degrees, offset):
+    """The IMU crosses +/-180 deg with the larger offset."""
+    found = one([turn(3.0, degrees)], start=(1.0, 2.0, 0.3), imu_offset=offset)
+    assert math.degrees(found.turned) == pytest.approx(degrees, abs=0.15)
+    assert math.degrees(found.true) == pytest.approx(degrees, abs=0.15)
+    assert math.degrees(found.asked) == pytest.approx(math.copysign(90.0, degrees))
+    assert not found.was_said
+    assert math.degrees(found.error) == pytest.approx(2.0, abs=0.15)
+    assert math.degrees(found.true_error) == pytest.approx(2.0, abs=0.15)
+    assert math.degrees(found.overshoot) == pytest.approx(2.0, abs=0.15)
+    assert found.time == pytest.approx(math.radians(92.0) / 1.5, abs=0.02)
+    assert found.peak_rate == pytest.approx(1.5)
+
+
+@pytest.mark.parametrize('degrees, asked', [
+    (46.0, 90.0), (134.0, 90.0), (136.0, 180.0), (-136.0, -180.0), (450.0, 180.0)])
+def test_without_topic_turn_the_nearest_quarter_is_taken(degrees, asked):
+    found = one([turn(3.0, degrees)])
+    assert math.degrees(found.asked) == pytest.approx(asked)
+    assert math.degrees(found.error) == pytest.approx(abs(degrees) - abs(asked), abs=0.15)
+
+
+def test_a_turn_by_less_than_half_a_quarter_is_none():
+    assert turns(driven([turn(3.0, 44.0)])) == []
+
+
+@pytest.mark.parametrize('said, asked', [
+    ([(2.9, 30.0)], 30.0),                    # a small turn
+    ([(2.9, 20.0), (3.1, 10.0)], 30.0),       # asked for in two parts
+    ([(0.9, 90.0), (2.9, 30.0)], 30.0)])      # the first one was not done
+def test_what_was_said_was_asked_for(said, asked):
+    times, angles = zip(*said)
+    found = one([turn(3.0, 31.0)], asked=values(times, np.radians(angles)))
+    assert found.was_said and math.degrees(found.asked) == pytest.approx(asked)
+    assert math.degrees(found.error) == pytest.approx(1.0, abs=0.15)
+
+
+def test_a_turn_that_goes_too_far_and_comes_back():
+    """By 100 degrees, then 8 back."""
+    first = turn(3.0, 100.0)
+    found = one([first, turn(first[1] + 0.3, -8.0, 0.5)])
+    assert math.degrees(found.error) == pytest.approx(2.0, abs=0.15)
+    assert math.degrees(found.overshoot) == pytest.approx(10.0, abs=0.15)
+
+
+def test_two_turns_in_quick_succession_are_two():
+    first = turn(3.0, 90.0)
+    found = turns(driven([first, turn(first[1] + 0.6, -90.0)]))
+    assert [round(math.degrees(each.turned)) for each in found] == [90, -90]
+    assert found[1].begin == pytest.approx(first[1] + 0.6)
+
+
+@pytest.mark.parametrize('spins', [(1.0, 3.0), (4.0, 9.0)])
+def test_the_robot_rests_before_and_after_a_turn(spins):
+    """A person carries it round meanwhile, for longer than one looks back, or waits."""
+    run = driven([turn(3.0, 90.0)])
+    time = run.imu.time
+    carried = np.interp(time, spins, [0.0, 0.3 * (spins[1] - spins[0])])
+    now = (time > spins[0]) & (time < spins[1])
+    run = replace(run, imu=replace(
+        run.imu, yaw=run.imu.yaw + carried, yaw_rate=run.imu.yaw_rate + 0.3 * now))
+    assert turns(run) == []
+
+
+def test_a_turn_whose_first_commands_the_recorder_missed():
+    run = driven([turn(3.0, 90.0)])
+    found, = turns(replace(run, commands=run.commands.take(slice(3, None))))
+    assert math.degrees(found.turned) == pytest.approx(90.0, abs=0.3)
+    assert found.begin == pytest.approx(3.0, abs=0.06)
+
+
+def test_without_ground_truth_the_true_turn_is_unknown():
+    found = one([turn(3.0, 90.0)], ground_truth=Poses.none())
+    assert math.isnan(found.true) and math.isnan(found.true_error)
+
+
+def test_the_turns_of_a_drive_are_none():
+    segments = drive(2.0, 135.0, 0.8, -135.0)
+    assert turns(completed(driven(segments))) == []
+    told = states((2.0, 'ROTATE_TO_GOAL'), (10.0, 'GOAL_REACHED'))
+    found = turns(driven(segments[:1] + [turn(12.0, 90.0)], states=told))
+    assert [each.begin for each in found] == pytest.approx([12.0])
