@@ -5,13 +5,13 @@ A comment before each block of commands says how:
 
     <!-- run -->                  in a new terminal, to its end, which must be a success
     <!-- run: robot -->           in a terminal called robot, in which it goes on
-    <!-- run: lab, types: l -->   the same, and a line is typed into it after the output
+    <!-- then: robot, types: l --> a line is typed into that terminal
     <!-- not run: reason -->      not here
     <!-- fill in: lab2 turtlebot_controller.py -->    the student has written this node
 
-The block of output after it must appear, line after line, with other lines between. A number of
-more than three digits may be another one. A terminal that goes on is ended by Ctrl+C at the next
-heading, or when another block runs in it; until then its output may appear.
+The block of output after any of the first three must appear, line after line, with other lines
+between, before the next command is typed. A number of more than three digits may be another one,
+and ... may be anything. A terminal that goes on is ended by Ctrl+C at the next heading, or when another block runs in it.
 """
 import os
 import re
@@ -19,6 +19,7 @@ import shutil
 import signal
 import socket
 import tempfile
+import time
 import unittest
 from pathlib import Path
 from typing import NamedTuple
@@ -38,18 +39,20 @@ source ~/tb3_labs/scripts/setup.sh
 [ ! -e ~/catkin_ws/devel/setup.bash ] || source ~/catkin_ws/devel/setup.bash
 '''
 #: A line that matters: heading, directive, or the fence of a block.
-MARK = re.compile(r'^ *(?:(#+) (.*)|<!-- (run|not run|fill in)(?:: (.*?))? -->|```(\w*))$')
+MARK = re.compile(r'^ *(?:(#+) (.*)|<!-- (run|then|not run|fill in)(?:: (.*?))? -->|```(\w*))$')
 #: A command must have ended, and the output of a terminal must have come, by then [s].
-PATIENCE = 90.0
+PATIENCE = 60.0
+#: A command that is not answered as promised is typed again for so long [s].
+AGAIN = 10.0
 #: A number that may be another one.
-LONG_NUMBER, NUMBER = re.compile(r'-?\d[\d.]{3,}(?:e-?\d+)?'), r'-?[\d.]+(?:e-?\d+)?'
+LONG_NUMBER, NUMBER = re.compile(r'-?(?:\d{4,}(?:\.\d+)?|\d+\.\d{3,})'), r'-?\d+(?:\.\d+)?(?:e-?\d+)?'
 TYPES = re.compile(r'(\w+)(?:, types: (.*))?$')
 
 
 class Step(NamedTuple):
     """A heading (its text), a node to fill in (package and file), or a block of commands."""
 
-    kind: str           # heading, run, not run, fill in
+    kind: str           # heading, run, then, not run, fill in
     argument: str
     commands: str = ''
     output: str = ''
@@ -69,8 +72,8 @@ def steps_of(text):
                 fence[1].append(line.strip())
         elif mark and mark.group(1):
             steps.append(Step('heading', mark.group(2), line=number))
-        elif mark and mark.group(3) == 'fill in':
-            steps.append(Step('fill in', mark.group(4), line=number))
+        elif mark and mark.group(3) in ('fill in', 'then'):
+            steps.append(Step(mark.group(3), mark.group(4), line=number))
         elif mark and mark.group(3):
             directive = mark.group(3), mark.group(4) or ''
         elif mark:
@@ -84,7 +87,7 @@ def add_block(steps, fence, directive, number):
     if language == 'bash':
         assert directive, 'line {}: the block does not say whether it is run'.format(number)
         steps.append(Step(directive[0], directive[1], '\n'.join(lines), line=number))
-    elif not language and steps and steps[-1].commands and not steps[-1].output:
+    elif not language and steps and steps[-1].kind in ('run', 'then') and not steps[-1].output:
         steps[-1] = steps[-1]._replace(output='\n'.join(lines))
 
 
@@ -95,9 +98,11 @@ def promised(output):
 
 
 def pattern_of(line):
-    """A pattern of a line, with any space between its words, and any long numbers."""
+    """A pattern of a line, with any space between its words, and any long numbers; ``...`` stands
+    for anything."""
     return NUMBER.join(
-        r'\s+'.join(re.escape(word) for word in re.split(r'\s+', part))
+        '.*?'.join(r'\s+'.join(re.escape(word) for word in re.split(r'\s+', words))
+                   for words in part.split('...'))
         for part in LONG_NUMBER.split(line.strip()))
 
 
@@ -124,20 +129,31 @@ class Student:
             assert target.exists(), target
             target.write_text((NODES / node).read_text().replace('@PACKAGE@', package))
         elif step.kind == 'run' and step.argument:
+            self._end(step.argument)
+            self._terminals[step.argument] = self._start(step)
+            self._wait_for_output(self._terminals[step.argument], step)
+        elif step.kind == 'then':
             name, typed = TYPES.match(step.argument).groups()
-            self._end(name)
-            self._terminals[name] = self._start(step), step
             if typed:
-                self._wait_for_output(*self._terminals[name])
-                self._terminals[name][0].type(typed)
+                self._terminals[name].type(typed)
+            self._wait_for_output(self._terminals[name], step)
         elif step.kind == 'run':
+            self._run(step)
+
+    def _run(self, step):
+        """Run a command to its end, again if a node that is starting does not answer as promised
+        yet."""
+        pattern, give_up = promised(step.output), time.monotonic() + AGAIN
+        while True:
             program = self._start(step)
             try:
                 status = program.wait(PATIENCE)
             finally:
                 program.kill()
-            assert status == 0, 'status {}:\n{}'.format(status, program.text)
-            self._wait_for_output(program, step)
+            if status == 0 and pattern.search(program.text):
+                return
+            assert step.output and time.monotonic() < give_up, 'status {}, printed:\n{}'.format(
+                status, program.text)
 
     def _start(self, step):
         return Program(['bash', '-c', PROFILE + 'cd\n' + step.commands], terminal=True,
@@ -148,25 +164,27 @@ class Student:
         program.wait_for_match(promised(step.output), PATIENCE)
 
     def end_all(self):
-        """Press Ctrl+C in each terminal, after its output has come."""
+        """Press Ctrl+C in each terminal."""
         for name in list(self._terminals):
             self._end(name)
 
+    def kill_all(self):
+        """Close all terminals."""
+        for program in self._terminals.values():
+            program.kill()
+
     def _end(self, name):
-        program, step = self._terminals.pop(name, (None, None))
+        program = self._terminals.get(name)
         if program is not None:
-            try:
-                self._wait_for_output(program, step)
-                program.end(signal.SIGINT, 20.0)
-            finally:
-                program.kill()
+            program.end(signal.SIGINT, 20.0)
+            del self._terminals[name]
 
 
 class SheetsTest(unittest.TestCase):
     """One student's term."""
 
     def setUp(self):
-        self.home = Path(tempfile.mkdtemp(prefix='sheets_'))
+        self.home = Path(tempfile.mkdtemp(prefix='sheets_', dir='/tmp'))    # not within this package
 
     def tearDown(self):
         shutil.rmtree(str(self.home))
@@ -183,8 +201,7 @@ class SheetsTest(unittest.TestCase):
                             sheet, step.line, step.commands, problem))
                 student.end_all()
         finally:
-            for program, _ in student._terminals.values():
-                program.kill()
+            student.kill_all()
 
 
 if __name__ == '__main__':

@@ -18,9 +18,9 @@ GOODBYE = 'by itself, without a traceback'
 #: lab -> criterion -> words that a student must find at the place to which the criterion points.
 KEY_WORDS = {
     'imu': {
-        'starts': ['listens to `imu`'],
+        'starts': ['must listen to `imu`'],
         'prints_heading': ['Current heading is 0.000353 degrees.', 'prints the same line'],
-        'heading_right': ['a quaternion: x, y, z, w', 'degrees'],
+        'heading_right': ['the order w, x, y, z', 'in degrees'],
         'from_0_to_360': ['from 0 up to 360'],
         'says_goodbye': ['Shutting down the IMU subscriber', 'nothing is printed',
                          'one more heading may follow'],
@@ -32,7 +32,7 @@ KEY_WORDS = {
         'left': ['`l` turns 90 degrees to the left', 'within 10 degrees'],
         'right': ['`r` 90 to the right', 'within 10 degrees'],
         'short_way': ['wrapped', 'it jumps'],
-        'clamped': ['no faster than 1.5 rad/s', 'MAX_ANG_Z 1.5'],
+        'clamped': ['no faster than 1.5 rad/s', '`MAX_ANG_Z` 1.5'],
         'on_the_spot': ['on the spot', '`linear.x` is 0'],
         'answers_nonsense': ['answers anything else by an error that names both'],
         'mouse_drives': ['drives forward', 'left half turns left', '0.5 m/s or 0.5 rad/s'],
@@ -55,7 +55,7 @@ KEY_WORDS = {
         'says_reached': ['says `Goal reached!` once'],
         'silent_at_goal': ['sends nothing on `cmd_vel`'],
         'within_limits': ['0.22 m/s', '2.84 rad/s'],
-        'resets': ['rosservice call /reset_pose', 'rosservice call /set_pose'],
+        'resets': ['call `/set_pose`', '`rosservice call /reset_pose -- 0 0 0`'],
         'says_reset': ['Local pose set to x=..., y=..., yaw=...'],
         'second_place': ['(-0.61, 0.61)', 'the same task again from there'],
         'second_heading': ['face 0 degrees', 'in the new frame'],
@@ -63,7 +63,7 @@ KEY_WORDS = {
         'clean_exit': [GOODBYE],
         'stops_robot': ['Ctrl+C in a drive sends zero velocity'],
         'exact': ['within 0.02 m and 1 degree'],
-        'declared_pose': ['a declared pose need not be the origin'],
+        'declared_pose': ['A declared pose need not be the origin'],
         'offset_imu': ['Odometry and IMU', 'differ by 140 degrees'],
         'lost_odometry': ['odometry that falls silent stops the robot']},
     'gamepad': {

@@ -31,7 +31,7 @@ TOLERANCE = 1.0
 #: The handout's code prints a heading after its last line if a sample comes before its flag is set.
 LATE_HEADINGS = 1
 
-QUATERNION, AT_CTRL_C = (Place(IMU_SHEET, HEADING_EXERCISE, step) for step in (2, 4))
+LISTENING, AT_CTRL_C = (Place(IMU_SHEET, HEADING_EXERCISE, step) for step in (2, 4))
 
 
 def headings(text: str) -> List[float]:
@@ -107,10 +107,10 @@ def survives_nonsense(seen: Observation) -> str:
 
 
 CRITERIA = [
-    Criterion('starts', HEADING, 'runs and listens to imu', EXERCISE, starts, limits=IN_TIME),
+    Criterion('starts', HEADING, 'runs and listens to imu', LISTENING, starts, limits=IN_TIME),
     Criterion('prints_heading', HEADING, 'prints "Current heading is ... degrees."', EXERCISE,
               prints_heading, limits='within {:g} s at each heading'.format(READING)),
-    Criterion('heading_right', HEADING, 'prints the heading of the IMU', QUATERNION, heading_right,
+    Criterion('heading_right', HEADING, 'prints the heading of the IMU', EXERCISE, heading_right,
               limits='within {:g} degree'.format(TOLERANCE)),
     Criterion('from_0_to_360', HEADING, 'counts the heading from 0 to 360 degrees', EXERCISE,
               from_0_to_360),
@@ -120,6 +120,6 @@ CRITERIA = [
               clean_exit, limits=ENDS_IN_TIME),
     Criterion('never_360', ODD_SAMPLES, 'never prints 360.000000', EXERCISE, never_360,
               extra=True),
-    Criterion('survives_nonsense', ODD_SAMPLES, 'goes on after a quaternion of zeros', QUATERNION,
+    Criterion('survives_nonsense', ODD_SAMPLES, 'goes on after a quaternion of zeros', EXERCISE,
               survives_nonsense, extra=True, limits='within {:g} s'.format(NEXT)),
 ]

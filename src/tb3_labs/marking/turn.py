@@ -14,7 +14,7 @@ TURNS, MOUSE, BOTH, SHUTDOWN, LOST = 'turns', 'mouse', 'both', 'shutdown', 'lost
 IMU_SILENT = 'IMU silent'
 GOODBYE = 'Controller exiting. Halting robot.'
 
-START, AT_MOUSE, LAW, AT_CTRL_C = (Place(IMU_SHEET, TURN_LAB, step) for step in (1, 3, 4, 5))
+START, AT_MOUSE, LAW, AT_CTRL_C = (Place(IMU_SHEET, TURN_LAB, step) for step in (2, 3, 4, 5))
 
 
 def says_goodbye(seen: Observation) -> str:
@@ -39,7 +39,7 @@ CRITERIA = [
     Criterion('on_the_spot', TURNS, 'does not drive forward while it turns', LAW,
               turning.on_the_spot, limits='less than {:g} m/s'.format(ROUNDING)),
     Criterion('answers_nonsense', TURNS, 'answers any other input by an error that names the valid '
-              'ones', START, turning.answers_nonsense, limits='l and r, or left and right, within '
+              'ones', LAW, turning.answers_nonsense, limits='l and r, or left and right, within '
               '{:g} s, in at most {} lines; the robot rests'.format(
                   turning.ANSWER, turning.LEGIBLE)),
     Criterion('mouse_drives', MOUSE, 'mouse up drives forward, left turns left, {:g} at the '
