@@ -35,8 +35,8 @@ SHEETS = ('imu_lab.md', 'transformation_lab.md')
 NODES = PACKAGE / 'test' / 'ros' / 'student_nodes'
 #: A student's terminal, before the first command.
 PROFILE = '''set -e
-source ~/tb3_labs/scripts/setup.sh
-[ ! -e ~/catkin_ws/devel/setup.bash ] || source ~/catkin_ws/devel/setup.bash
+if [ -e ~/catkin_ws/devel/setup.bash ]; then source ~/catkin_ws/devel/setup.bash
+else source ~/tb3_labs/scripts/setup.sh; fi
 '''
 #: A line that matters: heading, directive, or the fence of a block.
 MARK = re.compile(r'^ *(?:(#+) (.*)|<!-- (run|then|not run|fill in)(?:: (.*?))? -->|```(\w*))$')
