@@ -28,8 +28,9 @@ FOLDERS = ('doc', 'launch', 'msg', 'scripts', 'src', 'srv', 'test')
 
 
 def own_paths():
-    """All files and folders of this package, as 'scripts/demo.py'."""
-    return [path.relative_to(ROOT).as_posix() for folder in FOLDERS
+    """All files and folders of this package, as 'scripts/demo.py'; a skeleton's as students have
+    it."""
+    return [re.sub(r'[.]in$', '', path.relative_to(ROOT).as_posix()) for folder in FOLDERS
             for path in (ROOT / folder).glob('**/*')] + [path.name for path in ROOT.iterdir()]
 
 
