@@ -1,0 +1,64 @@
+"""What the figures of the lab sheets and of doc/teaching.md show."""
+import math
+import pathlib
+import sys
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / 'test'))
+
+import make_figures  # noqa: E402
+import make_wrong_figures  # noqa: E402
+
+#: First line of the title -> the student whose drive it shows.
+ENDS = {title.split('\n')[0]: student for title, student in make_wrong_figures.DRIVES}
+
+
+def test_the_example_of_the_figures_is_that_of_the_sheet():
+    sheet = (ROOT / 'doc' / 'transformation_lab.md').read_text(encoding='utf-8')
+    B, here = make_figures.A_T_B, make_figures.A_T_ROBOT
+    assert 'said ({:g}, {:g}) and {:.2f} degrees'.format(B.x, B.y, math.degrees(B.yaw)) in ' '.join(
+        sheet.split())
+    assert 'says ({:g}, {:g}) and {:.2f} degrees'.format(
+        here.x, here.y, math.degrees(here.yaw)) in ' '.join(sheet.split())
+
+
+def test_the_drive_of_the_four_states_arrives():
+    seen = make_figures.drive()
+    states = list(dict.fromkeys(state for _, _, state, *_ in seen))
+    assert states[:3] == ['ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL']
+    assert seen[-1][1].distance_to(make_figures.GOAL) < make_figures.NEAR + 0.02
+
+
+@pytest.mark.parametrize('title', sorted(ENDS))
+def test_only_the_right_node_ends_at_the_goal(title):
+    true, _ = make_wrong_figures.drive(ENDS[title])
+    missed = true[-1].distance_to(make_wrong_figures.GOAL)
+    if title == 'as it should be':
+        assert missed < make_wrong_figures.NEAR and abs(true[-1].yaw) < 0.05
+    else:
+        assert missed > 2.0 * make_wrong_figures.NEAR
+
+
+def test_an_offset_of_the_imu_alone_leads_through_the_goal():
+    true, believed = make_wrong_figures.drive(ENDS["rotated by the IMU's yaw,"])
+    assert min(pose.distance_to(make_wrong_figures.GOAL) for pose in true) < 0.05
+    # a line misses the goal by its distance times the sine of the offset; the robot sets out
+    # within 0.05 rad of the right direction
+    nearest, way = min(pose.distance_to(make_wrong_figures.GOAL) for pose in believed), 0.61 * 2 ** 0.5
+    offset = math.radians(34.6)
+    assert way * math.sin(offset - 0.05) - 0.01 < nearest < way * math.sin(offset + 0.05) + 0.01
+
+
+@pytest.mark.parametrize('start, asked, options, ends', [
+    (330.0, 90.0, {}, True), (40.0, -90.0, {}, True), (330.0, 90.0, {'wrapped': False}, False),
+    (40.0, -90.0, {'wrapped': False}, False)])
+def test_a_turn_ends_if_it_is_wrapped(start, asked, options, ends):
+    turned = make_wrong_figures.turn(start, asked, **options)
+    assert (abs(turned[-1] - start - asked) < 10.0) == ends
+
+
+def test_every_figure_is_drawn():
+    names = set(make_figures.FIGURES) | {'wrong_drives', 'wrong_turns'}
+    assert {path.stem for path in (ROOT / 'doc' / 'figures').iterdir()} == names

@@ -1,0 +1,72 @@
+"""The examples by numbers in the lab sheets, computed by another way than the sheets'."""
+import cmath
+import math
+import pathlib
+import re
+
+import pytest
+from squaternion import Quaternion
+
+DOC = pathlib.Path(__file__).resolve().parents[2] / 'doc'
+NUMBER = r'(-?\d+(?:\.\d+)?)'
+
+
+def text_of(sheet):
+    """A sheet on one line."""
+    return ' '.join((DOC / sheet).read_text(encoding='utf-8').split())
+
+
+def numbers(sheet, *words):
+    """The numbers in the place of each # in `words`, which a sheet must hold."""
+    pattern = re.escape(' '.join(words)).replace(r'\#', NUMBER).replace('#', NUMBER)
+    found = re.search(pattern, text_of(sheet))
+    assert found, words
+    return [float(number) for number in found.groups()]
+
+
+def test_a_place_and_a_heading_in_the_local_frame():
+    x, y, theta, cos, sin = numbers('transformation_lab.md', 'the odometry said (#, #) and # degrees, '
+                                    'whose cosine is # and whose sine is #.')
+    here_x, here_y, heading = numbers('transformation_lab.md',
+                                      'Now the odometry says (#, #) and # degrees.')
+    local_x, local_y, local = numbers('transformation_lab.md',
+                                      'So the robot is at (#, #) in B, and faces # degrees.')
+    # a rotation of the plane is a multiplication by a complex number of length 1
+    turn = cmath.rect(1.0, math.radians(theta))
+    assert turn == pytest.approx(complex(cos, sin), abs=1e-4)
+    assert complex(x, y) + turn * complex(local_x, local_y) == pytest.approx(
+        complex(here_x, here_y), abs=1e-3)
+    assert local == pytest.approx(heading - theta)
+
+
+def test_the_steps_of_that_example():
+    dx, dy = numbers('transformation_lab.md', '(1 - 2, 3 - 1) = (#, #)')
+    assert (dx, dy) == (1 - 2, 3 - 1)
+    a, b, c, d, x = numbers('transformation_lab.md', '| # * (#) + # * # = # |')
+    assert a * b + c * d == pytest.approx(x)
+    a, b, c, d, y = numbers('transformation_lab.md', '| # * (#) + # * # = # | | the heading')
+    assert a * b + c * d == pytest.approx(y)
+
+
+def test_a_quaternion_and_its_heading():
+    x, y, z, w, yaw, heading = numbers('imu_lab.md', 'x = #, y = #, z = #, w = # is a yaw of # '
+                                       'degrees, hence a heading of # degrees.')
+    assert Quaternion(w, x, y, z).to_euler(degrees=True)[2] == pytest.approx(yaw, abs=0.01)
+    assert heading == yaw % 360.0
+
+
+def test_the_error_the_short_way_round():
+    begin, turn, beyond, goal = numbers('imu_lab.md', 'has the goal # + # = #, which is # degrees.')
+    assert begin + turn == beyond and beyond % 360.0 == goal
+    wrong, error = numbers('imu_lab.md', 'between -180 and 180 degrees: # + 360 = #.')
+    assert wrong == goal - begin and error == turn
+
+
+def test_the_commands_of_the_proportional_law():
+    gain, fastest = numbers('imu_lab.md', '`K_HDG` = # rad/s') + numbers(
+        'imu_lab.md', '`MAX_ANG_Z` = # rad/s')
+    error, asked, sent = numbers('imu_lab.md', 'an error of # degrees asks for # rad/s: the command '
+                                 'is #.')
+    assert asked == pytest.approx(gain * error) and sent == fastest < asked
+    error, asked, sent = numbers('imu_lab.md', 'An error of # degrees asks for #: so it is #.')
+    assert asked == pytest.approx(gain * error) and sent == asked
