@@ -6,6 +6,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import tempfile
 
 import pytest
 import yaml
@@ -358,6 +359,13 @@ def test_links_to_missing_pages_become_text():
 # ----- the command
 
 @pytest.fixture
+def elsewhere():
+    """A folder outside of the repository, in which the tests keep theirs."""
+    with tempfile.TemporaryDirectory(dir='/tmp') as folder:
+        yield pathlib.Path(folder)
+
+
+@pytest.fixture
 def said(capsys):
     """Runs the command: (its exit status, what it says)."""
     def run(*words):
@@ -366,19 +374,19 @@ def said(capsys):
     return run
 
 
-def test_a_folder_that_will_not_do_is_refused_by_one_line(said, tmp_path):
-    (tmp_path / 'file').write_text('mine')
-    for place, words in ((tmp_path, 'not an empty folder'), (tmp_path / 'file', 'not an empty'),
+def test_a_folder_that_will_not_do_is_refused_by_one_line(said, elsewhere):
+    (elsewhere / 'file').write_text('mine')
+    for place, words in ((elsewhere, 'not an empty folder'), (elsewhere / 'file', 'not an empty'),
                          (ROOT, 'is inside of'), (ROOT / 'new' / 'one', 'is inside of')):
         status, text = said('student', place)
         assert status == 1 and words in text and text.count('\n') == 1
-    assert (tmp_path / 'file').read_text() == 'mine' and not (ROOT / 'new').exists()
+    assert (elsewhere / 'file').read_text() == 'mine' and not (ROOT / 'new').exists()
 
 
-def test_another_edition_is_refused(said, tmp_path):
-    status, text = said('teacher', tmp_path / 'new')
+def test_another_edition_is_refused(said, elsewhere):
+    status, text = said('teacher', elsewhere / 'new')
     assert (status, text) == (1, "edition.py: there is no edition 'teacher': student\n")
-    assert not (tmp_path / 'new').exists()
+    assert not (elsewhere / 'new').exists()
 
 
 def test_an_installed_package_is_no_source(said, tmp_path, monkeypatch):

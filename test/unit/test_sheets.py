@@ -154,6 +154,14 @@ def test_every_pointer_leads_to_what_it_takes(lab, criterion):
     assert [words for words in KEY_WORDS[lab][criterion.name] if words not in there] == []
 
 
+def test_the_open_todos_that_the_sheets_show_are_those_of_the_skeletons():
+    skeletons = ''.join(path.read_text(encoding='utf-8') for path in sorted(
+        (ROOT / 'doc' / 'skeletons').glob('*/src/*')))
+    shown = [line.strip() for sheet in ('imu_lab.md', 'transformation_lab.md')
+             for line in read(sheet).splitlines() if re.match(r' *TODO \d+ is open', line)]
+    assert len(shown) > 3 and [line for line in shown if line not in skeletons] == []
+
+
 def test_there_are_key_words_for_every_criterion_and_no_other():
     assert {lab: set(words) for lab, words in KEY_WORDS.items()} == {
         lab: {criterion.name for criterion in LABS[lab].criteria} for lab in LABS}
