@@ -167,10 +167,13 @@ class Student:
         for name in list(self._terminals):
             self._end(name)
 
-    def kill_all(self):
-        """Close all terminals."""
+    def close_all(self):
+        """End what still runs, after a failure; roslaunch alone can end its nodes."""
         for program in self._terminals.values():
-            program.kill()
+            try:
+                program.end(signal.SIGTERM, 20.0)
+            except RuntimeError:
+                program.kill()
 
     def _end(self, name):
         program = self._terminals.get(name)
@@ -200,7 +203,7 @@ class SheetsTest(unittest.TestCase):
                             sheet, step.line, step.commands, problem))
                 student.end_all()
         finally:
-            student.kill_all()
+            student.close_all()
 
 
 if __name__ == '__main__':
