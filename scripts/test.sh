@@ -31,8 +31,6 @@ export TB3_LABS_TESTS=1
 source "$(dirname -- "${BASH_SOURCE[0]}")/setup.sh" || exit 1
 results=$ws/build/test_results log=$ws/test.log
 export TMPDIR=$ws/tmp
-# Hundreds of nodes start: their byte code is kept, for this run.
-unset PYTHONDONTWRITEBYTECODE; export PYTHONPYCACHEPREFIX=$ws/tmp/pycache
 rm -rf "$TMPDIR" "$results"    # a former run's results would count again
 rm -f "$ws/build/Testing/Temporary/CTestCostData.txt"    # ctest's order is that of CMakeLists.txt, not of the last run
 mkdir -p "$TMPDIR" "$results"
