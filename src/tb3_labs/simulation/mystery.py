@@ -58,7 +58,7 @@ KINDS = (
     Fault('wheel mismatch', (3.0, 8.0), True, 1, '%', 0.5,
           'by how much the right wheel is smaller than the left one; negative: larger',
           'The heading is steady at rest, but changes with each metre of a drive that is commanded '
-          'straight: turn [rad] = path [m] x mismatch / distance of the wheels [m].',
+          'straight: turn [rad] = path [m] x mismatch / distance of the wheels (Burger: 0.16 m).',
           'wheel_mismatch', 0.01),
     Fault('slip', (10.0, 40.0), False, 0, '%', 2.0,
           "share of the wheels' travel that does not move the robot",

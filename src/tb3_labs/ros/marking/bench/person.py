@@ -31,6 +31,10 @@ class Person:
         """Does the person say yes?"""
         return self._answer(question + ' [y/n] ', r'(y|yes|n|no)').startswith('y')
 
+    def denies(self, question):
+        """Does the person say no?"""
+        return self._answer(question + ' [y/n] ', r'(y|yes|n|no)').startswith('n')
+
     def number(self, question):
         """A number that the person reads, as text; '' if there is none."""
         return self._answer(question + ' [a number, or Enter] ', r'(-?\d+(\.\d+)?)?')

@@ -110,5 +110,5 @@ class BenchStage(Stage):
         if goodbye and goodbye not in self.node.text_since(characters) and self.person.confirms(
                 'Did it print "{}"?'.format(goodbye)):
             self.node.attest(goodbye)
-        if ended and self.person.confirms('Is there a traceback of it in its terminal?'):
+        if ended and self.person.denies('Did it end without a traceback in its terminal?'):
             self.node.attest(TRACEBACK_LINE)
