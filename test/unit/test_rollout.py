@@ -37,7 +37,7 @@ def random_drive(number):
 
 def test_random_drives_all_arrive_within_the_limits():
     with ProcessPoolExecutor() as pool:
-        drives = list(pool.map(random_drive, range(200), chunksize=25))
+        drives = list(pool.map(random_drive, range(100), chunksize=25))
     assert [(n, d.failure) for n, (_, d) in enumerate(drives) if not d.reached] == []
     for _, d in drives:
         assert d.max_linear <= 0.2108 + 1e-9
