@@ -352,8 +352,8 @@ class MarkTest(unittest.TestCase):
 
     def test_progress_is_told(self):
         printed = self.runs['turn', ''][1]
-        self.assertIn('[1/2] good ...', printed)
-        self.assertRegex(printed, r'\[1/2\] good: 30 of 30 points, \d+ s')
+        self.assertIn('[1/1] good ...', printed)
+        self.assertRegex(printed, r'\[1/1\] good: 30 of 30 points, \d+ s')
 
 
 if __name__ == '__main__':
