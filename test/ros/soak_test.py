@@ -34,6 +34,7 @@ class SoakTest(unittest.TestCase):
         self.seen = Observer()
         self.seen.watch_robot()
         self.seen.watch('goal_state', String, lambda message: message.data)
+        self.seen.watch('local_pose', PoseStamped)
         self.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
         self.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
         self.turns = rospy.Publisher('turn', Float64, queue_size=1)
@@ -42,6 +43,7 @@ class SoakTest(unittest.TestCase):
         self.seen.wait_until(lambda: all(publisher.get_num_connections() for publisher in (
             self.control, self.goals, self.turns)), 20.0, 'the nodes')
         self.seen.wait_for('ground_truth')
+        self.seen.wait_for('local_pose', seconds=20.0)    # a reset needs both sensors
 
     def rest(self):
         self.seen.wait_for_rest('ground_truth', seconds=60.0)
