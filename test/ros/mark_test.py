@@ -342,7 +342,8 @@ class MarkTest(unittest.TestCase):
         self.assertEqual(status, 0, printed)
         self.assertEqual({name: now[name] for name in kept}, {name: before[name] for name in kept})
         self.assertIn('{} of 3 had been marked and have not changed'.format(len(kept)), printed)
-        self.assertRegex(printed, r'good: \d+ of 10 points, marked before')
+        for name in kept:
+            self.assertRegex(printed, name + r': \d+ of 10 points, marked before')
         _, printed, status = self.mark(key, '--only', 'wrap')
         self.assertEqual(status, 2)
         self.assertIn('no submission is called wrap; near it: no wrap', printed)
