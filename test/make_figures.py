@@ -94,6 +94,12 @@ def robot(axes, pose, size=0.16, colour=GREY):
               zorder=5)
 
 
+def mark_goal(axes, size=13):
+    """The lab's goal, and the circle within which the handout's law stops."""
+    axes.add_patch(Circle((GOAL.x, GOAL.y), NEAR, fill=False, linestyle='--', color=GREEN))
+    axes.plot(GOAL.x, GOAL.y, '*', color=GREEN, markersize=size, zorder=6)
+
+
 def dotted(axes, *places, colour):
     """A thin dotted line through places."""
     axes.plot(*zip(*places), color=colour, linewidth=1.2, linestyle=(0, (2, 2)))
@@ -173,8 +179,7 @@ def four_states():
     figure = new_figure(8.4, 3.8)
     left, right = figure.subplots(1, 2, gridspec_kw=dict(width_ratios=(1, 1.25)))
     plain(left, (-1.0, 0.4), (-0.25, 0.9))
-    left.add_patch(Circle((GOAL.x, GOAL.y), NEAR, fill=False, linestyle='--', color=GREEN))
-    left.plot(GOAL.x, GOAL.y, '*', color=GREEN, markersize=13, zorder=6)
+    mark_goal(left)
     left.text(GOAL.x, GOAL.y + 0.18, 'goal', color=GREEN, ha='center')
     left.plot([pose.x for _, pose, *_ in seen], [pose.y for _, pose, *_ in seen], color=BLUE)
     names = DRIVING
@@ -207,8 +212,7 @@ def offset_of_the_imu():
     frame(axes, Pose2(), 'local', BLUE, (0.3, 0.3), where=(0.0, -0.13), gap=0.11)
     along = Pose2(0.0, 0.0, math.atan2(GOAL.y, GOAL.x))
     believed = Pose2(0.0, 0.0, along.yaw - math.radians(OFFSET_DEG))
-    axes.add_patch(Circle((GOAL.x, GOAL.y), NEAR, fill=False, linestyle='--', color=GREEN))
-    axes.plot(GOAL.x, GOAL.y, '*', color=GREEN, markersize=13, zorder=6)
+    mark_goal(axes)
     axes.text(GOAL.x + 0.1, GOAL.y + 0.17, 'goal', color=GREEN)
     arrow(axes, (0.0, 0.0), along.act((1.9, 0.0)), 'black')
     axes.text(*along.act((1.62, 0.0)) + (0.14, 0.06), 'true path', fontsize=10)
@@ -261,13 +265,13 @@ FIGURES = {'point': point_in_both_frames, 'heading': heading_in_both_frames,
            'states': four_states, 'imu_offset': offset_of_the_imu, 'error': error_on_the_circle}
 
 
-def main():
-    """Draw all of them."""
-    matplotlib.rcParams['svg.hashsalt'] = 'tb3_labs'    # the same file again
+def write(drawings):
+    """Write the figures {name: function that draws it}: the same files each time."""
+    matplotlib.rcParams['svg.hashsalt'] = 'tb3_labs'
     FOLDER.mkdir(exist_ok=True)
-    for name, draw in FIGURES.items():
+    for name, draw in drawings.items():
         draw().savefig(str(FOLDER / (name + '.svg')), format='svg', metadata={'Date': None})
 
 
 if __name__ == '__main__':
-    main()
+    write(FIGURES)

@@ -12,10 +12,10 @@ import matplotlib
 
 from matplotlib.patches import Circle
 
-from make_figures import FOLDER, GOAL, NEAR, new_figure, plain, robot
+from make_figures import GOAL, NEAR, mark_goal, new_figure, plain, robot, write
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.figures import BLUE, GREEN, GREY, ORANGE
+from tb3_labs.report.figures import BLUE, GREY, ORANGE
 
 #: Time between two commands, and a picture's longest drive and turn [s].
 TICK, LONGEST_DRIVE, LONGEST_TURN = 0.1, 60.0, 8.0
@@ -94,8 +94,7 @@ def wrong_drives():
     for axes, (title, student) in zip(figure.subplots(2, 4).flat, DRIVES):
         plain(axes, (-1.9, 1.5), (-1.5, 1.9))
         true, believed = drive(student)
-        axes.add_patch(Circle((GOAL.x, GOAL.y), NEAR, fill=False, linestyle='--', color=GREEN))
-        axes.plot(GOAL.x, GOAL.y, '*', color=GREEN, markersize=11, zorder=6)
+        mark_goal(axes, 11)
         axes.plot([pose.x for pose in believed], [pose.y for pose in believed], color=ORANGE,
                   linestyle='--', linewidth=1.6, label='believed')
         axes.plot([pose.x for pose in true], [pose.y for pose in true], color=BLUE, linewidth=1.6,
@@ -150,12 +149,8 @@ def wrong_turns():
     return figure
 
 
-def main():
-    """Draw both."""
-    matplotlib.rcParams['svg.hashsalt'] = 'tb3_labs'
-    for name, draw in (('wrong_drives', wrong_drives), ('wrong_turns', wrong_turns)):
-        draw().savefig(str(FOLDER / (name + '.svg')), format='svg', metadata={'Date': None})
+FIGURES = {'wrong_drives': wrong_drives, 'wrong_turns': wrong_turns}
 
 
 if __name__ == '__main__':
-    main()
+    write(FIGURES)

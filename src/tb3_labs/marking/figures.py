@@ -14,7 +14,8 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.drives import GOAL_POSE, LOCAL_T_WORLD
 from tb3_labs.marking.observation import Observation
 from tb3_labs.marking.steering import ANGULAR, LINEAR
-from tb3_labs.report.figures import BLUE, GREEN, GREY, ORANGE, curve, legend_below, new_figure, save
+from tb3_labs.report.figures import (
+    BLUE, GREEN, GREY, ORANGE, curve, map_of_local, new_figure, save)
 
 #: Distance between the labels of two stimuli, as a part of the figure's width.
 LABEL_WIDTH = 0.022
@@ -85,10 +86,5 @@ def path(observation: Observation) -> Optional[Figure]:
         axes.plot(*drive.facts[GOAL_POSE][:2], '*', markerfacecolor='none', markeredgecolor='black',
                   markersize=13)
     axes.plot(0.0, 0.0, 'o', color='black', markersize=5)
-    axes.set_aspect('equal', adjustable='datalim')
-    axes.margins(0.15)
-    axes.set_xlabel('x in local [m]')
-    axes.set_ylabel('y in local [m]')
-    axes.grid(True, linewidth=0.3)
-    legend_below(figure, axes)
+    map_of_local(figure, axes, 0.15)
     return figure

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from string import Template
-from typing import Any, Callable, List, Sequence, Tuple, Union
+from typing import Any, List, Sequence, Tuple, Union
 from urllib.parse import quote
 
 import numpy as np
@@ -16,20 +16,11 @@ from tb3_labs.report import compare_figures, csv_files, figures, html, sensors
 from tb3_labs.report.analysis import DriveReport, drives, local_poses
 from tb3_labs.report.epochs import between, epochs
 from tb3_labs.report.run_data import Poses, RunData
-from tb3_labs.report.tables import number
+from tb3_labs.report.tables import TURNS, Column, number
 from tb3_labs.report.turns import TurnReport, turns
 from tb3_labs.robot.turtlebot3 import RobotModel
 
-#: (head, value of a report, format) of each column.
-Column = Tuple[str, Callable[[Any], float], str]
-TURNS: Sequence[Column] = (
-    ('asked [deg]', lambda turn: math.degrees(turn.asked), '{:+.0f}'),
-    ('turned [deg]', lambda turn: math.degrees(turn.turned), '{:+.2f}'),
-    ('beyond (+), short (-) [deg]', lambda turn: math.degrees(turn.error), '{:+.2f}'),
-    ('time [s]', lambda turn: turn.time, '{:.2f}'),
-    ('peak rate [rad/s]', lambda turn: turn.peak_rate, '{:.2f}'),
-    ('overshoot [deg]', lambda turn: math.degrees(turn.overshoot), '{:.2f}'),
-    ('truly beyond [deg]', lambda turn: math.degrees(turn.true_error), '{:+.2f}'))
+#: As tables.TURNS, of a DriveReport.
 DRIVES: Sequence[Column] = (
     ('off by [m]', lambda drive: drive.measured[0], '{:.4f}'),
     ('off by [deg]', lambda drive: math.degrees(drive.measured[1]), '{:+.2f}'),
@@ -145,8 +136,7 @@ def _spread(columns: Sequence[Column], reports: Sequence[Any]) -> List[Tuple[str
     for _, value, form in columns:
         values = np.array([value(report) for report in reports])
         values = values[np.isfinite(values)]
-        mean = float(values.mean()) if len(values) else math.nan
-        spread = float(values.std(ddof=1)) if len(values) > 1 else math.nan
+        mean, spread = compare_figures.mean_and_spread(values)
         largest = float(values[np.argmax(np.abs(values))]) if len(values) else math.nan
         rows[0].append(number(mean, form))
         rows[1].append(number(spread, form.replace('+', '')))

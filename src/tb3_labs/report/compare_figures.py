@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tb3_labs.report.figures import GREY, STYLES, legend_below, new_figure
+from tb3_labs.report.figures import GREY, STYLES, map_of_local, new_figure
 from tb3_labs.report.path_figures import draw_path
 
 #: The points of one run are spread over this part of its column.
@@ -52,13 +52,14 @@ def ways(runs: Sequence[Any]) -> Optional[Figure]:
         axes.plot(x, y, '*', markerfacecolor='none', markeredgecolor='black', markersize=13,
                   linestyle='', label=None if number else 'goal')
     axes.plot(0.0, 0.0, 'o', color='black', markersize=5, linestyle='', label='origin of local')
-    axes.set_aspect('equal', adjustable='datalim')
-    axes.margins(0.1)
-    axes.set_xlabel('x in local [m]')
-    axes.set_ylabel('y in local [m]')
-    axes.grid(True, linewidth=0.3)
-    legend_below(figure, axes)
+    map_of_local(figure, axes, 0.1)
     return figure
+
+
+def mean_and_spread(values: np.ndarray) -> Tuple[float, float]:
+    """The mean, and the standard deviation of a sample; NaN where there are too few values."""
+    return (float(values.mean()) if len(values) else math.nan,
+            float(values.std(ddof=1)) if len(values) > 1 else math.nan)
 
 
 def _errors(runs: Sequence[Any],
@@ -91,9 +92,9 @@ def _points(axes: Axes, place: int, values: np.ndarray, colour: str) -> None:
         return
     across = place + COLUMN * (np.arange(1, len(values) + 1) / (len(values) + 1.0) - 0.5)
     axes.plot(across, values, 'o', color=colour, markersize=4, markerfacecolor='none')
-    mean = float(values.mean())
+    mean, spread = mean_and_spread(values)
     axes.plot([place - COLUMN / 2.0, place + COLUMN / 2.0], [mean, mean], color=colour,
               linewidth=1.6)
     if len(values) > 1:
-        axes.errorbar(place, mean, float(values.std(ddof=1)), color=colour, capsize=4,
+        axes.errorbar(place, mean, spread, color=colour, capsize=4,
                       linewidth=1.0)

@@ -70,6 +70,19 @@ def curve(axes: Axes, time: np.ndarray, values: np.ndarray, breaks: Sequence[flo
               **dict(dict(linewidth=1.3), **looks))
 
 
+def map_of_local(figure: Figure, axes: Axes, margin: float) -> None:
+    """Finish a map of the local frame: one scale, the axes' names, a grid, the legend below.
+
+    `margin`: around what is drawn, as a part of it.
+    """
+    axes.set_aspect('equal', adjustable='datalim')
+    axes.margins(margin)
+    axes.set_xlabel('x in local [m]')
+    axes.set_ylabel('y in local [m]')
+    axes.grid(True, linewidth=0.3)
+    legend_below(figure, axes)
+
+
 def legend_below(figure: Figure, axes: Axes) -> None:
     """Put the legend of `axes` below the figure."""
     handles, labels = axes.get_legend_handles_labels()

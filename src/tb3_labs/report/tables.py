@@ -3,7 +3,7 @@
 Units: as in the heads; metres, degrees, seconds. An unknown value is a dash.
 """
 import math
-from typing import List, Sequence, Tuple
+from typing import Any, Callable, List, Sequence, Tuple
 
 from tb3_labs.report import analysis, html, sensors
 from tb3_labs.report.analysis import DRIVING, DriveReport
@@ -13,6 +13,18 @@ from tb3_labs.report.turns import TurnReport
 UNKNOWN = '\N{EN DASH}'
 #: Fields that are sent on change, and have no rate.
 ON_CHANGE = 'frames', 'goals', 'states', 'resets', 'asked', 'control'
+
+
+#: (head, value of a report, format) of each column.
+Column = Tuple[str, Callable[[Any], float], str]
+TURNS: Sequence[Column] = (
+    ('asked [deg]', lambda turn: math.degrees(turn.asked), '{:+.0f}'),
+    ('turned [deg]', lambda turn: math.degrees(turn.turned), '{:+.2f}'),
+    ('beyond (+), short (-) [deg]', lambda turn: math.degrees(turn.error), '{:+.2f}'),
+    ('time [s]', lambda turn: turn.time, '{:.2f}'),
+    ('peak rate [rad/s]', lambda turn: turn.peak_rate, '{:.2f}'),
+    ('overshoot [deg]', lambda turn: math.degrees(turn.overshoot), '{:.2f}'),
+    ('truly beyond [deg]', lambda turn: math.degrees(turn.true_error), '{:+.2f}'))
 
 
 def number(value: float, form: str) -> str:
@@ -59,12 +71,9 @@ def along(reports: Sequence[DriveReport]) -> str:
 def turns(reports: Sequence[TurnReport]) -> str:
     """Asked, reached, and the time of each turn."""
     return html.table(
-        ['turn', 'begins at [s]', 'asked [deg]', 'turned [deg]', 'beyond (+), short (-) [deg]',
-         'time [s]', 'peak rate [rad/s]', 'overshoot [deg]', 'truly beyond [deg]'],
-        [[str(count), number(turn.begin, '{:.2f}'), degrees(turn.asked, '{:+.0f}'),
-          degrees(turn.turned, '{:+.2f}'), degrees(turn.error, '{:+.2f}'),
-          number(turn.time, '{:.2f}'), number(turn.peak_rate, '{:.2f}'),
-          degrees(turn.overshoot, '{:.2f}'), degrees(turn.true_error, '{:+.2f}')]
+        ['turn', 'begins at [s]'] + [head for head, _, _ in TURNS],
+        [[str(count), number(turn.begin, '{:.2f}')]
+         + [number(value(turn), form) for _, value, form in TURNS]
          for count, turn in enumerate(reports, 1)])
 
 

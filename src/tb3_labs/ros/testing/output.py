@@ -49,18 +49,18 @@ class Output:
 
     def wait_for(self, words, seconds, times):
         """Wait until `words` came `times` times; RuntimeError with the output if not."""
-        with self._changed:
-            if not self._changed.wait_for(lambda: str(self._text).count(words) >= times, seconds):
-                raise RuntimeError('waited {:.0f} s in vain for {!r}; printed: {}'.format(
-                    seconds, words, self._text))
+        self._wait(lambda text: text.count(words) >= times, seconds, repr(words))
 
     def wait_for_match(self, pattern, seconds):
         """Wait until the regular expression `pattern` is found in all that came; RuntimeError with
         the output if not."""
+        self._wait(pattern.search, seconds, pattern.pattern)
+
+    def _wait(self, holds, seconds, wanted):
         with self._changed:
-            if not self._changed.wait_for(lambda: pattern.search(str(self._text)), seconds):
+            if not self._changed.wait_for(lambda: holds(str(self._text)), seconds):
                 raise RuntimeError('waited {:.0f} s in vain for {}; printed: {}'.format(
-                    seconds, pattern.pattern, self._text))
+                    seconds, wanted, self._text))
 
     def wait_for_the_end(self, seconds):
         """Wait until the other side is closed, at most `seconds`."""
