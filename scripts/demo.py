@@ -46,7 +46,8 @@ RECORDED = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_
             'ctrl_relinq', '/tf')
 
 WHAT_NEXT = """
-Everything is left running. In a second terminal, source scripts/setup.sh, then:
+Everything is left running. Drive it on the page of the panel, or in a second terminal, after
+source scripts/setup.sh:
   rosservice call /reset_pose -- 0 0 0        here is the origin: drive again
   rosrun tb3_labs send_goal.py 1 1 90         another goal
   rostopic echo /local_pose/pose              where it believes to be
@@ -81,6 +82,9 @@ class Demo:
     def _wait_for_everybody(self):
         for topic in ('local_pose', 'ground_truth'):
             self._observer.wait_for(topic, seconds=START_TIMEOUT)
+        if self._config.pad:
+            self._observer.watch('control_holder', String)
+            self._observer.wait_for('control_holder', seconds=START_TIMEOUT)
         if not comes_to_hear('move_to_goal', ['ctrl_relinq'], START_TIMEOUT):
             raise RuntimeError('move_to_goal does not listen on ctrl_relinq')
         if self._config.record and not comes_to_hear('record', RECORDED, RECORDER_TIMEOUT):

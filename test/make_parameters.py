@@ -27,6 +27,7 @@ LAUNCH_FILES = {
     'move2goal_tf.py': 'move2goal.launch',
     'gamepad.py': 'gamepad.launch',
     'fake_turtlebot3.py': 'fake_robot.launch',
+    'panel.py': 'panel.launch',
 }
 #: Arguments of launch files with other names than the parameter: {(node, parameter): name}.
 ARGUMENTS = {('mouse', 'rate'): 'mouse_rate'}

@@ -14,6 +14,7 @@ from tb3_labs.control.drive_config import DriveConfig
 from tb3_labs.control.turning import TurnConfig
 from tb3_labs.nodes.move_to_goal import MoveToGoalConfig
 from tb3_labs.nodes.pad_config import PadConfig
+from tb3_labs.panel.panel_config import PanelConfig
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 sys.path.insert(0, str(ROOT / 'test'))
@@ -47,7 +48,7 @@ def row(item):
 
 
 @pytest.mark.parametrize('kind', [
-    MoveToGoalConfig, DriveConfig, TurnConfig, PadConfig, SimulatorConfig])
+    MoveToGoalConfig, DriveConfig, TurnConfig, PadConfig, SimulatorConfig, PanelConfig])
 def test_every_setting_stands_in_the_page_as_in_the_code(kind):
     lines = (ROOT / 'doc' / 'parameters.md').read_text(encoding='utf-8').splitlines()
     assert [row(item) for item in fields(kind) if item.name != 'model'

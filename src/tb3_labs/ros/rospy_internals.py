@@ -76,6 +76,15 @@ def messages_written(publisher):
     return {link[0]: link[2] for link in publisher.impl.get_stats()[2]}
 
 
+def heard_by(publisher):
+    """The names of the nodes that are connected to `publisher`.
+
+    They are the `endpoint_id` of its connections. If that moves, an AttributeError ends the panel
+    when the first page looks at a robot.
+    """
+    return {connection.endpoint_id for connection in list(publisher.impl.connections)}
+
+
 def publish_together(publisher, messages):
     """Publish several messages by one write to the socket of each subscriber.
 

@@ -6,6 +6,7 @@ counts, and other nodes hear that control was given.
 import rospy
 from std_msgs.msg import Bool
 
+from tb3_labs.ros.rospy_internals import heard_by
 from tb3_labs.ros.topics import subscribe_events
 from tb3_labs.supervision.permission import RENEWAL
 
@@ -15,12 +16,20 @@ RENEWS = {'renewed': '1'}
 
 
 class ControlGiver:
-    """The end of a sender that gives control, renews it and takes it, such as the gamepad."""
+    """The end of a sender that gives control, renews it and takes it, such as the gamepad.
 
-    def __init__(self):
-        self._publisher = rospy.Publisher('ctrl_relinq', Bool, queue_size=20, latch=True,
+    `prefix`: of the robot's topics, its namespace with a slash; '' is this node's own.
+    """
+
+    def __init__(self, prefix=''):
+        self._publisher = rospy.Publisher(prefix + 'ctrl_relinq', Bool, queue_size=20, latch=True,
                                           headers=RENEWS)
         self._said_at = 0.0
+
+    @property
+    def takers(self):
+        """Names of the nodes that hear this sender."""
+        return heard_by(self._publisher)
 
     def say(self, word, now):
         """Say True or False once; `now` in [s], steady."""
@@ -33,13 +42,13 @@ class ControlGiver:
             self.say(True, now)
 
 
-def hear_takers(on_taken):
-    """Call `on_taken()` when another node says False."""
+def hear_takers(on_taken, prefix=''):
+    """Call `on_taken()` when another node says False; `prefix` as in ControlGiver."""
     def hear(event):
         if not event.value and event.sender != rospy.get_name():
             on_taken()
 
-    return subscribe_events('ctrl_relinq', Bool, hear, _data)
+    return subscribe_events(prefix + 'ctrl_relinq', Bool, hear, _data)
 
 
 class ControlTaker:

@@ -24,14 +24,27 @@ class ResetClient:
 
     def _call(self):
         try:
-            rospy.wait_for_service('reset_pose', WAIT)
-            response = rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0)
-            if response.success:
-                rospy.loginfo('Pose reset successfully.')
-            else:
-                rospy.logwarn('Pose not reset: %s', response.message)
-        except (rospy.ROSException, rospy.ServiceException) as problem:
+            call_reset(0.0, 0.0, 0.0)
+            rospy.loginfo('Pose reset successfully.')
+        except ValueError as problem:
             if not is_ending():
                 rospy.logwarn('Pose not reset: %s', problem)
         finally:
             self._busy.release()
+
+
+def call_reset(x, y, yaw_deg, prefix=''):
+    """Declare the robot to be at x, y [m], yaw [deg] in local; the answer in words.
+
+    ``ValueError`` with the reason if that is refused, or no node offers the service. `prefix`: the
+    robot's namespace with a slash; '' is this node's own.
+    """
+    service = rospy.resolve_name(prefix + 'reset_pose')
+    try:
+        rospy.wait_for_service(service, WAIT)
+        response = rospy.ServiceProxy(service, ResetPose)(x, y, yaw_deg)
+    except (rospy.ROSException, rospy.ServiceException) as problem:
+        raise ValueError(str(problem)) from None
+    if not response.success:
+        raise ValueError(response.message)
+    return response.message

@@ -1,0 +1,69 @@
+"""May this browser connect? A page of another site in the same browser must not.
+
+A browser sends requests for any page that it shows. So the address 127.0.0.1 alone protects nothing
+from pages of other sites. Three things are checked:
+
+* *Host*, the name under which the browser reached this node. A site whose name leads to 127.0.0.1
+  (DNS rebinding) has another name there.
+* *Origin*, the site whose page opens the socket. It must be this node's own page.
+* *The token*, if the node listens at another address than the loopback. Whoever has not seen the
+  address that the node printed does not know it.
+
+Sources: RFC 6454 (origins), RFC 6455 section 10.2 (origins of websockets).
+"""
+import hmac
+import secrets
+from typing import Iterable, Optional
+from urllib.parse import urlsplit
+
+#: Names of the loopback.
+LOOPBACK_NAMES = ('localhost', '127.0.0.1', '::1')
+#: Length of a token [bytes].
+TOKEN_SIZE = 12
+
+
+class Doors:
+    """The names of this node, and its token ('': none is needed)."""
+
+    def __init__(self, names: Iterable[str] = (), token: str = '') -> None:
+        """`names`: names and addresses of this computer, beside those of the loopback."""
+        self._names = {name.lower() for name in (*LOOPBACK_NAMES, *names)}
+        self._token = token
+
+    def refusal(self, host: Optional[str], origin: Optional[str],
+                token: Optional[str]) -> str:
+        """'' or the reason why a request is refused.
+
+        `host` and `origin` are its headers; None: it has none. Programs other than browsers send
+        no origin. `token`: as it was given; None: this request needs none.
+        """
+        name = _name(host or '')
+        if name not in self._names:
+            return 'this page is not offered as {!r}: use one of {}'.format(
+                name, ', '.join(sorted(self._names)))
+        if origin is not None and not self._is_own(origin, host or ''):
+            return 'requests of pages of other sites ({}) are refused'.format(origin)
+        if token is not None and not hmac.compare_digest(token.encode(), self._token.encode()):
+            return 'the token is missing or wrong: use the whole address that the panel printed'
+        return ''
+
+    @staticmethod
+    def _is_own(origin: str, host: str) -> bool:
+        try:
+            site = urlsplit(origin)
+        except ValueError:
+            return False
+        return site.scheme in ('http', 'https') and site.netloc.lower() == host.lower()
+
+
+def _name(host: str) -> str:
+    """The name in a Host header, without its port; '' for an invalid one."""
+    try:
+        return urlsplit('//' + host).hostname or ''
+    except ValueError:
+        return ''
+
+
+def new_token() -> str:
+    """A token that cannot be guessed."""
+    return secrets.token_urlsafe(TOKEN_SIZE)

@@ -1,0 +1,176 @@
+"""What is known of one robot, as the picture that a page draws.
+
+A picture is a JSON object. Poses are [x m, y m, yaw rad], null where nothing was heard:
+
+    "odom", "local"      of the robot, in the frames odom and local (the latter as believed)
+    "frame"              of the frame local, in odom
+    "truth"              of an embedded robot, in odom
+    "goal"               in local; "tolerance" [m]
+    "to_go"              [distance m, angle deg] to the goal, as the node publishes them
+    "state", "phase"     the words of `goal_state`; their kind: driving, reached, waiting, stopped,
+                         gave up, or ''
+    "has_control"        may move_to_goal drive?
+    "holder"             who may drive, in words
+    "driver", "command"  the node whose commands move the robot now, and [v m/s, w rad/s]
+    "heading_deg"        by the IMU, 0 to 360
+    "ages"               {source: time since its last message [s]}
+    "epoch"              number of declarations of the frame local that were seen
+
+Units inside: metres, radians, seconds of arrival on one clock (`now`).
+"""
+import math
+from typing import Any, Dict, List, Optional, Tuple
+
+from tb3_labs.control.goal_state import DRIVING, GAVE_UP, STOPPED, WAITING, GoalState
+from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.panel.trail import Trail
+
+#: A command that is older than this drives no robot any more: its firmware stops [s].
+COMMAND_AGE = 0.5
+#: A frame that moved by more than this was declared anew [m], [rad],
+FRAME_STEP = 0.001, math.radians(0.1)
+#: unless the odometry jumped by more than this, since it was zeroed: the frame then follows it.
+ODOMETRY_JUMP = 0.2, math.radians(60.0)
+#: Sources whose ages a picture has.
+SOURCES = ('imu', 'odom', 'joy')
+
+
+class RobotView:
+    """The latest of each kind that was heard of one robot, and its trails."""
+
+    def __init__(self) -> None:
+        self._latest: Dict[str, Tuple[float, Any]] = {}          # kind: arrival, value
+        self._commands: Dict[str, Tuple[float, float, float]] = {}   # sender: arrival, v, w
+        self._odom_at_frame: Optional[Pose2] = None
+        self._epoch = 0
+        self.trail_in_odom = Trail()
+        self.trail_in_local = Trail()
+
+    # -- what comes in
+
+    def hear(self, kind: str, value: Any, now: float) -> None:
+        """`value` of one kind of those in :meth:`picture`, or one of 'origin' (pose of odom in
+        world), 'truth' (in world), 'heading' [rad], 'distance' [m], 'angle' [deg]."""
+        self._latest[kind] = now, value
+
+    def hear_odometry(self, pose: Pose2, now: float) -> None:
+        """The robot is at `pose` in odom."""
+        last = self.latest('odom')
+        if last is not None and _moved(last, pose, ODOMETRY_JUMP):
+            self.trail_in_odom.clear()
+        self.trail_in_odom.add(pose)
+        self.hear('odom', pose, now)
+
+    def hear_local(self, pose: Pose2, now: float) -> None:
+        """The robot believes to be at `pose` in local."""
+        self.trail_in_local.add(pose)
+        self.hear('local', pose, now)
+
+    def hear_frame(self, frame: Pose2, now: float) -> None:
+        """The frame local is at `frame` in odom. A new declaration begins a new trail."""
+        last, odom = self.latest('frame'), self.latest('odom')
+        if last is not None and _moved(last, frame, FRAME_STEP) and not (
+                odom and self._odom_at_frame and _moved(self._odom_at_frame, odom, ODOMETRY_JUMP)):
+            self._epoch += 1
+            self.trail_in_local.clear()
+        self._odom_at_frame = odom
+        self.hear('frame', frame, now)
+
+    def hear_path(self, path: List[Tuple[float, float]]) -> None:
+        """What was driven before, in local."""
+        self.trail_in_local.begin_with(path)
+        frame = self.latest('frame')
+        if frame is not None and path:
+            self.trail_in_odom.begin_with([(x, y) for x, y in frame.act(path).tolist()])
+
+    def hear_command(self, sender: str, linear: float, angular: float, now: float) -> None:
+        """`sender` commands a speed [m/s] and a rate of turn [rad/s]."""
+        self._commands[sender] = now, linear, angular
+
+    # -- what comes out
+
+    def latest(self, kind: str) -> Any:
+        """The latest value of a kind, or None."""
+        return self._latest[kind][1] if kind in self._latest else None
+
+    def age(self, kind: str, now: float) -> Optional[float]:
+        """Time since the last message of a kind [s]; None before the first one."""
+        return now - self._latest[kind][0] if kind in self._latest else None
+
+    @property
+    def is_driving(self) -> bool:
+        """Does move_to_goal drive the robot to its goal now?"""
+        return bool(self.latest('has_control')) and self.phase == 'driving'
+
+    @property
+    def phase(self) -> str:
+        """The kind of the words of `goal_state`."""
+        return phase_of(self.latest('state') or '')
+
+    def driver(self, now: float) -> str:
+        """The node whose commands move the robot; '' if none does."""
+        moving = [(at, sender) for sender, (at, linear, angular) in list(self._commands.items())
+                  if now - at <= COMMAND_AGE and (linear or angular)]
+        return max(moving)[1] if moving else ''
+
+    def holder(self, now: float) -> str:
+        """Who may drive, in words."""
+        if self.latest('has_control'):
+            return 'move_to_goal (it has control)'
+        return self.driver(now) or self.latest('holder') or 'nobody'
+
+    def picture(self, now: float) -> Dict[str, Any]:
+        """The picture, without what differs from page to page."""
+        frame, odom, local = (self.latest(kind) for kind in ('frame', 'odom', 'local'))
+        driver, heading = self.driver(now), self.latest('heading')
+        return {
+            'odom': _numbers(odom), 'local': _numbers(local), 'frame': _numbers(frame),
+            'truth': _numbers(self._truth_in_odom()), 'goal': _numbers(self.latest('goal')),
+            'tolerance': self.latest('tolerance'), 'to_go': self._to_go(),
+            'state': self.latest('state') or '', 'phase': self.phase,
+            'has_control': self.latest('has_control'), 'holder': self.holder(now),
+            'driver': driver, 'command': [round(number, 3) for number in self._commands[driver][1:]]
+            if driver else None,
+            'heading_deg': None if heading is None else round(math.degrees(heading) % 360.0, 1)
+            % 360.0,
+            'ages': {source: _rounded(self.age(source, now)) for source in SOURCES},
+            'epoch': self._epoch}
+
+    def summary(self, now: float) -> Dict[str, Any]:
+        """The robot's line in the list of all robots."""
+        return {'state': self.latest('state') or '', 'phase': self.phase,
+                'has_control': self.latest('has_control'), 'holder': self.holder(now),
+                'age': _rounded(self.age('odom', now)), 'odom': _numbers(self.latest('odom')),
+                'distance': _rounded(self.latest('distance'))}
+
+    def _truth_in_odom(self) -> Optional[Pose2]:
+        origin, truth = self.latest('origin'), self.latest('truth')
+        return None if origin is None or truth is None else origin.inverse() @ truth
+
+    def _to_go(self) -> Optional[List[float]]:
+        distance, angle = self.latest('distance'), self.latest('angle')
+        return None if distance is None or angle is None else [round(distance, 4), round(angle, 2) + 0.0]
+
+
+def phase_of(state: str) -> str:
+    """The kind of the words of `goal_state`; '' for words of other nodes."""
+    if state in DRIVING:
+        return 'driving'
+    if state == GoalState.GOAL_REACHED.name:
+        return 'reached'
+    return next((word for word in (WAITING, STOPPED, GAVE_UP) if state.startswith(word)), '')
+
+
+def _moved(before: Pose2, after: Pose2, step: Tuple[float, float]) -> bool:
+    return (before.distance_to(after) > step[0]
+            or abs(difference(after.yaw, before.yaw)) > step[1])
+
+
+def _numbers(pose: Optional[Pose2]) -> Optional[List[float]]:
+    return None if pose is None else [
+        round(pose.x, 4), round(pose.y, 4), round(pose.yaw, 5)]
+
+
+def _rounded(number: Optional[float]) -> Optional[float]:
+    return None if number is None else round(number, 3)

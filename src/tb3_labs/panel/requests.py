@@ -1,0 +1,167 @@
+"""What a page may ask for: one JSON object a message, read into one of the types below.
+
+    {"type": "look", "robot": "robot3"}      show this robot; null: the list of all
+    {"type": "seen", "n": 20}                picture 20 was drawn
+    {"type": "begin"}                        a person grips a control of this page
+    {"type": "hand", "pad": {...}, "mouse": [x, y]}    the present state of what is gripped, or null
+    {"type": "let go"}                       the person is done
+    {"type": "give"}, {"type": "take"}       give control to move_to_goal, take it
+    {"type": "stop"}                         everything to zero
+    {"type": "turn", "degrees": 90}          left positive
+    {"type": "goal", "x": 1, "y": 0, "yaw_deg": 0}     drive there, in local [m, deg]
+    {"type": "reset", "x": 0, "y": 0, "yaw_deg": 0}    the robot is here, now, in local
+
+"pad" is {"forward": -1..1, "left": -1..1, "a": bool, "b": bool, "y": bool, "hold": bool}; "mouse"
+counts from the middle of its square to its edges, -1..1, x right, y up. Each may have an "id", a
+whole number: the answer has it too. "t" is the time at which it was sent [ms, the page's clock].
+
+A message that is none of these raises ``ValueError`` with the reason: what is wrong, what is valid.
+"""
+import json
+import math
+from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple
+
+#: A message with more characters is refused; the longest valid one has about 200.
+LONGEST = 2000
+#: The largest number that a page may send: no unit of this package needs more.
+LARGEST = 1e6
+#: As the service's: a place farther than this from the local origin is most likely an error of the
+#: unit [m]. The node refuses it as well, but nothing would show its reason on the page.
+FARTHEST = 100.0
+#: The heading of a pose, and a turn, are at most this [deg].
+MOST_DEGREES = 360.0
+
+
+class Pad(NamedTuple):
+    """The pad of a page: sticks from -1 to 1, forward and left positive; buttons pressed."""
+
+    forward: float = 0.0
+    left: float = 0.0
+    a: bool = False
+    b: bool = False
+    y: bool = False
+    hold: bool = False
+
+
+class Request(NamedTuple):
+    """One message of a page."""
+
+    kind: str
+    value: Any = None              # see the readers below
+    id: Optional[int] = None
+    sent_at: Optional[float] = None    # [s, the page's clock]; None: unknown
+
+
+class Hand(NamedTuple):
+    """What a person grips on a page; None: not gripped."""
+
+    pad: Optional[Pad] = None
+    mouse: Optional[Tuple[float, float]] = None
+
+
+class Place(NamedTuple):
+    """A pose in the frame local."""
+
+    x: float          # [m]
+    y: float          # [m]
+    yaw_deg: float    # [deg]
+
+
+def read_request(text: str) -> Request:
+    """The Request in a message; ``ValueError`` with the reason."""
+    if len(text) > LONGEST:
+        raise ValueError('a message of {} characters is refused: at most {} are valid'.format(
+            len(text), LONGEST))
+    try:
+        # NaN and Infinity are no JSON, but Python's reader takes them
+        message = json.loads(text, parse_constant=_no_number)
+    except (ValueError, RecursionError) as problem:
+        raise ValueError('a message is no JSON: {}'.format(problem)) from None
+    if not isinstance(message, dict):
+        raise ValueError('a message must be an object with "type"')
+    kind = message.get('type')
+    reader = READERS.get(kind) if isinstance(kind, str) else None
+    if reader is None:
+        raise ValueError('type {!r} is unknown; known: {}'.format(kind, ', '.join(READERS)))
+    given, sent = message.get('id'), message.get('t')
+    return Request(str(kind), reader(message),
+                   None if given is None else _whole(message, 'id'),
+                   None if sent is None else _number(message, 't', 1e15) / 1000.0)
+
+
+def _nothing(_message: Dict) -> None:
+    return None
+
+
+def _look(message: Dict) -> Optional[str]:
+    robot = message.get('robot')
+    if robot is not None and not isinstance(robot, str):
+        raise ValueError('robot = {!r} is not valid: a name, or null'.format(robot))
+    return robot
+
+
+def _seen(message: Dict) -> int:
+    return _whole(message, 'n')
+
+
+def _turn(message: Dict) -> float:
+    return _number(message, 'degrees', MOST_DEGREES)
+
+
+def _place(message: Dict) -> Place:
+    return Place(_number(message, 'x', FARTHEST), _number(message, 'y', FARTHEST),
+                 _number(message, 'yaw_deg', MOST_DEGREES))
+
+
+def _hand(message: Dict) -> Hand:
+    pad, mouse = message.get('pad'), message.get('mouse')
+    if pad is not None and not isinstance(pad, dict):
+        raise ValueError('pad = {!r} is not valid: an object, or null'.format(pad))
+    if mouse is not None and not (isinstance(mouse, list) and len(mouse) == 2):
+        raise ValueError('mouse = {!r} is not valid: [x, y], or null'.format(mouse))
+    return Hand(
+        None if pad is None else Pad(
+            _number(pad, 'forward', 1.0), _number(pad, 'left', 1.0), _flag(pad, 'a'),
+            _flag(pad, 'b'), _flag(pad, 'y'), _flag(pad, 'hold')),
+        None if mouse is None else (_number({'mouse': mouse[0]}, 'mouse', 1.0),
+                                    _number({'mouse': mouse[1]}, 'mouse', 1.0)))
+
+
+#: By type: the reader of a message's value.
+READERS: Dict[str, Callable[[Dict], Any]] = {
+    'look': _look, 'seen': _seen, 'begin': _nothing, 'hand': _hand, 'let go': _nothing,
+    'give': _nothing, 'take': _nothing, 'stop': _nothing, 'turn': _turn, 'goal': _place,
+    'reset': _place}
+
+
+def _number(message: Dict, name: str, most: float = LARGEST) -> float:
+    """A finite number, of at most this size."""
+    value = message.get(name)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not (
+            math.isfinite(value) and abs(value) <= most):
+        raise ValueError('{} = {} is not valid: a number from {:g} to {:g}'.format(
+            name, _short(value), -most, most))
+    return float(value)
+
+
+def _whole(message: Dict, name: str) -> int:
+    value = message.get(name)
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= 10 ** 12:
+        raise ValueError('{} = {} is not valid: a whole number from 0'.format(name, _short(value)))
+    return value
+
+
+def _flag(message: Dict, name: str) -> bool:
+    value = message.get(name, False)
+    if not isinstance(value, bool):
+        raise ValueError('{} = {} is not valid: true or false'.format(name, _short(value)))
+    return value
+
+
+def _short(value: Any) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= 40 else text[:37] + '...'
+
+
+def _no_number(name: str) -> None:
+    raise ValueError('{} is no number'.format(name))

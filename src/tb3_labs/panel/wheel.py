@@ -1,0 +1,190 @@
+"""Which page drives a robot by hand? One at a time: the page that has *the wheel*.
+
+A page takes the wheel when a person grips something on it, if no other page has it. Whoever has it
+sends the state of its hands about 20 times a second. The rules of a gamepad hold:
+
+* Silence for more than `PAGE_TIMEOUT` is a loss: of the page, of the network, or a page that is
+  hidden, since browsers slow its timers. Control that the page gave is taken back. The wheel is
+  gone until a person grips something again. So a page that comes back drives nothing by itself.
+* A message that the network delayed for as long does not count, except for the button B.
+* "take", B and "stop" count from every page, with or without the wheel.
+
+A pad is published as it is heard; if it falls silent, the node `gamepad` notices that itself.
+
+Units: seconds on a clock that never stands still and never goes back (`now`).
+"""
+from typing import List, NamedTuple, Optional
+
+from tb3_labs.news import News, NewsDesk
+from tb3_labs.panel.requests import Hand, Pad
+
+#: A page that is silent for longer than this is lost [s].
+PAGE_TIMEOUT = 0.25
+#: A request that was delayed by more than this is refused: its person no longer expects it [s].
+LONGEST_DELAY = 2.0
+
+
+class LatePad(NamedTuple):
+    """The state of a pad, and the delay of its message beyond the usual one [s]."""
+
+    pad: Pad
+    lateness: float
+
+
+class MouseState(NamedTuple):
+    """The mouse as `mouse_info` has it."""
+
+    active: bool
+    x: float = 0.0
+    y: float = 0.0
+
+
+class Wheel:
+    """The wheel of one robot. Pages are told apart by any object that identifies them."""
+
+    def __init__(self) -> None:
+        #: The page that has the wheel, or None.
+        self.page: Optional[object] = None
+        #: Has this page given control to move_to_goal, so that it must be renewed?
+        self.gives = False
+        #: The last state of its pad; None while none is gripped.
+        self.pad: Optional[Pad] = None
+        self._pad_since = 0.0          # time of its first message
+        self._heard_at = 0.0
+        self._mouse_active = False
+        self._b_pressed = False        # by a page without the wheel
+        self._words: List[bool] = []
+        self._pads: List[LatePad] = []
+        self._mouse: List[MouseState] = []
+        self._news = NewsDesk()
+
+    # -- what comes in
+
+    def begin(self, page: object, now: float) -> None:
+        """A person grips something on `page`; ``ValueError`` if another page has the wheel."""
+        self.update(now)
+        if self.page not in (None, page):
+            raise ValueError('another page drives: it must let go first, or be stopped')
+        self.page, self._heard_at = page, now
+
+    def on_hand(self, page: object, hand: Hand, now: float, lateness: float = 0.0) -> None:
+        """The present state of what is gripped on `page`, delayed by `lateness` [s]."""
+        self.update(now)
+        late = lateness > PAGE_TIMEOUT
+        if page is not self.page or late:
+            pressed = hand.pad is not None and hand.pad.b
+            if pressed and not self._b_pressed:
+                self.take()
+            self._b_pressed = pressed
+            return
+        self._heard_at = now
+        self._hear_pad(hand.pad, now, lateness)
+        self._hear_mouse(hand)
+
+    def give(self, page: object, now: float) -> None:
+        """Give control to move_to_goal; ``ValueError`` if another page has the wheel."""
+        self.begin(page, now)
+        if not self.gives:
+            self.gives = True
+            self._words.append(True)
+
+    def take(self) -> None:
+        """Take control from move_to_goal, whoever gave it."""
+        self.gives = False
+        self._words.append(False)
+
+    def on_taken(self) -> None:
+        """Another node took control: what this page gave is over."""
+        self._end_giving()
+
+    def stop(self) -> None:
+        """Everything to zero, at the wish of any page: nothing is gripped any more."""
+        if self.pad is not None:
+            self._pads.append(LatePad(Pad(b=True), 0.0))
+        # an active mouse that is deactivated also ends a turn
+        self._mouse += [MouseState(True), MouseState(False)]
+        self._mouse_active = False
+        self.take()
+        self._drop()
+
+    def let_go(self, page: object) -> None:
+        """The person at `page` is done."""
+        if page is self.page:
+            self._release()
+
+    def gone(self, page: object) -> None:
+        """The connection to `page` has ended."""
+        if page is self.page:
+            self._lose('The page that drives has gone')
+
+    def update(self, now: float) -> None:
+        """Look at the clock; to be called repeatedly while a page has the wheel."""
+        if self.page is not None and now - self._heard_at > PAGE_TIMEOUT:
+            self._lose('The page that drives is silent for {:.1f} s'.format(now - self._heard_at))
+
+    # -- what comes out
+
+    def pad_heard_for(self, now: float) -> float:
+        """Time for which the pad has been heard [s]; 0 while there is none."""
+        return now - self._pad_since if self.pad is not None else 0.0
+
+    def take_words(self) -> List[bool]:
+        """The words for `ctrl_relinq` since the last call, in order."""
+        words, self._words = self._words, []
+        return words
+
+    def take_pads(self) -> List[LatePad]:
+        """The messages of the pad since the last call, in order."""
+        pads, self._pads = self._pads, []
+        return pads
+
+    def take_mouse(self) -> List[MouseState]:
+        """The messages of the mouse since the last call, in order."""
+        mouse, self._mouse = self._mouse, []
+        return mouse
+
+    def take_news(self) -> List[News]:
+        """The News since the last call."""
+        return self._news.take()
+
+    # -- the hands
+
+    def _hear_pad(self, pad: Optional[Pad], now: float, lateness: float) -> None:
+        if pad is not None:
+            if self.pad is None:
+                self._pad_since = now
+            self._pads.append(LatePad(pad, lateness))
+        self.pad = pad
+
+    def _hear_mouse(self, hand: Hand) -> None:
+        if hand.mouse is not None:
+            self._mouse_active = True
+            self._mouse.append(MouseState(True, *hand.mouse))
+        elif self._mouse_active:
+            self._release_mouse()
+
+    def _release_mouse(self) -> None:
+        self._mouse_active = False
+        self._mouse.append(MouseState(False))
+
+    def _lose(self, reason: str) -> None:
+        held = self.gives or self._mouse_active or self.pad is not None
+        self._release()
+        if held:
+            self._news.tell(reason + ': robot stopped; grip a control of the page to drive again',
+                            warning=True)
+
+    def _release(self) -> None:
+        if self._mouse_active:
+            self._release_mouse()
+        self._end_giving()
+        self._drop()
+
+    def _end_giving(self) -> None:
+        if self.gives:
+            self.gives = False
+            self._words.append(False)
+
+    def _drop(self) -> None:
+        self.page = self.pad = None
+        self.gives = False

@@ -1,0 +1,188 @@
+"""The web server: the page's files, and a websocket for each page. Source: tornado 6."""
+import asyncio
+import errno
+import os
+import socket
+import threading
+from pathlib import Path
+
+import rosgraph.network
+import rospy
+from tornado import httpserver, ioloop, netutil, web, websocket
+
+from tb3_labs.panel.doors import Doors, new_token
+from tb3_labs.panel.panel_config import LOOPBACK
+from tb3_labs.panel.requests import LONGEST
+from tb3_labs.ros.node import guarded
+
+#: The page: HTML, style and program, as they are.
+FILES = Path(__file__).resolve().parent / 'page'
+#: Ports that are tried if the first one is in use.
+PORTS = 10
+#: The page loads nothing from elsewhere, and no other site can show it in a frame.
+HEADERS = {
+    'Content-Security-Policy': "default-src 'self'; connect-src 'self' ws: wss:; "
+                               "frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
+    'X-Content-Type-Options': 'nosniff', 'X-Frame-Options': 'DENY',
+    'Referrer-Policy': 'no-referrer',    # the address may hold the token
+    'Cache-Control': 'no-cache'}
+
+
+class Server:
+    """Offers the page at the address of a PanelConfig, in a thread of its own.
+
+    `open_page(send, close)` is called for each page that connects. It returns the function that is
+    called with each message (a str) of the page, and the function for its end. `send(text)` sends a
+    message, `close()` drops the page. ``ValueError`` if the address cannot be used.
+    """
+
+    def __init__(self, config, open_page):
+        is_open = config.address == LOOPBACK
+        token = '' if is_open else config.token or new_token()
+        self._doors = Doors([] if is_open else names_of_this_computer(config.address), token)
+        self._open_page = open_page
+        self._sockets, port = _bound(config.port, config.address)
+        name = 'localhost' if is_open else _shown_name(config.address)
+        #: The address to open in a browser.
+        self.address = 'http://{}:{}/{}'.format(name, port, '?token=' + token if token else '')
+        self._loop = asyncio.new_event_loop()
+
+    def start(self):
+        """Offer the page from now on."""
+        threading.Thread(target=guarded(self._run), name='server', daemon=True).start()
+
+    def soon(self, job):
+        """Run `job()` in the thread of the server; from any thread."""
+        try:
+            self._loop.call_soon_threadsafe(guarded(job))
+        except RuntimeError:
+            pass    # it has ended
+
+    def later(self, seconds, job):
+        """Run `job()` after a time; in the thread of the server alone."""
+        self._loop.call_later(seconds, guarded(job))
+
+    def _run(self):
+        asyncio.set_event_loop(self._loop)
+        application = web.Application([
+            (r'/socket', _Socket, {'doors': self._doors, 'open_page': self._open_page}),
+            (r'/(.*)', _File, {'doors': self._doors, 'path': str(FILES),
+                               'default_filename': 'index.html'})],
+            log_function=lambda handler: None, websocket_max_message_size=4 * LONGEST)
+        server = httpserver.HTTPServer(application)
+        server.add_sockets(self._sockets)
+        self._loop.run_forever()
+
+
+class Timer:
+    """Calls `job()` every `seconds` while it runs; of use in the thread of the server alone."""
+
+    def __init__(self, seconds, job):
+        self._seconds = seconds
+        self._job = guarded(job)
+        self._callback = None
+
+    def start(self):
+        """Run, if it does not."""
+        if self._callback is None:
+            self._callback = ioloop.PeriodicCallback(self._job, 1000.0 * self._seconds)
+            self._callback.start()
+
+    def stop(self):
+        """Stop, if it runs."""
+        if self._callback is not None:
+            self._callback.stop()
+            self._callback = None
+
+
+class _Door:
+    """Refuses what Doors refuses, with one line."""
+
+    def initialize(self, doors, **options):
+        self._doors = doors
+        super().initialize(**options)
+
+    def set_default_headers(self):
+        for name, value in HEADERS.items():
+            self.set_header(name, value)
+
+    def prepare(self):
+        headers = self.request.headers
+        token = self.get_query_argument('token', '') if self.needs_token() else None
+        refusal = self._doors.refusal(headers.get('Host'), headers.get('Origin'), token)
+        if refusal:
+            rospy.logwarn_throttle(1.0, 'a browser was refused: ' + refusal)
+            self.set_status(403)
+            self.finish('tb3_labs: {}\n'.format(refusal))
+
+    def needs_token(self):
+        """Is the token asked for?"""
+        return True
+
+
+class _File(_Door, web.StaticFileHandler):
+    """A file of the page; nothing outside of its folder."""
+
+    def needs_token(self):
+        """The page itself asks for it. The style and the program are no secret."""
+        return self.request.path in ('/', '/index.html')
+
+
+class _Socket(_Door, websocket.WebSocketHandler):
+    """The connection of one page."""
+
+    def initialize(self, doors, open_page):
+        super().initialize(doors)
+        self._open_page = open_page
+        self._on_text = self._on_end = None
+
+    def open(self):
+        self.set_nodelay(True)
+        on_text, on_end = self._open_page(self._send, self.close)
+        self._on_text, self._on_end = guarded(on_text), guarded(on_end)
+
+    def on_message(self, message):
+        if isinstance(message, bytes):    # a page sends texts only
+            message = message.decode(errors='replace')
+        self._on_text(message)
+
+    def on_close(self):
+        if self._on_end is not None:
+            self._on_end()
+
+    def _send(self, text):
+        try:
+            # the returned future fails if the page goes at this moment: on_close() tells that
+            self.write_message(text).add_done_callback(lambda sent: sent.exception())
+        except websocket.WebSocketClosedError:
+            pass
+
+
+def _bound(port, address):
+    """(sockets, port): bound to the first port that is free; ``ValueError`` if none is."""
+    for number in range(port, port + PORTS):
+        try:
+            sockets = netutil.bind_sockets(number, address)
+        except OSError as problem:
+            last = problem
+            if problem.errno != errno.EADDRINUSE:
+                break
+        else:
+            if number != port:
+                rospy.logwarn('port %d is in use: the panel takes %d', port, number)
+            return sockets, number
+    raise ValueError('the panel cannot be offered at {}, port {}: {}'.format(address, port, last))
+
+
+def names_of_this_computer(address):
+    """The names and addresses under which other computers may reach this one."""
+    names = {address, socket.gethostname(), socket.getfqdn(),
+             os.environ.get('ROS_IP', ''), os.environ.get('ROS_HOSTNAME', '')}
+    return sorted((names | set(rosgraph.network.get_local_addresses())) - {'', '0.0.0.0', '::'})
+
+
+def _shown_name(address):
+    """The name in the address that is printed."""
+    if address not in ('0.0.0.0', '::'):
+        return '[{}]'.format(address) if ':' in address else address
+    return rosgraph.network.get_local_address()

@@ -1,0 +1,160 @@
+"""Listens to one robot for a page: nothing while nobody looks, and no faster than a page draws."""
+import rospy
+from dynamic_reconfigure.msg import Config as Values
+from geometry_msgs.msg import PoseStamped, Twist
+from nav_msgs.msg import Odometry, Path
+from sensor_msgs.msg import Imu, Joy
+from std_msgs.msg import Bool, Float32, String
+from tf2_msgs.msg import TFMessage
+
+from tb3_labs.ros.clocks import steady_time
+from tb3_labs.ros.conversions import (
+    frame, to_imu_sample, to_odometry_sample, to_pose2, transform_to_pose2)
+from tb3_labs.ros.rospy_internals import connection_of, stop_hearing_oneself
+from tb3_labs.ros.topics import subscribe
+
+#: The streams that move the robot on the page are read once in this time [s]; all others
+QUICK = 0.045
+#: once in this time.
+SLOW = 0.2
+#: For a robot in the list of all robots each is read once in this time [s].
+LISTED = 0.5
+
+
+class Watch:
+    """Writes what the topics of one robot say into a panel.picture.RobotView.
+
+    `prefix` is its namespace with a slash, or ''; `lock` guards the view. `level` is one of NOTHING,
+    SUMMARY (what the list of robots shows) and ALL.
+    """
+
+    NOTHING, SUMMARY, ALL = range(3)
+
+    def __init__(self, prefix, view, lock):
+        self._prefix = prefix
+        self._view = view
+        self._lock = lock
+        self._level = self.NOTHING
+        self._subscribers = {}
+        self._odom, self._local = frame(prefix + 'odom'), frame(prefix + 'local')
+
+    def look(self, level):
+        """Listen to what `level` needs, and to nothing else."""
+        if level == self._level:
+            return
+        self._level = level
+        wanted = self._topics() if level else {}
+        for topic in [topic for topic in self._subscribers if topic not in wanted]:
+            self._subscribers.pop(topic).unregister()
+        for topic, listen in wanted.items():
+            if topic not in self._subscribers:
+                self._subscribers[topic] = listen()
+
+    def _topics(self):
+        """{topic: function that subscribes to it}."""
+        topics = {
+            'goal_state': self._keep('goal_state', String, 'state', _data),
+            'has_control': self._keep('has_control', Bool, 'has_control', _data),
+            'control_holder': self._keep('control_holder', String, 'holder', _data),
+            'odom': self._stream('odom', Odometry, self._on_odometry, QUICK, to_odometry_sample),
+            'distance_error': self._stream('distance_error', Float32, self._hear('distance'), SLOW,
+                                           _data)}
+        if self._level == self.ALL:
+            topics.update({
+                'local_pose': self._stream('local_pose', PoseStamped, self._on_local, QUICK, _pose),
+                'ground_truth': self._stream('ground_truth', PoseStamped, self._hear('truth'),
+                                             QUICK, _pose),
+                'imu': self._stream('imu', Imu, self._on_imu, SLOW, to_imu_sample),
+                'angle_error_deg': self._stream('angle_error_deg', Float32, self._hear('angle'),
+                                                SLOW, _data),
+                'cmd_vel': self._stream('cmd_vel', Twist, self._on_command, SLOW),
+                'joy': self._stream('joy', Joy, self._on_joy, SLOW),
+                'current_goal': self._keep('current_goal', PoseStamped, 'goal', _pose),
+                'local_path': self._path,
+                'tolerance': self._tolerance,
+                '/tf': self._stream('/tf', TFMessage, self._on_transforms, SLOW),
+                '/tf_static': lambda: subscribe('/tf_static', TFMessage, self._on_transforms,
+                                                queue_size=None)})
+        return topics
+
+    # -- ways to listen
+
+    def _keep(self, topic, kind, name, read):
+        """A topic with news only: every message counts."""
+        return lambda: subscribe(self._prefix + topic, kind, self._hear(name), read,
+                                 queue_size=None)
+
+    def _stream(self, topic, kind, on_value, rest, read=None):
+        """A stream of samples: the latest is read, then the stream is left alone for `rest` [s]."""
+        name = topic if topic.startswith('/') else self._prefix + topic
+        return lambda: subscribe(name, kind, on_value, read, idle_for=lambda now: max(
+            rest, LISTED if self._level == self.SUMMARY else 0.0))
+
+    def _hear(self, name):
+        def hear(value):
+            with self._lock:
+                self._view.hear(name, value, steady_time())
+        return hear
+
+    def _path(self):
+        """The path so far, once: it grows to a thousand poses, five times a second."""
+        def on_path(path):
+            subscriber.unregister()
+            with self._lock:
+                self._view.hear_path([(stamped.pose.position.x, stamped.pose.position.y)
+                                      for stamped in path.poses])
+        subscriber = subscribe(self._prefix + 'local_path', Path, on_path)
+        return subscriber
+
+    def _tolerance(self):
+        def on_values(values):
+            for value in values.doubles:
+                if value.name == 'distance_tolerance':
+                    self._hear('tolerance')(value.value)
+        return subscribe(self._prefix + 'move_to_goal/parameter_updates', Values, on_values,
+                         queue_size=None)
+
+    # -- what comes
+
+    def _on_odometry(self, sample):
+        with self._lock:
+            self._view.hear_odometry(sample.pose, steady_time())
+
+    def _on_local(self, pose):
+        with self._lock:
+            self._view.hear_local(pose, steady_time())
+
+    def _on_imu(self, sample):
+        with self._lock:
+            self._view.hear('imu', None, steady_time())
+            self._view.hear('heading', sample.yaw, steady_time())
+
+    def _on_command(self, message):
+        with self._lock:
+            self._view.hear_command(connection_of(message)['callerid'], message.linear.x,
+                                    message.angular.z, steady_time())
+
+    def _on_joy(self, message):
+        sender = connection_of(message)['callerid']
+        if sender == rospy.get_name():
+            stop_hearing_oneself(self._subscribers['joy'])
+        else:
+            self._hear('joy')(sender)
+
+    def _on_transforms(self, message):
+        for stamped in message.transforms:
+            parent = stamped.header.frame_id.lstrip('/')
+            child = stamped.child_frame_id.lstrip('/')
+            if (parent, child) == (self._odom, self._local):
+                with self._lock:
+                    self._view.hear_frame(transform_to_pose2(stamped.transform), steady_time())
+            elif (parent, child) == ('world', self._odom):
+                self._hear('origin')(transform_to_pose2(stamped.transform))
+
+
+def _data(message):
+    return message.data
+
+
+def _pose(message):
+    return to_pose2(message.pose)
