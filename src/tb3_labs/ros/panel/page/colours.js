@@ -17,7 +17,8 @@ export function startColours(button, changed) {
   let theme = stored() || 'auto';
   const apply = () => {
     document.documentElement.dataset.theme = theme;
-    button.textContent = {auto: '\u25d0 auto', light: '\u2600 light', dark: '\u263e dark'}[theme];
+    button.firstElementChild.textContent = {auto: '\u25d0', light: '\u2600', dark: '\u263e'}[theme];
+    button.lastElementChild.textContent = theme;
     button.setAttribute('aria-label', 'Theme: ' + theme);
     read(changed);
   };

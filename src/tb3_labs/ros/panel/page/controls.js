@@ -12,8 +12,8 @@ export function showControls(picture, connected, wheel) {
   const can = picture?.can || {};
   const absent = (what) => (!connected ? 'not connected' : !picture ? 'no data yet' : can[what] ? '' : ABSENT[what]);
   const other = picture?.wheel === 'other' ? 'another page drives' : '';
-  const give = absent('control') || other || (picture.has_control === true ? 'move_to_goal has control already' : '');
-  const turn = absent('turn') || (picture.has_control === true ? 'move_to_goal has control' : '');
+  const give = absent('control') || other || (picture.has_control === true ? 'move_to_goal has it already' : '');
+  const turn = absent('turn') || (picture.has_control === true ? 'move_to_goal has control: take it first' : '');
   setReason($('give'), give);
   setReason($('take'), absent('control'));
   for (const id of ['turn-left', 'turn-about', 'turn-right']) setReason($(id), turn);
@@ -27,7 +27,7 @@ export function showControls(picture, connected, wheel) {
   inert($('stick-left'), pad);
   inert($('stick-right'), pad);
   inert($('mouse-pad'), mouse);
-  setText($('drive-hint'), join(named('give', give), named('turns', turn)));
+  setText($('drive-hint'), join(picture?.has_control === true ? '' : named('give', give), named('turns', turn)));
   setText($('poses-hint'), join(named('goal', absent('goal')), named('reset', absent('reset')), named('drag', drag)));
   setText($('hand-hint'), $('pad').hidden ? mouse || (wheel.holdsMouse ? 'driving' : 'hold to drive') : pad || padWords(picture, wheel));
 }

@@ -15,6 +15,9 @@ export class Labels {
     this._taken.push([x - radius, y - radius, x + radius, y + radius]);
   }
 
+  /** Keep labels out of a rectangle [x0, y0, x1, y1]. */
+  keep(box) { this._taken.push(box); }
+
   /** Write the text near (x, y), in the first free place around it. */
   put(text, x, y, colour, {size = 13, bold = true, away = 10} = {}) {
     const c = this._context;

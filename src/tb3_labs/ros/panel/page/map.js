@@ -97,7 +97,7 @@ export class RobotMap {
 
   /** The toolbar lies on the map: no label goes beneath it. */
   _reserve(labels, width) {
-    labels._taken.push([0, 0, Math.min(width, 330), 48]);
+    labels.keep([0, 0, Math.min(width, 330), 48]);
   }
 
   _grid(c) {
@@ -147,7 +147,7 @@ export class RobotMap {
 
   _frames(c, labels) {
     const origins = ['odom', 'local'].map((name) => [name, this.shown(name, [0, 0, 0])]).filter((o) => o[1]);
-    for (const [, pose] of origins) labels.avoid(...this.view.pixel(pose[0], pose[1]), 10);
+    for (const [, pose] of origins) labels.avoid(...this.view.pixel(pose[0], pose[1]), 6);
     for (const [name, pose] of origins) this._frame(c, labels, name, pose);
   }
 
@@ -157,17 +157,19 @@ export class RobotMap {
     // The axes of local are longer and thinner: both are seen where the frames coincide.
     const factor = name === 'local' ? 1.35 : 1;
     const length = factor * Math.max(AXIS_PIXELS[0], Math.min(AXIS_PIXELS[1], AXIS * this.view.scale));
-    c.lineWidth = name === 'odom' ? 4 : 2;
-    [['x', pose[2]], ['y', pose[2] + Math.PI / 2]].forEach(([axis, angle]) => {
+    const ends = [['x', pose[2]], ['y', pose[2] + Math.PI / 2]].map(([axis, angle]) => {
       const ex = px + length * Math.cos(angle), ey = py - length * Math.sin(angle);
+      c.lineWidth = name === 'odom' ? 4 : 2;
       c.setLineDash(name === 'odom' ? [] : [6, 3]);
       stroke(c, colour, [[px, py], [ex, ey]]);
       c.setLineDash([]);
       arrowHead(c, ex, ey, angle, colour, axis === 'x');
-      labels.put(axis, ex, ey, colour, {size: 12, away: 5});
+      for (const part of [0.3, 0.6, 0.9, 1.1]) labels.avoid(px + part * (ex - px), py + part * (ey - py), 5);
+      return [axis, ex, ey];
     });
+    for (const [axis, ex, ey] of ends) labels.put(axis, ex, ey, colour, {size: 12, away: 7});
     if (name === 'odom') square(c, px, py, 5, colour); else diamond(c, px, py, 7, colour, colours.paper);
-    labels.put(name, px, py, colour, {away: 9});
+    labels.put(name, px, py, colour, {away: 12});
   }
 
   _goalLine(c) {
@@ -204,8 +206,10 @@ export class RobotMap {
     c.lineWidth = 3;
     stroke(c, colour, [[px, py], end]);
     arrowHead(c, end[0], end[1], pose[2], colour, true);
-    labels.avoid(px, py, 15);
-    labels.put(text, px, py, colour, {away: 15});
+    labels.avoid(px, py, 13);
+    labels.avoid((px + end[0]) / 2, (py + end[1]) / 2, 8);
+    labels.avoid(end[0], end[1], 8);
+    labels.put(text, px, py, colour, {away: 18});
   }
 
   _truth(c, labels) {
@@ -218,7 +222,7 @@ export class RobotMap {
     circle(c, px, py, size, colours.truth);
     stroke(c, colours.truth, [[px, py], [px + size * 1.4 * Math.cos(pose[2]), py - size * 1.4 * Math.sin(pose[2])]]);
     c.setLineDash([]);
-    labels.avoid(px, py, size);
+    labels.avoid(px, py, size * 0.72);
     this._ghostLabel = [px, py, size];
   }
 
@@ -236,12 +240,12 @@ export class RobotMap {
       c.globalAlpha = 1;
       circle(c, px, py, size, colours.robot);
       heading(c, px, py, pose[2], Math.max(size * 0.85, 11), colours.robot, colours.paper);
-      labels.avoid(px, py, Math.max(size, 9));
-      labels.put('robot', px, py, colours.robot, {away: Math.max(size, 9) * 0.75 + 5});
+      labels.avoid(px, py, Math.max(size, 9) * 0.72);
+      labels.put('robot', px, py, colours.robot, {away: Math.max(size, 9) * 0.72 + 5});
     }
     if (this._ghostLabel) {
       const [px, py, size] = this._ghostLabel;
-      labels.put('true', px, py, colours.truth, {size: 12, away: size * 0.75 + 5});
+      labels.put('true', px, py, colours.truth, {size: 12, away: size * 0.72 + 6});
       this._ghostLabel = null;
     }
   }
@@ -298,6 +302,7 @@ function arrowHead(c, x, y, angle, colour, full) {
   c.lineTo(...wings[1]);
   c.fillStyle = colour;
   c.strokeStyle = colour;
+  c.lineWidth = 2.5;
   if (full) c.fill(); else c.stroke();
 }
 
