@@ -5,8 +5,10 @@ const BUTTONS = {a: 0, b: 1, y: 3};
 const HOLD = 5;
 
 export class RealGamepad {
-  constructor(wheel, show) {
+  /** `driving()`: may it drive now? `show(text)`: words about the gamepad. */
+  constructor(wheel, driving, show) {
     this._wheel = wheel;
+    this._driving = driving;
     this._show = show;
     this._timer = 0;
     // False: sticks and buttons must all be let go once before anything counts.
@@ -43,7 +45,7 @@ export class RealGamepad {
     const now = read(pad);
     const still = Math.abs(now.forward) < OFF_MIDDLE && Math.abs(now.left) < OFF_MIDDLE;
     const rest = still && !now.hold && !now.a && !now.b && !now.y;
-    if (document.hidden) this.disarm();
+    if (document.hidden || !this._driving()) this.disarm();
     else if (!this._armed) this._armed = rest;
     else this._tell(now, still);
   }

@@ -20,6 +20,7 @@ export class Keys {
   release() {
     this._arrows.clear();
     this._wheel.release('keys');
+    // A button that is held by a key counts as let go as well.
     for (const name of Object.values(this._buttons)) this._wheel.lift(name);
   }
 
@@ -63,7 +64,7 @@ export class Keys {
 
   _up(event) {
     if (event.key === ' ') event.preventDefault();
-    const button = this._buttons[event.key.toLowerCase()];
+    const button = this._buttons[event.key?.toLowerCase()];
     if (button) this._wheel.lift(button);
     if (!this._arrows.delete(event.key)) return;
     if (this._arrows.size) this._move(); else this._wheel.release('keys');

@@ -7,6 +7,7 @@ export class Labels {
     this._context = context;
     this._width = width;
     this._height = height;
+    this._names = [];         // labels that wait for their place
     this._taken = [];         // rectangles [x0, y0, x1, y1] that hold something already
   }
 
@@ -18,10 +19,20 @@ export class Labels {
   /** Keep labels out of a rectangle [x0, y0, x1, y1]. */
   keep(box) { this._taken.push(box); }
 
-  /** Write the text near (x, y), in the first free place around it. */
-  put(text, x, y, colour, {size = 13, bold = true, away = 10} = {}) {
+  /** A text for the point (x, y). It is written by `write`, once it is known what to avoid. */
+  add(text, x, y, colour, {size = 13, away = 10} = {}) {
+    this._names.push({text, x, y, colour, size, away});
+  }
+
+  /** Write all texts. */
+  write() {
+    for (const name of this._names) this._place(name);
+  }
+
+  /** Write a text in the first free place around its point. */
+  _place({text, x, y, colour, size, away}) {
     const c = this._context;
-    c.font = `${bold ? '600 ' : ''}${size}px system-ui, sans-serif`;
+    c.font = `600 ${size}px system-ui, sans-serif`;
     const w = c.measureText(text).width, h = size;
     for (let ring = 0; ring < 4; ring += 1) {
       const d = away + ring * (h + GAP);

@@ -50,6 +50,7 @@ function redraw() {
 
 function draw() {
   if (latest) showStatus(latest);
+  setText($('brief'), latest?.to_go ? `${$('distance').textContent}  ${$('angle').textContent}` : '');
   showControls(latest, link.connected, wheel);
   setText($('title'), robot || (known.robots.length > 1 ? 'Robots' : 'Robot panel'));
   $('fixed-odom').setAttribute('aria-pressed', String(map.fixed === 'odom'));
@@ -296,11 +297,16 @@ function startView() {
 
 const click = (id) => () => { if (!$(id).disabled && known.control) $(id).click(); };
 
+/** May keys and a real gamepad drive now? */
+function mayDrive() {
+  return known.control && robot !== null && link.connected && Boolean(latest?.can.pad) && latest.wheel !== 'other';
+}
+
 function startKeys() {
   const view = (action) => () => { if (robot !== null) action(); };
   return new Keys(wheel, {
     stop,
-    driving: () => known.control && robot !== null && link.connected && Boolean(latest?.can.pad) && latest.wheel !== 'other',
+    driving: mayDrive,
     pan: (dx, dy) => { map.view.pan(dx, dy); redraw(); },
     buttons: {a: 'a', b: 'b', y: 'y'},
     actions: {
@@ -318,7 +324,7 @@ startColours($('theme'), redraw);
 const keys = startKeys();
 const held = [new Stick($('stick-left'), 'forward', wheel), new Stick($('stick-right'), 'left', wheel), new MousePad($('mouse-pad'), wheel)];
 for (const name of ['a', 'b', 'y']) padButton($('button-' + name), name, wheel);
-const gamepad = new RealGamepad(wheel, (text) => setText($('gamepad-hint'), text));
+const gamepad = new RealGamepad(wheel, mayDrive, (text) => setText($('gamepad-hint'), text));
 
 // Whatever was held counts no more until it is gripped anew.
 wheel.ondrop = () => {
@@ -328,7 +334,10 @@ wheel.ondrop = () => {
 };
 
 // A hidden page must not drive: its timers are slow, and nobody looks at it.
-const hide = () => { input.cancel(); wheel.silence(); };
+const hide = () => {
+  input.cancel();
+  if (wheel.silence()) say('The page was hidden: it drives again when something is gripped anew.', true);
+};
 document.addEventListener('visibilitychange', () => { if (document.hidden) hide(); else redraw(); });
 addEventListener('pagehide', hide);
 

@@ -93,6 +93,7 @@ export class RobotMap {
     this._goal(c, labels);
     this._robot(c, labels);
     this._draft(c, labels);
+    labels.write();
   }
 
   /** The toolbar lies on the map: no label goes beneath it. */
@@ -122,7 +123,8 @@ export class RobotMap {
       if (py > 60 && py < v.height - 24) c.fillText(text(i * step), 4, py - 3);
     }
     c.textAlign = 'right';
-    c.fillText(`[m] in ${this.fixed}`, v.width - 6, v.height - 18);
+    const unknown = this.picture && !this.picture.frame ? ' \u00b7 the frame local is not known yet' : '';
+    c.fillText(`[m] in ${this.fixed}${unknown}`, v.width - 6, v.height - 18);
   }
 
   _trails(c) {
@@ -164,12 +166,12 @@ export class RobotMap {
       stroke(c, colour, [[px, py], [ex, ey]]);
       c.setLineDash([]);
       arrowHead(c, ex, ey, angle, colour, axis === 'x');
-      for (const part of [0.3, 0.6, 0.9, 1.1]) labels.avoid(px + part * (ex - px), py + part * (ey - py), 5);
+      for (const part of [0.2, 0.4, 0.6, 0.8]) labels.avoid(px + part * (ex - px), py + part * (ey - py), 4);
       return [axis, ex, ey];
     });
-    for (const [axis, ex, ey] of ends) labels.put(axis, ex, ey, colour, {size: 12, away: 7});
+    for (const [axis, ex, ey] of ends) labels.add(axis, ex, ey, colour, {size: 12, away: 9});
     if (name === 'odom') square(c, px, py, 5, colour); else diamond(c, px, py, 7, colour, colours.paper);
-    labels.put(name, px, py, colour, {away: 12});
+    labels.add(name, px, py, colour, {away: 12});
   }
 
   _goalLine(c) {
@@ -209,7 +211,7 @@ export class RobotMap {
     labels.avoid(px, py, 13);
     labels.avoid((px + end[0]) / 2, (py + end[1]) / 2, 8);
     labels.avoid(end[0], end[1], 8);
-    labels.put(text, px, py, colour, {away: 18});
+    labels.add(text, px, py, colour, {away: 18});
   }
 
   _truth(c, labels) {
@@ -223,7 +225,7 @@ export class RobotMap {
     stroke(c, colours.truth, [[px, py], [px + size * 1.4 * Math.cos(pose[2]), py - size * 1.4 * Math.sin(pose[2])]]);
     c.setLineDash([]);
     labels.avoid(px, py, size * 0.72);
-    this._ghostLabel = [px, py, size];
+    labels.add('true', px, py, colours.truth, {size: 12, away: size * 0.72 + 8});
   }
 
   _robot(c, labels) {
@@ -241,12 +243,7 @@ export class RobotMap {
       circle(c, px, py, size, colours.robot);
       heading(c, px, py, pose[2], Math.max(size * 0.85, 11), colours.robot, colours.paper);
       labels.avoid(px, py, Math.max(size, 9) * 0.72);
-      labels.put('robot', px, py, colours.robot, {away: Math.max(size, 9) * 0.72 + 5});
-    }
-    if (this._ghostLabel) {
-      const [px, py, size] = this._ghostLabel;
-      labels.put('true', px, py, colours.truth, {size: 12, away: size * 0.72 + 6});
-      this._ghostLabel = null;
+      labels.add('robot', px, py, colours.robot, {away: Math.max(size, 9) * 0.72 + 5});
     }
   }
 

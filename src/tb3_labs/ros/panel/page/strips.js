@@ -5,6 +5,7 @@ import {nice, sharp} from './canvas.js';
 
 const SPAN = 60;           // [s]
 const MOST = 2400;         // points kept
+const GAP = 1;             // [s] a longer silence breaks the curve
 const LEFT = 40, RIGHT = 6, TOP = 6, BOTTOM = 16;   // [px] around the curve
 
 export class Strip {
@@ -21,6 +22,7 @@ export class Strip {
   add(time, value, isReset) {
     const last = this.points[this.points.length - 1];
     if (last && time < last[0]) this.clear();        // the clock was set back, or it is another node
+    if (last && time - last[0] > GAP) this.points.push([time, null, false]);
     this.points.push([time, value, isReset]);
     while (this.points[0][0] < time - SPAN || this.points.length > MOST) this.points.shift();
   }

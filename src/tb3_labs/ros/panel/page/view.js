@@ -1,6 +1,7 @@
 // Which part of the plane the map shows: the point in its middle, and pixels per metre.
 
 const LEAST = 4, MOST = 5000;       // [px/m]
+const NARROWEST = 0.8;              // [m] to fit means to show at least this much
 
 export class View {
   constructor() {
@@ -38,15 +39,17 @@ export class View {
   }
 
   /** Show all of the points [[x, y], ...]. */
-  fit(points, margin = 56) {
+  fit(points) {
     const box = bounds(points);
     if (!box || !this.width) return;
     const [x0, y0, x1, y1] = box;
-    const across = Math.max(this.width - 2 * margin, 40), up = Math.max(this.height - 2 * margin, 40);
-    const scale = Math.min(across / Math.max(x1 - x0, 0.8), up / Math.max(y1 - y0, 0.8));
+    // The buttons lie on the upper edge; a small canvas has no room for wide margins.
+    const side = Math.min(64, this.width * 0.15), top = Math.min(96, this.height * 0.3), bottom = Math.min(64, this.height * 0.2);
+    const across = this.width - 2 * side, up = this.height - top - bottom;
+    const scale = Math.min(across / Math.max(x1 - x0, NARROWEST), up / Math.max(y1 - y0, NARROWEST));
     this.scale = Math.max(LEAST, Math.min(MOST, scale));
     this.x = (x0 + x1) / 2;
-    this.y = (y0 + y1) / 2;
+    this.y = (y0 + y1) / 2 + (top - bottom) / 2 / this.scale;
   }
 
   /** In automatic mode: fit again where something is outside, or all of it is small. */
@@ -54,9 +57,10 @@ export class View {
     const box = bounds(points);
     if (!this.auto || !box || !this.width) return;
     const [x0, y1] = this.pixel(box[0], box[1]), [x1, y0] = this.pixel(box[2], box[3]);
-    const outside = x0 < 24 || y0 < 24 || x1 > this.width - 24 || y1 > this.height - 24;
-    const small = (x1 - x0) < this.width * 0.3 && (y1 - y0) < this.height * 0.3 && Math.max(box[2] - box[0], box[3] - box[1]) > 0.8;
-    if (outside || small) this.fit(points);
+    const outside = x0 < 24 || y0 < 60 || x1 > this.width - 24 || y1 > this.height - 30;
+    const isWide = Math.max(box[2] - box[0], box[3] - box[1]) > NARROWEST;
+    const small = x1 - x0 < this.width * 0.3 && y1 - y0 < this.height * 0.3;
+    if (outside || (small && isWide)) this.fit(points);
   }
 }
 

@@ -9,7 +9,7 @@ import {timeNow} from './link.js';
 
 const PERIOD = 50;          // [ms] between two messages
 const READY_WITHIN = 1000;  // [ms] after a grip the pad must be ready
-const BUTTONS_AFTER = 450;  // [ms] the node must have heard the pad for so long before A or Y count
+const BUTTONS_AFTER = 450;  // [ms] the node must have heard the pad for so long before a press counts
 const IDLE = 30000;         // [ms] without a touch: the wheel is given back
 const SETTLE = 700;         // [ms] a picture may be older than the answer to a request
 
@@ -120,14 +120,18 @@ export class Wheel {
   }
 
   /** Send nothing any more. The node takes that for a loss, and stops the robot. */
-  silence() { this._silence(); }
+  silence() {
+    const drove = this._phase !== 'idle';
+    this._silence();
+    return drove;
+  }
 
   // -- what the node tells
 
   picture(picture) {
     this._picture = picture;
     const now = performance.now();
-    if (this._phase === 'asking' && picture.wheel === 'you' && !document.hidden && this._padUsed) this._hold();
+    if (this._phase === 'asking' && picture.wheel === 'you') this._hold();    // the answer follows
     if (this._phase !== 'held') return;
     if (picture.wheel !== 'you' && now - this._since > SETTLE) {
       const wasHeld = this._grips.size > 0 || this._mouse !== null;
@@ -149,9 +153,10 @@ export class Wheel {
   async _begin() {
     if (document.hidden) return;
     this._phase = 'asking';
+    this._picture = null;          // what older pictures say of the pad no longer holds
     const asked = ++this._asked;
     const answer = await this._link.ask({type: 'begin', t: timeNow()});
-    if (asked !== this._asked || this._phase !== 'asking') return;
+    if (asked !== this._asked || this._phase !== 'asking') return;     // stopped or hidden meanwhile
     if (answer.ok) {
       this._hold();
     } else {
@@ -162,6 +167,7 @@ export class Wheel {
 
   _hold() {
     if (document.hidden) { this._silence(); return; }
+    clearInterval(this._timer);
     this._phase = 'held';
     this._since = performance.now();
     this._timer = setInterval(() => this._tick(), PERIOD);
@@ -175,6 +181,7 @@ export class Wheel {
     this._padUsed = false;
     this._heardSince = Infinity;
     this._gave = -Infinity;
+    this._picture = null;
     this._drop();
   }
 
@@ -200,16 +207,17 @@ export class Wheel {
   _pad() {
     const now = performance.now();
     if (this._heardSince === Infinity) this._heardSince = now;
+    const heard = now - this._heardSince >= BUTTONS_AFTER;
     const pad = {forward: 0, left: 0, a: false, b: false, y: false, hold: false};
     for (const grip of this._grips.values()) {
       this._judge(grip, now);
       if (grip.spent) continue;
-      pad.hold = pad.hold || grip.hold;
+      // Where a button must be held, the node waits for its press: a pad just heard has none yet.
+      pad.hold = pad.hold || (grip.hold && heard);
       if (grip.open) { pad.forward += grip.forward; pad.left += grip.left; }
     }
     pad.forward = Math.max(-1, Math.min(1, pad.forward));
     pad.left = Math.max(-1, Math.min(1, pad.left));
-    const heard = now - this._heardSince >= BUTTONS_AFTER;
     pad.b = this.buttons.b.next(true);
     pad.a = this.buttons.a.next(heard);
     pad.y = this.buttons.y.next(heard);
@@ -220,9 +228,8 @@ export class Wheel {
 
   /** May this grip drive? Once it was not ready in time, or no longer, it never drives again. */
   _judge(grip, now) {
-    const fresh = now - this._since > PERIOD && this._picture !== null;
-    const ready = fresh && this._picture.pad === 'ready' && this._picture.wheel === 'you';
     if (grip.spent) return;
+    const ready = this._picture?.pad === 'ready' && this._picture.wheel === 'you';
     if (grip.open ? !ready : now - grip.at > READY_WITHIN) {
       grip.spent = true;
       grip.open = false;
