@@ -1,0 +1,105 @@
+// The socket to the node `panel`: it connects, connects anew, and matches answers to requests.
+
+const RETRY = 1000;        // [ms] between two attempts to connect
+const SILENT = 4000;       // [ms] without any message: the connection counts as broken
+const ANSWER_WITHIN = 6000; // [ms] a request without an answer for so long has failed
+const CROWDED = 2000;      // [bytes] waiting to be sent: what is sent now would arrive too late
+const SEEN_EVERY = 10;     // pictures
+
+export const timeNow = () => performance.timeOrigin + performance.now();
+
+export class Link extends EventTarget {
+  constructor() {
+    super();
+    this.connected = false;
+    this.sent = 0;
+    this._socket = null;
+    this._lastId = 0;
+    this._open = new Map();       // id -> what to do with the answer
+    this._pictures = 0;
+    this._heardAt = 0;
+    setInterval(() => this._watch(), 500);
+    this._connect();
+  }
+
+  /** Send one message; false if there is no connection. */
+  send(message) {
+    if (!this._socket || this._socket.readyState !== WebSocket.OPEN) return false;
+    this._socket.send(JSON.stringify(message));
+    this.sent += 1;
+    return true;
+  }
+
+  /** Do earlier messages still wait in this browser? A command behind them would be late. */
+  get crowded() {
+    return this._socket !== null && this._socket.bufferedAmount > CROWDED;
+  }
+
+  /** Send a request; the promise gives {ok, text}, and never fails. */
+  ask(message) {
+    const id = ++this._lastId;
+    return new Promise((resolve) => {
+      if (!this.send({...message, id})) {
+        resolve({ok: false, text: 'not connected'});
+        return;
+      }
+      const timer = setTimeout(() => this._answered(id, {ok: false, text: 'no answer'}), ANSWER_WITHIN);
+      this._open.set(id, (answer) => { clearTimeout(timer); resolve(answer); });
+    });
+  }
+
+  _answered(id, answer) {
+    const resolve = this._open.get(id);
+    this._open.delete(id);
+    if (resolve) resolve(answer);
+  }
+
+  _connect() {
+    const url = new URL('socket' + location.search, location.href.split(/[?#]/)[0]);
+    url.protocol = location.protocol === 'https:' ? 'wss:' : 'ws:';
+    const socket = new WebSocket(url);
+    this._socket = socket;
+    this._heardAt = performance.now();
+    // An event of an older socket must not touch the present one.
+    socket.onmessage = (event) => { if (socket === this._socket) this._heard(event.data); };
+    socket.onclose = () => { if (socket === this._socket) this._lost(); };
+  }
+
+  _heard(text) {
+    this._heardAt = performance.now();
+    const message = JSON.parse(text);
+    if (message.type === 'hello') {
+      this.connected = true;
+      this._pictures = 0;
+      this._tell('connection', true);
+    } else if (message.type === 'answer') {
+      this._answered(message.id, message);
+    } else if (message.type === 'picture') {
+      this._pictures += 1;
+      if (this._pictures % SEEN_EVERY === 0) this.send({type: 'seen', n: message.n, t: timeNow()});
+    }
+    this._tell(message.type, message);
+  }
+
+  _lost() {
+    const socket = this._socket;
+    this._socket = null;
+    socket.onclose = null;
+    socket.close();
+    for (const id of [...this._open.keys()]) this._answered(id, {ok: false, text: 'the connection broke'});
+    if (this.connected) {
+      this.connected = false;
+      this._tell('connection', false);
+    }
+    setTimeout(() => this._connect(), RETRY);
+  }
+
+  _watch() {
+    // A broken network does not close a socket: silence does it here.
+    if (this._socket && performance.now() - this._heardAt > SILENT) this._lost();
+  }
+
+  _tell(type, detail) {
+    this.dispatchEvent(new CustomEvent(type, {detail}));
+  }
+}

@@ -1,0 +1,362 @@
+// The page of the panel: it joins the socket, the map, the numbers and the controls.
+
+import {startColours} from './colours.js';
+import {showControls} from './controls.js';
+import {RealGamepad} from './gamepad.js';
+import {Keys, SHORTCUTS} from './keys.js';
+import {Link, timeNow} from './link.js';
+import {LogBox} from './log_box.js';
+import {RobotMap} from './map.js';
+import {MapInput, inDegrees} from './map_input.js';
+import {$, setHidden, setReason, setText} from './page.js';
+import {Robots} from './robots.js';
+import {showStatus} from './status.js';
+import {MousePad, Stick, padButton} from './sticks.js';
+import {Strip} from './strips.js';
+import {Trail} from './trails.js';
+import {Wheel} from './wheel.js';
+
+const MESSAGE_STAYS = 6000;     // [ms]
+
+const link = new Link();
+const wheel = new Wheel(link, say);
+const map = new RobotMap($('map'));
+const trails = {odom: new Trail(), local: new Trail()};
+map.trails = trails;
+const degreeDigits = () => 0;
+const strips = {
+  distance: new Strip($('strip-distance'), {symmetric: false, smallest: 0.1, digits: (top) => (top < 1 ? 2 : 1)}),
+  angle: new Strip($('strip-angle'), {symmetric: true, smallest: 10, digits: degreeDigits}),
+};
+const log = new LogBox($('log'), $('log-filter'));
+const robots = new Robots($('robots'), (name) => { location.hash = encodeURIComponent(name); });
+const input = new MapInput(map, {redraw, placed, toolChanged, yawOf: (kind) => Number($(kind + '-yaw').value) || 0});
+
+let known = {robots: [], control: false, radius: 0.105};   // the last hello
+let robot = null;              // name of the robot that is looked at; null: the list, or nothing yet
+let latest = null;             // the last picture of that robot
+let drawing = false;
+
+// -- drawing: at most once a frame, and only when something is new
+
+function redraw() {
+  if (drawing) return;
+  drawing = true;
+  requestAnimationFrame(() => {
+    drawing = false;
+    draw();
+  });
+}
+
+function draw() {
+  if (latest) showStatus(latest);
+  setText($('brief'), latest?.to_go ? `${$('distance').textContent}  ${$('angle').textContent}` : '');
+  showControls(latest, link.connected, wheel);
+  setText($('title'), robot || (known.robots.length > 1 ? 'Robots' : 'Robot panel'));
+  $('fixed-odom').setAttribute('aria-pressed', String(map.fixed === 'odom'));
+  $('fixed-local').setAttribute('aria-pressed', String(map.fixed === 'local'));
+  map.draw();
+  $('fit').setAttribute('aria-pressed', String(map.view.auto));
+  strips.distance.draw();
+  strips.angle.draw();
+}
+
+// -- words for the person
+
+let messageTimer = 0;
+
+function say(text, warning = false) {
+  const box = $('message');
+  box.textContent = text;
+  box.className = warning ? 'warning shown' : 'shown';
+  clearTimeout(messageTimer);
+  messageTimer = setTimeout(() => box.classList.remove('shown'), MESSAGE_STAYS + 40 * text.length);
+}
+
+let announced = '';
+
+/** Tell a screen reader the state, but not each change of a number in it. */
+function announce(state) {
+  const words = state.replace(/[\d.]+/g, '');
+  if (words === announced) return;
+  announced = words;
+  $('live').textContent = state;
+}
+
+async function request(message) {
+  const answer = await link.ask({...message, t: timeNow()});
+  say(answer.text || (answer.ok ? 'done' : 'refused'), !answer.ok);
+  return answer;
+}
+
+// -- what the node tells
+
+link.addEventListener('hello', ({detail}) => {
+  known = detail;
+  map.radius = detail.radius || map.radius;
+  document.body.dataset.control = detail.control ? 'yes' : 'no';
+  log.clear();
+  robots.names(detail.robots);
+  look();
+});
+
+link.addEventListener('connection', ({detail: connected}) => {
+  if (!connected) wheel.silence();
+  showBanner();
+  redraw();
+});
+
+link.addEventListener('picture', ({detail: picture}) => {
+  if (picture.robot !== robot) return;
+  const isReset = latest !== null && latest.epoch !== picture.epoch;
+  latest = map.picture = picture;
+  if (isReset) trails.local.lift();
+  if (picture.odom) trails.odom.add(picture.odom);
+  if (picture.local) trails.local.add(picture.local);
+  strips.distance.add(picture.now, picture.to_go ? picture.to_go[0] : null, isReset);
+  strips.angle.add(picture.now, picture.to_go ? picture.to_go[1] : null, isReset);
+  wheel.picture(picture);
+  announce(picture.state || '');
+  redraw();
+});
+
+link.addEventListener('trail', ({detail}) => {
+  if (detail.robot !== robot) return;
+  trails.odom.replace(detail.odom);
+  trails.local.replace(detail.local);
+  redraw();
+});
+
+link.addEventListener('robots', ({detail}) => robots.show(detail.robots));
+link.addEventListener('log', ({detail}) => log.add(detail.lines));
+link.addEventListener('note', ({detail}) => say(detail.text, detail.warning));
+
+function showBanner() {
+  document.body.dataset.connected = link.connected ? 'yes' : 'no';
+}
+
+// -- which robot
+
+/** Look at the robot that the address names, or at the only one; else at the list. */
+function look() {
+  const names = known.robots.map((item) => item.name);
+  const asked = decodeURIComponent(location.hash.slice(1));
+  const name = names.includes(asked) && asked !== '' ? asked : names.length === 1 ? names[0] : null;
+  if (name !== robot) forget();
+  robot = name;
+  document.body.dataset.view = name === null ? 'list' : 'robot';
+  setHidden($('robot-view'), name === null);
+  setHidden($('list-view'), name !== null);
+  setHidden($('back'), names.length < 2 || name === null);
+  setReason($('stop'), name === null ? 'choose a robot first' : '');
+  link.send({type: 'look', robot: name});
+  document.title = name || 'Robot panel';
+  redraw();
+}
+
+/** Another robot: what was shown is of no use for it. */
+function forget() {
+  wheel.letGo();
+  latest = map.picture = null;
+  trails.odom.replace([]);
+  trails.local.replace([]);
+  strips.distance.clear();
+  strips.angle.clear();
+  map.view.auto = true;
+}
+
+addEventListener('hashchange', () => { if (known.robots.length) look(); });
+$('back').addEventListener('click', toList);
+
+function toList() {
+  if (known.robots.length > 1) location.hash = '';
+}
+
+// -- what a person asks for
+
+function stop() {
+  if (!known.control || robot === null) return;
+  input.cancel();
+  if (wheel.stop()) {
+    say('STOP was sent');
+  } else {
+    say('not connected: nothing can be stopped from here', true);
+    const banner = $('banner');
+    banner.classList.remove('flash');
+    void banner.offsetWidth;            // starts the animation anew
+    banner.classList.add('flash');
+  }
+  redraw();
+}
+
+async function give() {
+  const answer = await wheel.give();
+  say(answer.text || 'control given', !answer.ok);
+}
+
+function take() {
+  wheel.took();
+  request({type: 'take'});
+}
+
+const turn = (degrees) => request({type: 'turn', degrees});
+
+/** A pose that was dragged on the map, in local. */
+function placed(kind, pose) {
+  const [x, y, yaw] = inDegrees(pose);
+  $(kind + '-x').value = x.toFixed(3);
+  $(kind + '-y').value = y.toFixed(3);
+  $(kind + '-yaw').value = yaw.toFixed(1);
+  sendPose(kind);
+}
+
+function sendPose(kind) {
+  const values = ['x', 'y', 'yaw'].map((part) => {
+    const field = $(`${kind}-${part}`);
+    const value = field.value.trim() === '' ? NaN : Number(field.value.replace(',', '.'));
+    field.setAttribute('aria-invalid', String(!Number.isFinite(value)));
+    return value;
+  });
+  if (!values.every(Number.isFinite)) {
+    say('x, y and yaw must be numbers', true);
+    return;
+  }
+  const [x, y, yaw_deg] = values;
+  request({type: kind, x, y, yaw_deg});
+}
+
+function toolChanged(tool) {
+  $('tool-goal').setAttribute('aria-pressed', String(tool === 'goal'));
+  $('tool-reset').setAttribute('aria-pressed', String(tool === 'reset'));
+  $('map').classList.toggle('placing', tool !== null);
+  if (tool) say(tool === 'goal' ? 'Goal: press at the place, drag to the heading.' : 'Reset: press where the robot is, drag to its heading.');
+}
+
+function zoom(factor) {
+  map.view.zoom(factor);
+  redraw();
+}
+
+function fix(frame) {
+  map.fix(frame);
+  redraw();
+}
+
+function help() {
+  $('help').showModal();
+}
+
+function showHand(what) {
+  setHidden($('pad'), what !== 'pad');
+  setHidden($('mouse'), what !== 'mouse');
+  $('tab-pad').setAttribute('aria-pressed', String(what === 'pad'));
+  $('tab-mouse').setAttribute('aria-pressed', String(what === 'mouse'));
+  redraw();
+}
+
+// -- the page's elements
+
+function onClick(id, action) {
+  $(id).addEventListener('click', action);
+}
+
+function startControls() {
+  // A stop must not wait until the finger is lifted.
+  $('stop').addEventListener('pointerdown', stop);
+  $('stop').addEventListener('click', (event) => { if (event.detail === 0) stop(); });
+  onClick('give', give);
+  onClick('take', take);
+  onClick('turn-left', () => turn(90));
+  onClick('turn-about', () => turn(180));
+  onClick('turn-right', () => turn(-90));
+  onClick('tool-goal', () => input.choose('goal'));
+  onClick('tool-reset', () => input.choose('reset'));
+  onClick('tab-pad', () => showHand('pad'));
+  onClick('tab-mouse', () => showHand('mouse'));
+  for (const kind of ['goal', 'reset']) {
+    $(kind + '-form').addEventListener('submit', (event) => { event.preventDefault(); sendPose(kind); });
+  }
+}
+
+function startView() {
+  onClick('fixed-odom', () => fix('odom'));
+  onClick('fixed-local', () => fix('local'));
+  onClick('zoom-in', () => zoom(1.25));
+  onClick('zoom-out', () => zoom(0.8));
+  onClick('fit', () => { map.fit(); redraw(); });
+  onClick('help-open', help);
+  for (const [keys, what, isControl] of SHORTCUTS) {
+    const dt = document.createElement('dt'), dd = document.createElement('dd');
+    dt.textContent = keys;
+    dd.textContent = what;
+    dt.className = dd.className = isControl ? 'control' : '';
+    $('keys').append(dt, dd);
+  }
+  new ResizeObserver(redraw).observe($('map-box'));
+}
+
+const click = (id) => () => { if (!$(id).disabled && known.control) $(id).click(); };
+
+/** May keys and a real gamepad drive now? */
+function mayDrive() {
+  return known.control && robot !== null && link.connected && Boolean(latest?.can.pad) && latest.wheel !== 'other';
+}
+
+function startKeys() {
+  const view = (action) => () => { if (robot !== null) action(); };
+  return new Keys(wheel, {
+    stop,
+    driving: mayDrive,
+    pan: (dx, dy) => { map.view.pan(dx, dy); redraw(); },
+    buttons: {a: 'a', b: 'b', y: 'y'},
+    actions: {
+      1: click('turn-left'), 2: click('turn-about'), 3: click('turn-right'), g: click('tool-goal'), r: click('tool-reset'),
+      v: view(() => fix(map.fixed === 'odom' ? 'local' : 'odom')), '+': view(() => zoom(1.25)), '=': view(() => zoom(1.25)),
+      '-': view(() => zoom(0.8)), f: view(() => $('fit').click()), w: view(() => $('log-filter').click()),
+      t: () => $('theme').click(), u: toList, '?': help,
+    },
+  });
+}
+
+startControls();
+startView();
+startColours($('theme'), redraw);
+const keys = startKeys();
+const held = [new Stick($('stick-left'), 'forward', wheel), new Stick($('stick-right'), 'left', wheel), new MousePad($('mouse-pad'), wheel)];
+for (const name of ['a', 'b', 'y']) padButton($('button-' + name), name, wheel);
+const gamepad = new RealGamepad(wheel, mayDrive, (text) => setText($('gamepad-hint'), text));
+
+// Whatever was held counts no more until it is gripped anew.
+wheel.ondrop = () => {
+  for (const item of held) item.abandon();
+  keys.forget();
+  gamepad.disarm();
+};
+
+// A hidden page must not drive: its timers are slow, and nobody looks at it.
+const hide = () => {
+  input.cancel();
+  if (wheel.silence()) say('The page was hidden: it drives again when something is gripped anew.', true);
+};
+document.addEventListener('visibilitychange', () => { if (document.hidden) hide(); else redraw(); });
+addEventListener('pagehide', hide);
+
+showBanner();
+redraw();
+
+// For tests, and for the curious in the browser's console.
+window.panel = {
+  get latest() { return latest; },
+  get connected() { return link.connected; },
+  get sent() { return link.sent; },
+  get robot() { return robot; },
+  get wheel() { return wheel.phase; },
+  get view() { return {x: map.view.x, y: map.view.y, scale: map.view.scale, auto: map.view.auto, fixed: map.fixed, tool: input.tool}; },
+  get trails() { return {odom: trails.odom.points.length, local: trails.local.points.length}; },
+  /** Client coordinates of a point in the frame local; null while that frame is unknown. */
+  pixel(x, y) {
+    const at = map.pixelOfLocal(x, y);
+    const box = $('map').getBoundingClientRect();
+    return at && [box.left + at[0], box.top + at[1]];
+  },
+};

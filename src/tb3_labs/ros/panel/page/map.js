@@ -1,0 +1,320 @@
+// The map: both frames, the robot, its trails, the goal, and the true pose, drawn to scale.
+
+import {colours} from './colours.js';
+import {nice, sharp} from './canvas.js';
+import {Labels} from './labels.js';
+import {compose, inverse} from './se2.js';
+import {View} from './view.js';
+
+const AXIS = 0.35;           // [m] length of a frame's axes, if that can be seen
+const AXIS_PIXELS = [34, 90];
+
+export class RobotMap {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.view = new View();
+    this.fixed = 'odom';
+    this.radius = 0.105;
+    this.picture = null;
+    this.trails = null;        // {odom: Trail, local: Trail}
+    this.draft = null;         // {kind, pose}: a goal or reset that is being dragged, in local
+  }
+
+  /** The fixed frame is another one; the middle of the map stays where it is. */
+  fix(frame) {
+    if (frame === this.fixed) return;
+    const middle = this._into(frame, this.fixed, [this.view.x, this.view.y, 0]);
+    this.fixed = frame;
+    if (middle) [this.view.x, this.view.y] = middle;
+    if (this.view.auto || !middle) this.fit();
+  }
+
+  /** A pose of one frame in another one; null where the frame local is unknown. */
+  _into(to, from, pose) {
+    if (!pose) return null;
+    if (to === from) return pose;
+    const frame = this.picture?.frame;
+    if (!frame) return null;
+    return compose(to === 'odom' ? frame : inverse(frame), pose);
+  }
+
+  /** A pose given in `frame`, in the frame that stands still. */
+  shown(frame, pose) { return this._into(this.fixed, frame, pose); }
+
+  /** The point in local at a pixel of the canvas; null where that is unknown. */
+  localAt(px, py) {
+    const point = this.view.point(px, py);
+    return this._into('local', this.fixed, [point[0], point[1], 0]);
+  }
+
+  /** The pixel on the canvas of a point in local. */
+  pixelOfLocal(x, y) {
+    const pose = this.shown('local', [x, y, 0]);
+    return pose && this.view.pixel(pose[0], pose[1]);
+  }
+
+  fit() {
+    this.view.fit(this._points(true));
+    this.view.auto = true;
+  }
+
+  _points(withTrails) {
+    const p = this.picture;
+    if (!p) return [];
+    const points = [this.shown('odom', [0, 0, 0]), this.shown('local', [0, 0, 0]), this.shown('odom', p.odom),
+                    this.shown('local', p.local), this.shown('local', p.goal), this.shown('odom', p.truth)];
+    if (withTrails) {
+      for (const frame of ['odom', 'local']) {
+        const trail = this.trails[frame].points;
+        const step = Math.ceil(trail.length / 300) || 1;
+        for (let i = 0; i < trail.length; i += step) if (trail[i]) points.push(this.shown(frame, [...trail[i], 0]));
+      }
+    }
+    return points.filter(Boolean);
+  }
+
+  draw() {
+    const sheet = sharp(this.canvas);
+    if (!sheet) return;
+    const {context: c, width, height} = sheet;
+    const first = this.view.width === 0;
+    Object.assign(this.view, {width, height});
+    if (first) this.fit();
+    if (!this.draft) this.view.follow(this._points(false));
+    this._grid(c);
+    if (!this.picture) return;
+    const labels = new Labels(c, width, height);
+    labels.paper = colours.paper;
+    this._reserve(labels, width);
+    this._trails(c);
+    this._goalLine(c);
+    this._frames(c, labels);
+    this._truth(c, labels);
+    this._goal(c, labels);
+    this._robot(c, labels);
+    this._draft(c, labels);
+    labels.write();
+  }
+
+  /** The toolbar lies on the map: no label goes beneath it. */
+  _reserve(labels, width) {
+    labels.keep([0, 0, Math.min(width, 330), 48]);
+  }
+
+  _grid(c) {
+    const v = this.view;
+    const step = nice(70 / v.scale);
+    const [x0, y1] = v.point(0, 0), [x1, y0] = v.point(v.width, v.height);
+    c.lineWidth = 1;
+    c.font = '11px system-ui, sans-serif';
+    c.fillStyle = colours.faint;
+    const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+    const text = (value) => (Math.abs(value) < step / 2 ? '0' : value.toFixed(digits));
+    for (let i = Math.ceil(x0 / step); i <= x1 / step; i += 1) {
+      const px = Math.round(v.pixel(i * step, 0)[0]) + 0.5;
+      stroke(c, i === 0 ? colours.grid_strong : colours.grid, [[px, 0], [px, v.height]]);
+      c.textAlign = 'center';
+      if (px > 40) c.fillText(text(i * step), px, v.height - 4);
+    }
+    for (let i = Math.ceil(y0 / step); i <= y1 / step; i += 1) {
+      const py = Math.round(v.pixel(0, i * step)[1]) + 0.5;
+      stroke(c, i === 0 ? colours.grid_strong : colours.grid, [[0, py], [v.width, py]]);
+      c.textAlign = 'left';
+      if (py > 60 && py < v.height - 24) c.fillText(text(i * step), 4, py - 3);
+    }
+    c.textAlign = 'right';
+    const unknown = this.picture && !this.picture.frame ? ' \u00b7 the frame local is not known yet' : '';
+    c.fillText(`[m] in ${this.fixed}${unknown}`, v.width - 6, v.height - 18);
+  }
+
+  _trails(c) {
+    for (const frame of ['odom', 'local']) {
+      c.strokeStyle = colours[frame];
+      c.lineWidth = frame === 'odom' ? 2.5 : 2;
+      c.setLineDash(frame === 'odom' ? [] : [7, 5]);
+      c.lineJoin = 'round';
+      c.beginPath();
+      let joined = false;
+      for (const point of this.trails[frame].points) {
+        const pose = point && this.shown(frame, [point[0], point[1], 0]);
+        if (!pose) { joined = false; continue; }
+        const [px, py] = this.view.pixel(pose[0], pose[1]);
+        if (joined) c.lineTo(px, py); else c.moveTo(px, py);
+        joined = true;
+      }
+      c.stroke();
+      c.setLineDash([]);
+    }
+  }
+
+  _frames(c, labels) {
+    const origins = ['odom', 'local'].map((name) => [name, this.shown(name, [0, 0, 0])]).filter((o) => o[1]);
+    for (const [, pose] of origins) labels.avoid(...this.view.pixel(pose[0], pose[1]), 6);
+    for (const [name, pose] of origins) this._frame(c, labels, name, pose);
+  }
+
+  _frame(c, labels, name, pose) {
+    const colour = colours[name];
+    const [px, py] = this.view.pixel(pose[0], pose[1]);
+    // The axes of local are longer and thinner: both are seen where the frames coincide.
+    const factor = name === 'local' ? 1.35 : 1;
+    const length = factor * Math.max(AXIS_PIXELS[0], Math.min(AXIS_PIXELS[1], AXIS * this.view.scale));
+    const ends = [['x', pose[2]], ['y', pose[2] + Math.PI / 2]].map(([axis, angle]) => {
+      const ex = px + length * Math.cos(angle), ey = py - length * Math.sin(angle);
+      c.lineWidth = name === 'odom' ? 4 : 2;
+      c.setLineDash(name === 'odom' ? [] : [6, 3]);
+      stroke(c, colour, [[px, py], [ex, ey]]);
+      c.setLineDash([]);
+      arrowHead(c, ex, ey, angle, colour, axis === 'x');
+      for (const part of [0.2, 0.4, 0.6, 0.8]) labels.avoid(px + part * (ex - px), py + part * (ey - py), 4);
+      return [axis, ex, ey];
+    });
+    for (const [axis, ex, ey] of ends) labels.add(axis, ex, ey, colour, {size: 12, away: 9});
+    if (name === 'odom') square(c, px, py, 5, colour); else diamond(c, px, py, 7, colour, colours.paper);
+    labels.add(name, px, py, colour, {away: 12});
+  }
+
+  _goalLine(c) {
+    const {goal, odom, local} = this.picture;
+    const from = this.shown('odom', odom) || this.shown('local', local), to = this.shown('local', goal);
+    if (!from || !to) return;
+    c.lineWidth = 1.5;
+    c.setLineDash([2, 5]);
+    stroke(c, colours.goal, [this.view.pixel(from[0], from[1]), this.view.pixel(to[0], to[1])]);
+    c.setLineDash([]);
+  }
+
+  _goal(c, labels) {
+    const pose = this.shown('local', this.picture.goal);
+    if (pose) this._target(c, labels, pose, 'goal', this.picture.tolerance);
+  }
+
+  /** A target: its tolerance to scale, a cross of constant size, and the final heading. */
+  _target(c, labels, pose, text, tolerance) {
+    const [px, py] = this.view.pixel(pose[0], pose[1]);
+    const colour = colours.goal;
+    c.lineWidth = 2;
+    circle(c, px, py, 13, colour);
+    for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+      stroke(c, colour, [[px + 9 * dx, py + 9 * dy], [px + 17 * dx, py + 17 * dy]]);
+    }
+    c.globalAlpha = 0.35;
+    c.fillStyle = colour;
+    c.beginPath();
+    c.arc(px, py, Math.max(1, (tolerance || 0) * this.view.scale), 0, 2 * Math.PI);
+    c.fill();
+    c.globalAlpha = 1;
+    const end = [px + 40 * Math.cos(pose[2]), py - 40 * Math.sin(pose[2])];
+    c.lineWidth = 3;
+    stroke(c, colour, [[px, py], end]);
+    arrowHead(c, end[0], end[1], pose[2], colour, true);
+    labels.avoid(px, py, 13);
+    labels.avoid((px + end[0]) / 2, (py + end[1]) / 2, 8);
+    labels.avoid(end[0], end[1], 8);
+    labels.add(text, px, py, colour, {away: 18});
+  }
+
+  _truth(c, labels) {
+    const pose = this.shown('odom', this.picture.truth);
+    if (!pose) return;
+    const [px, py] = this.view.pixel(pose[0], pose[1]);
+    const size = Math.max(this.radius * this.view.scale, 9);
+    c.lineWidth = 2;
+    c.setLineDash([3, 3]);
+    circle(c, px, py, size, colours.truth);
+    stroke(c, colours.truth, [[px, py], [px + size * 1.4 * Math.cos(pose[2]), py - size * 1.4 * Math.sin(pose[2])]]);
+    c.setLineDash([]);
+    labels.avoid(px, py, size * 0.72);
+    labels.add('true', px, py, colours.truth, {size: 12, away: size * 0.72 + 8});
+  }
+
+  _robot(c, labels) {
+    const pose = this.shown('odom', this.picture.odom) || this.shown('local', this.picture.local);
+    if (pose) {
+      const [px, py] = this.view.pixel(pose[0], pose[1]);
+      const size = this.radius * this.view.scale;
+      c.lineWidth = 2;
+      c.globalAlpha = 0.25;
+      c.fillStyle = colours.robot;
+      c.beginPath();
+      c.arc(px, py, size, 0, 2 * Math.PI);
+      c.fill();
+      c.globalAlpha = 1;
+      circle(c, px, py, size, colours.robot);
+      heading(c, px, py, pose[2], Math.max(size * 0.85, 11), colours.robot, colours.paper);
+      labels.avoid(px, py, Math.max(size, 9) * 0.72);
+      labels.add('robot', px, py, colours.robot, {away: Math.max(size, 9) * 0.72 + 5});
+    }
+  }
+
+  _draft(c, labels) {
+    const pose = this.draft && this.shown('local', this.draft.pose);
+    if (!pose) return;
+    const [x, y, yaw] = this.draft.pose;
+    const words = `${this.draft.kind === 'goal' ? 'goal' : 'robot is at'} ${x.toFixed(2)} ${y.toFixed(2)} ${(yaw * 180 / Math.PI).toFixed(0)}\u00b0`;
+    this._target(c, labels, pose, words, 0);
+  }
+}
+
+function stroke(c, colour, points) {
+  c.strokeStyle = colour;
+  c.beginPath();
+  points.forEach(([x, y], i) => (i ? c.lineTo(x, y) : c.moveTo(x, y)));
+  c.stroke();
+}
+
+function circle(c, x, y, radius, colour) {
+  c.strokeStyle = colour;
+  c.beginPath();
+  c.arc(x, y, radius, 0, 2 * Math.PI);
+  c.stroke();
+}
+
+function square(c, x, y, half, colour) {
+  c.fillStyle = colour;
+  c.fillRect(x - half, y - half, 2 * half, 2 * half);
+}
+
+function diamond(c, x, y, half, colour, inside) {
+  c.beginPath();
+  c.moveTo(x, y - half);
+  c.lineTo(x + half, y);
+  c.lineTo(x, y + half);
+  c.lineTo(x - half, y);
+  c.closePath();
+  c.fillStyle = inside;
+  c.fill();
+  c.lineWidth = 2;
+  c.strokeStyle = colour;
+  c.stroke();
+}
+
+/** The x axis ends in a full arrow, the y axis in an open one. */
+function arrowHead(c, x, y, angle, colour, full) {
+  const tip = [x + 7 * Math.cos(angle), y - 7 * Math.sin(angle)];
+  const wings = [2.5, -2.5].map((turn) => [tip[0] + 12 * Math.cos(angle + turn), tip[1] - 12 * Math.sin(angle + turn)]);
+  c.beginPath();
+  c.moveTo(...wings[0]);
+  c.lineTo(...tip);
+  c.lineTo(...wings[1]);
+  c.fillStyle = colour;
+  c.strokeStyle = colour;
+  c.lineWidth = 2.5;
+  if (full) c.fill(); else c.stroke();
+}
+
+/** An arrow head of the robot that shows where it looks. */
+function heading(c, x, y, yaw, size, colour, rim) {
+  const at = (angle, r) => [x + r * Math.cos(yaw + angle), y - r * Math.sin(yaw + angle)];
+  c.beginPath();
+  c.moveTo(...at(0, size));
+  c.lineTo(...at(2.5, size * 0.75));
+  c.lineTo(...at(Math.PI, size * 0.25));
+  c.lineTo(...at(-2.5, size * 0.75));
+  c.closePath();
+  c.fillStyle = colour;
+  c.fill();
+  c.strokeStyle = rim;
+  c.lineWidth = 1;
+  c.stroke();
+}

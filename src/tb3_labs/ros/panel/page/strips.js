@@ -1,0 +1,100 @@
+// A number over the last 60 seconds.
+
+import {colours} from './colours.js';
+import {nice, sharp} from './canvas.js';
+
+const SPAN = 60;           // [s]
+const MOST = 2400;         // points kept
+const GAP = 1;             // [s] a longer silence breaks the curve
+const LEFT = 40, RIGHT = 6, TOP = 6, BOTTOM = 16;   // [px] around the curve
+
+export class Strip {
+  constructor(canvas, {symmetric, digits, smallest}) {
+    this._canvas = canvas;
+    this._symmetric = symmetric;
+    this._digits = digits;
+    this._smallest = smallest;     // the scale never shows less than this
+    this.points = [];              // [time, value or null, is it a reset?]
+  }
+
+  clear() { this.points = []; }
+
+  add(time, value, isReset) {
+    const last = this.points[this.points.length - 1];
+    if (last && time < last[0]) this.clear();        // the clock was set back, or it is another node
+    if (last && time - last[0] > GAP) this.points.push([time, null, false]);
+    this.points.push([time, value, isReset]);
+    while (this.points[0][0] < time - SPAN || this.points.length > MOST) this.points.shift();
+  }
+
+  draw() {
+    const sheet = sharp(this._canvas);
+    if (!sheet) return;
+    const {context: c, width, height} = sheet;
+    const end = this.points.length ? this.points[this.points.length - 1][0] : 0;
+    const top = this._top(), bottom = this._symmetric ? -top : 0;
+    const x = (time) => width - RIGHT - (end - time) / SPAN * (width - LEFT - RIGHT);
+    const y = (value) => TOP + (top - value) / (top - bottom) * (height - TOP - BOTTOM);
+    c.font = '11px system-ui, sans-serif';
+    this._axes(c, width, height, top, bottom, x, y, end);
+    this._resets(c, height, x);
+    this._curve(c, x, y);
+  }
+
+  _top() {
+    let most = this._smallest;
+    for (const point of this.points) if (point[1] !== null) most = Math.max(most, Math.abs(point[1]));
+    return nice(most);
+  }
+
+  _axes(c, width, height, top, bottom, x, y, end) {
+    c.strokeStyle = colours.grid_strong;
+    c.fillStyle = colours.faint;
+    c.lineWidth = 1;
+    c.textAlign = 'right';
+    c.textBaseline = 'middle';
+    for (const value of this._symmetric ? [top, 0, bottom] : [top, top / 2, 0]) {
+      line(c, LEFT, y(value), width - RIGHT, y(value));
+      c.fillText(value.toFixed(value === 0 ? 0 : this._digits(top)), LEFT - 4, y(value));
+    }
+    c.textAlign = 'center';
+    c.textBaseline = 'alphabetic';
+    for (let back = 0; back <= SPAN; back += 15) {
+      const px = x(end - back);
+      line(c, px, height - BOTTOM, px, height - BOTTOM + 3);
+      c.textAlign = back === 0 ? 'right' : back === SPAN ? 'left' : 'center';
+      c.fillText(back === 0 ? 'now' : `-${back} s`, px, height - 3);
+    }
+  }
+
+  _resets(c, height, x) {
+    c.strokeStyle = colours.ink;
+    c.setLineDash([2, 3]);
+    for (const point of this.points) if (point[2]) line(c, x(point[0]), TOP, x(point[0]), height - BOTTOM);
+    c.setLineDash([]);
+  }
+
+  _curve(c, x, y) {
+    c.strokeStyle = colours.local;
+    c.lineWidth = 2;
+    c.lineJoin = 'round';
+    c.beginPath();
+    let joined = false, before = null;
+    for (const [time, value] of this.points) {
+      if (value === null) { joined = false; continue; }
+      // An angle that passes 180 degrees jumps: that is no line across the strip.
+      if (this._symmetric && before !== null && Math.abs(value - before) > 180) joined = false;
+      if (joined) c.lineTo(x(time), y(value)); else c.moveTo(x(time), y(value));
+      joined = true;
+      before = value;
+    }
+    c.stroke();
+  }
+}
+
+function line(c, x0, y0, x1, y1) {
+  c.beginPath();
+  c.moveTo(Math.round(x0) + 0.5, Math.round(y0) + 0.5);
+  c.lineTo(Math.round(x1) + 0.5, Math.round(y1) + 0.5);
+  c.stroke();
+}

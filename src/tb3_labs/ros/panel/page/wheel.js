@@ -1,0 +1,246 @@
+// Driving by hand: who asks for the wheel, what is gripped, and what is sent 20 times a second.
+//
+// A grip drives only once the node `gamepad` is ready. It must see the sticks at rest first, so a
+// grip sends zeros until then. A grip that waited for too long must be let go and gripped again:
+// the robot must not start at a moment that nobody expects.
+
+import {Presses} from './presses.js';
+import {timeNow} from './link.js';
+
+const PERIOD = 50;          // [ms] between two messages
+const READY_WITHIN = 1000;  // [ms] after a grip the pad must be ready
+const BUTTONS_AFTER = 450;  // [ms] the node must have heard the pad for so long before a press counts
+const IDLE = 30000;         // [ms] without a touch: the wheel is given back
+const SETTLE = 700;         // [ms] a picture may be older than the answer to a request
+
+export class Wheel {
+  constructor(link, say) {
+    this._link = link;
+    this._say = say;
+    this._phase = 'idle';          // idle, asking, held
+    this._asked = 0;               // counts requests, so that a late answer is not taken for another
+    this._grips = new Map();       // name -> {at, forward, left, hold, open, spent}
+    this._mouse = null;
+    this._padUsed = false;
+    this._heardSince = Infinity;   // the node hears the pad since then
+    this._gave = -Infinity;        // this page gave control at this time; -Infinity: it did not
+    this._since = 0;               // the wheel is held since then
+    this._touched = 0;
+    this._picture = null;
+    this._timer = 0;
+    this.buttons = {a: new Presses(), b: new Presses(), y: new Presses()};
+  }
+
+  get phase() { return this._phase; }
+  get gave() { return this._gave > -Infinity; }
+
+  // -- what a person does
+
+  grip(name, hold = true) {
+    this._grips.set(name, {at: performance.now(), forward: 0, left: 0, hold, open: false, spent: false});
+    this._padUsed = true;
+    this._touch();
+  }
+
+  move(name, forward, left, hold = true) {
+    const grip = this._grips.get(name);
+    if (!grip) return;
+    Object.assign(grip, {forward, left, hold});
+    this._touched = performance.now();
+  }
+
+  release(name) {
+    if (this._grips.delete(name)) this._send();
+  }
+
+  has(name) { return this._grips.has(name); }
+
+  press(button) {
+    this.buttons[button].press();
+    this._padUsed = true;
+    this._touch();
+  }
+
+  lift(button) {
+    const presses = this.buttons[button];
+    if (!presses.down) return;
+    presses.lift();
+    this._send();
+  }
+
+  holdMouse(x, y) {
+    const isNew = this._mouse === null;
+    this._mouse = [x, y];
+    if (isNew) this._touch();
+    this._touched = performance.now();
+  }
+
+  releaseMouse() {
+    if (this._mouse === null) return;
+    this._mouse = null;
+    this._send();
+  }
+
+  get holdsMouse() { return this._mouse !== null; }
+
+  /** Give control to move_to_goal. This page then renews it. */
+  async give() {
+    const asked = this._phase === 'held' ? this._asked : ++this._asked;
+    if (this._phase !== 'held') this._phase = 'asking';
+    const answer = await this._link.ask({type: 'give', t: timeNow()});
+    if (answer.ok && asked === this._asked) {
+      this._gave = performance.now();
+      if (this._phase !== 'held') this._hold();
+    } else if (asked === this._asked && this._phase === 'asking') {
+      this._phase = 'idle';
+    }
+    return answer;
+  }
+
+  /** Control was taken from move_to_goal: this page no longer renews it. */
+  took() {
+    this._gave = -Infinity;
+    this._touched = performance.now();
+  }
+
+  /** Everything to zero, and nothing that is held counts until it is gripped anew. */
+  stop() {
+    const sent = this._link.send({type: 'stop'});
+    this._drop();
+    this.took();
+    if (this._phase === 'asking') this._silence();
+    this._send();
+    return sent;
+  }
+
+  /** Give the wheel back. */
+  letGo() {
+    if (this._phase === 'held') this._link.send({type: 'let go'});
+    this._silence();
+  }
+
+  /** Send nothing any more. The node takes that for a loss, and stops the robot. */
+  silence() {
+    const drove = this._phase !== 'idle';
+    this._silence();
+    return drove;
+  }
+
+  // -- what the node tells
+
+  picture(picture) {
+    this._picture = picture;
+    const now = performance.now();
+    if (this._phase === 'asking' && picture.wheel === 'you') this._hold();    // the answer follows
+    if (this._phase !== 'held') return;
+    if (picture.wheel !== 'you' && now - this._since > SETTLE) {
+      const wasHeld = this._grips.size > 0 || this._mouse !== null;
+      this._silence();
+      if (wasHeld) this._say('The wheel was lost: let go, and grip again.', true);
+      return;
+    }
+    if (this.gave && picture.has_control === false && now - this._gave > SETTLE) this.took();
+  }
+
+  // -- inside
+
+  _touch() {
+    this._touched = performance.now();
+    if (this._phase === 'idle') this._begin();
+    else this._send();
+  }
+
+  async _begin() {
+    if (document.hidden) return;
+    this._phase = 'asking';
+    this._picture = null;          // what older pictures say of the pad no longer holds
+    const asked = ++this._asked;
+    const answer = await this._link.ask({type: 'begin', t: timeNow()});
+    if (asked !== this._asked || this._phase !== 'asking') return;     // stopped or hidden meanwhile
+    if (answer.ok) {
+      this._hold();
+    } else {
+      this._silence();
+      this._say('The wheel was refused: ' + answer.text, true);
+    }
+  }
+
+  _hold() {
+    if (document.hidden) { this._silence(); return; }
+    clearInterval(this._timer);
+    this._phase = 'held';
+    this._since = performance.now();
+    this._timer = setInterval(() => this._tick(), PERIOD);
+    this._send();
+  }
+
+  _silence() {
+    clearInterval(this._timer);
+    this._phase = 'idle';
+    this._asked += 1;
+    this._padUsed = false;
+    this._heardSince = Infinity;
+    this._gave = -Infinity;
+    this._picture = null;
+    this._drop();
+  }
+
+  _drop() {
+    this._grips.clear();
+    this._mouse = null;
+    for (const presses of Object.values(this.buttons)) presses.drop();
+    this.ondrop?.();
+  }
+
+  _tick() {
+    const busy = this._grips.size > 0 || this._mouse !== null || this.gave;
+    if (!busy && performance.now() - this._touched > IDLE) this.letGo();
+    else this._send();
+  }
+
+  _send() {
+    // A hidden page has slow timers: it would be lost at any time, so it never drives.
+    if (this._phase !== 'held' || document.hidden || this._link.crowded) return;
+    this._link.send({type: 'hand', t: timeNow(), pad: this._padUsed ? this._pad() : null, mouse: this._mouse});
+  }
+
+  _pad() {
+    const now = performance.now();
+    if (this._heardSince === Infinity) this._heardSince = now;
+    const heard = now - this._heardSince >= BUTTONS_AFTER;
+    const pad = {forward: 0, left: 0, a: false, b: false, y: false, hold: false};
+    for (const grip of this._grips.values()) {
+      this._judge(grip, now);
+      if (grip.spent) continue;
+      // Where a button must be held, the node waits for its press: a pad just heard has none yet.
+      pad.hold = pad.hold || (grip.hold && heard);
+      if (grip.open) { pad.forward += grip.forward; pad.left += grip.left; }
+    }
+    pad.forward = Math.max(-1, Math.min(1, pad.forward));
+    pad.left = Math.max(-1, Math.min(1, pad.left));
+    pad.b = this.buttons.b.next(true);
+    pad.a = this.buttons.a.next(heard);
+    pad.y = this.buttons.y.next(heard);
+    if (pad.a && !this.gave) this._gave = now;
+    if (pad.b) this.took();
+    return pad;
+  }
+
+  /** May this grip drive? Once it was not ready in time, or no longer, it never drives again. */
+  _judge(grip, now) {
+    if (grip.spent) return;
+    const ready = this._picture?.pad === 'ready' && this._picture.wheel === 'you';
+    if (grip.open ? !ready : now - grip.at > READY_WITHIN) {
+      grip.spent = true;
+      grip.open = false;
+      if (this._picture?.pad !== 'held back') this._say('Let go, and grip again.', true);
+    } else if (ready) {
+      grip.open = true;
+    }
+  }
+
+  /** Must something be let go and gripped again? */
+  get spent() {
+    return [...this._grips.values()].some((grip) => grip.spent);
+  }
+}
