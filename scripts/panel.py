@@ -57,6 +57,8 @@ PATIENCE = 3.0
 RELEASE_TIME = 0.5
 #: Requests that count however late they come.
 STOPS = ('stop', 'take', 'let go', 'hand')
+#: Stands for an answer that another thread gives.
+LATER = object()
 
 
 class Page:
@@ -189,8 +191,8 @@ class Panel:
         except ValueError as problem:
             self._answer(page, request, False, str(problem))
         else:
-            if answer is not None:
-                self._answer(page, request, True, answer)
+            if answer is not LATER:
+                self._answer(page, request, True, answer or '')
 
     @staticmethod
     def _answer(page, request, fulfilled, text):
@@ -200,7 +202,7 @@ class Panel:
             page.send({'type': 'note', 'text': text, 'warning': True})
 
     def _carry_out(self, page, request):
-        """The answer to a request, in words; None: it comes later, or is not needed."""
+        """The answer to a request, in words; None: there is nothing to say; or LATER."""
         now = steady_time()
         lateness = 0.0 if request.sent_at is None else page.lateness.of(request.sent_at, now)
         if request.kind == 'look':
@@ -248,6 +250,7 @@ class Panel:
                 fulfilled, text = False, str(problem)
             self._server.soon(lambda: self._answer(page, request, fulfilled, text))
         threading.Thread(target=guarded(call), name='reset', daemon=True).start()
+        return LATER
 
     # -- the wheels
 

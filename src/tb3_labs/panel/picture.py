@@ -150,7 +150,9 @@ class RobotView:
 
     def _to_go(self) -> Optional[List[float]]:
         distance, angle = self.latest('distance'), self.latest('angle')
-        return None if distance is None or angle is None else [round(distance, 4), round(angle, 2) + 0.0]
+        if distance is None or angle is None:
+            return None
+        return [round(distance, 4), round(angle, 2) + 0.0]    # not -0.0
 
 
 def phase_of(state: str) -> str:

@@ -52,6 +52,7 @@ class Wheel:
         self._pad_since = 0.0          # time of its first message
         self._heard_at = 0.0
         self._mouse_active = False
+        self._mouse_refused = False    # until it is let go
         self._b_pressed = False        # by a page without the wheel
         self._words: List[bool] = []
         self._pads: List[LatePad] = []
@@ -67,8 +68,12 @@ class Wheel:
             raise ValueError('another page drives: it must let go first, or be stopped')
         self.page, self._heard_at = page, now
 
-    def on_hand(self, page: object, hand: Hand, now: float, lateness: float = 0.0) -> None:
-        """The present state of what is gripped on `page`, delayed by `lateness` [s]."""
+    def on_hand(self, page: object, hand: Hand, now: float, lateness: float = 0.0,
+                mouse_drives: bool = True) -> None:
+        """The present state of what is gripped on `page`, delayed by `lateness` [s].
+
+        Without `mouse_drives` another node drives: a mouse that is held then must be gripped anew.
+        """
         self.update(now)
         late = lateness > PAGE_TIMEOUT
         if page is not self.page or late:
@@ -79,7 +84,7 @@ class Wheel:
             return
         self._heard_at = now
         self._hear_pad(hand.pad, now, lateness)
-        self._hear_mouse(hand)
+        self._hear_mouse(hand, mouse_drives)
 
     def give(self, page: object, now: float) -> None:
         """Give control to move_to_goal; ``ValueError`` if another page has the wheel."""
@@ -156,8 +161,9 @@ class Wheel:
             self._pads.append(LatePad(pad, lateness))
         self.pad = pad
 
-    def _hear_mouse(self, hand: Hand) -> None:
-        if hand.mouse is not None:
+    def _hear_mouse(self, hand: Hand, drives: bool) -> None:
+        self._mouse_refused = hand.mouse is not None and (self._mouse_refused or not drives)
+        if hand.mouse is not None and not self._mouse_refused:
             self._mouse_active = True
             self._mouse.append(MouseState(True, *hand.mouse))
         elif self._mouse_active:

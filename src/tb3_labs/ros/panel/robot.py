@@ -67,9 +67,7 @@ class PanelRobot:
 
     def hand(self, page, hand, now, lateness):
         """The state of what is gripped."""
-        if hand.mouse is not None and self._is_driving():
-            hand = hand._replace(mouse=None)    # two drivers would fight
-        self.wheel.on_hand(page, hand, now, lateness)
+        self.wheel.on_hand(page, hand, now, lateness, mouse_drives=not self._is_driving())
         self.flush(now)
         if self.wheel.gives:
             self._senders.renew(now)

@@ -13,9 +13,11 @@ from tb3_labs.ros.conversions import (
 from tb3_labs.ros.rospy_internals import connection_of, stop_hearing_oneself
 from tb3_labs.ros.topics import subscribe
 
-#: The streams that move the robot on the page are read once in this time [s]; all others
+#: The streams that move the robot on the page are read once in this time [s],
 QUICK = 0.045
-#: once in this time.
+#: the frames, which move only when they are declared anew, once in this time [s],
+FRAMES = 0.1
+#: and all others, which are shown as numbers, once in this time [s].
 SLOW = 0.2
 #: For a robot in the list of all robots each is read once in this time [s].
 LISTED = 0.5
@@ -24,8 +26,8 @@ LISTED = 0.5
 class Watch:
     """Writes what the topics of one robot say into a panel.picture.RobotView.
 
-    `prefix` is its namespace with a slash, or ''; `lock` guards the view. `level` is one of NOTHING,
-    SUMMARY (what the list of robots shows) and ALL.
+    `prefix` is its namespace with a slash, or ''; `lock` guards the view. A `level` is NOTHING,
+    SUMMARY (what the list of robots shows) or ALL.
     """
 
     NOTHING, SUMMARY, ALL = range(3)
@@ -72,7 +74,7 @@ class Watch:
                 'current_goal': self._keep('current_goal', PoseStamped, 'goal', _pose),
                 'local_path': self._path,
                 'tolerance': self._tolerance,
-                '/tf': self._stream('/tf', TFMessage, self._on_transforms, SLOW),
+                '/tf': self._stream('/tf', TFMessage, self._on_transforms, FRAMES),
                 '/tf_static': lambda: subscribe('/tf_static', TFMessage, self._on_transforms,
                                                 queue_size=None)})
         return topics

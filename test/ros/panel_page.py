@@ -1,0 +1,148 @@
+#!/usr/bin/env python3
+"""A page of the panel for tests, without a browser: its websocket, and hands that hold controls."""
+import asyncio
+import json
+import threading
+import time
+
+from tornado.httpclient import HTTPRequest
+from tornado.websocket import websocket_connect
+
+#: Time between two messages of hands that hold something [s].
+PERIOD = 0.05
+#: A page reports one picture in this number.
+REPORT_EVERY = 10
+AT_REST = {'forward': 0, 'left': 0, 'a': False, 'b': False, 'y': False, 'hold': True}
+
+
+class Page:
+    """Connects to the panel at `address` ('http://localhost:8080/?token=...').
+
+    It keeps the latest message of each type, all answers, and counts the pictures. `reports`: it
+    tells the panel which pictures it has seen.
+    """
+
+    def __init__(self, address, reports=True, headers=None):
+        self.latest = {}
+        self.answers = {}
+        self.notes = []
+        self.pictures = 0
+        self.closed = threading.Event()
+        self._reports = reports
+        self._changed = threading.Condition()
+        self._held = None                # the message that is repeated, or None
+        self._number = 0
+        place, _, query = address.partition('?')
+        self._request = HTTPRequest(
+            place.replace('http', 'ws', 1) + 'socket' + ('?' + query if query else ''),
+            headers=headers)
+        self._loop = asyncio.new_event_loop()
+        self._socket = None
+        self.refusal = None
+        opened = threading.Event()
+        threading.Thread(target=self._run, args=(opened,), daemon=True).start()
+        opened.wait(10.0)
+        if self.refusal is not None:
+            raise ConnectionRefusedError(self.refusal)
+
+    # -- what it does
+
+    def send(self, kind, **values):
+        """Send one message; with t, the time."""
+        message = dict(values, type=kind, t=1000.0 * time.time())
+        self.send_text(json.dumps(message))
+
+    def send_text(self, text):
+        """Send a message as it is."""
+        self._loop.call_soon_threadsafe(self._write, text)
+
+    def ask(self, kind, seconds=5.0, **values):
+        """Send a request; (fulfilled?, text) of its answer."""
+        self._number += 1
+        number = self._number
+        self.send(kind, id=number, **values)
+        self.wait_until(lambda: number in self.answers, seconds, 'the answer to ' + kind)
+        return self.answers[number]['ok'], self.answers[number]['text']
+
+    def hold(self, pad=None, mouse=None):
+        """From now on hands hold this, 20 times a second: `pad` is what differs from AT_REST."""
+        self._held = {'pad': None if pad is None else dict(AT_REST, **pad), 'mouse': mouse}
+        self.send('hand', **self._held)
+
+    def fall_silent(self):
+        """From now on nothing is sent."""
+        self._held = None
+
+    def close(self):
+        """The browser ends."""
+        self._held = None
+        self._loop.call_soon_threadsafe(lambda: self._socket and self._socket.close())
+        self.closed.wait(5.0)
+
+    # -- what it sees
+
+    @property
+    def picture(self):
+        """The latest picture."""
+        return self.latest['picture']
+
+    def wait_until(self, condition, seconds=20.0, what='a condition'):
+        """Wait until `condition()` holds; RuntimeError after `seconds`."""
+        with self._changed:
+            if not self._changed.wait_for(condition, seconds):
+                raise RuntimeError('waited {:.0f} s in vain for {}; last: {}, notes: {}'.format(
+                    seconds, what, self.latest.get('picture'), self.notes))
+
+    def wait_for(self, seconds=20.0, **values):
+        """Wait for a picture with these values."""
+        self.wait_until(lambda: all(self.latest.get('picture', {}).get(name) == value
+                                    for name, value in values.items()), seconds, str(values))
+
+    # -- its thread
+
+    def _run(self, opened):
+        asyncio.set_event_loop(self._loop)
+        try:
+            self._loop.run_until_complete(self._connect(opened))
+        finally:
+            self.closed.set()
+            opened.set()
+
+    async def _connect(self, opened):
+        try:
+            self._socket = await websocket_connect(self._request)
+        except Exception as problem:    # of any kind: the test reads it
+            self.refusal = str(problem)
+            return
+        opened.set()
+        hands = asyncio.ensure_future(self._repeat())
+        while True:
+            text = await self._socket.read_message()
+            if text is None:
+                break
+            self._on_message(json.loads(text))
+        hands.cancel()
+
+    async def _repeat(self):
+        while True:
+            await asyncio.sleep(PERIOD)
+            held = self._held
+            if held is not None:
+                self.send('hand', **held)
+
+    def _write(self, text):
+        if self._socket is not None and not self.closed.is_set():
+            self._socket.write_message(text)
+
+    def _on_message(self, message):
+        with self._changed:
+            self.latest[message['type']] = message
+            if message['type'] == 'answer':
+                self.answers[message['id']] = message
+            elif message['type'] == 'note':
+                self.notes.append(message['text'])
+            elif message['type'] == 'picture':
+                self.pictures += 1
+                if self._reports and message['n'] % REPORT_EVERY == 0:
+                    self.send('seen', n=message['n'])
+            self._changed.notify_all()

@@ -1,0 +1,386 @@
+#!/usr/bin/env python3
+"""The panel as its pages use it, without a browser. What pages do and see is compared with the
+embedded robot's true pose."""
+import http.client
+import math
+import os
+import re
+import signal
+import sys
+import time
+
+import rosgraph
+import rospy
+import rostest
+from std_msgs.msg import Bool, Float64
+
+from tb3_labs.geometry.angles import difference_degrees
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.ros.testing.observer import Observer
+
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from node_case import (    # noqa: E402 (a relay's folder)
+    SILENCE, STARTING, ZERO, Hiccups, Node, NodeCase)
+from panel_page import Page    # noqa: E402
+
+#: A lost page has stopped the robot after this time [s].
+LOSS = 0.3
+PORT = 8090
+
+
+class PanelTest(NodeCase):
+    """Methods share the nodes; each begins with a robot at rest that nobody drives."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.seen, cls.hiccups = Observer(), Hiccups()
+        cls.seen.watch_robot()
+        cls.seen.watch('ctrl_relinq', Bool, lambda message: message.data)
+        cls.seen.watch('has_control', Bool, lambda message: message.data)
+        cls.panel = cls.start_panel()
+        cls.addClassCleanup(cls.panel.kill)
+        cls.address = cls.address_of(cls.panel)
+
+    @staticmethod
+    def start_panel(*arguments):
+        return Node('panel.py', '_port:={}'.format(PORT), *arguments)
+
+    @staticmethod
+    def address_of(panel):
+        panel.wait_for('in a browser')
+        return re.search(r'open (http\S+) in', panel.text).group(1)
+
+    def setUp(self):
+        self.page = self.open()
+        self.page.wait_until(lambda: all(self.page.latest.get('picture', {}).get(
+            'can', {'': False}).values()), STARTING, 'all nodes')
+        self.page.send('stop')
+        self.rest()
+        self.page.wait_for(wheel='', has_control=False)
+
+    def open(self, address=None, **options):
+        page = Page(address or self.address, **options)
+        self.addCleanup(page.close)
+        return page
+
+    def here(self):
+        """Declare the robot to be at the origin; its true pose, which is that of local."""
+        origin = self.rest()
+        self.assertEqual(self.page.ask('reset', x=0, y=0, yaw_deg=0), (
+            True, 'Local pose set to x=0.000, y=0.000, yaw=0.0 deg'))
+        self.page.wait_until(lambda: Pose2(*self.page.picture['local']).distance_to(Pose2())
+                             < 0.005, 5.0, 'the new frame')
+        return origin
+
+    def drive_by_stick(self, forward=1.0, left=0.0):
+        """Grip the pad, as a person does: the sticks begin in their middle."""
+        self.assertEqual(self.page.ask('begin'), (True, ''))
+        self.page.hold(pad={})
+        self.page.wait_for(pad='ready')
+        self.page.hold(pad={'forward': forward, 'left': left})
+        self.seen.wait_for('cmd_vel', lambda command: command != ZERO)
+
+    def assert_stopped(self, since, within=LOSS):
+        """The last movement was commanded at most `within` after `since` [s], apart from delays of
+        the machine; a zero followed, and then no other movement."""
+        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
+        moving = [at for at, command in self.seen.all('cmd_vel') if command != ZERO]
+        self.assertLess(moving[-1] - since, within + self.hiccups.since(since, moving[-1]))
+        self.assert_stands()
+
+    def assert_stands(self, seconds=SILENCE):
+        """The robot comes to rest, and no movement is commanded for a time."""
+        self.rest()
+        since = rospy.get_time()
+        self.let_pass(seconds)
+        commands = {command for _, command in self.seen.all('cmd_vel', since)}
+        self.assertEqual(commands - {ZERO}, set())
+
+    # -- what a page shows
+
+    def test_a_picture_shows_the_robot_as_it_is(self):
+        self.here()
+        self.page.ask('goal', x=0.3, y=0.2, yaw_deg=40)
+        self.page.wait_until(lambda: None not in (
+            self.page.picture[name] for name in ('truth', 'odom', 'local', 'frame')), 5.0, 'poses')
+        self.let_pass(SILENCE)    # the frame is read ten times a second
+        pose, seen = self.rest(), self.page.picture
+        self.assertLess(seen['ages']['imu'], 0.5)
+        truth, odom, local, frame = (
+            Pose2(*seen[name]) for name in ('truth', 'odom', 'local', 'frame'))
+        # the odometry begins where the robot truly stands, so odom and world are one frame here
+        self.assertLess(truth.distance_to(pose), 0.002)
+        self.assertLess(odom.distance_to(truth), 0.01)
+        self.assertLess(abs((frame @ local).distance_to(odom)), 0.01)
+        self.page.wait_until(lambda: self.page.picture['goal'] == [0.3, 0.2, round(
+            math.radians(40), 5)], 5.0, 'the goal')
+        self.page.wait_until(lambda: abs(self.page.picture['to_go'][0] - math.hypot(0.3, 0.2))
+                             < 0.005, 5.0, 'the distance')
+        # the yaw of this robot's IMU is 140.6 degrees ahead of its odometry
+        self.assertLess(abs(difference_degrees(
+            seen['heading_deg'], math.degrees(pose.yaw) + 140.6)), 1.5)
+        self.assertEqual((seen['state'], seen['phase']), ('waiting for control', 'waiting'))
+
+    def test_nothing_is_listened_to_while_nobody_looks(self):
+        self.page.close()
+        master = rosgraph.Master('/panel_test')
+
+        def heard():
+            return {topic for topic, nodes in master.getSystemState()[1] if '/panel' in nodes}
+        self.seen.wait_until(lambda: heard() <= {'/rosout', '/ctrl_relinq'}, 10.0,
+                             'the end of its subscriptions, not {}'.format(heard()))
+        again = self.open()
+        again.wait_until(lambda: again.latest.get('picture', {}).get('odom'), 5.0, 'a picture')
+
+    def test_a_page_that_shows_nothing_is_dropped_and_no_other(self):
+        slow = self.open(reports=False)
+        self.seen.wait_until(slow.closed.is_set, 10.0, 'the end of the slow page')
+        self.assertLess(slow.pictures, 100)
+        self.assertFalse(self.page.closed.is_set())
+
+    # -- driving
+
+    def test_a_goal_is_reached_while_the_page_that_gave_control_is_there(self):
+        origin = self.here()
+        self.assertEqual(self.page.ask('goal', x=-0.4, y=0.3, yaw_deg=-90)[0], True)
+        self.assert_stands()
+        self.assertEqual(self.page.ask('give'), (True, 'control given'))
+        self.page.hold()
+        self.page.wait_for(state='GOAL_REACHED', seconds=30.0)
+        reached = origin.inverse() @ self.rest()
+        self.assertLess(reached.distance_to(Pose2(-0.4, 0.3)), 0.012)
+        self.assertLess(abs(difference_degrees(math.degrees(reached.yaw), -90)), 0.7)
+        self.assertTrue(self.page.picture['has_control'])
+
+    def test_control_is_over_with_the_page_that_gave_it(self):
+        for how in 'closed', 'silent':
+            with self.subTest(how):
+                self.here()
+                self.page.ask('goal', x=2.0, y=0.0, yaw_deg=0)
+                self.page.ask('give')
+                self.page.hold()
+                self.page.wait_for(phase='driving')
+                self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.1)
+                since = rospy.get_time()
+                (self.page.close if how == 'closed' else self.page.fall_silent)()
+                self.assert_stopped(since)
+                # a page that comes, or comes back, gives nothing by itself
+                page = self.page = self.open() if how == 'closed' else self.page
+                page.hold()
+                page.wait_for(has_control=False)
+                self.assert_stands()
+                page.fall_silent()
+
+    def test_a_stick_drives_and_a_page_that_falls_silent_stops(self):
+        start = self.rest()
+        self.drive_by_stick()
+        there = self.seen.wait_for('ground_truth', lambda pose: start.distance_to(pose) > 0.1)
+        self.assertGreater((start.inverse() @ there).x, 0.09)    # forward is forward
+        since = rospy.get_time()
+        self.page.fall_silent()
+        self.assert_stopped(since)
+        self.page.hold(pad={'forward': 1.0})    # the same hand again, but nobody gripped it anew
+        self.assert_stands(2 * SILENCE)
+
+    def test_a_page_that_is_killed_stops_the_robot(self):
+        self.drive_by_stick(left=1.0, forward=0.0)
+        since = rospy.get_time()
+        self.page.close()
+        self.assert_stopped(since)
+
+    def test_the_buttons_hand_over_take_back_and_reset(self):
+        self.assertEqual(self.page.ask('begin')[0], True)
+        self.page.hold(pad={})
+        self.page.wait_for(pad='ready')
+        self.assertTrue(self.page.ask('reset', x=5, y=5, yaw_deg=5)[0])
+        self.page.wait_until(lambda: self.page.picture['local'][0] > 4.9, 5.0, 'the reset')
+        epoch = self.page.picture['epoch']
+        self.page.hold(pad={'y': True})
+        self.page.wait_until(lambda: self.page.picture['epoch'] == epoch + 1
+                             and abs(self.page.picture['local'][0]) < 0.01, 5.0, 'the reset by Y')
+        self.page.hold(pad={'a': True})
+        self.page.wait_for(pad='held back', has_control=True)
+        self.page.hold(pad={})
+        self.seen.wait_for('cmd_vel', lambda command: command != ZERO)
+        since = rospy.get_time()
+        self.page.hold(pad={'b': True})
+        self.assert_stopped(since)
+        self.page.wait_for(has_control=False)
+        # A that is given by a page which then falls silent is over as well
+        self.page.hold(pad={})
+        self.page.wait_for(pad='ready')
+        self.page.hold(pad={'a': True})
+        self.page.wait_for(has_control=True)
+        self.page.fall_silent()
+        self.page.wait_for(has_control=False, seconds=5.0)
+        self.rest()
+
+    def test_the_mouse_pad_drives_until_it_is_let_go(self):
+        self.page.ask('begin')
+        self.page.hold(mouse=[-0.5, 0.0])
+        self.seen.wait_for('cmd_vel', lambda command: command[1] > 0.2)    # left is left
+        self.page.hold(mouse=[0.0, 0.0])
+        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
+        self.page.hold(mouse=[0.0, 1.0])
+        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.15)
+        since = rospy.get_time()
+        self.page.hold()
+        self.assert_stopped(since)
+
+    def test_a_turn_is_as_exact_as_by_keyboard_and_a_stop_ends_it(self):
+        before = self.rest()
+        self.assertEqual(self.page.ask('turn', degrees=90)[0], True)
+        self.seen.wait_for('cmd_vel', lambda command: command != ZERO)
+        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
+        turned = math.degrees((before.inverse() @ self.rest()).yaw)
+        self.assertLess(abs(turned - 90.0), 0.6)
+        self.page.ask('turn', degrees=-180)
+        self.seen.wait_for('cmd_vel', lambda command: command[1] < -1.0)
+        since = rospy.get_time()
+        self.page.send('stop')
+        self.assert_stopped(since, within=0.1)
+
+    def test_a_stop_ends_everything_and_nothing_comes_back(self):
+        other = self.open()
+        self.page.ask('goal', x=2.0, y=0.0, yaw_deg=0)
+        self.page.ask('give')
+        self.page.hold()
+        self.seen.wait_for('cmd_vel', lambda command: command != ZERO)
+        since = rospy.get_time()
+        other.send('stop')    # of a page that does not drive
+        self.assert_stopped(since, within=0.1)
+        self.assert_stands(2 * SILENCE)    # the hands of the page that gave control go on
+        self.drive_by_stick()
+        since = rospy.get_time()
+        self.page.send('stop')
+        self.assert_stopped(since, within=0.1)
+
+    def test_one_page_drives_at_a_time(self):
+        other = self.open()
+        self.drive_by_stick(forward=0.5)
+        self.assertEqual(other.ask('begin'), (
+            False, 'another page drives: it must let go first, or be stopped'))
+        self.assertEqual(other.ask('give')[0], False)
+        other.hold(pad={'forward': -1.0})
+        other.wait_for(wheel='other')
+        self.let_pass(SILENCE)
+        self.assertTrue(all(command[0] > 0.0 for _, command in self.seen.all(
+            'cmd_vel', rospy.get_time() - SILENCE)))
+        self.page.hold(pad={})
+        self.page.send('let go')
+        other.fall_silent()
+        other.wait_for(wheel='')
+        self.assertEqual(other.ask('begin'), (True, ''))
+
+    def test_turns_and_mouse_are_refused_while_move_to_goal_drives(self):
+        self.here()
+        self.page.ask('goal', x=1.0, y=0.0, yaw_deg=0)
+        self.page.ask('give')
+        self.page.hold()
+        self.page.wait_for(phase='driving')
+        self.assertEqual(self.page.ask('turn', degrees=90), (
+            False, 'move_to_goal drives: take control first'))
+        self.page.hold(mouse=[1.0, 1.0])
+        self.let_pass(SILENCE)
+        self.page.wait_for(phase='driving')
+        since = rospy.get_time()
+        self.assertEqual(self.page.ask('take'), (True, 'control taken'))
+        self.assert_stopped(since)    # the mouse that is still held must be gripped anew
+        self.page.hold()
+        self.page.hold(mouse=[0.0, 1.0])
+        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.15)
+
+    def test_a_panel_that_slept_drives_nothing_when_it_wakes(self):
+        self.drive_by_stick()
+        since = rospy.get_time()
+        self.panel.send(signal.SIGSTOP)
+        try:
+            self.assert_stopped(since, within=LOSS + 0.05)
+        finally:
+            self.panel.send(signal.SIGCONT)
+        self.assert_stands(2 * SILENCE)    # the messages of that time arrive all at once
+
+    # -- what is refused
+
+    def test_bad_requests_are_refused_with_the_reason(self):
+        for text, reason in (
+                ('{"type": "goal", "x": NaN, "y": 0, "yaw_deg": 0}', 'NaN is no number'),
+                ('{"type": "reset", "x": 1e999, "y": 0, "yaw_deg": 0}',
+                 'x = Infinity is not valid: a number from -100 to 100'),
+                ('{"type": "turn", "degrees": "90"}',
+                 'degrees = "90" is not valid: a number from -360 to 360'),
+                ('{"type": "fly"}', "type 'fly' is unknown"),
+                ('[' * 1000, 'a message is no JSON'), ('x' * 3000, 'at most 2000')):
+            with self.subTest(text[:40]):
+                self.page.send_text(text)
+                self.page.wait_until(lambda: any(reason in note for note in self.page.notes), 5.0,
+                                     reason)
+        self.page.send_text('x' * 100000)    # the connection ends, and nothing else
+        self.seen.wait_until(self.page.closed.is_set, 5.0, 'the end of that page')
+        self.assertIsNone(self.panel.status)
+        self.rest()
+
+    def status_of(self, path, **headers):
+        """(status, body) of a request as a program sends it."""
+        connection = http.client.HTTPConnection('localhost', PORT, timeout=5.0)
+        connection.putrequest('GET', path, skip_host='Host' in headers)
+        for name, value in headers.items():
+            connection.putheader(name, value)
+        connection.endheaders()
+        answer = connection.getresponse()
+        return answer.status, answer.read().decode()
+
+    def test_other_sites_and_files_elsewhere_are_refused(self):
+        self.assertEqual(self.status_of('/')[0], 200)
+        self.assertEqual(self.status_of('/', Host='evil.example:8080')[0], 403)
+        for path in ('/../server.py', '/%2e%2e/server.py', '//etc/passwd', '/..%2fserver.py',
+                     '/page/../../server.py'):
+            status, body = self.status_of(path)
+            self.assertIn(status, (403, 404), path)
+            self.assertNotIn('import', body)
+        for origin in 'http://evil.example', 'null', 'http://localhost:1', 'https://localhost.evil':
+            with self.assertRaises(ConnectionRefusedError):
+                Page(self.address, headers={'Origin': origin})
+        with self.assertRaises(ConnectionRefusedError):
+            Page(self.address, headers={'Host': 'evil.example'})
+        own = self.address.rstrip('/')
+        self.open(headers={'Origin': own}).wait_until(lambda: True)
+
+    def test_another_address_needs_the_token_and_a_panel_may_only_show(self):
+        shows = self.start_panel('__name:=shows', '_address:=0.0.0.0', '_control:=false',
+                                 '_robots:=2')
+        self.addCleanup(shows.kill)
+        address = self.address_of(shows)    # the next port is taken: this one is in use
+        place, token = re.match(r'(http://.*:{}/)\?token=(\S{{10,}})$'.format(PORT + 1),
+                                address).groups()
+        for wrong in '', '?token=', '?token=' + token[:-1], '?token=%C3%A9':
+            with self.assertRaises(ConnectionRefusedError, msg=wrong):
+                Page(place + wrong)
+        page = self.open(address)
+        page.wait_until(lambda: 'robots' in page.latest, 10.0, 'the list')
+        self.assertEqual([robot['name'] for robot in page.latest['robots']['robots']],
+                         ['robot1', 'robot2'])
+        self.assertEqual(page.ask('look', robot='robot3'), (
+            False, "robot 'robot3' is unknown; known: robot1, robot2"))
+        page.send('look', robot='robot2')
+        page.wait_for(robot='robot2')
+        for request in ('begin', 'give', 'stop'):
+            self.assertEqual(page.ask(request), (
+                False, 'this panel only shows: it was started with control:=false'))
+
+    def test_a_reset_without_a_node_that_offers_it_is_refused_within_two_seconds(self):
+        alone = self.start_panel('__name:=alone', '__ns:=nowhere')
+        self.addCleanup(alone.kill)
+        page = self.open(self.address_of(alone))
+        begun = time.monotonic()
+        fulfilled, text = page.ask('reset', x=0, y=0, yaw_deg=0)
+        self.assertFalse(fulfilled)
+        self.assertIn('/nowhere/reset_pose', text)
+        self.assertLess(time.monotonic() - begun, 2.0)
+        self.assertEqual(page.ask('give'), (
+            False, 'no node listens on ctrl_relinq: is move_to_goal running?'))
+
+
+if __name__ == '__main__':
+    rospy.init_node('panel_test')
+    rostest.rosrun('tb3_labs', 'panel_test', PanelTest, sys.argv)
