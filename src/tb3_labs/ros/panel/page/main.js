@@ -133,6 +133,8 @@ link.addEventListener('note', ({detail}) => say(detail.text, detail.warning));
 
 function showBanner() {
   document.body.dataset.connected = link.connected ? 'yes' : 'no';
+  // Written anew, so that a screen reader tells it.
+  $('banner').textContent = link.connected ? '' : 'not connected: nothing can be stopped from here';
 }
 
 // -- which robot
@@ -247,6 +249,7 @@ function help() {
 }
 
 function showHand(what) {
+  for (const item of held) item.abandon();
   setHidden($('pad'), what !== 'pad');
   setHidden($('mouse'), what !== 'mouse');
   $('tab-pad').setAttribute('aria-pressed', String(what === 'pad'));
@@ -299,7 +302,7 @@ const click = (id) => () => { if (!$(id).disabled && known.control) $(id).click(
 
 /** May keys and a real gamepad drive now? */
 function mayDrive() {
-  return known.control && robot !== null && link.connected && Boolean(latest?.can.pad) && latest.wheel !== 'other';
+  return known.control && robot !== null && link.connected && Boolean(latest?.can?.pad) && latest.wheel !== 'other';
 }
 
 function startKeys() {

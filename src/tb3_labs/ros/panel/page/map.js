@@ -18,6 +18,7 @@ export class RobotMap {
     this.picture = null;
     this.trails = null;        // {odom: Trail, local: Trail}
     this.draft = null;         // {kind, pose}: a goal or reset that is being dragged, in local
+    this._wasSeen = false;     // was there a robot in the last drawing?
   }
 
   /** The fixed frame is another one; the middle of the map stays where it is. */
@@ -61,8 +62,10 @@ export class RobotMap {
   _points(withTrails) {
     const p = this.picture;
     if (!p) return [];
-    const points = [this.shown('odom', [0, 0, 0]), this.shown('local', [0, 0, 0]), this.shown('odom', p.odom),
-                    this.shown('local', p.local), this.shown('local', p.goal), this.shown('odom', p.truth)];
+    const points = [this.shown('odom', p.odom), this.shown('local', p.local), this.shown('local', p.goal), this.shown('odom', p.truth)];
+    for (const frame of ['odom', 'local']) {
+      for (const [x, y] of [[0, 0], [AXIS, 0], [0, AXIS]]) points.push(this.shown(frame, [x, y, 0]));
+    }
     if (withTrails) {
       for (const frame of ['odom', 'local']) {
         const trail = this.trails[frame].points;
@@ -77,15 +80,16 @@ export class RobotMap {
     const sheet = sharp(this.canvas);
     if (!sheet) return;
     const {context: c, width, height} = sheet;
-    const first = this.view.width === 0;
     Object.assign(this.view, {width, height});
-    if (first) this.fit();
+    if (this.view.auto && !this._wasSeen && this.picture) this.fit();
+    this._wasSeen = this.picture !== null;
     if (!this.draft) this.view.follow(this._points(false));
     this._grid(c);
     if (!this.picture) return;
     const labels = new Labels(c, width, height);
     labels.paper = colours.paper;
     this._reserve(labels, width);
+    this._legend(c, labels, height);
     this._trails(c);
     this._goalLine(c);
     this._frames(c, labels);
@@ -99,6 +103,23 @@ export class RobotMap {
   /** The toolbar lies on the map: no label goes beneath it. */
   _reserve(labels, width) {
     labels.keep([0, 0, Math.min(width, 330), 48]);
+  }
+
+  /** What the lines mean, in the lower left corner. */
+  _legend(c, labels, height) {
+    const lines = [['odom', [], 2.5, 'path in odom'], ['local', [7, 5], 2, 'path in local']];
+    c.font = '12px system-ui, sans-serif';
+    c.textAlign = 'left';
+    lines.forEach(([frame, dash, width, text], i) => {
+      const y = height - 44 + 16 * i;
+      c.lineWidth = width;
+      c.setLineDash(dash);
+      stroke(c, colours[frame], [[44, y - 4], [74, y - 4]]);
+      c.setLineDash([]);
+      c.fillStyle = colours.faint;
+      c.fillText(text, 80, y);
+    });
+    labels.keep([40, height - 58, 160, height]);
   }
 
   _grid(c) {
