@@ -17,6 +17,7 @@ import {Trail} from './trails.js';
 import {Wheel} from './wheel.js';
 
 const MESSAGE_STAYS = 6000;     // [ms]
+const STRIPS_EVERY = 200;       // [ms]
 
 const link = new Link();
 const wheel = new Wheel(link, say);
@@ -57,6 +58,20 @@ function draw() {
   $('fixed-local').setAttribute('aria-pressed', String(map.fixed === 'local'));
   map.draw();
   $('fit').setAttribute('aria-pressed', String(map.view.auto));
+  drawStrips();
+}
+
+let stripsAt = 0, stripsTimer = 0;
+
+/** The strips move by few pixels a second: they need not be drawn at each picture. */
+function drawStrips() {
+  clearTimeout(stripsTimer);
+  const wait = stripsAt + STRIPS_EVERY - performance.now();
+  if (wait > 0) {
+    stripsTimer = setTimeout(drawStrips, wait);
+    return;
+  }
+  stripsAt = performance.now();
   strips.distance.draw();
   strips.angle.draw();
 }

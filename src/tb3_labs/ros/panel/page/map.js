@@ -150,22 +150,32 @@ export class RobotMap {
 
   _trails(c) {
     for (const frame of ['odom', 'local']) {
-      c.strokeStyle = colours[frame];
+      const points = this.trails[frame].points;
+      // What was driven in an older frame local is faint: it lay elsewhere then.
+      const since = points.lastIndexOf(null) + 1;
       c.lineWidth = frame === 'odom' ? 2.5 : 2;
       c.setLineDash(frame === 'odom' ? [] : [7, 5]);
       c.lineJoin = 'round';
-      c.beginPath();
-      let joined = false;
-      for (const point of this.trails[frame].points) {
-        const pose = point && this.shown(frame, [point[0], point[1], 0]);
-        if (!pose) { joined = false; continue; }
-        const [px, py] = this.view.pixel(pose[0], pose[1]);
-        if (joined) c.lineTo(px, py); else c.moveTo(px, py);
-        joined = true;
-      }
-      c.stroke();
+      c.strokeStyle = colours[frame];
+      c.globalAlpha = 0.4;
+      this._path(c, frame, points.slice(0, since));
+      c.globalAlpha = 1;
+      this._path(c, frame, points.slice(since));
       c.setLineDash([]);
     }
+  }
+
+  _path(c, frame, points) {
+    let joined = false;
+    c.beginPath();
+    for (const point of points) {
+      const pose = point && this.shown(frame, [point[0], point[1], 0]);
+      if (!pose) { joined = false; continue; }
+      const [px, py] = this.view.pixel(pose[0], pose[1]);
+      if (joined) c.lineTo(px, py); else c.moveTo(px, py);
+      joined = true;
+    }
+    c.stroke();
   }
 
   _frames(c, labels) {
