@@ -246,7 +246,8 @@ function toolChanged(tool) {
   $('tool-goal').setAttribute('aria-pressed', String(tool === 'goal'));
   $('tool-reset').setAttribute('aria-pressed', String(tool === 'reset'));
   $('map').classList.toggle('placing', tool !== null);
-  if (tool) say(tool === 'goal' ? 'Goal: press at the place, drag to the heading.' : 'Reset: press where the robot is, drag to its heading.');
+  if (tool === 'goal') say('Goal: press at the place, drag to the heading.');
+  if (tool === 'reset') say('Reset: press where the robot is, drag to its heading.');
 }
 
 function zoom(factor) {
@@ -259,8 +260,17 @@ function fix(frame) {
   redraw();
 }
 
+/** Show or close the list of keys. It is not modal: STOP must stay within reach. */
 function help() {
-  $('help').showModal();
+  if ($('help').open) { closeHelp(); return; }
+  $('help').show();
+  $('help-close').focus();
+}
+
+function closeHelp() {
+  if (!$('help').open) return;
+  $('help').close();
+  $('help-open').focus();
 }
 
 function showHand(what) {
@@ -303,6 +313,7 @@ function startView() {
   onClick('zoom-out', () => zoom(0.8));
   onClick('fit', () => { map.fit(); redraw(); });
   onClick('help-open', help);
+  onClick('help-close', closeHelp);
   for (const [keys, what, isControl] of SHORTCUTS) {
     const dt = document.createElement('dt'), dd = document.createElement('dd');
     dt.textContent = keys;
@@ -313,7 +324,11 @@ function startView() {
   new ResizeObserver(redraw).observe($('map-box'));
 }
 
-const click = (id) => () => { if (!$(id).disabled && known.control) $(id).click(); };
+/** What a key does for a button; a button that makes no sense now tells why. */
+const click = (id) => () => {
+  if (!known.control || robot === null) return;
+  if ($(id).disabled) say($(id).title, true); else $(id).click();
+};
 
 /** May keys and a real gamepad drive now? */
 function mayDrive() {
@@ -324,6 +339,7 @@ function startKeys() {
   const view = (action) => () => { if (robot !== null) action(); };
   return new Keys(wheel, {
     stop,
+    escape: closeHelp,
     driving: mayDrive,
     pan: (dx, dy) => { map.view.pan(dx, dy); redraw(); },
     buttons: {a: 'a', b: 'b', y: 'y'},
@@ -340,7 +356,8 @@ startControls();
 startView();
 startColours($('theme'), redraw);
 const keys = startKeys();
-const held = [new Stick($('stick-left'), 'forward', wheel), new Stick($('stick-right'), 'left', wheel), new MousePad($('mouse-pad'), wheel)];
+const held = [new Stick($('stick-left'), 'forward', wheel), new Stick($('stick-right'), 'left', wheel),
+              new MousePad($('mouse-pad'), wheel)];
 for (const name of ['a', 'b', 'y']) padButton($('button-' + name), name, wheel);
 const gamepad = new RealGamepad(wheel, mayDrive, (text) => setText($('gamepad-hint'), text));
 

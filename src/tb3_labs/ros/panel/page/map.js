@@ -3,7 +3,7 @@
 import {colours} from './colours.js';
 import {nice, sharp} from './canvas.js';
 import {Labels} from './labels.js';
-import {compose, inverse} from './se2.js';
+import {compose, degrees, inverse} from './se2.js';
 import {View} from './view.js';
 
 const AXIS = 0.35;           // [m] length of a frame's axes, if that can be seen
@@ -282,7 +282,8 @@ export class RobotMap {
     const pose = this.draft && this.shown('local', this.draft.pose);
     if (!pose) return;
     const [x, y, yaw] = this.draft.pose;
-    const words = `${this.draft.kind === 'goal' ? 'goal' : 'robot is at'} ${x.toFixed(2)} ${y.toFixed(2)} ${(yaw * 180 / Math.PI).toFixed(0)}\u00b0`;
+    const kind = this.draft.kind === 'goal' ? 'goal' : 'robot is at';
+    const words = `${kind} ${x.toFixed(2)} ${y.toFixed(2)} ${degrees(yaw).toFixed(0)}\u00b0`;
     this._target(c, labels, pose, words, 0);
   }
 }
