@@ -27,8 +27,11 @@ export function showControls(picture, connected, wheel) {
   inert($('stick-left'), pad);
   inert($('stick-right'), pad);
   inert($('mouse-pad'), mouse);
-  setText($('drive-hint'), join(picture?.has_control === true ? '' : named('give', give), named('turns', turn)));
-  setText($('poses-hint'), join(named('goal', absent('goal')), named('reset', absent('reset')), named('drag', drag)));
+  // Without a connection the banner says it once for all.
+  const words = connected && picture ? join : () => '';
+  const keep = wheel.gave ? 'move_to_goal drives while this page stays open and in sight' : '';
+  setText($('drive-hint'), words(keep, picture?.has_control === true ? '' : named('give', give), named('turns', turn)));
+  setText($('poses-hint'), words(named('goal', absent('goal')), named('reset', absent('reset')), named('drag', drag)));
   setText($('hand-hint'), $('pad').hidden ? mouse || (wheel.holdsMouse ? 'driving' : 'hold to drive') : pad || padWords(picture, wheel));
 }
 

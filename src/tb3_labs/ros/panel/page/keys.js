@@ -5,9 +5,9 @@ const ARROWS = {ArrowUp: [HALF, 0], ArrowDown: [-HALF, 0], ArrowLeft: [0, HALF],
 const TYPING = 'input, textarea, select';
 
 export class Keys {
-  /** `actions`: key -> function; `stop()`; `driving()`: may the arrows drive now? */
-  constructor(wheel, {actions, buttons, stop, driving, pan}) {
-    Object.assign(this, {_wheel: wheel, _actions: actions, _buttons: buttons, _stop: stop, _driving: driving, _pan: pan});
+  /** `actions`: key -> function; `driving()`: may the arrows drive now? */
+  constructor(wheel, {actions, buttons, stop, escape, driving, pan}) {
+    Object.assign(this, {_wheel: wheel, _actions: actions, _buttons: buttons, _stop: stop, _escape: escape, _driving: driving, _pan: pan});
     this._arrows = new Set();
     // In the capture phase: nothing on the page can keep the stop key for itself.
     addEventListener('keydown', (event) => this._down(event), true);
@@ -30,7 +30,6 @@ export class Keys {
   _down(event) {
     if (event.key === ' ' || event.key === 'Escape') { this._stopKey(event); return; }
     if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.(TYPING)) return;
-    if (document.querySelector('dialog[open]')) return;
     if (event.key in ARROWS) { this._arrow(event); return; }
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     if (event.repeat && key !== '+' && key !== '-') return;
@@ -44,7 +43,9 @@ export class Keys {
   _stopKey(event) {
     // The space key must not press the button that has the focus, nor scroll.
     if (event.key === ' ') event.preventDefault();
-    if (!event.repeat) this._stop();
+    if (event.repeat) return;
+    this._stop();
+    if (event.key === 'Escape') this._escape();
   }
 
   _arrow(event) {

@@ -17,6 +17,7 @@ import {Trail} from './trails.js';
 import {Wheel} from './wheel.js';
 
 const MESSAGE_STAYS = 6000;     // [ms]
+const STRIPS_EVERY = 200;       // [ms]
 
 const link = new Link();
 const wheel = new Wheel(link, say);
@@ -57,6 +58,20 @@ function draw() {
   $('fixed-local').setAttribute('aria-pressed', String(map.fixed === 'local'));
   map.draw();
   $('fit').setAttribute('aria-pressed', String(map.view.auto));
+  drawStrips();
+}
+
+let stripsAt = 0, stripsTimer = 0;
+
+/** The strips move by few pixels a second: they need not be drawn at each picture. */
+function drawStrips() {
+  clearTimeout(stripsTimer);
+  const wait = stripsAt + STRIPS_EVERY - performance.now();
+  if (wait > 0) {
+    stripsTimer = setTimeout(drawStrips, wait);
+    return;
+  }
+  stripsAt = performance.now();
   strips.distance.draw();
   strips.angle.draw();
 }
@@ -133,6 +148,8 @@ link.addEventListener('note', ({detail}) => say(detail.text, detail.warning));
 
 function showBanner() {
   document.body.dataset.connected = link.connected ? 'yes' : 'no';
+  // Written anew, so that a screen reader tells it.
+  $('banner').textContent = link.connected ? '' : 'not connected: nothing can be stopped from here';
 }
 
 // -- which robot
@@ -229,7 +246,8 @@ function toolChanged(tool) {
   $('tool-goal').setAttribute('aria-pressed', String(tool === 'goal'));
   $('tool-reset').setAttribute('aria-pressed', String(tool === 'reset'));
   $('map').classList.toggle('placing', tool !== null);
-  if (tool) say(tool === 'goal' ? 'Goal: press at the place, drag to the heading.' : 'Reset: press where the robot is, drag to its heading.');
+  if (tool === 'goal') say('Goal: press at the place, drag to the heading.');
+  if (tool === 'reset') say('Reset: press where the robot is, drag to its heading.');
 }
 
 function zoom(factor) {
@@ -242,11 +260,21 @@ function fix(frame) {
   redraw();
 }
 
+/** Show or close the list of keys. It is not modal: STOP must stay within reach. */
 function help() {
-  $('help').showModal();
+  if ($('help').open) { closeHelp(); return; }
+  $('help').show();
+  $('help-close').focus();
+}
+
+function closeHelp() {
+  if (!$('help').open) return;
+  $('help').close();
+  $('help-open').focus();
 }
 
 function showHand(what) {
+  for (const item of held) item.abandon();
   setHidden($('pad'), what !== 'pad');
   setHidden($('mouse'), what !== 'mouse');
   $('tab-pad').setAttribute('aria-pressed', String(what === 'pad'));
@@ -285,6 +313,7 @@ function startView() {
   onClick('zoom-out', () => zoom(0.8));
   onClick('fit', () => { map.fit(); redraw(); });
   onClick('help-open', help);
+  onClick('help-close', closeHelp);
   for (const [keys, what, isControl] of SHORTCUTS) {
     const dt = document.createElement('dt'), dd = document.createElement('dd');
     dt.textContent = keys;
@@ -295,17 +324,22 @@ function startView() {
   new ResizeObserver(redraw).observe($('map-box'));
 }
 
-const click = (id) => () => { if (!$(id).disabled && known.control) $(id).click(); };
+/** What a key does for a button; a button that makes no sense now tells why. */
+const click = (id) => () => {
+  if (!known.control || robot === null) return;
+  if ($(id).disabled) say($(id).title, true); else $(id).click();
+};
 
 /** May keys and a real gamepad drive now? */
 function mayDrive() {
-  return known.control && robot !== null && link.connected && Boolean(latest?.can.pad) && latest.wheel !== 'other';
+  return known.control && robot !== null && link.connected && Boolean(latest?.can?.pad) && latest.wheel !== 'other';
 }
 
 function startKeys() {
   const view = (action) => () => { if (robot !== null) action(); };
   return new Keys(wheel, {
     stop,
+    escape: closeHelp,
     driving: mayDrive,
     pan: (dx, dy) => { map.view.pan(dx, dy); redraw(); },
     buttons: {a: 'a', b: 'b', y: 'y'},
@@ -322,7 +356,8 @@ startControls();
 startView();
 startColours($('theme'), redraw);
 const keys = startKeys();
-const held = [new Stick($('stick-left'), 'forward', wheel), new Stick($('stick-right'), 'left', wheel), new MousePad($('mouse-pad'), wheel)];
+const held = [new Stick($('stick-left'), 'forward', wheel), new Stick($('stick-right'), 'left', wheel),
+              new MousePad($('mouse-pad'), wheel)];
 for (const name of ['a', 'b', 'y']) padButton($('button-' + name), name, wheel);
 const gamepad = new RealGamepad(wheel, mayDrive, (text) => setText($('gamepad-hint'), text));
 

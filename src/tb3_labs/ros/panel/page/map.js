@@ -3,7 +3,7 @@
 import {colours} from './colours.js';
 import {nice, sharp} from './canvas.js';
 import {Labels} from './labels.js';
-import {compose, inverse} from './se2.js';
+import {compose, degrees, inverse} from './se2.js';
 import {View} from './view.js';
 
 const AXIS = 0.35;           // [m] length of a frame's axes, if that can be seen
@@ -18,6 +18,7 @@ export class RobotMap {
     this.picture = null;
     this.trails = null;        // {odom: Trail, local: Trail}
     this.draft = null;         // {kind, pose}: a goal or reset that is being dragged, in local
+    this._wasSeen = false;     // was there a robot in the last drawing?
   }
 
   /** The fixed frame is another one; the middle of the map stays where it is. */
@@ -61,8 +62,10 @@ export class RobotMap {
   _points(withTrails) {
     const p = this.picture;
     if (!p) return [];
-    const points = [this.shown('odom', [0, 0, 0]), this.shown('local', [0, 0, 0]), this.shown('odom', p.odom),
-                    this.shown('local', p.local), this.shown('local', p.goal), this.shown('odom', p.truth)];
+    const points = [this.shown('odom', p.odom), this.shown('local', p.local), this.shown('local', p.goal), this.shown('odom', p.truth)];
+    for (const frame of ['odom', 'local']) {
+      for (const [x, y] of [[0, 0], [AXIS, 0], [0, AXIS]]) points.push(this.shown(frame, [x, y, 0]));
+    }
     if (withTrails) {
       for (const frame of ['odom', 'local']) {
         const trail = this.trails[frame].points;
@@ -77,15 +80,16 @@ export class RobotMap {
     const sheet = sharp(this.canvas);
     if (!sheet) return;
     const {context: c, width, height} = sheet;
-    const first = this.view.width === 0;
     Object.assign(this.view, {width, height});
-    if (first) this.fit();
+    if (this.view.auto && !this._wasSeen && this.picture) this.fit();
+    this._wasSeen = this.picture !== null;
     if (!this.draft) this.view.follow(this._points(false));
     this._grid(c);
     if (!this.picture) return;
     const labels = new Labels(c, width, height);
     labels.paper = colours.paper;
     this._reserve(labels, width);
+    this._legend(c, labels, height);
     this._trails(c);
     this._goalLine(c);
     this._frames(c, labels);
@@ -99,6 +103,23 @@ export class RobotMap {
   /** The toolbar lies on the map: no label goes beneath it. */
   _reserve(labels, width) {
     labels.keep([0, 0, Math.min(width, 330), 48]);
+  }
+
+  /** What the lines mean, in the lower left corner. */
+  _legend(c, labels, height) {
+    const lines = [['odom', [], 2.5, 'path in odom'], ['local', [7, 5], 2, 'path in local']];
+    c.font = '12px system-ui, sans-serif';
+    c.textAlign = 'left';
+    lines.forEach(([frame, dash, width, text], i) => {
+      const y = height - 44 + 16 * i;
+      c.lineWidth = width;
+      c.setLineDash(dash);
+      stroke(c, colours[frame], [[44, y - 4], [74, y - 4]]);
+      c.setLineDash([]);
+      c.fillStyle = colours.faint;
+      c.fillText(text, 80, y);
+    });
+    labels.keep([40, height - 58, 160, height]);
   }
 
   _grid(c) {
@@ -129,22 +150,32 @@ export class RobotMap {
 
   _trails(c) {
     for (const frame of ['odom', 'local']) {
-      c.strokeStyle = colours[frame];
+      const points = this.trails[frame].points;
+      // What was driven in an older frame local is faint: it lay elsewhere then.
+      const since = points.lastIndexOf(null) + 1;
       c.lineWidth = frame === 'odom' ? 2.5 : 2;
       c.setLineDash(frame === 'odom' ? [] : [7, 5]);
       c.lineJoin = 'round';
-      c.beginPath();
-      let joined = false;
-      for (const point of this.trails[frame].points) {
-        const pose = point && this.shown(frame, [point[0], point[1], 0]);
-        if (!pose) { joined = false; continue; }
-        const [px, py] = this.view.pixel(pose[0], pose[1]);
-        if (joined) c.lineTo(px, py); else c.moveTo(px, py);
-        joined = true;
-      }
-      c.stroke();
+      c.strokeStyle = colours[frame];
+      c.globalAlpha = 0.4;
+      this._path(c, frame, points.slice(0, since));
+      c.globalAlpha = 1;
+      this._path(c, frame, points.slice(since));
       c.setLineDash([]);
     }
+  }
+
+  _path(c, frame, points) {
+    let joined = false;
+    c.beginPath();
+    for (const point of points) {
+      const pose = point && this.shown(frame, [point[0], point[1], 0]);
+      if (!pose) { joined = false; continue; }
+      const [px, py] = this.view.pixel(pose[0], pose[1]);
+      if (joined) c.lineTo(px, py); else c.moveTo(px, py);
+      joined = true;
+    }
+    c.stroke();
   }
 
   _frames(c, labels) {
@@ -251,7 +282,8 @@ export class RobotMap {
     const pose = this.draft && this.shown('local', this.draft.pose);
     if (!pose) return;
     const [x, y, yaw] = this.draft.pose;
-    const words = `${this.draft.kind === 'goal' ? 'goal' : 'robot is at'} ${x.toFixed(2)} ${y.toFixed(2)} ${(yaw * 180 / Math.PI).toFixed(0)}\u00b0`;
+    const kind = this.draft.kind === 'goal' ? 'goal' : 'robot is at';
+    const words = `${kind} ${x.toFixed(2)} ${y.toFixed(2)} ${degrees(yaw).toFixed(0)}\u00b0`;
     this._target(c, labels, pose, words, 0);
   }
 }

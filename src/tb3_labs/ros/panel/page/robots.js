@@ -12,7 +12,7 @@ export class Robots {
   /** Cards for these names; those that stay keep the keyboard's focus. */
   names(robots) {
     const names = robots.map((robot) => robot.name);
-    if (names.join() === [...this._cards.keys()].join()) return;
+    if (names.length === this._cards.size && names.every((name) => this._cards.has(name))) return;
     this._cards.clear();
     this._list.replaceChildren(...names.map((name) => this._card(name)));
   }
@@ -33,7 +33,7 @@ export class Robots {
       span.className = part;
       button.append(span);
     }
-    button.querySelector('.name').textContent = name;
+    button.querySelector('.name').textContent = name || 'robot';
     button.addEventListener('click', () => this._choose(name));
     item.append(button);
     this._cards.set(name, button);
@@ -47,5 +47,9 @@ function fill(card, robot) {
   setText(card.querySelector('.state'), robot.state || 'state unknown');
   setText(card.querySelector('.distance'), robot.distance === null || robot.distance === undefined ? '' : robot.distance.toFixed(2) + ' m');
   setText(card.querySelector('.holder'), robot.holder || '');
-  setText(card.querySelector('.age'), robot.age === null ? '\u25b2 never heard' : (late ? '\u25b2 ' : '') + 'data ' + robot.age.toFixed(robot.age < 1 ? 2 : 1) + ' s old');
+  setText(card.querySelector('.age'), (late ? '\u25b2 ' : '') + ageText(robot.age));
+}
+
+function ageText(age) {
+  return age === null ? 'never heard' : `data ${age.toFixed(age < 1 ? 2 : 1)} s old`;
 }

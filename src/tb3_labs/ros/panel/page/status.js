@@ -1,8 +1,9 @@
 // The numbers and words about the robot that the page looks at.
 
 import {degrees, wrap} from './se2.js';
-import {$, number, setText} from './page.js';
+import {$, number, setHidden, setText} from './page.js';
 
+const LONG = 60;         // letters
 const LATE = 0.5;        // [s] an older message of a sensor is marked
 
 const SHAPES = {driving: '\u25b6', reached: '\u2714', waiting: '\u25cf', stopped: '\u25a0', 'gave up': '\u2716', '': '\u25cb'};
@@ -10,6 +11,9 @@ const SHAPES = {driving: '\u25b6', reached: '\u2714', waiting: '\u25cf', stopped
 export function showStatus(p) {
   setText($('state'), p.state || 'state unknown');
   $('state').title = p.state;
+  // The bar cuts a long reason off: it is shown in full here.
+  setHidden($('reason'), (p.state || '').length <= LONG);
+  setText($('reason'), p.state || '');
   setText($('phase'), SHAPES[p.phase] ?? SHAPES['']);
   $('state-box').dataset.phase = p.phase || 'none';
   setText($('distance'), p.to_go ? number(p.to_go[0], 3, ' m') : number(null));

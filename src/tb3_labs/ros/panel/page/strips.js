@@ -6,6 +6,7 @@ import {nice, sharp} from './canvas.js';
 const SPAN = 60;           // [s]
 const MOST = 2400;         // points kept
 const GAP = 1;             // [s] a longer silence breaks the curve
+const ANGLES = [10, 20, 45, 90, 180];               // [degrees] scales of a strip about an angle
 const LEFT = 40, RIGHT = 6, TOP = 6, BOTTOM = 16;   // [px] around the curve
 
 export class Strip {
@@ -44,7 +45,7 @@ export class Strip {
   _top() {
     let most = this._smallest;
     for (const point of this.points) if (point[1] !== null) most = Math.max(most, Math.abs(point[1]));
-    return nice(most);
+    return this._symmetric ? ANGLES.find((angle) => angle >= most) || nice(most) : nice(most);
   }
 
   _axes(c, width, height, top, bottom, x, y, end) {

@@ -2,6 +2,7 @@
 
 const MOST = 2000;        // points kept; beyond it every other one is dropped
 const STEP = 0.004;       // [m] a nearer point adds nothing to the picture
+const JUMP = 0.5;         // [m] between two pictures: the robot was put elsewhere, or restarted
 
 export class Trail {
   constructor() {
@@ -15,7 +16,9 @@ export class Trail {
 
   add(pose) {
     const last = this.points[this.points.length - 1];
-    if (last && Math.hypot(pose[0] - last[0], pose[1] - last[1]) < STEP) return;
+    const far = last ? Math.hypot(pose[0] - last[0], pose[1] - last[1]) : 0;
+    if (last && far < STEP) return;
+    if (far > JUMP) this.lift();
     this.points.push([pose[0], pose[1]]);
     this._bound();
   }

@@ -57,9 +57,9 @@ export class View {
     const box = bounds(points);
     if (!this.auto || !box || !this.width) return;
     const [x0, y1] = this.pixel(box[0], box[1]), [x1, y0] = this.pixel(box[2], box[3]);
-    const outside = x0 < 24 || y0 < 60 || x1 > this.width - 24 || y1 > this.height - 30;
+    const outside = x0 < 24 || y0 < 56 || x1 > this.width - 24 || y1 > this.height - 30;
     const isWide = Math.max(box[2] - box[0], box[3] - box[1]) > NARROWEST;
-    const small = x1 - x0 < this.width * 0.3 && y1 - y0 < this.height * 0.3;
+    const small = x1 - x0 < this.width * 0.4 && y1 - y0 < this.height * 0.4;
     if (outside || (small && isWide)) this.fit(points);
   }
 }
