@@ -22,6 +22,7 @@ name_packages() {
   run_packages+=(python3-paramiko)    # roslaunch's way to the robot; it only recommends it
   run_packages+=(bubblewrap)    # mark.py keeps the programs of submissions in boxes
   run_packages+=(python3-tornado)    # the web server of the panel
+  case $system in debian:*) test_packages+=(chromium chromium-driver python3-selenium) ;; esac    # elsewhere the panel is tested without a browser
   case $system in    # the mouse
     debian:12) run_packages+=(python3-pynput) ;;
     *) run_packages+=(python3-xlib python3-six) requirements+=(pynput) ;;

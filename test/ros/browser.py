@@ -1,0 +1,181 @@
+#!/usr/bin/env python3
+"""A real browser for tests: Chromium without a window, driven by selenium."""
+import os
+import shutil
+import signal
+import tempfile
+import time
+
+try:
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+    from selenium.webdriver.common.action_chains import ActionChains
+    from selenium.webdriver.common.by import By
+except ModuleNotFoundError:
+    webdriver = None
+
+CHROMIUM, DRIVER = shutil.which('chromium'), shutil.which('chromedriver')
+#: The reason why there is no browser; '' if there is one.
+MISSING = '' if webdriver and CHROMIUM and DRIVER else (
+    'no browser: sudo apt install chromium chromium-driver python3-selenium')
+#: Nothing is looked up in the network; root and containers have no sandbox.
+FLAGS = ('--headless=new', '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run',
+         '--disable-background-networking', '--disable-component-update', '--disable-sync',
+         '--disable-dev-shm-usage', '--window-size=1280,900')
+#: A gamepad as browsers offer one with the standard layout; `window.testPad` is what it shows.
+GAMEPAD = """
+window.testPad = null;
+navigator.getGamepads = () => window.testPad ? [window.testPad] : [];
+window.makeTestPad = (axes, pressed) => {
+  const isNew = !window.testPad;
+  const button = on => ({pressed: on, touched: on, value: on ? 1 : 0});
+  window.testPad = {id: 'test pad', index: 0, connected: true, mapping: 'standard',
+    timestamp: performance.now(), axes: axes,
+    buttons: Array.from({length: 17}, (_, number) => button(pressed.includes(number)))};
+  if (isNew) dispatchEvent(new Event('gamepadconnected'));
+};
+"""
+
+
+class Browser:
+    """A browser with one page, or with several in tabs."""
+
+    def __init__(self, address):
+        self._folder = tempfile.mkdtemp()
+        options = webdriver.ChromeOptions()
+        options.binary_location = CHROMIUM
+        for flag in FLAGS + ('--user-data-dir=' + self._folder,):
+            options.add_argument(flag)
+        options.set_capability('goog:loggingPrefs', {'browser': 'ALL'})
+        self._driver = webdriver.Chrome(service=Service(DRIVER), options=options)
+        self._driver.execute_cdp_cmd('Page.addScriptToEvaluateOnNewDocument', {'source': GAMEPAD})
+        self.tabs = [self._driver.current_window_handle]
+        self._driver.get(address)
+
+    # -- what a person sees
+
+    def picture(self, name):
+        """An entry of the picture that the page shows."""
+        return self.run('return (window.panel && panel.latest || {})[arguments[0]]', name)
+
+    def text(self, element):
+        """The text of an element."""
+        return self._find(element).text
+
+    def is_shown(self, element):
+        """Can the element be seen?"""
+        return self._find(element).is_displayed()
+
+    def wait_until(self, condition, seconds=20.0, what='a condition'):
+        """Wait until `condition()` holds; RuntimeError with the page's picture if it does not."""
+        deadline = time.monotonic() + seconds
+        while not condition():
+            if time.monotonic() > deadline:
+                raise RuntimeError('waited {:.0f} s in vain for {}; the page: {}; {}'.format(
+                    seconds, what, self.run('return JSON.stringify(panel.latest)'), self.errors()))
+            time.sleep(0.02)
+
+    def wait_for(self, seconds=20.0, **values):
+        """Wait for a picture with these values."""
+        self.wait_until(lambda: all(self.picture(name) == value for name, value in values.items()),
+                        seconds, str(values))
+
+    def errors(self):
+        """What the browser complains about."""
+        return [entry['message'] for entry in self._driver.get_log('browser')
+                if entry['level'] in ('SEVERE', 'WARNING')]
+
+    def save(self, path):
+        """Save what is seen as a PNG file."""
+        self._driver.save_screenshot(path)
+
+    # -- what a person does
+
+    def run(self, script, *arguments):
+        """The value of a script in the page."""
+        return self._driver.execute_script(script, *arguments)
+
+    def click(self, element):
+        """Click on an element."""
+        self._find(element).click()
+
+    def type(self, element, text):
+        """Type into a field, in place of what it holds."""
+        field = self._find(element)
+        field.clear()
+        field.send_keys(text)
+
+    def press_key(self, key):
+        """Press a key, and let it go."""
+        ActionChains(self._driver).send_keys(key).perform()
+
+    def drag_in_local(self, start, end):
+        """Drag on the map from one point to another, [x, y] in local [m]."""
+        places = [self.run('return panel.pixel(arguments[0], arguments[1])', *point)
+                  for point in (start, end)]
+        (x0, y0), (x1, y1) = ((place['x'], place['y']) if isinstance(place, dict) else place
+                              for place in places)
+        actions = ActionChains(self._driver, duration=50)
+        pointer = actions.w3c_actions.pointer_action
+        pointer.move_to_location(int(round(x0)), int(round(y0)))
+        pointer.pointer_down()
+        pointer.move_to_location(int(round(x1)), int(round(y1)))
+        pointer.pointer_up()
+        actions.perform()
+
+    def grip(self, element, across=0.0, up=0.0):
+        """Press on the middle of an element, and move from there by parts of its half size."""
+        box = self._find(element)
+        half = box.size['width'] / 2.0
+        actions = ActionChains(self._driver, duration=50).move_to_element(box).click_and_hold()
+        actions.move_by_offset(int(across * half), int(-up * half)).perform()
+
+    def let_go(self):
+        """Let go of what is gripped."""
+        ActionChains(self._driver, duration=50).release().perform()
+
+    def move_pad(self, axes=(0, 0, 0, 0), pressed=()):
+        """The gamepad at this computer shows these axes and pressed buttons."""
+        self.run('makeTestPad(arguments[0], arguments[1])', list(axes), list(pressed))
+
+    def hide(self):
+        """Open an empty tab in front of the page, which is hidden then."""
+        self._driver.switch_to.new_window('tab')
+
+    def show(self):
+        """Back to the page."""
+        self._driver.switch_to.window(self.tabs[0])
+
+    def switch_to_last_tab(self):
+        """Look at the tab that was opened last."""
+        self._driver.switch_to.window(self._driver.window_handles[-1])
+
+    def kill(self):
+        """The browser ends at once, as if it had crashed."""
+        for process in _processes_with(self._folder):
+            try:
+                os.kill(process, signal.SIGKILL)
+            except ProcessLookupError:
+                pass
+
+    def close(self):
+        """End the browser."""
+        self.kill()
+        self._driver.service.stop()
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _find(self, element):
+        return self._driver.find_element(By.ID, element)
+
+
+def _processes_with(words):
+    """The numbers of the processes whose command line holds `words`."""
+    found = []
+    for number in filter(str.isdigit, os.listdir('/proc')):
+        try:
+            with open('/proc/{}/cmdline'.format(number), 'rb') as line:
+                if words.encode() in line.read():
+                    found.append(int(number))
+        except OSError:
+            pass    # it has ended meanwhile
+    return [number for number in found if number != os.getpid()]

@@ -1,0 +1,226 @@
+#!/usr/bin/env python3
+"""The panel as a person uses it: in a real browser, by mouse, keys and gamepad. The result of each
+act is the embedded robot's true pose."""
+import math
+import os
+import re
+import sys
+import unittest
+
+import rospy
+import rostest
+
+from tb3_labs.geometry.angles import difference_degrees
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.ros.testing.observer import Observer
+
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from browser import MISSING, Browser    # noqa: E402 (a relay's folder)
+from node_case import SILENCE, STARTING, ZERO, Hiccups, Node, NodeCase    # noqa: E402
+
+#: A lost page has stopped the robot after this time [s].
+LOSS = 0.3
+PORT = 8110
+
+
+@unittest.skipIf(MISSING, MISSING)
+class PanelBrowserTest(NodeCase):
+    """Methods share nodes and browser; each begins with a robot at rest that nobody drives."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.seen, cls.hiccups = Observer(), Hiccups()
+        cls.seen.watch_robot()
+        cls.panel = Node('panel.py', '_port:={}'.format(PORT))
+        cls.addClassCleanup(cls.panel.kill)
+        cls.panel.wait_for('in a browser')
+        cls.address = re.search(r'open (http\S+) in', cls.panel.text).group(1)
+        cls.browser = None
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.browser.close()
+
+    def setUp(self):
+        if self.browser is None:
+            type(self).browser = Browser(self.address)
+        self.page = self.browser
+        self.page.wait_until(lambda: all((self.page.picture('can') or {'': False}).values()),
+                             STARTING, 'all nodes')
+        self.page.click('stop')
+        self.rest()
+        self.page.wait_for(wheel='', has_control=False)
+
+    def replace_browser(self):
+        """The next test begins with a new one."""
+        self.browser.close()
+        type(self).browser = None
+
+    def assert_stopped(self, since, within):
+        """The last movement was commanded at most `within` after `since` [s], apart from delays of
+        the machine; a zero followed, and then no other movement."""
+        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
+        moving = [at for at, command in self.seen.all('cmd_vel') if command != ZERO]
+        self.assertLess(moving[-1] - since, within + self.hiccups.since(since, moving[-1]))
+        self.assert_stands()
+
+    def assert_stands(self, seconds=SILENCE):
+        """The robot comes to rest, and no movement is commanded for a time."""
+        self.rest()
+        since = rospy.get_time()
+        self.let_pass(seconds)
+        commands = {command for _, command in self.seen.all('cmd_vel', since)}
+        self.assertEqual(commands - {ZERO}, set())
+
+    def here(self):
+        """Click "reset" with 0, 0, 0; the robot's true pose, which is that of local."""
+        origin = self.rest()
+        for field in 'reset-x', 'reset-y', 'reset-yaw':
+            self.page.type(field, '0')
+        self.page.click('reset')
+        self.page.wait_until(lambda: Pose2(*self.page.picture('local')).distance_to(Pose2())
+                             < 0.005, 5.0, 'the reset')
+        return origin
+
+    def assert_reaches(self, origin, x, y, yaw_deg, place, angle):
+        """The robot truly comes to that pose in local, as exactly as was asked for."""
+        self.page.wait_until(lambda: self.page.text('state').strip() == 'GOAL_REACHED', 40.0,
+                             'GOAL_REACHED')
+        reached = origin.inverse() @ self.rest()
+        self.assertLess(reached.distance_to(Pose2(x, y)), place)
+        self.assertLess(abs(difference_degrees(math.degrees(reached.yaw), yaw_deg)), angle)
+
+    def test_a_drive_is_watched_to_its_end(self):
+        origin = self.here()
+        self.page.type('goal-x', '-0.61')
+        self.page.type('goal-y', '0.61')
+        self.page.type('goal-yaw', '0')
+        self.page.click('goal')
+        self.assert_stands()
+        self.page.click('give')
+        self.page.wait_until(lambda: self.page.text('state').strip() == 'MOVE_FORWARD', 10.0,
+                             'MOVE_FORWARD')
+        self.assertRegex(self.page.text('distance'), r'0\.\d')
+        self.assert_reaches(origin, -0.61, 0.61, 0.0, place=0.012, angle=0.7)
+        self.assertEqual(self.page.errors(), [])
+
+    def test_a_goal_is_dragged_and_a_reset_is_dragged(self):
+        origin = self.here()
+        self.page.click('tool-goal')
+        self.page.drag_in_local((-0.3, -0.1), (-0.3, -0.3))    # facing down: -90 degrees
+        self.page.wait_until(lambda: Pose2(*self.page.picture('goal')).distance_to(
+            Pose2(-0.3, -0.1)) < 0.02, 5.0, 'the goal')
+        self.page.click('give')
+        # a pixel of the map is a few millimetres, and the drag is a hundred pixels long
+        self.assert_reaches(origin, -0.3, -0.1, -90.0, place=0.03, angle=3.0)
+        self.page.click('tool-reset')
+        self.page.drag_in_local((0.2, 0.1), (0.4, 0.1))
+        self.page.wait_until(lambda: Pose2(*self.page.picture('local')).distance_to(
+            Pose2(0.2, 0.1)) < 0.02, 5.0, 'the declared pose')
+        self.assertLess(abs(math.degrees(self.page.picture('local')[2])), 3.0)
+
+    def test_a_stick_drives_until_it_is_let_go(self):
+        start = self.rest()
+        self.page.grip('stick-left', up=0.9)
+        there = self.seen.wait_for('ground_truth', lambda pose: start.distance_to(pose) > 0.1)
+        self.assertGreater((start.inverse() @ there).x, 0.09)
+        since = rospy.get_time()
+        self.page.let_go()
+        self.assert_stopped(since, LOSS)
+        turned = self.rest()
+        self.page.grip('stick-right', across=-0.9)
+        there = self.seen.wait_for('ground_truth', lambda pose: abs(difference_degrees(
+            math.degrees(pose.yaw), math.degrees(turned.yaw))) > 10.0)
+        self.assertGreater((turned.inverse() @ there).yaw, 0.0)    # left is left
+        self.page.let_go()
+        self.assert_stands()
+
+    def test_a_real_gamepad_drives_hands_over_and_takes_back(self):
+        start = self.here()
+        self.page.type('goal-x', '2')
+        self.page.click('goal')
+        self.page.move_pad()
+        self.page.wait_until(lambda: 'test pad' in self.page.text('gamepad-hint'), 5.0, 'its name')
+        self.let_pass(SILENCE)    # its sticks are seen in their middle
+        self.page.move_pad(axes=(0, -1, 0, 0))
+        there = self.seen.wait_for('ground_truth', lambda pose: start.distance_to(pose) > 0.1)
+        self.assertGreater((start.inverse() @ there).x, 0.09)
+        self.page.move_pad()
+        self.assert_stands()
+        self.page.move_pad(pressed=[0])
+        self.page.wait_for(has_control=True)
+        self.page.move_pad()
+        self.seen.wait_for('cmd_vel', lambda command: command != ZERO)
+        self.page.move_pad(pressed=[1])
+        self.page.wait_for(has_control=False)
+        self.page.move_pad()
+        self.assert_stands()
+        self.page.run('window.testPad = null')
+
+    def test_keys_drive_and_space_stops(self):
+        self.page.click('turn-left')
+        self.seen.wait_for('cmd_vel', lambda command: command[1] > 1.0)
+        since = rospy.get_time()
+        self.page.press_key(' ')
+        self.assert_stopped(since, LOSS)
+
+    def test_a_turn_is_90_degrees(self):
+        before = self.rest()
+        self.page.click('turn-right')
+        self.seen.wait_for('cmd_vel', lambda command: command != ZERO)
+        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
+        turned = math.degrees((before.inverse() @ self.rest()).yaw)
+        self.assertLess(abs(turned + 90.0), 0.6)
+
+    def test_the_mouse_pad_drives_until_it_is_let_go(self):
+        self.page.click('tab-mouse')
+        self.page.grip('mouse-pad', up=0.9)
+        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.1)
+        since = rospy.get_time()
+        self.page.let_go()
+        self.assert_stopped(since, LOSS)
+        self.page.click('tab-pad')
+
+    def test_a_hidden_page_stops_and_does_not_go_on_by_itself(self):
+        self.page.grip('stick-left', up=0.9)
+        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.1)
+        since = rospy.get_time()
+        self.page.hide()
+        hidden = rospy.get_time()
+        self.assert_stopped(since, LOSS + hidden - since)
+        self.page.show()
+        self.assert_stands(2 * SILENCE)
+        self.replace_browser()
+
+    def test_a_browser_that_crashes_while_a_stick_is_held_stops(self):
+        self.page.grip('stick-left', up=0.9)
+        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.1)
+        since = rospy.get_time()
+        self.page.kill()
+        self.assert_stopped(since, LOSS + 0.05)    # the time that the system needs to end it
+        self.replace_browser()
+
+    def test_a_page_without_its_panel_says_so_and_comes_back(self):
+        self.panel.end()
+        self.page.wait_until(lambda: self.page.is_shown('banner'), 10.0, 'the banner')
+        self.assertIn('not connected', self.page.text('banner').lower())
+        self.assertTrue(self.page.picture('odom'))    # all stays to be looked at
+        type(self).panel = Node('panel.py', '_port:={}'.format(PORT))
+        self.addClassCleanup(self.panel.kill)
+        self.page.wait_until(lambda: not self.page.is_shown('banner'), STARTING, 'its return')
+
+    def test_a_wrong_token_shows_the_reason(self):
+        panel = Node('panel.py', '__name:=guarded', '_address:=0.0.0.0', '_port:={}'.format(PORT))
+        self.addCleanup(panel.kill)
+        panel.wait_for('in a browser')
+        address = re.search(r'open (http\S+) in', panel.text).group(1)
+        self.page.run('window.open(arguments[0])', address.split('?')[0] + '?token=wrong')
+        self.page.switch_to_last_tab()
+        self.page.wait_until(lambda: 'token is missing or wrong' in self.page.run(
+            'return document.body ? document.body.innerText : ""'), 10.0, 'the reason')
+        self.replace_browser()
+
+
+if __name__ == '__main__':
+    rospy.init_node('panel_browser_test')
+    rostest.rosrun('tb3_labs', 'panel_browser_test', PanelBrowserTest, sys.argv)
