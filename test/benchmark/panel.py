@@ -1,0 +1,159 @@
+#!/usr/bin/env python3
+"""The cost of the panel, while a robot drives from goal to goal: without it, with it but without a
+page, with one page at 20 pictures a second, and with RViz in its place.
+
+    CPU             share of one core [%]: of the panel (or RViz), of move_to_goal, of the robot
+    pictures        that the page gets [1/s]
+    first picture   from the connection of the page until its first picture [s]
+    on time         share of a drive's commands that come at most 33 ms later than they were due
+
+Usage: panel.py [seconds of each measurement, default 20]
+"""
+import contextlib
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import time
+
+import rospy
+from geometry_msgs.msg import PoseStamped, Twist
+from std_msgs.msg import Bool, String
+
+from tb3_labs.control.driving import PreciseLaw
+from tb3_labs.control.goal_state import is_over
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.ros.clocks import wait_until
+from tb3_labs.ros.conversions import to_pose_stamped
+from tb3_labs.ros.testing.costs import cpu_time, private_master, process_of
+from tb3_labs.ros.testing.virtual_screen import VirtualScreen
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'ros'))
+from panel_page import Page    # noqa: E402
+
+PORT = 8130
+GOALS = Pose2(0.6, 0.0, 1.5), Pose2(0.0, 0.4, -1.5)
+#: As in classroom.py: a command that comes later than this after the one before is late [s]; one
+#: that comes later than the second begins a drive.
+ON_TIME = PreciseLaw.period + 0.033
+PAUSE = 0.5
+#: Before a measurement a node runs for this long [s].
+SETTLE = 4.0
+ROW = '{:24} {:>14} {:>13} {:>7} {:>9} {:>14} {:>8}'
+
+
+class Drives:
+    """A robot that drives from goal to goal, and the times of its commands."""
+
+    def __init__(self, stack):
+        self._stack = stack
+        self._goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
+        self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
+        self._number = 0
+        self._commands = []
+        self.start(['rosrun', 'tb3_labs', 'fake_turtlebot3.py'], 'turtlebot3')
+        self.start(['rosrun', 'tb3_labs', 'move2goal_tf.py'], 'move_to_goal')
+        rospy.Subscriber('goal_state', String, self._on_state)
+        rospy.Subscriber('cmd_vel', Twist, lambda _: self._commands.append(time.monotonic()),
+                         queue_size=100, tcp_nodelay=True)
+        wait_until(lambda: self._goals.get_num_connections()
+                   and self._control.get_num_connections(), 30.0)
+        self._control.publish(True)
+        self._on_state(String('GOAL_REACHED'))
+
+    def start(self, command, name, **environment):
+        """Start a node; (its process id, the process) once it is registered."""
+        process = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL, env=dict(os.environ, **environment), start_new_session=True)
+        self._stack.callback(process.wait)
+        self._stack.callback(process.kill)
+        found = []
+
+        def is_there():
+            with contextlib.suppress(Exception):    # of any kind: it is not there yet
+                found.append(process_of('/' + name))
+            return found
+        if not wait_until(is_there, 30.0):
+            raise RuntimeError(name + ' does not start')
+        return found[0], process
+
+    def measure(self, seconds, watched=None, page=None):
+        """A line of figures: CPU of the process `watched`, of move_to_goal and of the robot."""
+        pids = [watched] * (watched is not None) + [
+            process_of('/move_to_goal'), process_of('/turtlebot3')]
+        before, begun = [cpu_time(pid) for pid in pids], time.monotonic()
+        pictures = page.pictures if page else 0
+        self._commands.clear()
+        time.sleep(seconds)
+        took = time.monotonic() - begun
+        shares = ['{:.1f} %'.format(100.0 * (cpu_time(pid) - was) / took)
+                  for pid, was in zip(pids, before)]
+        gaps = [later - sooner for sooner, later in zip(self._commands, self._commands[1:])
+                if later - sooner < PAUSE]
+        return shares[:-2] or [''], shares[-2:], (
+            '{:.1f}'.format((page.pictures - pictures) / took) if page else ''), (
+            '{:.1f} %'.format(100.0 * sum(gap <= ON_TIME for gap in gaps) / len(gaps)))
+
+    def _on_state(self, message):
+        if is_over(message.data):
+            self._number += 1
+            self._goals.publish(to_pose_stamped(GOALS[self._number % len(GOALS)], '', 0.0))
+
+
+def line(name, figures, first=''):
+    """A row of the table."""
+    watched, others, pictures, on_time = figures
+    print(ROW.format(name, *watched, *others, pictures, first, on_time), flush=True)
+
+
+def with_page(drives, seconds):
+    """The two rows of the panel."""
+    pid, process = drives.start(['rosrun', 'tb3_labs', 'panel.py', '_port:=%d' % PORT], 'panel')
+    time.sleep(SETTLE)
+    line('panel, nobody looks', drives.measure(seconds, pid))
+    begun = time.monotonic()
+    page = Page('http://localhost:%d/' % PORT)
+    page.wait_until(lambda: 'picture' in page.latest)
+    first = '{:.2f} s'.format(time.monotonic() - begun)
+    time.sleep(SETTLE)
+    line('panel, one page', drives.measure(seconds, pid, page), first)
+    page.close()
+    process.kill()
+
+
+def with_rviz(drives, seconds):
+    """The row of RViz, whose pictures a computer without a graphics card draws by itself."""
+    screen = VirtualScreen(1280, 800)
+    try:
+        pid, process = drives.start(
+            ['roslaunch', 'tb3_labs', 'view.launch'], 'rviz', DISPLAY=screen.display,
+            LIBGL_ALWAYS_SOFTWARE='1')
+        time.sleep(2 * SETTLE)
+        line('RViz', drives.measure(seconds, pid))
+        process.kill()
+    finally:
+        screen.close()
+
+
+def main(seconds=20.0):
+    """Measure and print."""
+    with private_master(), contextlib.ExitStack() as stack:
+        try:
+            rospy.init_node('benchmark', disable_signals=True)
+            print('machine: {} cores, load {:.1f}'.format(os.cpu_count(), os.getloadavg()[0]))
+            print(ROW.format('', 'CPU: panel', 'move_to_goal', 'robot', 'pictures',
+                             'first picture', 'on time'))
+            drives = Drives(stack)
+            time.sleep(SETTLE)
+            line('neither', drives.measure(seconds))
+            with_page(drives, seconds)
+            if shutil.which('rviz') and shutil.which('Xvfb'):
+                with_rviz(drives, seconds)
+        finally:
+            rospy.signal_shutdown('done')
+
+
+if __name__ == '__main__':
+    main(*(float(text) for text in sys.argv[1:2]))
