@@ -169,8 +169,9 @@ function toList() {
 
 // -- what a person asks for
 
+/** False on a page that only shows, and in the list: it has nothing to stop. */
 function stop() {
-  if (!known.control || robot === null) return;
+  if (!known.control || robot === null) return false;
   input.cancel();
   if (wheel.stop()) {
     say('STOP was sent');
@@ -182,6 +183,7 @@ function stop() {
     banner.classList.add('flash');
   }
   redraw();
+  return true;
 }
 
 async function give() {
