@@ -5,10 +5,11 @@ const ARROWS = {ArrowUp: [HALF, 0], ArrowDown: [-HALF, 0], ArrowLeft: [0, HALF],
 const TYPING = 'input, textarea, select';
 
 export class Keys {
-  /** `actions`: key -> function; `driving()`: may the arrows drive now? */
+  /** `actions`: key -> function; `stop()`: false where there is nothing to stop; `driving()`: may the arrows drive now? */
   constructor(wheel, {actions, buttons, stop, escape, driving, pan}) {
     Object.assign(this, {_wheel: wheel, _actions: actions, _buttons: buttons, _stop: stop, _escape: escape, _driving: driving, _pan: pan});
     this._arrows = new Set();
+    this._spaceStops = false;      // was the space key, when it went down, a stop?
     // In the capture phase: nothing on the page can keep the stop key for itself.
     addEventListener('keydown', (event) => this._down(event), true);
     addEventListener('keyup', (event) => this._up(event), true);
@@ -41,11 +42,14 @@ export class Keys {
   }
 
   _stopKey(event) {
-    // The space key must not press the button that has the focus, nor scroll.
-    if (event.key === ' ') event.preventDefault();
-    if (event.repeat) return;
-    this._stop();
     if (event.key === 'Escape') this._escape();
+    if (event.repeat ? this._spaceStops : this._stop()) {
+      // The space key must not press the button that has the focus, nor scroll.
+      if (event.key === ' ') event.preventDefault();
+      this._spaceStops = event.key === ' ';
+    } else {
+      this._spaceStops = false;
+    }
   }
 
   _arrow(event) {
@@ -64,7 +68,7 @@ export class Keys {
   }
 
   _up(event) {
-    if (event.key === ' ') event.preventDefault();
+    if (event.key === ' ' && this._spaceStops) event.preventDefault();
     const button = this._buttons[event.key?.toLowerCase()];
     if (button) this._wheel.lift(button);
     if (!this._arrows.delete(event.key)) return;

@@ -7,8 +7,10 @@ import {Keys, SHORTCUTS} from './keys.js';
 import {Link, timeNow} from './link.js';
 import {LogBox} from './log_box.js';
 import {RobotMap} from './map.js';
-import {MapInput, inDegrees} from './map_input.js';
+import {MapInput} from './map_input.js';
+import {announce, say} from './messages.js';
 import {$, setHidden, setReason, setText} from './page.js';
+import {fill, typedRequest, typedYaw} from './poses.js';
 import {Robots} from './robots.js';
 import {showStatus} from './status.js';
 import {MousePad, Stick, padButton} from './sticks.js';
@@ -16,7 +18,6 @@ import {Strip} from './strips.js';
 import {Trail} from './trails.js';
 import {Wheel} from './wheel.js';
 
-const MESSAGE_STAYS = 6000;     // [ms]
 const STRIPS_EVERY = 200;       // [ms]
 
 const link = new Link();
@@ -24,14 +25,13 @@ const wheel = new Wheel(link, say);
 const map = new RobotMap($('map'));
 const trails = {odom: new Trail(), local: new Trail()};
 map.trails = trails;
-const degreeDigits = () => 0;
 const strips = {
   distance: new Strip($('strip-distance'), {symmetric: false, smallest: 0.1, digits: (top) => (top < 1 ? 2 : 1)}),
-  angle: new Strip($('strip-angle'), {symmetric: true, smallest: 10, digits: degreeDigits}),
+  angle: new Strip($('strip-angle'), {symmetric: true, smallest: 10, digits: () => 0}),
 };
 const log = new LogBox($('log'), $('log-filter'));
 const robots = new Robots($('robots'), (name) => { location.hash = encodeURIComponent(name); });
-const input = new MapInput(map, {redraw, placed, toolChanged, yawOf: (kind) => Number($(kind + '-yaw').value) || 0});
+const input = new MapInput(map, {redraw, placed, toolChanged, yawOf: typedYaw});
 
 let known = {robots: [], control: false, radius: 0.105};   // the last hello
 let robot = null;              // name of the robot that is looked at; null: the list, or nothing yet
@@ -74,28 +74,6 @@ function drawStrips() {
   stripsAt = performance.now();
   strips.distance.draw();
   strips.angle.draw();
-}
-
-// -- words for the person
-
-let messageTimer = 0;
-
-function say(text, warning = false) {
-  const box = $('message');
-  box.textContent = text;
-  box.className = warning ? 'warning shown' : 'shown';
-  clearTimeout(messageTimer);
-  messageTimer = setTimeout(() => box.classList.remove('shown'), MESSAGE_STAYS + 40 * text.length);
-}
-
-let announced = '';
-
-/** Tell a screen reader the state, but not each change of a number in it. */
-function announce(state) {
-  const words = state.replace(/[\d.]+/g, '');
-  if (words === announced) return;
-  announced = words;
-  $('live').textContent = state;
 }
 
 async function request(message) {
@@ -191,8 +169,9 @@ function toList() {
 
 // -- what a person asks for
 
+/** False on a page that only shows, and in the list: it has nothing to stop. */
 function stop() {
-  if (!known.control || robot === null) return;
+  if (!known.control || robot === null) return false;
   input.cancel();
   if (wheel.stop()) {
     say('STOP was sent');
@@ -204,6 +183,7 @@ function stop() {
     banner.classList.add('flash');
   }
   redraw();
+  return true;
 }
 
 async function give() {
@@ -218,28 +198,15 @@ function take() {
 
 const turn = (degrees) => request({type: 'turn', degrees});
 
-/** A pose that was dragged on the map, in local. */
+/** A pose was dragged on the map: it is sent, and stays in the fields. */
 function placed(kind, pose) {
-  const [x, y, yaw] = inDegrees(pose);
-  $(kind + '-x').value = x.toFixed(3);
-  $(kind + '-y').value = y.toFixed(3);
-  $(kind + '-yaw').value = yaw.toFixed(1);
-  sendPose(kind);
+  fill(kind, pose);
+  sendTyped(kind);
 }
 
-function sendPose(kind) {
-  const values = ['x', 'y', 'yaw'].map((part) => {
-    const field = $(`${kind}-${part}`);
-    const value = field.value.trim() === '' ? NaN : Number(field.value.replace(',', '.'));
-    field.setAttribute('aria-invalid', String(!Number.isFinite(value)));
-    return value;
-  });
-  if (!values.every(Number.isFinite)) {
-    say('x, y and yaw must be numbers', true);
-    return;
-  }
-  const [x, y, yaw_deg] = values;
-  request({type: kind, x, y, yaw_deg});
+function sendTyped(kind) {
+  const message = typedRequest(kind);
+  if (message) request(message);
 }
 
 function toolChanged(tool) {
@@ -302,7 +269,7 @@ function startControls() {
   onClick('tab-pad', () => showHand('pad'));
   onClick('tab-mouse', () => showHand('mouse'));
   for (const kind of ['goal', 'reset']) {
-    $(kind + '-form').addEventListener('submit', (event) => { event.preventDefault(); sendPose(kind); });
+    $(kind + '-form').addEventListener('submit', (event) => { event.preventDefault(); sendTyped(kind); });
   }
 }
 

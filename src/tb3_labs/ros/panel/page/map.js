@@ -1,9 +1,11 @@
 // The map: both frames, the robot, its trails, the goal, and the true pose, drawn to scale.
 
 import {colours} from './colours.js';
-import {nice, sharp} from './canvas.js';
+import {sharp} from './canvas.js';
+import {drawGrid, drawLegend} from './grid.js';
 import {Labels} from './labels.js';
 import {compose, degrees, inverse} from './se2.js';
+import {arrowHead, circle, diamond, heading, square, stroke} from './shapes.js';
 import {View} from './view.js';
 
 const AXIS = 0.35;           // [m] length of a frame's axes, if that can be seen
@@ -84,12 +86,12 @@ export class RobotMap {
     if (this.view.auto && !this._wasSeen && this.picture) this.fit();
     this._wasSeen = this.picture !== null;
     if (!this.draft) this.view.follow(this._points(false));
-    this._grid(c);
+    drawGrid(c, this.view, this._gridWords());
     if (!this.picture) return;
     const labels = new Labels(c, width, height);
     labels.paper = colours.paper;
     this._reserve(labels, width);
-    this._legend(c, labels, height);
+    drawLegend(c, labels, height);
     this._trails(c);
     this._goalLine(c);
     this._frames(c, labels);
@@ -105,47 +107,9 @@ export class RobotMap {
     labels.keep([0, 0, Math.min(width, 330), 48]);
   }
 
-  /** What the lines mean, in the lower left corner. */
-  _legend(c, labels, height) {
-    const lines = [['odom', [], 2.5, 'path in odom'], ['local', [7, 5], 2, 'path in local']];
-    c.font = '12px system-ui, sans-serif';
-    c.textAlign = 'left';
-    lines.forEach(([frame, dash, width, text], i) => {
-      const y = height - 44 + 16 * i;
-      c.lineWidth = width;
-      c.setLineDash(dash);
-      stroke(c, colours[frame], [[44, y - 4], [74, y - 4]]);
-      c.setLineDash([]);
-      c.fillStyle = colours.faint;
-      c.fillText(text, 80, y);
-    });
-    labels.keep([40, height - 58, 160, height]);
-  }
-
-  _grid(c) {
-    const v = this.view;
-    const step = nice(70 / v.scale);
-    const [x0, y1] = v.point(0, 0), [x1, y0] = v.point(v.width, v.height);
-    c.lineWidth = 1;
-    c.font = '11px system-ui, sans-serif';
-    c.fillStyle = colours.faint;
-    const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-    const text = (value) => (Math.abs(value) < step / 2 ? '0' : value.toFixed(digits));
-    for (let i = Math.ceil(x0 / step); i <= x1 / step; i += 1) {
-      const px = Math.round(v.pixel(i * step, 0)[0]) + 0.5;
-      stroke(c, i === 0 ? colours.grid_strong : colours.grid, [[px, 0], [px, v.height]]);
-      c.textAlign = 'center';
-      if (px > 40) c.fillText(text(i * step), px, v.height - 4);
-    }
-    for (let i = Math.ceil(y0 / step); i <= y1 / step; i += 1) {
-      const py = Math.round(v.pixel(0, i * step)[1]) + 0.5;
-      stroke(c, i === 0 ? colours.grid_strong : colours.grid, [[0, py], [v.width, py]]);
-      c.textAlign = 'left';
-      if (py > 60 && py < v.height - 24) c.fillText(text(i * step), 4, py - 3);
-    }
-    c.textAlign = 'right';
-    const unknown = this.picture && !this.picture.frame ? ' \u00b7 the frame local is not known yet' : '';
-    c.fillText(`[m] in ${this.fixed}${unknown}`, v.width - 6, v.height - 18);
+  _gridWords() {
+    const unknown = this.picture && !this.picture.frame;
+    return `[m] in ${this.fixed}${unknown ? ' \u00b7 the frame local is not known yet' : ''}`;
   }
 
   _trails(c) {
@@ -286,67 +250,4 @@ export class RobotMap {
     const words = `${kind} ${x.toFixed(2)} ${y.toFixed(2)} ${degrees(yaw).toFixed(0)}\u00b0`;
     this._target(c, labels, pose, words, 0);
   }
-}
-
-function stroke(c, colour, points) {
-  c.strokeStyle = colour;
-  c.beginPath();
-  points.forEach(([x, y], i) => (i ? c.lineTo(x, y) : c.moveTo(x, y)));
-  c.stroke();
-}
-
-function circle(c, x, y, radius, colour) {
-  c.strokeStyle = colour;
-  c.beginPath();
-  c.arc(x, y, radius, 0, 2 * Math.PI);
-  c.stroke();
-}
-
-function square(c, x, y, half, colour) {
-  c.fillStyle = colour;
-  c.fillRect(x - half, y - half, 2 * half, 2 * half);
-}
-
-function diamond(c, x, y, half, colour, inside) {
-  c.beginPath();
-  c.moveTo(x, y - half);
-  c.lineTo(x + half, y);
-  c.lineTo(x, y + half);
-  c.lineTo(x - half, y);
-  c.closePath();
-  c.fillStyle = inside;
-  c.fill();
-  c.lineWidth = 2;
-  c.strokeStyle = colour;
-  c.stroke();
-}
-
-/** The x axis ends in a full arrow, the y axis in an open one. */
-function arrowHead(c, x, y, angle, colour, full) {
-  const tip = [x + 7 * Math.cos(angle), y - 7 * Math.sin(angle)];
-  const wings = [2.5, -2.5].map((turn) => [tip[0] + 12 * Math.cos(angle + turn), tip[1] - 12 * Math.sin(angle + turn)]);
-  c.beginPath();
-  c.moveTo(...wings[0]);
-  c.lineTo(...tip);
-  c.lineTo(...wings[1]);
-  c.fillStyle = colour;
-  c.strokeStyle = colour;
-  c.lineWidth = 2.5;
-  if (full) c.fill(); else c.stroke();
-}
-
-/** An arrow head of the robot that shows where it looks. */
-function heading(c, x, y, yaw, size, colour, rim) {
-  const at = (angle, r) => [x + r * Math.cos(yaw + angle), y - r * Math.sin(yaw + angle)];
-  c.beginPath();
-  c.moveTo(...at(0, size));
-  c.lineTo(...at(2.5, size * 0.75));
-  c.lineTo(...at(Math.PI, size * 0.25));
-  c.lineTo(...at(-2.5, size * 0.75));
-  c.closePath();
-  c.fillStyle = colour;
-  c.fill();
-  c.strokeStyle = rim;
-  c.lineWidth = 1;
-  c.stroke();
 }

@@ -1,6 +1,6 @@
 // What a person does on the map: pan, zoom, pinch, and drag a goal or a reset.
 
-import {degrees, radians} from './se2.js';
+import {radians} from './se2.js';
 
 const HEADING_FROM = 14;      // [px] a shorter drag gives no heading
 
@@ -96,5 +96,3 @@ export class MapInput {
     this.redraw();
   }
 }
-
-export const inDegrees = (pose) => [pose[0], pose[1], degrees(pose[2])];

@@ -24,8 +24,9 @@ export class Presses {
     this._since = 0;
   }
 
-  get waits() {
-    return this._waiting;
+  /** A press that was not shown yet no longer counts. */
+  forgetWaiting() {
+    this._waiting = false;
   }
 
   /** What the next message says. `allowed`: may a new press be shown now? */

@@ -16,3 +16,6 @@ export function wrap(angle) {
 
 export const degrees = (rad) => rad * 180 / Math.PI;
 export const radians = (deg) => deg * Math.PI / 180;
+
+/** [x, y, yaw in degrees] of a pose. */
+export const inDegrees = (pose) => [pose[0], pose[1], degrees(pose[2])];

@@ -23,6 +23,7 @@ export class Wheel {
     this._mouse = null;
     this._padUsed = false;
     this._heardSince = Infinity;   // the node hears the pad since then
+    this._takes = 0;               // counts how often control was taken from move_to_goal
     this._gave = -Infinity;        // this page gave control at this time; -Infinity: it did not
     this._since = 0;               // the wheel is held since then
     this._touched = 0;
@@ -57,6 +58,8 @@ export class Wheel {
 
   press(button) {
     this.buttons[button].press();
+    // A may still wait: it must not drive after the B that was pressed later.
+    if (button === 'b') this.buttons.a.forgetWaiting();
     this._padUsed = true;
     this._touch();
   }
@@ -87,9 +90,10 @@ export class Wheel {
   async give() {
     const asked = this._phase === 'held' ? this._asked : ++this._asked;
     if (this._phase !== 'held') this._phase = 'asking';
+    const takes = this._takes;
     const answer = await this._link.ask({type: 'give', t: timeNow()});
     if (answer.ok && asked === this._asked) {
-      this._gave = performance.now();
+      if (takes === this._takes) this._gave = performance.now();      // else it was taken meanwhile
       if (this._phase !== 'held') this._hold();
     } else if (asked === this._asked && this._phase === 'asking') {
       this._phase = 'idle';
@@ -97,10 +101,11 @@ export class Wheel {
     return answer;
   }
 
-  /** Control was taken from move_to_goal: this page no longer renews it. */
+  /** A person takes control from move_to_goal: nothing that was asked before may give it. */
   took() {
-    this._gave = -Infinity;
-    this._touched = performance.now();
+    this._takes += 1;
+    this.buttons.a.forgetWaiting();
+    this._endGiving();
   }
 
   /** Everything to zero, and nothing that is held counts until it is gripped anew. */
@@ -139,10 +144,16 @@ export class Wheel {
       if (wasHeld) this._say('The wheel was lost: let go, and grip again.', true);
       return;
     }
-    if (this.gave && picture.has_control === false && now - this._gave > SETTLE) this.took();
+    if (this.gave && picture.has_control === false && now - this._gave > SETTLE) this._endGiving();
   }
 
   // -- inside
+
+  /** This page no longer renews the control of move_to_goal. */
+  _endGiving() {
+    this._gave = -Infinity;
+    this._touched = performance.now();
+  }
 
   _touch() {
     this._touched = performance.now();
@@ -222,7 +233,7 @@ export class Wheel {
     pad.a = this.buttons.a.next(heard);
     pad.y = this.buttons.y.next(heard);
     if (pad.a && !this.gave) this._gave = now;
-    if (pad.b) this.took();
+    if (pad.b) this._endGiving();
     return pad;
   }
 
