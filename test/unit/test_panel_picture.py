@@ -174,7 +174,8 @@ def test_where_odom_lies_alone_is_no_true_pose(view):
 
 @pytest.mark.parametrize('yaw_deg, shown', [
     (0.0, 0.0), (90.0, 90.0), (-90.0, 270.0), (180.0, 180.0), (-180.0, 180.0), (-0.01, 0.0),
-    (359.94, 359.9), (359.96, 0.0), (-1e-15, 0.0), (360.0, 0.0), (-0.06, 359.9), (720.04, 0.0)])
+    (359.94, 359.9), (359.96, 0.0), (-1e-15, 0.0), (360.0, 0.0), (-0.06, 359.9), (720.04, 0.0), (-269.7, 90.3),
+    (-0.1, 359.9)])
 def test_the_heading_is_from_0_to_less_than_360(view, yaw_deg, shown):
     view.hear('heading', math.radians(yaw_deg), 99.0)
     assert picture(view)['heading_deg'] == shown
@@ -245,6 +246,13 @@ def test_a_robot_that_drives_between_two_looks_at_the_frame_hides_no_declaration
 def test_a_declaration_counts_although_there_is_no_odometry(view):
     view.hear_frame(Pose2(), 99.0)
     view.hear_frame(Pose2(1.0), 99.0)
+    assert picture(view)['epoch'] == 1
+
+
+def test_a_declaration_counts_although_the_odometry_is_younger_than_the_frame(view):
+    view.hear_frame(Pose2(), 99.0)
+    view.hear_odometry(Pose2(5.0, 5.0, 3.0), 99.1)
+    view.hear_frame(Pose2(1.0), 99.2)
     assert picture(view)['epoch'] == 1
 
 

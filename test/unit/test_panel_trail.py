@@ -22,7 +22,7 @@ def test_points_are_two_centimetres_apart_or_more(step, count):
     assert min(math.dist(*pair) for pair in zip(points, points[1:])) >= 0.02
 
 
-@pytest.mark.parametrize('x, y', [(0.03, 0.0), (-0.03, 0.0), (0.0, 0.03), (0.015, -0.015)])
+@pytest.mark.parametrize('x, y', [(0.02, 0.0), (0.03, 0.0), (-0.03, 0.0), (0.0, 0.03), (0.015, -0.015)])
 def test_it_goes_in_any_direction(x, y):
     trail = driven(1)
     trail.add(Pose2(x, y))

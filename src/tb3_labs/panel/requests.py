@@ -22,8 +22,8 @@ from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple
 
 #: A message with more characters is refused; the longest valid one has about 200.
 LONGEST = 2000
-#: The largest number that a page may send: no unit of this package needs more.
-LARGEST = 1e6
+#: The latest time of a page's clock [ms since 1970].
+LATEST = 1e15
 #: As the service's: a place farther than this from the local origin is most likely an error of the
 #: unit [m]. The node refuses it as well, but nothing would show its reason on the page.
 FARTHEST = 100.0
@@ -85,7 +85,7 @@ def read_request(text: str) -> Request:
     given, sent = message.get('id'), message.get('t')
     return Request(str(kind), reader(message),
                    None if given is None else _whole(message, 'id'),
-                   None if sent is None else _number(message, 't', 1e15) / 1000.0)
+                   None if sent is None else _number(message, 't', LATEST) / 1000.0)
 
 
 def _nothing(_message: Dict) -> None:
@@ -133,7 +133,7 @@ READERS: Dict[str, Callable[[Dict], Any]] = {
     'reset': _place}
 
 
-def _number(message: Dict, name: str, most: float = LARGEST) -> float:
+def _number(message: Dict, name: str, most: float) -> float:
     """A finite number, of at most this size."""
     value = message.get(name)
     # NaN and infinity fail the comparison; a whole number of 400 digits is no float, but compares

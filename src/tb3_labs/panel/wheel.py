@@ -195,4 +195,3 @@ class Wheel:
 
     def _drop(self) -> None:
         self.page = self.pad = None
-        self.gives = False
