@@ -9,15 +9,19 @@ from pages of other sites. Three things are checked:
 * *The token*, if the node listens at another address than the loopback. Whoever has not seen the
   address that the node printed does not know it.
 
-Sources: RFC 6454 (origins), RFC 6455 section 10.2 (origins of websockets).
+Sources: RFC 6454 (origins), RFC 6455 section 10.2 (origins of websockets), RFC 7230 section 5.4
+(Host).
 """
 import hmac
+import re
 import secrets
 from typing import Iterable, Optional
 from urllib.parse import urlsplit
 
 #: Names of the loopback.
 LOOPBACK_NAMES = ('localhost', '127.0.0.1', '::1')
+#: A Host header: an IPv6 address in brackets, or another address or name; then a port.
+HOST = re.compile(r'(?:\[([0-9a-fA-F.]*:[0-9a-fA-F:.]*)\]|([^\s\\@:/?#\[\]]+))(?::[0-9]*)?')
 #: Length of a token [bytes].
 TOKEN_SIZE = 12
 
@@ -43,7 +47,7 @@ class Doors:
                 name, ', '.join(sorted(self._names)))
         if origin is not None and not self._is_own(origin, host or ''):
             return 'requests of pages of other sites ({}) are refused'.format(origin)
-        if token is not None and not hmac.compare_digest(token.encode(), self._token.encode()):
+        if token is not None and not hmac.compare_digest(_bytes(token), _bytes(self._token)):
             return 'the token is missing or wrong: use the whole address that the panel printed'
         return ''
 
@@ -58,10 +62,13 @@ class Doors:
 
 def _name(host: str) -> str:
     """The name in a Host header, without its port; '' for an invalid one."""
-    try:
-        return urlsplit('//' + host).hostname or ''
-    except ValueError:
-        return ''
+    match = HOST.fullmatch(host)
+    return (match[1] or match[2]).lower() if match else ''
+
+
+def _bytes(token: str) -> bytes:
+    """For the comparison, which takes no letters but ASCII; any text is possible."""
+    return token.encode(errors='surrogatepass')
 
 
 def new_token() -> str:

@@ -16,10 +16,12 @@ A picture is a JSON object. Poses are [x m, y m, yaw rad], null where nothing wa
     "ages"               {source: time since its last message [s]}
     "epoch"              number of declarations of the frame local that were seen
 
+A number that is NaN or infinite is null as well: JSON has none, and any node may publish one.
+
 Units inside: metres, radians, seconds of arrival on one clock (`now`).
 """
 import math
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Any, Dict, Iterable, List, Optional, Tuple
 
 from tb3_labs.control.goal_state import DRIVING, GAVE_UP, STOPPED, WAITING, GoalState
 from tb3_labs.geometry.angles import difference
@@ -79,6 +81,7 @@ class RobotView:
 
     def hear_path(self, path: List[Tuple[float, float]]) -> None:
         """What was driven before, in local."""
+        path = [point for point in path if math.isfinite(math.hypot(*point))]
         self.trail_in_local.begin_with(path)
         frame = self.latest('frame')
         if frame is not None and path:
@@ -127,13 +130,13 @@ class RobotView:
         return {
             'odom': _numbers(odom), 'local': _numbers(local), 'frame': _numbers(frame),
             'truth': _numbers(self._truth_in_odom()), 'goal': _numbers(self.latest('goal')),
-            'tolerance': self.latest('tolerance'), 'to_go': self._to_go(),
+            'tolerance': _rounded(self.latest('tolerance'), 6), 'to_go': self._to_go(),
             'state': self.latest('state') or '', 'phase': self.phase,
             'has_control': self.latest('has_control'), 'holder': self.holder(now),
-            'driver': driver, 'command': [round(number, 3) for number in self._commands[driver][1:]]
-            if driver else None,
-            'heading_deg': None if heading is None else round(math.degrees(heading) % 360.0, 1)
-            % 360.0,
+            'driver': driver,
+            'command': _all_rounded(self._commands[driver][1:], 3) if driver else None,
+            'heading_deg': None if heading is None or not math.isfinite(heading)
+            else round(math.degrees(heading) % 360.0, 1) % 360.0,
             'ages': {source: _rounded(self.age(source, now)) for source in SOURCES},
             'epoch': self._epoch}
 
@@ -149,10 +152,8 @@ class RobotView:
         return None if origin is None or truth is None else origin.inverse() @ truth
 
     def _to_go(self) -> Optional[List[float]]:
-        distance, angle = self.latest('distance'), self.latest('angle')
-        if distance is None or angle is None:
-            return None
-        return [round(distance, 4), round(angle, 2) + 0.0]    # not -0.0
+        return _all_rounded((_rounded(self.latest('distance'), 4),
+                             _rounded(self.latest('angle'), 2)))
 
 
 def phase_of(state: str) -> str:
@@ -174,5 +175,13 @@ def _numbers(pose: Optional[Pose2]) -> Optional[List[float]]:
         round(pose.x, 4), round(pose.y, 4), round(pose.yaw, 5)]
 
 
-def _rounded(number: Optional[float]) -> Optional[float]:
-    return None if number is None else round(number, 3)
+def _rounded(number: Optional[float], digits: int = 3) -> Optional[float]:
+    """None for a number that JSON does not have; 0.0 for -0.0, which would be shown with its sign."""
+    return None if number is None or not math.isfinite(number) else round(number, digits) + 0.0
+
+
+def _all_rounded(numbers: Iterable[Optional[float]], digits: int = 4) -> Optional[List[float]]:
+    """None if any of them is none."""
+    rounded = [_rounded(number, digits) for number in numbers]
+    known = [number for number in rounded if number is not None]
+    return known if len(known) == len(rounded) else None

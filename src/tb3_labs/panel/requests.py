@@ -18,16 +18,15 @@ whole number: the answer has it too. "t" is the time at which it was sent [ms, t
 A message that is none of these raises ``ValueError`` with the reason: what is wrong, what is valid.
 """
 import json
-import math
 from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple
 
 #: A message with more characters is refused; the longest valid one has about 200.
 LONGEST = 2000
-#: The largest number that a page may send: no unit of this package needs more.
-LARGEST = 1e6
+#: The latest time of a page's clock [ms since 1970].
+LATEST = 1e15
 #: As the service's: a place farther than this from the local origin is most likely an error of the
 #: unit [m]. The node refuses it as well, but nothing would show its reason on the page.
-FARTHEST = 100.0
+LONGEST_WAY = 100.0
 #: The heading of a pose, and a turn, are at most this [deg].
 MOST_DEGREES = 360.0
 
@@ -82,11 +81,11 @@ def read_request(text: str) -> Request:
     kind = message.get('type')
     reader = READERS.get(kind) if isinstance(kind, str) else None
     if reader is None:
-        raise ValueError('type {!r} is unknown; known: {}'.format(kind, ', '.join(READERS)))
+        raise ValueError('type {} is unknown; known: {}'.format(_short(kind), ', '.join(READERS)))
     given, sent = message.get('id'), message.get('t')
     return Request(str(kind), reader(message),
                    None if given is None else _whole(message, 'id'),
-                   None if sent is None else _number(message, 't', 1e15) / 1000.0)
+                   None if sent is None else _number(message, 't', LATEST) / 1000.0)
 
 
 def _nothing(_message: Dict) -> None:
@@ -96,7 +95,7 @@ def _nothing(_message: Dict) -> None:
 def _look(message: Dict) -> Optional[str]:
     robot = message.get('robot')
     if robot is not None and not isinstance(robot, str):
-        raise ValueError('robot = {!r} is not valid: a name, or null'.format(robot))
+        raise ValueError('robot = {} is not valid: a name, or null'.format(_short(robot)))
     return robot
 
 
@@ -109,16 +108,16 @@ def _turn(message: Dict) -> float:
 
 
 def _place(message: Dict) -> Place:
-    return Place(_number(message, 'x', FARTHEST), _number(message, 'y', FARTHEST),
+    return Place(_number(message, 'x', LONGEST_WAY), _number(message, 'y', LONGEST_WAY),
                  _number(message, 'yaw_deg', MOST_DEGREES))
 
 
 def _hand(message: Dict) -> Hand:
     pad, mouse = message.get('pad'), message.get('mouse')
     if pad is not None and not isinstance(pad, dict):
-        raise ValueError('pad = {!r} is not valid: an object, or null'.format(pad))
+        raise ValueError('pad = {} is not valid: an object, or null'.format(_short(pad)))
     if mouse is not None and not (isinstance(mouse, list) and len(mouse) == 2):
-        raise ValueError('mouse = {!r} is not valid: [x, y], or null'.format(mouse))
+        raise ValueError('mouse = {} is not valid: [x, y], or null'.format(_short(mouse)))
     return Hand(
         None if pad is None else Pad(
             _number(pad, 'forward', 1.0), _number(pad, 'left', 1.0), _flag(pad, 'a'),
@@ -134,11 +133,11 @@ READERS: Dict[str, Callable[[Dict], Any]] = {
     'reset': _place}
 
 
-def _number(message: Dict, name: str, most: float = LARGEST) -> float:
+def _number(message: Dict, name: str, most: float) -> float:
     """A finite number, of at most this size."""
     value = message.get(name)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not (
-            math.isfinite(value) and abs(value) <= most):
+    # NaN and infinity fail the comparison; a whole number of 400 digits is no float, but compares
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= most:
         raise ValueError('{} = {} is not valid: a number from {:g} to {:g}'.format(
             name, _short(value), -most, most))
     return float(value)
@@ -159,7 +158,11 @@ def _flag(message: Dict, name: str) -> bool:
 
 
 def _short(value: Any) -> str:
-    text = json.dumps(value)
+    """`value` as a page writes it, cut if it is long."""
+    try:
+        text = json.dumps(value)
+    except RecursionError:    # the reader has coped with this depth just so
+        return 'a value that is nested too deeply'
     return text if len(text) <= 40 else text[:37] + '...'
 
 

@@ -6,7 +6,7 @@ from tb3_labs.geometry.se2 import Pose2
 #: A point is added after this distance [m].
 STEP = 0.02
 #: With more points than this every other one is dropped.
-MOST = 1000
+MOST_POINTS = 1000
 
 Point = Tuple[float, float]
 
@@ -24,14 +24,18 @@ class Trail:
             if pose.distance_to(Pose2(x, y)) < STEP:
                 return
         self.points.append((round(pose.x, 3), round(pose.y, 3)))
-        if len(self.points) > MOST:
-            self.points = self.points[::2]
+        self._thin()
 
     def begin_with(self, points: List[Point]) -> None:
         """What was driven before, if nothing is known yet."""
         if len(self.points) <= 1:
             self.points = [(round(x, 3), round(y, 3)) for x, y in points] + self.points
+            self._thin()
 
     def clear(self) -> None:
         """Forget everything: the frame was declared anew."""
         self.points = []
+
+    def _thin(self) -> None:
+        while len(self.points) > MOST_POINTS:
+            self.points = self.points[::2]

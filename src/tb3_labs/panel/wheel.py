@@ -13,7 +13,7 @@ A pad is published as it is heard; if it falls silent, the node `gamepad` notice
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
 """
-from typing import List, NamedTuple, Optional
+from typing import List, NamedTuple, Optional, Set
 
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.panel.requests import Hand, Pad
@@ -53,7 +53,7 @@ class Wheel:
         self._heard_at = 0.0
         self._mouse_active = False
         self._mouse_refused = False    # until it is let go
-        self._b_pressed = False        # by a page without the wheel
+        self._b_pressed: Set[int] = set()    # id() of each page on which B is pressed
         self._words: List[bool] = []
         self._pads: List[LatePad] = []
         self._mouse: List[MouseState] = []
@@ -75,12 +75,10 @@ class Wheel:
         Without `mouse_drives` another node drives: a mouse that is held then must be gripped anew.
         """
         self.update(now)
-        late = lateness > PAGE_TIMEOUT
-        if page is not self.page or late:
-            pressed = hand.pad is not None and hand.pad.b
-            if pressed and not self._b_pressed:
+        is_press = self._is_press_of_b(page, hand.pad)
+        if page is not self.page or lateness > PAGE_TIMEOUT:
+            if is_press:
                 self.take()
-            self._b_pressed = pressed
             return
         self._heard_at = now
         self._hear_pad(hand.pad, now, lateness)
@@ -119,6 +117,7 @@ class Wheel:
 
     def gone(self, page: object) -> None:
         """The connection to `page` has ended."""
+        self._b_pressed.discard(id(page))
         if page is self.page:
             self._lose('The page that drives has gone')
 
@@ -153,6 +152,15 @@ class Wheel:
         return self._news.take()
 
     # -- the hands
+
+    def _is_press_of_b(self, page: object, pad: Optional[Pad]) -> bool:
+        """Was B released before? A page that is held up must not hide the B of another one."""
+        was_pressed = id(page) in self._b_pressed
+        if pad is None or not pad.b:
+            self._b_pressed.discard(id(page))
+            return False
+        self._b_pressed.add(id(page))
+        return not was_pressed
 
     def _hear_pad(self, pad: Optional[Pad], now: float, lateness: float) -> None:
         if pad is not None:
@@ -193,4 +201,3 @@ class Wheel:
 
     def _drop(self) -> None:
         self.page = self.pad = None
-        self.gives = False

@@ -41,9 +41,9 @@ class Senders:
                 'turn': bool(heard_by(self._turn)), 'mouse': bool(heard_by(self._mouse)),
                 'pad': bool(heard_by(self._joy) - itself)}
 
-    def say(self, word, now):
+    def say(self, granted, now):
         """True gives control to move_to_goal, False takes it; `now` in [s], steady."""
-        self._control.say(word, now)
+        self._control.say(granted, now)
 
     def renew(self, now):
         """Say True again, if that is due."""
@@ -55,7 +55,7 @@ class Senders:
             self._pad_config = read_config(PadConfig, of=rospy.resolve_name(
                 self._prefix + 'gamepad'))
         except ValueError as problem:    # the node itself has refused them, and does not run
-            rospy.logwarn('%s', problem)
+            rospy.logwarn('the pad has the usual numbers: %s', problem)
             self._pad_config = PadConfig()
 
     def pad(self, late_pad):

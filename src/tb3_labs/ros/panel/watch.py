@@ -14,11 +14,11 @@ from tb3_labs.ros.rospy_internals import connection_of, stop_hearing_oneself
 from tb3_labs.ros.topics import subscribe
 
 #: The streams that move the robot on the page are read once in this time [s],
-QUICK = 0.045
+POSES = 0.045
 #: the frames, which move only when they are declared anew, once in this time [s],
 FRAMES = 0.1
 #: and all others, which are shown as numbers, once in this time [s].
-SLOW = 0.2
+NUMBERS = 0.2
 #: For a robot in the list of all robots each is read once in this time [s].
 LISTED = 0.5
 
@@ -58,19 +58,19 @@ class Watch:
             'goal_state': self._keep('goal_state', String, 'state', _data),
             'has_control': self._keep('has_control', Bool, 'has_control', _data),
             'control_holder': self._keep('control_holder', String, 'holder', _data),
-            'odom': self._stream('odom', Odometry, self._on_odometry, QUICK, to_odometry_sample),
-            'distance_error': self._stream('distance_error', Float32, self._hear('distance'), SLOW,
+            'odom': self._stream('odom', Odometry, self._on_odometry, POSES, to_odometry_sample),
+            'distance_error': self._stream('distance_error', Float32, self._hear('distance'), NUMBERS,
                                            _data)}
         if self._level == self.ALL:
             topics.update({
-                'local_pose': self._stream('local_pose', PoseStamped, self._on_local, QUICK, _pose),
+                'local_pose': self._stream('local_pose', PoseStamped, self._on_local, POSES, _pose),
                 'ground_truth': self._stream('ground_truth', PoseStamped, self._hear('truth'),
-                                             QUICK, _pose),
-                'imu': self._stream('imu', Imu, self._on_imu, SLOW, to_imu_sample),
+                                             POSES, _pose),
+                'imu': self._stream('imu', Imu, self._on_imu, NUMBERS, to_imu_sample),
                 'angle_error_deg': self._stream('angle_error_deg', Float32, self._hear('angle'),
-                                                SLOW, _data),
-                'cmd_vel': self._stream('cmd_vel', Twist, self._on_command, SLOW),
-                'joy': self._stream('joy', Joy, self._on_joy, SLOW),
+                                                NUMBERS, _data),
+                'cmd_vel': self._stream('cmd_vel', Twist, self._on_command, NUMBERS),
+                'joy': self._stream('joy', Joy, self._on_joy, NUMBERS),
                 'current_goal': self._keep('current_goal', PoseStamped, 'goal', _pose),
                 'local_path': self._path,
                 'tolerance': self._tolerance,

@@ -1,0 +1,344 @@
+"""What a page draws of a robot: the latest of each kind, in the frames it names."""
+import json
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tb3_labs.control.goal_state import WAITING_FOR_CONTROL, GoalState, with_reason
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.panel.picture import RobotView, phase_of
+
+HALF_PI = math.pi / 2.0
+#: Poses as a page gets them: with 5 digits of an angle.
+QUARTER = 1.5708
+
+
+@pytest.fixture
+def view():
+    return RobotView()
+
+
+def picture(view, now=100.0):
+    """As the page reads it: through JSON, which has no NaN."""
+    return json.loads(json.dumps(view.picture(now), allow_nan=False))
+
+
+def summary(view, now=100.0):
+    return json.loads(json.dumps(view.summary(now), allow_nan=False))
+
+
+def test_of_a_robot_that_was_never_heard_nothing_is_known(view):
+    assert picture(view) == {
+        'odom': None, 'local': None, 'frame': None, 'truth': None, 'goal': None,
+        'tolerance': None, 'to_go': None, 'state': '', 'phase': '', 'has_control': None,
+        'holder': 'nobody', 'driver': '', 'command': None, 'heading_deg': None,
+        'ages': {'imu': None, 'odom': None, 'joy': None}, 'epoch': 0}
+    assert summary(view) == {
+        'state': '', 'phase': '', 'has_control': None, 'holder': 'nobody', 'age': None,
+        'odom': None, 'distance': None}
+    assert not view.is_driving
+
+
+def test_what_was_heard_stands_where_it_belongs(view):
+    view.hear_frame(Pose2(0.5, -0.25, HALF_PI), 99.0)
+    view.hear_odometry(Pose2(1.0, 2.0, 3.0), 99.5)
+    view.hear_local(Pose2(-1.0, -2.0, -3.0), 99.0)
+    for kind, value in (('goal', Pose2(3.0, 4.0, 0.0)), ('tolerance', 0.01), ('distance', 0.123456),
+                        ('angle', -12.3456), ('state', 'MOVE_FORWARD'), ('has_control', True),
+                        ('holder', 'gamepad'), ('heading', HALF_PI)):
+        view.hear(kind, value, 99.0)
+    view.hear_command('/move_to_goal', 0.12345, -0.5, 99.75)
+    assert picture(view) == {
+        'odom': [1.0, 2.0, 3.0], 'local': [-1.0, -2.0, -3.0], 'frame': [0.5, -0.25, QUARTER],
+        'truth': None, 'goal': [3.0, 4.0, 0.0], 'tolerance': 0.01, 'to_go': [0.1235, -12.35],
+        'state': 'MOVE_FORWARD', 'phase': 'driving', 'has_control': True,
+        'holder': 'move_to_goal (it has control)', 'driver': '/move_to_goal',
+        'command': [0.123, -0.5], 'heading_deg': 90.0,
+        'ages': {'imu': None, 'odom': 0.5, 'joy': None}, 'epoch': 0}
+    assert summary(view) == {
+        'state': 'MOVE_FORWARD', 'phase': 'driving', 'has_control': True,
+        'holder': 'move_to_goal (it has control)', 'age': 0.5, 'odom': [1.0, 2.0, 3.0],
+        'distance': 0.123}
+
+
+def test_the_latest_of_each_kind_counts(view):
+    for x in (1.0, 2.0):
+        view.hear('goal', Pose2(x), 99.0)
+        view.hear_local(Pose2(x), 99.0)
+    assert picture(view)['goal'] == picture(view)['local'] == [2.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize('known', ['distance', 'angle'])
+def test_half_of_what_is_to_go_is_not_shown(view, known):
+    view.hear(known, 1.0, 99.0)
+    assert picture(view)['to_go'] is None
+
+
+def test_an_angle_of_nothing_has_no_sign(view):
+    view.hear('distance', 1.0, 99.0)
+    view.hear('angle', -0.001, 99.0)
+    assert str(view.picture(100.0)['to_go'][1]) == '0.0'
+
+
+# -- words
+
+@pytest.mark.parametrize('words, phase', [
+    ('ROTATE_TO_GOAL', 'driving'), ('MOVE_FORWARD', 'driving'), ('ROTATE_TO_FINAL', 'driving'),
+    ('GOAL_REACHED', 'reached'), ('waiting for control', 'waiting'), ('waiting', 'waiting'),
+    ('waiting: no goal', 'waiting'), ('stopped: no imu for 0.4 s', 'stopped'),
+    ('gave up: it stands still', 'gave up'), ('', ''), ('DRIVING', ''), ('goal_reached', ''),
+    ('GOAL_REACHED twice', ''), ('MOVE', ''), ('MOVE_FORWARD ', ''), ('not waiting', ''),
+    ('Stopped', ''), ('up', '')])
+def test_the_phase_is_the_kind_of_the_words(view, words, phase):
+    assert phase_of(words) == phase
+    view.hear('state', words, 99.0)
+    assert picture(view)['state'] == words and picture(view)['phase'] == phase
+
+
+def test_every_state_and_every_reason_has_a_phase():
+    assert all(phase_of(state.name) for state in GoalState)
+    assert phase_of(WAITING_FOR_CONTROL) == 'waiting'
+    for word in ('waiting', 'stopped', 'gave up'):
+        assert phase_of(with_reason(word, 'stopped, waiting, gave up')) == word
+
+
+@pytest.mark.parametrize('has_control, state, drives', [
+    (True, 'MOVE_FORWARD', True), (False, 'MOVE_FORWARD', False), (None, 'MOVE_FORWARD', False),
+    (True, 'GOAL_REACHED', False), (True, 'stopped: no imu', False), (True, '', False)])
+def test_move_to_goal_drives_with_control_and_on_its_way(view, has_control, state, drives):
+    if has_control is not None:
+        view.hear('has_control', has_control, 99.0)
+    view.hear('state', state, 99.0)
+    assert view.is_driving is drives
+
+
+# -- who drives
+
+@pytest.mark.parametrize('age, drives', [(0.0, True), (0.5, True), (0.5 + 2.0 ** -20, False),
+                                         (60.0, False)])
+def test_a_command_drives_a_robot_for_half_a_second(view, age, drives):
+    """As its firmware has it: it stops after 0.5 s without a command."""
+    view.hear_command('/pad', 0.1, 0.0, 100.0)
+    shown = picture(view, 100.0 + age)
+    assert (shown['driver'], shown['command']) == (('/pad', [0.1, 0.0]) if drives else ('', None))
+
+
+@pytest.mark.parametrize('command, drives', [
+    ((0.1, 0.0), True), ((-0.1, 0.0), True), ((0.0, 0.1), True), ((0.0, -0.1), True),
+    ((0.0, 0.0), False), ((-0.0, 0.0), False)])
+def test_a_node_that_commands_a_standstill_drives_nothing(view, command, drives):
+    view.hear_command('/node', *command, 100.0)
+    assert picture(view)['driver'] == ('/node' if drives else '')
+
+
+def test_of_two_nodes_that_command_the_latest_drives(view):
+    view.hear_command('/zebra', 0.2, 0.0, 99.8)
+    view.hear_command('/ant', 0.1, 0.0, 99.9)
+    assert picture(view)['command'] == [0.1, 0.0] and picture(view)['driver'] == '/ant'
+    view.hear_command('/ant', 0.0, 0.0, 99.95)
+    assert picture(view)['driver'] == '/zebra'
+    view.hear_command('/zebra', 0.0, 0.0, 99.95)
+    assert picture(view)['driver'] == ''
+
+
+def test_the_holder_is_who_has_control_else_who_drives_else_who_is_said_to_hold(view):
+    assert picture(view)['holder'] == 'nobody'
+    view.hear('holder', 'gamepad', 99.0)
+    assert picture(view)['holder'] == 'gamepad'
+    view.hear_command('/turtlebot_controller', 0.0, 0.5, 100.0)
+    assert picture(view)['holder'] == '/turtlebot_controller'
+    view.hear('has_control', True, 99.0)
+    assert picture(view)['holder'] == 'move_to_goal (it has control)'
+    view.hear('has_control', False, 99.0)
+    assert picture(view)['holder'] == '/turtlebot_controller'
+    assert picture(view, 110.0)['holder'] == summary(view, 110.0)['holder'] == 'gamepad'
+
+
+# -- frames
+
+def test_the_true_pose_is_shown_in_odom(view):
+    """The axis x of odom points along y of the world. From (1, 2) to (1, 5) there are 3 m along it;
+    and to face -x of the world is to face +y of odom."""
+    view.hear('truth', Pose2(1.0, 5.0, math.pi), 99.0)
+    assert picture(view)['truth'] is None        # where odom lies is not known
+    view.hear('origin', Pose2(1.0, 2.0, HALF_PI), 99.0)
+    assert picture(view)['truth'] == [3.0, 0.0, QUARTER]
+
+
+def test_where_odom_lies_alone_is_no_true_pose(view):
+    view.hear('origin', Pose2(1.0, 2.0, HALF_PI), 99.0)
+    assert picture(view)['truth'] is None
+
+
+@pytest.mark.parametrize('yaw_deg, shown', [
+    (0.0, 0.0), (90.0, 90.0), (-90.0, 270.0), (180.0, 180.0), (-180.0, 180.0), (-0.01, 0.0),
+    (359.94, 359.9), (359.96, 0.0), (-1e-15, 0.0), (360.0, 0.0), (-0.06, 359.9), (720.04, 0.0), (-269.7, 90.3),
+    (-0.1, 359.9)])
+def test_the_heading_is_from_0_to_less_than_360(view, yaw_deg, shown):
+    view.hear('heading', math.radians(yaw_deg), 99.0)
+    assert picture(view)['heading_deg'] == shown
+
+
+@given(st.floats(-10.0, 10.0))
+def test_the_heading_never_shows_360(yaw):
+    view = RobotView()
+    view.hear('heading', yaw, 99.0)
+    assert 0.0 <= picture(view)['heading_deg'] < 360.0
+
+
+# -- epochs
+
+@pytest.mark.parametrize('moved, is_new', [
+    (Pose2(), False), (Pose2(0.0009), False), (Pose2(0.0, -0.0009), False),
+    (Pose2(yaw=math.radians(0.09)), False), (Pose2(yaw=-math.radians(0.09)), False),
+    (Pose2(0.0011), True), (Pose2(0.0, -0.0011), True), (Pose2(yaw=math.radians(0.11)), True),
+    (Pose2(yaw=-math.radians(0.11)), True), (Pose2(0.0008, 0.0008), True), (Pose2(3.0, 4.0, 3.0), True)])
+def test_a_frame_that_moved_was_declared_anew(view, moved, is_new):
+    view.hear_frame(Pose2(1.0, 2.0, math.pi), 99.0)    # the first one is no declaration
+    assert picture(view)['epoch'] == 0
+    view.hear_local(Pose2(5.0, 5.0), 99.0)
+    for _ in range(3):
+        view.hear_frame(Pose2(1.0 + moved.x, 2.0 + moved.y, math.pi + moved.yaw), 99.0)
+        assert picture(view)['epoch'] == is_new
+    assert view.trail_in_local.points == ([] if is_new else [(5.0, 5.0)])
+
+
+def test_minus_pi_is_pi(view):
+    view.hear_frame(Pose2(yaw=math.pi), 99.0)
+    view.hear_frame(Pose2(yaw=-math.pi), 99.0)
+    assert picture(view)['epoch'] == 0
+
+
+def test_each_declaration_is_counted(view):
+    view.hear_odometry(Pose2(1.0, 1.0), 99.0)
+    for number in range(5):
+        view.hear_frame(Pose2(0.1 * number), 99.0)
+        assert picture(view)['epoch'] == number
+
+
+@pytest.mark.parametrize('at', [Pose2(1.0, 2.0, 0.3), Pose2(0.0, 0.0, math.pi), Pose2(0.25)])
+def test_the_odometry_that_was_zeroed_is_no_declaration(view, at):
+    """The frame follows: local stays where it is on the floor. The trail in odom ends there."""
+    frame = Pose2(0.5, 0.5, 0.1)
+    view.hear_odometry(at, 99.0)
+    view.hear_frame(frame, 99.0)
+    view.hear_local(Pose2(7.0, 7.0), 99.0)
+    view.hear_odometry(Pose2(), 99.1)
+    view.hear_frame(at.inverse() @ frame, 99.1)
+    assert picture(view)['epoch'] == 0
+    assert view.trail_in_local.points == [(7.0, 7.0)]
+    assert view.trail_in_odom.points == [(0.0, 0.0)]
+    view.hear_frame(Pose2(9.0), 99.2)              # a person declares
+    assert picture(view)['epoch'] == 1
+
+
+def test_a_robot_that_drives_between_two_looks_at_the_frame_hides_no_declaration(view):
+    """At 0.26 m/s and 1.82 rad/s in 0.2 s: 0.05 m and 21 degrees."""
+    for number in range(5):
+        view.hear_odometry(Pose2(0.05 * number, 0.0, 0.364 * number), 99.0)
+        view.hear_frame(Pose2(float(number)), 99.0)
+    assert picture(view)['epoch'] == 4
+    assert len(view.trail_in_odom.points) == 5
+
+
+def test_a_declaration_counts_although_there_is_no_odometry(view):
+    view.hear_frame(Pose2(), 99.0)
+    view.hear_frame(Pose2(1.0), 99.0)
+    assert picture(view)['epoch'] == 1
+
+
+def test_a_declaration_counts_although_the_odometry_is_younger_than_the_frame(view):
+    view.hear_frame(Pose2(), 99.0)
+    view.hear_odometry(Pose2(5.0, 5.0, 3.0), 99.1)
+    view.hear_frame(Pose2(1.0), 99.2)
+    assert picture(view)['epoch'] == 1
+
+
+# -- trails
+
+def test_the_path_so_far_is_shown_in_both_frames(view):
+    """The frame local stands at (1, 0) in odom and is turned left by a quarter."""
+    view.hear_frame(Pose2(1.0, 0.0, HALF_PI), 99.0)
+    view.hear_path([(0.0, 0.0), (1.0, 0.0), (1.0, 2.0)])
+    assert view.trail_in_local.points == [(0.0, 0.0), (1.0, 0.0), (1.0, 2.0)]
+    assert view.trail_in_odom.points == [(1.0, 0.0), (1.0, 1.0), (-1.0, 1.0)]
+
+
+def test_a_path_without_a_frame_is_shown_in_local_alone(view):
+    view.hear_path([(0.0, 0.0), (1.0, 0.0)])
+    assert len(view.trail_in_local.points) == 2 and view.trail_in_odom.points == []
+
+
+def test_a_path_of_no_points(view):
+    view.hear_frame(Pose2(1.0), 99.0)
+    view.hear_path([])
+    assert view.trail_in_local.points == view.trail_in_odom.points == []
+
+
+@pytest.mark.parametrize('number', [math.nan, math.inf, -math.inf])
+def test_a_point_that_is_none_is_left_out_of_the_path(view, number):
+    view.hear_frame(Pose2(1.0), 99.0)
+    view.hear_path([(0.0, number), (2.0, 3.0), (number, 0.0)])
+    assert view.trail_in_local.points == [(2.0, 3.0)]
+    assert view.trail_in_odom.points == [(3.0, 3.0)]
+
+
+# -- whatever a node of a student says
+
+@pytest.mark.parametrize('number', [math.nan, math.inf, -math.inf])
+def test_what_is_no_number_is_not_shown(view, number):
+    """These topics have no check on their way here, and JSON has no such number."""
+    for kind in ('distance', 'angle', 'tolerance', 'heading'):
+        view.hear(kind, number, 99.0)
+    view.hear_command('/node', number, 0.0, 100.0)
+    shown = picture(view)
+    assert shown['to_go'] is shown['tolerance'] is shown['heading_deg'] is shown['command'] is None
+    assert shown['driver'] == '/node'              # it commands something
+    assert summary(view)['distance'] is None
+    view.hear('distance', 1.0, 99.0)
+    view.hear_command('/node', 0.1, number, 100.0)
+    assert picture(view)['to_go'] is picture(view)['command'] is None
+    view.hear('angle', 2.0, 99.0)
+    assert picture(view)['to_go'] == [1.0, 2.0]
+
+
+@pytest.mark.parametrize('kind', ['imu', 'odom', 'joy'])
+def test_the_age_is_the_time_since_the_last_message(view, kind):
+    for at in (10.0, 90.0):
+        view.hear(kind, Pose2(), at)
+    for now, age in ((90.0, 0.0), (90.25, 0.25), (3690.0, 3600.0)):
+        ages = picture(view, now)['ages']
+        assert ages.pop(kind) == view.age(kind, now) == age
+        assert set(ages.values()) == {None}
+    assert summary(view, 90.5)['age'] == (0.5 if kind == 'odom' else None)
+
+
+POSES = st.builds(Pose2, *[st.floats(-1e6, 1e6)] * 2, st.floats(-math.pi, math.pi))
+
+
+@given(st.lists(st.one_of(
+    st.tuples(st.sampled_from(['odometry', 'local', 'frame']), POSES),
+    st.tuples(st.sampled_from(['goal', 'truth', 'origin']), POSES),
+    st.tuples(st.sampled_from(['distance', 'angle', 'tolerance', 'heading']), st.floats()),
+    st.tuples(st.just('state'), st.text(max_size=5)),
+    st.tuples(st.just('command'), st.tuples(st.floats(), st.floats())),
+    st.tuples(st.just('path'), st.lists(st.tuples(st.floats(), st.floats()), max_size=3))),
+    max_size=12))
+def test_whatever_is_heard_a_page_can_read(heard):
+    view = RobotView()
+    for kind, value in heard:
+        if kind in ('odometry', 'local', 'frame'):
+            getattr(view, 'hear_' + kind)(value, 99.0)
+        elif kind == 'command':
+            view.hear_command('/node', *value, 99.9)
+        elif kind == 'path':
+            view.hear_path(value)
+        else:
+            view.hear(kind, value, 99.0)
+    shown = picture(view)
+    assert shown['heading_deg'] is None or 0.0 <= shown['heading_deg'] < 360.0
+    assert 0 <= shown['epoch'] <= sum(kind == 'frame' for kind, _ in heard)
+    summary(view)
+    json.dumps([view.trail_in_odom.points, view.trail_in_local.points], allow_nan=False)

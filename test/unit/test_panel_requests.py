@@ -1,0 +1,309 @@
+"""A page's message is read exactly, or refused with a reason; nothing else can happen."""
+import json
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tb3_labs.panel.requests import Hand, Pad, Place, Request, read_request
+
+PAD = {'forward': 0.4, 'left': -0.1, 'a': False, 'b': True, 'y': False, 'hold': True}
+GOAL = {'x': 1.0, 'y': -0.5, 'yaw_deg': 90}
+#: By type: the fields of a valid message.
+VALID = {
+    'look': {'robot': 'robot3'}, 'seen': {'n': 20}, 'begin': {}, 'let go': {}, 'give': {},
+    'take': {}, 'stop': {}, 'hand': {'pad': PAD, 'mouse': [0.25, -1]}, 'turn': {'degrees': -90},
+    'goal': GOAL, 'reset': GOAL}
+#: Numbers as a hostile page writes them.
+NO_NUMBERS = ['NaN', 'Infinity', '-Infinity', '1e400', '-1e400', '1e300', '1' + '0' * 400,
+              '-1' + '0' * 1800, 'true', 'false', 'null', '"1"', '""', '[1]', '[]', '{}', '{"x": 1}']
+NUMBERS = [('turn', 'degrees'), ('goal', 'x'), ('goal', 'y'), ('goal', 'yaw_deg'), ('reset', 'x'),
+           ('reset', 'y'), ('reset', 'yaw_deg')]
+
+
+def short(value):
+    """The name of a case."""
+    return repr(value)[:24]
+
+
+def text_of(kind, **changes):
+    return json.dumps(dict(VALID[kind], type=kind, **changes))
+
+
+def with_literal(kind, name, literal):
+    """A message with any text in place of one value."""
+    return text_of(kind, **{name: '@'}).replace('"@"', literal)
+
+
+def pad_with(name, literal):
+    return '{"type": "hand", "pad": %s}' % json.dumps(dict(PAD, **{name: '@'})).replace(
+        '"@"', literal)
+
+
+def refusal(text):
+    with pytest.raises(ValueError) as caught:
+        read_request(text)
+    reason = str(caught.value)
+    assert len(reason) < 300
+    json.dumps(reason, allow_nan=False).encode()    # it goes back to the page
+    return reason
+
+
+# -- what is valid
+
+@pytest.mark.parametrize('kind, value', [
+    ('look', 'robot3'), ('seen', 20), ('begin', None), ('let go', None), ('give', None),
+    ('take', None), ('stop', None), ('turn', -90.0), ('goal', Place(1.0, -0.5, 90.0)),
+    ('reset', Place(1.0, -0.5, 90.0)),
+    ('hand', Hand(Pad(0.4, -0.1, False, True, False, True), (0.25, -1.0)))])
+def test_each_type_is_read(kind, value):
+    assert read_request(text_of(kind)) == Request(kind, value, None, None)
+
+
+def test_all_types_are_tested():
+    known = refusal('{"type": "fly"}').split('known: ')[1].split(', ')
+    assert sorted(known) == sorted(VALID)
+
+
+def test_a_whole_number_becomes_a_float():
+    assert type(read_request('{"type": "turn", "degrees": 90}').value) is float
+
+
+def test_the_list_of_robots_is_asked_for_by_null_or_by_nothing():
+    assert read_request('{"type": "look", "robot": null}') == Request('look', None)
+    assert read_request('{"type": "look"}') == Request('look', None)
+
+
+@pytest.mark.parametrize('robot', ['', 'Röbot 3', '机器人', '\U0001f916', '\ud800', '\x00'])
+def test_a_robot_may_have_any_name(robot):
+    assert read_request(json.dumps({'type': 'look', 'robot': robot})).value == robot
+
+
+def test_hands_that_grip_nothing():
+    assert read_request('{"type": "hand"}').value == Hand(None, None)
+    assert read_request('{"type": "hand", "pad": null, "mouse": null}').value == Hand(None, None)
+
+
+def test_a_button_that_is_not_named_is_not_pressed():
+    assert read_request('{"type": "hand", "pad": {"forward": 1, "left": -1}}').value.pad == Pad(
+        1.0, -1.0, False, False, False, False)
+
+
+@pytest.mark.parametrize('button', ['a', 'b', 'y', 'hold'])
+def test_each_button_is_itself(button):
+    pad = {'forward': 0, 'left': 0, button: True}
+    value = read_request(json.dumps({'type': 'hand', 'pad': pad})).value.pad
+    assert [name for name in ('a', 'b', 'y', 'hold') if getattr(value, name)] == [button]
+
+
+@pytest.mark.parametrize('kind', VALID)
+def test_any_message_may_have_an_id_and_a_time_in_milliseconds(kind):
+    request = read_request(text_of(kind, id=7, t=1722945600123.25))
+    assert request.id == 7
+    assert request.sent_at == pytest.approx(1722945600.12325, abs=1e-6)
+
+
+@pytest.mark.parametrize('number', [0, 1, 10 ** 12])
+def test_whole_numbers_from_zero(number):
+    assert read_request(text_of('begin', id=number)).id == number
+    assert read_request(text_of('seen', n=number)).value == number
+
+
+@pytest.mark.parametrize('kind, name, most', [
+    ('turn', 'degrees', 360), ('goal', 'x', 100), ('goal', 'y', 100), ('goal', 'yaw_deg', 360),
+    ('reset', 'x', 100), ('reset', 'y', 100), ('reset', 'yaw_deg', 360)])
+def test_bounds_are_closed(kind, name, most):
+    for sign in (1.0, -1.0):
+        value = read_request(text_of(kind, **{name: sign * most})).value
+        assert (value if kind == 'turn' else getattr(value, name)) == sign * most
+        reason = refusal(text_of(kind, **{name: sign * (most + 0.001)}))
+        assert reason == '{} = {} is not valid: a number from -{} to {}'.format(
+            name, sign * (most + 0.001), most, most)
+
+
+@pytest.mark.parametrize('sign', [1, -1])
+def test_sticks_and_mouse_reach_from_minus_one_to_one(sign):
+    for name in ('forward', 'left'):
+        assert getattr(read_request(pad_with(name, str(sign))).value.pad, name) == sign
+        assert refusal(pad_with(name, str(1.001 * sign))).startswith(
+            '{} = {} is not valid: a number from -1 to 1'.format(name, 1.001 * sign))
+    for edge in ([sign, 0.5], [0.5, sign]):
+        assert read_request(text_of('hand', mouse=edge)).value.mouse == tuple(edge)
+        edge[edge.index(sign)] = 1.001 * sign
+        assert 'mouse = {} is not valid: a number from -1 to 1'.format(1.001 * sign) in refusal(
+            text_of('hand', mouse=edge))
+
+
+@given(*[st.floats(-100.0, 100.0)] * 2, st.floats(-360.0, 360.0))
+def test_a_place_is_read_exactly(x, y, yaw_deg):
+    assert read_request(text_of('goal', x=x, y=y, yaw_deg=yaw_deg)).value == Place(x, y, yaw_deg)
+
+
+# -- what is refused
+
+@pytest.mark.parametrize('literal', NO_NUMBERS, ids=short)
+def test_what_is_no_number_of_this_size_is_refused(literal):
+    texts = {name: with_literal(kind, name, literal) for kind, name in NUMBERS}
+    texts.update(forward=pad_with('forward', literal), left=pad_with('left', literal),
+                 mouse=with_literal('hand', 'mouse', '[%s, 0]' % literal))
+    for name, text in texts.items():
+        if literal in ('NaN', 'Infinity', '-Infinity'):    # Python's reader alone takes them
+            assert refusal(text) == 'a message is no JSON: {} is no number'.format(literal)
+        else:
+            reason = refusal(text)
+            assert reason.startswith(name + ' = ') and 'not valid: a number from -' in reason
+
+
+@pytest.mark.parametrize('literal, shown', [
+    ('true', 'true'), ('"far"', '"far"'), ('null', 'null'), ('[1]', '[1]'), ('1e400', 'Infinity'),
+    ('1e300', '1e+300'), ('1' + '0' * 400, '1' + '0' * 36 + '...')], ids=short)
+def test_a_refusal_names_field_value_and_what_is_valid(literal, shown):
+    assert refusal(with_literal('goal', 'x', literal)) == (
+        'x = {} is not valid: a number from -100 to 100'.format(shown))
+
+
+@pytest.mark.parametrize('kind, name', NUMBERS + [('seen', 'n')])
+def test_a_field_that_is_missing_is_refused(kind, name):
+    fields = {key: value for key, value in VALID[kind].items() if key != name}
+    assert refusal(json.dumps(dict(fields, type=kind))).startswith(name + ' = null is not valid')
+
+
+@pytest.mark.parametrize('name', ['forward', 'left'])
+def test_a_pad_without_a_stick_is_refused(name):
+    pad = {key: value for key, value in PAD.items() if key != name}
+    assert refusal(text_of('hand', pad=pad)).startswith(name + ' = null is not valid')
+
+
+@pytest.mark.parametrize('literal', [
+    '-1', '1.0', '1000000000001', 'true', 'false', '"7"', '[7]', '{}', '1e3', '1' + '0' * 1900], ids=short)
+@pytest.mark.parametrize('kind, name', [('seen', 'n'), ('begin', 'id'), ('stop', 'id')])
+def test_what_is_no_whole_number_is_refused(kind, name, literal):
+    reason = refusal(with_literal(kind, name, literal))
+    assert reason.startswith(name + ' = ') and reason.endswith('not valid: a whole number from 0')
+
+
+@pytest.mark.parametrize('literal', [
+    'true', '"7"', '[7]', '{}', '1e16', '-1e400', '1' + '0' * 400], ids=short)
+def test_what_is_no_time_is_refused(literal):
+    assert refusal(with_literal('begin', 't', literal)).startswith('t = ')
+
+
+@pytest.mark.parametrize('literal', ['0', '1', 'null', '"true"', '[true]', '{}'])
+@pytest.mark.parametrize('button', ['a', 'b', 'y', 'hold'])
+def test_a_button_is_true_or_false(button, literal):
+    assert refusal(pad_with(button, literal)) == '{} = {} is not valid: true or false'.format(
+        button, literal)
+
+
+@pytest.mark.parametrize('literal', ['1', 'true', '"pad"', '[]', '[1, 2]', '""', '0', 'false'])
+def test_a_pad_is_an_object(literal):
+    reason = refusal('{"type": "hand", "pad": %s}' % literal)
+    assert reason == 'pad = {} is not valid: an object, or null'.format(literal)
+
+
+@pytest.mark.parametrize('literal', [
+    '1', 'true', '"ab"', '[]', '[0.5]', '[0, 0, 0]', '{}', '{"x": 0, "y": 0}', '""', 'false'])
+def test_a_mouse_is_a_pair(literal):
+    reason = refusal('{"type": "hand", "mouse": %s}' % literal)
+    assert reason == 'mouse = {} is not valid: [x, y], or null'.format(literal)
+
+
+@pytest.mark.parametrize('literal', ['3', 'true', '[]', '["robot3"]', '{}', '0', 'false'])
+def test_a_robot_is_a_name(literal):
+    assert refusal('{"type": "look", "robot": %s}' % literal) == (
+        'robot = {} is not valid: a name, or null'.format(literal))
+
+
+@pytest.mark.parametrize('literal', [
+    '"fly"', '""', '"Stop"', '"stop "', 'null', 'true', '3', '[]', '["stop"]', '{}', '"\\u0000"',
+    '"\\ud800"', '"' + 1800 * 'x' + '"'], ids=short)
+def test_a_type_that_is_unknown_is_refused_with_those_that_are_known(literal):
+    reason = refusal('{"type": %s}' % literal)
+    assert reason.startswith('type {}'.format(literal[:36])) and 'known: look, seen' in reason
+
+
+def test_a_message_without_type_is_refused():
+    assert 'type null is unknown' in refusal('{}')
+
+
+@pytest.mark.parametrize('text', ['[]', '["stop"]', '"stop"', '1', 'null', 'true', '[[{}]]'])
+def test_a_message_is_an_object(text):
+    assert refusal(text) == 'a message must be an object with "type"'
+
+
+@pytest.mark.parametrize('text', [
+    '', ' ', '{', '}', 'stop', "{'type': 'stop'}", '{"type": "stop"', '{"type": "stop"}}',
+    '{"type": "stop",}', '\ufeff{"type": "stop"}', '\x00', '\ud800', '{"type": "st\nop"}',
+    '{"type": "turn", "degrees": 0x10}', '{"type": "turn", "degrees": +1}',
+    '{"type": "turn", "degrees": .5}', '{"type": "turn", "degrees": nan}'])
+def test_what_is_no_json_is_refused(text):
+    assert refusal(text).startswith('a message is no JSON: ')
+
+
+def test_the_longest_message():
+    text = '{"type": "stop"}'
+    assert read_request(text + ' ' * (2000 - len(text))).kind == 'stop'
+    assert refusal(text + ' ' * (2001 - len(text))) == (
+        'a message of 2001 characters is refused: at most 2000 are valid')
+
+
+@pytest.mark.parametrize('text', ['[' * 5000, '{"x":' * 5000, '[' * 10 ** 6], ids=short)
+def test_a_deep_message_is_too_long(text):
+    assert 'characters is refused' in refusal(text)
+
+
+@pytest.mark.parametrize('text', [
+    '%s', '{"type": %s}', '{"type": "look", "robot": %s}', '{"type": "seen", "n": %s}',
+    '{"type": "stop", "id": %s}', '{"type": "stop", "t": %s}', '{"type": "turn", "degrees": %s}',
+    '{"type": "hand", "pad": %s}', '{"type": "hand", "mouse": %s}',
+    '{"type": "hand", "mouse": [0, %s]}',
+    '{"type": "hand", "pad": {"forward": 0, "left": 0, "a": %s}}'])
+def test_a_message_as_deep_as_its_length_allows(text):
+    """The depth at which Python's reader, its writer or repr() gives up depends on the caller."""
+    for depth in (1, 2, 500, 850, *range(900, 971, 2)):
+        refusal(text % ('[' * depth + ']' * depth))
+
+
+# -- whatever comes
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5)
+    | st.integers(0, 3).map(lambda power: 10 ** (310 * power)),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(
+        st.sampled_from(list(PAD)) | st.text(max_size=3), inner, max_size=4), max_leaves=6)
+MESSAGES = st.fixed_dictionaries({'type': st.sampled_from(sorted(VALID))}).flatmap(
+    lambda message: st.dictionaries(
+        st.sampled_from(['id', 't', *VALID[message['type']]]), JSON, max_size=4).map(
+            lambda fields: dict(VALID[message['type']], **fields, **message)))
+
+
+def is_valid(value):
+    """No number of a request is infinite or NaN."""
+    if isinstance(value, tuple):
+        return all(is_valid(part) for part in value)
+    return not isinstance(value, float) or math.isfinite(value)
+
+
+def check(text):
+    try:
+        request = read_request(text)
+    except ValueError as problem:
+        assert str(problem)
+    else:
+        assert isinstance(request, Request) and request.kind in VALID and is_valid(request)
+
+
+@given(st.text())
+def test_any_text_gives_a_request_or_a_reason(text):
+    check(text)
+
+
+@given(JSON)
+def test_any_json_gives_a_request_or_a_reason(value):
+    check(json.dumps(value))
+
+
+@given(MESSAGES)
+def test_any_fields_of_a_known_type_give_a_request_or_a_reason(message):
+    check(json.dumps(message))
