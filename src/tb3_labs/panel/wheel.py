@@ -70,10 +70,9 @@ class Wheel:
     def on_hand(self, page: object, hand: Hand, now: float, lateness: float = 0.0) -> None:
         """The present state of what is gripped on `page`, delayed by `lateness` [s]."""
         self.update(now)
-        is_press = self._is_press_of_b(page, hand.pad)
+        if self._is_press_of_b(page, hand.pad):
+            self.take()    # also with the wheel: perhaps no node hears the pad
         if page is not self.page or lateness > PAGE_TIMEOUT:
-            if is_press:
-                self.take()
             return
         self._heard_at = now
         self._hear_pad(hand.pad, now, lateness)
