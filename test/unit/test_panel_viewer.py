@@ -1,7 +1,12 @@
 """A page that cannot keep up is dropped, one that can is not."""
+import re
+from pathlib import Path
+
 import pytest
 
-from tb3_labs.panel.viewer import Viewer
+from tb3_labs.panel.viewer import MOST_UNSEEN, REPORT_EVERY, Viewer
+
+PAGE = Path(__file__).resolve().parents[2] / 'src' / 'tb3_labs' / 'ros' / 'panel' / 'page'
 
 
 def sent(count):
@@ -20,6 +25,11 @@ def test_pictures_are_numbered_from_one():
                                             (1000, True)])
 def test_a_page_that_never_reports_is_dropped_after_60_pictures(count, dropped):
     assert sent(count).is_too_slow is dropped
+
+
+def test_the_page_reports_as_often_as_is_said_here():
+    every, = re.findall(r'SEEN_EVERY = (\d+)', (PAGE / 'link.js').read_text())
+    assert int(every) == REPORT_EVERY < MOST_UNSEEN / 2
 
 
 @pytest.mark.parametrize('seen', [1, 10, 17, 20])

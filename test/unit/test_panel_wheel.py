@@ -290,7 +290,7 @@ def test_take_and_a_foreign_b_leave_the_hands_where_they_are(room):
     assert room.wheel.page == 'A' and room.wheel.pad == FULL
 
 
-# -- the button B of pages without the wheel
+# -- the button B
 
 def test_b_counts_once_for_each_press(room):
     room.drive('A')
@@ -352,6 +352,15 @@ def test_b_of_a_page_that_left_is_forgotten(room):
     room.said()
     room.hand('B', B)
     assert room.words == [False]
+
+
+def test_b_of_the_page_with_the_wheel_takes_control_although_no_node_may_hear_its_pad(room):
+    """Its pad is not sent while another pad publishes, and the node gamepad may not run."""
+    room.give('A')
+    for pad in (REST, B, B, REST):
+        room.hand('A', pad)
+    assert room.said() == ([True, False], [LatePad(pad, 0.0) for pad in (REST, B, B, REST)], [])
+    assert room.wheel.page == 'A' and not room.wheel.gives
 
 
 @pytest.mark.parametrize('late', [0.3, 2.0, 100.0])

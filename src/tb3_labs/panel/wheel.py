@@ -75,10 +75,9 @@ class Wheel:
         Without `mouse_drives` another node drives: a mouse that is held then must be gripped anew.
         """
         self.update(now)
-        is_press = self._is_press_of_b(page, hand.pad)
+        if self._is_press_of_b(page, hand.pad):
+            self.take()    # also with the wheel: perhaps no node hears the pad
         if page is not self.page or lateness > PAGE_TIMEOUT:
-            if is_press:
-                self.take()
             return
         self._heard_at = now
         self._hear_pad(hand.pad, now, lateness)
