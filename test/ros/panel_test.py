@@ -12,9 +12,13 @@ import time
 import rosgraph
 import rospy
 import rostest
-from std_msgs.msg import Bool, Float64
+from geometry_msgs.msg import PoseStamped, TransformStamped, Twist, Vector3
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu
+from std_msgs.msg import Bool, Float32
+from tf2_msgs.msg import TFMessage
 
-from tb3_labs.geometry.angles import difference_degrees
+from tb3_labs.geometry.angles import difference, difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.testing.observer import Observer
 
@@ -78,7 +82,13 @@ class PanelTest(NodeCase):
         self.page.hold(pad={})
         self.page.wait_for(pad='ready')
         self.page.hold(pad={'forward': forward, 'left': left})
-        self.seen.wait_for('cmd_vel', lambda command: command != ZERO)
+        self.wait_until_it_moves()
+
+    def wait_until_it_moves(self):
+        """Wait until the robot has truly moved a little since now."""
+        start = self.seen.latest('ground_truth')
+        self.seen.wait_for('ground_truth', lambda pose: start.distance_to(pose) > 0.005 or abs(
+            difference(pose.yaw, start.yaw)) > 0.05)
 
     def assert_stopped(self, since, within=LOSS):
         """The last movement was commanded at most `within` after `since` [s], apart from delays of
@@ -138,6 +148,24 @@ class PanelTest(NodeCase):
         self.assertLess(slow.pictures, 100)
         self.assertFalse(self.page.closed.is_set())
 
+    def test_invalid_messages_of_other_nodes_are_dropped(self):
+        topics = {'/tf': TFMessage([TransformStamped()]), 'local_pose': PoseStamped(),
+                  'ground_truth': PoseStamped(), 'imu': Imu(), 'odom': Odometry(),
+                  'distance_error': Float32(math.nan),
+                  'cmd_vel': Twist(linear=Vector3(x=math.nan))}
+        topics['/tf'].transforms[0].header.frame_id = 'odom'
+        topics['/tf'].transforms[0].child_frame_id = 'local'    # a quaternion of four zeros
+        publishers = {rospy.Publisher(topic, type(message), queue_size=5): message
+                      for topic, message in topics.items()}
+        self.wait_until_heard(*publishers)
+        for publisher, message in publishers.items():
+            publisher.publish(message)
+        before = self.page.picture['n']
+        self.page.wait_until(lambda: self.page.picture['n'] > before + 20, 5.0, 'more pictures')
+        for publisher in publishers:
+            publisher.unregister()
+        self.assertIsNone(self.panel.status)
+
     # -- driving
 
     def test_a_goal_is_reached_while_the_page_that_gave_control_is_there(self):
@@ -160,7 +188,7 @@ class PanelTest(NodeCase):
                 self.page.ask('give')
                 self.page.hold()
                 self.page.wait_for(phase='driving')
-                self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.1)
+                self.wait_until_it_moves()
                 since = rospy.get_time()
                 (self.page.close if how == 'closed' else self.page.fall_silent)()
                 self.assert_stopped(since)
@@ -201,7 +229,7 @@ class PanelTest(NodeCase):
         self.page.hold(pad={'a': True})
         self.page.wait_for(pad='held back', has_control=True)
         self.page.hold(pad={})
-        self.seen.wait_for('cmd_vel', lambda command: command != ZERO)
+        self.wait_until_it_moves()
         since = rospy.get_time()
         self.page.hold(pad={'b': True})
         self.assert_stopped(since)
@@ -223,6 +251,7 @@ class PanelTest(NodeCase):
         self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
         self.page.hold(mouse=[0.0, 1.0])
         self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.15)
+        self.wait_until_it_moves()
         since = rospy.get_time()
         self.page.hold()
         self.assert_stopped(since)
@@ -235,7 +264,7 @@ class PanelTest(NodeCase):
         turned = math.degrees((before.inverse() @ self.rest()).yaw)
         self.assertLess(abs(turned - 90.0), 0.6)
         self.page.ask('turn', degrees=-180)
-        self.seen.wait_for('cmd_vel', lambda command: command[1] < -1.0)
+        self.wait_until_it_moves()
         since = rospy.get_time()
         self.page.send('stop')
         self.assert_stopped(since, within=0.1)
@@ -245,7 +274,7 @@ class PanelTest(NodeCase):
         self.page.ask('goal', x=2.0, y=0.0, yaw_deg=0)
         self.page.ask('give')
         self.page.hold()
-        self.seen.wait_for('cmd_vel', lambda command: command != ZERO)
+        self.wait_until_it_moves()
         since = rospy.get_time()
         other.send('stop')    # of a page that does not drive
         self.assert_stopped(since, within=0.1)

@@ -342,3 +342,18 @@ def test_whatever_is_heard_a_page_can_read(heard):
     assert 0 <= shown['epoch'] <= sum(kind == 'frame' for kind, _ in heard)
     summary(view)
     json.dumps([view.trail_in_odom.points, view.trail_in_local.points], allow_nan=False)
+
+
+def test_the_truth_is_that_of_the_odometrys_instant():
+    """At 0.2 m/s and 0.1 s later the robot is truly 20 mm ahead of its odometry, which is right."""
+    view = RobotView()
+    view.hear('origin', Pose2(), 99.0)
+    view.hear_odometry(Pose2(1.0, 2.0, QUARTER), 99.0)
+    view.hear('motion', (50.0, 0.2, 0.0), 99.0)
+    view.hear('truth', Pose2(1.0, 2.02, QUARTER), 99.1)
+    view.hear('truth_stamp', 50.1, 99.1)
+    assert picture(view)['truth'] == [1.0, 2.0, QUARTER]
+    view.hear('motion', (50.2, 0.0, 1.0), 99.2)      # turning: it was 0.1 rad less far
+    assert picture(view)['truth'] == [1.0, 2.02, round(math.pi / 2 + 0.1, 5)]
+    view.hear('truth_stamp', 40.0, 99.3)             # of another time: not compared
+    assert picture(view)['truth'] == [1.0, 2.02, QUARTER]

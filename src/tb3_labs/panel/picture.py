@@ -34,6 +34,8 @@ COMMAND_AGE = 0.5
 FRAME_STEP = 0.001, math.radians(0.1)
 #: unless the odometry jumped by more than this, since it was zeroed: the frame then follows it.
 ODOMETRY_JUMP = 0.2, math.radians(60.0)
+#: Truth and odometry that are farther apart in time than this are not compared [s].
+SAME_MOMENT = 0.3
 #: Sources whose ages a picture has.
 SOURCES = ('imu', 'odom', 'joy')
 
@@ -53,7 +55,8 @@ class RobotView:
 
     def hear(self, kind: str, value: Any, now: float) -> None:
         """`value` of one kind of those in :meth:`picture`, or one of 'origin' (pose of odom in
-        world), 'truth' (in world), 'heading' [rad], 'distance' [m], 'angle' [deg]."""
+        world), 'truth' (in world), 'truth_stamp' [s], 'motion' (stamp [s], v [m/s], w [rad/s] of
+        the odometry), 'heading' [rad], 'distance' [m], 'angle' [deg]."""
         self._latest[kind] = now, value
 
     def hear_odometry(self, pose: Pose2, now: float) -> None:
@@ -148,8 +151,15 @@ class RobotView:
                 'distance': _rounded(self.latest('distance'))}
 
     def _truth_in_odom(self) -> Optional[Pose2]:
+        """The true pose at the instant of the odometry, so that both can be compared in motion."""
         origin, truth = self.latest('origin'), self.latest('truth')
-        return None if origin is None or truth is None else origin.inverse() @ truth
+        if origin is None or truth is None:
+            return None
+        stamp, motion = self.latest('truth_stamp'), self.latest('motion')
+        if stamp is not None and motion is not None and abs(stamp - motion[0]) < SAME_MOMENT:
+            ahead = stamp - motion[0]
+            truth = truth @ Pose2(ahead * motion[1], 0.0, ahead * motion[2]).inverse()
+        return origin.inverse() @ truth
 
     def _to_go(self) -> Optional[List[float]]:
         return _all_rounded((_rounded(self.latest('distance'), 4),

@@ -59,13 +59,13 @@ class Watch:
             'has_control': self._keep('has_control', Bool, 'has_control', _data),
             'control_holder': self._keep('control_holder', String, 'holder', _data),
             'odom': self._stream('odom', Odometry, self._on_odometry, POSES, to_odometry_sample),
-            'distance_error': self._stream('distance_error', Float32, self._hear('distance'), NUMBERS,
-                                           _data)}
+            'distance_error': self._stream('distance_error', Float32, self._hear('distance'),
+                                           NUMBERS, _data)}
         if self._level == self.ALL:
             topics.update({
                 'local_pose': self._stream('local_pose', PoseStamped, self._on_local, POSES, _pose),
-                'ground_truth': self._stream('ground_truth', PoseStamped, self._hear('truth'),
-                                             POSES, _pose),
+                'ground_truth': self._stream('ground_truth', PoseStamped, self._on_truth, POSES,
+                                             _stamped_pose),
                 'imu': self._stream('imu', Imu, self._on_imu, NUMBERS, to_imu_sample),
                 'angle_error_deg': self._stream('angle_error_deg', Float32, self._hear('angle'),
                                                 NUMBERS, _data),
@@ -74,9 +74,10 @@ class Watch:
                 'current_goal': self._keep('current_goal', PoseStamped, 'goal', _pose),
                 'local_path': self._path,
                 'tolerance': self._tolerance,
-                '/tf': self._stream('/tf', TFMessage, self._on_transforms, FRAMES),
+                '/tf': self._stream('/tf', TFMessage, self._on_transforms, FRAMES,
+                                    self._read_transforms),
                 '/tf_static': lambda: subscribe('/tf_static', TFMessage, self._on_transforms,
-                                                queue_size=None)})
+                                                self._read_transforms, queue_size=None)})
         return topics
 
     # -- ways to listen
@@ -121,6 +122,12 @@ class Watch:
     def _on_odometry(self, sample):
         with self._lock:
             self._view.hear_odometry(sample.pose, steady_time())
+            self._view.hear('motion', (sample.stamp, sample.linear, sample.angular), steady_time())
+
+    def _on_truth(self, stamped):
+        with self._lock:
+            for kind, value in zip(('truth', 'truth_stamp'), stamped):
+                self._view.hear(kind, value, steady_time())
 
     def _on_local(self, pose):
         with self._lock:
@@ -143,15 +150,21 @@ class Watch:
         else:
             self._hear('joy')(sender)
 
-    def _on_transforms(self, message):
-        for stamped in message.transforms:
-            parent = stamped.header.frame_id.lstrip('/')
-            child = stamped.child_frame_id.lstrip('/')
-            if (parent, child) == (self._odom, self._local):
-                with self._lock:
-                    self._view.hear_frame(transform_to_pose2(stamped.transform), steady_time())
-            elif (parent, child) == ('world', self._odom):
-                self._hear('origin')(transform_to_pose2(stamped.transform))
+    def _read_transforms(self, message):
+        """[(kind, pose)] of the transforms that a picture needs; ValueError for an invalid one."""
+        wanted = {(self._odom, self._local): 'frame', ('world', self._odom): 'origin'}
+        found = [(wanted.get((stamped.header.frame_id.lstrip('/'),
+                              stamped.child_frame_id.lstrip('/'))), stamped.transform)
+                 for stamped in message.transforms]
+        return [(kind, transform_to_pose2(transform)) for kind, transform in found if kind]
+
+    def _on_transforms(self, poses):
+        with self._lock:
+            for kind, pose in poses:
+                if kind == 'frame':
+                    self._view.hear_frame(pose, steady_time())
+                else:
+                    self._view.hear(kind, pose, steady_time())
 
 
 def _data(message):
@@ -160,3 +173,8 @@ def _data(message):
 
 def _pose(message):
     return to_pose2(message.pose)
+
+
+def _stamped_pose(message):
+    """(Pose2, stamp [s])."""
+    return to_pose2(message.pose), message.header.stamp.to_sec()
