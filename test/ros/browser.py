@@ -8,6 +8,7 @@ import time
 
 try:
     from selenium import webdriver
+    from selenium.common.exceptions import WebDriverException
     from selenium.webdriver.chrome.service import Service
     from selenium.webdriver.common.action_chains import ActionChains
     from selenium.webdriver.common.by import By
@@ -35,6 +36,21 @@ window.makeTestPad = (axes, pressed) => {
   if (isNew) dispatchEvent(new Event('gamepadconnected'));
 };
 """
+#: `window.longestSilence` is the longest time between two messages of hands [s], of those that came
+#: without a pause of a second, since the page was loaded or it was set to 0.
+SILENCE_METER = """
+window.longestSilence = 0;
+let lastHand = 0;
+const send = WebSocket.prototype.send;
+WebSocket.prototype.send = function (text) {
+  if (text.includes('"hand"')) {
+    const gap = (performance.now() - lastHand) / 1000;
+    if (gap < 1) window.longestSilence = Math.max(window.longestSilence, gap);
+    lastHand = performance.now();
+  }
+  return send.call(this, text);
+};
+"""
 
 
 class Browser:
@@ -48,7 +64,7 @@ class Browser:
             options.add_argument(flag)
         options.set_capability('goog:loggingPrefs', {'browser': 'ALL'})
         self._driver = webdriver.Chrome(service=Service(DRIVER), options=options)
-        self._driver.execute_cdp_cmd('Page.addScriptToEvaluateOnNewDocument', {'source': GAMEPAD})
+        self._driver.execute_cdp_cmd('Page.addScriptToEvaluateOnNewDocument', {'source': GAMEPAD + SILENCE_METER})
         self.tabs = [self._driver.current_window_handle]
         self._driver.get(address)
 
@@ -79,6 +95,14 @@ class Browser:
         """Wait for a picture with these values."""
         self.wait_until(lambda: all(self.picture(name) == value for name, value in values.items()),
                         seconds, str(values))
+
+    @property
+    def longest_silence(self):
+        """Longest time between two messages of the page's hands [s]."""
+        try:
+            return self.run('return window.longestSilence')
+        except WebDriverException:
+            return 0.0    # it has been killed
 
     def errors(self):
         """What the browser complains about."""

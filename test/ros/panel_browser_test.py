@@ -17,6 +17,7 @@ from tb3_labs.ros.testing.observer import Observer
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from browser import MISSING, Browser    # noqa: E402 (a relay's folder)
 from node_case import SILENCE, STARTING, ZERO, Hiccups, Node, NodeCase    # noqa: E402
+from panel_page import with_punctual_pages    # noqa: E402
 
 #: A lost page has stopped the robot after this time [s].
 LOSS = 0.3
@@ -24,6 +25,7 @@ PORT = 8110
 
 
 @unittest.skipIf(MISSING, MISSING)
+@with_punctual_pages
 class PanelBrowserTest(NodeCase):
     """Methods share nodes and browser; each begins with a robot at rest that nobody drives."""
 
@@ -45,11 +47,15 @@ class PanelBrowserTest(NodeCase):
         if self.browser is None:
             type(self).browser = Browser(self.address)
         self.page = self.browser
+        self.page.run('window.longestSilence = 0')
         self.page.wait_until(lambda: all((self.page.picture('can') or {'': False}).values()),
                              STARTING, 'all nodes')
         self.page.click('stop')
         self.rest()
         self.page.wait_for(wheel='', has_control=False)
+
+    def pages(self):
+        return [self.browser] if self.browser else []
 
     def replace_browser(self):
         """The next test begins with a new one."""

@@ -25,13 +25,14 @@ from tb3_labs.ros.testing.observer import Observer
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import (    # noqa: E402 (a relay's folder)
     SILENCE, STARTING, ZERO, Hiccups, Node, NodeCase)
-from panel_page import Page    # noqa: E402
+from panel_page import Page, with_punctual_pages    # noqa: E402
 
 #: A lost page has stopped the robot after this time [s].
 LOSS = 0.3
 PORT = 8090
 
 
+@with_punctual_pages
 class PanelTest(NodeCase):
     """Methods share the nodes; each begins with a robot at rest that nobody drives."""
 
@@ -55,6 +56,7 @@ class PanelTest(NodeCase):
         return re.search(r'open (http\S+) in', panel.text).group(1)
 
     def setUp(self):
+        self._pages = []
         self.page = self.open()
         self.page.wait_until(lambda: all(self.page.latest.get('picture', {}).get(
             'can', {'': False}).values()), STARTING, 'all nodes')
@@ -65,7 +67,11 @@ class PanelTest(NodeCase):
     def open(self, address=None, **options):
         page = Page(address or self.address, **options)
         self.addCleanup(page.close)
+        self._pages.append(page)
         return page
+
+    def pages(self):
+        return self._pages
 
     def here(self):
         """Declare the robot to be at the origin; its true pose, which is that of local."""
@@ -338,7 +344,7 @@ class PanelTest(NodeCase):
                  'x = Infinity is not valid: a number from -100 to 100'),
                 ('{"type": "turn", "degrees": "90"}',
                  'degrees = "90" is not valid: a number from -360 to 360'),
-                ('{"type": "fly"}', "type 'fly' is unknown"),
+                ('{"type": "fly"}', 'type "fly" is unknown'),
                 ('[' * 1000, 'a message is no JSON'), ('x' * 3000, 'at most 2000')):
             with self.subTest(text[:40]):
                 self.page.send_text(text)
