@@ -23,6 +23,8 @@ MISSING = '' if webdriver and CHROMIUM and DRIVER else (
 FLAGS = ('--headless=new', '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run',
          '--disable-background-networking', '--disable-component-update', '--disable-sync',
          '--disable-dev-shm-usage', '--window-size=1280,900')
+#: A map that has not moved for this long rests [s].
+STEADY = 0.3
 #: A gamepad as browsers offer one with the standard layout; `window.testPad` is what it shows.
 GAMEPAD = """
 window.testPad = null;
@@ -135,10 +137,9 @@ class Browser:
 
     def drag_in_local(self, start, end):
         """Drag on the map from one point to another, [x, y] in local [m]."""
-        places = [self.run('return panel.pixel(arguments[0], arguments[1])', *point)
-                  for point in (start, end)]
-        (x0, y0), (x1, y1) = ((place['x'], place['y']) if isinstance(place, dict) else place
-                              for place in places)
+        (x0, y0), (x1, y1) = self._steady(lambda: [
+            self.run('return panel.pixel(arguments[0], arguments[1])', *point)
+            for point in (start, end)])
         actions = ActionChains(self._driver, duration=50)
         pointer = actions.w3c_actions.pointer_action
         pointer.move_to_location(int(round(x0)), int(round(y0)))
@@ -187,6 +188,16 @@ class Browser:
         self.kill()
         self._driver.service.stop()
         shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _steady(self, places):
+        """`places()` as soon as the map, which follows what it shows, has not moved for a while."""
+        last, since = places(), time.monotonic()
+        while time.monotonic() - since < STEADY:
+            now = places()
+            if now != last:
+                last, since = now, time.monotonic()
+            time.sleep(0.02)
+        return [(place['x'], place['y']) if isinstance(place, dict) else place for place in last]
 
     def _find(self, element):
         return self._driver.find_element(By.ID, element)
