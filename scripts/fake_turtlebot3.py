@@ -33,13 +33,12 @@ Parameters
 from dataclasses import dataclass, fields, replace
 
 import rospy
-from tf2_ros import StaticTransformBroadcaster
 
 from tb3_labs.config import Config, setting
 from tb3_labs.ros.node import run
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reconfigure import LiveSettings
-from tb3_labs.ros.robot.fake_robot import FakeRobot
+from tb3_labs.ros.robot.fake_robot import FakeRobot, StaticFrames
 from tb3_labs.ros.robot.pacemaker import Pacemaker
 from tb3_labs.simulation.mystery import LAST, HiddenFault
 from tb3_labs.simulation.network import NETWORKS
@@ -75,7 +74,7 @@ class FakeTurtlebot3:
             self._live = LiveSettings(settings, self._on_settings, fixed=names)
         else:
             settings = replace(_on_network(settings, room.network), model=model)
-            static_tf = StaticTransformBroadcaster()
+            static_tf = StaticFrames()
             self._robots = [FakeRobot(replace(own, seed=own.seed + number), namespace, static_tf)
                             for number, namespace, own in _placed(settings, room)]
             self._live = LiveSettings(settings, self._on_settings, fixed=STARTING)

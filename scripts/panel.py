@@ -70,7 +70,7 @@ class Page:
         self.viewer = Viewer()
         self.lateness = Lateness(LONGEST_DELAY)
         self.robot = None            # None: the list
-        self.log_count = 0           # lines of the log that were sent to it
+        self.log_count = None        # lines of the log that were sent to it; None: none yet
 
 
 class Panel:
@@ -121,7 +121,7 @@ class Panel:
         self._leave_robot(page)
         page.robot = None if name is None else self._robots[name]
         self._look_at_robots()
-        page.log_count = 0
+        page.log_count = None
         self._send_log(page)
         if page.robot is not None:
             page.send(dict(page.robot.trails(), type='trail', robot=name))
@@ -150,13 +150,13 @@ class Panel:
                 self._send_picture(page, pictures)
 
     def _send_log(self, page):
-        """Send the new lines of the log that concern the page's robot."""
-        count = self._log.count
-        lines = lines_of(self._log.since(page.log_count), self._robots,
+        """Send the new lines of the log that concern the page's robot; at first all lines."""
+        is_first, count = page.log_count is None, self._log.count
+        lines = lines_of(self._log.since(page.log_count or 0), self._robots,
                          page.robot.name if page.robot else None)
         page.log_count = count
-        if lines:
-            page.send({'type': 'log', 'lines': lines})
+        if lines or is_first:
+            page.send({'type': 'log', 'all': is_first, 'lines': lines})
 
     def _send_picture(self, page, pictures):
         """Send the picture of the page's robot; `pictures` holds those that were made just now."""

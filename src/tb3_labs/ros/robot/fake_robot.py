@@ -5,6 +5,7 @@ from dataclasses import replace
 import rospy
 from geometry_msgs.msg import PoseStamped, Twist
 from std_msgs.msg import Empty
+from tf2_msgs.msg import TFMessage
 
 from tb3_labs.ros.conversions import to_pose_stamped, to_transform
 from tb3_labs.ros.robot.sensor_topics import SensorTopics, publisher
@@ -16,11 +17,28 @@ STEP = 1.0 / 200.0     # of the simulation [s]
 TRUTH_EVERY = 4        # steps between two messages of the ground truth
 
 
+class StaticFrames:
+    """Frames that move only now and then, on /tf_static: one message holds all of them.
+
+    tf2_ros's own broadcaster (0.7.5) sends each transform in a message of its own, of which only
+    the last one is latched: of several robots, a node that comes later would know a single one.
+    """
+
+    def __init__(self):
+        self._publisher = rospy.Publisher('/tf_static', TFMessage, queue_size=100, latch=True)
+        self._transforms = {}    # by the name of the frame
+
+    def send(self, transform):
+        """Add a TransformStamped, or replace that of its child frame."""
+        self._transforms[transform.child_frame_id] = transform
+        self._publisher.publish(TFMessage(list(self._transforms.values())))
+
+
 class FakeRobot:
     """One Simulator and its topics, those of `namespace` ('' for the node's own).
 
-    `static_tf` is a tf2_ros.StaticTransformBroadcaster, one for all robots of a process: its
-    message is latched, and that of a second broadcaster would replace it. A robot with a `hidden`
+    `static_tf` is a StaticFrames, one for all robots of a process: its message is latched, and that
+    of a second one would replace it. A robot with a `hidden`
     fault (simulation.mystery.HiddenFault) takes its settings from that. It has no `static_tf` and
     no ground truth, since both would tell what is wrong.
     """
@@ -61,7 +79,7 @@ class FakeRobot:
             self._sensors.note_wheels(self._robot)
         if self._static_tf and self._origin != origin:
             self._origin = origin
-            self._static_tf.sendTransform(
+            self._static_tf.send(
                 to_transform(origin, 'world', self._sensors.frames['odom'], now))
         for burst in bursts:
             self._sensors.send(burst, epoch)

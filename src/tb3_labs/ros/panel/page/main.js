@@ -121,7 +121,10 @@ link.addEventListener('trail', ({detail}) => {
 });
 
 link.addEventListener('robots', ({detail}) => robots.show(detail.robots));
-link.addEventListener('log', ({detail}) => log.add(detail.lines));
+link.addEventListener('log', ({detail}) => {
+  if (detail.all) log.clear();
+  log.add(detail.lines);
+});
 link.addEventListener('note', ({detail}) => say(detail.text, detail.warning));
 
 function showBanner() {
