@@ -32,7 +32,8 @@ from node_case import STARTING, ZERO, Hiccups, Node, NodeCase    # noqa: E402 (a
 #: are 0.3 and 2, which test_stops.py checks for the core; here the time of the nodes is added.
 SILENCE = 0.4
 STUCK = 2.5
-ROBOT = 'fake_turtlebot3.py', '__name:=turtlebot3'
+#: The rate of its IMU is not what is tested, and costs.
+ROBOT = 'fake_turtlebot3.py', '__name:=turtlebot3', '_imu_rate:=100'
 FAULTLESS = dict.fromkeys(('imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen', 'motors_off'),
                           False)
 

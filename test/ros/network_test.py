@@ -48,11 +48,12 @@ class Room:
         self.seen.watch('goal_state', String, lambda message: message.data)
         self.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
         self.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
+        robot = 'fake_turtlebot3.py', '__name:=turtlebot3', '_imu_rate:=100'
         if on_robot is None:
-            self.robot = self.start('fake_turtlebot3.py', '__name:=turtlebot3')
+            self.robot = self.start(*robot)
         else:
             with on_robot:
-                self.robot = self.start('fake_turtlebot3.py', '__name:=turtlebot3')
+                self.robot = self.start(*robot)
         self.node = self.start('move2goal_tf.py')
 
     def start(self, executable, *arguments):
