@@ -120,7 +120,7 @@ class StormTest(NodeCase):
         self.assertLess(off, 0.001)
         self.assertLess(abs(turned), 0.1)
         self.assertGreater(rate, 0.7 * RATE)
-        self.assertLess(after[0] - before[0], 3.0)
+        self.assertLess(after[0] - before[0], 1.5)
         self.assertLessEqual(after[1] - before[1], 2)
 
     def error_after(self, answers):
