@@ -8,7 +8,7 @@
 #     ./scripts/test.sh ros          the nodes only (rostest)
 #     ./scripts/test.sh NAME ...     only the tests whose name contains NAME, such as a file in test/ros
 #     ./scripts/test.sh -l           list the names
-#     -j N, in front                 seats for tests (4): most take one, some take three (see CMakeLists.txt)
+#     -j N, in front                 seats for tests (5): most take one, one takes four (see CMakeLists.txt)
 #
 # pytest with options of its own: source scripts/setup.sh, then python3 -m pytest -p no:cacheprovider test/unit ...
 set -euo pipefail
@@ -19,7 +19,7 @@ unset ROS_MASTER_URI ROS_IP ROS_NAMESPACE ROSCONSOLE_FORMAT ROSCONSOLE_CONFIG_FI
 unset ROS_HOME ROS_LOG_DIR CMAKE_PREFIX_PATH    # nor other workspaces
 export ROS_HOSTNAME=localhost
 
-jobs=4
+jobs=5
 if [ "${1:-}" = -j ]; then jobs=${2:?'-j: a number is missing'}; shift 2; fi
 [[ $jobs =~ ^[1-9][0-9]*$ ]] || { echo "tb3_labs: -j: not a number: $jobs" >&2; exit 2; }
 

@@ -89,6 +89,12 @@ class ClassroomTest(NodeCase):
         self.assertEqual(self.pairs(), {(robot + '/odom', robot + '/' + child) for robot in ROBOTS
                                         for child in ('local', 'base_footprint')})
 
+    def test_a_node_that_comes_later_knows_where_each_robots_odometry_began(self):
+        self.seen.watch('/tf_static', TFMessage, lambda message: {
+            transform.child_frame_id for transform in message.transforms})
+        self.seen.wait_for('/tf_static', lambda frames: frames == {
+            robot + '/odom' for robot in ROBOTS}, 10.0)
+
     def pairs(self):
         return {pair for _, pairs in self.seen.all('/tf') for pair in pairs}
 

@@ -88,7 +88,7 @@ class ClockTest(NodeCase):
     def test_2_a_clock_that_stands_still_and_one_that_jumps_back(self):
         robot = Robot()
         self.addCleanup(robot.end)
-        node = self.start('move2goal_tf.py', '_has_control:=true', '_goal_x:=1.5', '_goal_y:=0.25')
+        node = self.start('move2goal_tf.py', '_has_control:=true', '_goal_x:=1.0', '_goal_y:=0.25')
         self.seen.wait_for('cmd_vel', lambda command: command[1] > 0.2, STARTING)
         # the clock stands still, though the sensors go on
         robot.runs = False
@@ -108,7 +108,7 @@ class ClockTest(NodeCase):
                             in self.commands(jumped)))
         self.seen.wait_for('cmd_vel', lambda command: command[1] > 0.2)
         node.wait_for('Goal reached!', STARTING)
-        self.assertLess(math.hypot(robot.x - 1.5, robot.y - 0.25), 0.02)
+        self.assertLess(math.hypot(robot.x - 1.0, robot.y - 0.25), 0.02)
         self.assertNotIn('Traceback', node.text)
         self.assertEqual(node.end(), 0)
 

@@ -32,7 +32,8 @@ from node_case import STARTING, ZERO, Hiccups, Node, NodeCase    # noqa: E402 (a
 #: are 0.3 and 2, which test_stops.py checks for the core; here the time of the nodes is added.
 SILENCE = 0.4
 STUCK = 2.5
-ROBOT = 'fake_turtlebot3.py', '__name:=turtlebot3'
+#: The rate of its IMU is not what is tested, and costs.
+ROBOT = 'fake_turtlebot3.py', '__name:=turtlebot3', '_imu_rate:=100'
 FAULTLESS = dict.fromkeys(('imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen', 'motors_off'),
                           False)
 
@@ -259,28 +260,28 @@ class FaultsTest(NodeCase):
     def test_the_robots_own_reset(self):
         self.own_robot('_start_x:=1.0', '_start_yaw_deg:=40', '_imu_offset_deg:=-105.5')
         node = self.move_to_goal()
-        self.seen.wait_until(lambda: self.place().x > 0.4)
+        self.seen.wait_until(lambda: self.place().x > 0.25)
         self.resets.publish(Empty())
         self.stop_since(self.silence_of('imu', 'odom'), SILENCE, "robot's own reset in a drive")
         node.wait_for('The odometry was set to zero: the local pose is kept')
         self.seen.wait_for('goal_state', lambda state: state.startswith('gave up'))
         # its pose and its further motion are still correct
-        self.goals.publish(to_pose_stamped(Pose2(0.9, 0.2, 0.5), 'local', 0.0))
+        self.goals.publish(to_pose_stamped(Pose2(0.7, 0.2, 0.5), 'local', 0.0))
         self.seen.wait_for('goal_state', lambda state: state == 'GOAL_REACHED', 20.0)
         self.rest()
         # its coasting during the board's reset is in no message: 11 mm in the roll-outs
-        self.assertLess(self.place().distance_to(Pose2(0.9, 0.2)), 0.010 + 0.015)
+        self.assertLess(self.place().distance_to(Pose2(0.7, 0.2)), 0.010 + 0.015)
         self.assertLess(abs(math.degrees(self.place().yaw - 0.5)), 0.5)
 
     def test_a_drive_along_half_a_turn_of_a_noisy_imu(self):
         self.own_robot('_imu_offset_deg:=180', '_imu_noise_deg:=0.3')
-        self.move_to_goal(goal=Pose2(1.5, 0.0, 0.0))
+        self.move_to_goal(goal=Pose2(1.0, 0.0, 0.0))
         self.seen.wait_for('goal_state', lambda state: state == 'GOAL_REACHED', 30.0)
         spikes = [odom for _, odom in self.seen.all('odom')
                   if abs(odom.twist.twist.angular.z) > 50.0]
         self.assertGreater(len(spikes), 10)
         self.rest()
-        self.assertLess(abs(self.place().x - 1.5), 0.012)
+        self.assertLess(abs(self.place().x - 1.0), 0.012)
 
     def test_stamps_that_are_wrong(self):
         """The node gets the robot's messages only with changed stamps."""

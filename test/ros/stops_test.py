@@ -98,6 +98,19 @@ class StopsTest(NodeCase):
     def by_pad(self):
         self.thumb.press(A)
 
+    def declare_origin(self):
+        """Reset; again if it is refused because a busy machine delays the sensors."""
+        refused = []
+
+        def declared():
+            answer = self.reset(0.0, 0.0, 0.0)
+            refused[:] = [answer.message] * (not answer.success)
+            return answer.success
+        try:
+            self.seen.wait_until(declared, STARTING)
+        except RuntimeError:
+            self.fail(refused)
+
     def is_stopped(self, since, within=PROMPT):
         """For a while no command moves the robot later than `within` after `since`."""
         self.let_pass(PATIENCE)
@@ -166,7 +179,7 @@ class StopsTest(NodeCase):
         self.cancels.publish(GoalID())
         self.is_stopped(asked)
         self.seen.wait_for('goal_state', lambda state: state == 'gave up: canceled')
-        self.assertTrue(self.reset(0.0, 0.0, 0.0).success)
+        self.declare_origin()
         self.is_stopped(rospy.get_time(), 0.0)
         self.let_it_drive(lambda: self.goals.publish(to_pose_stamped(Pose2(50.0), 'local', 0.0)))
 

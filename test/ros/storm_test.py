@@ -29,7 +29,7 @@ sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import STARTING, Hiccups, NodeCase    # noqa: E402 (a relay's folder is another one)
 
 SEED = 20261121
-RESETS, RATE, CALLERS = 1000, 100.0, 10
+RESETS, RATE, CALLERS = 500, 100.0, 10
 #: All at random: duration [s], number of operations, number of hand-overs among them.
 AT_LEAST, OPERATIONS, HAND_OVERS = 8.0, 1500, 12
 
@@ -72,7 +72,7 @@ class StormTest(NodeCase):
         (before, start), (then, end) = samples[after - 1], samples[after]
         return interpolate(start, end, (instant - before) / (then - before))
 
-    # -- a thousand resets
+    # -- hundreds of resets
 
     def resets(self, number):
         """Resets, this many, from several callers at once: [(declared, reply)]."""
@@ -120,7 +120,7 @@ class StormTest(NodeCase):
         self.assertLess(off, 0.001)
         self.assertLess(abs(turned), 0.1)
         self.assertGreater(rate, 0.7 * RATE)
-        self.assertLess(after[0] - before[0], 3.0)
+        self.assertLess(after[0] - before[0], 1.5)
         self.assertLessEqual(after[1] - before[1], 2)
 
     def error_after(self, answers):
@@ -135,8 +135,8 @@ class StormTest(NodeCase):
         _, pose = self.seen.latest('local_pose')
         return pose.distance_to(expected), math.degrees(difference(pose.yaw, expected.yaw))
 
-    def test_a_thousand_resets_at_rest_and_a_thousand_while_turning(self):
-        self.resets(RESETS // 5)     # until every history has been filled
+    def test_hundreds_of_resets_at_rest_and_hundreds_while_turning(self):
+        self.resets(200)     # until every history has been filled
         self.check_resets(0.0)
         self.check_resets(1.0)
 

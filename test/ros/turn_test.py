@@ -259,7 +259,8 @@ class TurnTest(NodeCase):
         node.wait_for('No mouse for')
         self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
         last_heard, zero = self.seen.all('mouse_info')[-1][0], self.seen.all('cmd_vel')[-1][0]
-        self.assertLess(zero - last_heard, 0.3 + self.hiccups.since(last_heard, zero))
+        # required are 0.3 s, which the core's tests check; the time of the nodes is added
+        self.assertLess(zero - last_heard, 0.4 + self.hiccups.since(last_heard, zero))
         self.rest()
         self.assert_silence()
 

@@ -1,4 +1,5 @@
 """Shared by the tests of the network: links, messages at known moments, and delayed messages."""
+import functools
 import math
 from itertools import groupby
 from operator import itemgetter
@@ -20,6 +21,12 @@ def carry(link, moments, until=math.inf):
     """The messages sent at `moments` that have arrived by `until`: [(arrival, number)]."""
     link.send(range(len(moments)), moments)
     return link.take(until)
+
+
+@functools.lru_cache(maxsize=1)
+def stalling_arrivals():
+    """What becomes of ten minutes of messages on a link that stalls, for the tests that look at it."""
+    return carry(link_of(STALLING), DENSE)
 
 
 def stalls_of(arrivals, moments):

@@ -8,9 +8,9 @@ from tb3_labs.supervision import permission
 
 @pytest.mark.parametrize('part', range(6))
 def test_nobody_drives_without_a_persons_leave(part):
-    results = [ledger.check(seed) for seed in range(50 * part, 50 * (part + 1))]
+    results = [ledger.check(seed) for seed in range(25 * part, 25 * (part + 1))]
     assert [(seed, wrong[0]) for seed, wrong, _ in results if wrong] == []
-    assert sum(driven for _, _, driven in results) > 1000      # otherwise nothing was judged
+    assert sum(driven for _, _, driven in results) > 500      # otherwise nothing was judged
 
 
 def a_story_goes_wrong():

@@ -3,13 +3,13 @@ import math
 from dataclasses import replace
 
 import pytest
-from carried import DENSE, STALLING, carry, link_of, stalls_of
+from carried import DENSE, STALLING, carry, link_of, stalling_arrivals, stalls_of
 
 from tb3_labs.simulation.network import LinkSettings
 
 
 def test_a_stall_holds_up_what_falls_into_it_until_its_end_and_nothing_else():
-    arrivals = carry(link_of(STALLING), DENSE)
+    arrivals = stalling_arrivals()
     assert [number for _, number in arrivals] == list(range(len(DENSE)))
     stalls = stalls_of(arrivals, DENSE)
     for end, moments in stalls:
@@ -40,7 +40,7 @@ def test_a_stall_begins_at_any_time_after_the_last_one():
 
 
 def test_a_stall_counts_at_arrival_not_at_sending():
-    direct = stalls_of(carry(link_of(STALLING), DENSE), DENSE)
+    direct = stalls_of(stalling_arrivals(), DENSE)
     late = carry(link_of(replace(STALLING, delay=0.5)), DENSE)
     held = [(arrival, DENSE[number]) for arrival, number in late
             if arrival - DENSE[number] > 0.5 + 1e-9]
@@ -52,7 +52,7 @@ def test_a_stall_counts_at_arrival_not_at_sending():
 
 @pytest.mark.parametrize('every', [7, 1900, 31000])
 def test_stalls_are_the_same_whatever_is_sent(every):
-    arrivals = [arrival for arrival, _ in carry(link_of(STALLING), DENSE)]
+    arrivals = [arrival for arrival, _ in stalling_arrivals()]
     assert [arrival for arrival, _ in carry(link_of(STALLING), DENSE[::every])] == (
         arrivals[::every])
 
@@ -86,7 +86,7 @@ def test_a_stall_of_one_direction_leaves_the_other_alone(stalled, held):
 
 
 def test_a_change_of_the_stalls_ends_the_present_one():
-    first = stalls_of(carry(link_of(STALLING), DENSE), DENSE)[0]
+    first = stalls_of(stalling_arrivals(), DENSE)[0]
     link, middle = link_of(STALLING), (first[1][0] + first[0]) / 2.0
     link.send(['held'], [first[1][0]])
     assert link.take(middle) == []
@@ -102,5 +102,5 @@ def test_what_changes_nothing_of_the_stalls_leaves_them_alone():
         link.configure(replace(STALLING, delay=1e-9 * (second % 2)), float(second))
         link.send(moments, moments)
         arrivals += link.take(second + 0.999)
-    ends = {round(end, 6) for end, _ in stalls_of(carry(link_of(STALLING), DENSE), DENSE)}
+    ends = {round(end, 6) for end, _ in stalls_of(stalling_arrivals(), DENSE)}
     assert ends <= {round(arrival, 6) for arrival, _ in arrivals}

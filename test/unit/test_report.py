@@ -133,7 +133,9 @@ def spoil(what, bag, folder):
     ('no folder', 'choose another folder'), ('folder', 'irectory')])
 def test_what_cannot_be_reported_is_said_in_one_line(what, said, bag, tmp_path, capsys):
     assert lab_report(*spoil(what, bag, tmp_path)) == 1
-    lines = capsys.readouterr().err.strip().splitlines()
+    # on a slow machine it also tells how far it is
+    lines = [line for line in capsys.readouterr().err.strip().splitlines()
+             if not line.startswith('reading: ')]
     assert len(lines) == 1 and said in lines[0], lines
 
 

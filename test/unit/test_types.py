@@ -18,9 +18,13 @@ pytestmark = pytest.mark.skipif(
 
 
 @pytest.fixture(scope='module')
-def cache(tmp_path_factory):
-    """mypy's cache, shared by its runs."""
-    return tmp_path_factory.mktemp('mypy')
+def cache(pytestconfig, tmp_path_factory):
+    """mypy's cache, shared by its runs: beside pytest's own if that is kept. mypy looks itself at what
+    has changed since."""
+    kept = getattr(pytestconfig, 'cache', None)
+    if kept is None:
+        return tmp_path_factory.mktemp('mypy')
+    return (kept.mkdir if hasattr(kept, 'mkdir') else kept.makedir)('mypy')    # as pytest's version has it
 
 
 def complaints(cache, packages, more=''):
