@@ -119,7 +119,7 @@ class PanelTest(NodeCase):
         self.page.ask('goal', x=0.3, y=0.2, yaw_deg=40)
         self.page.wait_until(lambda: None not in (
             self.page.picture[name] for name in ('truth', 'odom', 'local', 'frame')), 5.0, 'poses')
-        self.let_pass(SILENCE)    # the frame is read ten times a second
+        self.let_pass(SILENCE)    # the frame is read five times a second
         pose, seen = self.rest(), self.page.picture
         self.assertLess(seen['ages']['imu'], 0.5)
         truth, odom, local, frame = (

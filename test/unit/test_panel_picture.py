@@ -357,3 +357,44 @@ def test_the_truth_is_that_of_the_odometrys_instant():
     assert picture(view)['truth'] == [1.0, 2.02, round(math.pi / 2 + 0.1, 5)]
     view.hear('truth_stamp', 40.0, 99.3)             # of another time: not compared
     assert picture(view)['truth'] == [1.0, 2.02, QUARTER]
+
+
+def test_the_pose_in_local_moves_the_robot_between_two_messages_of_the_odometry():
+    view = RobotView()
+    view.hear_odometry(Pose2(1.0, 1.0, 0.0), 99.0)
+    view.hear_frame(Pose2(1.0, 1.0, math.pi / 2), 99.0)
+    view.hear_local(Pose2(0.0, -0.05, -math.pi / 2), 99.1, 50.0)
+    assert picture(view)['odom'] == [1.05, 1.0, 0.0]     # local's -y is odom's +x
+    view.hear_odometry(Pose2(1.06, 1.0, 0.0), 99.2)
+    assert picture(view)['odom'] == [1.06, 1.0, 0.0]
+
+
+def test_a_reset_is_seen_at_once_also_before_the_frame_comes():
+    view = RobotView()
+    view.hear_odometry(Pose2(2.0, 0.0, 0.0), 99.0)
+    view.hear_frame(Pose2(), 99.0)
+    view.hear_local(Pose2(2.0, 0.0), 99.0, 50.0)
+    view.hear_local(Pose2(), 99.1, 50.1)                 # "the robot is at the origin"
+    seen = picture(view)
+    assert (seen['odom'], seen['local'], seen['frame']) == ([2.0, 0.0, 0.0], [0.0, 0.0, 0.0],
+                                                            [2.0, 0.0, 0.0])
+    assert seen['epoch'] == 1
+    assert view.trail_in_local.points == [(0.0, 0.0)]
+    view.hear_frame(Pose2(2.003, 0.0), 99.2)             # the frame itself: not another reset
+    seen = picture(view)
+    assert (seen['frame'], seen['epoch']) == ([2.003, 0.0, 0.0], 1)
+    view.hear_frame(Pose2(1.0, 0.0), 99.4)
+    assert picture(view)['epoch'] == 2
+
+
+def test_a_robot_that_was_silent_while_it_drove_was_not_reset():
+    view = RobotView()
+    view.hear_frame(Pose2(), 99.0)
+    view.hear_odometry(Pose2(), 99.0)
+    view.hear_local(Pose2(), 99.0)
+    view.hear_odometry(Pose2(0.5, 0.0), 99.9)
+    view.hear_local(Pose2(0.5, 0.0), 99.9)
+    assert picture(view)['epoch'] == 0
+    view.hear_odometry(Pose2(), 100.5)                   # the firmware's own reset:
+    view.hear_local(Pose2(0.5, 0.0), 100.5)              # the pose in local stays
+    assert picture(view)['epoch'] == 0

@@ -34,6 +34,9 @@ COMMAND_AGE = 0.5
 FRAME_STEP = 0.001, math.radians(0.1)
 #: unless the odometry jumped by more than this, since it was zeroed: the frame then follows it.
 ODOMETRY_JUMP = 0.2, math.radians(60.0)
+#: A pose in local that jumps by more than this was declared [m], [rad]: no robot moves as far between
+#: two messages.
+LOCAL_JUMP = 0.1, math.radians(30.0)
 #: Truth and odometry that are farther apart in time than this are not compared [s].
 SAME_MOMENT = 0.3
 #: Sources whose ages a picture has.
@@ -47,6 +50,7 @@ class RobotView:
         self._latest: Dict[str, Tuple[float, Any]] = {}          # kind: arrival, value
         self._commands: Dict[str, Tuple[float, float, float]] = {}   # sender: arrival, v, w
         self._odom_at_frame: Optional[Pose2] = None
+        self._is_estimate = False        # is the frame one that was estimated?
         self._epoch = 0
         self.trail_in_odom = Trail()
         self.trail_in_local = Trail()
@@ -67,19 +71,37 @@ class RobotView:
         self.trail_in_odom.add(pose)
         self.hear('odom', pose, now)
 
-    def hear_local(self, pose: Pose2, now: float) -> None:
-        """The robot believes to be at `pose` in local."""
+    def hear_local(self, pose: Pose2, now: float, stamp: Optional[float] = None) -> None:
+        """The robot believed to be at `pose` in local, at `stamp` [s].
+
+        A pose that jumps while the odometry does not shows that the frame was declared anew. It is
+        where the odometry says until the frame itself comes, a moment later.
+        """
+        last, odom = self.latest('local'), self.latest('odom')
+        frame = self.latest('frame')
+        if last and odom and frame and _moved(last, pose, LOCAL_JUMP) and (
+                _moved(odom, frame @ pose, LOCAL_JUMP)):
+            self._declare(odom @ pose.inverse(), now)
+            self._is_estimate = True
         self.trail_in_local.add(pose)
         self.hear('local', pose, now)
+        self.hear('local_stamp', stamp, now)
 
     def hear_frame(self, frame: Pose2, now: float) -> None:
         """The frame local is at `frame` in odom. A new declaration begins a new trail."""
         last, odom = self.latest('frame'), self.latest('odom')
-        if last is not None and _moved(last, frame, FRAME_STEP) and not (
-                odom and self._odom_at_frame and _moved(self._odom_at_frame, odom, ODOMETRY_JUMP)):
-            self._epoch += 1
-            self.trail_in_local.clear()
+        followed_odometry = (odom and self._odom_at_frame
+                             and _moved(self._odom_at_frame, odom, ODOMETRY_JUMP))
+        if last and _moved(last, frame, FRAME_STEP) and not (
+                self._is_estimate or followed_odometry):
+            self._declare(frame, now)
+        self._is_estimate = False
         self._odom_at_frame = odom
+        self.hear('frame', frame, now)
+
+    def _declare(self, frame: Pose2, now: float) -> None:
+        self._epoch += 1
+        self.trail_in_local.clear()
         self.hear('frame', frame, now)
 
     def hear_path(self, path: List[Tuple[float, float]]) -> None:
@@ -128,10 +150,10 @@ class RobotView:
 
     def picture(self, now: float) -> Dict[str, Any]:
         """The picture, without what differs from page to page."""
-        frame, odom, local = (self.latest(kind) for kind in ('frame', 'odom', 'local'))
         driver, heading = self.driver(now), self.latest('heading')
         return {
-            'odom': _numbers(odom), 'local': _numbers(local), 'frame': _numbers(frame),
+            'odom': _numbers(self._in_odom()[0]), 'local': _numbers(self.latest('local')),
+            'frame': _numbers(self.latest('frame')),
             'truth': _numbers(self._truth_in_odom()), 'goal': _numbers(self.latest('goal')),
             'tolerance': _rounded(self.latest('tolerance'), 6), 'to_go': self._to_go(),
             'state': self.latest('state') or '', 'phase': self.phase,
@@ -150,14 +172,25 @@ class RobotView:
                 'age': _rounded(self.age('odom', now)), 'odom': _numbers(self.latest('odom')),
                 'distance': _rounded(self.latest('distance'))}
 
+    def _in_odom(self) -> Tuple[Optional[Pose2], Optional[float]]:
+        """(the robot's pose in odom, its stamp [s]), by the latest message that tells it.
+
+        The pose in local comes with each odometry, so that the odometry need not be read as often.
+        """
+        odom, frame, local = (self._latest.get(kind) for kind in ('odom', 'frame', 'local'))
+        if frame and local and (odom is None or local[0] > odom[0]):
+            return frame[1] @ local[1], self.latest('local_stamp')
+        motion = self.latest('motion')
+        return odom and odom[1], motion and motion[0]
+
     def _truth_in_odom(self) -> Optional[Pose2]:
-        """The true pose at the instant of the odometry, so that both can be compared in motion."""
+        """The true pose at the instant of the shown one, so that both can be compared in motion."""
         origin, truth = self.latest('origin'), self.latest('truth')
         if origin is None or truth is None:
             return None
-        stamp, motion = self.latest('truth_stamp'), self.latest('motion')
-        if stamp is not None and motion is not None and abs(stamp - motion[0]) < SAME_MOMENT:
-            ahead = stamp - motion[0]
+        stamp, motion, shown = self.latest('truth_stamp'), self.latest('motion'), self._in_odom()[1]
+        if None not in (stamp, motion, shown) and abs(stamp - shown) < SAME_MOMENT:
+            ahead = stamp - shown
             truth = truth @ Pose2(ahead * motion[1], 0.0, ahead * motion[2]).inverse()
         return origin.inverse() @ truth
 

@@ -9,6 +9,8 @@ from tb3_labs.ros.panel.watch import Watch
 
 #: A pad that publishes `joy` beside the pages has been heard within this time [s].
 OTHER_PAD = 0.5
+#: Which nodes listen is looked at again after this time [s].
+HEARD_FOR = 0.5
 #: A node that does not tell who holds the robot hears a pad that has been sent for so long [s].
 PAD_IS_HEARD = 0.5
 
@@ -26,6 +28,8 @@ class PanelRobot:
         self._view = RobotView()
         self._watch = Watch(self._prefix, self._view, self._lock)
         self._senders = None             # until a page that may drive looks at it
+        self._last_heard = {}            # what it answered last,
+        self._heard_until = 0.0          # which holds until then [s]
 
     @property
     def prefix(self):
@@ -42,7 +46,7 @@ class PanelRobot:
         """The picture, with what can be asked for."""
         with self._lock:
             picture = self._view.picture(now)
-        heard = self._senders.heard() if self._senders else {}
+        heard = self._heard(now)
         picture.update(can=heard, pad=self._pad_words(heard, now),
                        mouse='ready' if heard.get('mouse') else 'no node')
         return picture
@@ -118,6 +122,12 @@ class PanelRobot:
     def _on_taken(self):
         self.wheel.on_taken()
         self.flush(steady_time())
+
+    def _heard(self, now):
+        """Senders.heard(), of half a second ago at most: it is asked for with each picture."""
+        if self._senders is not None and now >= self._heard_until:
+            self._heard_until, self._last_heard = now + HEARD_FOR, self._senders.heard()
+        return self._last_heard
 
     def _is_driving(self):
         with self._lock:

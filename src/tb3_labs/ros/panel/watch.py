@@ -13,12 +13,13 @@ from tb3_labs.ros.conversions import (
 from tb3_labs.ros.rospy_internals import connection_of, stop_hearing_oneself
 from tb3_labs.ros.topics import subscribe
 
-#: The streams that move the robot on the page are read once in this time [s],
+#: The stream that moves the robot on the page is read once in this time [s]: local_pose, or odom
+#: where no node publishes the other.
 POSES = 0.045
-#: the frames, which move only when they are declared anew, once in this time [s],
-FRAMES = 0.1
-#: and all others, which are shown as numbers, once in this time [s].
+#: All others are read once in this time [s]. To wake up is what costs.
 NUMBERS = 0.2
+#: A local_pose that is older than this does not move the robot [s].
+LOCAL_AGE = 0.5
 #: For a robot in the list of all robots each is read once in this time [s].
 LISTED = 0.5
 
@@ -58,13 +59,15 @@ class Watch:
             'goal_state': self._keep('goal_state', String, 'state', _data),
             'has_control': self._keep('has_control', Bool, 'has_control', _data),
             'control_holder': self._keep('control_holder', String, 'holder', _data),
-            'odom': self._stream('odom', Odometry, self._on_odometry, POSES, to_odometry_sample),
+            'odom': self._stream('odom', Odometry, self._on_odometry, POSES, to_odometry_sample,
+                                 moves_robot=True),
             'distance_error': self._stream('distance_error', Float32, self._hear('distance'),
                                            NUMBERS, _data)}
         if self._level == self.ALL:
             topics.update({
-                'local_pose': self._stream('local_pose', PoseStamped, self._on_local, POSES, _pose),
-                'ground_truth': self._stream('ground_truth', PoseStamped, self._on_truth, POSES,
+                'local_pose': self._stream('local_pose', PoseStamped, self._on_local, POSES,
+                                           _stamped_pose),
+                'ground_truth': self._stream('ground_truth', PoseStamped, self._on_truth, NUMBERS,
                                              _stamped_pose),
                 'imu': self._stream('imu', Imu, self._on_imu, NUMBERS, to_imu_sample),
                 'angle_error_deg': self._stream('angle_error_deg', Float32, self._hear('angle'),
@@ -74,7 +77,7 @@ class Watch:
                 'current_goal': self._keep('current_goal', PoseStamped, 'goal', _pose),
                 'local_path': self._path,
                 'tolerance': self._tolerance,
-                '/tf': self._stream('/tf', TFMessage, self._on_transforms, FRAMES,
+                '/tf': self._stream('/tf', TFMessage, self._on_transforms, NUMBERS,
                                     self._read_transforms),
                 '/tf_static': lambda: subscribe('/tf_static', TFMessage, self._on_transforms,
                                                 self._read_transforms, queue_size=None)})
@@ -87,11 +90,20 @@ class Watch:
         return lambda: subscribe(self._prefix + topic, kind, self._hear(name), read,
                                  queue_size=None)
 
-    def _stream(self, topic, kind, on_value, rest, read=None):
-        """A stream of samples: the latest is read, then the stream is left alone for `rest` [s]."""
+    def _stream(self, topic, kind, on_value, rest, read=None, moves_robot=False):
+        """A stream of samples: the latest is read, then the stream is left alone for `rest` [s].
+        `moves_robot`: only where local_pose does not."""
+        def idle_for(_now):
+            if self._level == self.SUMMARY:
+                return LISTED
+            return NUMBERS if moves_robot and self._has_local() else rest
         name = topic if topic.startswith('/') else self._prefix + topic
-        return lambda: subscribe(name, kind, on_value, read, idle_for=lambda now: max(
-            rest, LISTED if self._level == self.SUMMARY else 0.0))
+        return lambda: subscribe(name, kind, on_value, read, idle_for=idle_for)
+
+    def _has_local(self):
+        with self._lock:
+            age = self._view.age('local', steady_time())
+        return age is not None and age < LOCAL_AGE
 
     def _hear(self, name):
         def hear(value):
@@ -129,9 +141,9 @@ class Watch:
             for kind, value in zip(('truth', 'truth_stamp'), stamped):
                 self._view.hear(kind, value, steady_time())
 
-    def _on_local(self, pose):
+    def _on_local(self, stamped):
         with self._lock:
-            self._view.hear_local(pose, steady_time())
+            self._view.hear_local(stamped[0], steady_time(), stamped[1])
 
     def _on_imu(self, sample):
         with self._lock:
