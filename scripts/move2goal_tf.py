@@ -10,15 +10,17 @@ Subscribes
     initialpose            geometry_msgs/PoseWithCovarianceStamped: a reset
 Publishes
     cmd_vel                geometry_msgs/Twist, only while driving; then one zero
-    local_pose             geometry_msgs/PoseStamped, frame local, with each odometry message
+    local_pose             geometry_msgs/PoseStamped, frame local, with each odometry message, while
+                           it is heard
     local_path             nav_msgs/Path, frame local
     has_control            std_msgs/Bool, latched: may this node drive?
     goal_state             std_msgs/String, latched: the state, or why the goal was given up
-    distance_error [m], angle_error_deg   std_msgs/Float32: what is left to the goal, for plots
+    distance_error [m], angle_error_deg   std_msgs/Float32: what is left to the goal, for plots, ten
+                           times a second while they are heard
     current_goal           geometry_msgs/PoseStamped, frame local, latched
     goal_marker            visualization_msgs/MarkerArray
     way_marker             visualization_msgs/Marker
-    /tf                    odom -> local
+    /tf                    odom -> local, ten times a second, and at each reset
     /diagnostics
 Services
     reset_pose             tb3_labs/ResetPose [m, deg]: the robot is here, now, in local
@@ -163,11 +165,14 @@ class MoveToGoal:
             fix = self._core.take_fix()
             if fix is None:
                 return
-            self._status.plot(fix.local_T_base)
-            status = self._core.status(rospy.get_time())
-            shown = self._display.show(fix, self._core.odom_T_local, self._frames.odom,
-                                       status.goal if status.active else None)
-        self._goals.feedback(shown)
+            self._status.plot(fix)
+            self._display.show(fix, self._core.odom_T_local, self._frames.odom,
+                               self._goal_of_drive)
+        self._goals.feedback(fix, self._frames.local)
+
+    def _goal_of_drive(self):
+        status = self._core.status(rospy.get_time())
+        return status.goal if status.active else None
 
     def _reset(self, declared, deadline):
         """Declare that the robot is at `declared` (in local) now. ``ValueError`` if that is

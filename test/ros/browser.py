@@ -106,6 +106,14 @@ class Browser:
         except WebDriverException:
             return 0.0    # it has been killed
 
+    @property
+    def notes(self):
+        """The lines of the page's log that the panel has warned of."""
+        try:
+            return [line for line in self.text('log').splitlines() if '/panel' in line]
+        except WebDriverException:
+            return []
+
     def errors(self):
         """What the browser complains about."""
         return [entry['message'] for entry in self._driver.get_log('browser')

@@ -1,4 +1,8 @@
-"""Publishes a drive: pose and path in the local frame, the frame itself, the line to the goal."""
+"""Publishes a drive: pose and path in the local frame, the frame itself, the line to the goal.
+
+A message costs more than the step of a law. So nothing is made that nobody hears, and what is only
+looked at comes at the pace of the eye.
+"""
 import math
 
 import rospy
@@ -15,8 +19,10 @@ PATH_STEP = 0.02
 PATH_TURN = math.radians(10.0)
 #: beyond this many points every other one is dropped.
 PATH_POINTS = 1000
-#: The path is sent at most this often [1/s].
+#: Path and line to the goal are sent at most this often [1/s],
 PATH_RATE = 5.0
+#: and the frame, unless it is declared anew: then at once.
+FRAME_RATE = 10.0
 
 
 class LocalDisplay:
@@ -27,40 +33,42 @@ class LocalDisplay:
         self._pose = rospy.Publisher('local_pose', PoseStamped, queue_size=1)
         self._path = rospy.Publisher('local_path', Path, queue_size=1, latch=True)
         self._tf = tf2_ros.TransformBroadcaster()
+        self._frame_sent = -math.inf, None      # stamp, pose
         self._way = WayMarker(local_frame)
         self._way_sent = -math.inf
         self._points = []
         self._path_sent = -math.inf
 
-    def show(self, fix, odom_T_local, odom_frame, goal):
-        """Publish one localizer.Fix of a drive to `goal`; returns its PoseStamped.
-
-        `goal` is a Pose2 in local; None where there is no drive.
-        """
-        message = to_pose_stamped(fix.local_T_base, self._frame, fix.stamp)
-        self._pose.publish(message)
-        self._tf.sendTransform(to_transform(odom_T_local, odom_frame, self._frame, fix.stamp))
-        self._extend_path(fix, message)
+    def show(self, fix, odom_T_local, odom_frame, goal_of_drive):
+        """Publish one localizer.Fix. `goal_of_drive()` is the goal, a Pose2 in local; None where
+        there is no drive."""
+        self._extend_path(fix)
+        if self._pose.get_num_connections():
+            self._pose.publish(to_pose_stamped(fix.local_T_base, self._frame, fix.stamp))
+        sent_at, sent = self._frame_sent
+        if odom_T_local != sent or abs(fix.stamp - sent_at) >= 1.0 / FRAME_RATE:
+            self._frame_sent = fix.stamp, odom_T_local
+            self._tf.sendTransform(to_transform(odom_T_local, odom_frame, self._frame, fix.stamp))
         if abs(fix.stamp - self._way_sent) >= 1.0 / PATH_RATE:
             self._way_sent = fix.stamp
-            self._way.show(fix.local_T_base, goal)
-        return message
+            self._way.show(fix.local_T_base, goal_of_drive())
 
     def forget_path(self):
         """Clear the path: the local frame was declared anew, and the path was in the old one."""
         self._points = []
         self._path_sent = -math.inf
 
-    def _extend_path(self, fix, message):
+    def _extend_path(self, fix):
         if self._points:
-            last = self._points[-1][0]
+            last, _ = self._points[-1]
             if last.distance_to(fix.local_T_base) < PATH_STEP and (
                     abs(difference(fix.local_T_base.yaw, last.yaw)) < PATH_TURN):
                 return
+        message = to_pose_stamped(fix.local_T_base, self._frame, fix.stamp)
         self._points.append((fix.local_T_base, message))
         if len(self._points) > PATH_POINTS:
             self._points = self._points[::2]
         if abs(fix.stamp - self._path_sent) >= 1.0 / PATH_RATE:
             self._path_sent = fix.stamp
-            path = Path(header=message.header, poses=[point for _, point in self._points])
-            self._path.publish(path)
+            self._path.publish(Path(header=message.header,
+                                    poses=[point for _, point in self._points]))

@@ -14,6 +14,8 @@ from tb3_labs.ros.move_to_goal.markers import GoalMarker
 
 #: Time between two lines of progress [s].
 PROGRESS_PERIOD = 1.0
+#: Time between two points of a plot [s].
+PLOT_PERIOD = 0.1
 
 
 class DriveStatusPublisher:
@@ -34,6 +36,7 @@ class DriveStatusPublisher:
         self._begun = None        # the attempt that began last,
         self._begun_at = 0.0      # and the time of its begin
         self._progress_at = 0.0
+        self._plotted_at = -math.inf
 
     def update(self, now):
         """Publish a new status at once, and progress once a second while the robot drives."""
@@ -54,9 +57,13 @@ class DriveStatusPublisher:
             self._progress_at = now
             rospy.loginfo('%s: %s to go', status.words, self._to_go(status))
 
-    def plot(self, pose):
-        """Publish the errors of a Pose2 in local, on topics for rqt_plot."""
-        distance, angle = self._core.errors(pose)
+    def plot(self, fix):
+        """Publish the errors of a localizer.Fix on topics for rqt_plot, while they are heard."""
+        if abs(fix.stamp - self._plotted_at) < PLOT_PERIOD or not (
+                self._distance.get_num_connections() or self._angle.get_num_connections()):
+            return
+        self._plotted_at = fix.stamp
+        distance, angle = self._core.errors(fix.local_T_base)
         self._distance.publish(distance)
         self._angle.publish(math.degrees(angle))
 

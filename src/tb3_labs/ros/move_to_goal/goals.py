@@ -5,6 +5,7 @@ from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseResult
 
+from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.topics import subscribe, subscribe_news
 
@@ -52,11 +53,12 @@ class GoalInterfaces:
         else:
             self._end(goal, 'set_succeeded', 'Goal reached!')
 
-    def feedback(self, local_pose):
-        """Send the robot's pose (PoseStamped) to action clients."""
+    def feedback(self, fix, local_frame):
+        """Send a localizer.Fix to the client of the present action goal, if there is one."""
         handle = self._handle
         if handle is not None:
-            handle.publish_feedback(MoveBaseFeedback(base_position=local_pose))
+            handle.publish_feedback(MoveBaseFeedback(base_position=to_pose_stamped(
+                fix.local_T_base, local_frame, fix.stamp)))
 
     def _on_action_goal(self, handle):
         try:

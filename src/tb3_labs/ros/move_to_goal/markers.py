@@ -66,7 +66,9 @@ class WayMarker:
         self._publisher = rospy.Publisher('way_marker', Marker, queue_size=1)
 
     def show(self, pose, goal):
-        """Draw a line from one Pose2 to another; nothing if there is no goal."""
+        """Draw a line from one Pose2 to another; nothing if there is no goal, or nobody hears."""
+        if not self._publisher.get_num_connections():
+            return
         self._line.action = Marker.DELETE if goal is None else Marker.ADD
         if goal is not None:
             self._line.points = [Point(place.x, place.y, 0.005) for place in (pose, goal)]
