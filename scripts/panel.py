@@ -106,6 +106,9 @@ class Panel:
         return (lambda text: self._on_text(page, text)), (lambda: self._on_end(page))
 
     def _on_end(self, page):
+        """The page has gone, or is dropped; the second of both changes nothing."""
+        if page not in self._pages:
+            return
         self._pages.remove(page)
         self._leave_robot(page)
         if not self._pages:
@@ -162,6 +165,7 @@ class Panel:
         """Send the picture of the page's robot; `pictures` holds those that were made just now."""
         if page.viewer.is_too_slow:
             rospy.loginfo('A page is too slow, and dropped: it connects anew when it can')
+            self._on_end(page)
             page.close()
             return
         robot, now = page.robot, steady_time()

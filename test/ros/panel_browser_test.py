@@ -16,17 +16,15 @@ from tb3_labs.ros.testing.observer import Observer
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from browser import MISSING, Browser    # noqa: E402 (a relay's folder)
-from node_case import SILENCE, STARTING, ZERO, Hiccups, Node, NodeCase    # noqa: E402
-from panel_page import with_punctual_pages    # noqa: E402
+from node_case import SILENCE, STARTING, ZERO, Hiccups, Node    # noqa: E402
+from panel_case import LOSS, PanelCase, with_punctual_pages    # noqa: E402
 
-#: A lost page has stopped the robot after this time [s].
-LOSS = 0.3
 PORT = 8110
 
 
 @unittest.skipIf(MISSING, MISSING)
 @with_punctual_pages
-class PanelBrowserTest(NodeCase):
+class PanelBrowserTest(PanelCase):
     """Methods share nodes and browser; each begins with a robot at rest that nobody drives."""
 
     @classmethod
@@ -61,28 +59,6 @@ class PanelBrowserTest(NodeCase):
         """The next test begins with a new one."""
         self.browser.close()
         type(self).browser = None
-
-    def wait_until_it_moves(self):
-        """Wait until the robot has truly moved a little since now."""
-        start = self.seen.latest('ground_truth')
-        self.seen.wait_for('ground_truth', lambda pose: start.distance_to(pose) > 0.005 or abs(
-            difference_degrees(math.degrees(pose.yaw), math.degrees(start.yaw))) > 3.0)
-
-    def assert_stopped(self, since, within):
-        """The last movement was commanded at most `within` after `since` [s], apart from delays of
-        the machine; a zero followed, and then no other movement."""
-        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
-        moving = [at for at, command in self.seen.all('cmd_vel') if command != ZERO]
-        self.assertLess(moving[-1] - since, within + self.hiccups.since(since, moving[-1]))
-        self.assert_stands()
-
-    def assert_stands(self, seconds=SILENCE):
-        """The robot comes to rest, and no movement is commanded for a time."""
-        self.rest()
-        since = rospy.get_time()
-        self.let_pass(seconds)
-        commands = {command for _, command in self.seen.all('cmd_vel', since)}
-        self.assertEqual(commands - {ZERO}, set())
 
     def here(self):
         """Click "reset" with 0, 0, 0; the robot's true pose, which is that of local."""

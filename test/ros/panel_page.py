@@ -1,12 +1,6 @@
 #!/usr/bin/env python3
-"""A page of the panel for tests, without a browser: its websocket, and hands that hold controls.
-
-A page that is silent for 0.25 s is lost, and a node must stop. On a busy machine the page of a test
-itself may be late, or the panel hears it late: such a test is void, see
-:func:`with_punctual_pages`.
-"""
+"""A page of the panel for tests, without a browser: its websocket, and hands that hold controls."""
 import asyncio
-import functools
 import json
 import threading
 import time
@@ -18,9 +12,6 @@ from tornado.websocket import websocket_connect
 PERIOD = 0.05
 #: A page reports one picture in this number.
 REPORT_EVERY = 10
-#: A test whose page was silent for longer than this, where it should not be, is void [s].
-PUNCTUAL = 0.2
-ATTEMPTS = 3
 AT_REST = {'forward': 0, 'left': 0, 'a': False, 'b': False, 'y': False, 'hold': True}
 
 
@@ -161,29 +152,3 @@ class Page:
                 if self._reports and message['n'] % REPORT_EVERY == 0:
                     self.send('seen', n=message['n'])
             self._changed.notify_all()
-
-
-def with_punctual_pages(case):
-    """Class decorator: a test that failed while a page was not punctual is repeated. `pages()` of
-    the case are the pages of the present test, each with its `longest_silence` [s]."""
-    for name in dir(case):
-        if name.startswith('test_'):
-            setattr(case, name, _repeated(getattr(case, name)))
-    return case
-
-
-def _repeated(test):
-    @functools.wraps(test)
-    def run(case):
-        for attempt in range(1, ATTEMPTS + 1):
-            try:
-                return test(case)
-            except (AssertionError, RuntimeError):
-                silence = max((page.longest_silence for page in case.pages()), default=0.0)
-                lost = any('silent for' in note for page in case.pages() for note in page.notes)
-                if (silence < PUNCTUAL and not lost) or attempt == ATTEMPTS:
-                    raise
-                print('once more: a page was late by {:.2f} s, or the panel'.format(silence))
-                case.doCleanups()
-                case.setUp()
-    return run

@@ -17,22 +17,20 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, Float32
 from tf2_msgs.msg import TFMessage
 
-from tb3_labs.geometry.angles import difference, difference_degrees
+from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.testing.observer import Observer
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from node_case import (    # noqa: E402 (a relay's folder)
-    SILENCE, STARTING, ZERO, Hiccups, Node, NodeCase)
-from panel_page import Page, with_punctual_pages    # noqa: E402
+from node_case import SILENCE, STARTING, ZERO, Hiccups, Node    # noqa: E402 (a relay's folder)
+from panel_case import LOSS, PanelCase, with_punctual_pages    # noqa: E402
+from panel_page import Page    # noqa: E402
 
-#: A lost page has stopped the robot after this time [s].
-LOSS = 0.3
 PORT = 8090
 
 
 @with_punctual_pages
-class PanelTest(NodeCase):
+class PanelTest(PanelCase):
     """Methods share the nodes; each begins with a robot at rest that nobody drives."""
 
     @classmethod
@@ -88,28 +86,6 @@ class PanelTest(NodeCase):
         self.page.wait_for(pad='ready')
         self.page.hold(pad={'forward': forward, 'left': left})
         self.wait_until_it_moves()
-
-    def wait_until_it_moves(self):
-        """Wait until the robot has truly moved a little since now."""
-        start = self.seen.latest('ground_truth')
-        self.seen.wait_for('ground_truth', lambda pose: start.distance_to(pose) > 0.005 or abs(
-            difference(pose.yaw, start.yaw)) > 0.05)
-
-    def assert_stopped(self, since, within=LOSS):
-        """The last movement was commanded at most `within` after `since` [s], apart from delays of
-        the machine; a zero followed, and then no other movement."""
-        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
-        moving = [at for at, command in self.seen.all('cmd_vel') if command != ZERO]
-        self.assertLess(moving[-1] - since, within + self.hiccups.since(since, moving[-1]))
-        self.assert_stands()
-
-    def assert_stands(self, seconds=SILENCE):
-        """The robot comes to rest, and no movement is commanded for a time."""
-        self.rest()
-        since = rospy.get_time()
-        self.let_pass(seconds)
-        commands = {command for _, command in self.seen.all('cmd_vel', since)}
-        self.assertEqual(commands - {ZERO}, set())
 
     # -- what a page shows
 

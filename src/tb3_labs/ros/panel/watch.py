@@ -114,12 +114,13 @@ class Watch:
     def _path(self):
         """The path so far, once: it grows to a thousand poses, five times a second."""
         def on_path(path):
-            subscriber.unregister()
             with self._lock:
                 self._view.hear_path([(stamped.pose.position.x, stamped.pose.position.y)
                                       for stamped in path.poses])
-        subscriber = subscribe(self._prefix + 'local_path', Path, on_path)
-        return subscriber
+            subscriber = self._subscribers.get('local_path')
+            if subscriber is not None:    # else it is only being made: the next path ends it
+                subscriber.unregister()
+        return subscribe(self._prefix + 'local_path', Path, on_path)
 
     def _tolerance(self):
         def on_values(values):
@@ -156,11 +157,11 @@ class Watch:
                                     message.angular.z, steady_time())
 
     def _on_joy(self, message):
-        sender = connection_of(message)['callerid']
-        if sender == rospy.get_name():
-            stop_hearing_oneself(self._subscribers['joy'])
-        else:
+        sender, subscriber = connection_of(message)['callerid'], self._subscribers.get('joy')
+        if sender != rospy.get_name():
             self._hear('joy')(sender)
+        elif subscriber is not None:
+            stop_hearing_oneself(subscriber)
 
     def _read_transforms(self, message):
         """[(kind, pose)] of the transforms that a picture needs; ValueError for an invalid one."""
