@@ -18,6 +18,7 @@ from std_msgs.msg import Float32
 
 from tb3_labs.config import Config, setting
 from tb3_labs.nodes.imu_sub import compass_degrees
+from tb3_labs.ros.awaited import say_what_is_awaited
 from tb3_labs.ros.conversions import to_imu_sample
 from tb3_labs.ros.node import run
 from tb3_labs.ros.parameters import read_config
@@ -43,6 +44,7 @@ class IMU:
         self._heading = rospy.Publisher('heading', Float32, queue_size=10)
         rospy.on_shutdown(self._close)
         subscribe('imu', Imu, self._on_imu, to_imu_sample)
+        say_what_is_awaited({'imu': lambda: math.isfinite(self._printed_at)})
 
     def _on_imu(self, sample):
         heading = compass_degrees(sample.yaw)

@@ -45,6 +45,7 @@ from tb3_labs.control.drive_config import DriveConfig
 from tb3_labs.control.driving import make_law
 from tb3_labs.control.motor_response import Response
 from tb3_labs.nodes.move_to_goal import MoveToGoalConfig, MoveToGoalCore
+from tb3_labs.ros.awaited import say_what_is_awaited
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.console import log_news
 from tb3_labs.ros.conversions import frame, to_imu_sample, to_odometry_sample
@@ -102,6 +103,8 @@ class MoveToGoal:
             (self._core.imu, Traffic('imu', Imu), rospy.get_time),
             (self._core.odometry, Traffic('odom', Odometry), rospy.get_time))
         Diagnostics(self._model.name, self._diagnose)
+        say_what_is_awaited({'imu': lambda: self._core.imu.count,
+                             'odom': lambda: self._core.odometry.count})
 
     def _on_imu(self, sample):
         with self._changed:

@@ -1,47 +1,110 @@
 #!/usr/bin/env python3
-"""Sends move_to_goal to a goal in the local frame and prints how it ended.
+"""Sends move_to_goal to a goal in the local frame, tells how it gets on, and how it ended.
 
 Usage: send_goal.py X Y YAW_DEG    [m, m, deg]; Ctrl+C cancels the goal
+       send_goal.py 1 1 90         such as this
+
+The exit status is 0 only if the goal was reached.
 
 Calls
-    move2goal    move_base_msgs/MoveBaseAction
+    move2goal        move_base_msgs/MoveBaseAction
+Subscribes
+    goal_state       std_msgs/String: its words are printed
+    distance_error   std_msgs/Float32 [m]
 """
-import math
 import sys
 import threading
 
 import actionlib
+import rosgraph
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
+from std_msgs.msg import Float32, String
 
-from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.control.goal_state import DRIVING, WAITING_FOR_CONTROL, is_over
+from tb3_labs.nodes.move_to_goal import MoveToGoalConfig
 from tb3_labs.ros.conversions import to_pose_stamped
+from tb3_labs.ros.topics import subscribe
 
 USAGE = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees, such as: 1 1 90'
+#: Longest wait for move_to_goal [s], and time between two lines of progress [s].
+ANSWER, PROGRESS = 2.0, 2.0
 
 
-def main(words):
-    """Send the goal, wait for its end; the exit status."""
+class Progress:
+    """Prints the words of `goal_state` when they change, and the distance to go."""
+
+    def __init__(self):
+        self._distance = None
+        self._said = None
+        subscribe('distance_error', Float32, self._on_distance)
+        subscribe('goal_state', String, self._on_state, queue_size=None)
+
+    def tell(self):
+        """A line of progress, while the robot drives."""
+        if self._said in DRIVING and self._distance is not None:
+            print('{}: {:.2f} m to go'.format(self._said, self._distance), flush=True)
+
+    def _on_distance(self, message):
+        self._distance = message.data
+
+    def _on_state(self, message):
+        is_of_the_last_goal = self._said is None and is_over(message.data)
+        if message.data != self._said and not is_of_the_last_goal:
+            self._said = message.data
+            hint = ''
+            if message.data == WAITING_FOR_CONTROL:
+                hint = ': rostopic pub -1 {} std_msgs/Bool true'.format(
+                    rospy.resolve_name('ctrl_relinq'))
+            print(message.data + hint, flush=True)
+
+
+def read_goal(words):
+    """The Pose2 of X, Y and YAW_DEG; ``ValueError`` with the reason."""
     try:
         x, y, yaw_deg = (float(word) for word in words if word != '--')
     except ValueError:
-        print(USAGE, file=sys.stderr)
-        return 2
+        raise ValueError(USAGE) from None
+    return MoveToGoalConfig(goal_x=x, goal_y=y, goal_yaw_deg=yaw_deg).goal
+
+
+def drive(goal):
+    """Send the goal, wait for its end; the exit status."""
     rospy.init_node('send_goal', anonymous=True)
     client = actionlib.SimpleActionClient('move2goal', MoveBaseAction)
-    if not client.wait_for_server(rospy.Duration(5.0)):
-        print('move_to_goal does not answer: is it running?', file=sys.stderr)
+    if not client.wait_for_server(rospy.Duration(ANSWER)):
+        print('send_goal: {} does not answer: is move_to_goal running?'.format(
+            rospy.resolve_name('move2goal')), file=sys.stderr)
         return 1
-    goal = Pose2(x, y, math.radians(yaw_deg))
-    client.send_goal(MoveBaseGoal(target_pose=to_pose_stamped(goal, 'local', 0.0)))
     over = threading.Event()
+    client.send_goal(MoveBaseGoal(target_pose=to_pose_stamped(goal, 'local', 0.0)),
+                     done_cb=lambda state, result: over.set())
     rospy.on_shutdown(lambda: over.is_set() or client.cancel_goal())
-    if not client.wait_for_result():
-        return 1
-    over.set()
+    progress = Progress()
+    while not over.wait(PROGRESS):
+        if rospy.is_shutdown():
+            return 1
+        progress.tell()
     print(client.get_goal_status_text())
     return 0 if client.get_state() == GoalStatus.SUCCEEDED else 1
+
+
+def main(words):
+    """The exit status."""
+    if words in (['-h'], ['--help']):
+        print(__doc__.strip())
+        return 0
+    try:
+        goal = read_goal(words)
+    except ValueError as problem:
+        print('send_goal: {}'.format(problem), file=sys.stderr)
+        return 2
+    if not rosgraph.is_master_online():
+        print('send_goal: no ROS master answers at {}: start a launch file first'.format(
+            rosgraph.get_master_uri()), file=sys.stderr)
+        return 1
+    return drive(goal)
 
 
 if __name__ == '__main__':

@@ -27,6 +27,7 @@ from tb3_labs.control.motor_response import Response
 from tb3_labs.control.turning import TurnConfig, degrees_of, make_turn
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller import ControllerCore
+from tb3_labs.ros.awaited import say_what_is_awaited
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.console import log_news
 from tb3_labs.ros.conversions import to_imu_sample, to_mouse
@@ -74,6 +75,7 @@ class Controller:
                       'and Enter')
         Keyboard(self._on_line, self._on_keyboard_end)
         Diagnostics(self._model.name, self._diagnose)
+        say_what_is_awaited({'imu': lambda: self._core.imu.count})
         LiveSettings(config, self._on_settings)
 
     def _on_imu(self, sample):

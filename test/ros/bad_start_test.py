@@ -46,6 +46,33 @@ class BadStartTest(NodeCase):
                 self.assertIn(word, lines[0])
         self.assertEqual(self.seen.all('cmd_vel'), [])
 
+    def test_a_node_without_a_robot_says_what_it_waits_for(self):
+        both = '/nowhere/imu and /nowhere/odom'
+        nodes = [(self.start(executable, '__ns:=nowhere'), topics) for executable, topics in (
+            ('move2goal_tf.py', both), ('imu_sub.py', '/nowhere/imu'),
+            ('turtlebot_controller.py', '/nowhere/imu'))]
+        for node, topics in nodes:
+            node.wait_for('Waiting for {}: is the robot running?'.format(topics))
+
+    def test_send_goal_refuses_with_one_line(self):
+        cases = (
+                (['1', '1'], {}, 2, 'usage: send_goal.py X Y YAW_DEG'),
+                (['1', '1', 'up'], {}, 2, 'usage: send_goal.py X Y YAW_DEG'),
+                (['1', '1', '900'], {}, 2, 'goal_yaw_deg = 900.0 is not valid: a number from -360'),
+                (['nan', '1', '0'], {}, 2, 'goal_x = nan is not valid: a number from -100'),
+                (['1', '1', '0'], {'ROS_NAMESPACE': 'nowhere'}, 1,
+                 '/nowhere/move2goal does not answer: is move_to_goal running?'),
+                (['1', '1', '0'], {'ROS_MASTER_URI': 'http://localhost:1'}, 1,
+                 'no ROS master answers at http://localhost:1'),
+                (['--help'], {}, 0, 'send_goal.py 1 1 90'))
+        tools = [self.start('send_goal.py', *words, environment=environment)
+                 for words, environment, _, _ in cases]
+        for tool, (words, _, status, line) in zip(tools, cases):
+            self.assertEqual(tool.wait(STARTING), status, words)
+            self.assertIn(line, tool.text)
+            if status:
+                self.assertEqual(len(tool.lines), 1, tool.text)
+
     def launch(self, *arguments):
         program = Program(['roslaunch'] + list(arguments))
         self.addCleanup(program.kill)
