@@ -9,6 +9,7 @@ page of feedback and a results.json for each student. What has been marked there
 is not tried again. doc/marking.md tells more.
 """
 import argparse
+import os
 import signal
 import sys
 import tempfile
@@ -84,6 +85,7 @@ def main(words):
             with open(str(given.points or points_file())) as file:
                 table = yaml.safe_load(file)
             worth, rows = points_of(given.lab, lab.criteria, table), course_of(given.lab, table)
+            check_place(given.submissions, given.folder)
             found = submissions_from(given.submissions, work, tell_problem)
             if given.only:
                 names = chosen([submission.student for submission in found], given.only)
@@ -119,6 +121,15 @@ def checked_pad(lab, pad):
         raise ValueError('--pad is for --lab {} alone'.format(GAMEPAD))
     pad_called(pad or HANDOUT)
     return pad or HANDOUT
+
+
+def check_place(submissions, marks):
+    """``ValueError`` if the marks would lie among the submissions: they would be marked next."""
+    inside = Path(os.path.realpath(str(marks)))
+    outside = Path(os.path.realpath(str(submissions)))
+    if outside.is_dir() and outside in (inside, *inside.parents):
+        raise ValueError('-o {}: the marks would lie among the submissions; give a folder beside '
+                         'them'.format(marks))
 
 
 def check_boxes(unprotected):

@@ -347,15 +347,21 @@ def test_an_unknown_pad_is_one_line_with_the_valid_ones(name):
     assert 'f310_x, handout, ps4, xbox' in VALID_PADS
 
 
+AMONG = 'the marks would lie among the submissions; give a folder beside them'
+
+
 @pytest.mark.parametrize('words, line', [
     (['--lab', 'gamepad', '--pad', 'xbocks'], "there is no pad 'xbocks'; valid: " + VALID_PADS),
-    (['--lab', 'turn', '--pad', 'xbox'], '--pad is for --lab gamepad alone')])
-def test_mark_refuses_a_pad_in_one_line(tmp_path, words, line):
+    (['--lab', 'turn', '--pad', 'xbox'], '--pad is for --lab gamepad alone'),
+    (['--lab', 'turn', '-o', 'in'], '-o in: ' + AMONG), (['--lab', 'turn', '-o', 'in/x/y'],
+                                                        '-o in/x/y: ' + AMONG)])
+def test_mark_refuses_in_one_line(tmp_path, words, line):
     (tmp_path / 'in' / 'bobby').mkdir(parents=True)
-    done = subprocess.run([sys.executable, str(REPOSITORY / 'scripts' / 'mark.py'),
-                           str(tmp_path / 'in'), '-o', str(tmp_path / 'out')] + words,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
+    done = subprocess.run([sys.executable, str(REPOSITORY / 'scripts' / 'mark.py'), 'in', '-o',
+                           'out'] + words, cwd=str(tmp_path), stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT, universal_newlines=True)
     assert (done.returncode, done.stdout) == (2, 'mark.py: {}\n'.format(line))
+    assert [path.name for path in tmp_path.iterdir()] == ['in']
 
 
 # -- text, files, pages
