@@ -28,7 +28,7 @@ Parameters
     ~model        burger, waffle, waffle_pi (TURTLEBOT3_MODEL in the environment, else burger)
     all others    fields of SimulatorConfig (simulation/simulator_config.py), with unit, bounds and
                   default. All but the start's may change while it runs, for all robots:
-                  rosrun dynamic_reconfigure dynparam set /turtlebot3 network_cut true
+                  rosrun tb3_labs dynparam.py set /turtlebot3 network_cut true
 """
 from dataclasses import dataclass, fields, replace
 

@@ -13,7 +13,7 @@ Publishes
     /diagnostics
 Parameters
     ~law, ~k_hdg, ~hdg_tol, ...: see TurnConfig in tb3_labs.control.turning; they may change while
-    it runs: rosrun dynamic_reconfigure dynparam set /controller max_ang_z 1.0
+    it runs: rosrun tb3_labs dynparam.py set /controller max_ang_z 1.0
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import threading

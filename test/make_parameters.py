@@ -67,7 +67,7 @@ roslaunch itself ignores unknown arguments. A node names unknown parameters in a
 start. A value out of bounds ends the node with one line.
 
 `dynparam` is on the PATH of `scripts/setup.sh`'s shell; in a workspace of your own it is
-`rosrun dynamic_reconfigure dynparam`. Its settings last as long as the node.
+`rosrun tb3_labs dynparam.py`. Its settings last as long as the node.
 
 The model `default` is `TURTLEBOT3_MODEL` in the environment, else burger.
 """

@@ -4,7 +4,6 @@ import os
 import signal
 import sys
 import tempfile
-import unittest
 
 import rospkg
 import rospy
@@ -21,6 +20,8 @@ PACKAGE = rospkg.RosPack().get_path('tb3_labs')
 sys.path.append(os.path.join(PACKAGE, 'test'))
 
 import make_parameters  # noqa: E402
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from node_case import STARTING, NodeCase    # noqa: E402 (a relay's folder)
 
 DEFAULT_LINEAR = 0.26
 
@@ -39,7 +40,7 @@ def launch(namespace, *arguments):
                     'move2goal.launch'] + list(arguments), environment={'ROS_NAMESPACE': namespace})
 
 
-class ParametersTest(unittest.TestCase):
+class ParametersTest(NodeCase):
 
     @classmethod
     def setUpClass(cls):
@@ -93,13 +94,25 @@ class ParametersTest(unittest.TestCase):
         node = next(node for node in make_parameters.nodes() if node.name == 'move_to_goal')
         self.assertEqual(set(taken) - {'groups'},
                          {item.name for item, live in node.settings if live})
-        program = Program(['rosrun', 'dynamic_reconfigure', 'dynparam', 'set',
-                           '/plain/move_to_goal', 'max_linear', '0.05'])
-        self.addCleanup(program.kill)
-        self.assertEqual(program.wait(20.0), 0, program.text)
+        done = self.start('dynparam.py', 'set', '/plain/move_to_goal', 'max_linear', '0.05')
+        self.assertEqual(done.wait(STARTING), 0, done.text)
+        self.assertEqual(done.text, 'max_linear is 0.05 now\n')
         self.assertEqual(self.settings_of('plain')['max_linear'], 0.05)
         # it lasts as long as the node: a node that starts again has the settings of its launch
         self.assertEqual(rospy.get_param('/plain/move_to_goal/max_linear'), DEFAULT_LINEAR)
+
+    def test_dynparam_refuses_in_one_line(self):
+        node = '/file/move_to_goal'
+        cases = (('set {} max_linear 9'.format(node), 'max_linear = 9.0 is not valid: a number from'),
+                 ('set {} max_linear fast'.format(node), 'max_linear = fast is not valid: a number'),
+                 ('set {} max_liner 0.1'.format(node), 'near it: max_linear'),
+                 ('set /file/move_to_gaol max_linear 0.1', 'near it: ' + node),
+                 ('get {} lw'.format(node), 'near it: law'), ('sat', 'usage: dynparam list'))
+        tools = [self.start('dynparam.py', *words.split()) for words, _ in cases]
+        for tool, (words, line) in zip(tools, cases):
+            self.assertEqual(tool.wait(STARTING), 1, words)
+            self.assertEqual(len(tool.lines), 1, tool.text)
+            self.assertIn(line, tool.text)
 
     def test_every_parameter_is_an_argument_of_its_launch_file(self):
         for node in make_parameters.nodes():
