@@ -39,4 +39,6 @@ def main(package, what, *arguments):
 
 
 if __name__ == '__main__':
+    if len(sys.argv) < 3:
+        sys.exit(__doc__.strip())
     main(*sys.argv[1:])

@@ -19,6 +19,8 @@ unset ROS_MASTER_URI ROS_IP ROS_NAMESPACE ROSCONSOLE_FORMAT ROSCONSOLE_CONFIG_FI
 unset ROS_HOME ROS_LOG_DIR CMAKE_PREFIX_PATH    # nor other workspaces
 export ROS_HOSTNAME=localhost
 
+case ${1:-} in -h | --help) sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;; esac
+
 jobs=5
 if [ "${1:-}" = -j ]; then jobs=${2:?'-j: a number is missing'}; shift 2; fi
 [[ $jobs =~ ^[1-9][0-9]*$ ]] || { echo "tb3_labs: -j: not a number: $jobs" >&2; exit 2; }
@@ -36,17 +38,22 @@ rm -f "$ws/build/Testing/Temporary/CTestCostData.txt"    # ctest's order is that
 mkdir -p "$TMPDIR" "$results"
 
 # catkin's tests as ctest knows them: _ctest_tb3_labs_<kind>_<name>, kind = pytest or rostest.
+names() { (cd "$ws/build" && ctest -N ${1:+-R "$1"}) | sed -n 's/^ *Test *#[0-9]*: _ctest_tb3_labs_/  /p'; }
 pattern=
 for name; do
   case $name in
-    -l) (cd "$ws/build" && ctest -N) | sed -n 's/^ *Test *#[0-9]*: _ctest_tb3_labs_/  /p'; exit 0 ;;
-    -*) echo "tb3_labs: unknown option $name (see the top of scripts/test.sh)" >&2; exit 2 ;;
+    -l) names; exit 0 ;;
+    -*) echo "tb3_labs: unknown option $name; ./scripts/test.sh --help" >&2; exit 2 ;;
     unit) name=_pytest_unit ;;
     ros) name=_rostest_ ;;
     *) name=$(sed 's/[][\\.*^$+?(){}|]/\\&/g' <<<"${name##*/}") ;;
   esac
   pattern+=${pattern:+|}$name
 done
+
+if [ -n "$pattern" ] && [ -z "$(names "$pattern")" ]; then
+  { echo "tb3_labs: no test's name contains: $*; there are:"; names; } >&2; exit 2
+fi
 
 lint=none
 if [ -z "$pattern" ]; then

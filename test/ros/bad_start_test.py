@@ -54,6 +54,12 @@ class BadStartTest(NodeCase):
         for node, topics in nodes:
             node.wait_for('Waiting for {}: is the robot running?'.format(topics))
 
+    def test_a_nodes_help_needs_no_master(self):
+        for name, words in ('imu_sub.py', 'Prints the robot'), ('panel.py', 'on a page in any browser'):
+            tool = self.start(name, '--help', environment={'ROS_MASTER_URI': 'http://localhost:1'})
+            self.assertEqual(tool.wait(STARTING), 0, name + tool.text)
+            self.assertIn(words, tool.lines[0])
+
     def test_send_goal_refuses_with_one_line(self):
         cases = (
                 (['1', '1'], {}, 2, 'usage: send_goal.py X Y YAW_DEG'),

@@ -121,3 +121,18 @@ def test_private_parts_are_noticed(code):
     'self._publisher.publish(0)', 'rospy.get_time()', 'os._exit(1)', 'server.__class__'])
 def test_public_parts_are_not(code):
     assert not list(private_parts(ast.parse(code)))
+
+
+# ----- scripts/ -----
+
+SCRIPTS = sorted(glob.glob(os.path.join(SOURCES, os.pardir, os.pardir, 'scripts', '*.py')))
+
+
+@pytest.mark.parametrize('path', SCRIPTS, ids=os.path.basename)
+def test_every_script_answers_help(path):
+    """By run() of tb3_labs.ros.node, by argparse, or by itself; bad_start.test tries some of them."""
+    with open(path) as file:
+        text = file.read()
+    assert len(ast.get_docstring(ast.parse(text))) > 60
+    assert any(words in text for words in (
+        "\n    run('", 'ArgumentParser(', "'--help'", 'sys.exit(__doc__'))

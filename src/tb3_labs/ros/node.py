@@ -45,7 +45,13 @@ _failures = []
 
 
 def run(name, make_node):
-    """Initialise node `name`, build it by ``make_node()``, wait for the end; exits the process."""
+    """Initialise node `name`, build it by ``make_node()``, wait for the end; exits the process.
+
+    `make_node` is a class of the node's script. With --help that script's docstring is printed.
+    """
+    if set(rospy.myargv()[1:]) & {'-h', '--help'}:
+        print(make_node.__init__.__globals__['__doc__'].strip())
+        sys.exit(0)
     signals = Signals()
     node = None
     try:
