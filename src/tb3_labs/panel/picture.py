@@ -13,7 +13,7 @@ A picture is a JSON object. Poses are [x m, y m, yaw rad], null where nothing wa
     "holder"             who may drive, in words
     "driver", "command"  the node whose commands move the robot now, and [v m/s, w rad/s]
     "heading_deg"        by the IMU, 0 to 360
-    "ages"               {source: time since its last message [s]}
+    "ages"               {source: time since its last message [s]; 0: it is not silent}
     "epoch"              number of declarations of the frame local that were seen
 
 A number that is NaN or infinite is null as well: JSON has none, and any node may publish one.
@@ -39,6 +39,9 @@ ODOMETRY_JUMP = 0.2, math.radians(60.0)
 LOCAL_JUMP = 0.1, math.radians(30.0)
 #: Truth and odometry that are farther apart in time than this are not compared [s].
 SAME_MOMENT = 0.3
+#: The age of a message that was heard within this time is shown as 0 [s]: streams are read a few times
+#: a second, the list of robots less often, so that a smaller number would only tell when.
+READ_WITHIN, LISTED_WITHIN = 0.3, 0.7
 #: Sources whose ages a picture has.
 SOURCES = ('imu', 'odom', 'joy')
 
@@ -162,15 +165,19 @@ class RobotView:
             'command': _all_rounded(self._commands[driver][1:], 3) if driver else None,
             'heading_deg': None if heading is None or not math.isfinite(heading)
             else round(math.degrees(heading) % 360.0, 1) % 360.0,
-            'ages': {source: _rounded(self.age(source, now)) for source in SOURCES},
+            'ages': {source: self._silence(source, now, READ_WITHIN) for source in SOURCES},
             'epoch': self._epoch}
 
     def summary(self, now: float) -> Dict[str, Any]:
         """The robot's line in the list of all robots."""
         return {'state': self.latest('state') or '', 'phase': self.phase,
                 'has_control': self.latest('has_control'), 'holder': self.holder(now),
-                'age': _rounded(self.age('odom', now)), 'odom': _numbers(self.latest('odom')),
+                'age': self._silence('odom', now, LISTED_WITHIN), 'odom': _numbers(self.latest('odom')),
                 'distance': _rounded(self.latest('distance'))}
+
+    def _silence(self, kind: str, now: float, within: float) -> Optional[float]:
+        age = self.age(kind, now)
+        return 0.0 if age is not None and age <= within else _rounded(age)
 
     def _in_odom(self) -> Tuple[Optional[Pose2], Optional[float]]:
         """(the robot's pose in odom, its stamp [s]), by the latest message that tells it.

@@ -51,5 +51,6 @@ function fill(card, robot) {
 }
 
 function ageText(age) {
-  return age === null ? 'never heard' : `data ${age.toFixed(age < 1 ? 2 : 1)} s old`;
+  if (!age) return age === null ? 'never heard' : 'data fresh';
+  return `silent for ${age.toFixed(1)} s`;
 }

@@ -51,6 +51,7 @@ function showAges(ages) {
     }
     const late = age !== null && age > LATE;
     chip.className = age === null ? 'never' : late ? 'late' : 'fresh';
-    setText(chip, name + ' ' + (age === null ? 'never heard' : (late ? '\u25b2 ' : '') + age.toFixed(age < 10 ? 2 : 0) + ' s'));
+    const silent = (late ? '\u25b2 silent for ' : 'silent for ') + (age || 0).toFixed(age < 10 ? 1 : 0) + ' s';
+    setText(chip, name + ' ' + (age === null ? 'never heard' : age ? silent : 'fresh'));
   }
 }
