@@ -42,13 +42,14 @@ def fault(subject: str, text: str, remedy: str) -> Line:
 
 
 def printed(line: Line, in_colour: bool = False) -> str:
-    """The line as text, always a single one: what others say may contain line ends."""
+    """The line as text, always a single one: what others say may contain line ends, or codes that
+    a terminal obeys."""
     word = line.verdict.value.ljust(7)
     if in_colour:
         word = '\033[{}m{}\033[0m'.format(COLOURS[line.verdict], word)
-    text = '{} {:<13} {}{}'.format(word, line.subject, line.text,
-                                   '. Do: ' + line.remedy if line.remedy else '')
-    return ' '.join(text.splitlines())
+    text = '{:<8} {}{}'.format(line.subject, line.text,
+                               '. Do: ' + line.remedy if line.remedy else '')
+    return '{} {}'.format(word, ''.join(sign if sign.isprintable() else ' ' for sign in text))
 
 
 def summary(lines: Sequence[Line]) -> str:

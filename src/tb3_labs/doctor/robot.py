@@ -58,6 +58,9 @@ def judge_nodes(answers: Mapping[str, Answer], master_here: bool) -> Line:
         if is_loopback(answer.address) and not master_here:
             return fault('Nodes', '{} says it is at {}: others cannot reach that'.format(
                 node, host), "on the robot: export ROS_IP=ITS_ADDRESS, then start it again")
+        if is_loopback(answer.address):
+            return fault('Nodes', text, 'if it has ended: rosnode cleanup; if it runs on the robot: '
+                         'export ROS_IP=ITS_ADDRESS there, then start it again')
         if answer.problem == 'unresolved':
             return fault('Nodes', text, 'on the robot: export ROS_IP=ITS_ADDRESS, then start it '
                          'again; or here: add "ITS_ADDRESS {}" to /etc/hosts'.format(host))
@@ -130,13 +133,18 @@ def judge_way_back(drivers: Sequence[Driver], robot: str, here: Address,
         here.told, here.way_out or 'nowhere'), here.advice)
 
 
-def judge_drivers(registered: Sequence[str], sent: Mapping[str, int], seconds: float) -> Line:
-    """`registered`: nodes that publish cmd_vel; `sent`: {node: messages} in that time."""
+def judge_drivers(registered: Sequence[str], sent: Mapping[str, int], seconds: float,
+                  gone: Sequence[str] = ()) -> Line:
+    """`registered`: nodes that publish cmd_vel; `gone`: those of them that do not answer; `sent`:
+    {node: messages} in that time."""
     driving = sorted(node for node, count in sent.items() if count)
     if len(driving) > 1:
         return fault('Drivers', '{} send commands at the same time: the robot obeys both in turn'
                      .format(' and '.join('{} ({:.0f}/s)'.format(node, sent[node] / seconds)
                                           for node in driving)), 'stop all but one of them')
+    if gone:
+        return warning('Drivers', '{} is registered to drive, but does not answer'.format(
+            ' and '.join(sorted(gone))), 'if it has ended: rosnode cleanup')
     if driving:
         return ok('Drivers', '{} drives the robot'.format(driving[0]))
     if len(registered) > 1:
@@ -150,7 +158,8 @@ def judge_drivers(registered: Sequence[str], sent: Mapping[str, int], seconds: f
 class Stream:
     """What came on a topic: `count` messages in `seconds`, the longest `gap` between arrivals, and
     the gap between stamps around it (nan if unknown); `problem`: '' or why it cannot be heard;
-    `own_pause`: for how long this computer did not let the doctor run."""
+    `own_pause`: for how long this computer did not let the doctor run; `robot_here`: does the robot
+    run on this computer?"""
 
     topic: str
     count: int = 0
@@ -159,6 +168,7 @@ class Stream:
     stamp_gap: float = math.nan
     problem: str = ''
     own_pause: float = 0.0
+    robot_here: bool = False
 
     @property
     def rate(self) -> float:
@@ -181,12 +191,12 @@ def judge_stream(stream: Stream) -> Line:
             return warning(name, 'only {} on {}: the robot will drive badly'.format(
                 rate, stream.topic), 'a bad WLAN? go nearer to its access point')
         return ok(name, '{}, never silent for more than {:.2f} s'.format(rate, stream.gap))
-    if stream.gap - stream.own_pause <= PAUSES:
-        return warning(name, '{}, but this computer stood still for {:.1f} s: the robot will '
-                       'pause'.format(rate, stream.own_pause), 'close other programs')
-    held = stream.stamp_gap < 0.5 * stream.gap
     judge = fault if stream.gap > GIVES_UP else warning
     effect = 'a drive is given up' if stream.gap > GIVES_UP else 'the robot will pause'
+    held = stream.stamp_gap < 0.5 * stream.gap
+    if held and stream.robot_here or stream.gap - stream.own_pause <= PAUSES:
+        return judge(name, '{}, but this computer held messages for {:.1f} s: {}'.format(
+            rate, stream.gap, effect), 'close other programs: it is too busy')
     if held:
         return judge(name, '{}, but your WLAN holds messages for {:.1f} s: {}'.format(
             rate, stream.gap, effect), 'go nearer to the access point, use 5 GHz or a cable, '
@@ -201,13 +211,15 @@ class Clock:
     """`least_delay`: the least of arrival minus stamp, on the two clocks; None without stamps.
     `round_trip`: of one question to the robot; the fastest message took no longer. `date_offset`:
     robot's clock minus ours by the date of its answer, to a second; None if it tells none.
-    `stamps_are_zero`, `simulated` (/use_sim_time)."""
+    `stamps_are_zero`, `simulated` (/use_sim_time); `robot_here`: is it this computer's own clock?
+    """
 
     least_delay: Optional[float] = None
     round_trip: float = 0.0
     date_offset: Optional[float] = None
     stamps_are_zero: bool = False
     simulated: bool = False
+    robot_here: bool = False
 
 
 def judge_clock(clock: Clock) -> Line:
@@ -225,6 +237,9 @@ def judge_clock(clock: Clock) -> Line:
     if abs(offset) <= max(CLOCK_OFF, exact):
         return ok('Clock', "the robot's clock is right within {:.3g} s".format(
             max(abs(offset), exact)))
+    if clock.robot_here and -CLOCK_WRONG <= offset < 0.0:
+        return warning('Clock', 'messages of this computer are {:.1f} s old when they come'.format(
+            -offset), 'close other programs: it is too busy')
     text = "the robot's clock is {:.1f} s {} {}".format(
         abs(offset), 'ahead' if offset > 0.0 else 'behind', how)
     remedy = ('on the robot: sudo chronyc makestep; without internet: ssh pi@ROBOT sudo date -s '

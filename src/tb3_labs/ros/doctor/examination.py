@@ -1,6 +1,7 @@
 """The doctor's looks, in order; each gives its lines as soon as it knows them."""
 import os
 import socket
+import time
 
 from tb3_labs.doctor.network import (
     Address, judge_address, judge_master, judge_nat, judge_second_master)
@@ -14,6 +15,9 @@ from tb3_labs.ros.doctor.graph import (
     Graph, ask_all, local_drivers, master_names, peers_of, second_masters)
 from tb3_labs.ros.doctor.listening import Ear, listen
 from tb3_labs.ros.doctor.questions import ANSWERING, RESOLVING, Peer
+
+#: A robot needs at most this long to connect to a driver that has just been started [s].
+CONNECTING = 1.0
 
 
 def examine(namespace, seconds):
@@ -102,12 +106,19 @@ class _Robot:
         if hearer is None:
             return
         address = alive[hearer].address
-        bus = ask_all({hearer: alive[hearer]}, 'getBusInfo')[hearer]
-        mine = {node: peer for node, peer in self._drivers.items()
-                if is_own(peer.address or '127.0.0.1') and node not in self._peers}
+        mine = {node: peer for node, peer in self._drivers.items() if node not in self._peers and (
+            peer.answer.problem == 'unresolved' or is_own(peer.address) and not peer.answer.problem)}
+        drivers = self._connections(alive[hearer], mine)
+        if not all(driver.is_connected for driver in drivers):
+            time.sleep(CONNECTING)    # a driver may have been started just now
+            drivers = self._connections(alive[hearer], mine)
         here = Address(self._here.ros_ip, self._here.ros_hostname, self._here.hostname,
                        self._here.resolved, self._here.own, way_out(address), False)
-        yield judge_way_back(local_drivers(mine, bus), hearer, here, not is_own(address))
+        yield judge_way_back(drivers, hearer, here, not is_own(address))
+
+    @staticmethod
+    def _connections(hearer, drivers):
+        return local_drivers(drivers, ask_all({'hearer': hearer}, 'getBusInfo')['hearer'])
 
     def _listen(self, seconds, alive):
         """The lines on drivers, sensors and clock."""
@@ -118,10 +129,11 @@ class _Robot:
                     for node, peer in self._drivers.items() if not peer.answer.problem]
         pause = listen(commands + sensors['imu'] + sensors['odom'], seconds)
         yield judge_drivers(self._graph.drivers, {
-            ear.node: len(ear.arrivals) for ear in commands}, seconds)
+            ear.node: len(ear.arrivals) for ear in commands}, seconds, [
+                node for node, peer in self._drivers.items() if peer.answer.problem])
         for name, ears in sensors.items():
             for ear in ears:
-                yield judge_stream(_stream(ear, pause))
+                yield judge_stream(_stream(ear, pause, is_own(alive[ear.node].address)))
         yield judge_clock(self._clock(sensors['imu'] + sensors['odom'], alive))
 
     def _clock(self, ears, alive):
@@ -131,10 +143,12 @@ class _Robot:
         answers = [peer.answer.round_trip for peer in alive.values()]
         dates = [peer.date_offset for peer in alive.values() if peer.date_offset is not None]
         return Clock(min(delays, default=None), min(answers, default=0.0),
-                     dates[0] if dates else None, zero, simulated)
+                     dates[0] if dates else None, zero, simulated,
+                     all(is_own(peer.address) for peer in alive.values()))
 
 
-def _stream(ear, pause):
+def _stream(ear, pause, robot_here):
     """The Stream that an Ear heard."""
     gap, stamp_gap = ear.gap()
-    return Stream(ear.topic, len(ear.arrivals), ear.seconds, gap, stamp_gap, ear.problem, pause)
+    return Stream(ear.topic, len(ear.arrivals), ear.seconds, gap, stamp_gap, ear.problem, pause,
+                  robot_here)

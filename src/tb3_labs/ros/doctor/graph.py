@@ -61,11 +61,12 @@ def ask_all(peers, method):
 
 
 def master_names(uris, master):
-    """A MasterName for each node: {node: URI of its master} as the node tells it."""
+    """A MasterName for each node; `uris`: {node: (Peer, URI of its master as the node has it)}."""
     names = []
+    peers = {node: Peer(uri) for node, (_, uri) in uris.items()}
+    ask_all(peers, 'getPid')
     for node, (peer, uri) in uris.items():
-        theirs = Peer(uri)
-        _value(together(QUESTIONS, [(theirs.ask, 'getPid')])[0])
+        theirs = peers[node]
         # what the robot calls localhost is the robot
         address = peer.address if theirs.address.startswith('127.') else theirs.address
         same = address == master.address or is_own(address) and is_own(master.address)

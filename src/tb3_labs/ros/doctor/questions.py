@@ -18,7 +18,7 @@ from tb3_labs.ros.doctor.deadline import within
 CALLER = '/doctor_{}'.format(os.getpid())
 #: Longest wait for the address of a name, and for a connection or an answer [s].
 RESOLVING = 1.0
-ANSWERING = 1.2
+ANSWERING = 1.0
 
 
 class Refused(Exception):
