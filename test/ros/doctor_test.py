@@ -24,15 +24,19 @@ from sensor_msgs.msg import Imu
 from tb3_labs.ros.testing.node_process import Program
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from node_case import STARTING, Node, NodeCase, path_of    # noqa: E402 (a relay's folder)
-from two_hosts import TwoHosts    # noqa: E402
+from node_case import STARTING, Hiccups, Node, NodeCase, path_of    # noqa: E402 (a relay's folder)
+from two_hosts import PREFIX, TwoHosts    # noqa: E402
 
+#: The embedded robot, with less to send.
+ROBOT = 'fake_turtlebot3.py', '_imu_rate:=50'
+#: With a network that holds messages.
+HOLDING = '_stalls_per_min:=120', '_longest_stall:=1.2'
 #: A clock that is ahead by this much [s].
 AHEAD = 3.0
 #: A computer on which much is wrong, in a network of its own: WSL's kernel behind NAT, a master far
 #: away, a pad that cannot be read, a Wayland session, a disk that is nearly full.
 BAD_COMPUTER = '''
-ip link set lo up; ip link add lan type dummy; ip addr add 172.20.0.5/20 dev lan; ip link set lan up
+ip link set lo up; ip link add lan type veth peer name far; ip link set far up; ip addr add 172.20.0.5/20 dev lan; ip link set lan up
 ip route add default via 172.20.0.1
 mount -t tmpfs -o size=2m tmpfs {0}; echo Linux version 5.15 microsoft-standard-WSL2 > {0}/version
 mount --bind {0}/version /proc/version
@@ -76,25 +80,27 @@ def register(namespace, uri):
 class Doctors:
     """The doctors that were called: {patient: Program}."""
 
-    def __init__(self):
+    def __init__(self, hiccups):
+        self._hiccups = hiccups    # of this machine: they are not the doctor's time
         self._called, self.ended = {}, {}
 
     def call(self, patient, *arguments, prefix=(), environment=None, clean=False):
         command = list(prefix) + [sys.executable, path_of('doctor.py')] + list(arguments)
-        self._called[patient] = time.monotonic(), Program(command, environment=environment,
+        self._called[patient] = time.time(), Program(command, environment=environment,
                                                           clean=clean)
         return self._called[patient][1]
 
     def wait(self):
         """Wait for all; `ended`: {patient: (status, output, seconds)}."""
-        waiting = dict(self._called)
+        waiting = {patient: called for patient, called in self._called.items()
+                   if patient not in self.ended}
         while waiting:
             for patient, (begun, program) in list(waiting.items()):
                 if program.status is not None:
-                    took = time.monotonic() - begun
+                    took = time.time() - begun - self._hiccups.since(begun)
                     self.ended[patient] = program.wait(), program.text, took
                     del waiting[patient]
-                elif time.monotonic() - begun > STARTING:
+                elif time.time() - begun > STARTING:
                     program.kill()
             time.sleep(0.05)
 
@@ -104,15 +110,17 @@ class DoctorTest(NodeCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node('stand_in', disable_signals=True)
+        cls.hiccups = Hiccups()
         cls.missing, cls.hosts = TwoHosts.missing(), None
-        cls.doctors, cls.folder = Doctors(), tempfile.TemporaryDirectory()
+        cls.doctors, cls.folder = Doctors(cls.hiccups), tempfile.TemporaryDirectory()
         cls.addClassCleanup(cls.folder.cleanup)
         if not cls.missing:
             cls.hosts = TwoHosts()
             cls.addClassCleanup(cls.hosts.remove)
+            # first of all: meanwhile this process has the environment of another host
+            cls._start_hosts()
         cls._start_patients()
         cls._call_doctors()
-        cls.doctors.wait()
 
     @classmethod
     def keep(cls, program):
@@ -122,10 +130,8 @@ class DoctorTest(NodeCase):
 
     @classmethod
     def _start_patients(cls):
-        robot = 'fake_turtlebot3.py', '_imu_rate:=100'
-        cls.keep(Node(*robot, '__name:=robots', '_robots:=2'))
-        cls.keep(Node(*robot, '__name:=robot', '__ns:=/robot3', '_stalls_per_min:=60',
-                      '_longest_stall:=0.9'))
+        cls.keep(Node(*ROBOT, '__name:=robots', '_robots:=2'))
+        cls.keep(Node(*ROBOT, *HOLDING, '__name:=robot', '__ns:=/robot3'))
         cls.keep(Program(['rostopic', 'pub', '-r', '10', '__name:=rival', '/robot3/cmd_vel',
                           'geometry_msgs/Twist', '{}']))
         cls.publishers = [rospy.Publisher(name, kind, queue_size=1) for name, kind in (
@@ -135,24 +141,29 @@ class DoctorTest(NodeCase):
         cls.timer = rospy.Timer(rospy.Duration(0.05), lambda event: cls._publish())
         register('/gone/', 'http://127.0.0.1:1/')
         register('/nameless/', 'http://robot4.invalid:40001/')
-        register('/silent/', StandIn().uri)
+        cls.silent = StandIn()
+        register('/silent/', cls.silent.uri)
         register('/elsewhere/', StandIn(getPid=1, getMasterUri='http://10.9.9.9:11311',
                                         getBusInfo=[]).uri)
-        if cls.hosts:
-            for host in ('laptop', 'robot'):
-                with cls.hosts.on(host):
-                    cls.keep(Program(['rosmaster', '--core', '-p', '11311']))
-            with cls.hosts.on('robot'):
-                cls.wait_for_master()
-                cls.keep(Node(*robot, '__name:=robots', '_robots:=2'))
-            with cls.hosts.on('laptop'):
-                for robot, name in (('robot1', cls.hosts.address('laptop')), ('robot2', 'ann.invalid')):
-                    cls.keep(Program(['rostopic', 'pub', '-r', '5', '__name:=driver_of_' + robot,
-                                      '/%s/cmd_vel' % robot, 'geometry_msgs/Twist', '{}'],
-                                     environment={'ROS_HOSTNAME': name}))
-                cls.wait_for_publisher('/robot1/cmd_vel', '/robot2/cmd_vel', '/robot2/odom')
         cls.wait_for_publisher('/robot1/odom', '/robot3/odom', '/robot3/cmd_vel')
         time.sleep(1.0)    # robots connect to their drivers
+
+    @classmethod
+    def _start_hosts(cls):
+        """Two robots on one host; a driver of each on the other, one of them under a name that the
+        robot cannot resolve. Each host has a master; all use that of the laptop."""
+        for host in ('laptop', 'robot'):
+            with cls.hosts.on(host):
+                cls.keep(Program(['rosmaster', '--core', '-p', '11311']))
+        with cls.hosts.on('robot'):
+            cls.wait_for(cls.state)
+            cls.keep(Node(*ROBOT, *HOLDING, '__name:=robots', '_robots:=2'))
+        with cls.hosts.on('laptop'):
+            for robot, name in (('robot1', cls.hosts.address('laptop')), ('robot2', 'ann.invalid')):
+                cls.keep(Program(['rostopic', 'pub', '-r', '5', '__name:=driver_of_' + robot,
+                                  '/%s/cmd_vel' % robot, 'geometry_msgs/Twist', '{}'],
+                                 environment={'ROS_HOSTNAME': name}))
+            cls.wait_for_publisher('/robot1/cmd_vel', '/robot2/cmd_vel', '/robot2/odom')
 
     @staticmethod
     def _publish():
@@ -180,10 +191,6 @@ class DoctorTest(NodeCase):
         raise RuntimeError('the patients do not start')
 
     @classmethod
-    def wait_for_master(cls):
-        cls.wait_for(cls.state)
-
-    @classmethod
     def wait_for_publisher(cls, *topics):
         cls.wait_for(lambda: set(topics) <= {topic for topic, _ in cls.state()[0]})
 
@@ -194,28 +201,34 @@ class DoctorTest(NodeCase):
         call('healthy', 'robot1')
         for namespace in ('robot2', 'robot3', 'ahead', 'gone', 'nameless', 'silent', 'elsewhere',
                           'robot9'):
-            call(namespace, namespace, '--seconds', '3')
-        call('no master', environment={'ROS_MASTER_URI': 'http://localhost:1'})
+            call(namespace, namespace, '--seconds', '4' if namespace == 'robot3' else '1')
         call('no rospy', environment={'ROS_MASTER_URI': 'nonsense', 'PYTHONPATH': '/nowhere'},
              prefix=['/usr/bin/env', '-u', 'PYTHONHOME'])
         call('bad usage', 'no robot')
         if cls.hosts:
-            call('bad computer', prefix=['unshare', '-n', '-m', 'sh', '-c', BAD_COMPUTER.format(
-                cls.folder.name), 'sh'], environment={
-                    'ROS_MASTER_URI': 'http://10.1.1.1:11311', 'WAYLAND_DISPLAY': 'wayland-0'})
-            with cls.hosts.on('laptop'):
-                call('laptop', 'robot1', '--seconds', '2')
-                call('bad laptop', 'robot2', '--seconds', '2', environment={
-                    'ROS_HOSTNAME': '', 'ROS_IP': '10.77.9.9'})
+            call('laptop', 'robot1', '--seconds', '4', **cls.on('laptop'))
+            call('bad laptop', 'robot2', '--seconds', '1', **cls.on(
+                'laptop', ROS_HOSTNAME='', ROS_IP='10.77.9.9'))
         interrupted = call('interrupted', 'robot1', '--seconds', '60')
         cls.wait_for(lambda: 'Way back' in interrupted.text)
         cls.during = before, cls.state()
         interrupted.send(signal.SIGINT)
         cls.doctors.wait()
+        # those whose time counts
+        call('no master', environment={'ROS_MASTER_URI': 'http://localhost:1'})
         if cls.hosts:
+            call('bad computer', prefix=['unshare', '-n', '-m', 'sh', '-c', BAD_COMPUTER.format(
+                cls.folder.name), 'sh'], environment={
+                    'ROS_MASTER_URI': 'http://10.1.1.1:11311', 'WAYLAND_DISPLAY': 'wayland-0'})
             cls.hosts.connect(False)
-            with cls.hosts.on('robot'):
-                call('cut', 'robot1')
+            call('cut', 'robot1', **cls.on('robot'))
+        cls.doctors.wait()
+
+    @classmethod
+    def on(cls, host, **environment):
+        """The options of a program that runs on a host, with its environment."""
+        return {'prefix': ['nsenter', '--net=/run/netns/' + PREFIX + host],
+                'environment': dict(cls.hosts.environment(host), **environment)}
 
     def read(self, patient):
         """({subject: line}, status, seconds) of a patient."""
@@ -227,7 +240,7 @@ class DoctorTest(NodeCase):
             lines['Way back'] = lines['Way']
         return lines, status, seconds
 
-    def check(self, patient, subject, verdict, words, status=None):
+    def check(self, patient, subject, verdict, words):
         """The line on a subject has this verdict, and these words."""
         if patient not in self.doctors.ended:
             self.skipTest(self.missing)
@@ -274,13 +287,16 @@ class DoctorTest(NodeCase):
         self.check('robot9', 'Robot', 'FAULT', 'nobody publishes /robot9/imu .*/robot1/')
 
     def test_two_robots_answer(self):
-        self.check('robot2', 'Robot', 'FAULT', '2 robots answer: /robots, /stand_in')
+        self.check('robot2', 'Robot', 'FAULT', '2 robots answer: /doctor, /robots all')
 
     def test_two_drivers(self):
-        self.check('robot3', 'Drivers', 'FAULT', '/rival .* and /stand_in .* at the same time')
+        self.check('robot3', 'Drivers', 'FAULT', '/doctor .* and /rival .* at the same time')
 
     def test_messages_that_are_held(self):
-        self.check('robot3', 'imu', 'warning', 'held messages for 0.[3-9] s: the robot will pause')
+        self.check('laptop', 'imu', '(warning|FAULT)', 'your WLAN holds messages for [0-9.]+ s: ')
+
+    def test_messages_that_are_held_on_this_computer(self):
+        self.check('robot3', 'imu', '(warning|FAULT)', 'this computer held messages for [0-9.]+ s: ')
 
     def test_a_clock_that_is_ahead(self):
         self.check('ahead', 'Clock', 'FAULT', r'3\.[01] s ahead')

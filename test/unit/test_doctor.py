@@ -209,7 +209,7 @@ def test_stream(stream, verdict, words):
 
 @pytest.mark.parametrize('clock, verdict, words', [
     (dict(least_delay=0.004, round_trip=0.008), OK, 'right within 0.004 s'),
-    (dict(least_delay=0.3, round_trip=0.002), WARNING, '0.3 s behind'),
+    (dict(least_delay=0.3, round_trip=0.002), WARNING, '0.3 s behind (to 0.001 s), or all its messages'),
     (dict(least_delay=-0.3, round_trip=0.002), WARNING, '0.3 s ahead'),
     (dict(least_delay=-0.3, round_trip=1.0), WARNING, '0.8 s ahead (to 0.5 s)'),
     (dict(least_delay=-7200.0, round_trip=0.004), FAULT, '7200.0 s ahead'),

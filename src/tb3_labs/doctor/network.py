@@ -99,7 +99,7 @@ def judge_nat(kind: str, way_out: str, others_elsewhere: bool) -> Line:
     if not kind:
         return ok('NAT', 'this is neither WSL nor a container')
     if not _is_behind_nat(way_out):
-        return ok('NAT', 'this is {}, with an address in the network itself'.format(kind))
+        return ok('NAT', 'this is {}, but its address is not one of NAT'.format(kind))
     if not others_elsewhere:
         return ok('NAT', 'this is {} behind NAT ({}): good for the embedded robot alone'.format(
             kind, way_out))

@@ -117,7 +117,7 @@ def judge_way_back(drivers: Sequence[Driver], robot: str, here: Address,
     if lost:
         return fault('Way back', '{} cannot reach {} at {}: commands do not arrive'.format(
             robot, lost[0].node, lost[0].uri.rstrip('/')),
-            'a firewall here? sudo ufw disable; else ' + here.advice)
+            'if sudo ufw status says active: sudo ufw allow from ROBOTS_ADDRESS; else ' + here.advice)
     if drivers:
         return ok('Way back', '{} is connected to {}'.format(
             robot, ', '.join(driver.node for driver in drivers)))
@@ -245,7 +245,8 @@ def judge_clock(clock: Clock) -> Line:
     remedy = ('on the robot: sudo chronyc makestep; without internet: ssh pi@ROBOT sudo date -s '
               '@$(date +%s); then start its nodes again')
     if abs(offset) <= CLOCK_WRONG:
-        return warning('Clock', text + ': tf may refuse its transforms', remedy)
+        return warning('Clock', text + (': tf may refuse its transforms' if offset > 0.0 else
+                                        ', or all its messages come so late'), remedy)
     return fault('Clock', text + ': tf refuses its transforms', remedy)
 
 
