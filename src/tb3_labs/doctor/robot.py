@@ -157,7 +157,7 @@ def judge_drivers(registered: Sequence[str], sent: Mapping[str, int], seconds: f
 @dataclass(frozen=True)
 class Stream:
     """What came on a topic: `count` messages in `seconds`, the longest `gap` between arrivals, and
-    the gap between stamps around it (nan if unknown); `problem`: '' or why it cannot be heard;
+    by how much the message after it came later than the fastest (nan if unknown); `problem`: '' or why it cannot be heard;
     `own_pause`: for how long this computer did not let the doctor run; `robot_here`: does the robot
     run on this computer?"""
 
@@ -165,7 +165,7 @@ class Stream:
     count: int = 0
     seconds: float = 0.0
     gap: float = 0.0
-    stamp_gap: float = math.nan
+    late: float = math.nan
     problem: str = ''
     own_pause: float = 0.0
     robot_here: bool = False
@@ -193,7 +193,7 @@ def judge_stream(stream: Stream) -> Line:
         return ok(name, '{}, never silent for more than {:.2f} s'.format(rate, stream.gap))
     judge = fault if stream.gap > GIVES_UP else warning
     effect = 'a drive is given up' if stream.gap > GIVES_UP else 'the robot will pause'
-    held = stream.stamp_gap < 0.5 * stream.gap
+    held = stream.late > 0.5 * stream.gap
     if held and stream.robot_here or stream.gap - stream.own_pause <= PAUSES:
         return judge(name, '{}, but this computer held messages for {:.1f} s: {}'.format(
             rate, stream.gap, effect), 'close other programs: it is too busy')
@@ -201,9 +201,9 @@ def judge_stream(stream: Stream) -> Line:
         return judge(name, '{}, but your WLAN holds messages for {:.1f} s: {}'.format(
             rate, stream.gap, effect), 'go nearer to the access point, use 5 GHz or a cable, '
             'switch off power saving (sudo iw dev wlan0 set power_save off)')
-    return judge(name, '{}, but the robot itself was silent for {:.1f} s: {}'.format(
-        rate, stream.gap, effect), "is the robot's computer busy, its battery low, its cable "
-        'loose?')
+    whose = 'nothing came' if math.isnan(stream.late) else 'the robot itself was silent'
+    return judge(name, '{}, but {} for {:.1f} s: {}'.format(rate, whose, stream.gap, effect),
+                 "is the robot's computer busy, its battery low, its cable loose?")
 
 
 @dataclass(frozen=True)

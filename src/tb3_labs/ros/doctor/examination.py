@@ -149,6 +149,6 @@ class _Robot:
 
 def _stream(ear, pause, robot_here):
     """The Stream that an Ear heard."""
-    gap, stamp_gap = ear.gap()
-    return Stream(ear.topic, len(ear.arrivals), ear.seconds, gap, stamp_gap, ear.problem, pause,
+    gap, late = ear.gap()
+    return Stream(ear.topic, len(ear.arrivals), ear.seconds, gap, late, ear.problem, pause,
                   robot_here)

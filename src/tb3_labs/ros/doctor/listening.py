@@ -51,16 +51,18 @@ class Ear:
         return list(self._arrivals)
 
     def gap(self):
-        """(longest time without a message, the stamps' gap there or nan) [s]."""
-        worst, stamps = 0.0, math.nan
-        last, last_stamp = self._begun, math.nan
-        for at, _, stamp in self._arrivals:
+        """(longest time without a message; by how much the message after it was later than the
+        fastest, nan if none came) [s]. The time after the last message, whose cause is unknown, is
+        taken only if it is twice as long as any other."""
+        least = min((wall - stamp for _, wall, stamp in self._arrivals), default=math.nan)
+        worst, late, last = 0.0, math.nan, self._begun
+        for at, wall, stamp in self._arrivals:
             if at - last > worst:
-                worst, stamps = at - last, stamp - last_stamp
-            last, last_stamp = at, stamp
-        if self._ended - last > worst:
-            worst, stamps = self._ended - last, math.nan
-        return worst, stamps
+                worst, late = at - last, wall - stamp - least
+            last = at
+        if self._ended - last > 2.0 * worst:
+            worst, late = self._ended - last, math.nan
+        return worst, late
 
     def _run(self):
         try:
