@@ -23,7 +23,7 @@ except ImportError:
     # A terminal that was not set up is among the faults: the doctor must start there, too.
     sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), os.pardir, 'src'))
 
-from tb3_labs.doctor.line import exit_status, printed, summary    # noqa: E402
+from tb3_labs.doctor.line import exit_status, fault, printed, summary    # noqa: E402
 from tb3_labs.ros.doctor.examination import examine    # noqa: E402
 
 
@@ -53,11 +53,21 @@ def parse(words):
     return given
 
 
+def examination(robot, seconds):
+    """The lines. Whatever others answered, the doctor ends with a line and no traceback."""
+    try:
+        yield from examine(robot, seconds)
+    except Exception as trouble:    # an answer of a kind that nobody thought of
+        yield fault('Doctor', 'the doctor itself failed ({}: {})'.format(
+            type(trouble).__name__, trouble), 'mend what stands above, and report this line')
+
+
 def main(words):
     """Print the lines; the exit status."""
     given, lines = parse(words), []
+    sys.stdout.reconfigure(errors='replace')    # others' names may not fit this terminal
     try:
-        for line in examine(given.robot, given.seconds):
+        for line in examination(given.robot, given.seconds):
             lines.append(line)
             print(printed(line, sys.stdout.isatty()), flush=True)
         print(summary(lines), flush=True)

@@ -36,7 +36,8 @@ AHEAD = 3.0
 #: A computer on which much is wrong, in a network of its own: WSL's kernel behind NAT, a master far
 #: away, a pad that cannot be read, a Wayland session, a disk that is nearly full.
 BAD_COMPUTER = '''
-ip link set lo up; ip link add lan type veth peer name far; ip link set far up; ip addr add 172.20.0.5/20 dev lan; ip link set lan up
+ip link set lo up; ip link add lan type veth peer name far; ip link set far up
+ip addr add 172.20.0.5/20 dev lan; ip link set lan up
 ip route add default via 172.20.0.1
 mount -t tmpfs -o size=2m tmpfs {0}; echo Linux version 5.15 microsoft-standard-WSL2 > {0}/version
 mount --bind {0}/version /proc/version
@@ -284,7 +285,8 @@ class DoctorTest(NodeCase):
         self.assertLess(self.read('no master')[2], 3.0)
 
     def test_packages_that_cannot_be_imported(self):
-        self.check('no master', 'Python', 'FAULT', 'cannot import .*tb3_labs.*source scripts/setup.sh')
+        self.check('no master', 'Python', 'FAULT',
+                   'cannot import .*source scripts/setup.sh')
 
     def test_no_robot(self):
         self.check('robot9', 'Robot', 'FAULT', 'nobody publishes /robot9/imu .*/robot1/')
@@ -299,7 +301,8 @@ class DoctorTest(NodeCase):
         self.check('laptop', 'imu', '(warning|FAULT)', 'your WLAN holds messages for [0-9.]+ s: ')
 
     def test_messages_that_are_held_on_this_computer(self):
-        self.check('robot3', 'imu', '(warning|FAULT)', 'this computer held messages for [0-9.]+ s: ')
+        self.check('robot3', 'imu', '(warning|FAULT)',
+                   'this computer held messages for [0-9.]+ s: ')
 
     def test_a_clock_that_is_ahead(self):
         self.check('ahead', 'Clock', 'FAULT', r'3\.[01] s ahead')
@@ -338,7 +341,7 @@ class DoctorTest(NodeCase):
     def test_a_bad_computer(self):
         for subject, verdict, words in (
                 ('NAT', 'FAULT', 'WSL behind NAT: no robot can reach 172.20.0.5.*wslconfig'),
-                ('Address', 'FAULT', 'ROS_HOSTNAME=localhost means, on the robot, the robot itself'),
+                ('Address', 'FAULT', 'ROS_HOSTNAME=localhost means, on the robot, the robot'),
                 ('Master', 'FAULT', '10.1.1.1:11311 (does not answer|cannot be reached)'),
                 ('Gamepad', 'warning', 'js0 .* cannot be read.*usermod'),
                 ('Mouse', 'warning', 'Wayland'), ('Disk', 'FAULT', '0.0 GB free')):

@@ -52,6 +52,8 @@ def test_python():
     check(judge_python('3.8.10', '/usr/bin/python3', {}), OK, '3.8.10')
     check(judge_python('3.9.1', '/opt/conda/bin/python3', {'rospy': "No module named 'yaml'"}), FAULT,
           '/opt/conda', 'rospy', 'yaml', 'source scripts/setup.sh')
+    check(judge_python('3.9.1', '/opt/conda/bin/python3', {'rospy': 'why', 'numpy': '', 'yaml': ''}),
+          FAULT, 'import rospy (why), nor numpy, yaml. Do:')
     check(judge_python('3.8.10', '/usr/bin/python3', {}, '2'), FAULT, 'ROS 2', 'new terminal')
 
 
@@ -174,6 +176,7 @@ def test_way_back():
     check(judge_way_back([drives], CORE, good, True), OK, 'connected to /move_to_goal')
     check(judge_way_back([drives, Driver('/pad', 'http://ann:40003/', False)], CORE, named, True),
           FAULT, CORE, '/pad at http://ann:40003:', 'commands do not arrive', 'ROS_IP=192.168.0.5')
+    check(judge_way_back(None, CORE, good, True), WARNING, 'does not tell')
     check(judge_way_back([], CORE, wrong, False), OK, 'on this computer')
     check(judge_way_back([], CORE, good, True), OK, '192.168.0.5')
     check(judge_way_back([], CORE, named, True), WARNING, 'must resolve the name ann')

@@ -18,8 +18,9 @@ def judge_python(version: str, executable: str, missing: Mapping[str, str],
         return fault('Python', 'a ROS 2 was sourced in this terminal, and it breaks the Python of '
                      'ROS 1', 'open a new terminal; ' + SOURCE)
     if missing:
-        return fault('Python', '{} cannot import {}'.format(here, ', '.join(
-            '{} ({})'.format(name, why) for name, why in missing.items())), SOURCE)
+        first, *others = missing
+        return fault('Python', '{} cannot import {} ({}){}'.format(
+            here, first, missing[first], ', nor ' + ', '.join(others) if others else ''), SOURCE)
     return ok('Python', here + ' has all packages')
 
 

@@ -59,8 +59,8 @@ def judge_nodes(answers: Mapping[str, Answer], master_here: bool) -> Line:
             return fault('Nodes', '{} says it is at {}: others cannot reach that'.format(
                 node, host), "on the robot: export ROS_IP=ITS_ADDRESS, then start it again")
         if is_loopback(answer.address):
-            return fault('Nodes', text, 'if it has ended: rosnode cleanup; if it runs on the robot: '
-                         'export ROS_IP=ITS_ADDRESS there, then start it again')
+            return fault('Nodes', text, 'if it has ended: rosnode cleanup; if it runs on the '
+                         'robot: export ROS_IP=ITS_ADDRESS there, then start it again')
         if answer.problem == 'unresolved':
             return fault('Nodes', text, 'on the robot: export ROS_IP=ITS_ADDRESS, then start it '
                          'again; or here: add "ITS_ADDRESS {}" to /etc/hosts'.format(host))
@@ -109,15 +109,20 @@ class Driver:
     is_connected: bool
 
 
-def judge_way_back(drivers: Sequence[Driver], robot: str, here: Address,
+def judge_way_back(drivers: Optional[Sequence[Driver]], robot: str, here: Address,
                    robot_elsewhere: bool) -> Line:
-    """Do commands of this computer reach the robot? `robot`: the node that hears cmd_vel;
-    `here.way_out`: this computer's address on the way to the robot."""
+    """Do commands of this computer reach the robot? `drivers` is None if the robot's node did not
+    tell; `robot`: the node that hears cmd_vel; `here.way_out`: this computer's address on the way
+    to the robot."""
+    if drivers is None:
+        return warning('Way back', '{} does not tell to whom it is connected'.format(robot),
+                       'call the doctor again')
     lost = [driver for driver in drivers if not driver.is_connected]
     if lost:
         return fault('Way back', '{} cannot reach {} at {}: commands do not arrive'.format(
             robot, lost[0].node, lost[0].uri.rstrip('/')),
-            'if sudo ufw status says active: sudo ufw allow from ROBOTS_ADDRESS; else ' + here.advice)
+            'if sudo ufw status says active: sudo ufw allow from ROBOTS_ADDRESS; else '
+            + here.advice)
     if drivers:
         return ok('Way back', '{} is connected to {}'.format(
             robot, ', '.join(driver.node for driver in drivers)))
@@ -157,9 +162,10 @@ def judge_drivers(registered: Sequence[str], sent: Mapping[str, int], seconds: f
 @dataclass(frozen=True)
 class Stream:
     """What came on a topic: `count` messages in `seconds`, the longest `gap` between arrivals, and
-    by how much the message after it came later than the fastest (nan if unknown); `problem`: '' or why it cannot be heard;
-    `own_pause`: for how long this computer did not let the doctor run; `robot_here`: does the robot
-    run on this computer?"""
+    by how much the message after it came later than the fastest (nan if unknown); `problem`: '' or
+    why it cannot be heard; `own_pause`: for how long this computer did not let the doctor run;
+    `robot_here`: does the robot run on this computer?
+    """
 
     topic: str
     count: int = 0

@@ -107,18 +107,21 @@ class _Robot:
             return
         address = alive[hearer].address
         mine = {node: peer for node, peer in self._drivers.items() if node not in self._peers and (
-            peer.answer.problem == 'unresolved' or is_own(peer.address) and not peer.answer.problem)}
+            peer.answer.problem == 'unresolved'
+            or is_own(peer.address) and not peer.answer.problem)}
         drivers = self._connections(alive[hearer], mine)
-        if not all(driver.is_connected for driver in drivers):
+        if drivers and not all(driver.is_connected for driver in drivers):
             time.sleep(CONNECTING)    # a driver may have been started just now
-            drivers = self._connections(alive[hearer], mine)
+            drivers = self._connections(alive[hearer], mine) or drivers
         here = Address(self._here.ros_ip, self._here.ros_hostname, self._here.hostname,
                        self._here.resolved, self._here.own, way_out(address), False)
         yield judge_way_back(drivers, hearer, here, not is_own(address))
 
     @staticmethod
     def _connections(hearer, drivers):
-        return local_drivers(drivers, ask_all({'hearer': hearer}, 'getBusInfo')['hearer'])
+        """A Driver for each of `drivers`; None if the robot's node does not answer."""
+        bus = ask_all({'hearer': hearer}, 'getBusInfo')['hearer']
+        return None if bus is None else local_drivers(drivers, bus)
 
     def _listen(self, seconds, alive):
         """The lines on drivers, sensors and clock."""

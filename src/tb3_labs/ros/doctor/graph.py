@@ -43,7 +43,7 @@ class Graph:
 def peers_of(master, nodes):
     """{node: Peer} of those that the master knows."""
     outcomes = together(QUESTIONS, [(Peer(master.uri).ask, 'lookupNode', node) for node in nodes])
-    return {node: Peer(_value(outcome) or '') for node, outcome in zip(nodes, outcomes)}
+    return {node: Peer(str(_value(outcome) or '')) for node, outcome in zip(nodes, outcomes)}
 
 
 def _value(outcome):
@@ -91,7 +91,7 @@ def _is_ours(master, address, port):
 
 def local_drivers(drivers, bus):
     """A Driver for each node of this computer: `drivers` {node: Peer}, `bus` the getBusInfo of the
-    robot's node, or None."""
-    heard = {str(row[1]).rstrip('/') for row in bus or () if len(row) > 4 and row[2] == 'i'}
+    robot's node."""
+    heard = {str(row[1]).rstrip('/') for row in bus if row[2] == 'i'}
     return [Driver(node, peer.uri, peer.uri.rstrip('/') in heard)
             for node, peer in sorted(drivers.items())]
