@@ -317,6 +317,9 @@ class DoctorTest(NodeCase):
     def test_a_node_that_has_another_master(self):
         self.check('elsewhere', 'Names', 'FAULT', '10.9.9.9 here, but the master is at 127')
 
+    def test_the_clock_of_a_robot_without_stamps(self):
+        self.check('elsewhere', 'Clock', 'ok', 'right within 1')    # by the date of its answers
+
     def test_a_node_that_cannot_be_heard(self):
         self.check('elsewhere', 'imu', 'FAULT', '/elsewhere/imu cannot be heard')
 

@@ -84,7 +84,10 @@ class _Robot:
         yield judge_nat(nat_kind(), _way_or_first(self._here), not self._here.master_here or any(
             not is_own(host) for host in hosts))
         yield judge_master(self._master.answer)
-        yield judge_second_master(self._master.uri, second_masters(self._master, hosts))
+        # a computer that does not answer at all would not answer as a master either
+        reached = {peer.address for peer in self._peers.values()
+                   if peer.answer.problem in ('', 'refused')}
+        yield judge_second_master(self._master.uri, second_masters(self._master, reached))
         presence = judge_presence(self._graph.imu, self._graph.odom, self._graph.hearers,
                                   self._namespace, self._graph.others)
         yield presence
