@@ -158,13 +158,16 @@ class DoctorTest(NodeCase):
     @classmethod
     def _start_hosts(cls):
         """Two robots on one host; a driver of each on the other, one of them under a name that the
-        robot cannot resolve. Each host has a master; all use that of the laptop."""
+        robot cannot resolve. Each host has a master; all use that of the laptop. The robots know
+        it by a name."""
         for host in ('laptop', 'robot'):
             with cls.hosts.on(host):
                 cls.keep(Program(['rosmaster', '--core', '-p', '11311']))
         with cls.hosts.on('robot'):
             cls.wait_for(cls.state)
-            cls.keep(Node(*ROBOT, *HOLDING, '__name:=robots', '_robots:=2'))
+            cls.keep(Node(*ROBOT, *HOLDING, '__name:=robots', '_robots:=2',
+                          prefix=cls.knowing('teacher', cls.hosts.address('laptop')),
+                          environment={'ROS_MASTER_URI': 'http://teacher:11311'}))
         with cls.hosts.on('laptop'):
             for robot, name in (('robot1', cls.hosts.address('laptop')), ('robot2', 'ann.invalid')):
                 cls.keep(Program(['rostopic', 'pub', '-r', '5', '__name:=driver_of_' + robot,
@@ -211,8 +214,9 @@ class DoctorTest(NodeCase):
         call('bad usage', 'no robot')
         if cls.hosts:
             call('laptop', 'robot1', '--seconds', '4', **cls.on('laptop'))
-            call('bad laptop', 'robot2', '--seconds', '1', **cls.on(
-                'laptop', ROS_HOSTNAME='', ROS_IP='10.77.9.9'))
+            options = cls.on('laptop', ROS_HOSTNAME='', ROS_IP='10.77.9.9')
+            options['prefix'] += cls.knowing('teacher', '10.77.9.9')
+            call('bad laptop', 'robot2', '--seconds', '1', **options)
         interrupted = call('interrupted', 'robot1', '--seconds', '60')
         cls.wait_for(lambda: 'Way back' in interrupted.text)
         cls.during = before, cls.state()
@@ -228,6 +232,15 @@ class DoctorTest(NodeCase):
             cls.hosts.connect(False)
             call('cut', 'robot1', **cls.on('robot'))
         cls.doctors.wait()
+
+    @classmethod
+    def knowing(cls, name, address):
+        """A command in front of a program: it has an /etc/hosts of its own, with this name."""
+        path = os.path.join(cls.folder.name, 'hosts_of_' + address)
+        with open(path, 'w') as file:
+            file.write('127.0.0.1 localhost\n{} {}\n'.format(address, name))
+        return ['unshare', '-m', 'sh', '-c',
+                'mount --bind {} /etc/hosts && exec "$@"'.format(path), 'sh']
 
     @classmethod
     def on(cls, host, **environment):
@@ -313,6 +326,13 @@ class DoctorTest(NodeCase):
     def test_a_node_that_does_not_answer(self):
         self.check('silent', 'Nodes', 'FAULT', '/silent/core .* does not answer')
         self.assertLess(self.read('silent')[2], 12.0)
+
+    def test_a_name_that_only_the_robot_knows(self):
+        self.check('laptop', 'Names', 'warning', 'http://teacher:11311, a name that this computer')
+
+    def test_a_name_that_resolves_differently_on_both_sides(self):
+        self.check('bad laptop', 'Names', 'FAULT',
+                   'http://teacher:11311, which is 10.77.9.9 here, but the master is at 10.77.2.2')
 
     def test_a_node_that_has_another_master(self):
         self.check('elsewhere', 'Names', 'FAULT', '10.9.9.9 here, but the master is at 127')
