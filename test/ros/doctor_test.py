@@ -325,7 +325,7 @@ class DoctorTest(NodeCase):
 
     def test_a_node_that_does_not_answer(self):
         self.check('silent', 'Nodes', 'FAULT', '/silent/core .* does not answer')
-        self.assertLess(self.read('silent')[2], 12.0)
+        self.assertLess(self.read('silent')[2], 6.0)
 
     def test_a_name_that_only_the_robot_knows(self):
         self.check('laptop', 'Names', 'warning', 'http://teacher:11311, a name that this computer')

@@ -161,7 +161,7 @@ def test_nodes():
 
 def test_names():
     uri = 'http://ann:11311'
-    check(judge_names([], '192.168.0.5'), OK)
+    check(judge_names([], '192.168.0.5'), WARNING, 'no node')
     check(judge_names([MasterName(CORE, uri, '192.168.0.5', True)], '192.168.0.5'), OK)
     check(judge_names([MasterName(CORE, uri, '', False)], '192.168.0.5'), WARNING, uri)
     check(judge_names([MasterName(CORE, uri, '10.0.0.9', False)], '192.168.0.5'), FAULT,

@@ -96,6 +96,8 @@ def judge_names(names: Sequence[MasterName], master: str) -> Line:
             return fault('Names', '{} calls the master {}, which is {} here, but the master is at '
                          '{}'.format(name.node, name.uri, name.address, master),
                          'compare /etc/hosts on both sides, or use addresses in place of names')
+    if not names:
+        return warning('Names', 'no node of the robot tells its master', 'call the doctor again')
     return ok('Names', 'both sides mean the same master')
 
 

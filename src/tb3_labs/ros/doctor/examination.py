@@ -96,6 +96,8 @@ class _Robot:
         yield judge_nodes({node: peer.answer for node, peer in self._peers.items()},
                           self._here.master_here)
         alive = {node: peer for node, peer in self._peers.items() if pids[node] is not None}
+        if not alive:
+            return    # nobody is left who could be asked or heard
         yield from self._ways(alive)
         yield from self._listen(seconds, alive)
 
