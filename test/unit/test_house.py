@@ -8,7 +8,7 @@ import pytest
 SOURCES = os.path.join(os.path.dirname(__file__), os.pardir, os.pardir, 'src', 'tb3_labs')
 #: From the ground up; a room imports only from lower floors, and from itself.
 FLOORS = [{'config', 'news', 'geometry'}, {'robot', 'supervision'}, {'localization', 'control'},
-          {'nodes', 'report'}, {'simulation', 'marking', 'handout', 'panel'}, {'ros'}]
+          {'nodes', 'report'}, {'simulation', 'marking', 'handout', 'panel', 'doctor'}, {'ros'}]
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 #: Modules that the pure rooms do not use.
 ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 'threading'}
@@ -64,7 +64,7 @@ def test_every_room_says_which_question_it_answers(room):
 #: Floors within ros/, from the ground up: its own files, then its folders.
 ROS_FLOORS = [{'rospy_internals', 'conversions', 'parameters', 'reconfigure', 'signals'},
               {'clocks', 'traffic', 'awaited'}, {'console'}, {'node'}, {'topics', 'diagnostics'},
-              {'driving', 'devices', 'robot', 'bags', 'move_to_goal', 'testing'},
+              {'driving', 'devices', 'robot', 'bags', 'move_to_goal', 'testing', 'doctor'},
               {'marking', 'panel'}]
 ROS_FLOOR = {part: floor for floor, parts in enumerate(ROS_FLOORS) for part in parts}
 #: These files alone touch private parts of libraries.

@@ -1,0 +1,162 @@
+"""Judgements of the way between this computer and the others: addresses, names, master.
+
+Addresses are texts such as '192.168.0.5'; '' is none. *Told* is what nodes of this computer tell
+others to connect to: ROS_HOSTNAME, else ROS_IP, else the computer's own name, as rospy has it.
+"""
+import ipaddress
+from dataclasses import dataclass
+from typing import Sequence, Tuple
+
+from tb3_labs.doctor.line import Line, fault, ok, warning
+
+#: The private network that WSL 2 and Docker put between a Linux and its host.
+NAT = ipaddress.ip_network('172.16.0.0/12')
+
+
+def is_loopback(address: str) -> bool:
+    """Does an address mean the computer itself?"""
+    return address.startswith('127.') or address in ('localhost', '::1')
+
+
+@dataclass(frozen=True)
+class Address:
+    """What this computer says where it is, and where it is.
+
+    `hostname` is the computer's own name, `resolved` the address of what is told, as looked up
+    here, `own` all addresses but the loopback, `way_out` the one from which packets go to the
+    master (that of the loopback if the master is reached so), `master_here` whether the master
+    runs on this computer.
+    """
+
+    ros_ip: str = ''
+    ros_hostname: str = ''
+    hostname: str = ''
+    resolved: str = ''
+    own: Tuple[str, ...] = ()
+    way_out: str = ''
+    master_here: bool = True
+
+    @property
+    def told(self) -> str:
+        """What others are told."""
+        return self.ros_hostname or self.ros_ip or self.hostname
+
+    @property
+    def source(self) -> str:
+        """The same, with its origin: 'ROS_IP=192.168.0.5'."""
+        for name, value in (('ROS_HOSTNAME', self.ros_hostname), ('ROS_IP', self.ros_ip)):
+            if value:
+                return '{}={}'.format(name, value)
+        return 'the name {}'.format(self.hostname)
+
+    @property
+    def advice(self) -> str:
+        """The commands that tell others the right address."""
+        address = self.way_out if self.way_out and not is_loopback(self.way_out) else (
+            self.own[0] if self.own else 'ADDRESS_OF_THIS_COMPUTER')
+        return '{}export ROS_IP={}, then start the nodes here again'.format(
+            'unset ROS_HOSTNAME; ' if self.ros_hostname else '', address)
+
+
+def judge_address(here: Address) -> Line:
+    """Can others reach this computer by what its nodes tell them?"""
+    if not here.ros_ip and not here.ros_hostname:
+        if here.master_here:
+            return ok('Address', 'neither ROS_IP nor ROS_HOSTNAME is set: good for this computer '
+                      'alone')
+        return warning('Address', 'neither ROS_IP nor ROS_HOSTNAME is set: the robot is told the '
+                       'name {}, and may not resolve it'.format(here.hostname), here.advice)
+    if not here.resolved:
+        return fault('Address', '{} does not resolve, not even here'.format(here.source),
+                     here.advice)
+    if is_loopback(here.resolved):
+        if here.master_here:
+            return ok('Address', '{}: this computer alone; for a real robot set ROS_IP'.format(
+                here.source))
+        return fault('Address', '{} means, on the robot, the robot itself: it cannot reach this '
+                     'computer'.format(here.source), here.advice)
+    if here.resolved not in here.own:
+        return fault('Address', '{} is not an address of this computer (it has {})'.format(
+            _with_address(here), ', '.join(here.own) or 'none'), here.advice)
+    if not here.master_here and here.way_out and here.resolved != here.way_out:
+        return warning('Address', '{} is in another network than the master (the way there begins '
+                       'at {})'.format(_with_address(here), here.way_out), here.advice)
+    if here.ros_hostname and here.ros_ip and here.ros_ip != here.resolved:
+        return warning('Address', 'ROS_HOSTNAME={} goes before ROS_IP={}, and is another address '
+                       '({})'.format(here.ros_hostname, here.ros_ip, here.resolved),
+                       'unset ROS_HOSTNAME')
+    return ok('Address', '{} is an address of this computer'.format(_with_address(here)))
+
+
+def _with_address(here: Address) -> str:
+    known = here.resolved in ('', here.told)
+    return here.source if known else '{} ({})'.format(here.source, here.resolved)
+
+
+def judge_nat(kind: str, way_out: str, others_elsewhere: bool) -> Line:
+    """`kind`: 'WSL', 'a container', or '' for a computer of its own; `others_elsewhere`: is the
+    master or the robot on another computer?"""
+    if not kind:
+        return ok('NAT', 'this is neither WSL nor a container')
+    if not _is_behind_nat(way_out):
+        return ok('NAT', 'this is {}, but its address is not one of NAT'.format(kind))
+    if not others_elsewhere:
+        return ok('NAT', 'this is {} behind NAT ({}): good for the embedded robot alone'.format(
+            kind, way_out))
+    return fault(
+        'NAT', 'this is {} behind NAT: no robot can reach {}'.format(kind, way_out),
+        'networkingMode=mirrored in .wslconfig (Windows 11), then wsl --shutdown; else use a Linux '
+        'of its own' if kind == 'WSL' else 'start the container with the network of its host')
+
+
+def _is_behind_nat(address: str) -> bool:
+    try:
+        return ipaddress.ip_address(address) in NAT
+    except ValueError:
+        return False
+
+
+#: What can be wrong with a program at an address, and how it is told.
+PROBLEMS = {
+    'malformed': 'is no address such as http://192.168.0.5:11311',
+    'unresolved': 'has a name that this computer cannot resolve',
+    'refused': 'refuses: the computer is on, but nothing listens there',
+    'silent': 'does not answer',
+    'unreachable': 'cannot be reached: there is no way to that network',
+    'strange': 'answers, but not as a ROS program'}
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What came of asking a program at `uri`: `problem` is a key of PROBLEMS, or ''; `address` is
+    what its name resolved to; `round_trip` [s] how long the answer took."""
+
+    uri: str
+    problem: str = ''
+    address: str = ''
+    round_trip: float = 0.0
+
+
+def judge_master(master: Answer) -> Line:
+    """Does a master answer?"""
+    where = master.uri or '(empty)'
+    if master.address and master.address not in where:
+        where += ' ({})'.format(master.address)
+    if not master.problem:
+        return ok('Master', '{} answers in {:.0f} ms'.format(where, 1e3 * master.round_trip))
+    return fault('Master', 'ROS_MASTER_URI {} {}'.format(where, PROBLEMS[master.problem]), {
+        'malformed': 'export ROS_MASTER_URI=http://ADDRESS:11311',
+        'unresolved': "put the master's address in place of the name: export "
+                      'ROS_MASTER_URI=http://ADDRESS:11311',
+        'refused': 'start roscore, or a launch file, on that computer',
+    }.get(master.problem, 'is that computer on, in the same network, and is the address still its '
+          'own? ping ' + (master.address or 'ADDRESS')))
+
+
+def judge_second_master(master: str, others: Sequence[str]) -> Line:
+    """`others`: addresses, with port, where another master answered."""
+    if not others:
+        return ok('Masters', 'no second master was found')
+    return warning('Masters', 'another master answers at {}: programs that use it do not see those '
+                   'of {}'.format(', '.join(others), master),
+                   'end the roscore, or roslaunch, that began there')

@@ -1,0 +1,266 @@
+"""Judgements of a robot: who answers for it, who drives it, and do its messages come?
+
+Units: seconds, messages per second. `gap` is the longest time between two arrivals.
+"""
+import math
+from dataclasses import dataclass
+from typing import Mapping, Optional, Sequence, Tuple
+
+from tb3_labs.doctor.line import Line, fault, ok, warning
+from tb3_labs.doctor.network import PROBLEMS, Address, Answer, is_loopback
+
+#: The labs' nodes stop the robot after a silence of a sensor of this length [s],
+PAUSES = 0.22
+#: and give up the drive after one of this length [s]. Both are supervision.freshness's.
+GIVES_UP = 2.0
+#: Fewer samples than this are too few to steer by [1/s].
+FEW = 10.0
+#: A clock that is off by more than the first of these upsets tf; by more than the second, nothing
+#: that looks at stamps works [s].
+CLOCK_OFF = 0.1
+CLOCK_WRONG = 1.0
+
+
+def judge_presence(imu: Sequence[str], odom: Sequence[str], hearers: Sequence[str],
+                   namespace: str, others: Sequence[str] = ()) -> Line:
+    """Is there one robot? `imu`, `odom`: the nodes that publish them; `hearers`: those that hear
+    cmd_vel; `others`: namespaces that have a robot."""
+    at = namespace.rstrip('/')
+    if not imu and not odom:
+        there = ' (there is one in {})'.format(', '.join(others)) if others else ''
+        return fault('Robot', 'nobody publishes {0}/imu or {0}/odom{1}'.format(at, there),
+                     'rosrun tb3_labs doctor.py ' + others[0].strip('/') if others and (
+                         others[0].strip('/')) else "start the robot's bringup, or "
+                     'roslaunch tb3_labs fake_robot.launch')
+    for topic, nodes in (('imu', imu), ('odom', odom)):
+        if len(nodes) > 1:
+            return fault('Robot', '{} robots answer: {} all publish {}/{}'.format(
+                len(nodes), ', '.join(sorted(nodes)), at, topic),
+                'switch all but one off, or give each robot a namespace, or a master, of its own')
+        if not nodes:
+            return fault('Robot', 'nobody publishes {}/{}'.format(at, topic),
+                         "restart the robot's bringup, and look at its first lines")
+    if not hearers:
+        return fault('Robot', 'nobody hears {}/cmd_vel: the robot cannot be driven'.format(at),
+                     "restart the robot's bringup, and look at its first lines")
+    return ok('Robot', '{} publishes {}/imu and odom, {} hears cmd_vel'.format(
+        imu[0], at, ', '.join(sorted(hearers))))
+
+
+def judge_nodes(answers: Mapping[str, Answer], master_here: bool) -> Line:
+    """Do the robot's nodes answer at the addresses that they told the master? {node: Answer}"""
+    for node, answer in sorted(answers.items()):
+        if not answer.problem:
+            continue
+        host = answer.uri.partition('//')[2].rpartition(':')[0]
+        text = '{} says it is at {}, which {}'.format(
+            node, answer.uri.rstrip('/') or '(nothing)', PROBLEMS[answer.problem])
+        if is_loopback(answer.address) and not master_here:
+            return fault('Nodes', '{} says it is at {}: others cannot reach that'.format(
+                node, host), "on the robot: export ROS_IP=ITS_ADDRESS, then start it again")
+        if is_loopback(answer.address):
+            return fault('Nodes', text, 'if it has ended: rosnode cleanup; if it runs on the '
+                         'robot: export ROS_IP=ITS_ADDRESS there, then start it again')
+        if answer.problem == 'unresolved':
+            return fault('Nodes', text, 'on the robot: export ROS_IP=ITS_ADDRESS, then start it '
+                         'again; or here: add "ITS_ADDRESS {}" to /etc/hosts'.format(host))
+        if answer.problem == 'refused':
+            return fault('Nodes', text, 'rosnode cleanup, then start {} again{}'.format(
+                node, '' if host == answer.address else '; is {} really {}?'.format(
+                    host, answer.address)))
+        return fault('Nodes', text, 'is the robot on, and in this network? ping {}; on the robot: '
+                     'export ROS_IP=ITS_ADDRESS'.format(answer.address or host))
+    return ok('Nodes', ', '.join('{} answers in {:.0f} ms'.format(
+        node, 1e3 * answer.round_trip) for node, answer in sorted(answers.items())))
+
+
+@dataclass(frozen=True)
+class MasterName:
+    """The name by which a node of the robot calls its master: `uri`, what it resolves to here, and
+    whether that is the computer of the master that this terminal uses, and its port."""
+
+    node: str
+    uri: str
+    address: str
+    is_ours: bool
+
+
+def judge_names(names: Sequence[MasterName], master: str) -> Line:
+    """Do both sides mean the same by a name? `master`: address of the master that answers here."""
+    for name in names:
+        if not name.address:
+            return warning('Names', '{} calls the master {}, a name that this computer cannot '
+                           'resolve'.format(name.node, name.uri),
+                           'use addresses, not names, in ROS_MASTER_URI on both sides')
+        if not name.is_ours:
+            return fault('Names', '{} calls the master {}, which is {} here, but the master is at '
+                         '{}'.format(name.node, name.uri, name.address, master),
+                         'compare /etc/hosts on both sides, or use addresses in place of names')
+    if not names:
+        return warning('Names', 'no node of the robot tells its master', 'call the doctor again')
+    return ok('Names', 'both sides mean the same master')
+
+
+@dataclass(frozen=True)
+class Driver:
+    """A node of this computer that publishes cmd_vel: does the robot's node hold a connection to
+    it?"""
+
+    node: str
+    uri: str
+    is_connected: bool
+
+
+def judge_way_back(drivers: Optional[Sequence[Driver]], robot: str, here: Address,
+                   robot_elsewhere: bool) -> Line:
+    """Do commands of this computer reach the robot? `drivers` is None if the robot's node did not
+    tell; `robot`: the node that hears cmd_vel; `here.way_out`: this computer's address on the way
+    to the robot."""
+    if drivers is None:
+        return warning('Way back', '{} does not tell to whom it is connected'.format(robot),
+                       'call the doctor again')
+    lost = [driver for driver in drivers if not driver.is_connected]
+    if lost:
+        return fault('Way back', '{} cannot reach {} at {}: commands do not arrive'.format(
+            robot, lost[0].node, lost[0].uri.rstrip('/')),
+            'if sudo ufw status says active: sudo ufw allow from ROBOTS_ADDRESS; else '
+            + here.advice)
+    if drivers:
+        return ok('Way back', '{} is connected to {}'.format(
+            robot, ', '.join(driver.node for driver in drivers)))
+    if not robot_elsewhere:
+        return ok('Way back', 'the robot is on this computer')
+    if here.resolved == here.way_out:
+        if here.told == here.way_out:
+            return ok('Way back', '{} is the address towards the robot; start a lab, then a '
+                      'firewall would show'.format(here.told))
+        return warning('Way back', 'the robot must resolve the name {}; that shows when a lab '
+                       'runs here'.format(here.told), here.advice)
+    return fault('Way back', 'the robot cannot reach {}: this computer is {} to it'.format(
+        here.told, here.way_out or 'nowhere'), here.advice)
+
+
+def judge_drivers(registered: Sequence[str], sent: Mapping[str, int], seconds: float,
+                  gone: Sequence[str] = ()) -> Line:
+    """`registered`: nodes that publish cmd_vel; `gone`: those of them that do not answer; `sent`:
+    {node: messages} in that time."""
+    driving = sorted(node for node, count in sent.items() if count)
+    if len(driving) > 1:
+        return fault('Drivers', '{} send commands at the same time: the robot obeys both in turn'
+                     .format(' and '.join('{} ({:.0f}/s)'.format(node, sent[node] / seconds)
+                                          for node in driving)), 'stop all but one of them')
+    if gone:
+        return warning('Drivers', '{} is registered to drive, but does not answer'.format(
+            ' and '.join(sorted(gone))), 'if it has ended: rosnode cleanup')
+    if driving:
+        return ok('Drivers', '{} drives the robot'.format(driving[0]))
+    if len(registered) > 1:
+        return warning('Drivers', '{} could drive the robot; none does now'.format(
+            ' and '.join(sorted(registered))), 'stop those that you do not need')
+    return ok('Drivers', (registered[0] + ' could drive the robot; it does not now') if registered
+              else 'no node drives the robot')
+
+
+@dataclass(frozen=True)
+class Stream:
+    """What came on a topic: `count` messages in `seconds`, the longest `gap` between arrivals, and
+    by how much the message after it came later than the fastest (nan if unknown); `problem`: '' or
+    why it cannot be heard; `own_pause`: for how long this computer did not let the doctor run;
+    `robot_here`: does the robot run on this computer?
+    """
+
+    topic: str
+    count: int = 0
+    seconds: float = 0.0
+    gap: float = 0.0
+    late: float = math.nan
+    problem: str = ''
+    own_pause: float = 0.0
+    robot_here: bool = False
+
+    @property
+    def rate(self) -> float:
+        """Messages per second."""
+        return self.count / self.seconds if self.seconds else 0.0
+
+
+def judge_stream(stream: Stream) -> Line:
+    """Do the messages of a sensor come, often and evenly enough to drive by them?"""
+    name = stream.topic.rpartition('/')[2]
+    if stream.problem:
+        return fault(name, '{} cannot be heard: {}'.format(stream.topic, stream.problem),
+                     "a firewall, or the robot's ROS_IP? on the robot: export ROS_IP=ITS_ADDRESS")
+    if not stream.count:
+        return fault(name, 'nothing came on {} for {:.1f} s'.format(stream.topic, stream.seconds),
+                     "restart the robot's bringup; switch the robot's board off and on")
+    rate = '{:.0f}/s'.format(stream.rate)
+    if stream.gap <= PAUSES:
+        if stream.rate < FEW:
+            return warning(name, 'only {} on {}: the robot will drive badly'.format(
+                rate, stream.topic), 'a bad WLAN? go nearer to its access point')
+        return ok(name, '{}, never silent for more than {:.2f} s'.format(rate, stream.gap))
+    judge = fault if stream.gap > GIVES_UP else warning
+    effect = 'a drive is given up' if stream.gap > GIVES_UP else 'the robot will pause'
+    held = stream.late > 0.5 * stream.gap
+    if held and stream.robot_here or stream.gap - stream.own_pause <= PAUSES:
+        return judge(name, '{}, but this computer held messages for {:.1f} s: {}'.format(
+            rate, stream.gap, effect), 'close other programs: it is too busy')
+    if held:
+        return judge(name, '{}, but your WLAN holds messages for {:.1f} s: {}'.format(
+            rate, stream.gap, effect), 'go nearer to the access point, use 5 GHz or a cable, '
+            'switch off power saving (sudo iw dev wlan0 set power_save off)')
+    whose = 'nothing came' if math.isnan(stream.late) else 'the robot itself was silent'
+    return judge(name, '{}, but {} for {:.1f} s: {}'.format(rate, whose, stream.gap, effect),
+                 "is the robot's computer busy, its battery low, its cable loose?")
+
+
+@dataclass(frozen=True)
+class Clock:
+    """`least_delay`: the least of arrival minus stamp, on the two clocks; None without stamps.
+    `round_trip`: of one question to the robot; the fastest message took no longer. `date_offset`:
+    robot's clock minus ours by the date of its answer, to a second; None if it tells none.
+    `stamps_are_zero`, `simulated` (/use_sim_time); `robot_here`: is it this computer's own clock?
+    """
+
+    least_delay: Optional[float] = None
+    round_trip: float = 0.0
+    date_offset: Optional[float] = None
+    stamps_are_zero: bool = False
+    simulated: bool = False
+    robot_here: bool = False
+
+
+def judge_clock(clock: Clock) -> Line:
+    """Is the robot's clock the same as this computer's?"""
+    if clock.simulated:
+        return ok('Clock', 'time is simulated (/use_sim_time): clocks do not matter')
+    if clock.stamps_are_zero:
+        return warning('Clock', 'the stamps of the robot are zero: tf and recordings need them',
+                       "restart the robot's bringup")
+    offset, exact = _offset(clock)
+    if offset is None:
+        return warning('Clock', "the robot's clock cannot be seen: no stamp came, and no date",
+                       'mend the lines above first')
+    how = '(to {:.3g} s)'.format(exact)
+    if abs(offset) <= max(CLOCK_OFF, exact):
+        return ok('Clock', "the robot's clock is right within {:.3g} s".format(
+            max(abs(offset), exact)))
+    if clock.robot_here and -CLOCK_WRONG <= offset < 0.0:
+        return warning('Clock', 'messages of this computer are {:.1f} s old when they come'.format(
+            -offset), 'close other programs: it is too busy')
+    text = "the robot's clock is {:.1f} s {} {}".format(
+        abs(offset), 'ahead' if offset > 0.0 else 'behind', how)
+    remedy = ('on the robot: sudo chronyc makestep; without internet: ssh pi@ROBOT sudo date -s '
+              '@$(date +%s); then start its nodes again')
+    if abs(offset) <= CLOCK_WRONG:
+        return warning('Clock', text + (': tf may refuse its transforms' if offset > 0.0 else
+                                        ', or all its messages come so late'), remedy)
+    return fault('Clock', text + ': tf refuses its transforms', remedy)
+
+
+def _offset(clock: Clock) -> Tuple[Optional[float], float]:
+    """(robot's clock minus ours, how exact that is) [s]."""
+    if clock.least_delay is not None:
+        half = 0.5 * clock.round_trip
+        return half - clock.least_delay, max(half, 0.001)
+    return clock.date_offset, 1.0 + clock.round_trip

@@ -1,0 +1,162 @@
+"""The doctor's looks, in order; each gives its lines as soon as it knows them."""
+import os
+import socket
+import time
+
+from tb3_labs.doctor.network import (
+    Address, judge_address, judge_master, judge_nat, judge_second_master)
+from tb3_labs.doctor.robot import (
+    Clock, Stream, judge_clock, judge_drivers, judge_names, judge_nodes, judge_presence,
+    judge_stream, judge_way_back)
+from tb3_labs.ros.doctor.addresses import is_own, nat_kind, own_addresses, resolved, way_out
+from tb3_labs.ros.doctor.computer import look_at_devices, look_at_disk, look_at_python
+from tb3_labs.ros.doctor.deadline import together, within
+from tb3_labs.ros.doctor.graph import (
+    Graph, ask_all, local_drivers, master_names, peers_of, second_masters)
+from tb3_labs.ros.doctor.listening import Ear, listen
+from tb3_labs.ros.doctor.questions import ANSWERING, RESOLVING, Peer
+
+#: A robot needs at most this long to connect to a driver that has just been started [s].
+CONNECTING = 1.0
+
+
+def examine(namespace, seconds):
+    """The lines on this computer and on the robot in `namespace`, listening for `seconds`."""
+    yield look_at_python()
+    master = Peer(os.environ.get('ROS_MASTER_URI', ''))
+    asked, state = together(RESOLVING + ANSWERING, [
+        (_address_of, _told()), (master.ask, 'getSystemState')])
+    here = _address(_value(asked) or '', master.address)
+    yield judge_address(here)
+    state = _value(state)
+    elsewhere = not here.master_here
+    if state is None:
+        yield judge_nat(nat_kind(), _way_or_first(here), elsewhere)
+        yield judge_master(master.answer)
+    else:
+        yield from _Robot(namespace, master, here, state).examine(seconds)
+    yield from look_at_devices()
+    yield look_at_disk()
+
+
+def _value(outcome):
+    try:
+        return outcome.result()
+    except (TimeoutError, OSError, UnicodeError):
+        return None
+
+
+def _told():
+    return os.environ.get('ROS_HOSTNAME') or os.environ.get('ROS_IP') or socket.gethostname()
+
+
+def _address_of(name):
+    return within(RESOLVING, resolved, name)
+
+
+def _address(of_told, master_address):
+    """The Address of this computer, on the way to the master if that has an address."""
+    return Address(
+        os.environ.get('ROS_IP', ''), os.environ.get('ROS_HOSTNAME', ''), socket.gethostname(),
+        of_told, own_addresses(), way_out(master_address) if master_address else '',
+        is_own(master_address) if master_address else not os.environ.get('ROS_MASTER_URI'))
+
+
+def _way_or_first(here):
+    return here.way_out or (here.own[0] if here.own else '')
+
+
+class _Robot:
+    """All looks that need a master."""
+
+    def __init__(self, namespace, master, here, state):
+        self._master, self._here = master, here
+        self._graph = Graph(namespace, state)
+        self._namespace = namespace
+        #: {node: Peer} of the robot's nodes, and of those that publish cmd_vel.
+        self._peers = peers_of(master, self._graph.robot_nodes)
+        self._drivers = peers_of(master, self._graph.drivers)
+
+    def examine(self, seconds):
+        """The lines on master, robot, its nodes, and what they send."""
+        pids = ask_all(dict(self._drivers, **self._peers), 'getPid')
+        hosts = {peer.address for peer in self._peers.values() if peer.address}
+        yield judge_nat(nat_kind(), _way_or_first(self._here), not self._here.master_here or any(
+            not is_own(host) for host in hosts))
+        yield judge_master(self._master.answer)
+        # a computer that does not answer at all would not answer as a master either
+        reached = {peer.address for peer in self._peers.values()
+                   if peer.answer.problem in ('', 'refused')}
+        yield judge_second_master(self._master.uri, second_masters(self._master, reached))
+        presence = judge_presence(self._graph.imu, self._graph.odom, self._graph.hearers,
+                                  self._namespace, self._graph.others)
+        yield presence
+        if not self._peers:
+            return
+        yield judge_nodes({node: peer.answer for node, peer in self._peers.items()},
+                          self._here.master_here)
+        alive = {node: peer for node, peer in self._peers.items() if pids[node] is not None}
+        if not alive:
+            return    # nobody is left who could be asked or heard
+        yield from self._ways(alive)
+        yield from self._listen(seconds, alive)
+
+    def _ways(self, alive):
+        """The lines on names, and on the way from the robot to this computer."""
+        uris = ask_all(alive, 'getMasterUri')
+        yield judge_names(master_names({node: (alive[node], uri) for node, uri in uris.items()
+                                        if isinstance(uri, str)}, self._master),
+                          self._master.address)
+        hearer = next((node for node in self._graph.hearers if node in alive), None)
+        if hearer is None:
+            return
+        address = alive[hearer].address
+        mine = {node: peer for node, peer in self._drivers.items() if node not in self._peers and (
+            peer.answer.problem == 'unresolved'
+            or is_own(peer.address) and not peer.answer.problem)}
+        drivers = self._connections(alive[hearer], mine)
+        if drivers and not all(driver.is_connected for driver in drivers):
+            time.sleep(CONNECTING)    # a driver may have been started just now
+            drivers = self._connections(alive[hearer], mine) or drivers
+        here = Address(self._here.ros_ip, self._here.ros_hostname, self._here.hostname,
+                       self._here.resolved, self._here.own, way_out(address), False)
+        yield judge_way_back(drivers, hearer, here, not is_own(address))
+
+    @staticmethod
+    def _connections(hearer, drivers):
+        """A Driver for each of `drivers`; None if the robot's node does not answer."""
+        bus = ask_all({'hearer': hearer}, 'getBusInfo')['hearer']
+        return None if bus is None else local_drivers(drivers, bus)
+
+    def _listen(self, seconds, alive):
+        """The lines on drivers, sensors and clock."""
+        sensors = {name: [Ear(self._namespace + name, node, alive[node].uri) for node in nodes
+                          if node in alive][:1]
+                   for name, nodes in (('imu', self._graph.imu), ('odom', self._graph.odom))}
+        commands = [Ear(self._namespace + 'cmd_vel', node, peer.uri, has_header=False)
+                    for node, peer in self._drivers.items() if not peer.answer.problem]
+        pause = listen(commands + sensors['imu'] + sensors['odom'], seconds)
+        yield judge_drivers(self._graph.drivers, {
+            ear.node: len(ear.arrivals) for ear in commands}, seconds, [
+                node for node, peer in self._drivers.items() if peer.answer.problem])
+        for name, ears in sensors.items():
+            for ear in ears:
+                yield judge_stream(_stream(ear, pause, is_own(alive[ear.node].address)))
+        yield judge_clock(self._clock(sensors['imu'] + sensors['odom'], alive))
+
+    def _clock(self, ears, alive):
+        simulated = Peer(self._master.uri).ask('getParam', '/use_sim_time') is True
+        delays = [wall - stamp for ear in ears for _, wall, stamp in ear.arrivals]
+        zero = any(stamp == 0.0 for ear in ears for _, _, stamp in ear.arrivals)
+        answers = [peer.answer.round_trip for peer in alive.values()]
+        dates = [peer.date_offset for peer in alive.values() if peer.date_offset is not None]
+        return Clock(min(delays, default=None), min(answers, default=0.0),
+                     dates[0] if dates else None, zero, simulated,
+                     all(is_own(peer.address) for peer in alive.values()))
+
+
+def _stream(ear, pause, robot_here):
+    """The Stream that an Ear heard."""
+    gap, late = ear.gap()
+    return Stream(ear.topic, len(ear.arrivals), ear.seconds, gap, late, ear.problem, pause,
+                  robot_here)

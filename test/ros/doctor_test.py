@@ -1,0 +1,378 @@
+#!/usr/bin/env python3
+"""doctor.py with real faults: it names each of them, in time, and changes nothing.
+
+All patients are examined at the same time; each test then reads what the doctor printed of one.
+"""
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import xmlrpc.client
+from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
+
+import rospy
+import rostest
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu
+
+from tb3_labs.ros.testing.node_process import Program
+
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from node_case import STARTING, Hiccups, Node, NodeCase, path_of    # noqa: E402 (a relay's folder)
+from two_hosts import PREFIX, TwoHosts    # noqa: E402
+
+#: The embedded robot, with less to send.
+ROBOT = 'fake_turtlebot3.py', '_imu_rate:=50'
+#: With a network that holds messages.
+HOLDING = '_stalls_per_min:=120', '_longest_stall:=1.2'
+#: A clock that is ahead by this much [s].
+AHEAD = 3.0
+#: A computer on which much is wrong, in a network of its own: WSL's kernel behind NAT, a master far
+#: away, a pad that cannot be read, a Wayland session, a disk that is nearly full.
+BAD_COMPUTER = '''
+ip link set lo up; ip link add lan type veth peer name far; ip link set far up
+ip addr add 172.20.0.5/20 dev lan; ip link set lan up
+ip route add default via 172.20.0.1
+mount -t tmpfs -o size=2m tmpfs {0}; echo Linux version 5.15 microsoft-standard-WSL2 > {0}/version
+mount --bind {0}/version /proc/version
+mkdir -p /dev/input; mount -t tmpfs tmpfs /dev/input; ln -s /nowhere /dev/input/js0
+cd {0}; exec "$@"
+'''
+
+
+class Quiet(SimpleXMLRPCRequestHandler):
+    def log_message(self, format, *arguments):
+        """Print nothing."""
+
+
+class StandIn:
+    """A node that answers questions, and offers no topic; or, without `answers`, one that takes
+    connections and never says a word."""
+
+    def __init__(self, **answers):
+        if not answers:
+            self._socket = socket.socket()
+            self._socket.bind(('127.0.0.1', 0))
+            self._socket.listen(5)
+            self.uri = 'http://127.0.0.1:%d/' % self._socket.getsockname()[1]
+            return
+        server = SimpleXMLRPCServer(('127.0.0.1', 0), Quiet, allow_none=True)
+        for name, value in answers.items():
+            server.register_function(lambda *_, value=value: [1, '', value], name)
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        self.uri = 'http://127.0.0.1:%d/' % server.server_address[1]
+
+
+def register(namespace, uri):
+    """Tell the master of a robot's node at `uri`, which need not exist."""
+    master = xmlrpc.client.ServerProxy(os.environ['ROS_MASTER_URI'])
+    name = namespace + 'core'
+    for topic, kind in (('imu', 'sensor_msgs/Imu'), ('odom', 'nav_msgs/Odometry')):
+        master.registerPublisher(name, namespace + topic, kind, uri)
+    master.registerSubscriber(name, namespace + 'cmd_vel', 'geometry_msgs/Twist', uri)
+
+
+class Doctors:
+    """The doctors that were called. `ended` is {patient: (exit status, output, seconds)}.
+
+    The seconds count from the first line: what was before is the start of Python and the import of
+    the packages, which takes long on a busy machine.
+    """
+
+    def __init__(self, hiccups):
+        self._hiccups = hiccups    # of this machine: they are not the doctor's time
+        self._called, self._first_line, self.ended = {}, {}, {}
+
+    def call(self, patient, *arguments, prefix=(), environment=None, clean=False):
+        command = list(prefix) + [sys.executable, path_of('doctor.py')] + list(arguments)
+        self._called[patient] = time.time(), Program(command, environment=environment,
+                                                          clean=clean)
+        return self._called[patient][1]
+
+    def wait(self):
+        """Wait for all."""
+        waiting = {patient: called for patient, called in self._called.items()
+                   if patient not in self.ended}
+        while waiting:
+            for patient, (begun, program) in list(waiting.items()):
+                if patient not in self._first_line and program.printed[1]:
+                    self._first_line[patient] = time.time()
+                if program.status is not None:
+                    begun = self._first_line.get(patient, begun)
+                    took = time.time() - begun - self._hiccups.since(begun)
+                    self.ended[patient] = program.wait(), program.text, took
+                    del waiting[patient]
+                elif time.time() - begun > STARTING:
+                    program.kill()
+            time.sleep(0.05)
+
+
+class DoctorTest(NodeCase):
+
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('stand_in', disable_signals=True)
+        cls.hiccups = Hiccups()
+        cls.missing, cls.hosts = TwoHosts.missing(), None
+        cls.doctors, cls.folder = Doctors(cls.hiccups), tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.folder.cleanup)
+        if not cls.missing:
+            cls.hosts = TwoHosts()
+            cls.addClassCleanup(cls.hosts.remove)
+            # first of all: meanwhile this process has the environment of another host
+            cls._start_hosts()
+        cls._start_patients()
+        cls._call_doctors()
+
+    @classmethod
+    def keep(cls, program):
+        """Kill the program in the end."""
+        cls.addClassCleanup(program.kill)
+        return program
+
+    @classmethod
+    def _start_patients(cls):
+        cls.keep(Node(*ROBOT, '__name:=robots', '_robots:=2'))
+        cls.keep(Node(*ROBOT, *HOLDING, '__name:=robot', '__ns:=/robot3'))
+        cls.keep(Program(['rostopic', 'pub', '-r', '10', '__name:=rival', '/robot3/cmd_vel',
+                          'geometry_msgs/Twist', '{}']))
+        cls.publishers = [rospy.Publisher(name, kind, queue_size=1) for name, kind in (
+            ('/ahead/imu', Imu), ('/ahead/odom', Odometry), ('/robot3/cmd_vel', Twist),
+            ('/robot2/imu', Imu))]
+        rospy.Subscriber('/ahead/cmd_vel', Twist, lambda message: None)
+        cls.timer = rospy.Timer(rospy.Duration(0.05), lambda event: cls._publish())
+        register('/nameless/', 'http://robot4.invalid:40001/')
+        cls.silent = StandIn()
+        register('/silent/', cls.silent.uri)
+        register('/elsewhere/', StandIn(getPid=1, getMasterUri='http://10.9.9.9:11311',
+                                        getBusInfo=[]).uri)
+        cls.wait_for_publisher('/robot1/odom', '/robot3/odom', '/robot3/cmd_vel')
+        time.sleep(1.0)    # robots connect to their drivers
+
+    @classmethod
+    def _start_hosts(cls):
+        """Two robots on one host; a driver of each on the other, one of them under a name that the
+        robot cannot resolve. Each host has a master; all use that of the laptop. The robots know
+        it by a name."""
+        for host in ('laptop', 'robot'):
+            with cls.hosts.on(host):
+                cls.keep(Program(['rosmaster', '--core', '-p', '11311']))
+        with cls.hosts.on('robot'):
+            cls.wait_for(cls.state)
+            cls.keep(Node(*ROBOT, *HOLDING, '__name:=robots', '_robots:=2',
+                          prefix=cls.knowing('teacher', cls.hosts.address('laptop')),
+                          environment={'ROS_MASTER_URI': 'http://teacher:11311'}))
+        with cls.hosts.on('laptop'):
+            for robot, name in (('robot1', cls.hosts.address('laptop')), ('robot2', 'ann.invalid')):
+                cls.keep(Program(['rostopic', 'pub', '-r', '5', '__name:=driver_of_' + robot,
+                                  '/%s/cmd_vel' % robot, 'geometry_msgs/Twist', '{}'],
+                                 environment={'ROS_HOSTNAME': name}))
+            cls.wait_for_publisher('/robot1/cmd_vel', '/robot2/cmd_vel', '/robot2/odom')
+
+    @staticmethod
+    def _publish():
+        for publisher in DoctorTest.publishers[:2]:
+            message = publisher.data_class()
+            message.header.stamp = rospy.Time.now() + rospy.Duration(AHEAD)
+            publisher.publish(message)
+        DoctorTest.publishers[2].publish(Twist())
+
+    @staticmethod
+    def state():
+        """What the master knows: publishers, subscribers, services."""
+        return xmlrpc.client.ServerProxy(os.environ['ROS_MASTER_URI']).getSystemState('/test')[2]
+
+    @classmethod
+    def wait_for(cls, question):
+        deadline = time.monotonic() + STARTING
+        while time.monotonic() < deadline:
+            try:
+                if question():
+                    return
+            except OSError:
+                pass
+            time.sleep(0.1)
+        raise RuntimeError('the patients do not start')
+
+    @classmethod
+    def wait_for_publisher(cls, *topics):
+        cls.wait_for(lambda: set(topics) <= {topic for topic, _ in cls.state()[0]})
+
+    @classmethod
+    def _call_doctors(cls):
+        call = cls.doctors.call
+        before = cls.state()
+        call('healthy', 'robot1')
+        for namespace in ('robot2', 'robot3', 'robot9', 'ahead', 'nameless', 'silent', 'elsewhere'):
+            call(namespace, namespace, '--seconds', '4' if namespace == 'robot3' else '1')
+        call('bad usage', 'no robot')
+        if cls.hosts:
+            call('laptop', 'robot1', '--seconds', '4', **cls.on('laptop'))
+            options = cls.on('laptop', ROS_HOSTNAME='', ROS_IP='10.77.9.9')
+            options['prefix'] += cls.knowing('teacher', '10.77.9.9')
+            call('bad laptop', 'robot2', '--seconds', '1', **options)
+        interrupted = call('interrupted', 'robot1', '--seconds', '60')
+        cls.wait_for(lambda: 'Way back' in interrupted.text)
+        cls.during = before, cls.state()
+        interrupted.send(signal.SIGINT)
+        cls.doctors.wait()
+        # those whose time counts; this one is in a terminal that was not set up
+        call('no master', environment={'ROS_MASTER_URI': 'http://localhost:1',
+                                       'PYTHONPATH': '/nowhere'})
+        if cls.hosts:
+            call('bad computer', prefix=['unshare', '-n', '-m', 'sh', '-c', BAD_COMPUTER.format(
+                cls.folder.name), 'sh'], environment={
+                    'ROS_MASTER_URI': 'http://10.1.1.1:11311', 'WAYLAND_DISPLAY': 'wayland-0'})
+            cls.hosts.connect(False)
+            call('cut', 'robot1', **cls.on('robot'))
+        cls.doctors.wait()
+
+    @classmethod
+    def knowing(cls, name, address):
+        """A command in front of a program: it has an /etc/hosts of its own, with this name."""
+        path = os.path.join(cls.folder.name, 'hosts_of_' + address)
+        with open(path, 'w') as file:
+            file.write('127.0.0.1 localhost\n{} {}\n'.format(address, name))
+        return ['unshare', '-m', 'sh', '-c',
+                'mount --bind {} /etc/hosts && exec "$@"'.format(path), 'sh']
+
+    @classmethod
+    def on(cls, host, **environment):
+        """The options of a program that runs on a host, with its environment."""
+        return {'prefix': ['nsenter', '--net=/run/netns/' + PREFIX + host],
+                'environment': dict(cls.hosts.environment(host), **environment)}
+
+    def read(self, patient):
+        """({subject: line}, status, seconds) of a patient."""
+        status, output, seconds = self.doctors.ended[patient]
+        print('{} ({:.1f} s, status {}):\n{}'.format(patient, seconds, status, output))
+        self.assertNotIn('Traceback', output)
+        lines = {line.split()[1]: line for line in output.splitlines()[:-1]}
+        if 'Way' in lines:
+            lines['Way back'] = lines['Way']
+        return lines, status, seconds
+
+    def check(self, patient, subject, verdict, words):
+        """The line on a subject has this verdict, and these words."""
+        if patient not in self.doctors.ended:
+            self.skipTest(self.missing)
+        lines, ended, _ = self.read(patient)
+        self.assertRegex(lines[subject], '^{} .*{}'.format(verdict, words))
+        self.assertEqual(ended, 1 if any(
+            line.startswith('FAULT') for line in lines.values()) else 0)
+
+    def test_a_healthy_robot_has_no_fault(self):
+        lines, status, seconds = self.read('healthy')
+        self.assertEqual(status, 0)
+        self.assertEqual(list(lines), [
+            'Python', 'Address', 'NAT', 'Master', 'Masters', 'Robot', 'Nodes', 'Names', 'Way',
+            'Drivers', 'imu', 'odom', 'Clock', 'Gamepad', 'Mouse', 'Disk', 'Way back'])
+        # a busy machine holds messages up; another master may run on it
+        self.assertEqual([line for subject, line in lines.items() if not line.startswith('ok') and (
+            subject not in ('imu', 'odom', 'Clock', 'Masters', 'Disk'))], [])
+        self.assertLess(seconds, 12.0)
+
+    def test_nothing_is_registered_meanwhile(self):
+        before, during = self.during
+        self.assertEqual(before, during)
+
+    def test_ctrl_c_ends_it_quietly(self):
+        status, output, _ = self.doctors.ended['interrupted']
+        self.assertEqual(status, 130)
+        self.assertNotIn('Traceback', output)
+        self.assertNotIn('Interrupt', output)
+
+    def test_bad_usage(self):
+        status, output, _ = self.doctors.ended['bad usage']
+        self.assertEqual(status, 2)
+        self.assertIn('no robot is no namespace', output)
+
+    def test_no_master_takes_3_seconds_at_most(self):
+        self.check('no master', 'Master', 'FAULT', 'refuses.*start roscore')
+        self.assertLess(self.read('no master')[2], 3.0)
+
+    def test_packages_that_cannot_be_imported(self):
+        self.check('no master', 'Python', 'FAULT',
+                   'cannot import .*source scripts/setup.sh')
+
+    def test_no_robot(self):
+        self.check('robot9', 'Robot', 'FAULT', 'nobody publishes /robot9/imu .*/robot1/')
+
+    def test_two_robots_answer(self):
+        self.check('robot2', 'Robot', 'FAULT', '2 robots answer: /doctor, /robots all')
+
+    def test_two_drivers(self):
+        self.check('robot3', 'Drivers', 'FAULT', '/doctor .* and /rival .* at the same time')
+
+    def test_messages_that_are_held(self):
+        self.check('laptop', 'imu', '(warning|FAULT)', 'your WLAN holds messages for [0-9.]+ s: ')
+
+    def test_messages_that_are_held_on_this_computer(self):
+        self.check('robot3', 'imu', '(warning|FAULT)',
+                   'this computer held messages for [0-9.]+ s: ')
+
+    def test_a_clock_that_is_ahead(self):
+        self.check('ahead', 'Clock', 'FAULT', r'3\.[01] s ahead')
+
+    def test_a_node_whose_name_does_not_resolve(self):
+        self.check('nameless', 'Nodes', 'FAULT', 'robot4.invalid.*cannot resolve.*/etc/hosts')
+
+    def test_a_node_that_does_not_answer(self):
+        self.check('silent', 'Nodes', 'FAULT', '/silent/core .* does not answer')
+        self.assertLess(self.read('silent')[2], 6.0)
+
+    def test_a_name_that_only_the_robot_knows(self):
+        self.check('laptop', 'Names', 'warning', 'http://teacher:11311, a name that this computer')
+
+    def test_a_name_that_resolves_differently_on_both_sides(self):
+        self.check('bad laptop', 'Names', 'FAULT',
+                   'http://teacher:11311, which is 10.77.9.9 here, but the master is at 10.77.2.2')
+
+    def test_a_node_that_has_another_master(self):
+        self.check('elsewhere', 'Names', 'FAULT', '10.9.9.9 here, but the master is at 127')
+
+    def test_the_clock_of_a_robot_without_stamps(self):
+        self.check('elsewhere', 'Clock', 'ok', 'right within 1')    # by the date of its answers
+
+    def test_a_node_that_cannot_be_heard(self):
+        self.check('elsewhere', 'imu', 'FAULT', '/elsewhere/imu cannot be heard')
+
+    def test_commands_that_arrive_over_a_network(self):
+        self.check('laptop', 'Way back', 'ok', 'is connected to /driver_of_robot1')
+        self.check('laptop', 'Address', 'ok', '10.77.2.2 is an address')
+
+    def test_commands_that_do_not_arrive(self):
+        self.check('bad laptop', 'Way back', 'FAULT',
+                   'cannot reach /driver_of_robot2 at http://ann.invalid:.*ROS_IP=10.77.2.2')
+
+    def test_an_address_that_is_not_this_computers(self):
+        self.check('bad laptop', 'Address', 'FAULT', '10.77.9.9 is not an address .*10.77.2.2')
+
+    def test_two_masters(self):
+        self.check('laptop', 'Masters', 'warning', 'another master answers at 10.77.1.2:11311')
+
+    def test_a_network_that_is_cut(self):
+        self.check('cut', 'Master', 'FAULT', '10.77.2.2:11311 (does not answer|cannot be reached)')
+        self.assertLess(self.read('cut')[2], 4.0)
+
+    def test_a_bad_computer(self):
+        for subject, verdict, words in (
+                ('NAT', 'FAULT', 'WSL behind NAT: no robot can reach 172.20.0.5.*wslconfig'),
+                ('Address', 'FAULT', 'ROS_HOSTNAME=localhost means, on the robot, the robot'),
+                ('Master', 'FAULT', '10.1.1.1:11311 (does not answer|cannot be reached)'),
+                ('Gamepad', 'warning', 'js0 .* cannot be read.*usermod'),
+                ('Mouse', 'warning', 'Wayland'), ('Disk', 'FAULT', '0.0 GB free')):
+            self.check('bad computer', subject, verdict, words)
+        status, output, seconds = self.doctors.ended['bad computer']
+        self.assertRegex(output.splitlines()[-1], '^4 faults, 2 warnings: begin with the first')
+        self.assertLess(seconds, 4.0)
+
+
+if __name__ == '__main__':
+    rostest.rosrun('tb3_labs', 'doctor', DoctorTest)

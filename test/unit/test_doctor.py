@@ -1,0 +1,223 @@
+"""The doctor's judgements: each line from made-up measurements, in the words of the symptom."""
+import pytest
+
+from tb3_labs.doctor.computer import judge_disk, judge_mouse, judge_pad, judge_python
+from tb3_labs.doctor.line import Verdict, exit_status, fault, ok, printed, summary, warning
+from tb3_labs.doctor.network import (
+    PROBLEMS, Address, Answer, judge_address, judge_master, judge_nat, judge_second_master)
+from tb3_labs.doctor.robot import (
+    PAUSES, Clock, Driver, MasterName, Stream, judge_clock, judge_drivers, judge_names, judge_nodes,
+    judge_presence, judge_stream, judge_way_back)
+
+OK, WARNING, FAULT = Verdict.OK, Verdict.WARNING, Verdict.FAULT
+
+
+def check(line, verdict, *words):
+    """The verdict, and the words in the line; what is not ok says what to do, what is ok does not.
+    """
+    text = printed(line)
+    assert line.verdict is verdict, text
+    for word in words:
+        assert word in text
+    assert bool(line.remedy) == (verdict is not OK), text
+    assert len(text.splitlines()) == 1
+
+
+# ----- a line, and the sum
+
+def test_a_line_is_one_line_with_its_verdict_in_front():
+    assert printed(ok('Disk', 'a')).split() == ['ok', 'Disk', 'a']
+    assert printed(warning('Disk', 'a', 'b')).split() == ['warning', 'Disk', 'a.', 'Do:', 'b']
+    assert printed(fault('Disk', 'a\nb', 'c\r\033[2Jd')).isprintable()
+    assert printed(fault('Disk', 'a', 'b')).startswith('FAULT')
+    assert '\033' not in printed(fault('Disk', 'a', 'b'))
+    assert printed(fault('Disk', 'a', 'b'), True).startswith('\033[1;31mFAULT')
+
+
+@pytest.mark.parametrize('lines, words, status', [
+    ([], 'no fault found', 0), ([OK], 'no fault found', 0),
+    ([OK, WARNING], 'no fault found, 1 warning', 0), ([FAULT], '1 fault', 1),
+    ([FAULT, OK, FAULT], '2 faults: begin with the first fault', 1),
+    ([WARNING, FAULT, WARNING, FAULT], '2 faults, 2 warnings: begin with the first fault', 1)])
+def test_the_last_line_is_the_sum(lines, words, status):
+    lines = [fault('x', 'y', 'z') if verdict is FAULT else warning('x', 'y', 'z')
+             if verdict is WARNING else ok('x', 'y') for verdict in lines]
+    assert summary(lines) == words
+    assert exit_status(lines) == status
+
+
+# ----- this computer
+
+def test_python():
+    check(judge_python('3.8.10', '/usr/bin/python3', {}), OK, '3.8.10')
+    check(judge_python('3.9.1', '/opt/conda/bin/python3', {'rospy': "No module named 'yaml'"}), FAULT,
+          '/opt/conda', 'rospy', 'yaml', 'source scripts/setup.sh')
+    check(judge_python('3.9.1', '/opt/conda/bin/python3', {'rospy': 'why', 'numpy': '', 'yaml': ''}),
+          FAULT, 'import rospy (why), nor numpy, yaml. Do:')
+    check(judge_python('3.8.10', '/usr/bin/python3', {}, '2'), FAULT, 'ROS 2', 'new terminal')
+
+
+def test_pad_and_mouse():
+    check(judge_pad([]), OK, 'none')
+    check(judge_pad([('/dev/input/js0', True)]), OK, 'js0')
+    check(judge_pad([('/dev/input/js0', True), ('/dev/input/js1', False)]), WARNING, 'js1', 'usermod')
+    check(judge_mouse(True, False, True), OK)
+    check(judge_mouse(True, True, True), WARNING, 'Wayland', 'Xorg')
+    check(judge_mouse(True, False, False), WARNING, 'pynput')
+    check(judge_mouse(False, False, False), OK, 'no screen')
+
+
+@pytest.mark.parametrize('free, verdict', [
+    (0.99e9, FAULT), (1e9, WARNING), (4.9e9, WARNING), (5e9, OK)])
+def test_disk(free, verdict):
+    check(judge_disk('/home/ann', free), verdict, '/home/ann', 'GB')
+    check(judge_disk('/usr', free, writable=False), WARNING, '/usr', 'cannot be written')
+
+
+# ----- the network
+
+LAN = dict(own=('192.168.0.5', '10.8.0.2'), way_out='192.168.0.5', master_here=False)
+
+
+@pytest.mark.parametrize('here, verdict, words', [
+    (dict(ros_hostname='localhost', resolved='127.0.0.1'), OK, 'this computer alone'),
+    (dict(hostname='ann', resolved='127.0.1.1'), OK, 'neither'),
+    (dict(LAN, ros_ip='192.168.0.5', resolved='192.168.0.5'), OK, 'ROS_IP=192.168.0.5'),
+    (dict(LAN, ros_hostname='ann', resolved='192.168.0.5'), OK, 'ROS_HOSTNAME=ann (192.168.0.5)'),
+    (dict(LAN, master_here=True, ros_ip='192.168.0.5', resolved='192.168.0.5'), OK, 'ROS_IP'),
+    (dict(LAN, hostname='ann', resolved='127.0.1.1'), WARNING, 'the name ann'),
+    (dict(LAN, ros_ip='192.168.0.77', resolved='192.168.0.77'), FAULT,
+     'not an address of this computer (it has 192.168.0.5, 10.8.0.2)'),
+    (dict(LAN, ros_hostname='nn', resolved=''), FAULT, 'ROS_HOSTNAME=nn does not resolve'),
+    (dict(LAN, ros_hostname='localhost', resolved='127.0.0.1'), FAULT, 'the robot itself'),
+    (dict(LAN, ros_ip='10.8.0.2', resolved='10.8.0.2'), WARNING, 'another network'),
+    (dict(LAN, ros_ip='10.8.0.2', ros_hostname='ann', resolved='192.168.0.5'), WARNING,
+     'goes before ROS_IP')])
+def test_address(here, verdict, words):
+    check(judge_address(Address(**here)), verdict, words)
+
+
+def test_the_advice_is_the_address_towards_the_robot():
+    line = judge_address(Address(ros_ip='1.2.3.4', resolved='1.2.3.4', **LAN))
+    assert line.remedy.startswith('export ROS_IP=192.168.0.5,')
+    line = judge_address(Address(ros_hostname='nn', own=('10.8.0.2',), way_out='127.0.0.1'))
+    assert line.remedy.startswith('unset ROS_HOSTNAME; export ROS_IP=10.8.0.2,')
+
+
+@pytest.mark.parametrize('kind, way, elsewhere, verdict', [
+    ('', '172.20.0.5', True, OK), ('WSL', '192.168.0.5', True, OK), ('WSL', '', True, OK),
+    ('WSL', '172.20.0.5', False, OK), ('WSL', '172.20.0.5', True, FAULT),
+    ('WSL', '172.32.0.1', True, OK), ('a container', '172.17.0.2', True, FAULT)])
+def test_nat(kind, way, elsewhere, verdict):
+    check(judge_nat(kind, way, elsewhere), verdict, kind)
+
+
+def test_master():
+    check(judge_master(Answer('http://robot3:11311', '', '192.168.0.9', 0.004)), OK,
+          'robot3:11311 (192.168.0.9) answers in 4 ms')
+    for problem in PROBLEMS:
+        check(judge_master(Answer('http://robot3:11311', problem, '192.168.0.9')), FAULT,
+              'robot3', PROBLEMS[problem])
+    check(judge_master(Answer('http://localhost:11311', 'refused')), FAULT, 'start roscore')
+    check(judge_master(Answer('', 'malformed')), FAULT, '(empty)')
+
+
+def test_second_master():
+    check(judge_second_master('http://robot3:11311', []), OK)
+    check(judge_second_master('http://robot3:11311', ['127.0.0.1:11311']), WARNING, '127.0.0.1:11311')
+
+
+# ----- the robot
+
+CORE = '/turtlebot3_core'
+
+
+def test_presence():
+    check(judge_presence([CORE], [CORE], [CORE], '/'), OK, CORE, '/imu')
+    check(judge_presence([], [], [], '/'), FAULT, 'nobody publishes /imu or /odom', 'bringup')
+    check(judge_presence([], [], [], '/robot9/', ['/robot3/']), FAULT, '/robot9/imu', '/robot3/',
+          'rosrun tb3_labs doctor.py robot3')
+    check(judge_presence([], [], [], '/robot9/', ['/']), FAULT, 'bringup')
+    check(judge_presence([], [CORE], [CORE], '/'), FAULT, 'nobody publishes /imu')
+    check(judge_presence([CORE], [], [CORE], '/'), FAULT, 'nobody publishes /odom')
+    check(judge_presence([CORE], [CORE], [], '/'), FAULT, 'cannot be driven')
+    check(judge_presence([CORE], [CORE, '/gazebo'], [CORE], '/'), FAULT, '2 robots answer', '/gazebo')
+
+
+def test_nodes():
+    good = Answer('http://192.168.0.9:40001/', '', '192.168.0.9', 0.003)
+    check(judge_nodes({CORE: good}, False), OK, CORE, '3 ms')
+    check(judge_nodes({'/a': good, CORE: Answer('http://robot3:40001/', 'unresolved')}, False), FAULT,
+          'robot3', 'cannot resolve', '/etc/hosts')
+    check(judge_nodes({CORE: Answer('http://localhost:40001/', 'refused', '127.0.0.1')}, False),
+          FAULT, 'others cannot reach that', 'on the robot')
+    check(judge_nodes({CORE: Answer('http://localhost:40001/', 'refused', '127.0.0.1')}, True),
+          FAULT, 'rosnode cleanup', 'on the robot')
+    check(judge_nodes({CORE: Answer('http://robot3:40001/', 'refused', '192.168.0.8')}, False),
+          FAULT, 'refuses', 'is robot3 really 192.168.0.8?')
+    check(judge_nodes({CORE: Answer('http://192.168.0.9:40001/', 'silent', '192.168.0.9')}, True),
+          FAULT, 'does not answer', 'ping 192.168.0.9')
+
+
+def test_names():
+    uri = 'http://ann:11311'
+    check(judge_names([], '192.168.0.5'), WARNING, 'no node')
+    check(judge_names([MasterName(CORE, uri, '192.168.0.5', True)], '192.168.0.5'), OK)
+    check(judge_names([MasterName(CORE, uri, '', False)], '192.168.0.5'), WARNING, uri)
+    check(judge_names([MasterName(CORE, uri, '10.0.0.9', False)], '192.168.0.5'), FAULT,
+          'which is 10.0.0.9 here', 'the master is at 192.168.0.5')
+
+
+def test_way_back():
+    good = Address(ros_ip='192.168.0.5', resolved='192.168.0.5', **LAN)
+    named = Address(ros_hostname='ann', resolved='192.168.0.5', **LAN)
+    wrong = Address(ros_hostname='localhost', resolved='127.0.0.1', **LAN)
+    drives = Driver('/move_to_goal', 'http://ann:40002/', True)
+    check(judge_way_back([drives], CORE, good, True), OK, 'connected to /move_to_goal')
+    check(judge_way_back([drives, Driver('/pad', 'http://ann:40003/', False)], CORE, named, True),
+          FAULT, CORE, '/pad at http://ann:40003:', 'commands do not arrive', 'ROS_IP=192.168.0.5')
+    check(judge_way_back(None, CORE, good, True), WARNING, 'does not tell')
+    check(judge_way_back([], CORE, wrong, False), OK, 'on this computer')
+    check(judge_way_back([], CORE, good, True), OK, '192.168.0.5')
+    check(judge_way_back([], CORE, named, True), WARNING, 'must resolve the name ann')
+    check(judge_way_back([], CORE, wrong, True), FAULT, 'cannot reach localhost')
+
+
+def test_drivers():
+    check(judge_drivers([], {}, 5.0), OK, 'no node drives')
+    check(judge_drivers(['/a'], {'/a': 0}, 5.0), OK, 'does not now')
+    check(judge_drivers(['/a', '/b'], {'/a': 50, '/b': 0}, 5.0), OK, '/a drives')
+    check(judge_drivers(['/a', '/b'], {'/a': 0}, 5.0), WARNING, '/a and /b could')
+    check(judge_drivers(['/a', '/b'], {'/a': 50, '/b': 150}, 5.0), FAULT, '/a (10/s) and /b (30/s)')
+    check(judge_drivers(['/a'], {}, 5.0, ['/a']), WARNING, '/a', 'rosnode cleanup')
+
+
+@pytest.mark.parametrize('stream, verdict, words', [
+    (dict(count=1000, gap=0.02), OK, '200/s'), (dict(count=150, gap=PAUSES), OK, '30/s'),
+    (dict(count=25, gap=0.2), WARNING, 'only 5/s'),
+    (dict(count=900, gap=0.3, late=0.29), WARNING,
+     'your WLAN holds messages for 0.3 s: the robot will pause'),
+    (dict(count=900, gap=0.3, late=0.01), WARNING, 'the robot itself was silent for 0.3 s'),
+    (dict(count=900, gap=0.3), WARNING, 'nothing came for 0.3 s'),
+    (dict(count=900, gap=2.5, late=2.4), FAULT, 'a drive is given up'),
+    (dict(count=900, gap=0.3, late=0.29, own_pause=0.2), WARNING, 'this computer held'),
+    (dict(count=900, gap=0.3, late=0.29, robot_here=True), WARNING, 'this computer held'),
+    (dict(gap=5.0), FAULT, 'nothing came on /imu for 5.0 s'),
+    (dict(problem='no connection'), FAULT, 'cannot be heard: no connection')])
+def test_stream(stream, verdict, words):
+    check(judge_stream(Stream('/imu', seconds=5.0, **stream)), verdict, 'imu', words)
+
+
+@pytest.mark.parametrize('clock, verdict, words', [
+    (dict(least_delay=0.004, round_trip=0.008), OK, 'right within 0.004 s'),
+    (dict(least_delay=0.3, round_trip=0.002), WARNING, '0.3 s behind (to 0.001 s), or all its messages'),
+    (dict(least_delay=-0.3, round_trip=0.002), WARNING, '0.3 s ahead'),
+    (dict(least_delay=-0.3, round_trip=1.0), WARNING, '0.8 s ahead (to 0.5 s)'),
+    (dict(least_delay=-7200.0, round_trip=0.004), FAULT, '7200.0 s ahead'),
+    (dict(least_delay=40.0, round_trip=0.004), FAULT, '40.0 s behind'),
+    (dict(least_delay=0.3, robot_here=True), WARNING, '0.3 s old'),
+    (dict(least_delay=40.0, stamps_are_zero=True), WARNING, 'zero'),
+    (dict(date_offset=0.7), OK, 'right within 1 s'), (dict(date_offset=-60.0), FAULT, '60.0 s behind'),
+    (dict(), WARNING, 'cannot be seen'), (dict(least_delay=9.0, simulated=True), OK, 'simulated')])
+def test_clock(clock, verdict, words):
+    check(judge_clock(Clock(**clock)), verdict, words)
