@@ -1,4 +1,4 @@
-""".devcontainer/: what its two files and .dockerignore say fits together. test/container.sh builds and uses it."""
+""".devcontainer/: what its two files and .dockerignore say fits together. No container is made here."""
 import json
 import pathlib
 import re
