@@ -13,7 +13,7 @@ set -euo pipefail
 repo=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd -P)
 work=$(mktemp -d "${TMPDIR:-/tmp}/tb3_labs_container.XXXXXX")
 base=${1:-$work/base}
-image=localhost/tb3_labs ports=(11390 11391) running=
+image=localhost/tb3_labs ports=(11390 11391)
 isolation=(--isolation chroot)
 # Limits that this machine allows; buildah's own may be higher, and only some machines' root may raise them.
 at_most() { if [ "$1" = unlimited ] || [ "$1" -gt "$2" ]; then echo "$2"; else echo "$1"; fi; }
@@ -25,11 +25,21 @@ fail() { echo "container.sh: $*" >&2; exit 1; }
 # Storage of its own: images of the user's are neither used nor changed.
 in_storage() { buildah --root "$work/storage" --runroot "$work/runroot" "$@"; }
 
+# The processes in the container: those whose root is its folder.
+inside() {
+  local process
+  for process in /proc/[0-9]*; do
+    if [[ $(readlink "$process/root" 2>/dev/null) == "$work"/* ]]; then echo "${process#/proc/}"; fi
+  done
+}
+
 end() {
-  local status=$?
-  if [ -n "$running" ]; then kill -INT "$running" 2>/dev/null || true; sleep 5; kill -KILL "$running" 2>/dev/null || true; fi
+  local status=$? left
+  mapfile -t left < <(inside)
+  if [ ${#left[@]} != 0 ]; then kill -KILL "${left[@]}" 2>/dev/null || true; sleep 1; fi
   in_storage rm -a >/dev/null 2>&1 || true
   in_storage rmi -a -f >/dev/null 2>&1 || true
+  if mountpoint -q "$work/storage/overlay"; then umount "$work/storage/overlay" || true; fi
   rm -rf --one-file-system "$work" || true
   exit "$status"
 }
@@ -90,13 +100,15 @@ say "the demonstration passed in $((SECONDS - begin)) s"
 mkdir -m 777 "$work/shared"
 options=(--env "ROS_MASTER_URI=http://localhost:${ports[1]}" --volume "$work/shared:/shared")
 # shellcheck disable=SC2016    # for the shell in the container
+set -m    # else a command in the background ignores Ctrl+C
 in_container bash -c 'echo $$ >/shared/pid; exec ./scripts/demo.sh stay:=true' </dev/null >"$work/stay.log" 2>&1 &
+set +m
 begin=$SECONDS
 until grep -q 'in a browser' "$work/stay.log"; do
   [ $((SECONDS - begin)) -lt 60 ] || { cat "$work/stay.log" >&2; fail 'no address was printed'; }
   sleep 0.5
 done
-running=$(<"$work/shared/pid")
+demo=$(<"$work/shared/pid")
 address=$(sed -n 's/.*open \(http[^ ]*\) in a browser.*/\1/p' "$work/stay.log")
 [[ $address =~ ^http://localhost:([0-9]+)/\?token=.{10,}$ ]] || fail "the address is unexpected: $address"
 port=${BASH_REMATCH[1]} plain=${address%%\?*} token=${address#*token=}
@@ -124,11 +136,13 @@ socket "${token}x" >"$work/socket"
 head -n 1 "$work/socket" | grep -q ' 403 ' || fail "the socket took a wrong token: $(head -c 300 "$work/socket")"
 say 'the page and its socket work with the token alone'
 
-kill -INT "$running"
-for ((i = 0; i < 40; i++)); do kill -0 "$running" 2>/dev/null || break; sleep 0.5; done
-kill -0 "$running" 2>/dev/null && fail 'Ctrl+C did not end the demonstration within 20 s'
-running=
-say 'Ctrl+C ended it'
+kill -INT "$demo"
+begin=$SECONDS
+while [ -n "$(inside)" ]; do
+  [ $((SECONDS - begin)) -lt 20 ] || { ps -o pid,args -p "$(inside | paste -sd,)" >&2; fail 'Ctrl+C did not end the demonstration within 20 s'; }
+  sleep 0.5
+done
+say "Ctrl+C ended all of it in $((SECONDS - begin)) s"
 
 # --- a student's workspace ----------------------------------------------------------------------------------------------
 options=()
