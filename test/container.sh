@@ -69,12 +69,15 @@ git -c safe.directory='*' clone -q --no-local "$repo" "$work/clone"
 # What is not committed yet counts as well.
 git -c safe.directory='*' -C "$repo" ls-files -z | (cd "$repo" && xargs -0 tar -c --ignore-failed-read) | tar -x -C "$work/clone"
 
-begin=$SECONDS
-in_storage bud "${isolation[@]}" --pull-never "${limits[@]}" \
-  -t "$image" -f "$work/clone/.devcontainer/Dockerfile" "$work/clone" >"$work/build.log" 2>&1 ||
-  { tail -n 20 "$work/build.log" >&2; fail 'the image could not be built'; }
-say "the image is built: $((SECONDS - begin)) s, $(in_storage images --format '{{.Size}}' "$image")"
-
+# The image `$image`$1, built as given: OPTIONS of buildah.
+build() {
+  local begin=$SECONDS name=$image$1
+  in_storage bud "${isolation[@]}" --layers --pull-never "${limits[@]}" "${@:2}" \
+    -t "$name" -f "$work/clone/.devcontainer/Dockerfile" "$work/clone" >"$work/build.log" 2>&1 ||
+    { tail -n 20 "$work/build.log" >&2; fail "the image $name could not be built"; }
+  say "$name is built: $((SECONDS - begin)) s, $(in_storage images --format '{{.Size}}' "$name")"
+}
+build ''
 container=$(in_storage from --pull-never "$image")
 # The image's own entry, which `buildah run` leaves out.
 mapfile -t entry < <(in_storage inspect --type image --format '{{range .OCIv1.Config.Entrypoint}}{{println .}}{{end}}' "$image" | sed '/^$/d')
@@ -155,7 +158,14 @@ grep -q '^/home/student/catkin_ws/src/lab2' "$work/student.log" || { tail -n 20 
 say "a student's workspace was built in $((SECONDS - begin)) s, and is found in a new terminal"
 
 # --- a clone that is mounted over the image's -------------------------------------------------------------------------------
-user=$(in_container id -u)
+# In an image as VS Code builds it, for a user with another number.
+user=1234
+build _editor --build-arg "UID=$user" --build-arg "PACKAGES=$(sed -n 's/.*"PACKAGES": "\(.*\)".*/\1/p' "$repo/.devcontainer/devcontainer.json")"
+container=$(in_storage from --pull-never "${image}_editor")
+options=()
+[ "$(in_container id -u)" = $user ] || fail "the user's number is not $user"
+[ "$(in_container sudo -n id -u)" = 0 ] || fail 'sudo does not work'
+in_container git --version >/dev/null || fail 'git is missing'
 chown -R "$user:$user" "$work/clone"
 options=(--volume "$work/clone:/home/student/tb3_labs")
 begin=$SECONDS
