@@ -2,7 +2,7 @@
 # The container of .devcontainer/, built and used: by buildah, as root, on Debian. No registry is needed: the Debian 12 that the
 # image begins with comes from debootstrap. It takes about five minutes and 5 GB, so it is no part of scripts/test.sh.
 #
-#     apt-get install --no-install-recommends buildah debootstrap curl
+#     apt-get install --no-install-recommends buildah curl debootstrap git
 #     test/container.sh [BASE]     BASE: a folder with a Debian 12 from debootstrap; without it one is made
 #
 # buildah's chroot isolation needs neither a daemon nor cgroups. The container then has this machine's network and processes, so
@@ -47,7 +47,7 @@ trap end EXIT
 trap 'exit 130' INT TERM HUP
 
 [ "$EUID" = 0 ] || fail 'root is needed'
-for tool in buildah curl debootstrap; do command -v $tool >/dev/null || fail "$tool is missing: apt-get install $tool"; done
+for tool in buildah curl debootstrap git; do command -v $tool >/dev/null || fail "$tool is missing: apt-get install $tool"; done
 
 # --- the image -----------------------------------------------------------------------------------------------------
 if [ ! -e "$base/etc/debian_version" ]; then
@@ -127,14 +127,16 @@ socket() {
   fetch -m 1 -i -N --http1.1 -H 'Connection: Upgrade' -H 'Upgrade: websocket' -H 'Sec-WebSocket-Version: 13' \
     -H 'Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==' -H "Origin: ${plain%/}" "${plain}socket?token=$1" | tr -d '\000' || true
 }
-[ "$(status_of "$address")" = 200 ] && grep -qi '<html' "$work/answer" || fail "the page: $(<"$work/answer")"
+[ "$(status_of "$address")" = 200 ] || fail "the page: $(<"$work/answer")"
+grep -qi '<html' "$work/answer" || fail "no page: $(<"$work/answer")"
 for wrong in "$plain" "$plain?token=" "$plain?token=${token%?}" "$plain?token=${token}x"; do
   [ "$(status_of "$wrong")" = 403 ] || fail "not refused: $wrong"
 done
 [ "$(status_of -H 'Host: evil.example' "$address")" = 403 ] || fail 'a page under another name was not refused'
 socket "$token" >"$work/socket"
-head -n 1 "$work/socket" | grep -q ' 101 ' && grep -aq '"hello"' "$work/socket" && grep -aq '"picture"' "$work/socket" ||
-  fail "the socket: $(head -c 300 "$work/socket")"
+for sign in ' 101 ' '"hello"' '"picture"'; do
+  grep -aqF "$sign" "$work/socket" || fail "the socket, without $sign: $(head -c 300 "$work/socket")"
+done
 socket "${token}x" >"$work/socket"
 head -n 1 "$work/socket" | grep -q ' 403 ' || fail "the socket took a wrong token: $(head -c 300 "$work/socket")"
 say 'the page and its socket work with the token alone'
