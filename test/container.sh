@@ -12,6 +12,7 @@ set -euo pipefail
 
 repo=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd -P)
 work=$(mktemp -d "${TMPDIR:-/tmp}/tb3_labs_container.XXXXXX")
+mkdir "$work/tmp"
 base=${1:-$work/base}
 image=localhost/tb3_labs ports=(11390 11391)
 isolation=(--isolation chroot)
@@ -23,9 +24,9 @@ limits=(--ulimit "nofile=$(at_most "$files" 1024):$files" --ulimit "nproc=$proce
 say() { printf '%4d s  %s\n' "$SECONDS" "$*"; }
 fail() { echo "container.sh: $*" >&2; exit 1; }
 # Storage of its own: images of the user's are neither used nor changed.
-in_storage() { buildah --root "$work/storage" --runroot "$work/runroot" "$@"; }
+in_storage() { TMPDIR=$work/tmp buildah --root "$work/storage" --runroot "$work/runroot" "$@"; }
 
-# The processes in the container: those whose root is its folder.
+# The processes in the container: their root is a folder of buildah's, in $work/tmp.
 inside() {
   local process
   for process in /proc/[0-9]*; do
@@ -103,9 +104,8 @@ say "the demonstration passed in $((SECONDS - begin)) s"
 mkdir -m 777 "$work/shared"
 options=(--env "ROS_MASTER_URI=http://localhost:${ports[1]}" --volume "$work/shared:/shared")
 # shellcheck disable=SC2016    # for the shell in the container
-set -m    # else a command in the background ignores Ctrl+C
-in_container bash -c 'echo $$ >/shared/pid; exec ./scripts/demo.sh stay:=true' </dev/null >"$work/stay.log" 2>&1 &
-set +m
+# A command in the background ignores Ctrl+C; `docker run` does not.
+in_container bash -c 'echo $$ >/shared/pid; exec env --default-signal=INT,QUIT ./scripts/demo.sh stay:=true' </dev/null >"$work/stay.log" 2>&1 &
 begin=$SECONDS
 until grep -q 'in a browser' "$work/stay.log"; do
   [ $((SECONDS - begin)) -lt 60 ] || { cat "$work/stay.log" >&2; fail 'no address was printed'; }
@@ -141,6 +141,7 @@ socket "${token}x" >"$work/socket"
 head -n 1 "$work/socket" | grep -q ' 403 ' || fail "the socket took a wrong token: $(head -c 300 "$work/socket")"
 say 'the page and its socket work with the token alone'
 
+[ "$(inside | wc -l)" -gt 5 ] || fail 'the processes of the container were not found'
 kill -INT "$demo"
 begin=$SECONDS
 while [ -n "$(inside)" ]; do
@@ -154,7 +155,7 @@ options=()
 begin=$SECONDS
 # shellcheck disable=SC2016
 in_container bash -ic 'set -e; rosrun tb3_labs skeleton.py turn ~/catkin_ws/src; cd ~/catkin_ws; catkin_make; cd
-  bash -ic "rospack find lab2; rosrun lab2 turtlebot_controller.py --help; python3 -c \"import tb3_labs.ros.node, squaternion\"" ' \
+  bash -ic "rospack find lab2; python3 -c \"import tb3_labs.ros.node, squaternion\"" ' \
   </dev/null >"$work/student.log" 2>&1 || true
 grep -q '^/home/student/catkin_ws/src/lab2' "$work/student.log" || { tail -n 20 "$work/student.log" >&2; fail "a student's workspace was not found"; }
 say "a student's workspace was built in $((SECONDS - begin)) s, and is found in a new terminal"
