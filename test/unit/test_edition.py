@@ -404,11 +404,13 @@ def test_a_directory_or_the_list_is_asked_for(words):
 
 
 def test_without_git_the_sources_are_found(tmp_path):
-    for path in ('a.py', 'doc/b.md', '.ci/run', '.gitignore', 'build/x', '.pytest_cache/y',
+    sources = ['.ci/run', '.devcontainer/Dockerfile', '.dockerignore', '.gitattributes', '.gitignore',
+               'a.py', 'doc/b.md']
+    for path in (*sources, 'build/x', '.pytest_cache/y',
                  'src/__pycache__/z.pyc', 'src/tb3_labs.egg-info/w', 'test/v.pyc', '.hidden'):
         (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / path).write_text('')
-    assert sorted(SCRIPT.paths_of(tmp_path)) == ['.ci/run', '.gitignore', 'a.py', 'doc/b.md']
+    assert sorted(SCRIPT.paths_of(tmp_path)) == sources
 
 
 def test_what_git_does_not_track_is_no_part_of_it(tmp_path):
