@@ -7,10 +7,13 @@
 #     ./scripts/setup.sh --from /media/ann/stick           set up there, from that folder; the same system is needed
 #     TB3_LABS_TESTS=1            in front of each: also what the tests need
 #
-# Works on Debian 12 and 11, and on Ubuntu 20.04 with ROS Noetic. It installs the system packages that are missing (root or
-# sudo), and makes everything else in the folder build/.ws of the repository: a Python environment with squaternion, a catkin
-# workspace whose src/tb3_labs links to the repository's files, logs. Deleting build undoes it. When nothing is missing it
-# takes well under a second; a change of Python code needs no build.
+# Works on Debian 13, 12 and 11, on Ubuntu 22.04 (tried once), and on Ubuntu 20.04 with ROS Noetic. ROS One in /opt/ros/one
+# is taken as Noetic is, but this is untested. On any other system, also macOS, and Windows without WSL, use the container:
+# docker build -t tb3_labs .devcontainer
+#
+# It installs the system packages that are missing (root or sudo), and makes everything else in the folder build/.ws of the
+# repository: a Python environment with squaternion, a catkin workspace whose src/tb3_labs links to the repository's files,
+# logs. Deleting build undoes it. When nothing is missing it takes well under a second; a change of Python code needs no build.
 #
 # A catkin workspace that was sourced before stays, and one that is sourced afterwards is added. It goes before this one,
 # also with a tb3_labs of its own; a line says so. Everything else on PYTHONPATH and CMAKE_PREFIX_PATH is dropped,
@@ -89,7 +92,6 @@ here=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P)
 # Two names, since rosrun leaves out a package's `build` and roslaunch hidden folders: a clone inside another workspace
 # keeps working there.
 repo=${here%/*} ws=${here%/*}/build/.ws log=${here%/*}/build/.ws/setup.log
-noetic=/opt/ros/noetic
 system=$(. /etc/os-release 2>/dev/null && echo "${ID:-}:${VERSION_ID:-}") || system=unknown
 
 # Nothing of the caller's Python, compiler or other workspaces may leak into the build.
@@ -165,8 +167,11 @@ build() {
 XML
   touch "$ws/CATKIN_IGNORE"    # a clone inside another workspace: catkin shall not look in here
   if ! (
-    if [ -r $noetic/setup.bash ]; then set +u; source $noetic/setup.bash; fi
-    catkin_make --directory "$ws" --force-cmake -DPYTHON_EXECUTABLE="$ws/venv/bin/python3" -DCATKIN_ENABLE_TESTING="$tests"
+    if [ -n "$ros" ]; then set +u; source "$ros/setup.bash"; fi
+    # The Python by both of its names: catkin of Debian 13 looks for it in another way. CMake 4 refuses catkin's
+    # top level without the oldest version to be like.
+    catkin_make --directory "$ws" --force-cmake -DPYTHON_EXECUTABLE="$ws/venv/bin/python3" -DPython_EXECUTABLE="$ws/venv/bin/python3" \
+      -DCMAKE_POLICY_VERSION_MINIMUM=3.5 -DCATKIN_ENABLE_TESTING="$tests"
   ) >"$ws/build.log" 2>&1 8>&-; then
     cat "$ws/build.log" >>"$log"
     grep -E -A6 'CMake Error|[Ee]rror:' "$ws/build.log" | sed -n '1,20s/^/  | /p' >&2
@@ -215,8 +220,9 @@ esac
 
 # CMake, make and the relays' first lines take no such path.
 [[ $repo != *[[:space:]\'\"\$\&\;\(\)\#:]* ]] || fail "the path of the repository must have no spaces or special characters: $repo"
-command -v dpkg-query >/dev/null || fail 'this system is not supported: it takes Debian 12 or 11, or Ubuntu 20.04 with ROS Noetic'
+command -v dpkg-query >/dev/null || refuse_system
 
+find_ros /opt/ros
 name_packages
 if [ "${1:-}" = --from ]; then take_from "$2"; fi
 look_at_packages

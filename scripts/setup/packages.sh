@@ -1,17 +1,30 @@
 # shellcheck shell=bash disable=SC2154,SC2034,SC2086    # variables of scripts/setup.sh, of which this is a part
 # The system's packages: which are needed, which are missing, and their installation by apt.
 
+# What this set-up takes, for its refusals.
+supported='Debian 13, 12 and 11, Ubuntu 22.04, or Ubuntu 20.04 with ROS Noetic'
+
+# find_ros FOLDER: sets ros, the folder of a ROS 1 that is no part of the system, and distro, its name; both are empty if
+# there is none. Noetic goes before ROS One, because this package was written for it.
+find_ros() {
+  local name
+  ros='' distro=''
+  for name in noetic one; do
+    if [ -r "$1/$name/setup.bash" ]; then ros=$1/$name distro=$name; return; fi
+  done
+}
+
 # run_packages, test_packages: by their names here.  requirements: what comes from PyPI.  dynparam: where it is.
 name_packages() {
   local p
   requirements=(squaternion)    # the system has no package of it
-  if [ -r $noetic/setup.bash ]; then
+  if [ -n "$distro" ]; then
     run_packages=(make g++ python3-venv python3-numpy python3-matplotlib python3-setuptools)
-    for p in ros-core actionlib diagnostic-updater dynamic-reconfigure move-base-msgs robot-state-publisher rostest std-srvs tf tf2-geometry-msgs tf2-msgs tf2-ros; do run_packages+=("ros-noetic-$p"); done
+    for p in ros-core actionlib diagnostic-updater dynamic-reconfigure move-base-msgs robot-state-publisher rostest std-srvs tf tf2-geometry-msgs tf2-msgs tf2-ros; do run_packages+=("ros-$distro-$p"); done
     test_packages=(python3-pytest python3-hypothesis python3-mypy catkin-lint xvfb xdotool)
-    dynparam=$noetic/lib/dynamic_reconfigure/dynparam
+    dynparam=$ros/lib/dynamic_reconfigure/dynparam
   else
-    run_packages=(make g++ python3-venv python3-numpy python3-matplotlib python3-setuptools catkin rosbash ros-core
+    run_packages=(make g++ python3-venv python3-numpy python3-matplotlib python3-setuptools catkin rosbash ros-core ros-environment
       ros-message-generation libgeometry-msgs-dev ros-std-msgs ros-geometry-msgs ros-robot-state-publisher
       python3-rospy python3-rosbag python3-rosnode python3-rostest python3-actionlib python3-tf2-ros python3-tf python3-tf2-geometry-msgs python3-std-srvs python3-diagnostic-updater python3-dynamic-reconfigure
       libdynamic-reconfigure-config-init-mutex-dev)    # dynparam wants its package.xml
@@ -24,7 +37,7 @@ name_packages() {
   run_packages+=(python3-tornado)    # the web server of the panel
   case $system in debian:*) test_packages+=(chromium chromium-driver python3-selenium) ;; esac    # elsewhere the panel is tested without a browser
   case $system in    # the mouse
-    debian:12) run_packages+=(python3-pynput) ;;
+    debian:12 | debian:13) run_packages+=(python3-pynput) ;;
     *) run_packages+=(python3-xlib python3-six) requirements+=(pynput) ;;
   esac
 }
@@ -49,16 +62,22 @@ apt() {
     apt-get -o DPkg::Lock::Timeout=300 -o Acquire::Retries=2 -o Acquire::http::Timeout=20 ${apt_options[@]+"${apt_options[@]}"} "$@" 8>&-
 }
 
+# Without a ROS beside the system's own packages: one line for a system that has none either.
+refuse_system() {
+  local name container='docker build -t tb3_labs .devcontainer'
+  name=$(. /etc/os-release 2>/dev/null && echo "${PRETTY_NAME:-}") || name=
+  name=${name:-this system}
+  case $system in
+    debian:13 | debian:12 | debian:11 | ubuntu:22.04) ;;
+    ubuntu:20.04) fail 'ROS Noetic is missing; install it first: http://wiki.ros.org/noetic/Installation/Ubuntu (ros-noetic-ros-base is enough)' ;;
+    ubuntu:24.04) fail "$name has no ROS 1 of its own: install ROS One (https://ros.packages.techfak.net; untested), or use the container: $container" ;;
+    *) fail "$name is not supported: it takes $supported; elsewhere use the container: $container" ;;
+  esac
+}
+
 install_packages() {
-  local name line need free
-  if [ ! -r $noetic/setup.bash ]; then
-    case $system in
-      debian:12 | debian:11) ;;
-      ubuntu:20.04) fail 'ROS Noetic is missing; install it first: http://wiki.ros.org/noetic/Installation/Ubuntu (ros-noetic-ros-base is enough)' ;;
-      *) name=$(. /etc/os-release 2>/dev/null && echo "${PRETTY_NAME:-}") || name=
-        fail "${name:-this system} is not supported: it takes Debian 12 or 11, or Ubuntu 20.04 with ROS Noetic" ;;
-    esac
-  fi
+  local line need free
+  [ -n "$distro" ] || refuse_system
   line="apt-get install --no-install-recommends ${missing[*]}"
   if [ "$EUID" != 0 ]; then
     command -v sudo >/dev/null || fail "rights are missing (no sudo here): have root run once: $line"
