@@ -121,22 +121,26 @@ holds() { [ -e "$1" ] && [ "$(<"$1")" = "$2" ]; }    # file, its content
 venv_ready() { [ -x "$ws/venv/bin/python3" ] && holds "$ws/venv.stamp" "$(venv_stamp)"; }
 build_ready() { [ -e "$ws/devel/setup.bash" ] && holds "$ws/build.stamp" "$(build_stamp)"; }
 
-# --system-site-packages: ROS's Python modules are the system's. --no-deps: pynput would compile evdev, of use without X
-# only; what else they need is among the system packages.
+# --system-site-packages: ROS's Python modules are the system's.
 make_venv() {
   say 'making the Python environment ...'
   rm -rf "$ws/venv" "$ws/venv.stamp"
-  /usr/bin/python3 -m venv --system-site-packages "$ws/venv" >>"$log" 2>&1 || fail_log 'the Python environment could not be made'
+  /usr/bin/python3 -m venv --system-site-packages --without-pip "$ws/venv" >>"$log" 2>&1 || fail_log 'the Python environment could not be made'
+  ln -sfn "$dynparam" "$ws/venv/bin/dynparam"
+}
+
+# pip, and what comes from PyPI: while the workspace is built, which needs neither. --no-deps: pynput would compile evdev, of
+# use without X only; what else they need is among the system packages.
+fill_venv() {
+  "$ws/venv/bin/python3" -m ensurepip --upgrade --default-pip >"$ws/pip.log" 2>&1 || { cat "$ws/pip.log" >>"$log"; fail_log 'the Python environment has no pip'; }
   # Whatever the user's pip settings say: into this environment, and nothing kept elsewhere.
   if ! PIP_USER=0 PIP_REQUIRE_VIRTUALENV=0 PIP_TARGET='' PIP_PREFIX='' "$ws/venv/bin/python3" -m pip install --quiet --no-cache-dir --no-input \
-      --disable-pip-version-check --retries 2 --timeout 20 ${pip_options[@]+"${pip_options[@]}"} --no-deps "${requirements[@]}" >"$ws/pip.log" 2>&1 8>&-; then
+      --disable-pip-version-check --retries 2 --timeout 20 ${pip_options[@]+"${pip_options[@]}"} --no-deps "${requirements[@]}" >"$ws/pip.log" 2>&1; then
     cat "$ws/pip.log" >>"$log"
-    rm -rf "$ws/venv"
     grep -Eq 'NewConnectionError|Retrying|No matching distribution|Could not fetch' "$ws/pip.log" &&
       fail "the network is missing: ${requirements[*]} could not be fetched from PyPI (all of it: $log)"
     fail_log "${requirements[*]} could not be installed from PyPI"
   fi
-  ln -sfn "$dynparam" "$ws/venv/bin/dynparam"
   venv_stamp >"$ws/venv.stamp"
 }
 
@@ -188,7 +192,7 @@ XML
 }
 
 make_ready() {
-  local foreign lack='what is built there is missing or older than the files'
+  local foreign filling='' lack='what is built there is missing or older than the files'
   if [ -e "$ws" ] && ! [ -O "$ws" ] && ! [ -w "$ws" ]; then
     [ ${#missing[@]} = 0 ] || lack="system packages are missing: ${missing[*]}"
     fail "$(stat -c %U "$ws"), whose installation this is, must run $repo/scripts/setup.sh once: $lack"
@@ -206,8 +210,16 @@ make_ready() {
   look_at_packages
   if [ ${#missing[@]} != 0 ]; then install_packages; name_packages; look_at_packages; fi
   [ ${#missing[@]} = 0 ] || fail_log "system packages are still missing: ${missing[*]}"
-  venv_ready || make_venv
+  if ! venv_ready; then
+    make_venv
+    set -m    # a process group of its own, which an interruption ends
+    fill_venv 8>&- </dev/null &
+    filling=$!
+    set +m
+    trap 'kill -TERM -- "-$filling" 2>/dev/null || true; wait' EXIT
+  fi
   build_ready || build
+  if [ -n "$filling" ]; then wait "$filling" || exit 1; trap - EXIT; fi
 }
 
 case ${1:-} in
