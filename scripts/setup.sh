@@ -123,16 +123,21 @@ build_ready() { [ -e "$ws/devel/setup.bash" ] && holds "$ws/build.stamp" "$(buil
 
 # --system-site-packages: ROS's Python modules are the system's.
 make_venv() {
+  local without_pip=(--without-pip)
   say 'making the Python environment ...'
   rm -rf "$ws/venv" "$ws/venv.stamp"
-  /usr/bin/python3 -m venv --system-site-packages --without-pip "$ws/venv" >>"$log" 2>&1 || fail_log 'the Python environment could not be made'
+  # fill_venv would take a pip of the system for the environment's own
+  if /usr/bin/python3 -c 'import pip' 2>/dev/null; then without_pip=(); fi
+  /usr/bin/python3 -m venv --system-site-packages ${without_pip[@]+"${without_pip[@]}"} "$ws/venv" >>"$log" 2>&1 || fail_log 'the Python environment could not be made'
   ln -sfn "$dynparam" "$ws/venv/bin/dynparam"
 }
 
 # pip, and what comes from PyPI: while the workspace is built, which needs neither. --no-deps: pynput would compile evdev, of
 # use without X only; what else they need is among the system packages.
 fill_venv() {
-  "$ws/venv/bin/python3" -m ensurepip --upgrade --default-pip >"$ws/pip.log" 2>&1 || { cat "$ws/pip.log" >>"$log"; fail_log 'the Python environment has no pip'; }
+  if [ ! -e "$ws/venv/bin/pip" ]; then
+    "$ws/venv/bin/python3" -m ensurepip --upgrade --default-pip >>"$log" 2>&1 || fail_log 'the Python environment could not be given a pip'
+  fi
   # Whatever the user's pip settings say: into this environment, and nothing kept elsewhere.
   if ! PIP_USER=0 PIP_REQUIRE_VIRTUALENV=0 PIP_TARGET='' PIP_PREFIX='' "$ws/venv/bin/python3" -m pip install --quiet --no-cache-dir --no-input \
       --disable-pip-version-check --retries 2 --timeout 20 ${pip_options[@]+"${pip_options[@]}"} --no-deps "${requirements[@]}" >"$ws/pip.log" 2>&1; then
