@@ -81,8 +81,8 @@ def main(words):
     try:
         from tb3_labs.ros.bags import reports
     except ImportError as problem:
-        return _fail('{}; install what is missing: sudo apt install python3-matplotlib '
-                     'python3-rosbag'.format(problem))
+        return _fail('{}; install it: sudo apt install --no-install-recommends python3-{}'.format(
+            problem, (problem.name or 'matplotlib').split('.')[0]))
     line = ProgressLine()
     try:
         page, problems = reports.write(

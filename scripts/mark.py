@@ -9,6 +9,7 @@ page of feedback and a results.json for each student. What has been marked there
 is not tried again. doc/marking.md tells more.
 """
 import argparse
+import importlib.util
 import os
 import signal
 import sys
@@ -19,6 +20,10 @@ from dataclasses import asdict
 from pathlib import Path
 
 import yaml
+
+if importlib.util.find_spec('matplotlib') is None:    # the pages need it, and the set-up leaves it out
+    sys.exit('mark.py: matplotlib is missing; install it: sudo apt install --no-install-recommends '
+             'python3-matplotlib')
 
 from tb3_labs.marking.archives import Refused
 from tb3_labs.marking.conduct import UNPROTECTED

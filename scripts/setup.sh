@@ -7,10 +7,13 @@
 #     ./scripts/setup.sh --from /media/ann/stick           set up there, from that folder; the same system is needed
 #     TB3_LABS_TESTS=1            in front of each: also what the tests need
 #
-# Works on Debian 12 and 11, and on Ubuntu 20.04 with ROS Noetic. It installs the system packages that are missing (root or
-# sudo), and makes everything else in the folder build/.ws of the repository: a Python environment with squaternion, a catkin
-# workspace whose src/tb3_labs links to the repository's files, logs. Deleting build undoes it. When nothing is missing it
-# takes well under a second; a change of Python code needs no build.
+# Works on Debian 13, 12 and 11, on Ubuntu 22.04 (tried once), and on Ubuntu 20.04 with ROS Noetic. ROS One in /opt/ros/one
+# is taken as Noetic is, but this is untested. On any other system, also macOS, and Windows without WSL, use the container:
+# docker build -t tb3_labs -f .devcontainer/Dockerfile .
+#
+# It installs the system packages that are missing (root or sudo), and makes everything else in the folder build/.ws of the
+# repository: a Python environment with squaternion, a catkin workspace whose src/tb3_labs links to the repository's files,
+# logs. Deleting build undoes it. When nothing is missing it takes well under a second; a change of Python code needs no build.
 #
 # A catkin workspace that was sourced before stays, and one that is sourced afterwards is added. It goes before this one,
 # also with a tb3_labs of its own; a line says so. Everything else on PYTHONPATH and CMAKE_PREFIX_PATH is dropped,
@@ -89,7 +92,6 @@ here=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P)
 # Two names, since rosrun leaves out a package's `build` and roslaunch hidden folders: a clone inside another workspace
 # keeps working there.
 repo=${here%/*} ws=${here%/*}/build/.ws log=${here%/*}/build/.ws/setup.log
-noetic=/opt/ros/noetic
 system=$(. /etc/os-release 2>/dev/null && echo "${ID:-}:${VERSION_ID:-}") || system=unknown
 
 # Nothing of the caller's Python, compiler or other workspaces may leak into the build.
@@ -119,22 +121,31 @@ holds() { [ -e "$1" ] && [ "$(<"$1")" = "$2" ]; }    # file, its content
 venv_ready() { [ -x "$ws/venv/bin/python3" ] && holds "$ws/venv.stamp" "$(venv_stamp)"; }
 build_ready() { [ -e "$ws/devel/setup.bash" ] && holds "$ws/build.stamp" "$(build_stamp)"; }
 
-# --system-site-packages: ROS's Python modules are the system's. --no-deps: pynput would compile evdev, of use without X
-# only; what else they need is among the system packages.
+# --system-site-packages: ROS's Python modules are the system's.
 make_venv() {
+  local without_pip=(--without-pip)
   say 'making the Python environment ...'
   rm -rf "$ws/venv" "$ws/venv.stamp"
-  /usr/bin/python3 -m venv --system-site-packages "$ws/venv" >>"$log" 2>&1 || fail_log 'the Python environment could not be made'
+  # fill_venv would take a pip of the system for the environment's own
+  if /usr/bin/python3 -c 'import pip' 2>/dev/null; then without_pip=(); fi
+  /usr/bin/python3 -m venv --system-site-packages ${without_pip[@]+"${without_pip[@]}"} "$ws/venv" >>"$log" 2>&1 || fail_log 'the Python environment could not be made'
+  ln -sfn "$repo/scripts/dynparam.py" "$ws/venv/bin/dynparam"
+}
+
+# pip, and what comes from PyPI: while the workspace is built, which needs neither. --no-deps: pynput would compile evdev, of
+# use without X only; what else they need is among the system packages.
+fill_venv() {
+  if [ ! -e "$ws/venv/bin/pip" ]; then
+    "$ws/venv/bin/python3" -m ensurepip --upgrade --default-pip >>"$log" 2>&1 || fail_log 'the Python environment could not be given a pip'
+  fi
   # Whatever the user's pip settings say: into this environment, and nothing kept elsewhere.
   if ! PIP_USER=0 PIP_REQUIRE_VIRTUALENV=0 PIP_TARGET='' PIP_PREFIX='' "$ws/venv/bin/python3" -m pip install --quiet --no-cache-dir --no-input \
-      --disable-pip-version-check --retries 2 --timeout 20 ${pip_options[@]+"${pip_options[@]}"} --no-deps "${requirements[@]}" >"$ws/pip.log" 2>&1 8>&-; then
+      --disable-pip-version-check --retries 2 --timeout 20 ${pip_options[@]+"${pip_options[@]}"} --no-deps "${requirements[@]}" >"$ws/pip.log" 2>&1; then
     cat "$ws/pip.log" >>"$log"
-    rm -rf "$ws/venv"
     grep -Eq 'NewConnectionError|Retrying|No matching distribution|Could not fetch' "$ws/pip.log" &&
       fail "the network is missing: ${requirements[*]} could not be fetched from PyPI (all of it: $log)"
     fail_log "${requirements[*]} could not be installed from PyPI"
   fi
-  ln -sfn "$dynparam" "$ws/venv/bin/dynparam"
   venv_stamp >"$ws/venv.stamp"
 }
 
@@ -165,8 +176,11 @@ build() {
 XML
   touch "$ws/CATKIN_IGNORE"    # a clone inside another workspace: catkin shall not look in here
   if ! (
-    if [ -r $noetic/setup.bash ]; then set +u; source $noetic/setup.bash; fi
-    catkin_make --directory "$ws" --force-cmake -DPYTHON_EXECUTABLE="$ws/venv/bin/python3" -DCATKIN_ENABLE_TESTING="$tests"
+    if [ -n "$ros" ]; then set +u; source "$ros/setup.bash"; fi
+    # The Python by both of its names: catkin of Debian 13 looks for it in another way. CMake 4 refuses catkin's
+    # top level without the oldest version to be like.
+    catkin_make --directory "$ws" --force-cmake -DPYTHON_EXECUTABLE="$ws/venv/bin/python3" -DPython_EXECUTABLE="$ws/venv/bin/python3" \
+      -DCMAKE_POLICY_VERSION_MINIMUM=3.5 -DCATKIN_ENABLE_TESTING="$tests"
   ) >"$ws/build.log" 2>&1 8>&-; then
     cat "$ws/build.log" >>"$log"
     grep -E -A6 'CMake Error|[Ee]rror:' "$ws/build.log" | sed -n '1,20s/^/  | /p' >&2
@@ -183,7 +197,7 @@ XML
 }
 
 make_ready() {
-  local foreign lack='what is built there is missing or older than the files'
+  local foreign filling='' lack='what is built there is missing or older than the files'
   if [ -e "$ws" ] && ! [ -O "$ws" ] && ! [ -w "$ws" ]; then
     [ ${#missing[@]} = 0 ] || lack="system packages are missing: ${missing[*]}"
     fail "$(stat -c %U "$ws"), whose installation this is, must run $repo/scripts/setup.sh once: $lack"
@@ -201,8 +215,16 @@ make_ready() {
   look_at_packages
   if [ ${#missing[@]} != 0 ]; then install_packages; name_packages; look_at_packages; fi
   [ ${#missing[@]} = 0 ] || fail_log "system packages are still missing: ${missing[*]}"
-  venv_ready || make_venv
+  if ! venv_ready; then
+    make_venv
+    set -m    # a process group of its own, which an interruption ends
+    fill_venv 8>&- </dev/null &
+    filling=$!
+    set +m
+    trap 'kill -TERM -- "-$filling" 2>/dev/null || true; wait' EXIT
+  fi
   build_ready || build
+  if [ -n "$filling" ]; then wait "$filling" || exit 1; trap - EXIT; fi
 }
 
 case ${1:-} in
@@ -215,8 +237,9 @@ esac
 
 # CMake, make and the relays' first lines take no such path.
 [[ $repo != *[[:space:]\'\"\$\&\;\(\)\#:]* ]] || fail "the path of the repository must have no spaces or special characters: $repo"
-command -v dpkg-query >/dev/null || fail 'this system is not supported: it takes Debian 12 or 11, or Ubuntu 20.04 with ROS Noetic'
+command -v dpkg-query >/dev/null || refuse_system
 
+find_ros /opt/ros
 name_packages
 if [ "${1:-}" = --from ]; then take_from "$2"; fi
 look_at_packages

@@ -16,7 +16,7 @@ fetch() {
   folder=$(CDPATH='' cd -- "$folder" && pwd -P) log=$folder/fetch.log
   rm -rf "$folder/system" "$folder/wheels/"*
   [ "$(free_mb "$folder")" -ge 600 ] || fail "space is missing: 600 MB are needed in $folder, $(free_mb "$folder") MB are free"
-  wanted=("${run_packages[@]}" "$@")
+  wanted=("${run_packages[@]}" "${late_packages[@]}" "$@")
   [ -z "${TB3_LABS_TESTS:-}" ] || wanted+=("${test_packages[@]}")
 
   # An apt of our own, for which nothing is installed yet.

@@ -1,30 +1,44 @@
 # shellcheck shell=bash disable=SC2154,SC2034,SC2086    # variables of scripts/setup.sh, of which this is a part
 # The system's packages: which are needed, which are missing, and their installation by apt.
 
-# run_packages, test_packages: by their names here.  requirements: what comes from PyPI.  dynparam: where it is.
+# What this set-up takes, for its refusals.
+supported='Debian 13, 12 and 11, Ubuntu 22.04, or Ubuntu 20.04 with ROS Noetic'
+
+# find_ros FOLDER: sets ros, the folder of a ROS 1 that is no part of the system, and distro, its name; both are empty if
+# there is none. Noetic goes before ROS One, because this package was written for it.
+find_ros() {
+  local name
+  ros='' distro=''
+  for name in noetic one; do
+    if [ -r "$1/$name/setup.bash" ]; then ros=$1/$name distro=$name; return; fi
+  done
+}
+
+# run_packages, test_packages: by their names here.  late_packages: those that lab_report.py and mark.py ask for when they
+# are started; they are a quarter of all packages.  requirements: what comes from PyPI.
 name_packages() {
   local p
+  late_packages=(python3-matplotlib)
   requirements=(squaternion)    # the system has no package of it
-  if [ -r $noetic/setup.bash ]; then
-    run_packages=(make g++ python3-venv python3-numpy python3-matplotlib python3-setuptools)
-    for p in ros-core actionlib diagnostic-updater dynamic-reconfigure move-base-msgs robot-state-publisher rostest std-srvs tf tf2-geometry-msgs tf2-msgs tf2-ros; do run_packages+=("ros-noetic-$p"); done
+  if [ -n "$distro" ]; then
+    run_packages=(make g++ python3-venv python3-numpy python3-setuptools)
+    for p in ros-core actionlib diagnostic-updater dynamic-reconfigure move-base-msgs robot-state-publisher rostest std-srvs tf tf2-geometry-msgs tf2-msgs tf2-ros; do run_packages+=("ros-$distro-$p"); done
     test_packages=(python3-pytest python3-hypothesis python3-mypy catkin-lint xvfb xdotool)
-    dynparam=$noetic/lib/dynamic_reconfigure/dynparam
   else
-    run_packages=(make g++ python3-venv python3-numpy python3-matplotlib python3-setuptools catkin rosbash ros-core
+    run_packages=(make g++ python3-venv python3-numpy python3-setuptools catkin rosbash ros-core ros-environment
       ros-message-generation libgeometry-msgs-dev ros-std-msgs ros-geometry-msgs ros-robot-state-publisher
       python3-rospy python3-rosbag python3-rosnode python3-rostest python3-actionlib python3-tf2-ros python3-tf python3-tf2-geometry-msgs python3-std-srvs python3-diagnostic-updater python3-dynamic-reconfigure
-      libdynamic-reconfigure-config-init-mutex-dev)    # dynparam wants its package.xml
+      libdynamic-reconfigure-config-init-mutex-dev)    # rosrun dynamic_reconfigure wants its package.xml
     for p in actionlib diagnostic geometry move-base nav rosgraph sensor std tf2 visualization; do run_packages+=("python3-$p-msgs"); done
     test_packages=(python3-pytest python3-hypothesis python3-mypy librostest-dev catkin-lint xvfb xdotool)
-    dynparam=/usr/lib/dynamic_reconfigure/dynparam
   fi
+  test_packages+=("${late_packages[@]}")
   run_packages+=(python3-paramiko)    # roslaunch's way to the robot; it only recommends it
   run_packages+=(bubblewrap)    # mark.py keeps the programs of submissions in boxes
   run_packages+=(python3-tornado)    # the web server of the panel
   case $system in debian:*) test_packages+=(chromium chromium-driver python3-selenium) ;; esac    # elsewhere the panel is tested without a browser
   case $system in    # the mouse
-    debian:12) run_packages+=(python3-pynput) ;;
+    debian:12 | debian:13) run_packages+=(python3-pynput) ;;
     *) run_packages+=(python3-xlib python3-six) requirements+=(pynput) ;;
   esac
 }
@@ -49,16 +63,22 @@ apt() {
     apt-get -o DPkg::Lock::Timeout=300 -o Acquire::Retries=2 -o Acquire::http::Timeout=20 ${apt_options[@]+"${apt_options[@]}"} "$@" 8>&-
 }
 
+# Without a ROS beside the system's own packages: one line for a system that has none either.
+refuse_system() {
+  local name container='docker build -t tb3_labs -f .devcontainer/Dockerfile .'
+  name=$(. /etc/os-release 2>/dev/null && echo "${PRETTY_NAME:-}") || name=
+  name=${name:-this system}
+  case $system in
+    debian:13 | debian:12 | debian:11 | ubuntu:22.04) ;;
+    ubuntu:20.04) fail 'ROS Noetic is missing; install it first: http://wiki.ros.org/noetic/Installation/Ubuntu (ros-noetic-ros-base is enough)' ;;
+    ubuntu:24.04) fail "$name has no ROS 1 of its own: install ROS One (https://ros.packages.techfak.net; untested), or use the container: $container" ;;
+    *) fail "$name is not supported: it takes $supported; elsewhere use the container: $container" ;;
+  esac
+}
+
 install_packages() {
-  local name line need free
-  if [ ! -r $noetic/setup.bash ]; then
-    case $system in
-      debian:12 | debian:11) ;;
-      ubuntu:20.04) fail 'ROS Noetic is missing; install it first: http://wiki.ros.org/noetic/Installation/Ubuntu (ros-noetic-ros-base is enough)' ;;
-      *) name=$(. /etc/os-release 2>/dev/null && echo "${PRETTY_NAME:-}") || name=
-        fail "${name:-this system} is not supported: it takes Debian 12 or 11, or Ubuntu 20.04 with ROS Noetic" ;;
-    esac
-  fi
+  local line need free
+  [ -n "$distro" ] || refuse_system
   line="apt-get install --no-install-recommends ${missing[*]}"
   if [ "$EUID" != 0 ]; then
     command -v sudo >/dev/null || fail "rights are missing (no sudo here): have root run once: $line"

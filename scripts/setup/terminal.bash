@@ -6,6 +6,10 @@ _tb3_labs_terminal() {
   local ws=${CATKIN_ENV_HOOK_WORKSPACE%/devel} home=~/.ros
   PATH=:$PATH: PATH=${PATH//:"$ws/venv/bin":/:} PATH=${PATH#:} PATH=$ws/venv/bin:${PATH%:}
 
+  # For catkin_make in this terminal: the catkin of Debian 13 takes the Python of a virtual environment or conda that is
+  # active, whatever comes first on PATH; so ours is. CMake 4 refuses catkin's top level without the second one.
+  export VIRTUAL_ENV=$ws/venv CMAKE_POLICY_VERSION_MINIMUM=3.5
+
   if [ -O "$ws" ] && [ -w "$ws" ]; then home=$ws/ros; fi    # a room's installation belongs to another user
   export ROS_HOME=${ROS_HOME:-$home}
   export ROS_LOG_DIR=${ROS_LOG_DIR:-$ROS_HOME/log}

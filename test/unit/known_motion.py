@@ -64,10 +64,10 @@ class SteadyRobot:
     def moved(self, seconds):
         """(place, yaw) after this time, relative to the start."""
         turn = self.angular * seconds
-        if self.angular == 0.0:
-            return complex(self.linear * seconds), turn
-        radius = self.linear / self.angular
-        return complex(radius * math.sin(turn), radius * (1.0 - math.cos(turn))), turn
+        # the chord of the arc; by the radius a tiny rate of turn would be infinity times zero
+        half = 0.5 * turn
+        chord = self.linear * seconds * (math.sin(half) / half if half else 1.0)
+        return cmath.rect(chord, half), turn
 
     def motion_between(self, begin, end):
         """(place, yaw) at `end`, relative to the pose at `begin`."""

@@ -5,6 +5,7 @@ import importlib.util
 import math
 import pathlib
 import re
+import runpy
 import sys
 
 import numpy as np
@@ -147,4 +148,17 @@ def test_without_matplotlib(bag, monkeypatch, capsys):
     monkeypatch.delattr('tb3_labs.report', raising=False)
     monkeypatch.delattr('tb3_labs.ros.bags.reports', raising=False)
     assert lab_report(bag) == 1
-    assert 'python3-matplotlib' in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert said.count('\n') == 1
+    assert 'sudo apt install --no-install-recommends python3-matplotlib' in said
+
+
+@pytest.mark.skipif(not (ROOT / 'scripts' / 'mark.py').exists(), reason='a students\' edition')
+def test_marking_without_matplotlib_is_one_line(monkeypatch):
+    find = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, 'find_spec', lambda name, *more: (
+        None if name == 'matplotlib' else find(name, *more)))
+    with pytest.raises(SystemExit) as ended:
+        runpy.run_path(str(ROOT / 'scripts' / 'mark.py'), run_name='__main__')
+    assert ended.value.code == ('mark.py: matplotlib is missing; install it: sudo apt install '
+                                '--no-install-recommends python3-matplotlib')

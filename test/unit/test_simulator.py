@@ -1,7 +1,7 @@
 """The embedded robot's clock: steps of any length, rates, seeds."""
 import math
 import time
-from dataclasses import replace
+from dataclasses import astuple, is_dataclass, replace
 
 import pytest
 from hypothesis import given, settings
@@ -42,6 +42,22 @@ def test_ten_steps_are_one_also_where_they_add_up_to_less():
     assert samples == Simulator(config).step(1.0) and samples[-1].stamp == pytest.approx(0.9)
 
 
+def numbers(value):
+    """All numbers in a sample, in order."""
+    if is_dataclass(value):
+        value = astuple(value)
+    return [number for item in value for number in numbers(item)] if isinstance(
+        value, tuple) else [value]
+
+
+def same(samples, others):
+    """Are they of the same sensors in the same order, and equal but for the last digits? Times that
+    are cut add up to others in these."""
+    return ([type(sample) for sample in samples] == [type(other) for other in others]
+            and all(numbers(sample) == pytest.approx(numbers(other), rel=1e-12, abs=1e-12)
+                    for sample, other in zip(samples, others)))
+
+
 @settings(max_examples=30, deadline=None)
 @given(st.lists(st.floats(0.0, 0.3), min_size=1, max_size=20), st.integers(0, 1000),
        st.sampled_from([{'sensor_latency': 0.02}, NETWORKS['good'], NETWORKS['bad'],
@@ -52,7 +68,7 @@ def test_how_time_is_cut_changes_nothing(cuts, seed, network):
     for robot in fine, coarse:
         robot.command(0.15, 1.0)
     samples = [sample for cut in cuts for sample in fine.step(cut)]
-    assert samples == coarse.step(sum(cuts))
+    assert same(samples, coarse.step(sum(cuts)))
     assert close(fine.truth, coarse.truth)
     # and goes on like that on another network
     other = replace(config, network_cut=False, **NETWORKS['busy'])
@@ -67,7 +83,7 @@ def test_how_time_is_cut_changes_nothing(cuts, seed, network):
     for robot in fine, coarse:
         robot.configure(other)
     samples = [sample for _ in range(40) for sample in fine.step(0.025)]
-    assert samples == coarse.step(1.0)
+    assert same(samples, coarse.step(1.0))
     assert close(fine.truth, coarse.truth)
 
 

@@ -195,3 +195,62 @@ def test_whoever_does_not_own_it_cannot_mend_it_and_is_told_who_can(room):
     assert words == ['1']
     assert errors.count('\n') == 1
     assert 'tb3_labs: root, whose installation this is, must run ' in errors
+
+
+#: The part of the set-up that knows packages, with what scripts/setup.sh gives it.
+PACKAGES = ('fail() {{ echo "$*" >&2; exit 1; }}; say() {{ echo "$*"; }}; system={system}; '
+            'source {repository}/scripts/setup/packages.sh; find_ros {folder}; name_packages; ')
+
+
+def packages(folder, script, system='debian:12'):
+    """(words, errors) of `script` in that part, where `folder` stands for /opt/ros."""
+    return shell(folder, PACKAGES.format(system=system, repository=REPOSITORY, folder=folder) + script)
+
+
+@pytest.mark.parametrize('there, distro', [
+    ((), ''), (('noetic',), 'noetic'), (('one',), 'one'), (('noetic', 'one'), 'noetic'),
+    (('humble', 'one'), 'one'), (('humble',), '')])
+def test_a_ros_1_beside_the_system_is_found(tmp_path, there, distro):
+    for name in there:
+        (tmp_path / name).mkdir()
+        (tmp_path / name / 'setup.bash').touch()
+    words, errors = packages(
+        tmp_path, 'echo "[$distro]" "[$ros]" $dynparam; printf "%s\\n" "${run_packages[@]}"')
+    assert errors == ''
+    folder = str(tmp_path / distro) if distro else ''
+    assert words[:2] == ['[{}]'.format(distro), '[{}]'.format(folder)]
+    assert words[2] == '{}/lib/dynamic_reconfigure/dynparam'.format(folder or '/usr')
+    named = {word for word in words[3:] if word.startswith(('ros-noetic-', 'ros-one-'))}
+    assert all(word.startswith('ros-{}-'.format(distro)) for word in named)
+    assert bool(named) == bool(distro) == ('python3-rospy' not in words)
+
+
+@pytest.mark.parametrize('system, said', [
+    ('debian:13', ''), ('debian:12', ''), ('debian:11', ''), ('ubuntu:22.04', ''),
+    ('ubuntu:20.04', 'ROS Noetic is missing'), ('ubuntu:24.04', 'ROS One'),
+    ('fedora:41', 'docker build'), ('debian:10', 'it takes Debian 13, 12 and 11'),
+    ('unknown', 'docker build')])
+def test_a_system_without_ros_1_is_refused_in_one_line(tmp_path, system, said):
+    words, errors = packages(tmp_path, 'refuse_system; echo taken', system)
+    if said:
+        assert words == [] and said in errors and errors.count('\n') == 1
+    else:
+        assert (words, errors) == (['taken'], '')
+
+
+@pytest.mark.parametrize('system', ['debian:12', 'ubuntu:20.04'])
+def test_what_can_wait_is_for_the_tests_and_for_machines_without_internet(tmp_path, system):
+    words, _ = packages(tmp_path, 'echo run "${run_packages[@]}" late "${late_packages[@]}" '
+                        'test "${test_packages[@]}"', system)
+    at_once = words[words.index('run'):words.index('late')]
+    late, test = words[words.index('late') + 1:words.index('test')], words[words.index('test'):]
+    assert late == ['python3-matplotlib']
+    assert not set(late) & set(at_once) and set(late) <= set(test)
+    assert '"${late_packages[@]}"' in (REPOSITORY / 'scripts/setup/offline.sh').read_text()
+
+
+@needs_setup
+def test_a_catkin_make_in_the_terminal_finds_its_python(tmp_path):
+    words, errors = shell(tmp_path, 'source {}; echo $VIRTUAL_ENV $CMAKE_POLICY_VERSION_MINIMUM'
+                          .format(SETUP))
+    assert (words, errors) == ([str(BUILT / 'venv'), '3.5'], '')

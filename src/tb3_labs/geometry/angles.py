@@ -60,4 +60,4 @@ def continuous_at(at: Numbers, times: np.ndarray, angles: np.ndarray) -> np.ndar
     It does not jump at +/-pi, if neighbouring samples are less than half a turn apart. Before the
     first sample it is the first angle, after the last sample the last one.
     """
-    return np.interp(at, times, np.unwrap(angles))
+    return np.interp(np.asarray(at, dtype=float), times, np.unwrap(angles))

@@ -112,8 +112,8 @@ def write_csv(run: RunData, path: Union[str, Path]) -> None:
 
 
 def _texts(values: np.ndarray, digits: int) -> List[str]:
-    return ['' if text == 'nan' else text
-            for text in np.char.mod('%.{}f'.format(digits), values).tolist()]
+    texts: Any = np.char.mod('%.{}f'.format(digits), values).tolist()
+    return ['' if text == 'nan' else text for text in texts]
 
 
 def _pose_columns(name: str, poses: Poses,

@@ -62,9 +62,9 @@ def curve(axes: Axes, time: np.ndarray, values: np.ndarray, breaks: Sequence[flo
     breaks = list(breaks) + list(time[1:][pauses > longest])
     kept = thin(values)
     time, values = time[kept], values[kept]
-    at = set(np.searchsorted(time, breaks)) - {0, len(time)}
+    at = {int(index) for index in np.searchsorted(time, breaks)} - {0, len(time)}
     if circle:
-        at |= set(np.flatnonzero(np.abs(np.diff(values)) > 180.0) + 1)
+        at |= {int(index) + 1 for index in np.flatnonzero(np.abs(np.diff(values)) > 180.0)}
     blanks = np.array(sorted(at), dtype=int)
     axes.plot(np.insert(time, blanks, time[blanks]), np.insert(values, blanks, math.nan),
               **dict(dict(linewidth=1.3), **looks))

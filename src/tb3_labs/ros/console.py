@@ -57,8 +57,16 @@ def log_news(news):
 
 
 def flush():
-    """Wait until everything is printed. False if the terminal blocks."""
-    return _console is None or _console.flush(LAST_WAIT)
+    """Wait until everything is printed. False if the terminal blocks or is closed: then Python's own
+    end would wait for it, or (since 3.13) turn the exit status into 120."""
+    if _console is not None and not _console.flush(LAST_WAIT):
+        return False
+    try:
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except (AttributeError, OSError, ValueError):    # an output that was never open is None
+        return False
+    return True
 
 
 class _Queue:

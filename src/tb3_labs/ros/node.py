@@ -73,7 +73,7 @@ def run(name, make_node):
     del node
     status = 1 if _failures else 0
     if not console.flush():
-        os._exit(status)    # the interpreter itself would wait for a blocked terminal for ever
+        os._exit(status)    # without the interpreter's own end, see flush
     sys.exit(status)
 
 

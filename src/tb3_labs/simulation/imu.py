@@ -8,7 +8,7 @@ Units: seconds, radians. Noise: a Burger at rest shows 0.0008 rad/s and a few 0.
 sample to the next.
 """
 import math
-from typing import Iterator, List, Sequence, Tuple
+from typing import Any, Iterator, List, Sequence, Tuple
 
 import numpy as np
 
@@ -63,4 +63,5 @@ def _pairs_of_normal_numbers(seed: int) -> Iterator[Tuple[float, float]]:
     """An endless sequence of pairs of independent standard normal numbers."""
     generator = np.random.default_rng(seed)
     while True:
-        yield from generator.standard_normal((1000, 2)).tolist()
+        pairs: Any = generator.standard_normal((1000, 2)).tolist()
+        yield from pairs

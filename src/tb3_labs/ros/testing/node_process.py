@@ -23,7 +23,8 @@ class Program:
             command,
             stdin=theirs if terminal else subprocess.PIPE, stdout=theirs, stderr=theirs,
             # otherwise text that is printed to a pipe is seen only at the end
-            env=dict({} if clean else os.environ, **dict(environment or {}, PYTHONUNBUFFERED='1')),
+            env=dict({} if clean else os.environ, **dict(environment or {}, PYTHONUNBUFFERED='1',
+                                                           PYTHON_COLORS='0')),
             start_new_session=True)
         os.close(theirs)
         if not terminal:
