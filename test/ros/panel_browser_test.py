@@ -189,6 +189,7 @@ class PanelBrowserTest(PanelCase):
         self.replace_browser()
 
     def test_a_page_without_its_panel_says_so_and_comes_back(self):
+        self.page.wait_until(lambda: self.page.picture('n') > 60, 10.0, 'more pictures')
         self.panel.end()
         self.page.wait_until(lambda: self.page.is_shown('banner'), 10.0, 'the banner')
         self.assertIn('not connected', self.page.text('banner').lower())
@@ -196,6 +197,9 @@ class PanelBrowserTest(PanelCase):
         type(self).panel = Node('panel.py', '_port:={}'.format(PORT))
         self.addClassCleanup(self.panel.kill)
         self.page.wait_until(lambda: not self.page.is_shown('banner'), STARTING, 'its return')
+        # the new panel counts its pictures anew, and first finds the nodes
+        self.page.wait_until(lambda: self.page.picture('n') < 60 and all(
+            self.page.picture('can').values()), 10.0, 'all nodes')
 
     def test_a_wrong_token_shows_the_reason(self):
         panel = Node('panel.py', '__name:=guarded', '_address:=0.0.0.0', '_port:={}'.format(PORT))

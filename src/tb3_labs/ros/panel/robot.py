@@ -11,6 +11,8 @@ from tb3_labs.ros.panel.watch import Watch
 OTHER_PAD = 0.5
 #: Which nodes listen is looked at again after this time [s].
 HEARD_FOR = 0.5
+#: and after this time, if not all of them listen: they may be about to [s].
+SOON = 0.1
 #: A node that does not tell who holds the robot hears a pad that has been sent for so long [s].
 PAD_IS_HEARD = 0.5
 
@@ -126,7 +128,8 @@ class PanelRobot:
     def _heard(self, now):
         """Senders.heard(), of half a second ago at most: it is asked for with each picture."""
         if self._senders is not None and now >= self._heard_until:
-            self._heard_until, self._last_heard = now + HEARD_FOR, self._senders.heard()
+            self._last_heard = self._senders.heard()
+            self._heard_until = now + (HEARD_FOR if all(self._last_heard.values()) else SOON)
         return self._last_heard
 
     def _is_driving(self):
