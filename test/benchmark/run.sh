@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Measures drives and turns, both laws side by side, against the robot's true pose (motions.py), and what the nodes cost
-# beside bare rospy subscribers (nodes.py). What a whole class costs: classroom.py.
+# beside bare rospy subscribers (nodes.py). What a whole class costs: classroom.py; what the panel does: panel.py.
 #
 #     ./test/benchmark/run.sh [NUMBER OF DRIVES]
 set -euo pipefail
