@@ -298,6 +298,26 @@ class PanelTest(PanelCase):
         self.page.hold(mouse=[0.0, 1.0])
         self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.15)
 
+    def test_a_panel_that_ends_while_it_is_used_stops_the_robot(self):
+        def by_goal():
+            self.here()
+            self.page.ask('goal', x=2.0, y=0.0, yaw_deg=0)
+            self.page.ask('give')
+            self.page.hold()
+            self.wait_until_it_moves()
+        for drive in self.drive_by_stick, by_goal:
+            with self.subTest(drive.__name__):
+                drive()
+                since = rospy.get_time()
+                self.assertEqual(self.panel.end(), 0)    # Ctrl+C
+                self.assert_stopped(since)
+                type(self).panel = self.start_panel()
+                self.addClassCleanup(self.panel.kill)
+                self.address_of(self.panel)
+                self.page = self.open()
+                self.page.wait_until(lambda: all(self.page.latest.get('picture', {}).get(
+                    'can', {'': False}).values()), STARTING, 'all nodes')
+
     def test_a_panel_that_slept_drives_nothing_when_it_wakes(self):
         self.drive_by_stick()
         since = rospy.get_time()

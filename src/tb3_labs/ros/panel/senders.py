@@ -24,6 +24,7 @@ class Senders:
         self._prefix = prefix
         self._pad_config = PadConfig()
         self._control = ControlGiver(prefix)
+        self._has_said = False           # any word on ctrl_relinq
         self._joy = rospy.Publisher(prefix + 'joy', Joy, queue_size=20, tcp_nodelay=True)
         self._mouse = rospy.Publisher(prefix + 'mouse_info', MouseController, queue_size=20,
                                       tcp_nodelay=True)
@@ -43,6 +44,11 @@ class Senders:
 
     def say(self, granted, now):
         """True gives control to move_to_goal, False takes it; `now` in [s], steady."""
+        if granted and not self._has_said:
+            # As a gamepad's first word: of a panel that was started again under its old name, a
+            # True that comes first would count as one of the panel before.
+            self._control.say(False, now)
+        self._has_said = True
         self._control.say(granted, now)
 
     def renew(self, now):
