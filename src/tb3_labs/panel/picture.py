@@ -27,9 +27,8 @@ from tb3_labs.control.goal_state import DRIVING, GAVE_UP, STOPPED, WAITING, Goal
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.panel.trail import Trail
+from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
-#: A command that is older than this drives no robot any more: its firmware stops [s].
-COMMAND_AGE = 0.5
 #: A frame that moved by more than this was declared anew [m], [rad],
 FRAME_STEP = 0.001, math.radians(0.1)
 #: unless the odometry jumped by more than this, since it was zeroed: the frame then follows it.
@@ -142,7 +141,7 @@ class RobotView:
     def driver(self, now: float) -> str:
         """The node whose commands move the robot; '' if none does."""
         moving = [(at, sender) for sender, (at, linear, angular) in list(self._commands.items())
-                  if now - at <= COMMAND_AGE and (linear or angular)]
+                  if now - at <= COMMAND_TIMEOUT and (linear or angular)]
         return max(moving)[1] if moving else ''
 
     def holder(self, now: float) -> str:
@@ -154,10 +153,11 @@ class RobotView:
     def picture(self, now: float) -> Dict[str, Any]:
         """The picture, without what differs from page to page."""
         driver, heading = self.driver(now), self.latest('heading')
+        shown, stamp = self._in_odom()
         return {
-            'odom': _numbers(self._in_odom()[0]), 'local': _numbers(self.latest('local')),
+            'odom': _numbers(shown), 'local': _numbers(self.latest('local')),
             'frame': _numbers(self.latest('frame')),
-            'truth': _numbers(self._truth_in_odom()), 'goal': _numbers(self.latest('goal')),
+            'truth': _numbers(self._truth_in_odom(stamp)), 'goal': _numbers(self.latest('goal')),
             'tolerance': _rounded(self.latest('tolerance'), 6), 'to_go': self._to_go(),
             'state': self.latest('state') or '', 'phase': self.phase,
             'has_control': self.latest('has_control'), 'holder': self.holder(now),
@@ -190,12 +190,13 @@ class RobotView:
         motion = self.latest('motion')
         return odom and odom[1], motion and motion[0]
 
-    def _truth_in_odom(self) -> Optional[Pose2]:
-        """The true pose at the instant of the shown one, so that both can be compared in motion."""
+    def _truth_in_odom(self, shown: Optional[float]) -> Optional[Pose2]:
+        """The true pose at the instant of the `shown` one [s], so that both can be compared in
+        motion."""
         origin, truth = self.latest('origin'), self.latest('truth')
         if origin is None or truth is None:
             return None
-        stamp, motion, shown = self.latest('truth_stamp'), self.latest('motion'), self._in_odom()[1]
+        stamp, motion = self.latest('truth_stamp'), self.latest('motion')
         if None not in (stamp, motion, shown) and abs(stamp - shown) < SAME_MOMENT:
             ahead = stamp - shown
             truth = truth @ Pose2(ahead * motion[1], 0.0, ahead * motion[2]).inverse()

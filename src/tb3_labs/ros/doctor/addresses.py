@@ -4,6 +4,8 @@ import os
 import socket
 import struct
 
+from tb3_labs.doctor.network import is_loopback
+
 #: Asks for the address of an interface (Linux, netdevice(7)).
 SIOCGIFADDR = 0x8915
 
@@ -19,7 +21,7 @@ def own_addresses():
             except OSError:
                 continue    # an interface without an address
             address = socket.inet_ntoa(answer[20:24])
-            if not address.startswith('127.'):
+            if not is_loopback(address):
                 found.append(address)
     return tuple(found)
 
@@ -41,7 +43,7 @@ def way_out(address):
 
 def is_own(address):
     """Does an address belong to this computer?"""
-    return address.startswith('127.') or address in own_addresses()
+    return is_loopback(address) or address in own_addresses()
 
 
 def nat_kind():

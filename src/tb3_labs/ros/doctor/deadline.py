@@ -22,6 +22,13 @@ class Outcome:
             raise self._problem
         return self._value
 
+    def or_none(self):
+        """The value; None if the call took too long, or met a problem of the network."""
+        try:
+            return self.result()
+        except (OSError, UnicodeError):    # a TimeoutError is an OSError
+            return None
+
 
 def together(seconds, calls):
     """The Outcome of each call, in order; ``calls``: tuples of a function and its arguments. All

@@ -26,9 +26,9 @@ def examine(namespace, seconds):
     master = Peer(os.environ.get('ROS_MASTER_URI', ''))
     asked, state = together(RESOLVING + ANSWERING, [
         (_address_of, _told()), (master.ask, 'getSystemState')])
-    here = _address(_value(asked) or '', master.address)
+    here = _address(asked.or_none() or '', master.address)
     yield judge_address(here)
-    state = _value(state)
+    state = state.or_none()
     elsewhere = not here.master_here
     if state is None:
         yield judge_nat(nat_kind(), _way_or_first(here), elsewhere)
@@ -37,13 +37,6 @@ def examine(namespace, seconds):
         yield from _Robot(namespace, master, here, state).examine(seconds)
     yield from look_at_devices()
     yield look_at_disk()
-
-
-def _value(outcome):
-    try:
-        return outcome.result()
-    except (TimeoutError, OSError, UnicodeError):
-        return None
 
 
 def _told():

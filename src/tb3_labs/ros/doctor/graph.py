@@ -1,4 +1,5 @@
 """What the master knows of a robot, and what the robot's nodes answer."""
+from tb3_labs.doctor.network import is_loopback
 from tb3_labs.doctor.robot import Driver, MasterName
 from tb3_labs.ros.doctor.addresses import is_own
 from tb3_labs.ros.doctor.deadline import together
@@ -43,21 +44,13 @@ class Graph:
 def peers_of(master, nodes):
     """{node: Peer} of those that the master knows."""
     outcomes = together(QUESTIONS, [(Peer(master.uri).ask, 'lookupNode', node) for node in nodes])
-    return {node: Peer(str(_value(outcome) or '')) for node, outcome in zip(nodes, outcomes)}
-
-
-def _value(outcome):
-    """What a call returned; None if it failed."""
-    try:
-        return outcome.result()
-    except TimeoutError:
-        return None
+    return {node: Peer(str(outcome.or_none() or '')) for node, outcome in zip(nodes, outcomes)}
 
 
 def ask_all(peers, method):
     """{node: what it answers, or None}; each Peer's `answer` tells why."""
     outcomes = together(QUESTIONS, [(peer.ask, method) for peer in peers.values()])
-    return {node: _value(outcome) for node, outcome in zip(peers, outcomes)}
+    return {node: outcome.or_none() for node, outcome in zip(peers, outcomes)}
 
 
 def master_names(uris, master):
@@ -68,10 +61,9 @@ def master_names(uris, master):
     for node, (peer, uri) in uris.items():
         theirs = peers[node]
         # what the robot calls localhost is the robot
-        address = peer.address if theirs.address.startswith('127.') else theirs.address
-        same = address == master.address or is_own(address) and is_own(master.address)
+        address = peer.address if is_loopback(theirs.address) else theirs.address
         names.append(MasterName(node, uri.rstrip('/'), theirs.address,
-                                same and theirs.port == master.port))
+                                _is_ours(master, address, theirs.port)))
     return names
 
 
@@ -81,10 +73,11 @@ def second_masters(master, addresses):
     places = [place for place in sorted(places) if not _is_ours(master, *place)]
     peers = [Peer('http://{}:{}'.format(*place)) for place in places]
     outcomes = together(QUESTIONS, [(peer.ask, 'getUri') for peer in peers])
-    return ['{}:{}'.format(*place) for place, outcome in zip(places, outcomes) if _value(outcome)]
+    return ['{}:{}'.format(*place) for place, outcome in zip(places, outcomes) if outcome.or_none()]
 
 
 def _is_ours(master, address, port):
+    """Is that our master, by any of the addresses of its computer?"""
     same = address == master.address or is_own(address) and is_own(master.address)
     return same and port == master.port
 

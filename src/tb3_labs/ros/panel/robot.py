@@ -74,7 +74,6 @@ class PanelRobot:
     def hand(self, page, hand, now, lateness):
         """The state of what is gripped."""
         self.wheel.on_hand(page, hand, now, lateness, mouse_drives=not self._is_driving())
-        self.flush(now)
         if self.wheel.gives:
             self._senders.renew(now)
 
