@@ -27,6 +27,7 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String
 
 from tb3_labs.nodes.gamepad import GamepadCore
+from tb3_labs.nodes.pad import PAD_TIMEOUT
 from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.console import log_news
@@ -52,12 +53,14 @@ class Gamepad:
         self._core = GamepadCore(read_config(PadConfig), model)
         self._lock = threading.RLock()    # guards the core, and the order of publications
         self._holder = None
+        # simulated time has an unknown pace: its stamps do not show how late a message is
+        self._tells_time = is_wall_time()
         self._control = ControlGiver()
         self._holders = rospy.Publisher('control_holder', String, queue_size=20, latch=True)
         self._resets = ResetClient()
         self._cmd_vel = CmdVel()
         self._rivals = Rivals(self._cmd_vel)
-        self._watchdog = Watchdog(self._tick)
+        self._watchdog = Watchdog(self._tick, quiet_time=0.8 * PAD_TIMEOUT)
         rospy.on_shutdown(self._leave)
         when_stopped(self._leave, lambda: None)
         self._tick()
@@ -69,13 +72,12 @@ class Gamepad:
         Diagnostics(model.name, self._diagnose)
 
     def _read_joy(self, message):
-        # simulated time has an unknown pace: its stamps do not show how late a message is
-        stamp = message.header.stamp.to_sec() if is_wall_time() else 0.0
+        stamp = message.header.stamp.to_sec() if self._tells_time else 0.0
         with self._lock:
             self._core.on_joy(message.axes, message.buttons, steady_time(), stamp)
+            self._tick()
 
     def _on_joy(self, _):
-        self._tick()
         self._watchdog.feed()
         if self._core.take_reset():
             self._resets.reset()

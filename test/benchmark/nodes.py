@@ -1,17 +1,20 @@
 #!/usr/bin/env python3
-"""The cost of each node, beside a bare rospy subscriber on the same topics in the same run.
+"""The cost of each node, beside bare rospy nodes on the same topics in the same run.
 
     node            its name
     CPU             share of one core [%]: at rest, and while it drives
-    times bare      the same, in bare subscribers
+    times bare      the same, in bare nodes: subscribers of the node's topics; beside gamepad, nodes
+                    that publish one Twist for each Joy
     memory          resident [MB], and above the bare one's
     ready after     from the start of its process until it has subscribed [s]
     first command   from the start of its process, told to drive at once, until its first command is
                     heard at another node [s]
-    imu to command  from the arrival of the imu sample that caused a command to that of the command
-                    at another node [ms]: median, 99 %
+    imu to command  from the arrival of the latest imu sample to that of a command, at another node
+                    [ms]: median, 99 %; a node takes its step on time, by the sample that waited
 
-Usage: nodes.py [seconds of each measurement, default 10]
+CPU and times are medians of five measurements.
+
+Usage: nodes.py [seconds of all five measurements, default 20]
 """
 import contextlib
 import os
@@ -41,19 +44,34 @@ for topic, package, kind in zip(*[iter(sys.argv[2:])] * 3):
                      lambda message: None, queue_size=1, buff_size=65536, tcp_nodelay=True)
 rospy.spin()
 '''
+#: A node of rospy alone that drives by a pad, on a topic of its own.
+BARE_PAD = '''
+import sys, rospy
+from geometry_msgs.msg import Twist
+from sensor_msgs.msg import Joy
+rospy.init_node(sys.argv[1])
+commands = rospy.Publisher('~cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
+def drive(joy):
+    twist = Twist()
+    twist.linear.x, twist.angular.z = 0.2 * joy.axes[1], joy.axes[0]
+    commands.publish(twist)
+rospy.Subscriber('joy', Joy, drive, queue_size=1, buff_size=65536, tcp_nodelay=True)
+rospy.spin()
+'''
 IMU, ODOM, JOY = ('imu', 'sensor_msgs', 'Imu'), ('odom', 'nav_msgs', 'Odometry'), (
     'joy', 'sensor_msgs', 'Joy')
 #: Node: (its file, topics of the bare subscriber beside it).
 NODES = {'imu_sub': ('imu_sub.py', IMU), 'controller': ('turtlebot_controller.py', IMU),
          'move_to_goal': ('move2goal_tf.py', IMU + ODOM), 'gamepad': ('gamepad.py', JOY)}
-#: Number of bare subscribers beside each node: the cost of a single one varies by a third, with the
-#: load of its core.
+#: Number of bare nodes beside each node: the cost of a single one varies by a third, with the load
+#: of its core.
 BARES = 3
+REPEATS = 5
 ROW = '{:13} {:>11} {:>10} {:>11} {:>10} {:>11} {:>11} {:>13} {:>15}'
 
 
 class Bench:
-    """A master, the robot, a pad, and one node after the other beside its bare subscriber."""
+    """A master, the robot, a pad, and one node after the other beside bare ones."""
 
     def __init__(self, seconds):
         self.seconds = seconds
@@ -105,7 +123,11 @@ class Bench:
         return took
 
     def bare(self, name, topics):
-        self.start([sys.executable, '-c', BARE, name] + list(topics))
+        if topics is JOY:    # the robot of a bare node is this process
+            self._stack.callback(rospy.Subscriber(
+                name + '/cmd_vel', Twist, lambda _: None, tcp_nodelay=True).unregister)
+        self.start([sys.executable, '-c', BARE_PAD if topics is JOY else BARE, name]
+                   + list(topics))
         return self.pid(name, topics[0])
 
     def pid(self, name, topic):
@@ -121,7 +143,7 @@ class Bench:
         raise RuntimeError('{} did not start'.format(name))
 
     def row(self, name):
-        """One line of the table: a node beside its bare subscriber."""
+        """One line of the table: a node beside its bare ones."""
         executable, topics = NODES[name]
         outer, self._stack = self._stack, contextlib.ExitStack()
         try:
@@ -150,15 +172,20 @@ class Bench:
                                         delays[int(0.99 * len(delays))]) if by_imu else '')
 
     def shares(self, pid, bare):
-        """[CPU of a node, times that of the bare subscribers beside it], as text."""
-        share, *least = self.measure(pid, *bare)
-        bare_share = max(statistics.mean(least), 0.01)
-        return ['{:.1f} %'.format(share), '{:.2f}'.format(share / bare_share)]
+        """[CPU of a node, times that of the bare nodes beside it], as text."""
+        shares, times = [], []
+        for _ in range(REPEATS):
+            share, *least = self.measure(self.seconds / REPEATS, pid, *bare)
+            shares.append(share)
+            times.append(share / max(statistics.mean(least), 0.01))
+        return ['{:.1f} %'.format(statistics.median(shares)),
+                '{:.2f}'.format(statistics.median(times))]
 
-    def measure(self, *pids):
-        """CPU shares [%] of processes over the time of a measurement."""
+    @staticmethod
+    def measure(seconds, *pids):
+        """CPU shares [%] of processes over some time [s]."""
         before, begun = [cpu_time(pid) for pid in pids], time.monotonic()
-        time.sleep(self.seconds)
+        time.sleep(seconds)
         took = time.monotonic() - begun
         return [100.0 * (cpu_time(pid) - then) / took for pid, then in zip(pids, before)]
 
@@ -214,10 +241,10 @@ def main(seconds):
         for name in NODES:
             print(bench.row(name), flush=True)
         print('embedded robot, with all its topics heard: {:.1f} %, {:.0f} MB'.format(
-            *bench.measure(bench.robot), memory(bench.robot)))
+            *bench.measure(seconds, bench.robot), memory(bench.robot)))
     finally:
         bench.close()
 
 
 if __name__ == '__main__':
-    main(float(sys.argv[1]) if len(sys.argv) > 1 else 10.0)
+    main(float(sys.argv[1]) if len(sys.argv) > 1 else 20.0)

@@ -61,7 +61,7 @@ NUMBERS = {
         'FIRST_LAG': 0.05, 'FIRST_DELAY': 0.125 / 3.0, 'MAX_DELAY': 0.4, 'MAX_LAG': 0.15,
         'LEARNING': 0.1, 'STEADY': 0.08, 'STEADY_TIME': 0.12, 'CRUISING': 0.5,
         'LEARNING_TIME': 1.5, 'ONSET': 0.03, 'TELLING': 0.2, 'PROMPT': 0.98},
-    pace: {'EARLY': 0.0035, 'LONGEST_IDLE': 0.03, 'LOOK_AHEAD': 0.001},
+    pace: {'EARLY': 0.0035, 'LONGEST_IDLE': 0.036},
     settling: {'REST_LINEAR': 0.005, 'REST_ANGULAR': 0.03, 'SETTLING_TIME': 0.03,
                          'STANDARD_ERRORS': 2.0},
     turning: {'PERIOD': 1.0 / 30.0, 'SAME_MOMENT': 1e-6},

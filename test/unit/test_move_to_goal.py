@@ -146,7 +146,7 @@ def test_a_reset_starts_the_drive_anew_in_the_new_frame():
     reset = robot.core.reset(Pose2(5.0, -1.0, math.pi / 2.0), robot.now)
     robot.run(0.05)
     assert reset.done
-    pose = robot.status.pose
+    pose = robot.core.pose(robot.now)
     assert (pose.x, pose.y, pose.yaw) == pytest.approx((5.0, -1.0, math.pi / 2.0), abs=1e-9)
     assert robot.status.state.value == 'ROTATE_TO_GOAL' and robot.status.attempt == 2
 
@@ -163,13 +163,13 @@ def test_a_clock_that_goes_back_neither_drives_wild_nor_hangs():
     (Pose2(), 'set to zero'), (Pose2(4.0, 2.0, 0.3), 'jumped by 3.00 m')])
 def test_odometry_that_jumps_stops_the_drive_and_leaves_the_pose(odom_pose, words):
     robot = driving()
-    before = robot.status.pose
+    before = robot.core.pose(robot.now)
     robot.odom_pose = odom_pose
     assert set(robot.run(0.5)[1:]) == {None}
     assert words in robot.status.failure
     news, = robot.core.take_news()
     assert words in news.text and 'the local pose is kept' in news.text and news.warning
-    after = robot.status.pose
+    after = robot.core.pose(robot.now)
     assert (after.x, after.y, after.yaw) == pytest.approx((before.x, before.y, before.yaw))
     robot.core.set_goal(Pose2(1.0, 0.0, 0.0))
     assert None not in robot.run(0.2)[2:]
@@ -305,7 +305,7 @@ def test_a_stuck_robot_on_a_flaky_network_is_given_up():
 
 def test_the_words_of_a_drive_from_waiting_to_its_end():
     robot = Robot(has_control=False)
-    assert robot.status.goal is None and robot.status.pose is None
+    assert robot.status.goal is None and robot.core.pose(robot.now) is None
     robot.core.set_goal(Pose2(0.5, 0.0, 0.0))
     assert robot.status.words == WAITING_FOR_CONTROL
     robot.control(True)
@@ -357,7 +357,7 @@ def test_a_reset_that_was_given_up_is_not_carried_out():
     robot.core.give_up_reset(reset)
     robot.run(0.1)
     assert not reset.done and robot.core.take_resets() == []
-    assert robot.status.pose.x == pytest.approx(0.0)
+    assert robot.core.pose(robot.now).x == pytest.approx(0.0)
 
 
 # -- the effect of a wrong sign, a missing line or another constant

@@ -6,9 +6,9 @@ each of its control periods (turtlebot3.CONTROL_RATE). So a law asks for one ste
 
 Between two steps no IMU sample needs to be read: the IMU sends several in a period, and the next
 step needs a fresh one. Waking up for each of them is the largest cost of a rospy node. So
-`Listening` leaves the stream alone after a sample, until shortly before the next step. Of the
-samples that waited meanwhile the latest is read then. The next sample that arrives takes the step.
-Nodes (:func:`tb3_labs.ros.topics.subscribe`) and roll-outs (:mod:`tb3_labs.simulation.rollout`)
+`Listening` leaves the stream alone after a sample, until the next step is due. Of the samples that
+waited meanwhile the latest is read then, and takes the step. Its stamp tells its age, at most one
+period of the IMU, and the laws reckon with that. So a step costs one look at the stream. Nodes (:func:`tb3_labs.ros.topics.subscribe`) and roll-outs (:mod:`tb3_labs.simulation.rollout`)
 read their samples in this rhythm.
 
 Units: seconds on the caller's clock (`now`). Edge cases: a clock that goes back makes a command
@@ -20,14 +20,12 @@ from typing import Callable, List, Optional, Sequence, TypeVar
 
 from tb3_labs.geometry.limits import clamp
 
-#: Steps after the first one are planned early by this [s]. A step is taken when an IMU sample
-#: arrives, up to 5 ms late, and a late command is worse than an early one: until it arrives, the
-#: robot obeys the one before.
+#: Steps after the first one are planned early by this [s]. Where every sample is read, a step is
+#: taken when one arrives, up to 5 ms late. A late command is worse than an early one: until it
+#: arrives, the robot obeys the one before.
 EARLY = 0.0035
-#: A stream of samples is left alone for this long at most [s],
-LONGEST_IDLE = 0.03
-#: and only until this time before the next step [s], so that the step uses a fresh sample.
-LOOK_AHEAD = 0.001
+#: A stream of samples is left alone for this long at most [s]: a little more than a control period.
+LONGEST_IDLE = 0.036
 
 Sample = TypeVar('Sample')
 
@@ -51,7 +49,7 @@ class Pace:
 
     def idle_for(self, now: float) -> float:
         """Time for which no sample needs to be read [s]."""
-        return clamp(self._next - now - LOOK_AHEAD, 0.0, LONGEST_IDLE)
+        return clamp(self._next - now, 0.0, LONGEST_IDLE)
 
     def step(self, now: float) -> float:
         """Take a step; returns the time since the last one [s]."""

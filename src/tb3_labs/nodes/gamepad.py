@@ -17,7 +17,7 @@ from typing import List, Optional, Sequence
 from tb3_labs.control.speed_laws import Twist2, saturate
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.nodes.control_words import ControlWords
-from tb3_labs.nodes.pad import PadListener, PadMessage
+from tb3_labs.nodes.pad import PadListener, PadMessage, PadState
 from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.arbitration import HOLDERS, Holder, HolderEvent, after
@@ -41,6 +41,8 @@ class GamepadCore:
         self._sleep = SleepWatch(LONGEST_LAPSE)
         self._silent_until = 0.0
         self._is_new = False         # something changed, so a command is due
+        self._asked_by = PadState()  # the state of the latest command,
+        self._asked = Twist2()       # and that command
         self._resets = 0             # presses of the reset button that were not taken yet
         self._news = NewsDesk()
 
@@ -141,12 +143,19 @@ class GamepadCore:
             self._pad.lose()
             self._tell_loss(now)
             self._stop(HolderEvent.LOST, now, now)
-        state, model, config = self._pad.state, self._model, self._config
+        state = self._pad.state
         if state is None or not self._drives() or now < self._silent_until:
             return None
-        asked = Twist2(state.forward * min(config.linear_scale, model.max_linear),
-                       state.left * min(config.angular_scale, model.max_angular))
-        return saturate(asked, model.max_linear, model.max_angular, model)
+        if state is not self._asked_by:    # a stick that is held asks for the same again
+            self._asked_by, self._asked = state, self._asked_for(state)
+        return self._asked
+
+    def _asked_for(self, state: PadState) -> Twist2:
+        """The velocity that the sticks ask for."""
+        model, config = self._model, self._config
+        return saturate(Twist2(state.forward * min(config.linear_scale, model.max_linear),
+                               state.left * min(config.angular_scale, model.max_angular)),
+                        model.max_linear, model.max_angular, model)
 
     def _drives(self) -> bool:
         state = self._pad.state
@@ -159,8 +168,8 @@ class GamepadCore:
         return message.state.at_rest
 
     def _is_lost(self, now: float) -> bool:
-        depends = self._drives() or (self.gives and not self._config.drive_without_pad)
-        return depends and not self.joy.is_fresh(now)
+        return not self.joy.is_fresh(now) and (
+            self._drives() or (self.gives and not self._config.drive_without_pad))
 
     # -- who holds the robot
 

@@ -59,7 +59,6 @@ class DriveStatus(NamedTuple):
     hold_reason: str              # reason why the robot stands during a drive, or ''
     has_control: bool             # may this node drive?
     sensor_problem: str           # the lost sensors, in words; '' while both are fresh
-    pose: Optional[Pose2]         # of the robot now; None before the first samples
 
 
 class DriveEnd(NamedTuple):
@@ -228,13 +227,16 @@ class MoveToGoalCore:
 
     def status(self, now: float) -> DriveStatus:
         """The drive at this moment."""
-        machine, motion = self._machine, self._localizer.motion(now)
-        problem = self._sensors.problem(now)
+        machine, problem = self._machine, self._sensors.problem(now)
         return DriveStatus(
             self._words(problem), machine.state, machine.goal, machine.law.distance_tolerance,
             machine.attempt, machine.begun, machine.active, machine.failure,
-            self._sensors.hold_reason, self.has_control, problem,
-            None if motion is None else motion.pose)
+            self._sensors.hold_reason, self.has_control, problem)
+
+    def pose(self, now: float) -> Optional[Pose2]:
+        """The robot's pose in local at this moment; None before the first samples."""
+        motion = self._localizer.motion(now)
+        return None if motion is None else motion.pose
 
     def errors(self, pose: Pose2) -> Tuple[float, float]:
         """(distance [m], angle [rad]) by which `pose` misses the goal."""

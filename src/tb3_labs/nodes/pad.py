@@ -59,7 +59,8 @@ class PadListener:
         self._lateness = Lateness(LONGEST_LAPSE)
         self._heard_since = math.inf     # from then on the lateness of messages is learned
         self._is_late = False
-        self._last: Optional[Tuple[Sequence[float], Sequence[int]]] = None
+        self._last: Optional[Tuple[Sequence[float], Sequence[int]]] = None    # message,
+        self._read = PadState()          # and what it said
 
     def hear(self, axes: Sequence[float], buttons: Sequence[int], now: float,
              stamp: float) -> PadMessage:
@@ -68,19 +69,20 @@ class PadListener:
         A button that is down in the first message may have been pressed long ago, and does not
         count as pressed now. A stop counts all the same.
         """
-        state = read_pad(axes, buttons, self._config)
+        if (axes, buttons) == self._last:
+            self.repeats = True
+        else:
+            self._read, self._last = read_pad(axes, buttons, self._config), (axes, buttons)
+        state = self._read
         lateness = self._lateness.of(stamp, now) if stamp > 0.0 else 0.0
-        self.repeats = self.repeats or (axes, buttons) == self._last
-        self._last = axes, buttons
         came_after_loss = self.repeats and not self.source.is_fresh(now)
         self.source.heard(now)
         if math.isinf(self._heard_since) or (came_after_loss and stamp <= 0.0):
             self._heard_since = now
         self._is_late = lateness > PAD_TIMEOUT
-        before = state._replace(regain=False)
-        if self.state is not None and not came_after_loss:
-            before = self.state
-        self.state = state
+        before, self.state = self.state, state
+        if before is None or came_after_loss:
+            before = state._replace(regain=False)
         return PadMessage(state, before, lateness, came_after_loss)
 
     def lose(self) -> None:

@@ -1,4 +1,5 @@
-"""`/diagnostics` of a driving node, once a second, for rqt_robot_monitor and rostopic echo."""
+"""`/diagnostics` of a driving node, once a second while they are heard, as rqt_robot_monitor and
+rostopic echo do."""
 import threading
 
 import rospy
@@ -13,11 +14,13 @@ REPORT_PERIOD = 1.0    # [s, wall clock]
 class Diagnostics:
     """Publishes the answer of `report()`: ``(problem, {name: value})``; '' is no problem.
 
-    `report` is called in a thread of its own, which holds no lock of the node.
+    `report` is called once a second, heard or not, so that rates are those of the last second. Its
+    thread holds no lock of the node.
     """
 
     def __init__(self, hardware, report):
         self._report = report
+        self._latest = '', {}
         self._updater = Updater()
         self._updater.setHardwareID(hardware)
         self._updater.add('state', self._fill)    # the node's name is put before it
@@ -27,10 +30,12 @@ class Diagnostics:
 
     def _run(self):
         while not self._ending.wait(REPORT_PERIOD):
-            self._updater.force_update()
+            self._latest = self._report()
+            if self._updater.publisher.get_num_connections():
+                self._updater.force_update()
 
     def _fill(self, status):
-        problem, values = self._report()
+        problem, values = self._latest
         status.summary(DiagnosticStatus.WARN if problem else DiagnosticStatus.OK, problem or 'OK')
         for name, value in values.items():
             status.add(name, str(value))

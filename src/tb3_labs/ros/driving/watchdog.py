@@ -7,8 +7,8 @@ import rospy
 
 from tb3_labs.ros.node import guarded
 
-#: The watchdog begins to check when no message came for this long [s, wall clock], half the
-#: shortest timeout,
+#: The watchdog of a node that reckons on with old samples begins to check when no message came for
+#: this long [s, wall clock], half the shortest timeout,
 QUIET_TIME = 0.1
 #: and then checks with this period, until the next message [s].
 CHECK_PERIOD = 0.02
@@ -20,18 +20,17 @@ class Watchdog:
     A rospy.Timer would stop with the simulated clock, just when the check is needed.
     """
 
-    def __init__(self, check):
+    def __init__(self, check, quiet_time=QUIET_TIME):
         self._check = guarded(check)
+        self._quiet_time = quiet_time
         self._awake = threading.Event()
         self._fed_at = -math.inf
         threading.Thread(target=self._run, name='watchdog', daemon=True).start()
 
     def keep(self, awake):
         """`awake`: the node drives, so it must be checked."""
-        if awake:
-            self._awake.set()
-        else:
-            self._awake.clear()
+        if awake is not self._awake.is_set():    # which is cheaper than to say it again
+            (self._awake.set if awake else self._awake.clear)()
 
     def feed(self):
         """A message has arrived and was processed."""
@@ -40,7 +39,7 @@ class Watchdog:
     def _run(self):
         while not rospy.is_shutdown():
             self._awake.wait()
-            patient_for = self._fed_at + QUIET_TIME - time.monotonic()
+            patient_for = self._fed_at + self._quiet_time - time.monotonic()
             if patient_for > 0.0:
                 time.sleep(patient_for)
             else:

@@ -19,10 +19,11 @@ PATH_STEP = 0.02
 PATH_TURN = math.radians(10.0)
 #: beyond this many points every other one is dropped.
 PATH_POINTS = 1000
-#: Path and line to the goal are sent at most this often [1/s],
+#: All but the pose is sent at most this often [1/s], unless the frame is declared anew: then at
+#: once.
+DISPLAY_RATE = 10.0
+#: The path, which is long, is sent at most this often [1/s].
 PATH_RATE = 5.0
-#: and the frame, unless it is declared anew: then at once.
-FRAME_RATE = 10.0
 
 
 class LocalDisplay:
@@ -33,25 +34,23 @@ class LocalDisplay:
         self._pose = rospy.Publisher('local_pose', PoseStamped, queue_size=1)
         self._path = rospy.Publisher('local_path', Path, queue_size=1, latch=True)
         self._tf = tf2_ros.TransformBroadcaster()
-        self._frame_sent = -math.inf, None      # stamp, pose
+        self._shown = -math.inf, None           # the last stamp, and odom_T_local then
         self._way = WayMarker(local_frame)
-        self._way_sent = -math.inf
         self._points = []
         self._path_sent = -math.inf
 
     def show(self, fix, odom_T_local, odom_frame, goal_of_drive):
         """Publish one localizer.Fix. `goal_of_drive()` is the goal, a Pose2 in local; None where
         there is no drive."""
-        self._extend_path(fix)
         if self._pose.get_num_connections():
             self._pose.publish(to_pose_stamped(fix.local_T_base, self._frame, fix.stamp))
-        sent_at, sent = self._frame_sent
-        if odom_T_local != sent or abs(fix.stamp - sent_at) >= 1.0 / FRAME_RATE:
-            self._frame_sent = fix.stamp, odom_T_local
-            self._tf.sendTransform(to_transform(odom_T_local, odom_frame, self._frame, fix.stamp))
-        if abs(fix.stamp - self._way_sent) >= 1.0 / PATH_RATE:
-            self._way_sent = fix.stamp
-            self._way.show(fix.local_T_base, goal_of_drive())
+        shown_at, declared = self._shown
+        if odom_T_local == declared and abs(fix.stamp - shown_at) < 1.0 / DISPLAY_RATE:
+            return
+        self._shown = fix.stamp, odom_T_local
+        self._tf.sendTransform(to_transform(odom_T_local, odom_frame, self._frame, fix.stamp))
+        self._way.show(fix.local_T_base, goal_of_drive)
+        self._extend_path(fix)
 
     def forget_path(self):
         """Clear the path: the local frame was declared anew, and the path was in the old one."""

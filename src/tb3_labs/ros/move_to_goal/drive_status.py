@@ -55,7 +55,7 @@ class DriveStatusPublisher:
             self._progress_at = now
         elif status.words in DRIVING and abs(now - self._progress_at) >= PROGRESS_PERIOD:
             self._progress_at = now
-            rospy.loginfo('%s: %s', status.words, self._to_go(status))
+            rospy.loginfo('%s: %s', status.words, self._to_go(now))
 
     def plot(self, fix):
         """Publish the errors of a localizer.Fix on topics for rqt_plot, while they are heard."""
@@ -82,12 +82,12 @@ class DriveStatusPublisher:
         if status.failure:
             rospy.logwarn('Goal (%s) given up: %s', status.goal, status.failure)
         elif not status.active:
-            distance, angle = self._left(status)
+            distance, angle = self._left(now)
             rospy.loginfo('Goal reached! %.3f m and %.1f deg off, after %.1f s', distance, angle,
                           now - self._begun_at)
         elif status.words in DRIVING:
             if self._begun_at == now:
-                rospy.loginfo('Goal (%s): %s', status.goal, self._to_go(status))
+                rospy.loginfo('Goal (%s): %s', status.goal, self._to_go(now))
             rospy.loginfo('%s', status.words)
         elif is_stopped(status.words):
             rospy.logwarn('%s', status.words.capitalize())
@@ -95,12 +95,12 @@ class DriveStatusPublisher:
             hint = ' (True on ctrl_relinq)' if status.words == WAITING_FOR_CONTROL else ''
             rospy.loginfo('Goal (%s): %s%s', status.goal, status.words, hint)
 
-    def _to_go(self, status):
+    def _to_go(self, now):
         """What is left. While the robot turns towards its goal the second number may grow: it is
         the turn that is left at the end."""
-        return '{:.3f} m to go, {:.1f} deg off the final heading'.format(*self._left(status))
+        return '{:.3f} m to go, {:.1f} deg off the final heading'.format(*self._left(now))
 
-    def _left(self, status):
+    def _left(self, now):
         """(distance [m], angle [deg], not negative) to the goal."""
-        distance, angle = self._core.errors(status.pose)
+        distance, angle = self._core.errors(self._core.pose(now))
         return distance, abs(math.degrees(angle))

@@ -65,10 +65,12 @@ class WayMarker:
         self._line = _marker('way', 0, frame, Pose2(), Marker.LINE_STRIP, ORANGE, (0.012, 0.0, 0.0))
         self._publisher = rospy.Publisher('way_marker', Marker, queue_size=1)
 
-    def show(self, pose, goal):
-        """Draw a line from one Pose2 to another; nothing if there is no goal, or nobody hears."""
+    def show(self, pose, goal_of_drive):
+        """Draw a line from a Pose2 to that of `goal_of_drive()`; nothing if it is None, or nobody
+        hears."""
         if not self._publisher.get_num_connections():
             return
+        goal = goal_of_drive()
         self._line.action = Marker.DELETE if goal is None else Marker.ADD
         if goal is not None:
             self._line.points = [Point(place.x, place.y, 0.005) for place in (pose, goal)]
