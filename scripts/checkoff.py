@@ -22,14 +22,13 @@ from pathlib import Path
 
 import rosgraph
 import rospy
-import yaml
 
 from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.points import points_of
 from tb3_labs.ros.marking.bench.bag import Bag
 from tb3_labs.ros.marking.bench.checkoff import Checkoff, Impossible, parts_of
 from tb3_labs.ros.marking.bench.person import Person
-from tb3_labs.ros.marking.points_file import points_file
+from tb3_labs.ros.marking.points_file import read_points
 
 
 def parse(words):
@@ -53,14 +52,13 @@ def main(words):
     lab = LABS[given.lab]
     try:
         parts = parts_of(given.lab, lab.checked_parts(given.parts))
-        with open(str(given.points or points_file())) as file:
-            worth = points_of(given.lab, lab.criteria, yaml.safe_load(file))
+        worth = points_of(given.lab, lab.criteria, read_points(given.points))
         given.folder.mkdir(parents=True, exist_ok=True)
         if not rosgraph.is_master_online():
             raise Impossible('no master runs here: start the robot and your node first')
         rospy.init_node('checkoff', anonymous=True, disable_signals=True)
         checkoff = Checkoff(given.lab, parts, worth, given.node, person)
-    except (OSError, ValueError, RuntimeError, Impossible, yaml.YAMLError) as problem:
+    except (OSError, ValueError, RuntimeError, Impossible) as problem:
         return tell_problem(problem)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     person.tell('{}: {}. Lines with > are for you to do, lines with ? to answer. Ctrl+C ends it.'

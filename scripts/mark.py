@@ -19,8 +19,6 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict
 from pathlib import Path
 
-import yaml
-
 if importlib.util.find_spec('matplotlib') is None:    # the pages need it, and the set-up leaves it out
     sys.exit('mark.py: matplotlib is missing; install it: sudo apt install --no-install-recommends '
              'python3-matplotlib')
@@ -37,7 +35,8 @@ from tb3_labs.ros.marking.intake import digest, submissions_from
 from tb3_labs.ros.marking.marker import QUIET, Marker, Options
 from tb3_labs.ros.marking.marks_folder import MarksFolder, due_time, late_by
 from tb3_labs.ros.marking.pads import HANDOUT, pad_called
-from tb3_labs.ros.marking.points_file import points_file
+from tb3_labs.ros.marking.points_file import read_points
+from tb3_labs.ros.marking.progress import Progress
 from tb3_labs.ros.marking.sandbox import forget_overlays
 from tb3_labs.simulation.network import NETWORKS
 
@@ -87,8 +86,7 @@ def main(words):
         try:
             parts = lab.checked_parts(given.parts)
             due = due_time(given.due) if given.due else None
-            with open(str(given.points or points_file())) as file:
-                table = yaml.safe_load(file)
+            table = read_points(given.points)
             worth, rows = points_of(given.lab, lab.criteria, table), course_of(given.lab, table)
             check_place(given.submissions, given.folder)
             found = submissions_from(given.submissions, work, tell_problem)
@@ -99,7 +97,7 @@ def main(words):
                               checked_pad(given.lab, given.pad), not given.unprotected)
             check_boxes(given.unprotected)
             folder = MarksFolder(given.folder, given.lab, parts, worth, rows, asdict(options))
-        except (OSError, ValueError, Refused, yaml.YAMLError) as problem:
+        except (OSError, ValueError, Refused) as problem:
             tell_problem(problem)
             return 2
         marker = Marker(given.lab, worth, folder.logs, parts, options)
@@ -148,6 +146,10 @@ def check_boxes(unprotected):
                              box.problem(), UNPROTECTED))
 
 
+#: Of all submissions that are marked now.
+PROGRESS = Progress(sys.stdout)
+
+
 class Marking:
     """Marks submissions, several at a time, and tells of each."""
 
@@ -193,6 +195,12 @@ class Marking:
 
     def _mark(self, submission, name):
         """(Marks, digest of what was tried), or (Marks, None) if it was not tried again."""
+        try:
+            return self._marked(submission, name)
+        finally:
+            PROGRESS.done(name)
+
+    def _marked(self, submission, name):
         begun = time.monotonic()
         with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
             folder, remarks = submission.lay_out(work)
@@ -203,8 +211,10 @@ class Marking:
                 tell('{}: {:g} of {:g} points, marked before'.format(
                     name, marks.points, marks.worth))
                 return marks, None
-            tell(name + ' ...')
-            marks = self._marker.mark(folder, lambda words: tell('{}: {}'.format(name, words)))
+            tell_trying(name)
+            marks = self._marker.mark(
+                folder, lambda words: tell('{}: {}'.format(name, words)),
+                lambda words: tell_trying(name, words, time.monotonic() - begun))
         marks.remarks[:0] = remarks
         marks.late, marks.seconds = late, time.monotonic() - begun
         tell('{}: {}, {:.0f} s{}'.format(
@@ -219,9 +229,17 @@ class Marking:
 
 
 def tell(line):
-    """Print a line by one write, since several threads print."""
-    sys.stdout.write(line + '\n')
-    sys.stdout.flush()
+    """Print a line that stays."""
+    PROGRESS.line(line)
+
+
+def tell_trying(name, words='', seconds=0.0):
+    """Print what is tried of a submission: each part, and on a terminal each step and the time."""
+    part, _, step = words.partition(': ')
+    if part:
+        PROGRESS.now(name, '{}: {}'.format(name, part), ', {}, {:.0f} s'.format(step, seconds))
+    else:
+        PROGRESS.now(name, name + ' ...', ' {:.0f} s'.format(seconds))
 
 
 def tell_problem(problem):

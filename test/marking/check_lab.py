@@ -1,5 +1,8 @@
 #!/usr/bin/env python3
-"""Checks a node by the criteria of its lab, as a rostest: one test for each criterion.
+"""Checks a node by the criteria of its lab, as a rostest: one test for each criterion, and the total.
+
+What is tried, the verdicts and the points come to the terminal while rostest waits for the end. A
+criterion beyond the handout that is not met is no test, unless `~strict` says so.
 
 Started by check_LAB.test. Parameters
     ~lab        imu, turn, move2goal or gamepad
@@ -17,18 +20,26 @@ import unittest
 from dataclasses import fields
 
 import rospy
-import rostest
-import yaml
+import rosunit
 
 from tb3_labs.marking.criteria import Outcome, judge
 from tb3_labs.marking.labs import GAMEPAD, LABS
+from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.points import points_of
+from tb3_labs.ros.marking.executable import place_of
+from tb3_labs.ros.marking.launch import Launch
 from tb3_labs.ros.marking.pads import HANDOUT, pad_called
+from tb3_labs.ros.marking.points_file import read_points
+from tb3_labs.ros.marking.progress import TRYING, Progress
 from tb3_labs.ros.marking.trial import try_out
 
+OWN_PACKAGE = 'tb3_labs'
+#: rostest names the file for the results by this word.
+RESULTS = '--gtest_output=xml:'
 
-def observe():
-    """Try the node out; the verdicts."""
+
+def marked(progress):
+    """Try the node out; its Marks."""
     name, package, executable, points, parts, record = (rospy.get_param('~' + name) for name in (
         'lab', 'pkg', 'type', 'points', 'parts', 'record'))
     if name not in LABS:
@@ -37,46 +48,96 @@ def observe():
     parts = lab.checked_parts(parts)
     for known in ('lab', 'points', 'parts', 'record'):      # a node need not read them
         rospy.delete_param('~' + known)
-    with open(points) as file:
-        worth = points_of(name, lab.criteria, yaml.safe_load(file))
+    worth = points_of(name, lab.criteria, read_points(points))
     pad = pad_called(rospy.get_param('~pad', HANDOUT))
     if name == GAMEPAD:    # for a node that reads its numbers, as this package's
         rospy.set_param('/' + GAMEPAD, {item.name: getattr(pad, item.name) for item in fields(pad)})
+    progress.line('{}, {}: {}/{} is judged{}'.format(
+        lab.title, ', '.join(parts or lab.parts), package, executable, whose(package, executable)))
 
     def keep(observation):
         if record:
             with open(record + '.part', 'w') as file:
                 file.write(observation.to_json())
             os.replace(record + '.part', record)
-    observation = try_out(name, package, executable, parts, keep, pad)
-    return judge(lab.criteria, observation, worth, parts)
+    observation = try_out(name, package, executable, parts, keep, pad,
+                          lambda words: progress.now('', TRYING + words))
+    progress.done('')
+    remarks = observation.remarks + [observation.unfair] * bool(observation.unfair)
+    return Marks('', observation.node, judge(lab.criteria, observation, worth, parts), remarks)
 
 
-def test_of(verdict, strict):
-    """A test method that fails with a Verdict that is not met."""
-    def test(self):
-        if verdict.outcome is Outcome.MET:
-            return
-        message = '{}: {} ({:g} of {:g} points). Asked: {}'.format(
-            verdict.outcome.value, verdict.sentence, verdict.points, verdict.worth,
-            verdict.criterion.meaning)
-        if verdict.criterion.extra and not strict:
-            self.skipTest(message)
-        self.fail(message)
-    return test
+def whose(package, executable):
+    """Words on the file that is judged; ``ValueError`` if rosrun cannot start it."""
+    if Launch.given().environment is not None:
+        return ''       # mark.py has prepared it, in an environment of its own
+    place = place_of(package, executable)
+    if package == OWN_PACKAGE:
+        return ', the node of this package. For yours: pkg:=PACKAGE type:=FILE'
+    return ' ({})'.format(place)
+
+
+class Check(unittest.TestCase):
+    """One result; a failure is a sentence, without the stack of a program."""
+
+    def __init__(self, name, failure=''):
+        super().__init__()
+        self._name, self._failure = name, failure
+
+    def runTest(self):
+        """The result is known already."""
+
+    def id(self):
+        return 'check_lab.Check.' + self._name
+
+    def run(self, result=None):
+        result.startTest(self)
+        if self._failure:
+            result.addFailure(self, (AssertionError, AssertionError(self._failure), None))
+        else:
+            result.addSuccess(self)
+        result.stopTest(self)
+        return result
+
+
+def checks_of(marks, strict):
+    """A Check for each criterion, and the total."""
+    checks = [Check('test_' + verdict.criterion.label, verdict.line.strip() * (
+        verdict.outcome is not Outcome.MET)) for verdict in marks.verdicts
+        if strict or not verdict.criterion.extra or verdict.outcome is Outcome.MET]
+    missed = any(verdict.outcome is not Outcome.MET for verdict in marks.graded)
+    return checks + [Check('test_total', total(marks) * missed)]
+
+
+def total(marks):
+    """The points in words."""
+    return '{:g} of {:g} points'.format(marks.points, marks.worth)
+
+
+def report(checks):
+    """Hand the results to rostest; the exit status."""
+    if '--text' in sys.argv:
+        result = unittest.TextTestRunner(verbosity=2).run(unittest.TestSuite(checks))
+    else:
+        file = next((word[len(RESULTS):] for word in sys.argv if word.startswith(RESULTS)), None)
+        result = rosunit.create_xml_runner(OWN_PACKAGE, 'check', file).run(
+            unittest.TestSuite(checks))
+    return 0 if result.wasSuccessful() else 1
 
 
 def main():
-    """Try the node out, judge it, report as a rostest."""
+    """Try the node out, judge it, report as a rostest; the exit status."""
     rospy.init_node('check')
+    progress = Progress(sys.stderr)
     try:
-        verdicts = observe()
-    except (OSError, ValueError, yaml.YAMLError) as problem:
-        sys.exit('check_lab.py: {}'.format(problem))
-    strict = rospy.get_param('~strict')
-    tests = {'test_' + verdict.criterion.label: test_of(verdict, strict) for verdict in verdicts}
-    rostest.rosrun('tb3_labs', 'check', type('Check', (unittest.TestCase,), tests))
+        marks = marked(progress)
+    except (OSError, ValueError) as problem:
+        progress.line('check_lab.py: nothing was judged: {}'.format(problem))
+        return report([Check('test_runs', 'nothing was judged: {}'.format(problem))])
+    for line in [verdict.line for verdict in marks.verdicts] + marks.remarks + [total(marks)]:
+        progress.line(line)
+    return report(checks_of(marks, rospy.get_param('~strict')))
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(main())

@@ -19,6 +19,7 @@ from tb3_labs.marking.course import Row, cells
 from tb3_labs.marking.criteria import Criterion, Outcome, Place, judge
 from tb3_labs.marking.figures import over_time, path
 from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.life import tracebacks_before_the_end
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.marks_table import Table
 from tb3_labs.marking.observation import NotOffered, Observation, Run, Stimulus
@@ -258,12 +259,27 @@ def test_a_node_that_dies_of_a_stimulus_does_not_meet_it():
     ({'took': 0.8, 'signal': 0}, 'bye\n', ''), ({'took': None, 'signal': 0}, '', 'still running'),
     ({'took': 0.8, 'signal': 2}, '', ''), ({'took': 0.8, 'signal': 6}, '', 'signal 6'),
     ({'took': 0.8, 'signal': 0}, 'Traceback (most recent call last):\n  x\nKeyError: 3\n',
-     'KeyError: 3')])
+     'KeyError: 3'),
+    ({'took': 0.8, 'signal': 0}, '[ERROR] [17.2]: Traceback (most recent call last):\n  x\n', 'traceback')])
 def test_a_clean_exit(facts, printed, words):
-    seen = observation(stimuli=[stimulus('Ctrl+C', died=True, printed=printed, facts=facts)])
+    """At the first Ctrl+C, or at one that is tried again."""
     clean_exit, = [c for c in turn.CRITERIA if c.name == 'clean_exit']
-    missed = clean_exit.judge(seen)
-    assert words in missed and bool(missed) is bool(words)
+    this = dict(died=True, printed=printed, facts=facts)
+    good = stimulus('Ctrl+C', died=True, printed='bye', facts={'took': 0.8, 'signal': 0})
+    for stimuli in ([stimulus('Ctrl+C', **this)], [good, stimulus('Ctrl+C again', 3.0, 5.0, **this)]):
+        missed = clean_exit.judge(observation(stimuli=stimuli))
+        assert words in missed and bool(missed) is bool(words)
+
+
+@pytest.mark.parametrize('name, printed, said', [
+    ('l', 'Traceback (most recent call last):\n  x\nKeyError: 3\n', "during \"l\": 'KeyError: 3'"),
+    ('l', 'ValueError: that was no number', ''),
+    ('Ctrl+C', 'Traceback (most recent call last):\n  x\nKeyError: 3\n', ''),
+    ('l', 'Traceback (most recent call last):\nrospy.exceptions.ROSException: '
+     'publish() to a closed topic\n', '')])
+def test_a_traceback_before_the_end_is_told(name, printed, said):
+    told = tracebacks_before_the_end(stimulus(name, printed=printed))
+    assert len(told) == bool(said) and said in ''.join(told)
 
 
 @pytest.mark.parametrize('commands, met', [

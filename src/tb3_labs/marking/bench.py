@@ -19,7 +19,6 @@ MARGIN = 20.0
 BY_QUADRANT: Sequence[Mapping[str, str]] = (
     {LEFT: LEFT, RIGHT: 'r across 0'}, {LEFT: 'l across 180', RIGHT: RIGHT},
     {LEFT: LEFT, RIGHT: 'r across 180'}, {RIGHT: RIGHT})
-SYMBOLS = {Outcome.MET: 'met', Outcome.MISSED: 'NOT MET', Outcome.NOT_OFFERED: 'not offered'}
 
 
 class Question(NamedTuple):
@@ -121,15 +120,6 @@ class Falling:
         return (sum(verdict.points for verdict in self.verdicts),
                 sum(verdict.worth for verdict in self.graded)
                 + sum(self._worth[c.name] for c in self._open if not c.extra))
-
-
-def line_of(verdict: Verdict) -> str:
-    """A verdict in one line."""
-    points = '{:g} of {:g}'.format(verdict.points, verdict.worth) \
-        if verdict.worth or not verdict.criterion.extra else 'extra '
-    said = '  {:8} {}  {}'.format(SYMBOLS[verdict.outcome], points, verdict.criterion.meaning)
-    return said if verdict.outcome is Outcome.MET else '{}\n{}{}'.format(
-        said, ' ' * 11, verdict.sentence)
 
 
 class Next(NamedTuple):

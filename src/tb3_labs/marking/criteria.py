@@ -19,6 +19,10 @@ class Outcome(Enum):
     NOT_OFFERED = 'not offered'
 
 
+#: How a line begins, so that what is missed is seen among many lines.
+SHOUTED = {Outcome.MET: 'met', Outcome.MISSED: 'NOT MET', Outcome.NOT_OFFERED: 'NOT OFFERED'}
+
+
 @dataclass(frozen=True)
 class Place:
     """A place in a lab sheet: a heading, and a numbered step below it (0: no step)."""
@@ -70,6 +74,14 @@ class Verdict:
         if self.outcome is Outcome.MET:
             return ''
         return '{}; see {}'.format(self.seen, self.criterion.where)
+
+    @property
+    def line(self) -> str:
+        """The verdict in one line: outcome, points, what is asked, and the sentence."""
+        points = 'extra' if self.criterion.extra and not self.worth else '{:g} of {:g}'.format(
+            self.points, self.worth)
+        words = ': '.join(filter(None, [self.criterion.meaning, self.sentence]))
+        return '  {:11}  {:8}  {}'.format(SHOUTED[self.outcome], points, words)
 
 
 def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mapping[str, float],

@@ -1,7 +1,7 @@
 """The Transformation lab's gamepad: driving, handing the robot over, resetting. All it asks for."""
 from tb3_labs.marking.criteria import Criterion, first_missed
-from tb3_labs.marking.life import (ENDS_IN_TIME, IN_TIME, STOPS_IN_TIME, TRACEBACK, clean_exit,
-                                   starts, stops_robot)
+from tb3_labs.marking.life import (CLEAN_EXIT, CLEAN_EXIT_LIMITS, IN_TIME, STOPS_IN_TIME, TRACEBACK,
+                                   clean_exit, starts, stops_robot)
 from tb3_labs.marking.observation import NotSeen, Observation
 from tb3_labs.marking.sheets import THUMB
 from tb3_labs.marking.steering import ANGULAR, LINEAR, NEAR, ROUNDING, opposite, steers
@@ -184,8 +184,8 @@ CRITERIA = [
               limits=IN_RESET_TIME),
     Criterion('says_success', BUTTONS, 'says "{}." after Y'.format(SUCCESS), THUMB, says_success,
               limits=IN_RESET_TIME),
-    Criterion('clean_exit', BUTTONS, 'at Ctrl+C ends by itself, without a traceback', THUMB,
-              clean_exit, limits=ENDS_IN_TIME),
+    Criterion('clean_exit', BUTTONS, CLEAN_EXIT, THUMB, clean_exit,
+              limits=CLEAN_EXIT_LIMITS),
     Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service', THUMB,
               says_why_not, limits=IN_RESET_TIME),
     Criterion('stops_robot', BUTTONS, 'at Ctrl+C while driving sends zero velocity', THUMB,

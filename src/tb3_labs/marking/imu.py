@@ -4,8 +4,8 @@ from typing import List
 
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.marking.criteria import Criterion, Place
-from tb3_labs.marking.life import (CTRL_C, ENDS_IN_TIME, IN_TIME, TRACEBACK, clean_exit, says,
-                                   starts)
+from tb3_labs.marking.life import (CLEAN_EXIT, CLEAN_EXIT_LIMITS, CTRL_C, IN_TIME, TRACEBACK,
+                                   clean_exit, says, starts)
 from tb3_labs.marking.observation import NotSeen, Observation
 from tb3_labs.marking.sheets import EXERCISE, HEADING_EXERCISE, IMU_SHEET
 
@@ -116,8 +116,8 @@ CRITERIA = [
               from_0_to_360),
     Criterion('says_goodbye', HEADING, 'at Ctrl+C says "{}", then nothing'.format(GOODBYE),
               AT_CTRL_C, says_goodbye, limits='{} more heading may follow'.format(LATE_HEADINGS)),
-    Criterion('clean_exit', HEADING, 'at Ctrl+C ends by itself, without a traceback', AT_CTRL_C,
-              clean_exit, limits=ENDS_IN_TIME),
+    Criterion('clean_exit', HEADING, CLEAN_EXIT, AT_CTRL_C, clean_exit,
+              limits=CLEAN_EXIT_LIMITS),
     Criterion('never_360', ODD_SAMPLES, 'never prints 360.000000', EXERCISE, never_360,
               extra=True),
     Criterion('survives_nonsense', ODD_SAMPLES, 'goes on after a quaternion of zeros', EXERCISE,

@@ -1,7 +1,9 @@
 """What every node should do: start, and end at Ctrl+C."""
 import re
+from typing import List, Optional
 
-from tb3_labs.marking.observation import WAS_MOVING, Observation
+from tb3_labs.marking.criteria import first_missed
+from tb3_labs.marking.observation import WAS_MOVING, Observation, Scene, Stimulus
 
 #: Ctrl+C, and two more chances: the last message that rospy publishes may be lost.
 CTRL_C = ('Ctrl+C', 'Ctrl+C again', 'Ctrl+C a third time')
@@ -20,12 +22,15 @@ STOPPING = 0.5
 #: What a criterion about Ctrl+C is judged by, in words.
 IN_TIME, ENDS_IN_TIME, STOPS_IN_TIME = (
     'within {:g} s'.format(time) for time in (START_TIME, ENDING, STOPPING))
-#: How a traceback begins.
+#: How a traceback begins, also in the middle of a line of a log.
 TRACEBACK_LINE = 'Traceback (most recent call last)'
-TRACEBACK = re.compile('^' + re.escape(TRACEBACK_LINE), re.MULTILINE)
+TRACEBACK = re.compile(re.escape(TRACEBACK_LINE))
 ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
 #: rospy itself raises this in a callback that publishes while the node ends.
 NOT_THEIRS = 'publish() to a closed topic'
+#: What a clean exit is, and how it is judged, in words.
+CLEAN_EXIT = 'at Ctrl+C ends by itself, without a traceback'
+CLEAN_EXIT_LIMITS = '{}; "{}", which rospy raises, does not count'.format(ENDS_IN_TIME, NOT_THEIRS)
 
 
 def starts(seen: Observation) -> str:
@@ -34,23 +39,41 @@ def starts(seen: Observation) -> str:
 
 
 def clean_exit(seen: Observation) -> str:
-    """Does it end by itself, without a traceback?"""
-    scene = seen.during(CTRL_C[0], may_die=True)
+    """Does it end by itself, without a traceback, at each Ctrl+C?"""
+    scenes = [seen.during(name, may_die=True) for name in CTRL_C if seen.has(name)] or [
+        seen.during(CTRL_C[0])]
+    return first_missed(*map(_clean_exit, scenes))
+
+
+def _clean_exit(scene: Scene) -> str:
     if scene.facts[TOOK] is None:
         return 'it was still running {:g} s after Ctrl+C and had to be killed'.format(ENDING)
-    if TRACEBACK.search(scene.printed):
-        return _traceback(scene.printed)
+    error = traceback_in(scene.printed)
+    if error is not None:
+        return 'it ended with a traceback' + (error and ': ' + error)
     if scene.facts[SIGNAL] not in ORDERLY:
         return 'it was ended by signal {}'.format(scene.facts[SIGNAL])
     return ''
 
 
-def _traceback(printed):
+def traceback_in(printed: str) -> Optional[str]:
+    """The error of a traceback of the node, in quotes, or '' if it cannot be told; None if there is
+    no traceback, or only one of rospy itself."""
+    if not TRACEBACK.search(printed):
+        return None
     errors = [line for line in printed.splitlines()
               if ERROR.match(line) and NOT_THEIRS not in line]
     if not errors and NOT_THEIRS in printed:
-        return ''
-    return 'it ended with a traceback{}'.format(': ' + repr(errors[-1][:120]) if errors else '')
+        return None
+    return repr(errors[-1][:120]) if errors else ''
+
+
+def tracebacks_before_the_end(stimulus: Stimulus) -> List[str]:
+    """A sentence on a traceback that is no matter of Ctrl+C, which else nobody would be told."""
+    error = traceback_in(stimulus.printed) if stimulus.name not in CTRL_C else None
+    return [] if error is None else [
+        'A traceback was printed during "{}"{}. The clean exit is about Ctrl+C alone.'.format(
+            stimulus.name, error and ': ' + error)]
 
 
 def stops_robot(seen: Observation) -> str:

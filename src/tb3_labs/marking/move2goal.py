@@ -5,8 +5,8 @@ import numpy as np
 
 from tb3_labs.marking import drives
 from tb3_labs.marking.criteria import Criterion, Place, first_missed
-from tb3_labs.marking.life import (ENDS_IN_TIME, IN_TIME, STOPS_IN_TIME, clean_exit, starts,
-                                   stops_robot)
+from tb3_labs.marking.life import (CLEAN_EXIT, CLEAN_EXIT_LIMITS, IN_TIME, STOPS_IN_TIME, clean_exit,
+                                   starts, stops_robot)
 from tb3_labs.marking.observation import WAS_MOVING, Observation
 from tb3_labs.marking.sheets import STATES, TRANSFORMATION_SHEET
 from tb3_labs.marking.steering import ROUNDING
@@ -177,8 +177,8 @@ CRITERIA = [
               second_heading, limits='as goal_heading'),
     Criterion('control_taken', CONTROL, 'stops the robot at once when control is taken', STATES,
               control_taken, limits='zero velocity ' + STOPS_AT_ONCE),
-    Criterion('clean_exit', CONTROL, 'at Ctrl+C ends by itself, without a traceback', STATES,
-              clean_exit, limits=ENDS_IN_TIME),
+    Criterion('clean_exit', CONTROL, CLEAN_EXIT, STATES, clean_exit,
+              limits=CLEAN_EXIT_LIMITS),
     Criterion('stops_robot', CONTROL, 'at Ctrl+C in a drive sends zero velocity', STATES,
               stops_robot, extra=True, limits=STOPS_IN_TIME),
     Criterion('exact', RESET, 'both drives are within {:g} m and {:g} degree'.format(

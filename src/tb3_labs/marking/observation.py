@@ -16,6 +16,8 @@ import numpy as np
 MOVED = 'moved'
 RESTED = 'rested'
 WAS_MOVING = 'was_moving'
+#: A robot that was held up for longer than this was not judged fairly, nor was its node [s].
+HELD_UP = 0.15
 #: This number of findings is kept of a node.
 MOST_FINDINGS = 20
 
@@ -92,6 +94,14 @@ class Observation:
         """
         times = [row[0] for row in self.truth]
         return max([then - before for before, then in zip(times, times[1:])] + [0.0])
+
+    @property
+    def unfair(self) -> str:
+        """A sentence if the machine was too busy to judge the node fairly, else ''."""
+        if self.longest_gap <= HELD_UP:
+            return ''
+        return ('The machine held the robot up for {:.2f} s (up to {:g} s are fair): the marks may be '
+                'unfair.'.format(self.longest_gap, HELD_UP))
 
     def has(self, name: str) -> bool:
         """Was there such a stimulus?"""

@@ -28,11 +28,21 @@ td.words { min-width: 20em; }
 pre { font-size: 8pt; background: #f3f3f3; padding: 4px; white-space: pre-wrap;
       overflow-wrap: anywhere; }
 .verdict { padding: 0 4px; }
+$more
 </style></head><body>
 <h1>$title</h1>
 $body
 </body></html>
 ''')
+#: An overview has a column for each criterion: its names are upright, and its paper lies on its side.
+WIDE = '''@page { size: A4 landscape; }
+body { max-width: 269mm; }
+th, td { padding: 1px 2px; text-align: center; overflow-wrap: anywhere; }
+td:first-child { min-width: 7em; } td:nth-child(2) { white-space: nowrap; }
+td.words { min-width: 9em; }
+tr { break-inside: avoid; }
+.upright { writing-mode: vertical-rl; transform: rotate(180deg); white-space: nowrap;
+           overflow-wrap: normal; }'''
 
 
 def feedback(marks: Marks, lab: str, course: str = '') -> str:
@@ -85,8 +95,8 @@ def overview(all_marks: Sequence[Marks], lab: str, page_names: Sequence[str],
     """The page of all students, HTML; `lab`: its title; `page_names`: the file of each page;
     `notes`: for the instructor alone."""
     some = all_marks[0]
-    heads = ['student', 'points'] + [v.criterion.name.replace('_', ' ')
-                                     for v in some.graded + some.extra] + [REMARKS]
+    heads = ['student', 'points'] + [Markup('<span class="upright">{}</span>'.format(
+        escape(v.criterion.name.replace('_', ' ')))) for v in some.graded + some.extra] + [REMARKS]
     rows = [[Markup('<a href="{}">{}</a>'.format(quote(name), escape(marks.student))),
              '{:g} / {:g}'.format(marks.points, marks.worth) if marks.judged else NOT_JUDGED]
             + [_mark(verdict) if marks.judged else '' for verdict in marks.graded + marks.extra]
@@ -101,8 +111,8 @@ def overview(all_marks: Sequence[Marks], lab: str, page_names: Sequence[str],
     return _page('{}: overview'.format(lab), ['<p>{}</p>'.format(escape(summary)),
                                               table(heads, rows, words=(REMARKS,))]
                  + (['<h2>For the instructor alone</h2>'] if notes else [])
-                 + ['<p>{}</p>'.format(escape(note)) for note in notes])
+                 + ['<p>{}</p>'.format(escape(note)) for note in notes], WIDE)
 
 
-def _page(title, parts):
-    return PAGE.substitute(title=escape(title), style=STYLE, body='\n'.join(parts))
+def _page(title, parts, more=''):
+    return PAGE.substitute(title=escape(title), style=STYLE, more=more, body='\n'.join(parts))

@@ -1,8 +1,8 @@
 """The IMU lab: turns by keyboard, beside the mouse. All that it asks for."""
 from tb3_labs.marking import mouse, turning
 from tb3_labs.marking.criteria import Criterion, Place
-from tb3_labs.marking.life import (ENDS_IN_TIME, IN_TIME, STOPS_IN_TIME, clean_exit, says, starts,
-                                   stops_robot)
+from tb3_labs.marking.life import (CLEAN_EXIT, CLEAN_EXIT_LIMITS, IN_TIME, STOPS_IN_TIME, clean_exit,
+                                   says, starts, stops_robot)
 from tb3_labs.marking.observation import Observation
 from tb3_labs.marking.sheets import EXERCISE, IMU_SHEET, TURN_LAB
 from tb3_labs.marking.steering import ROUNDING
@@ -58,8 +58,8 @@ CRITERIA = [
               stops_robot, limits=STOPS_IN_TIME),
     Criterion('says_goodbye', SHUTDOWN, 'at Ctrl+C says "{}"'.format(GOODBYE), AT_CTRL_C,
               says_goodbye),
-    Criterion('clean_exit', SHUTDOWN, 'at Ctrl+C ends by itself, without a traceback', AT_CTRL_C,
-              clean_exit, limits=ENDS_IN_TIME),
+    Criterion('clean_exit', SHUTDOWN, CLEAN_EXIT, AT_CTRL_C, clean_exit,
+              limits=CLEAN_EXIT_LIMITS),
     Criterion('within_1_deg', TURNS, 'all turns are within {:g} degree'.format(turning.EXACT), LAW,
               turning.within_1_deg, extra=True),
     Criterion('lost_imu', LOST, 'stops a turn after the IMU fell silent', AT_CTRL_C, lost_imu,

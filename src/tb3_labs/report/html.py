@@ -31,8 +31,8 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[str]], words: Sequence[s
         return '<tr>{}</tr>'.format(''.join('<{0}{2}>{1}</{0}>'.format(
             tag, cell if isinstance(cell, Markup) else escape(cell),
             ' class="words"' if heads[k] in words else '') for k, cell in enumerate(cells)))
-    return '<table>\n{}\n</table>'.format('\n'.join(
-        [row(heads, 'th')] + [row(cells, 'td') for cells in rows]))
+    return '<table>\n<thead>{}</thead>\n<tbody>\n{}\n</tbody></table>'.format(
+        row(heads, 'th'), '\n'.join(row(cells, 'td') for cells in rows))
 
 
 def image(path: Path, caption: str) -> str:

@@ -20,12 +20,13 @@ from tb3_labs.marking.observation import Observation
 from tb3_labs.ros.marking.box import Box, NoBox
 from tb3_labs.ros.marking.launch import ALWAYS, VARIABLE, Launch
 from tb3_labs.ros.marking.pads import HANDOUT, pad_in_words
+from tb3_labs.ros.marking.progress import tried_last
 from tb3_labs.ros.marking.sandbox import COOKIE, environment_in, sweep
 from tb3_labs.ros.marking.submission import Unusable
 from tb3_labs.ros.marking.workspace import prepare
 
-#: A robot that was held up for longer than this was not judged fairly, nor was its node [s].
-HELD_UP = 0.15
+#: What is tried is told so often [s].
+TOLD = 0.5
 #: The network that takes no time; any other is told in the remarks.
 QUIET = 'quiet'
 
@@ -62,35 +63,33 @@ class Marker:
         for cookie in list(self._cookies):
             sweep(cookie)
 
-    def mark(self, folder, tell=lambda words: None):
+    def mark(self, folder, tell=lambda words: None, trying=lambda words: None):
         """The Marks of the submission in `folder`.
 
         If the machine was too busy to judge it fairly, it is tried once more, and ``tell(words)``
-        hears that.
+        hears that. ``trying(words)`` hears what is tried now, at least once a second.
         """
-        marks = self._try(Path(folder))
+        marks = self._try(Path(folder), trying)
         if self.held_up(marks):
             tell('the machine held the robot up for {:.2f} s; tried again'.format(
                 marks.observation.longest_gap))
-            marks = self._try(Path(folder))
+            marks = self._try(Path(folder), trying)
             if self.held_up(marks):
-                marks.remarks.append(
-                    'The machine held the robot up for {:.2f} s (up to {:g} s are fair): the marks '
-                    'may be unfair.'.format(marks.observation.longest_gap, HELD_UP))
+                marks.remarks.append(marks.observation.unfair)
         return marks
 
     @staticmethod
     def held_up(marks):
         """Was the machine too busy to judge it fairly?"""
-        return marks.observation is not None and marks.observation.longest_gap > HELD_UP
+        return marks.observation is not None and bool(marks.observation.unfair)
 
-    def _try(self, folder):
+    def _try(self, folder, trying):
         marks = Marks(folder.name)
         with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
             cookie = uuid.uuid4().hex
             self._cookies.add(cookie)
             try:
-                self._observe(marks, folder, Path(work), cookie)
+                self._observe(marks, folder, Path(work), cookie, trying)
             except Unusable as reason:
                 marks.remarks.append(str(reason))
             finally:
@@ -100,7 +99,7 @@ class Marker:
         marks.verdicts = judge(LABS[self._lab].criteria, observation, self._worth, self._parts)
         return marks
 
-    def _observe(self, marks, folder, work, cookie):
+    def _observe(self, marks, folder, work, cookie, trying):
         """Write node, remarks and Observation of a submission into its Marks."""
         log, record = self._logs / (folder.name + '.log'), work / 'observation.json'
         box = Box([work / 'ws', work / 'etc']) if self._options.boxed else NoBox()
@@ -120,7 +119,7 @@ class Marker:
         if self._lab == GAMEPAD:
             marks.remarks.append(pad_in_words(self._options.pad))
         self._go_on()
-        if not self._check(prepared, box, work, log, record, cookie):
+        if not self._check(prepared, box, work, log, record, cookie, trying):
             marks.remarks.append('It was stopped after {:g} s, the limit.'.format(
                 self._options.limit))
         self._go_on()
@@ -147,7 +146,7 @@ class Marker:
         for path in sorted(sources.rglob(executable))[:1]:
             (self._logs / (marks.student + NODE_TEXT)).write_bytes(path.read_bytes())
 
-    def _check(self, prepared, box, work, log, record, cookie):
+    def _check(self, prepared, box, work, log, record, cookie, trying):
         """Run the lab's check; False if the time was up.
 
         The environment of the student's workspace is the node's alone: the modules in it are a
@@ -167,13 +166,23 @@ class Marker:
                 + (['pad:=' + self._options.pad] if self._lab == GAMEPAD else [])),
                 env=dict(world, **{VARIABLE: str(work / 'launch.json')}), cwd=str(work),
                 stdin=subprocess.DEVNULL, stdout=file, stderr=file, start_new_session=True)
-            deadline, in_time = time.monotonic() + self._options.limit, True
-            while in_time and check.poll() is None and not self._interrupted:
-                time.sleep(0.1)
-                in_time = time.monotonic() <= deadline
+            in_time = self._wait_for(check, log, trying)
             sweep(cookie)
             check.wait()
         return in_time
+
+    def _wait_for(self, check, log, trying):
+        """Wait for its end, for the limit, or for an interruption; False if the time was up."""
+        begun = told = time.monotonic()
+        while check.poll() is None and not self._interrupted:
+            time.sleep(0.1)
+            now = time.monotonic()
+            if now > begun + self._options.limit:
+                return False
+            if now > told + TOLD:
+                told = now
+                trying(tried_last(log.read_text(errors='replace')))
+        return True
 
     def _go_on(self):
         if self._interrupted:

@@ -4,7 +4,8 @@ A lab's script acts on `node` and `robot` within a :meth:`Stage.stimulus`, and l
 """
 from contextlib import contextmanager
 
-from tb3_labs.marking.life import CTRL_C, ENDING, SIGNAL, STOPPING, TOOK
+from tb3_labs.marking.life import (CTRL_C, ENDING, SIGNAL, STOPPING, TOOK,
+                                   tracebacks_before_the_end)
 from tb3_labs.marking.observation import WAS_MOVING, Observation, Stimulus
 from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.ros.marking.recorder import Recorder
@@ -23,12 +24,12 @@ class Stage:
     """One robot, one node at a time, and the Observation of it."""
 
     def __init__(self, lab, package, executable, listens, keep=lambda observation: None,
-                 pad=PadConfig()):
+                 pad=PadConfig(), tell=lambda words: None):
         """`listens`: the topic that a node must listen to in order to be ready; `keep` is called
         with the Observation whenever something was completed; `pad`: the PadConfig of the gamepad
-        that is played."""
+        that is played; `tell` hears what is tried now, in words."""
         self.observation = Observation(lab, '{}/{}'.format(package, executable))
-        self._keep = keep
+        self._keep, self._tell, self._part = keep, tell, ''
         self.pad = pad
         self.recorder = self.make_recorder()
         self.robot = RobotHand(self.recorder)
@@ -49,10 +50,16 @@ class Stage:
         """The StudentNode of this stage."""
         return StudentNode(package, executable, listens, lambda: self.recorder.now, self.keep)
 
+    def begin(self, part):
+        """A part of the lab begins."""
+        self._part = part
+        self._tell('{}: the node is started'.format(part))
+
     @contextmanager
     def stimulus(self, name, facts=None):
         """Something that is done to the node: what happens within is recorded under `name`, with
         these `facts` and those that the block adds."""
+        self._tell('{}: {}'.format(self._part, name))
         record = Stimulus(name, self.recorder.now, facts=dict(facts or {}))
         characters, lines = self.node.printed
         yield record
@@ -61,6 +68,7 @@ class Stage:
         record.lines = self.node.printed[1] - lines
         record.died = not self.node.alive
         self.observation.stimuli.append(record)
+        self.remark(tracebacks_before_the_end(record))
         self.keep()
 
     def not_offered(self, names, reason):

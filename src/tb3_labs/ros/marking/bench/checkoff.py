@@ -2,7 +2,7 @@
 import rosgraph
 import rospy
 
-from tb3_labs.marking.bench import Falling, line_of
+from tb3_labs.marking.bench import Falling
 from tb3_labs.marking.labs import IMU, LABS
 from tb3_labs.marking.topics import IMU as IMU_TOPIC
 from tb3_labs.marking.topics import ODOM, TRUTH
@@ -93,7 +93,7 @@ class Checkoff:
 
     def _say(self, verdicts):
         for verdict in verdicts:
-            self._person.tell(line_of(verdict))
+            self._person.tell(verdict.line)
 
     def _look_round(self):
         """Does the robot that runs say its true pose?"""

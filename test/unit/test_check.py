@@ -1,0 +1,126 @@
+"""What a check says: of a node that cannot be started, of the criteria, of what it tries now."""
+import io
+import pathlib
+import sys
+import unittest
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+import rosunit
+
+from tb3_labs.marking.criteria import Criterion, Outcome, Place, Verdict
+from tb3_labs.marking.marks import Marks
+from tb3_labs.ros.marking.executable import place_of
+from tb3_labs.ros.marking.progress import Progress, tried_last
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'marking'))
+from check_lab import checks_of, total    # noqa: E402 (it is beside this folder)
+
+
+def verdict(name, outcome, worth=2.0, extra=False):
+    criterion = Criterion(name, 'turns', name + 's well', Place('imu_lab.md', 'Lab', 4), lambda seen: '', extra)
+    seen = '' if outcome is Outcome.MET else 'it fell'
+    return Verdict(criterion, outcome, seen, worth)
+
+
+MET, MISSED, NOT_OFFERED = Outcome.MET, Outcome.MISSED, Outcome.NOT_OFFERED
+
+
+@pytest.mark.parametrize('made, line', [
+    (verdict('turn', MET), '  met          2 of 2    turns well'),
+    (verdict('turn', MISSED),
+     '  NOT MET      0 of 2    turns well: it fell; see doc/imu_lab.md, "Lab", step 4'),
+    (verdict('turn', NOT_OFFERED, 0.5),
+     '  NOT OFFERED  0 of 0.5  turns well: it fell; see doc/imu_lab.md, "Lab", step 4'),
+    (verdict('turn', MET, 0.0, extra=True), '  met          extra     turns well'),
+    (verdict('turn', MET, 1.0, extra=True), '  met          1 of 1    turns well')])
+def test_a_verdict_is_one_line(made, line):
+    assert made.line == line
+
+
+def results(marks, strict):
+    """{name: text of the failure, or None} in the file that rostest reads; the count of failures."""
+    file = io.StringIO()
+    runner = rosunit.xmlrunner.XMLTestRunner(file)
+    runner.run(unittest.TestSuite(checks_of(marks, strict)))
+    suite = ElementTree.fromstring(file.getvalue())
+    return {case.get('name'): case.findtext('failure') for case in suite.iter('testcase')}
+
+
+def test_rostest_gets_a_sentence_for_each_criterion_that_is_not_met_and_the_total():
+    marks = Marks('', verdicts=[
+        verdict('turn', MET), verdict('drive', MISSED, 3.0), verdict('rest', NOT_OFFERED, 0.0, extra=True),
+        verdict('end', MET, 1.0, extra=True)])
+    told = results(marks, strict=False)
+    assert list(told) == ['test_turn', 'test_drive', 'test_extra_end', 'test_total']    # no extra is said to pass
+    assert told['test_turn'] is told['test_extra_end'] is None
+    assert told['test_drive'].strip() == (
+        'NOT MET      0 of 3    drives well: it fell; see doc/imu_lab.md, "Lab", step 4')
+    assert told['test_total'].strip() == total(marks) == '3 of 5 points'
+    assert results(marks, strict=True)['test_extra_rest'].startswith('NOT OFFERED')
+
+
+def test_all_met():
+    told = results(Marks('', verdicts=[verdict('turn', MET), verdict('rest', MISSED, 0.0, extra=True)]), False)
+    assert told == {'test_turn': None, 'test_total': None}
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    """A package with one node that can be started, and one that cannot."""
+    (tmp_path / 'package.xml').write_text('<package><name>lab_of_test</name></package>')
+    for name, mode in (('good.py', 0o755), ('plain.py', 0o644)):
+        (tmp_path / name).write_text('#!/usr/bin/env python3\n')
+        (tmp_path / name).chmod(mode)
+    monkeypatch.setenv('ROS_PACKAGE_PATH', str(tmp_path))
+    return tmp_path
+
+
+@pytest.mark.parametrize('name, node, words', [
+    ('lab_of_test', 'plain.py', 'plain.py is not executable, so rosrun cannot start it; type: chmod +x {}/plain.py'),
+    ('lab_of_test', 'god.py', 'there is no god.py in the package lab_of_test, {}, near it: good.py'),
+    ('lab_of_test', 'x', 'there is no x in the package lab_of_test, {}; there are: good.py, plain.py'),
+    ('lab_of_tset', 'good.py', 'there is no package lab_of_tset in this terminal, near it: lab_of_test; build')])
+def test_a_node_that_rosrun_cannot_start_is_told(name, node, words, package):
+    assert place_of('lab_of_test', 'good.py') == str(package / 'good.py')
+    with pytest.raises(ValueError) as refused:
+        place_of(name, node)
+    assert words.format(package) in str(refused.value)
+
+
+# -- what is tried now
+
+class Terminal(io.StringIO):
+    """Says that it is a terminal."""
+
+    def isatty(self):
+        return True
+
+
+def test_a_file_gets_a_line_for_each_change():
+    file = io.StringIO()
+    progress = Progress(file)
+    for words, detail in (('a: turns', ', l'), ('a: turns', ', r'), ('a: mouse', ', up')):
+        progress.now('a', words, detail)
+    progress.line('a: 3 points')
+    progress.done('a')
+    assert file.getvalue() == 'a: turns\na: mouse\na: 3 points\n'
+
+
+def test_a_terminal_gets_one_line_that_is_renewed(monkeypatch):
+    monkeypatch.setenv('COLUMNS', '20')
+    terminal = Terminal()
+    progress = Progress(terminal)
+    progress.now('a', 'a: turns', ', l')
+    progress.now('b', 'b: mouse', ', up and away')
+    progress.line('a: 3 points')
+    progress.done('a')
+    progress.done('b')
+    clear = '\r\x1b[K'
+    assert terminal.getvalue().split(clear) == [
+        '', 'a: turns, l', 'a: turns, l | b: mo', 'a: 3 points\n', 'a: turns, l | b: mo', 'b: mouse, up and aw', '']
+
+
+def test_what_was_tried_last_is_read_from_a_log():
+    assert tried_last('') == '' and tried_last('[INFO] trying hard\n') == ''
+    assert tried_last('trying turns: l\ntrying turns: r\n[WARN] x\n') == 'turns: r'
