@@ -15,8 +15,8 @@ Publishes
     local_path             nav_msgs/Path, frame local
     has_control            std_msgs/Bool, latched: may this node drive?
     goal_state             std_msgs/String, latched: the state, or why the goal was given up
-    distance_error [m], angle_error_deg   std_msgs/Float32: what is left to the goal, for plots, ten
-                           times a second while they are heard
+    distance_error [m], angle_error_deg   std_msgs/Float32: the way to go, and the angle off the final
+                           heading, for plots, ten times a second while they are heard
     current_goal           geometry_msgs/PoseStamped, frame local, latched
     goal_marker            visualization_msgs/MarkerArray
     way_marker             visualization_msgs/Marker
@@ -86,7 +86,7 @@ class MoveToGoal:
         self._display = LocalDisplay(frame('local'))
         self._status = DriveStatusPublisher(self._core, frame('local'))
         self._goals = GoalInterfaces(self._set_goal, self._cancel)
-        ResetInterfaces(self._reset, self._to_local, frame('local'))
+        ResetInterfaces(self._reset, self._to_local)
         self._watchdog = Watchdog(self._tick)
         self._had_control = False                # at the last update
         self._rivals = Rivals(self._cmd_vel)

@@ -247,9 +247,11 @@ class Panel:
 
     def _reset(self, page, robot, request):
         """Call the service in a thread of its own: it may take a second."""
+        place = request.value
+
         def call():
             try:
-                fulfilled, text = True, call_reset(*request.value, prefix=robot.prefix)
+                fulfilled, text = True, call_reset(place.x, place.y, place.yaw_deg, prefix=robot.prefix)
             except ValueError as problem:
                 fulfilled, text = False, str(problem)
             self._server.soon(lambda: self._answer(page, request, fulfilled, text))

@@ -10,7 +10,7 @@ Calls
     move2goal        move_base_msgs/MoveBaseAction
 Subscribes
     goal_state       std_msgs/String: its words are printed
-    distance_error   std_msgs/Float32 [m]
+    distance_error, angle_error_deg   std_msgs/Float32 [m, deg]
 """
 import sys
 import threading
@@ -22,8 +22,9 @@ from actionlib_msgs.msg import GoalStatus
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from std_msgs.msg import Float32, String
 
-from tb3_labs.control.goal_state import DRIVING, WAITING_FOR_CONTROL, is_over
-from tb3_labs.nodes.move_to_goal import MoveToGoalConfig
+from tb3_labs.command_line import number_or_text
+from tb3_labs.control.goal_state import DRIVING, WAITING_FOR_CONTROL, is_over, to_go
+from tb3_labs.geometry.place import Place
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.topics import subscribe
 
@@ -33,21 +34,25 @@ ANSWER, PROGRESS = 2.0, 2.0
 
 
 class Progress:
-    """Prints the words of `goal_state` when they change, and the distance to go."""
+    """Prints the words of `goal_state` when they change, and what is left to go."""
 
     def __init__(self):
-        self._distance = None
+        self._distance = self._angle_deg = None
         self._said = None
         subscribe('distance_error', Float32, self._on_distance)
+        subscribe('angle_error_deg', Float32, self._on_angle)
         subscribe('goal_state', String, self._on_state, queue_size=None)
 
     def tell(self):
         """A line of progress, while the robot drives."""
-        if self._said in DRIVING and self._distance is not None:
-            print('{}: {:.2f} m to go'.format(self._said, self._distance), flush=True)
+        if self._said in DRIVING and None not in (self._distance, self._angle_deg):
+            print('{}: {}'.format(self._said, to_go(self._distance, self._angle_deg)), flush=True)
 
     def _on_distance(self, message):
         self._distance = message.data
+
+    def _on_angle(self, message):
+        self._angle_deg = message.data
 
     def _on_state(self, message):
         is_of_the_last_goal = self._said is None and is_over(message.data)
@@ -62,11 +67,10 @@ class Progress:
 
 def read_goal(words):
     """The Pose2 of X, Y and YAW_DEG; ``ValueError`` with the reason."""
-    try:
-        x, y, yaw_deg = (float(word) for word in words if word != '--')
-    except ValueError:
-        raise ValueError(USAGE) from None
-    return MoveToGoalConfig(goal_x=x, goal_y=y, goal_yaw_deg=yaw_deg).goal
+    words = [word for word in words if word != '--']
+    if len(words) != 3:
+        raise ValueError(USAGE)
+    return Place(*map(number_or_text, words)).pose
 
 
 def drive(goal):

@@ -125,8 +125,8 @@ class StormTest(NodeCase):
 
     def error_after(self, answers):
         """The error of the local pose after the last of the resets: (m, deg)."""
-        declared, reply = max(answers, key=lambda answer: answer[1].after.header.stamp)
-        instant = reply.after.header.stamp.to_sec()
+        declared, reply = max(answers, key=lambda answer: answer[1].stamp)
+        instant = reply.stamp
         self.seen.wait_for_rest('ground_truth', lambda sample: sample[1])
         end = rospy.get_time()
         self.seen.wait_until(lambda: self.seen.latest('local_pose')[0] > end, what='a pose')

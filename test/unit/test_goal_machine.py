@@ -156,6 +156,18 @@ def test_given_up_stays_silent_until_restarted():
     assert machine.step(STANDING, 0.1) is not None
 
 
+def test_the_last_failure_stays_known():
+    machine = GoalMachine(Told())
+    assert machine.last_failure == ''
+    for reason in ('it slipped', 'canceled'):
+        machine.set_goal(GOAL)
+        machine.give_up(reason)
+        assert machine.failure == machine.last_failure == reason
+        machine.set_goal(GOAL)
+        machine.restart()
+        assert (machine.failure, machine.last_failure) == ('', reason)
+
+
 def test_errors_are_distance_and_signed_angle_the_short_way():
     machine = GoalMachine(Told())
     machine.set_goal(Pose2(3.0, 4.0, math.radians(-170.0)))

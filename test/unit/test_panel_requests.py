@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.panel.requests import Hand, Pad, Place, Request, read_request
+from tb3_labs.geometry.place import Place
+from tb3_labs.panel.requests import Hand, Pad, Request, read_request
 
 PAD = {'forward': 0.4, 'left': -0.1, 'a': False, 'b': True, 'y': False, 'hold': True}
 GOAL = {'x': 1.0, 'y': -0.5, 'yaw_deg': 90}
@@ -118,8 +119,8 @@ def test_bounds_are_closed(kind, name, most):
         value = read_request(text_of(kind, **{name: sign * most})).value
         assert (value if kind == 'turn' else getattr(value, name)) == sign * most
         reason = refusal(text_of(kind, **{name: sign * (most + 0.001)}))
-        assert reason == '{} = {} is not valid: a number from -{} to {}'.format(
-            name, sign * (most + 0.001), most, most)
+        assert reason == '{} = {} is not valid: a number from -{} to {} {}'.format(
+            name, sign * (most + 0.001), most, most, 'm' if most == 100 else 'deg')
 
 
 @pytest.mark.parametrize('sign', [1, -1])
@@ -160,7 +161,7 @@ def test_what_is_no_number_of_this_size_is_refused(literal):
     ('1e300', '1e+300'), ('1' + '0' * 400, '1' + '0' * 36 + '...')], ids=short)
 def test_a_refusal_names_field_value_and_what_is_valid(literal, shown):
     assert refusal(with_literal('goal', 'x', literal)) == (
-        'x = {} is not valid: a number from -100 to 100'.format(shown))
+        'x = {} is not valid: a number from -100 to 100 m'.format(shown))
 
 
 @pytest.mark.parametrize('kind, name', NUMBERS + [('seen', 'n')])

@@ -251,7 +251,7 @@ def test_a_record_that_was_cut_off_and_a_table_that_cannot_be_read(tmp_path):
 def test_a_machine_that_is_too_busy_is_told(tmp_path, monkeypatch, gaps, told, remark):
     gaps, words = list(gaps), []
 
-    def tried(marker, folder):
+    def tried(marker, folder, trying):
         seen = observation(truth=[[t, 0.0, 0.0, 0.0] for t in (0.0, gaps.pop(0))])
         return Marks(folder.name, 'lab2/node.py', observation=seen)
     monkeypatch.setattr(Marker, '_try', tried)

@@ -67,6 +67,7 @@ class GoalMachine:
         self.state = GoalState.GOAL_REACHED
         #: The reason why the drive was given up; '' while it was not.
         self.failure = ''
+        self._failed_before = ''     # the failure of an earlier drive
         #: True where a person or program cancelled the drive: only another goal starts one then.
         self.cancelled = False
         #: True once the robot has been told to move for this goal.
@@ -84,6 +85,11 @@ class GoalMachine:
         """True while there is something left to drive."""
         return self.state is not GoalState.GOAL_REACHED and not self.failure
 
+    @property
+    def last_failure(self) -> str:
+        """The reason why the last drive that failed was given up; '' if none was."""
+        return self.failure or self._failed_before
+
     def set_goal(self, goal: Pose2) -> None:
         """Drive to another goal (in local) from now on."""
         self.goal = goal
@@ -93,7 +99,7 @@ class GoalMachine:
     def restart(self) -> None:
         """Begin the drive to the goal anew, as after a reset, unless it was cancelled."""
         if self.goal is not None and not self.cancelled:
-            self.failure = ''
+            self._failed_before, self.failure = self.last_failure, ''
             self.begun = self._interrupted = False
             self.attempt += 1
             self._tries_left = MORE_TRIES

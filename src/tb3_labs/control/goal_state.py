@@ -24,6 +24,12 @@ WAITING, STOPPED, GAVE_UP = 'waiting', 'stopped', 'gave up'
 WAITING_FOR_CONTROL = WAITING + ' for control'
 
 
+def to_go(distance: float, angle_deg: float) -> str:
+    """What is left of a drive [m, deg]. While the robot turns towards its goal the second number may
+    grow: it is the turn that is left at the end."""
+    return '{:.3f} m to go, {:.1f} deg off the final heading'.format(distance, abs(angle_deg))
+
+
 def with_reason(word: str, reason: str) -> str:
     """The text of `goal_state` for one of WAITING, STOPPED, GAVE_UP and its reason."""
     return '{}: {}'.format(word, reason)

@@ -5,7 +5,6 @@ has control, both sensors are fresh, and the goal is not reached.
 
 Units: seconds on the receiver's clock (`now`), metres, radians; poses in the local frame.
 """
-import math
 from dataclasses import dataclass
 from typing import List, NamedTuple, Optional, Tuple
 
@@ -15,7 +14,7 @@ from tb3_labs.control.goal_state import (
     GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState, with_reason)
 from tb3_labs.control.pace import LONGEST_IDLE, Pace
 from tb3_labs.control.speed_laws import Twist2
-from tb3_labs.geometry.angles import wrap
+from tb3_labs.geometry.place import MAX_DISTANCE, MAX_YAW_DEG, Place, check_place
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.localizer import Fix, Localizer, Reset
 from tb3_labs.news import News, NewsDesk
@@ -23,10 +22,6 @@ from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.supervision.freshness import Freshness, SensorWatch, Sight
 from tb3_labs.supervision.frozen import DriveFrozenWatch
 from tb3_labs.supervision.permission import Permission
-
-#: A place farther than this from the local origin is refused, most likely an error of the unit [m].
-MAX_DISTANCE = 100.0
-
 
 @dataclass(frozen=True)
 class MoveToGoalConfig(Config):
@@ -36,13 +31,14 @@ class MoveToGoalConfig(Config):
                             -MAX_DISTANCE, MAX_DISTANCE)
     goal_y: float = setting(0.61, 'first goal, in the local frame', 'm',
                             -MAX_DISTANCE, MAX_DISTANCE)
-    goal_yaw_deg: float = setting(0.0, 'heading at the first goal', 'deg', -360.0, 360.0)
+    goal_yaw_deg: float = setting(0.0, 'heading at the first goal', 'deg',
+                                  -MAX_YAW_DEG, MAX_YAW_DEG)
     has_control: bool = setting(False, 'may drive from the start, without ctrl_relinq')
 
     @property
     def goal(self) -> Pose2:
         """The first goal as a Pose2 in local."""
-        return Pose2(self.goal_x, self.goal_y, wrap(math.radians(self.goal_yaw_deg)))
+        return Place(self.goal_x, self.goal_y, self.goal_yaw_deg).pose
 
 
 class DriveStatus(NamedTuple):
@@ -56,6 +52,7 @@ class DriveStatus(NamedTuple):
     begun: bool                   # has the robot been told to move in this attempt?
     active: bool                  # is the drive going on?
     failure: str                  # reason why the drive was given up; '' while it was not
+    last_failure: str             # the same, of the last drive that was given up
     hold_reason: str              # reason why the robot stands during a drive, or ''
     has_control: bool             # may this node drive?
     sensor_problem: str           # the lost sensors, in words; '' while both are fresh
@@ -111,7 +108,7 @@ class MoveToGoalCore:
 
     def set_goal(self, goal: Pose2) -> None:
         """Replace the goal; ``ValueError`` if it is too far."""
-        _check_distance(goal)
+        check_place(goal)
         self._machine.set_goal(goal)
         self._pause()
 
@@ -125,7 +122,7 @@ class MoveToGoalCore:
 
         ``ValueError`` if `declared` is too far, or a sensor is not fresh.
         """
-        _check_distance(declared)
+        check_place(declared)
         problem = self._sensors.problem(now, with_age=True)
         if problem:
             raise ValueError('{}: is the robot running?'.format(problem))
@@ -230,7 +227,7 @@ class MoveToGoalCore:
         machine, problem = self._machine, self._sensors.problem(now)
         return DriveStatus(
             self._words(problem), machine.state, machine.goal, machine.law.distance_tolerance,
-            machine.attempt, machine.begun, machine.active, machine.failure,
+            machine.attempt, machine.begun, machine.active, machine.failure, machine.last_failure,
             self._sensors.hold_reason, self.has_control, problem)
 
     def pose(self, now: float) -> Optional[Pose2]:
@@ -315,9 +312,3 @@ class MoveToGoalCore:
             self._resets += resets
             self._machine.restart()
             self._pause()
-
-
-def _check_distance(pose: Pose2) -> None:
-    if math.hypot(pose.x, pose.y) > MAX_DISTANCE:
-        raise ValueError('({}) is farther than {:.0f} m from the local origin; x and y are in '
-                         'metres'.format(pose, MAX_DISTANCE))

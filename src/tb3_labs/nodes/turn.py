@@ -41,7 +41,10 @@ class Turn:
 
     def result(self, yaw: float, now: float) -> str:
         """The result in words, for a robot that rests at `yaw`."""
-        error = self.error(yaw)
-        return 'Turned {:.1f} degrees in {:.1f} s: {:.2f} degrees {} the goal'.format(
-            math.degrees(self.goal - error - self._start), now - self._begun_at,
-            abs(math.degrees(error)), 'short of' if error * self.asked > 0.0 else 'beyond')
+        error, whole = self.error(yaw), self.goal - self._start
+        made_up = math.degrees(whole - self.asked)
+        return 'Turned {:.2f} degrees in {:.1f} s: {:.2f} degrees {} {:.2f}{}'.format(
+            math.degrees(whole - error), now - self._begun_at, abs(math.degrees(error)),
+            'short of' if error * self.asked > 0.0 else 'beyond', math.degrees(whole),
+            '' if abs(made_up) < 0.005 else ' (asked: {:g}; left by the turn before: {:+.2f})'.format(
+                round(math.degrees(self.asked), 2), made_up))

@@ -20,14 +20,13 @@ A message that is none of these raises ``ValueError`` with the reason: what is w
 import json
 from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple
 
+from tb3_labs.geometry.place import MAX_DISTANCE, MAX_YAW_DEG, Place
+
 #: A message with more characters is refused; the longest valid one has about 200.
 LONGEST = 2000
 #: The latest time of a page's clock [ms since 1970].
 LATEST = 1e15
-#: As the service's: a place farther than this from the local origin is most likely an error of the
-#: unit [m]. The node refuses it as well, but nothing would show its reason on the page.
-LONGEST_WAY = 100.0
-#: The heading of a pose, and a turn, are at most this [deg].
+#: A turn is at most this [deg].
 MOST_DEGREES = 360.0
 
 
@@ -56,14 +55,6 @@ class Hand(NamedTuple):
 
     pad: Optional[Pad] = None
     mouse: Optional[Tuple[float, float]] = None
-
-
-class Place(NamedTuple):
-    """A pose in the frame local."""
-
-    x: float          # [m]
-    y: float          # [m]
-    yaw_deg: float    # [deg]
 
 
 def read_request(text: str) -> Request:
@@ -104,12 +95,13 @@ def _seen(message: Dict) -> int:
 
 
 def _turn(message: Dict) -> float:
-    return _number(message, 'degrees', MOST_DEGREES)
+    return _number(message, 'degrees', MOST_DEGREES, 'deg')
 
 
 def _place(message: Dict) -> Place:
-    return Place(_number(message, 'x', LONGEST_WAY), _number(message, 'y', LONGEST_WAY),
-                 _number(message, 'yaw_deg', MOST_DEGREES))
+    # the node refuses others as well, but nothing would show its reason on the page
+    return Place(_number(message, 'x', MAX_DISTANCE, 'm'), _number(message, 'y', MAX_DISTANCE, 'm'),
+                 _number(message, 'yaw_deg', MAX_YAW_DEG, 'deg'))
 
 
 def _hand(message: Dict) -> Hand:
@@ -133,13 +125,13 @@ READERS: Dict[str, Callable[[Dict], Any]] = {
     'reset': _place}
 
 
-def _number(message: Dict, name: str, most: float) -> float:
+def _number(message: Dict, name: str, most: float, unit: str = '') -> float:
     """A finite number, of at most this size."""
     value = message.get(name)
     # NaN and infinity fail the comparison; a whole number of 400 digits is no float, but compares
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= most:
-        raise ValueError('{} = {} is not valid: a number from {:g} to {:g}'.format(
-            name, _short(value), -most, most))
+        raise ValueError('{} = {} is not valid: a number from {:g} to {:g}{}'.format(
+            name, _short(value), -most, most, unit and ' ' + unit))
     return float(value)
 
 

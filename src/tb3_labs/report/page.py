@@ -23,7 +23,7 @@ SHORTEST_PATH = 0.05
 CAPTIONS = {
     'paths': 'The same path in the global and in the local frame, with the axes of both.',
     'turns': 'Angle left to what was asked, and rate of turn, from the first command on.',
-    'errors': 'Distance and angle left to the goal, in local. Labels: errors at rest.',
+    'errors': 'Distance to the goal, and angle off its heading, in local. Labels: errors at rest.',
     'heading': 'The IMU\'s heading, and how its difference from the odometry\'s varies.',
     'speeds': 'Commanded and measured speeds.'}
 

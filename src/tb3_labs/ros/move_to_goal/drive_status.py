@@ -8,7 +8,7 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Float32, String
 
-from tb3_labs.control.goal_state import DRIVING, WAITING_FOR_CONTROL, is_stopped
+from tb3_labs.control.goal_state import DRIVING, WAITING_FOR_CONTROL, is_stopped, to_go
 from tb3_labs.ros.conversions import frame, to_pose_stamped
 from tb3_labs.ros.move_to_goal.markers import GoalMarker
 
@@ -55,7 +55,7 @@ class DriveStatusPublisher:
             self._progress_at = now
         elif status.words in DRIVING and abs(now - self._progress_at) >= PROGRESS_PERIOD:
             self._progress_at = now
-            rospy.loginfo('%s: %s', status.words, self._to_go(now))
+            rospy.loginfo('%s: %s', status.words, to_go(*self._left(now)))
 
     def plot(self, fix):
         """Publish the errors of a localizer.Fix on topics for rqt_plot, while they are heard."""
@@ -72,7 +72,7 @@ class DriveStatusPublisher:
         status, turned = self._core.status(now), self._core.imu_minus_odometry
         values = {'state': status.words or 'about to begin',
                   'control': 'granted' if status.has_control else 'not granted',
-                  'goal': status.goal, 'last failure': status.failure or 'none'}
+                  'goal': status.goal, 'last failure': status.last_failure or 'none'}
         if turned is not None:
             values['imu yaw - odom yaw [deg]'] = '{:.1f}'.format(math.degrees(turned))
         return status.failure or status.sensor_problem, values
@@ -87,18 +87,13 @@ class DriveStatusPublisher:
                           now - self._begun_at)
         elif status.words in DRIVING:
             if self._begun_at == now:
-                rospy.loginfo('Goal (%s): %s', status.goal, self._to_go(now))
+                rospy.loginfo('Goal (%s): %s', status.goal, to_go(*self._left(now)))
             rospy.loginfo('%s', status.words)
         elif is_stopped(status.words):
             rospy.logwarn('%s', status.words.capitalize())
         else:
             hint = ' (True on ctrl_relinq)' if status.words == WAITING_FOR_CONTROL else ''
             rospy.loginfo('Goal (%s): %s%s', status.goal, status.words, hint)
-
-    def _to_go(self, now):
-        """What is left. While the robot turns towards its goal the second number may grow: it is
-        the turn that is left at the end."""
-        return '{:.3f} m to go, {:.1f} deg off the final heading'.format(*self._left(now))
 
     def _left(self, now):
         """(distance [m], angle [deg], not negative) to the goal."""

@@ -5,9 +5,7 @@ import time
 import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 
-from tb3_labs.geometry.angles import wrap
-from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.ros.conversions import to_pose_stamped
+from tb3_labs.geometry.place import Place
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.topics import subscribe_news
 from tb3_labs.srv import (
@@ -26,10 +24,9 @@ class ResetInterfaces:
     pose. Both raise ``ValueError`` with the reason of a refusal.
     """
 
-    def __init__(self, reset, to_local, local_frame):
+    def __init__(self, reset, to_local):
         self._reset = reset
         self._to_local = to_local
-        self._local_frame = local_frame
         rospy.Service('reset_pose', ResetPose, guarded(self._on_reset_pose))
         rospy.Service('set_pose', SetInitialPose, self._on_set_pose)
         subscribe_news('initialpose', PoseWithCovarianceStamped, self._on_initialpose, queue_size=1)
@@ -37,11 +34,7 @@ class ResetInterfaces:
     def _on_reset_pose(self, request):
         response, deadline = ResetPoseResponse(), time.monotonic() + ANSWER_WITHIN
         try:
-            if not Pose2(request.x, request.y, request.yaw_deg).is_finite():
-                raise ValueError('x, y and yaw_deg must be finite numbers, not {}, {}, {}'.format(
-                    request.x, request.y, request.yaw_deg))
-            reset = self._reset(Pose2(request.x, request.y, wrap(math.radians(request.yaw_deg))),
-                                deadline)
+            reset = self._reset(Place(request.x, request.y, request.yaw_deg).pose, deadline)
         except ValueError as problem:
             rospy.logwarn('Reset refused, the old frame stays: %s', problem)
             response.message = str(problem)
@@ -49,8 +42,9 @@ class ResetInterfaces:
         response.success = True
         response.message = 'Local pose set to {}'.format(reset.after)
         if reset.before is not None:
-            response.before = to_pose_stamped(reset.before, self._local_frame, reset.stamp)
-        response.after = to_pose_stamped(reset.after, self._local_frame, reset.stamp)
+            response.before = _in_degrees(reset.before)
+        response.after = _in_degrees(reset.after)
+        response.stamp = reset.stamp
         return response
 
     def _on_set_pose(self, request):
@@ -70,3 +64,8 @@ class ResetInterfaces:
     def _declare(self, stamped):
         deadline = time.monotonic() + ANSWER_WITHIN
         self._reset(self._to_local(stamped.header, stamped.pose.pose), deadline)
+
+
+def _in_degrees(pose):
+    """x, y [m], yaw [deg], without the digits that nobody measures: people read them."""
+    return [round(value, 6) for value in (pose.x, pose.y, math.degrees(pose.yaw))]

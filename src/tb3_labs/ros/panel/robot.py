@@ -98,7 +98,7 @@ class PanelRobot:
         if not self._senders.heard()['goal']:
             raise ValueError('no node listens on move_base_simple/goal: is move_to_goal running?')
         self._senders.goal(place)
-        return 'goal sent: {:.2f} m, {:.2f} m, {:.0f} deg'.format(*place)
+        return 'goal sent: {:.2f} m, {:.2f} m, {:.0f} deg'.format(place.x, place.y, place.yaw_deg)
 
     def stop(self):
         """Everything to zero."""
