@@ -13,7 +13,6 @@ Subscribes
 Publishes, as the lab's part needs it
     mouse_info, joy, ctrl_relinq, cmd_vel
 """
-import argparse
 import re
 import signal
 import sys
@@ -23,6 +22,7 @@ from pathlib import Path
 import rosgraph
 import rospy
 
+from tb3_labs.command_line import Parser, reason
 from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.points import points_of
 from tb3_labs.ros.marking.bench.bag import Bag
@@ -33,7 +33,7 @@ from tb3_labs.ros.marking.points_file import read_points
 
 def parse(words):
     """The command line's arguments."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog='checkoff.py', description='Judges the node that is running now, at the bench.')
     parser.add_argument('lab', choices=sorted(LABS))
     parser.add_argument('--name', default='', help="the student's, for the last lines and the bag")
@@ -86,7 +86,7 @@ def main(words):
 
 def tell_problem(problem):
     """Print why it cannot be; the exit status."""
-    print('checkoff.py: {}'.format(problem), file=sys.stderr)
+    print('checkoff.py: {}'.format(reason(problem)), file=sys.stderr)
     return 2
 
 

@@ -23,6 +23,7 @@ except ImportError:
     # A terminal that was not set up is among the faults: the doctor must start there, too.
     sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), os.pardir, 'src'))
 
+from tb3_labs.command_line import Parser    # noqa: E402
 from tb3_labs.doctor.line import exit_status, fault, printed, summary    # noqa: E402
 from tb3_labs.ros.doctor.examination import examine    # noqa: E402
 
@@ -37,7 +38,7 @@ def namespace(word):
 
 def parse(words):
     """The command line's arguments."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog='doctor.py', description='Tells what is wrong with this computer, its network, or a '
         'robot: one line for each thing, and what to do. It changes nothing.',
         epilog='Example: rosrun tb3_labs doctor.py robot3. Exit status: 0 without a fault, 1 with '

@@ -21,7 +21,7 @@ import rosgraph
 import rospy
 import yaml
 from dynamic_reconfigure.msg import (
-    BoolParameter, Config, DoubleParameter, IntParameter, StrParameter)
+    BoolParameter, Config, ConfigDescription, DoubleParameter, IntParameter, StrParameter)
 from dynamic_reconfigure.srv import Reconfigure
 
 SERVICE = '/set_parameters'
@@ -74,12 +74,29 @@ def settings_of(node):
     return node, call(node, Config())
 
 
-def config_of(name, text, settings):
-    """The Config that sets `name` to `text`, which is read as the present value's type."""
+def check_name(name, settings):
+    """``ValueError`` if there is no such setting."""
     if name not in settings:
         near = difflib.get_close_matches(name, settings, 1)
         raise ValueError('{} is unknown{}; known: {}'.format(
             name, ', near it: ' + near[0] if near else '', ', '.join(sorted(settings))))
+
+
+def valid_of(node, name, otherwise):
+    """The valid values of a setting in the words of its node, as tb3_labs.ros.reconfigure says them at
+    the end of its description; `otherwise` if the node does not say them."""
+    try:
+        described = rospy.wait_for_message(node + '/parameter_descriptions', ConfigDescription, ANSWER / 2.0)
+    except rospy.ROSException:
+        return otherwise
+    words = next((item.description.rpartition(': ')[2] for group in described.groups
+                  for item in group.parameters if item.name == name), '')
+    return words if words.startswith((otherwise, 'one of ')) else otherwise
+
+
+def config_of(node, name, text, settings):
+    """The Config that sets `name` to `text`, which is read as the present value's type."""
+    check_name(name, settings)
     kind = type(settings[name])
     part, message, words = KINDS[kind]
     try:
@@ -89,36 +106,42 @@ def config_of(name, text, settings):
     if kind is float and type(value) is int:
         value = float(value)
     if type(value) is not kind:
-        raise ValueError('{} = {} is not valid: {}'.format(name, text, words))
+        raise ValueError('{} = {!r} is not valid: {}'.format(name, text, valid_of(node, name, words)))
     return Config(**{part: [message(name, value)]})
 
 
+def check_usage(words):
+    """``ValueError`` if the command line is none of these."""
+    if len(words) not in {'list': [1], 'get': [2, 3], 'set': [4]}.get(words[0] if words else '', []):
+        raise ValueError(USAGE)
+
+
 def carry_out(words):
-    """Do what the command line asks for; ``ValueError`` with the reason of a refusal."""
-    if words == ['list']:
+    """Do what a valid command line asks for; ``ValueError`` with the reason of a refusal."""
+    if words[0] == 'list':
         print('\n'.join(nodes()) or 'no node: is a robot running?')
-    elif words[:1] == ['get'] and len(words) in (2, 3):
+    elif words[0] == 'get':
         _, settings = settings_of(words[1])
         if len(words) == 3:
-            config_of(words[2], '', dict.fromkeys(settings, ''))    # the name is checked
+            check_name(words[2], settings)
         for name in words[2:] or sorted(settings):
             print('{}: {}'.format(name, yaml.safe_dump(settings[name]).split('\n')[0]))
-    elif words[:1] == ['set'] and len(words) == 4:
-        node, settings = settings_of(words[1])
-        now = call(node, config_of(words[2], words[3], settings))
-        print('{} is {} now'.format(words[2], yaml.safe_dump(now[words[2]]).split('\n')[0]))
     else:
-        raise ValueError(USAGE)
+        node, settings = settings_of(words[1])
+        now = call(node, config_of(node, words[2], words[3], settings))
+        print('{} is {} now'.format(words[2], yaml.safe_dump(now[words[2]]).split('\n')[0]))
 
 
 def main(words):
     """The exit status."""
-    if words[:1] in (['-h'], ['--help'], []):
+    if words[:1] in (['-h'], ['--help']):
         print(__doc__.strip())
-        return 0 if words else 2
+        return 0
     try:
+        check_usage(words)
         if not rosgraph.is_master_online():
-            raise ValueError('no ROS master answers at {}'.format(rosgraph.get_master_uri()))
+            raise ValueError('no ROS master answers at {}: start a launch file first'.format(
+                rosgraph.get_master_uri()))
         rospy.init_node('dynparam', anonymous=True, disable_rosout=True)
         carry_out(words)
     except ValueError as problem:

@@ -8,7 +8,6 @@ What an edition leaves out stands in doc/edition.yaml, and what needs such a fil
 lose the passages between <!-- instructor only --> and <!-- end -->. The instructor's edition is the
 repository. No master is needed. The exit status is 0 only if all was written.
 """
-import argparse
 import os
 import shutil
 import subprocess
@@ -18,6 +17,7 @@ from pathlib import Path
 import rospkg
 import yaml
 
+from tb3_labs.command_line import Parser
 from tb3_labs.handout.edition import left_out, made, problems, rules_of
 
 RULES = 'doc/edition.yaml'
@@ -28,7 +28,7 @@ HIDDEN_SOURCES = {'.ci', '.devcontainer', '.dockerignore', '.gitattributes', '.g
 
 def parse(words):
     """The command line's arguments."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog='edition.py', description='Writes an edition of tb3_labs: the students\' has no '
         'solutions. Example: edition.py student ~/tb3_labs',
         epilog='doc/edition.yaml says what an edition leaves out.')

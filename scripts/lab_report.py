@@ -10,11 +10,11 @@ Any bag with sensor_msgs/Imu and nav_msgs/Odometry will do. Drives and turns are
 or, for a node of your own, in cmd_vel; resets in the line `Local pose set to x=..., y=..., yaw=...`
 on /rosout. Several runs make one page that compares them, and a page for each.
 """
-import argparse
-import math
 import sys
 import time
 
+from tb3_labs.command_line import Parser, number_or_text
+from tb3_labs.geometry.place import Place
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
 
 #: Time between two lines of progress where the output is no terminal [s].
@@ -51,28 +51,26 @@ class ProgressLine:
 
 def parse(words):
     """The command line's arguments."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog='lab_report.py', description='Makes a report of a recorded run of a TurtleBot3; of '
         'several runs one page that compares them, and a page for each.',
         epilog='Example: lab_report.py lab.bag precise.bag -o compared')
     parser.add_argument('bags', metavar='RUN.bag', nargs='+')
     parser.add_argument('-o', dest='folder', help='where to write; default: RUN_report beside it; '
                         'for several runs: runs_report beside the first')
-    parser.add_argument('--goal', nargs=3, type=number, metavar=('X', 'Y', 'YAW_DEG'),
+    parser.add_argument('--goal', nargs=3, type=number_or_text, metavar=('X', 'Y', 'YAW_DEG'),
                         help='goal in the local frame [m, m, deg] of drives whose goal was not '
                         "recorded; default: the lab's, -0.61 0.61 0")
     parser.add_argument('--ns', metavar='ROBOT', help='namespace of the robot, / for none')
     parser.add_argument('--model', choices=sorted(MODELS), default=DEFAULT_MODEL,
                         help='whose limits are drawn; default: %(default)s')
-    return parser.parse_args(words)
-
-
-def number(word):
-    """The finite number in a word; ``ValueError`` if it is none."""
-    value = float(word)
-    if not math.isfinite(value):
-        raise ValueError(word)
-    return value
+    given = parser.parse_args(words)
+    if given.goal is not None:
+        try:
+            Place(*given.goal)
+        except ValueError as problem:
+            parser.error('--goal: {}'.format(problem))
+    return given
 
 
 def main(words):

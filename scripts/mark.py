@@ -8,7 +8,6 @@ platform, or a text file with a list of repositories. MARKS gets marks.csv, over
 page of feedback and a results.json for each student. What has been marked there and has not changed
 is not tried again. doc/marking.md tells more.
 """
-import argparse
 import importlib.util
 import os
 import signal
@@ -23,6 +22,7 @@ if importlib.util.find_spec('matplotlib') is None:    # the pages need it, and t
     sys.exit('mark.py: matplotlib is missing; install it: sudo apt install --no-install-recommends '
              'python3-matplotlib')
 
+from tb3_labs.command_line import Parser, reason, seconds
 from tb3_labs.marking.archives import Refused
 from tb3_labs.marking.conduct import UNPROTECTED
 from tb3_labs.marking.course import course_of
@@ -43,7 +43,7 @@ from tb3_labs.simulation.network import NETWORKS
 
 def parse(words):
     """The command line's arguments."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog='mark.py', description="Marks a class's submissions. What has been marked and has not "
         'changed is not tried again: after an interruption, the same command goes on.')
     parser.add_argument('submissions', metavar='SUBMISSIONS', type=Path,
@@ -64,7 +64,7 @@ def parse(words):
     parser.add_argument('--parts', default='', help='these parts of the lab alone, with commas: '
                         + '; '.join('{}: {}'.format(name, ', '.join(lab.parts))
                         for name, lab in sorted(LABS.items())))
-    parser.add_argument('--limit', type=float, default=300.0, metavar='SECONDS',
+    parser.add_argument('--limit', type=seconds, default=300.0, metavar='SECONDS',
                         help='for one submission; default: %(default)g')
     parser.add_argument('--network', choices=list(NETWORKS), default=QUIET,
                         help='between robot and node; default: %(default)s')
@@ -244,7 +244,7 @@ def tell_trying(name, words='', seconds=0.0):
 
 def tell_problem(problem):
     """Print why something was not done."""
-    print('mark.py: {}'.format(problem), file=sys.stderr)
+    print('mark.py: {}'.format(reason(problem)), file=sys.stderr)
 
 
 if __name__ == '__main__':

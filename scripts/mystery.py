@@ -9,10 +9,10 @@ Usage: mystery.py --answer NUMBER FAULT [VALUE]
 
 It needs no master and no robot. The exit status is 0 only if fault and value are right.
 """
-import argparse
 import sys
 import textwrap
 
+from tb3_labs.command_line import Parser
 from tb3_labs.simulation.mystery import KINDS, LAST
 from tb3_labs.simulation.mystery_answer import judge
 
@@ -21,7 +21,7 @@ EXAMPLE = 'example: mystery.py --answer 7 "imu offset" 130'
 
 def parse(words):
     """The command line's arguments."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog='mystery.py', epilog=EXAMPLE,
         description='Judges an answer to a mystery robot: roslaunch tb3_labs fake_robot.launch '
         'mystery:=NUMBER hides one fault, NUMBER is from 1 to {}.'.format(LAST))

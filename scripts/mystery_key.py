@@ -3,16 +3,16 @@
 
 Usage: mystery_key.py NUMBER|FIRST-LAST ...        mystery_key.py 1-12
 """
-import argparse
 import sys
 
+from tb3_labs.command_line import Parser
 from tb3_labs.simulation.mystery import LAST, draw
 from tb3_labs.simulation.mystery_answer import shown
 
 
 def main(words):
     """Print one line for each number; the exit status."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog='mystery_key.py', epilog='example: mystery_key.py 1-12',
         description='Prints the answers of mystery robots, for the instructor.')
     parser.add_argument('numbers', nargs='+', metavar='NUMBER',

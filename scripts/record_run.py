@@ -7,7 +7,6 @@ rosbag keeps a topic's name as it is given. It gets absolute names here (/imu, o
 ROS_NAMESPACE or the launch file says robot3), so that evo, Foxglove and PlotJuggler find them.
 A topic that nobody sends costs nothing.
 """
-import argparse
 import os
 import sys
 
@@ -16,6 +15,7 @@ import rosgraph
 import rospkg
 from rosgraph.names import script_resolve_name
 
+from tb3_labs.command_line import Parser
 from tb3_labs.ros.bags.topics import RECORDED
 
 #: roslaunch's name for this node, which becomes rosbag's.
@@ -24,7 +24,7 @@ NODE = 'record'
 
 def main(words):
     """Become rosbag's record; the exit status if there is none."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog='record_run.py',
         description='Records the topics for lab_report.py into PATH_DATE.bag, by absolute names. '
                     'Ctrl+C ends it.',

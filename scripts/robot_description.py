@@ -5,13 +5,13 @@ It is the URDF of turtlebot3_description where that is installed, else a simple 
 
 Usage: robot_description.py [MODEL [PREFIX]]
 """
-import argparse
 import os
 import subprocess
 import sys
 
 import rospkg
 
+from tb3_labs.command_line import Parser
 from tb3_labs.robot.urdf import simple_urdf, with_prefix
 from tb3_labs.ros.parameters import NOT_GIVEN, model_called
 
@@ -35,7 +35,7 @@ def urdf_of(model):
 
 def main(words):
     """Print the URDF; the exit status."""
-    parser = argparse.ArgumentParser(prog='robot_description.py', description="The robot's URDF.")
+    parser = Parser(prog='robot_description.py', description="The robot's URDF.")
     parser.add_argument('model', metavar='MODEL', nargs='?', default=NOT_GIVEN,
                         help='default: TURTLEBOT3_MODEL in the environment, else burger')
     parser.add_argument('prefix', metavar='PREFIX', nargs='?', default='',

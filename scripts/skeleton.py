@@ -8,12 +8,12 @@ Such as: skeleton.py turn ~/catkin_ws/src. The package has a launch file, and th
 given parts are given, and its TODOs are open. What is already there is not overwritten. The texts
 are the files of doc/skeletons.
 """
-import argparse
 import sys
 from pathlib import Path
 
 import rospkg
 
+from tb3_labs.command_line import Parser
 from tb3_labs.handout.skeletons import (FOLDER, checked_name, checked_place, sentence, skeleton,
                                         write)
 from tb3_labs.marking.labs import LABS
@@ -28,7 +28,7 @@ def templates_of(lab):
 
 def parse(words):
     """The command line's arguments."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog='skeleton.py', usage='skeleton.py LAB DIRECTORY [--name PACKAGE] | --list',
         description='Writes the catkin package that a student begins a lab with: a launch file, and '
         "the lab's node with its TODOs. What is already there is not overwritten.",

@@ -104,7 +104,8 @@ class ParametersTest(NodeCase):
     def test_dynparam_refuses_in_one_line(self):
         node = '/file/move_to_goal'
         cases = (('set {} max_linear 9'.format(node), 'max_linear = 9.0 is not valid: a number from'),
-                 ('set {} max_linear fast'.format(node), 'max_linear = fast is not valid: a number'),
+                 ('set {} max_linear fast'.format(node), "max_linear = 'fast' is not valid: a number from 0.02 to 1 m/s"),
+                 ('set {} law Lab'.format(node), "law = 'Lab' is not valid: one of precise, lab"),
                  ('set {} max_liner 0.1'.format(node), 'near it: max_linear'),
                  ('set /file/move_to_gaol max_linear 0.1', 'near it: ' + node),
                  ('get {} lw'.format(node), 'near it: law'), ('sat', 'usage: dynparam list'))
