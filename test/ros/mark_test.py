@@ -374,6 +374,8 @@ class MarkTest(unittest.TestCase):
     def test_progress_is_told(self):
         printed = self.runs['turn', ''][1]
         self.assertIn('[1/1] good ...', printed)
+        for part in LABS['turn'].parts:
+            self.assertIn('[1/1] good: ' + part, printed.splitlines())
         self.assertRegex(printed, r'\[1/1\] good: 30 of 30 points, \d+ s')
 
 

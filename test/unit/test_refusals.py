@@ -19,6 +19,8 @@ CASES = [
     ('mark.py', [], 'arguments are required: SUBMISSIONS, --lab, -o; --help tells more'),
     ('mark.py', ['.', '--lab', 'trn', '-o', 'x'], "argument --lab: invalid choice: 'trn' (choose from"),
     ('mark.py', ['nowhere'] + MARK[1:], 'nowhere: No such file or directory'),
+    ('mark.py', ['miller/node.py'] + MARK[1:], 'there is no repository in the list miller/node.py'),
+    ('mark.py', ['/bin/sh'] + MARK[1:], '/bin/sh, read as a list of repositories: '),
     ('mark.py', MARK + ['--due', 'yesterday'], "'yesterday' is no time such as \"2026-11-20 23:59\""),
     ('mark.py', MARK + ['--points', 'nowhere'], 'the points, nowhere, cannot be read: No such file'),
     ('mark.py', MARK + ['--parts', 'turn'], 'IMU lab has these parts: turns, mouse,'),

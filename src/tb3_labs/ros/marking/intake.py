@@ -84,8 +84,12 @@ def submissions_from(path, work, tell):
     if is_zip(path.name):
         unpack(path, Path(work) / 'all')
         return _in_folder(_without_wrapping(Path(work) / 'all'), tell)
-    found = [Submission(name, [path.parent / Path(place).expanduser()]) for name, place
-             in repositories(path.read_text(encoding='utf-8-sig')).items()]
+    try:
+        listed = repositories(path.read_text(encoding='utf-8-sig'))
+    except ValueError as problem:
+        raise ValueError('{}, read as a list of repositories: {}'.format(path, problem)) from None
+    found = [Submission(name, [path.parent / Path(place).expanduser()])
+             for name, place in listed.items()]
     for submission in found:
         if not submission.paths[0].is_dir():
             raise ValueError('{}: there is no folder {}'.format(path, submission.paths[0]))
