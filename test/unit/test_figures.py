@@ -12,7 +12,7 @@ from tb3_labs.robot.turtlebot3 import robot_model
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.figures import STRETCHES, curve, new_figure, thin  # noqa: E402
-from tb3_labs.report.path_figures import draw_path, paths  # noqa: E402
+from tb3_labs.report.path_figures import _frames, draw_path, paths  # noqa: E402
 from tb3_labs.report.run_figures import errors, heading, speeds  # noqa: E402
 
 BURGER = robot_model('burger')
@@ -134,6 +134,19 @@ def test_the_names_of_frames_do_not_cover_each_other(start):
         one, other = (text.get_window_extent() for text in axes.texts if text.get_text())
         assert not one.overlaps(other)
         assert all(axes.bbox.contains(*corner) for box in (one, other) for corner in box.corners())
+
+
+@pytest.mark.parametrize('apart', [0.0, 0.03])
+def test_nor_do_those_of_many_resets_at_one_place(apart):
+    axes, _ = new_figure(4.0).subplots(1, 2)
+    axes.set(xlim=(-0.8, 0.3), ylim=(-0.3, 0.8), aspect='equal')
+    axes.plot([0.0, -0.6], [0.0, 0.6])
+    _frames(axes, 'odom', [(Pose2(apart * k, -apart * k, 13.0 * apart * k), 'local, reset {}'.format(k))
+                           for k in range(4)], 1.1)
+    axes.figure.canvas.draw()
+    boxes = [text.get_window_extent() for text in axes.texts if text.get_text()]
+    assert len(boxes) == 5
+    assert not any(one.overlaps(other) for k, one in enumerate(boxes) for other in boxes[:k])
 
 
 @pytest.mark.parametrize('leap, pieces', [(0.29, 1), (0.31, 2), (-0.29, 1), (-0.31, 2)])

@@ -11,7 +11,7 @@ p { margin: 0.3em 0; }
 table { border-collapse: collapse; width: 100%; font-size: 8.5pt; }
 th, td { border-bottom: 1px solid #999; padding: 1px 5px; text-align: right; }
 th { border-bottom: 2px solid #333; vertical-align: bottom; }
-th:first-child, td:first-child, td.words { text-align: left; }
+th:first-child, td:first-child, .words { text-align: left; }
 figure { margin: 0.4em 0; text-align: center; break-inside: avoid; }
 figure img { max-width: 100%; max-height: 84mm; } figcaption { font-size: 8.5pt; }
 section { break-inside: avoid; } .next { break-before: page; }

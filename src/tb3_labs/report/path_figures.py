@@ -131,7 +131,7 @@ def _place(axes: Axes, pose: Pose2, size: np.ndarray, boxes: Sequence[np.ndarray
 
     steps = [np.array((right, up)) for right in (-1, 0, 1) for up in (-1, 0, 1) if right or up]
     centres = [(pose.x, pose.y) + step * (far * size[1] + size / 2.0)
-               for far in (0.5, 1.5) for step in steps]
+               for far in (0.5, 1.5, 2.5, 3.5) for step in steps]
     return min((np.array([centre - size / 2.0, centre + size / 2.0]) for centre in centres),
                key=cost)
 
