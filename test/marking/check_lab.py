@@ -71,10 +71,12 @@ def whose(package, executable):
     """Words on the file that is judged; ``ValueError`` if rosrun cannot start it."""
     if Launch.given().environment is not None:
         return ''       # mark.py has prepared it, in an environment of its own
-    place = place_of(package, executable)
-    if package == OWN_PACKAGE:
-        return ', the node of this package. For yours: pkg:=PACKAGE type:=FILE'
-    return ' ({})'.format(place)
+    hint = '. For yours: pkg:=PACKAGE type:=FILE' * (package == OWN_PACKAGE)
+    try:
+        place = place_of(package, executable)
+    except ValueError as problem:
+        raise ValueError('{}{}'.format(problem, hint)) from None
+    return ', the node of this package' + hint if hint else ' ({})'.format(place)
 
 
 class Check(unittest.TestCase):
