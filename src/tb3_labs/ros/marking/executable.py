@@ -5,6 +5,8 @@ from pathlib import Path
 import rospkg
 from roslib.packages import find_node
 
+#: Where a node's file is looked for in a package; links are followed.
+DEPTHS = '*', '*/*', '*/*/*'
 #: This number of files is named.
 MOST_NAMES = 5
 
@@ -24,7 +26,7 @@ def place_of(package, executable):
     found = find_node(package, executable, packs)
     if found:
         return found[0]
-    files = [path for path in sorted(folder.rglob('*')) if path.is_file()]
+    files = [path for depth in DEPTHS for path in sorted(folder.glob(depth)) if path.is_file()]
     for path in files:
         if path.name == executable:
             raise ValueError('{0} is not executable, so rosrun cannot start it; type: chmod +x {0}'
