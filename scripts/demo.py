@@ -10,8 +10,10 @@ Subscribes
     current_goal  geometry_msgs/PoseStamped: its goal, in local
     local_pose    geometry_msgs/PoseStamped: the pose by its sensors, in local
     ground_truth  geometry_msgs/PoseStamped: the true pose, in world
+    has_control   std_msgs/Bool: may move_to_goal drive?
+    ctrl_relinq   std_msgs/Bool: another node's False is a person's stop
 Publishes
-    ctrl_relinq   std_msgs/Bool: True for each drive
+    ctrl_relinq   std_msgs/Bool: False, then True, until move_to_goal has control
 Calls
     reset_pose    tb3_labs/ResetPose
 Parameters: see DemoConfig in tb3_labs.nodes.demo; limits are those of move_to_goal.
@@ -19,6 +21,7 @@ Parameters: see DemoConfig in tb3_labs.nodes.demo; limits are those of move_to_g
                   drive, by local_pose and by ground_truth
 """
 import threading
+import time
 
 import rospy
 from geometry_msgs.msg import PoseStamped
@@ -29,8 +32,10 @@ from tb3_labs.control.least_time import least_time
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.control.goal_state import is_over
 from tb3_labs.nodes.demo import BEGUN, DemoConfig, DemoDrive, table
+from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.console import say
 from tb3_labs.ros.conversions import to_pose2
+from tb3_labs.ros.driving.ctrl_relinq import hear_takers
 from tb3_labs.ros.node import end, guarded, run
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.testing.connections import comes_to_hear
@@ -41,6 +46,8 @@ from tb3_labs.srv import ResetPose
 START_TIMEOUT = 30.0
 #: Longest wait for the recorder, which may have ended because its disk was full [s].
 RECORDER_TIMEOUT = 10.0
+#: Time for move_to_goal to take control, before it is given again [s, wall clock].
+GIVING_PERIOD = 1.0
 #: Topics that a recording needs from its first moment on.
 RECORDED = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_goal',
             'ctrl_relinq', '/tf')
@@ -65,8 +72,11 @@ class Demo:
         self._limits = drive.max_linear, drive.max_angular
         self._observer = Observer()
         # not latched: move_to_goal would take a latched message for one of an earlier node
-        self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
+        self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
+        self._taken = threading.Event()    # by a person
+        hear_takers(self._taken.set)
         self._observer.watch('goal_state', String, lambda message: message.data)
+        self._observer.watch('has_control', Bool, lambda message: message.data)
         for topic in ('current_goal', 'local_pose', 'ground_truth'):
             self._observer.watch(topic, PoseStamped, lambda message: to_pose2(message.pose))
         threading.Thread(target=guarded(self._run), daemon=True).start()
@@ -87,6 +97,8 @@ class Demo:
             self._observer.wait_for('control_holder', seconds=START_TIMEOUT)
         if not comes_to_hear('move_to_goal', ['ctrl_relinq'], START_TIMEOUT):
             raise RuntimeError('move_to_goal does not listen on ctrl_relinq')
+        self._observer.wait_for('has_control', seconds=START_TIMEOUT)
+        self._taken.clear()    # the first word of the node gamepad takes control
         if self._config.record and not comes_to_hear('record', RECORDED, RECORDER_TIMEOUT):
             rospy.logwarn('The recorder does not listen: the recording will be incomplete')
 
@@ -96,20 +108,41 @@ class Demo:
         observer.wait_for_rest('ground_truth')
         world_T_local = observer.latest('ground_truth')
         observer.forget('goal_state')
-        if number > 1:
+        if number > 1 or observer.latest('has_control'):
             answer = rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0)
             if not answer.success:
                 raise RuntimeError('reset_pose: ' + answer.message)
-        self._control.publish(True)
-        observer.wait_for('goal_state', lambda state: state == BEGUN, START_TIMEOUT)
-        begun = rospy.get_time()
-        state = observer.wait_for('goal_state', is_over, self._config.timeout)
-        seconds = rospy.get_time() - begun
+        self._give_control()
+        begun, _ = self._first(lambda state: state == BEGUN, START_TIMEOUT)
+        ended, state = self._first(is_over, self._config.timeout)
         observer.wait_for_rest('ground_truth')
         goal = observer.latest('current_goal')
         bound = least_time(Pose2(), goal, self._model, *self._limits, reverse=self._reverse)
         return DemoDrive(state, goal, observer.latest('local_pose'),
-                         world_T_local.inverse() @ observer.latest('ground_truth'), seconds, bound)
+                         world_T_local.inverse() @ observer.latest('ground_truth'), ended - begun,
+                         bound)
+
+    def _give_control(self):
+        """Give control until move_to_goal says that it has it.
+
+        A node that was slow to start does not take what it heard first: that may be old (see
+        tb3_labs.supervision.permission). A person's stop is not undone.
+        """
+        deadline = time.monotonic() + START_TIMEOUT
+        while not self._observer.latest('has_control') and not self._taken.is_set():
+            if time.monotonic() > deadline:
+                raise RuntimeError('move_to_goal does not take control')
+            self._control.publish(False)
+            self._control.publish(True)
+            wait_until(lambda: self._observer.latest('has_control'), GIVING_PERIOD)
+
+    def _first(self, condition, seconds):
+        """(time [s], words) of the first goal_state that fulfils `condition`; RuntimeError if there
+        is none after `seconds` of wall time."""
+        def found():
+            return [entry for entry in self._observer.all('goal_state') if condition(entry[1])]
+        self._observer.wait_until(found, seconds, 'goal_state')
+        return found()[0]
 
     def _tell(self, drives):
         """Print the table, leave the results, and end or stay."""

@@ -10,7 +10,11 @@ from tb3_labs.ros.node import guarded
 from tb3_labs.ros.robot.fake_robot import STEP
 from tb3_labs.ros.robot.sensor_topics import publisher
 
-CATCH_UP = 0.5         # a longer pause of the computer is not made up for [s]
+#: A longer pause of the computer is not made up for [s].
+CATCH_UP = 0.5
+#: The same with a /clock of its own [s, wall clock]. What is made up for comes at once. `speed` times
+#: as long, on that /clock: a node that hears of it too late finds its sensors silent.
+CATCH_UP_CLOCK = 0.02
 
 
 class Pacemaker:
@@ -24,9 +28,11 @@ class Pacemaker:
         self._robots = robots
         self._epoch = time.time()  # the robots' time 0, also with their own /clock
         self._clock = None
+        self._catch_up = CATCH_UP
         self._speed = 1.0
         if rospy.get_param('/use_sim_time', False):
             self._clock, self._speed = publisher('/clock', Clock), speed
+            self._catch_up = CATCH_UP_CLOCK
         self._thread = threading.Thread(target=guarded(self._run), name='robot', daemon=True)
         self._ending = threading.Event()  # rospy.is_shutdown() is true only after its hooks
         rospy.on_shutdown(self._end)
@@ -53,6 +59,6 @@ class Pacemaker:
             late = time.monotonic() - due
             if late < 0.0:
                 time.sleep(-late)
-            elif late > CATCH_UP:
+            elif late > self._catch_up:
                 due += late
                 self._epoch += 0.0 if self._clock else late
