@@ -6,13 +6,20 @@
 #     ./scripts/demo.sh rviz:=false     without RViz, which opens if it is installed and there is a screen
 #     ./scripts/demo.sh ARG:=VALUE ...  any argument of demo.launch (roslaunch --ros-args tb3_labs demo.launch lists them)
 set -euo pipefail
+case ${1:-} in -h | --help) sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;; esac
+for word; do
+  [[ $word =~ ^[a-z_]+:=. ]] || { echo "tb3_labs: $word is no argument: NAME:=VALUE, such as stay:=true (--help shows more)" >&2; exit 2; }
+done
+trap 'exit 130' INT TERM HUP    # without a word, also from the programs below
 PATH=/usr/bin:/bin:$PATH    # ROS's own tools, not those of a conda or pyenv
 unset CMAKE_PREFIX_PATH    # nor another workspace's tb3_labs
 source "$(dirname -- "${BASH_SOURCE[0]}")/setup.sh" || exit 1
 
-# The demonstration brings its own master: on another one there may be a real robot, which would drive too.
+# The demonstration brings its own master: on another one there may be a real robot, which would drive too. The lock tells a
+# second demonstration apart that starts at the same moment.
 address=${ROS_MASTER_URI#*://} address=${address%%/*}
-if timeout 2 bash -c ": <>/dev/tcp/${address%:*}/${address##*:}" 2>/dev/null; then
+exec 9>>"/tmp/tb3_labs_demo.$UID.${address##*:}.lock"
+if ! flock -n 9 || timeout 2 bash -c ": <>/dev/tcp/${address%:*}/${address##*:}" 2>/dev/null; then
   echo "tb3_labs: a ROS master is running at $ROS_MASTER_URI already; end it first, or set ROS_MASTER_URI=http://localhost:11312" >&2
   exit 1
 fi
@@ -40,22 +47,43 @@ export PYTHONUNBUFFERED=1 ROSCONSOLE_FORMAT=${ROSCONSOLE_FORMAT:-'[${severity}] 
 
 # Job control: roslaunch in a process group of its own gets each signal once, from the keyboard or sent to this script.
 set -m
-# roslaunch's own chatter is left out, also its red words when the demonstration's node ends, which is how it should end;
-# and what RViz, Debian's rospack and a rosdep without data say on every start.
+# roslaunch's own chatter is left out, also its red words when the demonstration's node ends, and what RViz, Debian's rospack
+# and a rosdep without data say on every start.
 sed -uE '/REQUIRED process .* has died/,/^=+/d
   /^(.\[[0-9]+m)?(\[rviz-[0-9]+\] process has finished cleanly|log file: .*\/rviz-[0-9]+\*\.log|QStandardPaths: |the rosdep view is empty: |\[rospack\] Error: no such package media_export|\[librospack\]: error while executing command)/d
-  /^(.\[1m)?(\.\.\. logging to|started roslaunch server|auto-starting new master|process\[|ROS_MASTER_URI=|setting \/run_id|started core service|shutting down processing monitor|\.\.\. shutting down|done.?|\[[^] ]+\] killing on exit)/d' <"$run/output" &
+  /^(.\[1m)?(\.\.\. logging to|started roslaunch server|auto-starting new master|process\[|ROS_MASTER_URI=|setting \/run_id|started core service|shutting down processing monitor|\.\.\. shutting down|done.?|\[[^] ]+\] killing on exit)/d' <"$run/output" 9>&- &
 filter=$!
-roslaunch --disable-title --skip-log-check --no-summary tb3_labs demo.launch "status_file:=$run/status" "$@" </dev/null >"$run/output" 2>&1 &
+roslaunch --disable-title --skip-log-check --no-summary tb3_labs demo.launch "status_file:=$run/status" "$@" </dev/null >"$run/output" 2>&1 9>&- &
 launch=$!
-# SIGTERM ends roslaunch and its nodes as Ctrl+C does, but without a traceback when it has only just started.
-interrupted=
-trap 'interrupted=yes; kill -TERM $launch 2>/dev/null || true' INT TERM HUP
-while kill -0 $launch 2>/dev/null; do wait $launch 2>/dev/null || true; done
-wait $filter 2>/dev/null || true
+
+# roslaunch waits 15 s for each node that does not hear SIGINT; one that is just starting does not. A recorder needs its time.
+patience=12
+if [[ " $*" == *' record:='[Tt]rue* ]]; then patience=100; fi
+interrupt() {
+  trap '' INT TERM HUP
+  exec 2>/dev/null    # bash names each process that it ends
+  cat <"$run/output" >/dev/null 9>&- &    # what comes from here on: tracebacks of nodes that are just starting
+  local sink=$! nodes _
+  kill "$filter" 2>/dev/null || true
+  kill -TERM -- "-$launch" 2>/dev/null || true
+  for ((_ = 0; _ < patience; _++)); do kill -0 "$launch" 2>/dev/null || break; sleep 0.1; done
+  for _ in 1 2 3; do
+    nodes=$(cat "/proc/$launch/task/$launch/children" 2>/dev/null) || break
+    kill -KILL $nodes 2>/dev/null || true
+    sleep 0.1
+  done
+  kill -KILL -- "-$launch" 2>/dev/null || true
+  kill "$sink" 2>/dev/null || true
+  exit 130
+}
+trap interrupt INT TERM HUP
+ended=0
+{ wait "$launch"; } 2>/dev/null || ended=$?    # bash would name a roslaunch that was ended
+wait "$filter" || true
 
 if ! read -r status <"$run/status" || ! [[ $status =~ ^[0-9]+$ ]]; then
   status=1
-  [ -n "$interrupted" ] || echo "tb3_labs: the demonstration ended without a result; logs: $ROS_LOG_DIR/latest" >&2
+  # 143: scripts/check_launch.py has ended roslaunch, and said why
+  [ "$ended" = 143 ] || echo "tb3_labs: the demonstration ended without a result; logs: $ROS_LOG_DIR/latest" >&2
 fi
 exit "$status"

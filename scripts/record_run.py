@@ -10,20 +10,20 @@ A topic that nobody sends costs nothing.
 import os
 import sys
 
-import roslib.packages
 import rosgraph
-import rospkg
 from rosgraph.names import script_resolve_name
 
 from tb3_labs.command_line import Parser
 from tb3_labs.ros.bags.topics import RECORDED
+from tb3_labs.ros.launching.optional import how_to_install, path_of
+from tb3_labs.ros.launching.recording import problem_of_folder
 
 #: roslaunch's name for this node, which becomes rosbag's.
 NODE = 'record'
 
 
 def main(words):
-    """Become rosbag's record; the exit status if there is none."""
+    """Become rosbag's record; the exit status if that cannot be."""
     parser = Parser(
         prog='record_run.py',
         description='Records the topics for lab_report.py into PATH_DATE.bag, by absolute names. '
@@ -33,17 +33,14 @@ def main(words):
     parser.add_argument('-o', metavar='PATH', dest='path', default='run',
                         help='where to; date and .bag are added; default: %(default)s')
     path = parser.parse_args(rosgraph.myargv(words)).path
-    try:
-        found = roslib.packages.find_node('rosbag', 'record')
-    except rospkg.ResourceNotFound:
-        found = []
-    if not found:
-        print('record_run.py: rosbag is not installed: sudo apt install python3-rosbag, on Noetic '
-              'ros-noetic-rosbag', file=sys.stderr)
+    recorder = path_of('rosbag', 'record')
+    problem = problem_of_folder(path) if recorder else how_to_install('rosbag')
+    if problem:
+        print('record_run.py: ' + problem, file=sys.stderr)
         return 1
     topics = [script_resolve_name(NODE, name) for name in RECORDED]
     remappings = [word for word in words if ':=' in word]
-    os.execv(found[0], [found[0], '-o', path] + topics + remappings)
+    os.execv(recorder, [recorder, '-o', path] + topics + remappings)
 
 
 if __name__ == '__main__':

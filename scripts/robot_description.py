@@ -12,8 +12,9 @@ import sys
 import rospkg
 
 from tb3_labs.command_line import Parser
+from tb3_labs.config import NOT_GIVEN
+from tb3_labs.robot.turtlebot3 import model_called
 from tb3_labs.robot.urdf import simple_urdf, with_prefix
-from tb3_labs.ros.parameters import NOT_GIVEN, model_called
 
 
 def urdf_of(model):
@@ -42,7 +43,7 @@ def main(words):
                         help="of the frames' names, such as robot3/")
     arguments = parser.parse_args(words)
     try:
-        print(with_prefix(urdf_of(model_called(arguments.model)), arguments.prefix))
+        print(with_prefix(urdf_of(model_called(arguments.model, os.environ)), arguments.prefix))
     except ValueError as problem:
         print('robot_description.py: {}'.format(problem), file=sys.stderr)
         return 1

@@ -9,32 +9,20 @@ Usage: start_optional.py PACKAGE NODE|FILE.launch [arguments of the node, or of 
 import os
 import sys
 
-import roslib.packages
-import rospkg
 import rospy
 
-HOW_ON_DEBIAN = {
-    'joy': 'Debian has none: build joystick_drivers from source, or publish sensor_msgs/Joy '
-           'yourself and start with joy:=false',
-    'turtlebot3_gazebo': 'Debian has none: sim:=true is the embedded robot',
-    'rviz': 'Debian: sudo apt install rviz',
-}
+from tb3_labs.ros.launching.optional import how_to_install, path_of
 
 
 def main(package, what, *arguments):
     """Become that node, or a roslaunch of that launch file; exit status 1 if not installed."""
-    try:
-        if what.endswith('.launch'):
-            rospkg.RosPack().get_path(package)
-            os.execvp('roslaunch', ['roslaunch', package, what] + list(arguments))
-        found = roslib.packages.find_node(package, what)
-    except rospkg.ResourceNotFound:
-        found = []
-    if found:
-        os.execv(found[0], [found[0]] + list(arguments))
+    path = path_of(package, what)
+    if path and what.endswith('.launch'):
+        os.execvp('roslaunch', ['roslaunch', package, what] + list(arguments))
+    if path:
+        os.execv(path, [path] + list(arguments))
     rospy.init_node(package)
-    rospy.logfatal('the package %s is not installed: sudo apt install ros-noetic-%s (%s)', package,
-                   package.replace('_', '-'), HOW_ON_DEBIAN.get(package, 'Debian has none'))
+    rospy.logfatal('%s', how_to_install(package))
     sys.exit(1)
 
 

@@ -7,15 +7,14 @@ A setting's default, unit, bounds and meaning stand in one place, the dataclass 
 `tb3_labs.config.setting` that the node reads. A new node is one more line in `LAUNCH_FILES`.
 `test/unit/test_parameters.py` compares the files with this command.
 """
-import ast
-import importlib
 import pathlib
 from dataclasses import dataclass, fields
 
 import yaml
 
-from tb3_labs.config import Config, bounds_in_words, setting
+from tb3_labs.config import NOT_GIVEN, Config, bounds_in_words, setting
 from tb3_labs.robot.turtlebot3 import MODELS
+from tb3_labs.ros.launching.node_source import NodeSource
 from tb3_labs.simulation.simulator_config import STARTING
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
@@ -41,7 +40,7 @@ LIVE_MARK = ' (live)'
 class ModelConfig(Config):
     """The parameter of tb3_labs.ros.parameters.read_model."""
 
-    model: str = setting('default', 'kind of TurtleBot3', choices=('default',) + tuple(MODELS))
+    model: str = setting(NOT_GIVEN, 'kind of TurtleBot3', choices=(NOT_GIVEN,) + tuple(MODELS))
 
 
 HEAD = """\
@@ -63,8 +62,8 @@ file starts several nodes, the others have files, too: `move_to_goal_params:=`,
 `turtlebot3_params:=`, `mouse_params:=`. Each launch file except `classroom.launch` passes every
 argument on to the files that it includes: `roslaunch tb3_labs turn.launch sim:=true slip:=0.1`.
 
-roslaunch itself ignores unknown arguments. A node names unknown parameters in a warning at its
-start. A value out of bounds ends the node with one line.
+A launch file refuses unknown arguments, and values out of bounds, before anything starts. A node
+names unknown parameters in a warning at its start.
 
 `dynparam` is on the PATH of `scripts/setup.sh`'s shell; in a workspace of your own it is
 `rosrun tb3_labs dynparam.py`. Its settings last as long as the node.
@@ -74,36 +73,14 @@ The model `default` is `TURTLEBOT3_MODEL` in the environment, else burger.
 
 
 class Node:
-    """A script's node, with the configurations that it reads; the script itself does not run."""
+    """A script's node, with the configurations that it reads."""
 
     def __init__(self, script):
         self.script = script
         self.launch_file = LAUNCH_FILES[script]
-        self._tree = ast.parse((ROOT / 'scripts' / script).read_text(encoding='utf-8'))
-        self.name = self._calls('run')[0].args[0].value
-        known = self._known()
-        self.configs = [known[kind.id] for kind in self._calls('read_config')[0].args]
-        if self._calls('read_model'):
-            self.configs.insert(0, ModelConfig)
-
-    def _calls(self, function):
-        return [node for node in ast.walk(self._tree) if isinstance(node, ast.Call)
-                and getattr(node.func, 'id', None) == function]
-
-    def _known(self):
-        """{name: object} of the script's imports without ROS, and of its own configurations."""
-        known = {}
-        for node in self._tree.body:
-            if isinstance(node, ast.ImportFrom):
-                room = node.module.split('.')
-                if room[0] == 'dataclasses' or (
-                        room[0] == 'tb3_labs' and room[1] not in ('ros', 'msg', 'srv')):
-                    module = importlib.import_module(node.module)
-                    known.update({item.name: getattr(module, item.name) for item in node.names})
-            elif isinstance(node, ast.ClassDef) and any(
-                    getattr(base, 'id', '') == Config.__name__ for base in node.bases):
-                exec(compile(ast.Module([node], []), self.script, 'exec'), known)
-        return known
+        source = NodeSource((ROOT / 'scripts' / script).read_text(encoding='utf-8'))
+        self.name = source.name
+        self.configs = source.has_model * [ModelConfig] + source.configs
 
     @property
     def settings(self):

@@ -10,7 +10,11 @@ sentence. From the same fields the bridge reads, documents and reconfigures ROS 
 """
 import math
 from dataclasses import Field, dataclass, field, fields
-from typing import Any, Optional, Sequence
+from typing import Any, Mapping, Optional, Sequence, Type, TypeVar
+
+#: The value that a launch file passes on for an argument that was not given.
+NOT_GIVEN = 'default'
+Kind = TypeVar('Kind', bound='Config')
 
 
 def setting(default: Any, meaning: str, unit: str = '', low: Optional[float] = None,
@@ -28,6 +32,15 @@ class Config:
         for item in fields(self):
             if 'meaning' in item.metadata:
                 object.__setattr__(self, item.name, _checked(item, getattr(self, item.name)))
+
+
+def from_parameters(kind: Type[Kind], given: Mapping[str, Any]) -> Kind:
+    """A configuration of class `kind` by the parameters `given`; NOT_GIVEN counts as not given.
+
+    Parameters that it does not know are left out. ``ValueError`` for the first invalid value.
+    """
+    return kind(**{item.name: given[item.name] for item in fields(kind)
+                   if given.get(item.name, NOT_GIVEN) != NOT_GIVEN})
 
 
 def _checked(item: Field, value: Any) -> Any:

@@ -3,6 +3,7 @@
 import os
 import sys
 
+import rosgraph
 import rospy
 import rostest
 from roslaunch.config import ROSLaunchConfig
@@ -84,8 +85,19 @@ class BadStartTest(NodeCase):
     def test_a_file_that_is_missing_starts_nothing(self):
         launch = self.launch('tb3_labs', 'gamepad.launch', 'pad:=none')
         self.assertNotEqual(launch.wait(STARTING), 0)
-        self.assertIn('pad_none.yaml', launch.text)
+        self.assertIn('pad:=none is not valid: one of f310_d', launch.text)
         self.assertNotIn('started with pid', launch.text)
+
+    def test_a_second_launch_of_the_same_nodes_is_refused_and_the_first_runs_on(self):
+        launch = self.launch('--no-summary', 'tb3_labs', 'fake_robot.launch')
+        self.assertNotEqual(launch.wait(STARTING), 0)
+        self.assertIn('running already at {}: /turtlebot3; end that launch first'.format(
+            rosgraph.get_master_uri()), launch.text)
+        self.assertNotIn('started with pid', launch.text)
+        self.seen.forget('ground_truth')
+        self.seen.wait_for('ground_truth')
+        other = self.launch('--nodes', 'tb3_labs', 'fake_robot.launch')    # starts nothing
+        self.assertEqual(other.wait(STARTING), 0)
 
     def test_a_class_of_no_robots_is_refused(self):
         why = 'robots must be a whole number, 1 or more'

@@ -52,7 +52,8 @@ class View:
         self.start()
 
     def start(self):
-        self.launch = Program(['roslaunch', 'tb3_labs', 'view.launch'], environment={
+        self.launch = Program([
+            'roslaunch', 'tb3_labs', 'view.launch', 'rviz:=' + str(bool(HAS_RVIZ)).lower()], environment={
             'DISPLAY': self.screen.display if HAS_RVIZ else '', 'LIBGL_ALWAYS_SOFTWARE': '1',
             'ROS_NAMESPACE': self.namespace})
 

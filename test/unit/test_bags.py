@@ -117,7 +117,7 @@ def test_topics_are_recorded_by_their_absolute_names(namespace, topics, monkeypa
     spec.loader.exec_module(script)
     called = []
     monkeypatch.setattr(script.os, 'execv', lambda path, words: called.append(words))
-    monkeypatch.setattr(script.roslib.packages, 'find_node', lambda *name: ['/bin/record'])
+    monkeypatch.setattr(script, 'path_of', lambda *name: '/bin/record')
     monkeypatch.setattr(script.sys, 'argv', ['record_run.py'])
     monkeypatch.delenv('ROS_NAMESPACE', raising=False)
     if namespace:

@@ -1,5 +1,8 @@
 """The demonstration's judgement, and its table word for word."""
+import importlib.util
 import math
+import pathlib
+import threading
 
 import pytest
 
@@ -7,6 +10,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.control.goal_state import is_over
 from tb3_labs.nodes.demo import HEADER, DemoConfig, DemoDrive, table
 
+SCRIPT = pathlib.Path(__file__).resolve().parents[2] / 'scripts' / 'demo.py'
 GOAL = Pose2(-0.61, 0.61, 0.0)
 CONFIG = DemoConfig()
 
@@ -75,3 +79,58 @@ def test_errors_are_taken_across_the_half_turn():
     ('stopped: imu lost', False), ('', False)])
 def test_what_ends_a_drive(state, over):
     assert is_over(state) is over
+
+
+class MoveToGoal:
+    """Stands in for the node, for the Observer of its topics, and for the publisher to it."""
+
+    def __init__(self, demo, refuses, taken_at=None):
+        self._demo, self._refuses, self._taken_at = demo, refuses, taken_at
+        self.has_control, self.said = False, []
+
+    def latest(self, topic):
+        assert topic == 'has_control'
+        return self.has_control
+
+    def publish(self, word):
+        self.said.append(word)
+        # a True counts after a False only, and not while the node is just waking up
+        self.has_control = word and self.said[-2:] == [False, True] and (
+            len(self.said) > 2 * self._refuses)
+        if len(self.said) == self._taken_at:
+            self._demo._taken.set()
+
+
+@pytest.fixture
+def script(monkeypatch):
+    spec = importlib.util.spec_from_file_location('demo_script', str(SCRIPT))
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    monkeypatch.setattr(module, 'wait_until', lambda condition, seconds: condition())
+    return module
+
+
+def give_control(script, **how):
+    """What a Demo says to a MoveToGoal."""
+    demo = script.Demo.__new__(script.Demo)
+    demo._taken = threading.Event()
+    demo._observer = demo._control = node = MoveToGoal(demo, **how)
+    demo._give_control()
+    return node
+
+
+def test_control_is_given_until_it_counts(script):
+    assert give_control(script, refuses=0).said == [False, True]
+    node = give_control(script, refuses=2)
+    assert node.has_control and node.said == [False, True] * 3
+
+
+def test_a_stop_of_a_person_is_not_undone(script):
+    node = give_control(script, refuses=99, taken_at=4)
+    assert not node.has_control and node.said == [False, True] * 2
+
+
+def test_control_that_never_counts_is_a_failure_and_no_wait_for_ever(script, monkeypatch):
+    monkeypatch.setattr(script, 'START_TIMEOUT', 0.0)
+    with pytest.raises(RuntimeError, match='move_to_goal does not take control'):
+        give_control(script, refuses=99)

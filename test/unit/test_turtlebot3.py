@@ -6,7 +6,7 @@ import pytest
 
 from tb3_labs.robot.turtlebot3 import (
     COMMAND_TIMEOUT, CONTROL_RATE, DEFAULT_MODEL, MODELS, MOTOR_SPEED_STEP, TICKS_PER_TURN,
-    WHEEL_WIDTH, robot_model)
+    WHEEL_WIDTH, model_called, robot_model)
 
 
 def rim_speed(rpm, radius=0.033):
@@ -61,5 +61,15 @@ def test_the_usual_robot_is_a_burger():
 def test_an_unknown_robot_is_refused_with_the_names_that_are_known(name):
     with pytest.raises(ValueError) as refusal:
         robot_model(name)
-    for word in ('TURTLEBOT3_MODEL', repr(name), 'burger', 'waffle', 'waffle_pi'):
-        assert word in str(refusal.value)
+    assert str(refusal.value) == 'model = {!r} is not valid: one of burger, waffle, waffle_pi'.format(
+        name)
+
+
+def test_the_environment_is_blamed_for_its_own_word_alone():
+    environment = {'TURTLEBOT3_MODEL': 'burgr'}
+    with pytest.raises(ValueError, match="^TURTLEBOT3_MODEL = 'burgr' is not valid: one of burger"):
+        model_called('default', environment)
+    with pytest.raises(ValueError, match="^model = 'wafle' is not valid"):
+        model_called('wafle', environment)
+    assert model_called('waffle', environment) is MODELS['waffle']
+    assert model_called('default', {'TURTLEBOT3_MODEL': ''}) is MODELS['burger']

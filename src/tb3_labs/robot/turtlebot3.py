@@ -6,7 +6,9 @@ for the Burger are rounded up: its wheels stop at 61 rpm.
 """
 import math
 from dataclasses import dataclass
-from typing import Dict
+from typing import Dict, Mapping
+
+from tb3_labs.config import NOT_GIVEN
 
 #: Encoder steps per turn of a wheel.
 TICKS_PER_TURN = 4096
@@ -52,10 +54,24 @@ MODELS: Dict[str, RobotModel] = {
 DEFAULT_MODEL = 'burger'
 
 
-def robot_model(name: str) -> RobotModel:
-    """The model called `name` (as in ``TURTLEBOT3_MODEL``); ``ValueError`` for an unknown one."""
+#: The variable of the environment that names the model where nothing else does.
+MODEL_VARIABLE = 'TURTLEBOT3_MODEL'
+
+
+def robot_model(name: str, said_by: str = 'model') -> RobotModel:
+    """The model called `name`; ``ValueError`` for an unknown one, which `said_by` named."""
     try:
         return MODELS[name]
     except KeyError:
-        raise ValueError('TURTLEBOT3_MODEL = {!r} is not valid: one of {}'.format(
-            name, ', '.join(MODELS))) from None
+        raise ValueError('{} = {!r} is not valid: one of {}'.format(
+            said_by, name, ', '.join(MODELS))) from None
+
+
+def model_called(name: str, environment: Mapping[str, str]) -> RobotModel:
+    """The model called `name`; for NOT_GIVEN that of MODEL_VARIABLE in `environment`, else a Burger.
+
+    ``ValueError`` for an unknown one.
+    """
+    if name != NOT_GIVEN:
+        return robot_model(name)
+    return robot_model(environment.get(MODEL_VARIABLE) or DEFAULT_MODEL, MODEL_VARIABLE)

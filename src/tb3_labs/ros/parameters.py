@@ -9,10 +9,8 @@ from dataclasses import fields
 
 import rospy
 
-from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, robot_model
-
-#: The value that a launch file passes on for an argument that was not given.
-NOT_GIVEN = 'default'
+from tb3_labs.config import NOT_GIVEN, from_parameters
+from tb3_labs.robot.turtlebot3 import model_called
 
 
 def read_config(*kinds, of=None):
@@ -27,11 +25,9 @@ def read_config(*kinds, of=None):
     known = set()
     configs = []
     for kind in kinds:
-        names = [item.name for item in fields(kind)]
-        known.update(names)
+        known.update(item.name for item in fields(kind))
         try:
-            configs.append(kind(**{
-                name: given[name] for name in names if given.get(name, NOT_GIVEN) != NOT_GIVEN}))
+            configs.append(from_parameters(kind, given))
         except ValueError as problem:
             raise ValueError('parameter {}/{}'.format(of or rospy.get_name(), problem)) from None
     for name in () if of else sorted(set(given) - known - {'model'}):
@@ -42,10 +38,4 @@ def read_config(*kinds, of=None):
 
 def read_model():
     """The robot's numbers, by ``~model``, else by TURTLEBOT3_MODEL in the environment."""
-    return model_called(rospy.get_param('~model', NOT_GIVEN))
-
-
-def model_called(name):
-    """The robot's numbers; `name` is a model, or NOT_GIVEN. ``ValueError`` for an unknown one."""
-    return robot_model(os.environ.get('TURTLEBOT3_MODEL') or DEFAULT_MODEL
-                       if name == NOT_GIVEN else name)
+    return model_called(rospy.get_param('~model', NOT_GIVEN), os.environ)
