@@ -10,10 +10,17 @@ case ${1:-} in -h | --help) sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH
 for word; do
   [[ $word =~ ^[a-z_]+:=. ]] || { echo "tb3_labs: $word is no argument: NAME:=VALUE, such as stay:=true (--help shows more)" >&2; exit 2; }
 done
-trap 'exit 130' INT TERM HUP    # without a word, also from the programs below
 PATH=/usr/bin:/bin:$PATH    # ROS's own tools, not those of a conda or pyenv
 unset CMAKE_PREFIX_PATH    # nor another workspace's tb3_labs
-source "$(dirname -- "${BASH_SOURCE[0]}")/setup.sh" || exit 1
+# What the set-up says of an error comes at its end: with Ctrl+C only its own lines do, without the tracebacks of its programs.
+said=$(mktemp)
+trap 'rm -f "$said"' EXIT
+trap 'grep "^tb3_labs: " "$said" >&2; exit 130' INT TERM HUP
+ready=yes
+source "$(dirname -- "${BASH_SOURCE[0]}")/setup.sh" 2>"$said" || ready=
+cat "$said" >&2
+[ -n "$ready" ] || exit 1
+trap 'exit 130' INT TERM HUP
 
 # The demonstration brings its own master: on another one there may be a real robot, which would drive too. The lock tells a
 # second demonstration apart that starts at the same moment.
@@ -38,7 +45,7 @@ if [[ " $*" != *' rviz:='* ]] && rospack find rviz >/dev/null 2>&1 && has_screen
 # roslaunch ends with 0 whatever its nodes did: the demonstration's node leaves its status in a file.
 mkdir -p "$ROS_LOG_DIR"
 run=$(mktemp -d "$ROS_LOG_DIR/demo.XXXXXX")
-trap 'rm -rf "$run"' EXIT
+trap 'rm -rf "$said" "$run"' EXIT
 touch "$run/status"
 mkfifo "$run/output"
 

@@ -4,11 +4,13 @@ has the same errors for each drive."""
 import glob
 import math
 import os
+import socket
 import time
 import unittest
 import xmlrpc.client
 
 import rosgraph
+import rospkg
 import rospy
 import rostest
 
@@ -16,6 +18,7 @@ from tb3_labs.report.analysis import drives
 from tb3_labs.report.epochs import epochs
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.ros.bags.reader import read_run
+from tb3_labs.ros.testing.node_process import Program
 
 #: Both measure the robot at rest, so their poses differ only by a step or two of the encoders [m]
 #: and ten times the noise of the IMU [deg].
@@ -72,6 +75,24 @@ class DemoTest(unittest.TestCase):
         self.wait_for('no bag was written', lambda: glob.glob(self.path + '_*.bag'), 60.0)
         path, = glob.glob(self.path + '_*.bag')
         return path
+
+    def test_ctrl_c_ends_the_script_at_once_without_a_word(self):
+        """Also while its programs start, which print tracebacks then."""
+        script = os.path.join(rospkg.RosPack().get_path('tb3_labs'), 'scripts', 'demo.sh')
+        runs = []
+        for _ in range(3):
+            with socket.socket() as free:
+                free.bind(('127.0.0.1', 0))
+                uri = 'http://localhost:{}'.format(free.getsockname()[1])
+            run = Program([script, 'web:=false', 'stay:=true'], terminal=True,
+                          environment={'ROS_MASTER_URI': uri})
+            self.addCleanup(run.kill)
+            runs.append((run, uri))
+        for (run, uri), after in zip(runs, (0.3, 0.7, 1.0)):    # at 0.3 s, 1 s and 2 s
+            time.sleep(after)
+            self.assertEqual(run.end(), 130)
+            self.assertEqual(run.text, '')
+            self.assertFalse(rosgraph.is_master_online(uri), uri)
 
 
 if __name__ == '__main__':

@@ -165,7 +165,7 @@ class ViewTest(unittest.TestCase):
     def wheel(self, side):
         """A wheel's attitude: a quaternion."""
         turned = self.tf.lookup_transform('robot3/odom', 'robot3/wheel_{}_link'.format(side),
-                                          rospy.Time(0), rospy.Duration(20.0)).transform.rotation
+                                          rospy.Time(0), rospy.Duration(60.0)).transform.rotation
         return np.array([turned.x, turned.y, turned.z, turned.w])
 
 

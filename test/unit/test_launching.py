@@ -1,6 +1,7 @@
 """A launch that cannot do what was typed is refused, with the reason and the valid values."""
 import os
 import pathlib
+import shlex
 import shutil
 import signal
 import subprocess
@@ -40,7 +41,7 @@ def problem(words):
     'classroom.launch robots:=13 model:=waffle', 'demo.launch stay:=True slip:=0.1 port:=8090',
     'fake_robot.launch', 'gamepad.launch pad:=ps4 max_linear:=0.1', 'gazebo.launch',
     'imu_sub.launch max_rate:=5', 'move2goal.launch sim:=gazebo has_control:=true', 'panel.launch',
-    'record.launch bag:=lab', 'robot.launch robot:=robot3 lab:=turn hdg_tol:=2 user:=pi',
+    'record.launch bag:=lab', 'robot.launch robot:=robot3 lab:=turn hdg_tol:=2 user:=pi web:=true',
     'turn.launch sim:=true xterm:=true rviz:=true record:=true bag:=lab', 'view.launch',
     'fake_robot.launch __ns:=robot3 model:=default'])
 def test_a_launch_that_can_be_carried_out_is(words):
@@ -66,6 +67,7 @@ def test_a_launch_that_can_be_carried_out_is(words):
     ('gamepad.launch pad:=none', 'pad:=none is not valid: one of f310_d, f310_x, handout, ps4, xbox'),
     ('robot.launch robot:=r lab:=trun',
      'lab:=trun is not valid: none, turn, move2goal, gamepad or imu_sub'),
+    ('turn.launch hdg_tol:=(10)', 'hdg_tol:=(10) is not valid: a value in parentheses counts as not given'),
     ('view.launch model:=burgr', 'model:=burgr is not valid: burger, waffle or waffle_pi'),
     # values of parameters, as each node reads them
     ('demo.launch goal_x:=two', "/move_to_goal/goal_x = 'two' is not valid: a number from -100 to 100 m"),
@@ -119,6 +121,19 @@ def test_a_pad_that_cannot_be_read_leaves_the_gamepad_to_the_page(monkeypatch):
     assert problem('gamepad.launch') == ''
 
 
+def test_a_namespace_and_a_prefix_reach_the_frames(monkeypatch):
+    def frame(*words):
+        config = rehearsal.loaded(read([str(LAUNCH / 'view.launch'), *words]))
+        assert '/robot_description' in ''.join(config.params)
+        node, = [node for node in config.nodes if node.name == 'rviz']
+        return shlex.split(node.args)[-1]
+
+    assert frame() == 'odom'
+    assert frame('prefix:=robot4/') == 'robot4/odom'
+    monkeypatch.setenv('ROS_NAMESPACE', '/robot3/')
+    assert frame() == 'robot3/odom'
+
+
 def test_xterm_is_named_if_it_is_not_installed(monkeypatch):
     monkeypatch.setattr(shutil, 'which', lambda name: None)
     assert problem('turn.launch xterm:=true') == 'xterm is not installed: sudo apt install xterm'
@@ -166,14 +181,14 @@ def test_each_launch_file_begins_with_the_check_of_its_own_name():
             path.name) in path.read_text(), path.name
 
 
-def test_only_the_parent_is_ended():
+def test_only_the_parent_is_ended(monkeypatch):
     """Not the process that became the parent since."""
+    killed = []
+    monkeypatch.setattr(os, 'kill', lambda *what: killed.append(what))
     Roslaunch(os.getppid() + 1, []).end()
-    process = subprocess.Popen(['sh', '-c', 'python3 - <<E; sleep 9\n'
-                                'import os\n'
-                                'from tb3_labs.ros.launching.command import Roslaunch\n'
-                                'Roslaunch(os.getppid(), []).end()\nE'])
-    assert process.wait(20.0) == -signal.SIGTERM
+    assert killed == []
+    Roslaunch(os.getppid(), []).end()
+    assert killed == [(os.getppid(), signal.SIGTERM)]
 
 
 @pytest.mark.parametrize('name, words, runs', [

@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 
 import pytest
 import yaml
+from roslaunch.arg_dump import get_args
 
 from pages import PAGES, ROOT, by_name, commands
 from tb3_labs.config import bounds_in_words
@@ -22,6 +23,13 @@ sys.path.insert(0, str(ROOT / 'test'))
 import make_parameters  # noqa: E402
 
 NODES = make_parameters.nodes()
+
+
+def shown(item):
+    """The default of an argument that stands for a parameter: as not given, with its value."""
+    if item.name == 'model':
+        return '($(optenv TURTLEBOT3_MODEL burger))'
+    return '({})'.format(make_parameters.shown(item.default) or 'none')
 
 
 def elements(node):
@@ -72,16 +80,38 @@ def test_a_file_holds_what_the_node_takes_without_it(node):
 
 
 @pytest.mark.parametrize('node', NODES, ids=lambda node: node.name)
-def test_the_launch_file_offers_every_parameter_without_a_default_of_its_own(node):
+def test_the_launch_file_offers_every_parameter_and_shows_its_default(node):
     launch, _ = elements(node)
     offered = {arg.get('name'): arg for arg in launch.findall('arg')}
     for item, _ in node.settings:
         argument = offered[node.argument(item)]
-        assert argument.get('default') == 'default'
+        assert argument.get('default') == shown(item)
         unit = item.metadata['unit']
         if item.name != 'model':       # the other nodes read the environment as well, and say so
             assert argument.get('doc') == item.metadata['meaning'] + (
                 ' [{}]'.format(unit) if unit else '')
+
+
+@pytest.mark.parametrize('path', sorted((ROOT / 'launch').glob('*.launch')), ids=lambda path: path.stem)
+def test_what_counts_as_not_given_shows_a_default_of_a_node(path):
+    valid = {}
+    for node in NODES:
+        for item, _ in node.settings:
+            valid.setdefault(node.argument(item), set()).add(shown(item))
+    for arg in ET.parse(str(path)).getroot().findall('arg'):
+        if (arg.get('default') or '').startswith('('):
+            words = {'user': '(as in ~/.ssh/config)', 'prefix': '(by ROS_NAMESPACE)'}.get(
+                arg.get('name'), '(none)')
+            assert arg.get('default') in valid.get(arg.get('name'), {words}), arg.get('name')
+        assert 'default' not in (arg.get('default'), arg.get('value'))
+
+
+@pytest.mark.parametrize('path', sorted((ROOT / 'launch').glob('*.launch')), ids=lambda path: path.stem)
+def test_roslaunch_lists_an_argument_as_required_only_if_it_is(path, monkeypatch):
+    monkeypatch.delenv('ROS_NAMESPACE', raising=False)
+    monkeypatch.delenv('DISPLAY', raising=False)
+    required = [name for name, (_, default) in get_args([str(path)]).items() if not default]
+    assert required == (['robot'] if path.stem == 'robot' else [])
 
 
 @pytest.mark.parametrize('node', NODES, ids=lambda node: node.name)
@@ -90,7 +120,7 @@ def test_the_launch_file_hands_on_what_was_given_and_nothing_else(node):
     handed = {param.get('name'): (param.get('value'), param.get('unless'))
               for param in element.findall('param')}
     assert handed == {item.name: ('$(arg {})'.format(node.argument(item)),
-                                  "$(eval {} == 'default')".format(node.argument(item)))
+                                  "$(eval str({}).startswith('('))".format(node.argument(item)))
                       for item, _ in node.settings}
     # later ones win: the package's file, one's own, then the arguments
     tags = [child.tag for child in element]

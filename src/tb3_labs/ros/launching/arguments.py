@@ -83,8 +83,10 @@ def problem_of(path: str, given: Dict[str, str]) -> str:
 
 def _invalid(name: str, value: str, argument: Argument, folder: str) -> str:
     """The valid values in words if `value` is none of them, else ''."""
+    if value.startswith('('):
+        return 'a value in parentheses counts as not given'
     if name == 'params' or name.endswith('_params'):
-        return '' if value == NOT_GIVEN else _problem_of_yaml(value)
+        return _problem_of_yaml(value)
     valid = _choices(name, argument, folder)
     if not valid or value == NOT_GIVEN or (value.lower() if valid[0] == 'true' else value) in valid:
         return ''

@@ -34,7 +34,7 @@ def problem_of(command):
     if problem:
         return problem
     try:
-        config = _loaded(command)
+        config = loaded(command)
     except (RLException, ValueError, rospkg.ResourceNotFound) as error:
         return _reason(error)
     return (arguments.without_effect(command.file, command.arguments, config.roslaunch_files)
@@ -42,7 +42,7 @@ def problem_of(command):
             or _running_already(config))
 
 
-def _loaded(command):
+def loaded(command):
     """The ROSLaunchConfig of a Command, without roscore's own part, which starts two programs."""
     config = ROSLaunchConfig()
     if command.port:

@@ -27,16 +27,19 @@ class Pacemaker:
     def __init__(self, robots, speed):
         self._robots = robots
         self._epoch = time.time()  # the robots' time 0, also with their own /clock
-        self._clock = None
-        self._catch_up = CATCH_UP
-        self._speed = 1.0
         if rospy.get_param('/use_sim_time', False):
-            self._clock, self._speed = publisher('/clock', Clock), speed
-            self._catch_up = CATCH_UP_CLOCK
+            self._take(publisher('/clock', Clock), speed)
+        else:
+            self._take(None, 1.0)
         self._thread = threading.Thread(target=guarded(self._run), name='robot', daemon=True)
         self._ending = threading.Event()  # rospy.is_shutdown() is true only after its hooks
         rospy.on_shutdown(self._end)
         self._thread.start()
+
+    def _take(self, clock, speed):
+        """Run by real time, or by a /clock of its own; `clock` publishes it."""
+        self._clock, self._speed = clock, speed
+        self._catch_up = CATCH_UP if clock is None else CATCH_UP_CLOCK
 
     def _end(self):
         self._ending.set()
