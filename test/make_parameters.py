@@ -62,8 +62,9 @@ file starts several nodes, the others have files, too: `move_to_goal_params:=`,
 `turtlebot3_params:=`, `mouse_params:=`. Each launch file except `classroom.launch` passes every
 argument on to the files that it includes: `roslaunch tb3_labs turn.launch sim:=true slip:=0.1`.
 
-A launch file refuses unknown arguments, and values out of bounds, before anything starts. A node
-names unknown parameters in a warning at its start.
+`roslaunch --ros-args tb3_labs FILE` lists a launch file's own arguments. A default in parentheses
+counts as not given: your file goes before it. A launch file refuses unknown arguments, and values
+out of bounds, before anything starts. A node names unknown parameters in a warning at its start.
 
 `dynparam` is on the PATH of `scripts/setup.sh`'s shell; in a workspace of your own it is
 `rosrun tb3_labs dynparam.py`. Its settings last as long as the node.
