@@ -98,6 +98,7 @@ class MoveToGoal:
         # every message: one of them may hold the displacement that the firmware reverses
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample,
                   self._core.odometry, queue_size=None)
+        self._core.begin_control()    # the lines above may take seconds, which are no sleep
         self._control.hear(self._told_control, self._heard_of_old_control)
         self._sources = SourceReport(
             (self._core.imu, Traffic('imu', Imu), rospy.get_time),

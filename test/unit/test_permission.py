@@ -153,6 +153,16 @@ def test_a_giver_that_comes_back_revives_it_only_after_a_short_silence(senders, 
         assert senders.run(0.25)
 
 
+@pytest.mark.parametrize('begins', [True, False])
+def test_the_time_in_which_a_node_starts_is_no_sleep(begins):
+    permission = Permission()
+    permission.update(1000.0)
+    if begins:
+        permission.begin()
+    permission.told(True, 1002.5, 'hand')
+    assert permission.granted is begins
+
+
 @pytest.mark.parametrize('slept', [5.0, 600.0])
 def test_a_node_that_slept_finds_it_gone_also_if_a_renewal_is_the_first_it_hears(senders, slept):
     senders.say('pad', True)

@@ -132,6 +132,10 @@ class MoveToGoalCore:
         """Drop a reset that has not been carried out: the old frame stays."""
         self._localizer.give_up(reset)
 
+    def begin_control(self) -> None:
+        """Those who give control can be heard from now on."""
+        self._permission.begin()
+
     def told_control(self, granted: bool, now: float, sender: str = '',
                      renews: bool = False) -> None:
         """`sender` gives control, or takes it; `now` and `renews` as in permission.Permission."""

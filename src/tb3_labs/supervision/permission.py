@@ -93,6 +93,10 @@ class Permission:
         """The News since the last call."""
         return self._news.take()
 
+    def begin(self) -> None:
+        """Senders can be heard from now on: the time in which the process started was no sleep."""
+        self._sleep.start()
+
     @property
     def stands(self) -> bool:
         """Is there a giving that nobody has taken? Its sender may be silent for a moment."""
