@@ -136,3 +136,9 @@ def test_every_script_answers_help(path):
     assert len(ast.get_docstring(ast.parse(text))) > 60
     assert any(words in text for words in (
         "\n    run('", 'parser = Parser(', "'--help'", 'sys.exit(__doc__'))
+
+
+@pytest.mark.parametrize('path', SCRIPTS, ids=os.path.basename)
+def test_every_script_is_executable(path):
+    """catkin's relays hide it if not; the link to dynparam on PATH does not."""
+    assert os.access(path, os.X_OK)
