@@ -76,6 +76,10 @@ refuse_system() {
   esac
 }
 
+no_network() {
+  fail "the network is missing: $(sed -n 's/^[WE]: Failed to fetch \([^ ]*\).*/\1/p' "$ws/apt.log" | sed -n 1p) cannot be reached. For a machine without internet: --fetch and --from, ./scripts/setup.sh --help"
+}
+
 install_packages() {
   local line need free
   [ -n "$distro" ] || refuse_system
@@ -96,11 +100,13 @@ install_packages() {
   { apt install --assume-no --no-install-recommends "${missing[@]}" || true; } >"$ws/apt.plan" 2>&1
   cat "$ws/apt.plan" >>"$log"
   if grep -q '^E: ' "$ws/apt.plan"; then
-    if grep -Eq '^(Err|W: Failed to fetch|E: Failed to fetch)' "$ws/apt.log"; then
-      fail "the network is missing: $(sed -n 's/^[WE]: Failed to fetch \([^ ]*\).*/\1/p' "$ws/apt.log" | sed -n 1p) cannot be reached"
-    fi
+    if grep -Eq '^(Err|W: Failed to fetch|E: Failed to fetch)' "$ws/apt.log"; then no_network; fi
     [ -z "${folder:-}" ] || say "$folder does not fit this machine: fetch it anew, on a machine that had the same updates" >&2
     fail_log "the system packages cannot be installed: $(grep -m1 '^E: ' "$ws/apt.plan")"
+  fi
+  # Without a network, lists of long ago let apt ask for each package, in vain for a minute.
+  if ! grep -Eq '^(Hit|Get):' "$ws/apt.log" && ! grep -Eq '^Need to get 0 B' "$ws/apt.plan"; then
+    no_network
   fi
   need=$(sed -En 's/^Need to get ([^/]*\/)?([0-9.,]+ [kMG]?B) of.*/\2/p; s/^After this operation, ([0-9.,]+ [kMG]?B) of additional.*/\1/p' "$ws/apt.plan" |
     awk '{ gsub(",", "", $1); sum += $1 * ($2 == "GB" ? 1000 : $2 == "MB" ? 1 : 0.001) } END { print int(sum) + 1 }')

@@ -237,6 +237,29 @@ def test_a_system_without_ros_1_is_refused_in_one_line(tmp_path, system, said):
         assert (words, errors) == (['taken'], '')
 
 
+#: An apt that answers as apt-get 2.6 and 3.0 do: `update`, the plan, and whether it installs.
+APT = """ws={folder} log={folder}/log missing=(catkin) apt_options=() folder=
+sudo() {{ :; }}; as_root() {{ :; }}; fail_log() {{ fail "$*"; }}; free_mb() {{ echo 9999; }}
+apt() {{ case "$*" in update*) printf '%s\n' {update} ;; *--assume-no*) printf '%s\n' {plan} ;; *) echo installed >&2 ;; esac; }}
+install_packages"""
+REFUSED = "'Err:1 http://mirror/debian trixie InRelease' 'W: Failed to fetch http://mirror/debian/InRelease  Temporary failure'"
+
+
+@pytest.mark.parametrize('update, plan, is_tried', [
+    (REFUSED, "'Need to get 213 MB of archives.'", False),
+    (REFUSED, "'E: Unable to locate package catkin'", False),
+    (REFUSED, "'Need to get 0 B/213 MB of archives.'", True),
+    (REFUSED + " 'Hit:2 http://other/debian trixie InRelease'", "'Need to get 213 MB of archives.'", True),
+    ("'Get:1 file:/stick/packages ./ Packages [9 kB]'", "'Need to get 0 B of archives.'", True)])
+def test_without_a_network_nothing_is_tried(tmp_path, update, plan, is_tried):
+    words, errors = packages(tmp_path, APT.format(folder=tmp_path, update=update, plan=plan))
+    if is_tried:
+        assert 'installing' in words and errors == ''
+    else:
+        assert 'installing' not in words and errors.count('\n') == 1
+        assert 'the network is missing: http://mirror/debian/InRelease cannot be reached' in errors
+
+
 @pytest.mark.parametrize('system', ['debian:12', 'ubuntu:20.04'])
 def test_what_can_wait_is_for_the_tests_and_for_machines_without_internet(tmp_path, system):
     words, _ = packages(tmp_path, 'echo run "${run_packages[@]}" late "${late_packages[@]}" '
