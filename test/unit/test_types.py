@@ -1,4 +1,5 @@
 """mypy finds no error in the type hints of the pure rooms; types.ini has its settings."""
+import importlib.metadata
 import importlib.util
 import os
 import pathlib
@@ -12,9 +13,12 @@ SOURCES = HERE.parents[1] / 'src'
 PURE = sorted('tb3_labs.' + path.stem for path in (SOURCES / 'tb3_labs').iterdir()
               if path.stem != 'ros' and not path.name.startswith('__'))
 
-pytestmark = pytest.mark.skipif(
-    importlib.util.find_spec('mypy') is None,
-    reason='mypy is not installed (TB3_LABS_TESTS=1 ./scripts/setup.sh installs it)')
+MISSING = importlib.util.find_spec('mypy') is None
+pytestmark = [
+    pytest.mark.skipif(MISSING, reason='mypy is not installed (TB3_LABS_TESTS=1 ./scripts/setup.sh installs it)'),
+    # Debian 11 has 0.812
+    pytest.mark.skipif(not MISSING and importlib.metadata.version('mypy').startswith('0.'),
+                       reason='a mypy below 1.0 takes a function in a dataclass for a method')]
 
 
 @pytest.fixture(scope='module')
