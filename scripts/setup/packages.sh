@@ -83,9 +83,10 @@ no_network() {
 install_packages() {
   local line need free
   [ -n "$distro" ] || refuse_system
-  line="apt-get install --no-install-recommends ${missing[*]}"
+  line="apt-get update; apt-get install --no-install-recommends ${missing[*]}"
   if [ "$EUID" != 0 ]; then
-    command -v sudo >/dev/null || fail "rights are missing (no sudo here): have root run once: $line"
+    # `su -`: without the dash root keeps the user's PATH, which dpkg refuses.
+    command -v sudo >/dev/null || fail "rights are missing (no sudo here): type this, and root's password, then start again: su - -c '$line'"
     sudo -n true 2>/dev/null || { [ -t 0 ] && say 'system packages are missing, installing them needs your password' && sudo -v; } ||
       fail "rights are missing (sudo refused): have an administrator run once: $line"
   fi

@@ -207,6 +207,14 @@ def packages(folder, script, system='debian:12'):
     return shell(folder, PACKAGES.format(system=system, repository=REPOSITORY, folder=folder) + script)
 
 
+def test_whoever_has_no_sudo_is_told_the_line_for_root(room):
+    place, home = room
+    script = PACKAGES.format(system='debian:12', repository=place, folder=home)
+    words, errors = shell(home, script + 'missing=(make g++); command() { false; }; install_packages', *AS_NOBODY)
+    assert words == [] and errors.count('\n') == 1
+    assert errors.endswith("su - -c 'apt-get update; apt-get install --no-install-recommends make g++'\n")
+
+
 @pytest.mark.parametrize('there, distro', [
     ((), ''), (('noetic',), 'noetic'), (('one',), 'one'), (('noetic', 'one'), 'noetic'),
     (('humble', 'one'), 'one'), (('humble',), '')])
