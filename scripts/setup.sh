@@ -26,6 +26,12 @@
 # Network: everything listens on the loopback only. For a real robot set ROS_IP to this computer's address first, if the
 # master runs here; or ROS_MASTER_URI=http://ROBOT:11311, if it runs there: ROS_IP is then found by itself.
 
+# Before what another shell cannot even read: sh is dash here, which has no arrays.
+if [ -z "${BASH_VERSION:-}" ]; then
+  echo 'tb3_labs: scripts/setup.sh needs bash; start one first' >&2
+  return 1
+fi
+
 # --- the shell's side, with scripts/setup/terminal.bash -------------------------------------------------------------------
 _tb3_labs_shell() {
   local -; set +euo pipefail    # the caller's options come back at the end of the function; catkin's files need these
@@ -71,10 +77,7 @@ _tb3_labs_keeps() {
   fi
 }
 
-if [ -z "${BASH_VERSION:-}" ]; then
-  echo 'tb3_labs: scripts/setup.sh needs bash; start one first' >&2
-  return 1
-elif [ "${BASH_SOURCE[0]}" != "$0" ]; then
+if [ "${BASH_SOURCE[0]}" != "$0" ]; then
   # One status for the caller, and no function of ours left in its shell.
   if _tb3_labs_shell; then unset -f _tb3_labs_shell _tb3_labs_keeps; return 0; else unset -f _tb3_labs_shell _tb3_labs_keeps; return 1; fi
 fi

@@ -110,6 +110,15 @@ def test_what_is_wrong_with_a_workspace_is_one_line(tmp_path):
     assert words[0].split(':')[:3] == [str(poor), str(other), str(DEVEL)]
 
 
+@pytest.mark.parametrize('call', ['. {}', 'sh {}'])
+def test_another_shell_is_refused_in_one_line(tmp_path, call):
+    """dash cannot read what follows; a bash that is called sh can."""
+    if not os.path.realpath('/bin/sh').endswith('dash'):
+        pytest.skip('sh is not dash')
+    words, errors = shell(tmp_path, 'sh -c "{}"; echo $?'.format(call.format(SETUP)))
+    assert (words, errors) == (['1'], 'tb3_labs: scripts/setup.sh needs bash; start one first\n')
+
+
 def test_options_that_are_wrong_are_one_line():
     for words, said in (('--fetch', 'the folder is missing'), ('--from', 'one folder is needed'),
                         ('--fletch x', 'unknown option --fletch: --fetch FOLDER'),
