@@ -211,7 +211,8 @@ make_ready() {
   [ -z "$foreign" ] || fail "rights are missing: $foreign belongs to another user (remove it: sudo rm -rf $ws)"
   exec 8>"$ws/lock"
   flock -n 8 || { say 'waiting for another set-up to end ...'; flock 8; }
-  trap 'echo "tb3_labs: interrupted; the next start carries on" >&2; exit 130' INT TERM HUP
+  exec 9>&2    # apt's own output goes elsewhere
+  trap 'echo "tb3_labs: interrupted; the next start carries on" >&9; exit 130' INT TERM HUP
 
   : >"$log"
   [ "$(free_mb "$ws")" -ge 100 ] || fail "space is missing: 100 MB are needed in $ws, $(free_mb "$ws") MB are free"
