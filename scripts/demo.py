@@ -62,6 +62,14 @@ source scripts/setup.sh:
 Ctrl+C here ends everything."""
 
 
+TAKEN = 'Control was taken from the demonstration: it drives no more'
+
+
+class Taken(Exception):
+    """A person, or another node, took control: what is driven now is no drive of the demonstration.
+    """
+
+
 class Demo:
     """Watches move_to_goal drive; runs in a thread of its own, since it waits."""
 
@@ -86,10 +94,16 @@ class Demo:
     def _run(self):
         self._wait_for_everybody()
         drives = []
-        for number in range(1, self._config.drives + 1):
-            rospy.loginfo('--- Drive %d of %d ---', number, self._config.drives)
-            drives.append(self._drive(number))
-        self._tell(drives)
+        try:
+            for number in range(1, self._config.drives + 1):
+                rospy.loginfo('--- Drive %d of %d ---', number, self._config.drives)
+                drives.append(self._drive(number))
+            self._tell(drives)
+        except Taken:
+            if not self._config.stay:
+                end(TAKEN)
+            rospy.logwarn(TAKEN)
+            say(WHAT_NEXT)
 
     def _wait_for_everybody(self):
         for topic in ('local_pose', 'ground_truth'):
@@ -140,8 +154,10 @@ class Demo:
 
     def _first(self, condition, seconds):
         """(time [s], words) of the first goal_state that fulfils `condition`; RuntimeError if there
-        is none after `seconds` of wall time."""
+        is none after `seconds` of wall time, Taken if control was taken."""
         def found():
+            if self._taken.is_set():
+                raise Taken
             return [entry for entry in self._observer.all('goal_state') if condition(entry[1])]
         self._observer.wait_until(found, seconds, 'goal_state')
         return found()[0]

@@ -71,6 +71,7 @@ class Page:
         self.lateness = Lateness(LONGEST_DELAY)
         self.robot = None            # None: the list
         self.log_count = None        # lines of the log that were sent to it; None: none yet
+        self.past_count = None       # beginnings of the trails that were sent to it; None: none yet
 
 
 class Panel:
@@ -125,9 +126,8 @@ class Panel:
         page.robot = None if name is None else self._robots[name]
         self._look_at_robots()
         page.log_count = None
+        page.past_count = None
         self._send_log(page)
-        if page.robot is not None:
-            page.send(dict(page.robot.trails(), type='trail', robot=name))
 
     def _leave_robot(self, page):
         if page.robot is not None:
@@ -150,7 +150,15 @@ class Panel:
             if page.log_count != self._log.count:
                 self._send_log(page)
             if page.robot is not None:
+                self._send_trails(page)
                 self._send_picture(page, pictures)
+
+    @staticmethod
+    def _send_trails(page):
+        """Send the trails so far, at first and when they get a new beginning."""
+        if page.past_count != page.robot.past_count:
+            page.past_count = page.robot.past_count
+            page.send(dict(page.robot.trails(), type='trail', robot=page.robot.name))
 
     def _send_log(self, page):
         """Send the new lines of the log that concern the page's robot; at first all lines."""

@@ -266,9 +266,15 @@ def test_the_path_so_far_is_shown_in_both_frames(view):
     assert view.trail_in_odom.points == [(1.0, 0.0), (1.0, 1.0), (-1.0, 1.0)]
 
 
-def test_a_path_without_a_frame_is_shown_in_local_alone(view):
+def test_a_path_waits_for_its_frame_and_then_counts_once(view):
     view.hear_path([(0.0, 0.0), (1.0, 0.0)])
-    assert len(view.trail_in_local.points) == 2 and view.trail_in_odom.points == []
+    assert view.trail_in_local.points == view.trail_in_odom.points == [] and view.past_count == 0
+    view.hear_local(Pose2(1.5, 0.0), 99.0)      # the robot drives on meanwhile
+    for now in (99.1, 99.2):
+        view.hear_frame(Pose2(2.0), now)
+        assert view.trail_in_local.points == [(0.0, 0.0), (1.0, 0.0), (1.5, 0.0)]
+        assert view.trail_in_odom.points == [(2.0, 0.0), (3.0, 0.0)]
+        assert view.past_count == 1
 
 
 def test_a_path_of_no_points(view):

@@ -56,6 +56,9 @@ class RobotView:
         self._epoch = 0
         self.trail_in_odom = Trail()
         self.trail_in_local = Trail()
+        #: How often the trails got a new beginning.
+        self.past_count = 0
+        self._past: List[Tuple[float, float]] = []    # driven before, in local, until the frame is known
 
     # -- what comes in
 
@@ -100,6 +103,7 @@ class RobotView:
         self._is_estimate = False
         self._odom_at_frame = odom
         self.hear('frame', frame, now)
+        self._put_past_first()
 
     def _declare(self, frame: Pose2, now: float) -> None:
         self._epoch += 1
@@ -107,12 +111,17 @@ class RobotView:
         self.hear('frame', frame, now)
 
     def hear_path(self, path: List[Tuple[float, float]]) -> None:
-        """What was driven before, in local."""
-        path = [point for point in path if math.isfinite(math.hypot(*point))]
-        self.trail_in_local.begin_with(path)
-        frame = self.latest('frame')
-        if frame is not None and path:
-            self.trail_in_odom.begin_with([(x, y) for x, y in frame.act(path).tolist()])
+        """What was driven before, in local. It waits until the frame is known."""
+        self._past = [point for point in path if math.isfinite(math.hypot(*point))]
+        self._put_past_first()
+
+    def _put_past_first(self) -> None:
+        frame, past = self.latest('frame'), self._past
+        if frame is not None and past:
+            self.trail_in_local.begin_with(past)
+            self.trail_in_odom.begin_with([(x, y) for x, y in frame.act(past).tolist()])
+            self._past = []
+            self.past_count += 1
 
     def hear_command(self, sender: str, linear: float, angular: float, now: float) -> None:
         """`sender` commands a speed [m/s] and a rate of turn [rad/s]."""

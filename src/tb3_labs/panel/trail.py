@@ -27,10 +27,9 @@ class Trail:
         self._thin()
 
     def begin_with(self, points: List[Point]) -> None:
-        """What was driven before, if nothing is known yet."""
-        if len(self.points) <= 1:
-            self.points = [(round(x, 3), round(y, 3)) for x, y in points] + self.points
-            self._thin()
+        """What was driven before goes before the points so far."""
+        self.points = [(round(x, 3), round(y, 3)) for x, y in points] + self.points
+        self._thin()
 
     def clear(self) -> None:
         """Forget everything: the frame was declared anew."""

@@ -58,6 +58,11 @@ class PanelRobot:
         with self._lock:
             return dict(self._view.summary(now), name=self.name)
 
+    @property
+    def past_count(self):
+        """How often the trails got a new beginning."""
+        return self._view.past_count
+
     def trails(self):
         """{'odom': points, 'local': points} driven so far."""
         with self._lock:
