@@ -54,24 +54,30 @@ export PYTHONUNBUFFERED=1 ROSCONSOLE_FORMAT=${ROSCONSOLE_FORMAT:-'[${severity}] 
 
 # Job control: roslaunch in a process group of its own gets each signal once, from the keyboard or sent to this script.
 set -m
-# roslaunch's own chatter is left out, also its red words when the demonstration's node ends, and what RViz, Debian's rospack
-# and a rosdep without data say on every start.
-sed -uE '/REQUIRED process .* has died/,/^=+/d
+# Nothing is shown before the launch is checked, since roslaunch says more of an error. Later its own chatter is left out, also its
+# red words when the demonstration's node ends, and what RViz, Debian's rospack and a rosdep without data say on every start.
+{ until [ -e "$run/checked" ]; do sleep 0.02; done
+  exec sed -uE '/REQUIRED process .* has died/,/^=+/d
   /^(.\[[0-9]+m)?(\[rviz-[0-9]+\] process has finished cleanly|log file: .*\/rviz-[0-9]+\*\.log|QStandardPaths: |the rosdep view is empty: |\[rospack\] Error: no such package media_export|\[librospack\]: error while executing command)/d
-  /^(.\[1m)?(\.\.\. logging to|started roslaunch server|auto-starting new master|process\[|ROS_MASTER_URI=|setting \/run_id|started core service|shutting down processing monitor|\.\.\. shutting down|done.?|\[[^] ]+\] killing on exit)/d' <"$run/output" 9>&- &
+  /^(.\[1m)?(\.\.\. logging to|started roslaunch server|auto-starting new master|process\[|ROS_MASTER_URI=|setting \/run_id|started core service|shutting down processing monitor|\.\.\. shutting down|done.?|\[[^] ]+\] killing on exit)/d'
+} <"$run/output" 9>&- &
 filter=$!
+# roslaunch would wait for this check (see launch/check.sh); here both run at the same time. No robot moves before it has ended.
+export TB3_LABS_LAUNCH_IS_CHECKED=yes
+python3 "$(dirname -- "${BASH_SOURCE[0]}")/check_launch.py" tb3_labs demo.launch "$@" 9>&- &
+check=$!
 roslaunch --disable-title --skip-log-check --no-summary tb3_labs demo.launch "status_file:=$run/status" "$@" </dev/null >"$run/output" 2>&1 9>&- &
 launch=$!
 
 # roslaunch waits 15 s for each node that does not hear SIGINT; one that is just starting does not. A recorder needs its time.
 patience=12
 if [[ " $*" == *' record:='[Tt]rue* ]]; then patience=100; fi
-interrupt() {
+interrupt() {    # with the exit status
   trap '' INT TERM HUP
   exec 2>/dev/null    # bash names each process that it ends
   cat <"$run/output" >/dev/null 9>&- &    # what comes from here on: tracebacks of nodes that are just starting
   local sink=$! nodes _
-  kill "$filter" 2>/dev/null || true
+  kill "$filter" "$check" 2>/dev/null || true
   kill -TERM -- "-$launch" 2>/dev/null || true
   for ((_ = 0; _ < patience; _++)); do kill -0 "$launch" 2>/dev/null || break; sleep 0.1; done
   for _ in 1 2 3; do
@@ -81,16 +87,16 @@ interrupt() {
   done
   kill -KILL -- "-$launch" 2>/dev/null || true
   kill "$sink" 2>/dev/null || true
-  exit 130
+  exit "$1"
 }
-trap interrupt INT TERM HUP
-ended=0
-{ wait "$launch"; } 2>/dev/null || ended=$?    # bash would name a roslaunch that was ended
+trap 'interrupt 130' INT TERM HUP
+wait "$check" || interrupt 1
+touch "$run/checked"
+{ wait "$launch"; } 2>/dev/null || true    # bash would name a roslaunch that was ended
 wait "$filter" || true
 
 if ! read -r status <"$run/status" || ! [[ $status =~ ^[0-9]+$ ]]; then
   status=1
-  # 143: scripts/check_launch.py has ended roslaunch, and said why
-  [ "$ended" = 143 ] || echo "tb3_labs: the demonstration ended without a result; logs: $ROS_LOG_DIR/latest" >&2
+  echo "tb3_labs: the demonstration ended without a result; logs: $ROS_LOG_DIR/latest" >&2
 fi
 exit "$status"
