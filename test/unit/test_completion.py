@@ -1,0 +1,44 @@
+"""A person's bash after `source scripts/setup.sh`: roscd, and completion by the Tab key."""
+import pathlib
+import subprocess
+
+import pytest
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+SETUP = REPOSITORY / 'scripts' / 'setup.sh'
+#: What bash does for the Tab key: the words of the line, and the function that `complete -p` names.
+TAB = '''
+tab() {
+  COMP_WORDS=("$@") COMP_CWORD=$(($# - 1)) COMP_LINE="$*" COMPREPLY=()
+  $(complete -p "$1" | sed 's/.*-F \\([^ ]*\\).*/\\1/')
+  echo "$1: ${COMPREPLY[*]}"
+}
+'''
+
+
+@pytest.fixture(scope='module')
+def printed(tmp_path_factory):
+    if not (REPOSITORY / 'build' / '.ws' / 'build.stamp').exists():
+        pytest.skip('scripts/setup.sh has not set this repository up')
+    home = tmp_path_factory.mktemp('home')
+    script = 'source {0} && source {0}\n{1}\n'.format(SETUP, TAB) + '''
+tab rosrun tb3_l; tab rosrun tb3_labs sk; tab rosrun tb3_labs unknown
+tab roslaunch tb3_labs fake; tab rostest tb3_labs check_; tab roscd tb3_la
+roscd tb3_labs && pwd -P | sed 's/^/at: /'
+'''
+    done = subprocess.run(['bash', '--norc', '-i', '-c', script], timeout=60.0, stdin=subprocess.DEVNULL,
+                          env={'PATH': '/usr/bin:/bin', 'HOME': str(home)}, stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, universal_newlines=True)
+    assert 'command not found' not in done.stderr, done.stderr
+    return done.stdout.splitlines()
+
+
+def test_programs_launch_files_and_tests_are_completed(printed):
+    tests = sorted(path.name for path in (REPOSITORY / 'test' / 'marking').glob('check_*.test'))
+    assert printed[:5] == ['rosrun: tb3_labs', 'rosrun: skeleton.py', 'rosrun: ',
+                           'roslaunch: fake_robot.launch', 'rostest: ' + ' '.join(tests)]
+
+
+def test_roscd_leads_to_the_package(printed):
+    assert printed[5].startswith('roscd: tb3_labs')
+    assert (pathlib.Path(printed[6].split(': ')[1]) / 'package.xml').samefile(REPOSITORY / 'package.xml')
