@@ -1,116 +1,74 @@
 #!/usr/bin/env python3
-"""Types the commands of the lab sheets, as a student would, and reads what they print.
+"""Types the commands of the pages, as a student would, and reads what they print.
 
-A comment before each block of commands says how:
-
-    <!-- run -->                  in a new terminal, to its end, which must be a success
-    <!-- run: robot -->           in a terminal called robot, in which it goes on
-    <!-- then: robot, types: l --> a line is typed into that terminal
-    <!-- not run: reason -->      not here
-    <!-- fill in: lab2 turtlebot_controller.py -->    the student has written this node
-
-The block of output after any of the first three must appear, line after line, with other lines
-between, before the next command is typed. A number of more than three digits may be another one,
-and ... may be anything. A terminal that goes on is ended by Ctrl+C at the next heading, or when another block runs in it.
+The lab sheets come first; sheets_walk.md has the commands of all other pages. How a page says what is
+typed: sheets_steps.py. In the suite the embedded robots run on simulated time, which is faster. With
+`all:=true` everything is typed twice more, with the long commands: on real time, as it is printed, and on
+simulated time.
 """
 import os
 import re
 import shutil
 import signal
 import socket
+import subprocess
+import sys
 import tempfile
 import time
 import unittest
 from pathlib import Path
-from typing import NamedTuple
 
 import rospkg
+import rospy
 import rostest
 
 from tb3_labs.ros.testing.node_process import Program
 
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from sheets_steps import FOLLOWING, promised, steps_of    # noqa: E402 (a relay's folder is another one)
+
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 REPOSITORY = (PACKAGE / 'README.md').resolve().parent
-SHEETS = ('imu_lab.md', 'transformation_lab.md')
+PAGES = ('doc/imu_lab.md', 'doc/transformation_lab.md', 'test/ros/sheets_walk.md')
 NODES = PACKAGE / 'test' / 'ros' / 'student_nodes'
 #: A student's terminal, before the first command.
 PROFILE = '''set -e
 if [ -e ~/catkin_ws/devel/setup.bash ]; then source ~/catkin_ws/devel/setup.bash
 else source ~/tb3_labs/scripts/setup.sh; fi
 '''
-#: A line that matters: heading, directive, or the fence of a block.
-MARK = re.compile(r'^ *(?:(#+) (.*)|<!-- (run|then|not run|fill in)(?:: (.*?))? -->|```(\w*))$')
-#: A command must have ended, and the output of a terminal must have come, by then [s].
-PATIENCE = 60.0
+#: A command that changes what PROFILE gives.
+NEW_PROFILE = re.compile('catkin_make|setup')
+#: A command that starts an embedded robot, and how that robot gets a faster clock.
+ROBOT, FASTER = re.compile(r'^(roslaunch .*(?:sim:=true|fake_robot\.launch).*?|\./scripts/demo\.sh.*?)(\s+#.*)?$',
+                           re.MULTILINE), r'\1 use_sim_time:=true speed:={}'
+#: Pace of simulated time in the suite; real time.
+SUITE_SPEED, REAL_TIME = 5.0, 0.0
+#: What a reader puts in place of these names.
+OWN_NAMES = {'run_DATE.bag': '$(ls -t run_*.bag | head -1)', 'REPOSITORY': '~/tb3_labs'}
+#: A command must have ended, and the output of a terminal must have come, by then [s]; a long one.
+PATIENCE, LONG_PATIENCE = 60.0, 400.0
 #: A command that asks a node is typed again for so long, since nodes are starting [s].
-AGAIN, ASKS = 10.0, re.compile('rostopic|rosservice')
-#: A number that may be another one.
-LONG_NUMBER, NUMBER = re.compile(r'-?(?:\d{4,}(?:\.\d+)?|\d+\.\d{3,})'), r'-?\d+(?:\.\d+)?(?:e-?\d+)?'
+AGAIN, ASKS = 10.0, re.compile('rostopic|rosservice|rosnode')
+#: A command that `timeout` ends, as the page wants it, has status 124, which is a success here.
+TIMED, SUCCEEDS = re.compile(r'^(timeout .*?)(\s+# .*)?$', re.MULTILINE), r'\1 || [ $? = 124 ]'
 TYPES = re.compile(r'(\w+)(?:, types: (.*))?$')
+#: Ctrl+C may not end in one of these. (Python that still imports modules says KeyboardInterrupt.)
+BAD_END = re.compile(r'Traceback(?!(?s:.)*KeyboardInterrupt)|escalating|Exception in thread')
+#: A colour.
+COLOUR = re.compile(r'\x1b\[[\d;]*m')
 
 
-class Step(NamedTuple):
-    """A heading (its text), a node to fill in (package and file), or a block of commands."""
-
-    kind: str           # heading, run, then, not run, fill in
-    argument: str
-    commands: str = ''
-    output: str = ''
-    line: int = 0
-
-
-def steps_of(text):
-    """The Steps of a sheet; AssertionError for commands without a directive."""
-    steps, fence, directive = [], None, None
-    for number, line in enumerate(text.splitlines(), 1):
-        mark = MARK.match(line)
-        if fence is not None:
-            if mark and mark.group(5) == '':
-                add_block(steps, fence, directive, number)
-                fence, directive = None, None
-            else:
-                fence[1].append(line.strip())
-        elif mark and mark.group(1):
-            steps.append(Step('heading', mark.group(2), line=number))
-        elif mark and mark.group(3) in ('fill in', 'then'):
-            steps.append(Step(mark.group(3), mark.group(4), line=number))
-        elif mark and mark.group(3):
-            directive = mark.group(3), mark.group(4) or ''
-        elif mark:
-            fence = mark.group(5), []
-    return steps
-
-
-def add_block(steps, fence, directive, number):
-    """Add a block's Step, or its text as the output of the step before it."""
-    language, lines = fence
-    if language == 'bash':
-        assert directive, 'line {}: the block does not say whether it is run'.format(number)
-        steps.append(Step(directive[0], directive[1], '\n'.join(lines), line=number))
-    elif not language and steps and steps[-1].kind in ('run', 'then') and not steps[-1].output:
-        steps[-1] = steps[-1]._replace(output='\n'.join(lines))
-
-
-def promised(output):
-    """A pattern of a text in which the lines of `output` appear, in their order."""
-    return re.compile('.*?'.join(
-        pattern_of(line) for line in output.splitlines() if line.strip(' .')), re.DOTALL)
-
-
-def pattern_of(line):
-    """A pattern of a line, with any space between its words, and any long numbers; ``...`` stands
-    for anything."""
-    return NUMBER.join(
-        '.*?'.join(r'\s+'.join(re.escape(word) for word in re.split(r'\s+', words))
-                   for words in part.split('...'))
-        for part in LONG_NUMBER.split(line.strip()))
+def plain(text):
+    """What a person reads of a terminal's text."""
+    return COLOUR.sub('', text)
 
 
 class Student:
-    """A home with a workspace, and terminals."""
+    """A home with a workspace, and terminals. `speed`: pace of simulated time; REAL_TIME: none, and each
+    terminal is sourced anew."""
 
-    def __init__(self, home):
-        self.home, self._terminals = home, {}
+    def __init__(self, home, speed):
+        self.home, self._speed, self._terminals, self._seen = home, speed, {}, {}
         (home / 'tb3_labs').symlink_to(REPOSITORY)
         with socket.socket() as probe:
             probe.bind(('localhost', 0))
@@ -118,9 +76,11 @@ class Student:
         self._environment = {
             'HOME': str(home), 'PATH': '/usr/bin:/bin', 'ROSCONSOLE_FORMAT': '${message}',
             'TERM': 'dumb', 'ROS_MASTER_URI': 'http://localhost:{}'.format(port)}
+        self._sourced = None    # the environment after PROFILE, if that has not changed since
 
     def do(self, step):
-        """Do one step; AssertionError if it is not as the sheet says."""
+        """Do one step; AssertionError if it is not as the page says."""
+        patience = LONG_PATIENCE if step.kind == 'long' else PATIENCE
         if step.kind == 'heading':
             self.end_all()
         elif step.kind == 'fill in':
@@ -128,39 +88,71 @@ class Student:
             target = self.home / 'catkin_ws' / 'src' / package / 'src' / node
             assert target.exists(), target
             target.write_text((NODES / node).read_text().replace('@PACKAGE@', package))
-        elif step.kind == 'run' and step.argument:
+        elif step.kind in ('run', 'long', 'prepare') and step.argument:
             self._end(step.argument)
+            self._look()
             self._terminals[step.argument] = self._start(step)
-            self._wait_for_output(self._terminals[step.argument], step)
+            self._wait_for_output(step.argument, step.output, patience)
         elif step.kind == 'then':
             name, typed = TYPES.match(step.argument).groups()
             if typed:
+                self._look()
                 self._terminals[name].type(typed)
-            self._wait_for_output(self._terminals[name], step)
-        elif step.kind == 'run':
-            self._run(step)
+            self._wait_for_output(name, step.output, patience)
+        elif step.kind == 'ends':
+            self._end(step.argument)
+        elif step.kind == 'wait':
+            time.sleep(float(step.argument))
+        elif step.kind in ('run', 'long', 'prepare'):
+            self._look()
+            self._run(step, patience)
 
-    def _run(self, step):
+    def _look(self):
+        """Only what the terminals print from now on is seen by a `then`."""
+        self._seen = {name: program.printed[0] for name, program in self._terminals.items()}
+
+    def _run(self, step, patience):
         """Run a command to its end; again if it asks a node that does not answer yet."""
         pattern, give_up = promised(step.output), time.monotonic() + AGAIN
         while True:
             program = self._start(step)
             try:
-                status = program.wait(PATIENCE)
+                status = program.wait(patience)
             finally:
                 program.kill()
-            if status == 0 and pattern.search(program.text):
-                return
+            if status == 0 and pattern.search(plain(program.text)):
+                break
             assert ASKS.match(step.commands) and time.monotonic() < give_up, 'status {}, printed:\n{}'.format(
                 status, program.text)
+        if NEW_PROFILE.search(step.commands):
+            self._sourced = None
 
     def _start(self, step):
-        return Program(['bash', '-c', PROFILE + 'cd\n' + step.commands], terminal=True,
-                       environment=self._environment, clean=True)
+        commands = TIMED.sub(SUCCEEDS, step.commands)
+        for name, own in OWN_NAMES.items():
+            commands = commands.replace(name, own)
+        if self._speed:
+            commands = ROBOT.sub(FASTER.format(self._speed), commands)
+        folder = 'cd ~/tb3_labs\n' if re.match(r'(source |\./)scripts/', commands) else 'cd\n'
+        if self._sourced is None and self._speed:
+            self._sourced = self._source()
+        return Program(['bash', '-c', ('set -e\n' if self._speed else PROFILE) + folder + commands], terminal=True,
+                       environment=self._sourced or self._environment, clean=True)
 
-    @staticmethod
-    def _wait_for_output(program, step):
-        program.wait_for_match(promised(step.output), PATIENCE)
+    def _source(self):
+        """The environment of a terminal; it is kept, since each sourcing takes as long as a command."""
+        printed = subprocess.run(['bash', '-c', PROFILE + 'env -0'], env=self._environment, check=True,
+                                 stdout=subprocess.PIPE, timeout=PATIENCE).stdout.decode()
+        return dict(line.split('=', 1) for line in printed.split('\0') if '=' in line)
+
+    def _wait_for_output(self, name, output, seconds):
+        """Wait until the terminal has printed `output` since the last _look."""
+        pattern, program, give_up = promised(output), self._terminals[name], time.monotonic() + seconds
+        while not pattern.search(plain(program.text_since(self._seen.get(name, 0)))):
+            assert time.monotonic() < give_up, 'not within {} s: {}; printed:\n{}'.format(
+                seconds, output, program.text_since(self._seen.get(name, 0)))
+            assert program.status is None, 'ended; printed:\n' + program.text
+            time.sleep(0.05)
 
     def end_all(self):
         """Press Ctrl+C in each terminal."""
@@ -180,30 +172,47 @@ class Student:
         if program is not None:
             program.end(signal.SIGINT, 20.0)
             del self._terminals[name]
+            assert not BAD_END.search(program.text), 'after Ctrl+C:\n' + program.text
 
 
 class SheetsTest(unittest.TestCase):
     """One student's term."""
 
-    def setUp(self):
-        self.home = Path(tempfile.mkdtemp(prefix='sheets_', dir='/tmp'))    # not within this package
+    def walk(self, speed, long):
+        """Do the steps of all pages; without `long` those that are not long."""
+        home = Path(tempfile.mkdtemp(prefix='sheets_', dir='/tmp'))    # not within this package
+        self.addCleanup(shutil.rmtree, str(home))
+        student = Student(home, speed)
+        self.addCleanup(student.close_all)
+        for page in PAGES:
+            left_out = False
+            for step in steps_of((REPOSITORY / page).read_text(encoding='utf-8')):
+                if step.kind not in FOLLOWING:
+                    left_out = step.kind == 'long' and not long
+                if step.kind == 'not run' or left_out:
+                    continue
+                began = time.monotonic()
+                try:
+                    student.do(step)
+                except (AssertionError, RuntimeError) as problem:
+                    self.fail('{}, line {}: {}\n{}'.format(page, step.line, step.commands, problem))
+                print('{:6.1f} s  {}:{}  {}'.format(time.monotonic() - began, page, step.line,
+                                                    step.commands.split('\n')[0] or step.argument))
+            student.end_all()
 
-    def tearDown(self):
-        shutil.rmtree(str(self.home))
+    def test_the_pages_say_what_happens(self):
+        self.walk(SUITE_SPEED, long=False)
 
-    def test_the_sheets_say_what_happens(self):
-        student = Student(self.home)
-        try:
-            for sheet in SHEETS:
-                for step in steps_of((REPOSITORY / 'doc' / sheet).read_text(encoding='utf-8')):
-                    try:
-                        student.do(step)
-                    except (AssertionError, RuntimeError) as problem:
-                        self.fail('doc/{}, line {}: {}\n{}'.format(
-                            sheet, step.line, step.commands, problem))
-                student.end_all()
-        finally:
-            student.close_all()
+    def test_all_of_them_on_real_time(self):
+        self.walk_all(REAL_TIME)
+
+    def test_all_of_them_on_simulated_time(self):
+        self.walk_all(1.0)    # faster robots arrive before a command is typed that shall come in the middle of a drive
+
+    def walk_all(self, speed):
+        if not rospy.get_param('/sheets_all'):
+            self.skipTest('only by: rostest tb3_labs sheets.test all:=true')
+        self.walk(speed, long=True)
 
 
 if __name__ == '__main__':
