@@ -53,6 +53,7 @@ _tb3_labs_shell() {
   if [ ${#kept[@]} != 0 ]; then CATKIN_ENV_HOOK_WORKSPACE=$ws/devel; source "$repo/scripts/setup/terminal.bash"; unset CATKIN_ENV_HOOK_WORKSPACE; fi
   # What is sourced from now on is added. Without this a workspace that was built without tb3_labs would take it away.
   export CATKIN_SETUP_UTIL_ARGS=--extend
+  if [[ $- == *i* ]] && [ -t 1 ]; then echo "tb3_labs: this terminal is ready"; fi
 }
 
 # Whether a folder of CMAKE_PREFIX_PATH stays: a workspace of catkin, but neither a ROS itself (ours has come already) nor

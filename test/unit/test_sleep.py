@@ -11,6 +11,13 @@ def test_the_first_look_sees_no_sleep():
     assert watch.slept_for == 0.0 and watch.in_words() == ''
 
 
+def test_a_simulated_clock_that_begins_is_no_sleep():
+    watch = SleepWatch(2.0)
+    for now in (0.0, 0.0, 1.79e9):
+        watch.update(now)
+        assert watch.slept_for == 0.0
+
+
 @pytest.mark.parametrize('gap, slept', [(0.0, 0.0), (2.0, 0.0), (2.5, 2.5), (3600.0, 3600.0),
                                         (-50.0, 0.0)])
 def test_a_gap_beyond_the_limit_is_a_sleep(gap, slept):

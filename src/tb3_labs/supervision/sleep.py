@@ -18,7 +18,7 @@ class SleepWatch:
 
     def update(self, now: float) -> None:
         """Look at the clock. To be called at least once a second."""
-        gap = 0.0 if self._updated_at is None else now - self._updated_at
+        gap = now - self._updated_at if self._updated_at else 0.0    # 0: the clock had not begun
         self._updated_at = now
         self.slept_for = gap if gap > self._longest_gap else 0.0
 
