@@ -108,9 +108,10 @@ def main(words):
     given = parse(words)
     try:
         root = sources()
+        rules = rules_of(given.edition, yaml.safe_load(text_of(root / RULES)))
         place = None if given.lists else check_folder(given.folder, root)
         texts = {path: text_of(root / path) for path in sorted(paths_of(root))}
-        gone = left_out(texts, rules_of(given.edition, yaml.safe_load(texts[RULES])))
+        gone = left_out(texts, rules)
         if given.lists:
             print('\n'.join('{:<44} {}'.format(*item) for item in sorted(gone.items())))
             return 0
