@@ -22,8 +22,8 @@ def main(words):
         return 0
     socket.setdefaulttimeout(LONGEST_ANSWER)
     # these imports take half a second: after the lines above
-    from tb3_labs.ros.launching import command, rehearsal
-    roslaunch = None if words else command.parent()
+    from tb3_labs.ros.launching import command, parent, rehearsal
+    roslaunch = None if words else parent.parent()
     try:
         asked = command.read(roslaunch.words if roslaunch else words)
         problem = rehearsal.problem_of(asked) if asked else ''

@@ -36,7 +36,7 @@ from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.console import say
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.driving.ctrl_relinq import hear_takers
-from tb3_labs.ros.launching.command import parent
+from tb3_labs.ros.launching.parent import end_parent
 from tb3_labs.ros.node import end, guarded, run
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.testing.connections import comes_to_hear
@@ -79,7 +79,6 @@ class Demo:
         self._reverse = drive.allow_reverse
         self._model = read_model()
         self._limits = drive.max_linear, drive.max_angular
-        self._roslaunch = parent()
         self._observer = Observer()
         # not latched: move_to_goal would take a latched message for one of an earlier node
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
@@ -175,9 +174,8 @@ class Demo:
             say(WHAT_NEXT)
         elif not good:
             end('a drive ended outside the tolerance')
-        elif self._roslaunch:
-            self._roslaunch.end()    # without its red lines on a required node that has died
         else:
+            end_parent()
             end()
 
 

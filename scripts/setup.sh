@@ -133,7 +133,6 @@ make_venv() {
   # fill_venv would take a pip of the system for the environment's own
   if /usr/bin/python3 -c 'import pip' 2>/dev/null; then without_pip=(); fi
   /usr/bin/python3 -m venv --system-site-packages ${without_pip[@]+"${without_pip[@]}"} "$ws/venv" >>"$log" 2>&1 || fail_log 'the Python environment could not be made'
-  ln -sfn "$repo/scripts/dynparam.py" "$ws/venv/bin/dynparam"
 }
 
 # pip, and what comes from PyPI: while the workspace is built, which needs neither. --no-deps: pynput would compile evdev, of
@@ -191,6 +190,7 @@ XML
     fail "the build failed (all of it: $log)"
   fi
   mkdir -p "$ws/devel/etc/catkin/profile.d"
+  ln -sfn "$repo/scripts/dynparam.py" "$ws/venv/bin/dynparam"
   ln -sfn "$repo/scripts/setup/terminal.bash" "$ws/devel/etc/catkin/profile.d/50.tb3_labs.bash"
   # On their way out rospy and roslaunch 1.15.9 call what Python 3.9 no longer has; every end would be a traceback, and of
   # a node exit status 1.

@@ -36,6 +36,7 @@ from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
 from tb3_labs.ros.driving.cmd_vel import CmdVel
 from tb3_labs.ros.driving.rivals import Rivals
 from tb3_labs.ros.driving.watchdog import Watchdog
+from tb3_labs.ros.launching.parent import end_parent
 from tb3_labs.ros.node import end, run
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reconfigure import LiveSettings
@@ -107,6 +108,7 @@ class Controller:
 
     def _on_line(self, line):
         if line.lower() == 'q':
+            end_parent()
             end()
             return
         try:

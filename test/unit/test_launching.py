@@ -11,7 +11,8 @@ import yaml
 
 from tb3_labs.ros.launching import optional, rehearsal
 from tb3_labs.ros.launching.arguments import LABS, arguments_of
-from tb3_labs.ros.launching.command import Roslaunch, read
+from tb3_labs.ros.launching.command import read
+from tb3_labs.ros.launching.parent import Roslaunch
 from tb3_labs.ros.launching.recording import problem_of_folder
 
 LAUNCH = pathlib.Path(__file__).resolve().parents[2] / 'launch'

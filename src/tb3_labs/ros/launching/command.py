@@ -1,6 +1,4 @@
-"""A roslaunch command: as it was typed, or of the roslaunch that runs this process."""
-import os
-import signal
+"""A roslaunch command, as it was typed."""
 from typing import Dict, List, NamedTuple, Optional
 
 from tb3_labs.ros.launching.roslaunch_internals import only_lists, read_options
@@ -30,32 +28,3 @@ def read(words: List[str]) -> Optional[Command]:
     if found is None or only_lists(found.options) or len(found.files) != 1:
         return None
     return Command(found.files[0], [word for word in words if GIVES in word], found.options.port)
-
-
-class Roslaunch:
-    """The roslaunch that started this process."""
-
-    def __init__(self, pid: int, words: List[str]) -> None:
-        self._pid = pid
-        #: The words after `roslaunch`.
-        self.words = words
-
-    def end(self) -> None:
-        """End it by SIGTERM, unless it has ended already.
-
-        While it reads its files it has started nothing yet, and has no handler of signals: it ends
-        without a word. Later it ends all that it has started, as by Ctrl+C.
-        """
-        if os.getppid() == self._pid:
-            os.kill(self._pid, signal.SIGTERM)
-
-
-def parent() -> Optional[Roslaunch]:
-    """The roslaunch that started this process, if one did."""
-    pid = os.getppid()
-    with open('/proc/{}/cmdline'.format(pid)) as file:
-        words = file.read().split('\0')[:-1]
-    for place, word in enumerate(words[:2]):    # as a script it comes after its Python
-        if os.path.basename(word) == 'roslaunch':
-            return Roslaunch(pid, words[place + 1:])
-    return None
