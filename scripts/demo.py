@@ -99,10 +99,11 @@ class Demo:
                 drives.append(self._drive(number))
             self._tell(drives)
         except Taken:
-            if not self._config.stay:
+            if self._config.stay:
+                rospy.logwarn(TAKEN)
+                say(WHAT_NEXT)
+            else:
                 end(TAKEN)
-            rospy.logwarn(TAKEN)
-            say(WHAT_NEXT)
 
     def _wait_for_everybody(self):
         for topic in ('local_pose', 'ground_truth'):

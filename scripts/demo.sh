@@ -62,7 +62,7 @@ set -m
   /^(.\[1m)?(\.\.\. logging to|started roslaunch server|auto-starting new master|process\[|ROS_MASTER_URI=|setting \/run_id|started core service|shutting down processing monitor|\.\.\. shutting down|done.?|\[[^] ]+\] killing on exit)/d'
 } <"$run/output" 9>&- &
 filter=$!
-# roslaunch would wait for this check (see launch/check.sh); here both run at the same time. No robot moves before it has ended.
+# roslaunch would wait for this check (see launch/check.sh); here both run at the same time. If it fails, all is ended.
 export TB3_LABS_LAUNCH_IS_CHECKED=yes
 python3 "$(dirname -- "${BASH_SOURCE[0]}")/check_launch.py" tb3_labs demo.launch "$@" 9>&- &
 check=$!
