@@ -14,7 +14,7 @@ import sys
 import time
 
 from tb3_labs.command_line import Parser, number_or_text
-from tb3_labs.geometry.place import Place
+from tb3_labs.geometry.typed_pose import TypedPose
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
 
 #: Time between two lines of progress where the output is no terminal [s].
@@ -67,7 +67,7 @@ def parse(words):
     given = parser.parse_args(words)
     if given.goal is not None:
         try:
-            Place(*given.goal)
+            TypedPose(*given.goal)
         except ValueError as problem:
             parser.error('--goal: {}'.format(problem))
     return given

@@ -24,7 +24,7 @@ from std_msgs.msg import Float32, String
 
 from tb3_labs.command_line import number_or_text
 from tb3_labs.control.goal_state import DRIVING, WAITING_FOR_CONTROL, is_over, to_go
-from tb3_labs.geometry.place import Place
+from tb3_labs.geometry.typed_pose import TypedPose
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.topics import subscribe
 
@@ -70,7 +70,7 @@ def read_goal(words):
     words = [word for word in words if word != '--']
     if len(words) != 3:
         raise ValueError(USAGE)
-    return Place(*map(number_or_text, words)).pose
+    return TypedPose(*map(number_or_text, words)).pose
 
 
 def drive(goal):

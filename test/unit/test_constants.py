@@ -9,7 +9,7 @@ import pytest
 
 from tb3_labs.control import (
     approach, dead_time, drive_config, driving, goal_machine, motor_response, pace, settling, turning)
-from tb3_labs.geometry import place, quaternions
+from tb3_labs.geometry import quaternions, typed_pose
 from tb3_labs.localization import localizer, odometry_jumps, sample_buffer, sender_clock, yaw_noise
 from tb3_labs.nodes import (
     control_words, controller, demo, gamepad, imu_sub, mouse, move_to_goal, pad, pad_config)
@@ -86,7 +86,7 @@ NUMBERS = {
     gamepad: {'HAND_BACK': 0.15},
     imu_sub: {'HALF_STEP': 1.6e-5},
     mouse: {'MOUSE_TIMEOUT': 0.2, 'MOUSE_DEAD_ZONE': 0.25, 'MOUSE_FULL': 0.5},
-    place: {'MAX_DISTANCE': 100.0, 'MAX_YAW_DEG': 360.0},
+    typed_pose: {'MAX_DISTANCE': 100.0, 'MAX_YAW_DEG': 360.0},
     pad: {'PAD_TIMEOUT': 0.25, 'LATENESS_SHOWS': 0.3},
     pad_config: {'MOST': 31},
     samples: {'FARTHEST_TURN': 1.0},

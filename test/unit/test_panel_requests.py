@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.geometry.place import Place
+from tb3_labs.geometry.typed_pose import TypedPose
 from tb3_labs.panel.requests import Hand, Pad, Request, read_request
 
 PAD = {'forward': 0.4, 'left': -0.1, 'a': False, 'b': True, 'y': False, 'hold': True}
@@ -55,8 +55,8 @@ def refusal(text):
 
 @pytest.mark.parametrize('kind, value', [
     ('look', 'robot3'), ('seen', 20), ('begin', None), ('let go', None), ('give', None),
-    ('take', None), ('stop', None), ('turn', -90.0), ('goal', Place(1.0, -0.5, 90.0)),
-    ('reset', Place(1.0, -0.5, 90.0)),
+    ('take', None), ('stop', None), ('turn', -90.0), ('goal', TypedPose(1.0, -0.5, 90.0)),
+    ('reset', TypedPose(1.0, -0.5, 90.0)),
     ('hand', Hand(Pad(0.4, -0.1, False, True, False, True), (0.25, -1.0)))])
 def test_each_type_is_read(kind, value):
     assert read_request(text_of(kind)) == Request(kind, value, None, None)
@@ -138,7 +138,8 @@ def test_sticks_and_mouse_reach_from_minus_one_to_one(sign):
 
 @given(*[st.floats(-100.0, 100.0)] * 2, st.floats(-360.0, 360.0))
 def test_a_place_is_read_exactly(x, y, yaw_deg):
-    assert read_request(text_of('goal', x=x, y=y, yaw_deg=yaw_deg)).value == Place(x, y, yaw_deg)
+    assert read_request(
+        text_of('goal', x=x, y=y, yaw_deg=yaw_deg)).value == TypedPose(x, y, yaw_deg)
 
 
 # -- what is refused

@@ -14,7 +14,7 @@ from tb3_labs.control.goal_state import (
     GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState, with_reason)
 from tb3_labs.control.pace import LONGEST_IDLE, Pace
 from tb3_labs.control.speed_laws import Twist2
-from tb3_labs.geometry.place import MAX_DISTANCE, MAX_YAW_DEG, Place, check_place
+from tb3_labs.geometry.typed_pose import MAX_DISTANCE, MAX_YAW_DEG, TypedPose, check_pose
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.localizer import Fix, Localizer, Reset
 from tb3_labs.news import News, NewsDesk
@@ -38,7 +38,7 @@ class MoveToGoalConfig(Config):
     @property
     def goal(self) -> Pose2:
         """The first goal as a Pose2 in local."""
-        return Place(self.goal_x, self.goal_y, self.goal_yaw_deg).pose
+        return TypedPose(self.goal_x, self.goal_y, self.goal_yaw_deg).pose
 
 
 class DriveStatus(NamedTuple):
@@ -108,7 +108,7 @@ class MoveToGoalCore:
 
     def set_goal(self, goal: Pose2) -> None:
         """Replace the goal; ``ValueError`` if it is too far."""
-        check_place(goal)
+        check_pose(goal)
         self._machine.set_goal(goal)
         self._pause()
 
@@ -122,7 +122,7 @@ class MoveToGoalCore:
 
         ``ValueError`` if `declared` is too far, or a sensor is not fresh.
         """
-        check_place(declared)
+        check_pose(declared)
         problem = self._sensors.problem(now, with_age=True)
         if problem:
             raise ValueError('{}: is the robot running?'.format(problem))

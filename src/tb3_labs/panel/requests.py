@@ -20,7 +20,7 @@ A message that is none of these raises ``ValueError`` with the reason: what is w
 import json
 from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple
 
-from tb3_labs.geometry.place import MAX_DISTANCE, MAX_YAW_DEG, Place
+from tb3_labs.geometry.typed_pose import MAX_DISTANCE, MAX_YAW_DEG, TypedPose
 
 #: A message with more characters is refused; the longest valid one has about 200.
 LONGEST = 2000
@@ -98,10 +98,11 @@ def _turn(message: Dict) -> float:
     return _number(message, 'degrees', MOST_DEGREES, 'deg')
 
 
-def _place(message: Dict) -> Place:
+def _pose(message: Dict) -> TypedPose:
     # the node refuses others as well, but nothing would show its reason on the page
-    return Place(_number(message, 'x', MAX_DISTANCE, 'm'), _number(message, 'y', MAX_DISTANCE, 'm'),
-                 _number(message, 'yaw_deg', MAX_YAW_DEG, 'deg'))
+    return TypedPose(
+        _number(message, 'x', MAX_DISTANCE, 'm'), _number(message, 'y', MAX_DISTANCE, 'm'),
+        _number(message, 'yaw_deg', MAX_YAW_DEG, 'deg'))
 
 
 def _hand(message: Dict) -> Hand:
@@ -121,8 +122,8 @@ def _hand(message: Dict) -> Hand:
 #: By type: the reader of a message's value.
 READERS: Dict[str, Callable[[Dict], Any]] = {
     'look': _look, 'seen': _seen, 'begin': _nothing, 'hand': _hand, 'let go': _nothing,
-    'give': _nothing, 'take': _nothing, 'stop': _nothing, 'turn': _turn, 'goal': _place,
-    'reset': _place}
+    'give': _nothing, 'take': _nothing, 'stop': _nothing, 'turn': _turn, 'goal': _pose,
+    'reset': _pose}
 
 
 def _number(message: Dict, name: str, most: float, unit: str = '') -> float:

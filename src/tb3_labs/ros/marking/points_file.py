@@ -4,6 +4,8 @@ from pathlib import Path
 import rospkg
 import yaml
 
+from tb3_labs.command_line import reason
+
 
 def points_file():
     """This package's file with the points of each criterion."""
@@ -24,4 +26,4 @@ def read_points(path):
             path, problem.strerror)) from None
     except (UnicodeDecodeError, yaml.YAMLError) as problem:
         raise ValueError('the points, {}, are no YAML: {}'.format(
-            path, ' '.join(str(problem).split()))) from None
+            path, reason(problem))) from None

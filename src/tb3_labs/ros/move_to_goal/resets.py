@@ -5,7 +5,7 @@ import time
 import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 
-from tb3_labs.geometry.place import Place
+from tb3_labs.geometry.typed_pose import TypedPose
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.topics import subscribe_news
 from tb3_labs.srv import (
@@ -34,7 +34,7 @@ class ResetInterfaces:
     def _on_reset_pose(self, request):
         response, deadline = ResetPoseResponse(), time.monotonic() + ANSWER_WITHIN
         try:
-            reset = self._reset(Place(request.x, request.y, request.yaw_deg).pose, deadline)
+            reset = self._reset(TypedPose(request.x, request.y, request.yaw_deg).pose, deadline)
         except ValueError as problem:
             rospy.logwarn('Reset refused, the old frame stays: %s', problem)
             response.message = str(problem)

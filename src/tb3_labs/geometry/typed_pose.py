@@ -16,7 +16,7 @@ MAX_YAW_DEG = 360.0
 
 
 @dataclass(frozen=True)
-class Place(Config):
+class TypedPose(Config):
     """A pose in the local frame in the numbers that a person types."""
 
     x: float = setting(0.0, 'in the local frame', 'm', -MAX_DISTANCE, MAX_DISTANCE)
@@ -29,6 +29,6 @@ class Place(Config):
         return Pose2(self.x, self.y, wrap(math.radians(self.yaw_deg)))
 
 
-def check_place(pose: Pose2) -> None:
-    """``ValueError`` for a Pose2 that is too far, in the words of a Place."""
-    Place(float(pose.x), float(pose.y))     # numpy's numbers are no Python numbers
+def check_pose(pose: Pose2) -> None:
+    """``ValueError`` for a Pose2 that is too far, in the words of a TypedPose."""
+    TypedPose(float(pose.x), float(pose.y))     # numpy's numbers are no Python numbers
