@@ -63,15 +63,20 @@ class NodeCase(unittest.TestCase):
 
     @classmethod
     def wait_until_hears(cls, name, topic, seconds=STARTING):
-        """Wait until the running node `name` has received something on `topic`."""
+        """Wait until the running node `name` has dealt with a message on `topic`, which come steadily.
+
+        rospy counts bytes, also those of the handshake. The first growth is a message, the second one
+        says that its callback has ended.
+        """
         node = xmlrpc.client.ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode(
             rospy.resolve_name(name)))
-        topic = rospy.resolve_name(topic)
+        topic, totals = rospy.resolve_name(topic), set()
 
         def hears():
             _, _, (_, subscribed, _) = node.getBusStats(rospy.get_name())
-            return any(received for subscription, connections in subscribed
-                       if subscription == topic for _, received, *_ in connections)
+            totals.update(received for subscription, connections in subscribed
+                          if subscription == topic for _, received, *_ in connections)
+            return len(totals - {0}) >= 3
         cls.seen.wait_until(hears, seconds, '{} to hear {}'.format(name, topic))
 
     @classmethod
