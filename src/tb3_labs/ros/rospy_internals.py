@@ -85,16 +85,23 @@ def heard_by(publisher):
     return {connection.endpoint_id for connection in list(publisher.impl.connections)}
 
 
-def publish_together(publisher, messages):
-    """Publish several messages by one write to the socket of each subscriber.
+def write_in_this_thread(publisher):
+    """Take away the queues of a new publisher: no thread waits for the sockets of its subscribers.
 
-    A network delivers delayed messages in this way: a subscriber with queue_size=1 finds all of
-    them in one read, and drops all but the last. ``publish()`` makes one write for each, and a
-    reader that is awake hears one after the other.
+    If `impl.set_queue_size` is gone, an AttributeError ends the embedded robot at its start. If only
+    its meaning changes, each message of that robot costs a thread again.
+    """
+    publisher.impl.set_queue_size(None)
+
+
+def publish_together(publisher, messages, write):
+    """Publish several messages as one piece of data: ``write(socket, data)`` sends it to each
+    subscriber, and returns whether it did. OSError: this subscriber is gone.
+
+    A subscriber with queue_size=1 finds all of them in one read, and drops all but the last.
 
     Raises what ``publish()`` raises. If the publisher's `impl` changes, with its lock, its
-    counters or its connections, an AttributeError ends the embedded robot at the end of a network
-    stall, or messages no longer arrive together: test/ros/fake_robot.test shows both.
+    counters or its connections, an AttributeError ends the embedded robot at its first message.
     """
     topic = publisher.impl
     if topic is None:
@@ -103,12 +110,10 @@ def publish_together(publisher, messages):
     try:
         if topic.closed:
             raise rospy.ROSException('publish_together() to a closed topic')
-        if topic.is_latch:
-            topic.latch = messages[-1]
         if topic.has_connections():
             data = _serialised(topic, messages)
             for connection in topic.connections:
-                _write(connection, data, len(messages))
+                _write(connection, data, len(messages), write)
             topic.message_data_sent += len(data)
     except genpy.SerializationError as problem:
         raise rospy.ROSSerializationException(str(problem)) from None
@@ -125,13 +130,12 @@ def _serialised(topic, messages):
     return buffer.getvalue()
 
 
-def _write(connection, data, count):
-    """Hand the data to a connection, or to the queue in front of it, as one piece."""
-    transport = getattr(connection, '_connection', connection)
+def _write(connection, data, count, write):
     try:
-        connection.write_data(data)
-        transport.stat_num_msg += count - 1     # the write counts as one message
-    except (rospy.exceptions.TransportException, OSError):
+        if connection.socket is not None and write(connection.socket, data):
+            connection.stat_bytes += len(data)
+            connection.stat_num_msg += count
+    except OSError:
         connection.close()      # this subscriber is gone; publish() does the same
 
 

@@ -8,7 +8,8 @@ from std_msgs.msg import Empty
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.ros.conversions import to_pose_stamped, to_transform
-from tb3_labs.ros.robot.sensor_topics import SensorTopics, publisher
+from tb3_labs.ros.robot.robot_topic import RobotTopic
+from tb3_labs.ros.robot.sensor_topics import SensorTopics
 from tb3_labs.ros.topics import subscribe
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import STARTING
@@ -49,7 +50,7 @@ class FakeRobot:
         self._hidden = hidden
         self._robot = Simulator(hidden.settings_at(0.0) if hidden else settings)
         self._sensors = SensorTopics(prefix)
-        self._truth = None if hidden else publisher(prefix + 'ground_truth', PoseStamped)
+        self._truth = None if hidden else RobotTopic(prefix + 'ground_truth', PoseStamped)
         self._static_tf = static_tf
         self._origin = None
         subscribe(prefix + 'cmd_vel', Twist, self._on_command)
@@ -68,8 +69,7 @@ class FakeRobot:
 
     def tick(self, step, epoch):
         """Let one STEP pass, and send what is due; `epoch`: the robot's time 0 [s]."""
-        truth_is_due = (step % TRUTH_EVERY == 0 and self._truth
-                        and self._truth.get_num_connections())
+        truth_is_due = step % TRUTH_EVERY == 0 and self._truth and self._truth.is_heard
         with self._lock:
             self._use_hidden_settings()
             bursts = self._robot.step_in_bursts(STEP)
