@@ -20,6 +20,8 @@ Parameters: see DemoConfig in tb3_labs.nodes.demo; limits are those of move_to_g
     ~result       set at the end: a list with {'off_by': [m, deg], 'truly_off': [m, deg]} of each
                   drive, by local_pose and by ground_truth
 """
+import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
+
 import threading
 import time
 

@@ -30,6 +30,8 @@ Parameters
                   default. All but the start's may change while it runs, for all robots:
                   rosrun tb3_labs dynparam.py set /turtlebot3 network_cut true
 """
+import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
+
 from dataclasses import dataclass, fields, replace
 
 import rospy

@@ -20,6 +20,8 @@ Parameters
     ~linear_axis, ~angular_axis, ~relinquish_button, ...: see PadConfig in tb3_labs.nodes.pad
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
+import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
+
 import threading
 
 import rospy

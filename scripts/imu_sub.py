@@ -8,6 +8,8 @@ Publishes
 Parameters
     ~max_rate  most lines a second; 0: a line for each message, as in the handout (10)
 """
+import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
+
 import math
 import threading
 from dataclasses import dataclass

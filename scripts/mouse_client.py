@@ -11,6 +11,8 @@ Publishes
 Parameters
     ~rate        messages a second while the mouse is active (30)
 """
+import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
+
 import threading
 import time
 from dataclasses import dataclass

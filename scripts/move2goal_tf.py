@@ -34,6 +34,8 @@ Parameters
     may change while it runs: rosrun tb3_labs dynparam.py set /move_to_goal max_linear 0.1
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
+import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
+
 import threading
 import time
 

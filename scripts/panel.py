@@ -21,6 +21,8 @@ Parameters
     ~port, ~address, ~control, ~robots, ...: see PanelConfig in tb3_labs.panel.panel_config
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
+import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
+
 import json
 import sys
 import threading

@@ -6,12 +6,13 @@ such a package's launch file. roslaunch has no condition for that.
 
 Usage: start_optional.py PACKAGE NODE|FILE.launch [arguments of the node, or of the launch file]
 """
+import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
+
 import os
 import sys
 
-import rospy
-
 from tb3_labs.ros.launching.optional import how_to_install, path_of
+from tb3_labs.ros.node import run
 
 
 def main(package, what, *arguments):
@@ -21,9 +22,10 @@ def main(package, what, *arguments):
         os.execvp('roslaunch', ['roslaunch', package, what] + list(arguments))
     if path:
         os.execv(path, [path] + list(arguments))
-    rospy.init_node(package)
-    rospy.logfatal('%s', how_to_install(package))
-    sys.exit(1)
+
+    def refuse():
+        raise ValueError(how_to_install(package))
+    run(package, refuse)    # a node that says so by one fatal line: roslaunch shows no other output
 
 
 if __name__ == '__main__':

@@ -16,6 +16,8 @@ Parameters
     it runs: rosrun tb3_labs dynparam.py set /controller max_ang_z 1.0
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
+import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
+
 import threading
 import time
 

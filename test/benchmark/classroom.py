@@ -42,8 +42,11 @@ ROW = '{:>6} {:>9} {:>18} {:>9} {:>29} {:>9}'
 #: that begins a drive.
 ON_TIME = PreciseLaw.period + 0.033
 PAUSE = 0.5
-PATIENCE = 120.0
-#: A robot whose pose changes by less than this in 0.2 s is at rest [m], [rad].
+PATIENCE = 240.0
+#: Time between two looks at a robot [s]: dozens of them are looked at by this process, which shares the
+#: machine with what is measured.
+LOOK = 0.2
+#: A robot whose pose changes by less than this between two looks is at rest [m], [rad].
 STILL = 1e-5
 #: Kind of process: part of its command line.
 KINDS = {'robots': 'fake_turtlebot3.py', 'move_to_goal': 'move2goal_tf.py',
@@ -108,7 +111,7 @@ class Pupil:
                     abs(difference(last.yaw, here.yaw)) < STILL):
                 return here
             last = here
-            time.sleep(0.2)
+            time.sleep(LOOK)
 
     @staticmethod
     def _wait(condition):
@@ -116,7 +119,7 @@ class Pupil:
         while not condition():
             if time.monotonic() > deadline:
                 raise RuntimeError('timeout: not there within {:g} s'.format(PATIENCE))
-            time.sleep(0.02)
+            time.sleep(LOOK)
 
     def leave(self):
         """Disconnect from all its topics."""

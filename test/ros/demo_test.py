@@ -4,7 +4,6 @@ has the same errors for each drive."""
 import glob
 import math
 import os
-import socket
 import time
 import unittest
 import xmlrpc.client
@@ -19,6 +18,7 @@ from tb3_labs.report.epochs import epochs
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.ros.bags.reader import read_run
 from tb3_labs.ros.testing.node_process import Program
+from tb3_labs.ros.testing.ports import free_port
 
 #: Both measure the robot at rest, so their poses differ only by a step or two of the encoders [m]
 #: and ten times the noise of the IMU [deg].
@@ -81,9 +81,7 @@ class DemoTest(unittest.TestCase):
         script = os.path.join(rospkg.RosPack().get_path('tb3_labs'), 'scripts', 'demo.sh')
         runs = []
         for _ in range(3):
-            with socket.socket() as free:
-                free.bind(('127.0.0.1', 0))
-                uri = 'http://localhost:{}'.format(free.getsockname()[1])
+            uri = 'http://localhost:{}'.format(free_port())
             run = Program([script, 'web:=false', 'stay:=true'], terminal=True,
                           environment={'ROS_MASTER_URI': uri})
             self.addCleanup(run.kill)

@@ -22,16 +22,11 @@ from std_msgs.msg import Bool, String
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.testing.ports import free_port
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import STARTING, ZERO, Hiccups, Node    # noqa: E402 (a relay's folder)
 from two_hosts import TwoHosts    # noqa: E402
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(('127.0.0.1', 0))
-        return probe.getsockname()[1]
 
 
 class Room:

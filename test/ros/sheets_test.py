@@ -10,7 +10,6 @@ import os
 import re
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -23,6 +22,7 @@ import rospy
 import rostest
 
 from tb3_labs.ros.testing.node_process import Program
+from tb3_labs.ros.testing.ports import free_port
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from sheets_steps import FOLLOWING, promised, steps_of    # noqa: E402 (a relay's folder is another one)
@@ -70,12 +70,9 @@ class Student:
     def __init__(self, home, speed):
         self.home, self._speed, self._terminals, self._seen = home, speed, {}, {}
         (home / 'tb3_labs').symlink_to(REPOSITORY)
-        with socket.socket() as probe:
-            probe.bind(('localhost', 0))
-            port = probe.getsockname()[1]
         self._environment = {
             'HOME': str(home), 'PATH': '/usr/bin:/bin', 'ROSCONSOLE_FORMAT': '${message}',
-            'TERM': 'dumb', 'ROS_MASTER_URI': 'http://localhost:{}'.format(port)}
+            'TERM': 'dumb', 'ROS_MASTER_URI': 'http://localhost:{}'.format(free_port())}
         self._sourced = None    # the environment after PROFILE, if that has not changed since
 
     def do(self, step):
@@ -195,9 +192,11 @@ class SheetsTest(unittest.TestCase):
                 try:
                     student.do(step)
                 except (AssertionError, RuntimeError) as problem:
-                    self.fail('{}, line {}: {}\n{}'.format(page, step.line, step.commands, problem))
-                print('{:6.1f} s  {}:{}  {}'.format(time.monotonic() - began, page, step.line,
-                                                    step.commands.split('\n')[0] or step.argument))
+                    what = '{}, line {}: {}\n{}'.format(page, step.line, step.commands, problem)
+                    print(what, flush=True)    # unittest tells it after the other walks
+                    self.fail(what)
+                print('{:6.1f} s  {}:{}  {}'.format(time.monotonic() - began, page, step.line, step.commands.split(
+                    '\n')[0] or step.argument), flush=True)
             student.end_all()
 
     def test_the_pages_say_what_happens(self):

@@ -27,7 +27,7 @@ class Sensors:
 def test_its_fault_comes_and_goes_and_no_truth_is_said(monkeypatch):
     published = []
     monkeypatch.setattr(fake_robot, 'SensorTopics', Sensors)
-    monkeypatch.setattr(fake_robot, 'RobotTopic', lambda *words: published.append(words))
+    monkeypatch.setattr(fake_robot, 'publisher', lambda *words: published.append(words))
     monkeypatch.setattr(fake_robot, 'subscribe', lambda *words: None)
     plain = SimulatorConfig(imu_rate=20.0)
     robot = fake_robot.FakeRobot(plain, hidden=HiddenFault(5, plain))   # silent odometry, 4.0 s

@@ -41,17 +41,12 @@ class Robot:
             self._ending.set()
 
 
-class Clock:
-
-    def publish(self, time):
-        pass
-
-
 @pytest.mark.parametrize('clock, speed, made_up', [
-    (None, 1.0, PAUSE), (Clock(), 1.0, 0.0), (Clock(), 5.0, 0.0)])
+    (None, 1.0, PAUSE), ('a clock', 1.0, 0.0), ('a clock', 5.0, 0.0)])
 def test_a_pause(clock, speed, made_up, monkeypatch):
     computer, ending = Computer(), threading.Event()
     monkeypatch.setattr(pacemaker, 'time', computer)
+    monkeypatch.setattr(pacemaker, 'publish_now', lambda clock, message: None)
     robot = Robot(computer, ending)
     pace = pacemaker.Pacemaker.__new__(pacemaker.Pacemaker)
     pace._robots, pace._epoch, pace._ending = [robot], 1e9, ending

@@ -1,5 +1,7 @@
 """The signals of a node, sent to a process of its own."""
 import os
+import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -106,3 +108,36 @@ say('ended')
 ''')
     process.send_signal(signal.SIGINT)
     assert process.rest() == ['interrupted', 'ended']
+
+
+# ----- Ctrl+C while a node imports its modules
+
+SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / 'scripts'
+NODES = sorted(path.name for path in SCRIPTS.glob('*.py')
+               if re.search(r'^from tb3_labs\.ros\.node import .*\brun\b', path.read_text(), re.MULTILINE))
+
+
+def interrupted_while_it_imports(name):
+    """(exit status, text) of a node that got SIGINT while it imported numpy."""
+    node = subprocess.Popen([sys.executable, '-X', 'importtime', str(SCRIPTS / name)], stderr=subprocess.PIPE,
+                            text=True, env=dict(os.environ, ROS_MASTER_URI='http://localhost:1'))
+    try:
+        for line in node.stderr:
+            if 'numpy' in line:
+                break
+        node.send_signal(signal.SIGINT)
+        return node.wait(10.0), node.stderr.read()
+    finally:
+        node.kill()
+        node.wait()
+        node.stderr.close()
+
+
+@pytest.mark.parametrize('name', NODES)
+def test_ctrl_c_ends_a_node_that_still_imports(name):
+    status, text = interrupted_while_it_imports(name)
+    assert status == -signal.SIGINT and 'Traceback' not in text
+
+
+def test_there_are_such_nodes():
+    assert len(NODES) >= 5

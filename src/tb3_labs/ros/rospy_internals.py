@@ -5,6 +5,7 @@ rospy may change them at any time. They were read in the sources of rospy and ro
 """
 import importlib
 import logging
+import select
 from io import BytesIO
 from typing import NamedTuple
 
@@ -14,6 +15,10 @@ from rosgraph.roslogging import RosStreamHandler
 from rospy.impl.rosout import RosOutHandler
 from rospy.msg import AnyMsg, serialize_message
 
+
+#: Linux says that a socket has room if a third of its buffer is free. So many bytes fit into that of
+#: every connection.
+SURELY_TAKEN = 1024
 
 # ----- messages that arrive -----
 
@@ -85,35 +90,34 @@ def heard_by(publisher):
     return {connection.endpoint_id for connection in list(publisher.impl.connections)}
 
 
-def write_in_this_thread(publisher):
-    """Take away the queues of a new publisher: no thread waits for the sockets of its subscribers.
+def publish_now(publisher, *messages):
+    """Publish by the caller's own thread, all messages by one write to the socket of each subscriber.
 
-    If `impl.set_queue_size` is gone, an AttributeError ends the embedded robot at its start. If only
-    its meaning changes, each message of that robot costs a thread again.
-    """
-    publisher.impl.set_queue_size(None)
+    ``publish()`` puts each message into a queue, and wakes a thread of each subscriber to write it:
+    that costs more than the message. Here only a subscriber that keeps its socket full, or is about
+    to, gets its messages by queue and thread: the caller never waits.
 
+    A network delivers delayed messages by one write: a subscriber with queue_size=1 finds all of
+    them in one read, and drops all but the last. ``publish()`` makes one write for each, and a
+    reader that is awake hears one after the other.
 
-def publish_together(publisher, messages, write):
-    """Publish several messages as one piece of data: ``write(socket, data)`` sends it to each
-    subscriber, and returns whether it did. OSError: this subscriber is gone.
-
-    A subscriber with queue_size=1 finds all of them in one read, and drops all but the last.
-
-    Raises what ``publish()`` raises. If the publisher's `impl` changes, with its lock, its
-    counters or its connections, an AttributeError ends the embedded robot at its first message.
+    Raises what ``publish()`` raises. The publisher has a queue_size. If its `impl` or the queues
+    (`QueuedConnection`) change, an AttributeError ends the embedded robot, or a driving node, at its
+    first message to a subscriber.
     """
     topic = publisher.impl
     if topic is None:
-        raise rospy.ROSException('publish_together() to an unregistered handle')
+        raise rospy.ROSException('publish_now() to an unregistered handle')
     topic.acquire()
     try:
         if topic.closed:
-            raise rospy.ROSException('publish_together() to a closed topic')
+            raise rospy.ROSException('publish_now() to a closed topic')
+        if topic.is_latch:
+            topic.latch = messages[-1]
         if topic.has_connections():
             data = _serialised(topic, messages)
             for connection in topic.connections:
-                _write(connection, data, len(messages), write)
+                _write(connection, data, len(messages))
             topic.message_data_sent += len(data)
     except genpy.SerializationError as problem:
         raise rospy.ROSSerializationException(str(problem)) from None
@@ -130,13 +134,33 @@ def _serialised(topic, messages):
     return buffer.getvalue()
 
 
-def _write(connection, data, count, write):
+def _write(queue, data, count):
+    """Write the data to a connection as one piece, or hand it to the queue in front of it."""
+    connection = queue._connection
     try:
-        if connection.socket is not None and write(connection.socket, data):
+        if _write_past(queue, connection.socket, data):
             connection.stat_bytes += len(data)
             connection.stat_num_msg += count
-    except OSError:
+        else:
+            queue.write_data(data)
+            connection.stat_num_msg += count - 1    # the write counts as one message
+    except (rospy.exceptions.TransportException, OSError):
         connection.close()      # this subscriber is gone; publish() does the same
+
+
+def _write_past(queue, stream, data):
+    """Write past an idle queue, if the socket takes all of the data at once. True if it did."""
+    if stream is None or stream.fileno() < 0 or len(data) > SURELY_TAKEN:
+        return False
+    room = select.poll()
+    room.register(stream, select.POLLOUT)
+    with queue._lock:
+        # its thread waits for data, and can do nothing else until this lock is free
+        is_idle = queue._cond_data_available._waiters and not queue._queue
+        if not (is_idle and room.poll(0)):
+            return False
+        stream.sendall(data)
+        return True
 
 
 # ----- log lines, time, the end -----

@@ -15,7 +15,7 @@ from geometry_msgs.msg import Twist
 
 from tb3_labs.ros.clocks import ClockWatch, wait_until
 from tb3_labs.ros.conversions import to_twist
-from tb3_labs.ros.rospy_internals import messages_written
+from tb3_labs.ros.rospy_internals import messages_written, publish_now
 from tb3_labs.ros.signals import when_stopped
 
 #: Longest wait for the last zero to leave the process [s],
@@ -59,7 +59,7 @@ class CmdVel:
                 self._stop()
             elif not self._closed:
                 self._driving_since = self._driving_since or time.monotonic()
-                self._publisher.publish(to_twist(linear, angular))
+                publish_now(self._publisher, to_twist(linear, angular))
 
     def send(self, command):
         """Send the command of a core: a Twist2, or None to stop."""
@@ -77,7 +77,7 @@ class CmdVel:
         was_driving = self._driving_since is not None
         if was_driving:
             self._driving_since = None
-            self._publisher.publish(to_twist(0.0, 0.0))
+            publish_now(self._publisher, to_twist(0.0, 0.0))
         return was_driving
 
     def _close(self):

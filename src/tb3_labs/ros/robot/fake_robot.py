@@ -8,8 +8,8 @@ from std_msgs.msg import Empty
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.ros.conversions import to_pose_stamped, to_transform
-from tb3_labs.ros.robot.robot_topic import RobotTopic
-from tb3_labs.ros.robot.sensor_topics import SensorTopics
+from tb3_labs.ros.robot.sensor_topics import SensorTopics, publisher
+from tb3_labs.ros.rospy_internals import publish_now
 from tb3_labs.ros.topics import subscribe
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import STARTING
@@ -50,7 +50,7 @@ class FakeRobot:
         self._hidden = hidden
         self._robot = Simulator(hidden.settings_at(0.0) if hidden else settings)
         self._sensors = SensorTopics(prefix)
-        self._truth = None if hidden else RobotTopic(prefix + 'ground_truth', PoseStamped)
+        self._truth = None if hidden else publisher(prefix + 'ground_truth', PoseStamped)
         self._static_tf = static_tf
         self._origin = None
         subscribe(prefix + 'cmd_vel', Twist, self._on_command)
@@ -69,7 +69,8 @@ class FakeRobot:
 
     def tick(self, step, epoch):
         """Let one STEP pass, and send what is due; `epoch`: the robot's time 0 [s]."""
-        truth_is_due = step % TRUTH_EVERY == 0 and self._truth and self._truth.is_heard
+        truth_is_due = (step % TRUTH_EVERY == 0 and self._truth
+                        and self._truth.get_num_connections())
         with self._lock:
             self._use_hidden_settings()
             bursts = self._robot.step_in_bursts(STEP)
@@ -84,7 +85,7 @@ class FakeRobot:
         for burst in bursts:
             self._sensors.send(burst, epoch)
         if truth is not None:
-            self._truth.publish(to_pose_stamped(truth, 'world', now))
+            publish_now(self._truth, to_pose_stamped(truth, 'world', now))
 
     def _use_hidden_settings(self):
         if self._hidden:

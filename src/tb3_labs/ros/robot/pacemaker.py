@@ -8,7 +8,8 @@ from rosgraph_msgs.msg import Clock
 
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.robot.fake_robot import STEP
-from tb3_labs.ros.robot.robot_topic import RobotTopic
+from tb3_labs.ros.robot.sensor_topics import publisher
+from tb3_labs.ros.rospy_internals import publish_now
 
 #: A longer pause of the computer is not made up for [s].
 CATCH_UP = 0.5
@@ -28,7 +29,7 @@ class Pacemaker:
         self._robots = robots
         self._epoch = time.time()  # the robots' time 0, also with their own /clock
         if rospy.get_param('/use_sim_time', False):
-            self._take(RobotTopic('/clock', Clock), speed)
+            self._take(publisher('/clock', Clock), speed)
         else:
             self._take(None, 1.0)
         self._thread = threading.Thread(target=guarded(self._run), name='robot', daemon=True)
@@ -53,7 +54,7 @@ class Pacemaker:
             if self._ending.is_set():
                 return
             if self._clock:
-                self._clock.publish(Clock(rospy.Time.from_sec(self._epoch + (step + 1) * STEP)))
+                publish_now(self._clock, Clock(rospy.Time.from_sec(self._epoch + (step + 1) * STEP)))
             for robot in self._robots:
                 robot.tick(step, self._epoch)
             if speed != self._speed and any(robot.is_heard for robot in self._robots):

@@ -1,6 +1,7 @@
 """The topics of an embedded robot's sensors: `imu`, `odom`, `joint_states`, `/tf`."""
 from collections import deque
 
+import rospy
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 from tf2_msgs.msg import TFMessage
@@ -8,7 +9,7 @@ from tf2_msgs.msg import TFMessage
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.ros.conversions import frame, to_transform
 from tb3_labs.ros.robot.messages import imu_message, joint_message, odometry_message
-from tb3_labs.ros.robot.robot_topic import RobotTopic
+from tb3_labs.ros.rospy_internals import publish_now
 
 #: After a stall at most this number of messages of a topic is sent, the latest: real queues and
 #: buffers are finite, too. The messages of an IMU at 200 Hz in the longest stall fit in.
@@ -25,16 +26,16 @@ class SensorTopics:
         #: {name: name with the prefix, in this node's namespace}
         self.frames = {name: frame(prefix + name) for name in (
             'imu_link', 'odom', 'base_footprint', 'base_link')}
-        self._imu = RobotTopic(prefix + 'imu', Imu)
-        self._odom = RobotTopic(prefix + 'odom', Odometry)
-        self._joints = RobotTopic(prefix + 'joint_states', JointState)
-        self._tf = RobotTopic('/tf', TFMessage)
+        self._imu = publisher(prefix + 'imu', Imu)
+        self._odom = publisher(prefix + 'odom', Odometry)
+        self._joints = publisher(prefix + 'joint_states', JointState)
+        self._tf = publisher('/tf', TFMessage)
         self._wheels = deque(maxlen=MOST_HELD)  # by odometry: stamp, angles, speeds
 
     @property
     def are_heard(self):
         """Does any node listen to the IMU or the odometry?"""
-        return self._imu.is_heard or self._odom.is_heard
+        return self._imu.get_num_connections() or self._odom.get_num_connections()
 
     def note_wheels(self, robot):
         """Remember the wheels of `robot` (a Simulator) as of its latest odometry: the network may
@@ -48,8 +49,8 @@ class SensorTopics:
         topic. `epoch` is the robot's time 0 [s]."""
         imu = [sample for sample in burst if isinstance(sample, ImuSample)][-MOST_HELD:]
         odometry = [sample for sample in burst if not isinstance(sample, ImuSample)][-MOST_HELD:]
-        if imu and self._imu.is_heard:
-            self._imu.publish(*[
+        if imu and self._imu.get_num_connections():
+            publish_now(self._imu, *[
                 imu_message(sample, epoch + sample.stamp, self.frames['imu_link'])
                 for sample in imu])
         if odometry:
@@ -57,15 +58,15 @@ class SensorTopics:
 
     def _send_odometry(self, samples, epoch):
         odom, base = self.frames['odom'], self.frames['base_footprint']
-        if self._tf.is_heard:
-            self._tf.publish(*[
+        if self._tf.get_num_connections():
+            publish_now(self._tf, *[
                 TFMessage([to_transform(sample.pose, odom, base, epoch + sample.stamp)])
                 for sample in samples])
-        if self._odom.is_heard:
-            self._odom.publish(*[odometry_message(sample, epoch + sample.stamp, odom, base)
-                                 for sample in samples])
-        if self._joints.is_heard:
-            self._joints.publish(*[
+        if self._odom.get_num_connections():
+            publish_now(self._odom, *[odometry_message(sample, epoch + sample.stamp, odom, base)
+                                      for sample in samples])
+        if self._joints.get_num_connections():
+            publish_now(self._joints, *[
                 joint_message(*self._wheels_at(sample.stamp), epoch + sample.stamp,
                               self.frames['base_link']) for sample in samples])
 
@@ -74,3 +75,8 @@ class SensorTopics:
         while self._wheels[0][0] < stamp and len(self._wheels) > 1:
             self._wheels.popleft()
         return self._wheels[0][1:]
+
+
+def publisher(topic, kind):
+    """A publisher of an embedded robot: it sends at once, and has a short queue."""
+    return rospy.Publisher(topic, kind, queue_size=50, tcp_nodelay=True)

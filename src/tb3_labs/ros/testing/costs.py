@@ -1,7 +1,6 @@
 """The costs of a running node: CPU time, memory, threads. For benchmarks and tests, on Linux."""
 import contextlib
 import os
-import socket
 import subprocess
 import time
 import xmlrpc.client
@@ -10,6 +9,7 @@ import rosgraph
 import rospy
 
 from tb3_labs.ros.clocks import wait_until
+from tb3_labs.ros.testing.ports import free_port
 
 #: Longest wait for a master [s].
 MASTER_TIMEOUT = 30.0
@@ -20,9 +20,7 @@ _PAGE = os.sysconf('SC_PAGE_SIZE')
 def private_master():
     """Start a private master at a free port, for this process and its children. RuntimeError if it
     does not start."""
-    with socket.socket() as probe:
-        probe.bind(('127.0.0.1', 0))
-        port = probe.getsockname()[1]
+    port = free_port()
     os.environ.update(ROS_MASTER_URI='http://localhost:%d' % port, ROS_HOSTNAME='localhost')
     master = subprocess.Popen(
         ['rosmaster', '--core', '-p', str(port)], stdin=subprocess.DEVNULL,

@@ -1,0 +1,153 @@
+"""Messages that are published past rospy's queues arrive whole and in order, whoever reads or does not;
+the publisher never waits."""
+import math
+import socket
+import struct
+import threading
+import time
+from types import SimpleNamespace
+
+import pytest
+import rospy
+from rospy.impl.tcpros_base import TCPROSTransport
+from rospy.impl.tcpros_pubsub import QueuedConnection, TCPROSPub
+from rospy.topics import _PublisherImpl
+from std_msgs.msg import String
+
+from tb3_labs.ros.rospy_internals import SURELY_TAKEN, publish_now
+
+#: Messages that rospy's queue holds.
+QUEUE = 3
+#: A read that takes longer finds nothing more [s].
+SILENCE = 0.3
+
+
+class Line:
+    """A topic with one subscriber: `read` gives the texts that have arrived."""
+
+    def __init__(self):
+        self.topic = _PublisherImpl('/line', String)
+        self.topic.set_queue_size(QUEUE)
+        self.publisher = SimpleNamespace(impl=self.topic)
+        ours, self.theirs = socket.socketpair()
+        ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4608)
+        self.connection = TCPROSTransport(TCPROSPub('/line', String), '/line')
+        self.connection.set_socket(ours, 'subscriber')
+        self.topic.add_connection(self.connection)
+        queue, = self.topic.connections
+        assert isinstance(queue, QueuedConnection)
+        while not queue._cond_data_available._waiters:
+            time.sleep(0.001)
+        self._data = b''
+
+    def publish(self, *texts):
+        publish_now(self.publisher, *map(String, texts))
+
+    def read(self, silence=SILENCE):
+        self.theirs.settimeout(silence)
+        try:
+            while True:
+                data = self.theirs.recv(1000000)
+                if not data:
+                    break
+                self._data += data
+        except socket.timeout:
+            pass
+        texts = []
+        while len(self._data) >= 8:
+            length, = struct.unpack_from('<I', self._data)
+            if len(self._data) < 4 + length:
+                break
+            message = String().deserialize(self._data[4:4 + length])
+            texts.append(message.data)
+            self._data = self._data[4 + length:]
+        return texts
+
+    def close(self):
+        self.connection.close()
+        self.theirs.close()
+
+
+@pytest.fixture
+def line():
+    line = Line()
+    yield line
+    line.close()
+
+
+def test_a_message_is_written_before_the_call_returns_by_no_other_thread(line):
+    line.publish('now')
+    line.theirs.setblocking(False)
+    assert line.theirs.recv(100).endswith(b'now')
+    assert line.connection.stat_num_msg == 1
+
+
+def test_messages_together_are_one_write(line):
+    line.publish('one', 'two', 'three')
+    line.theirs.setblocking(False)
+    line._data = line.theirs.recv(1000)
+    assert line.read() == ['one', 'two', 'three']
+    assert line.connection.stat_num_msg == 3
+
+
+@pytest.mark.parametrize('size', [100, SURELY_TAKEN - 100, 2 * SURELY_TAKEN, 20 * SURELY_TAKEN])
+def test_who_does_not_read_gets_whole_messages_in_order_and_the_newest(line, size):
+    sent = ['%06d' % number + 'x' * (size - 6) for number in range(2000)]
+    longest = 0.0
+    for text in sent:
+        begun = time.monotonic()
+        line.publish(text)
+        longest = max(longest, time.monotonic() - begun)
+    assert longest < 1.0    # nobody reads: one write that waits would wait for ever
+    got = line.read()
+    assert sorted(got) == got and set(got) < set(sent)
+    assert got[-QUEUE:] == sent[-QUEUE:]
+    line.publish('and', 'on')
+    assert line.read() == ['and', 'on']
+
+
+def test_short_and_long_ones_keep_their_order(line):
+    reader = threading.Thread(target=lambda: texts.extend(line.read()))
+    texts, sent = [], []
+    reader.start()
+    for number in range(300):
+        text = '%06d' % number + 'x' * (10 * SURELY_TAKEN if number % 7 == 3 else 10)
+        sent.append(text)
+        line.publish(text)
+        time.sleep(0.001)     # most are read before the queue is full
+    reader.join()
+    assert texts == sorted(texts) and set(texts) <= set(sent) and len(texts) > 200
+
+
+def test_what_the_queue_is_about_to_write_is_not_overtaken(line):
+    begun, go_on = threading.Event(), threading.Event()
+    write_data = line.connection.write_data
+
+    def write_when_told(data):
+        begun.set()
+        go_on.wait()
+        write_data(data)
+    line.connection.write_data = write_when_told
+    line.publish('x' * SURELY_TAKEN)
+    assert begun.wait(60.0)
+    line.publish('short')
+    go_on.set()
+    assert line.read() == ['x' * SURELY_TAKEN, 'short']
+
+
+def test_a_subscriber_that_is_gone_is_closed_at_once_and_hangs_nobody(line):
+    line.theirs.close()
+    line.publish('into the void')
+    assert line.connection.done
+    line.publish('nobody is left')
+    assert not line.topic.has_connections()
+
+
+def test_what_is_closed_or_of_the_wrong_type_is_refused(line):
+    with pytest.raises(rospy.ROSSerializationException):
+        publish_now(line.publisher, String(math.pi))
+    line.topic.close()
+    with pytest.raises(rospy.ROSException, match='closed'):
+        publish_now(line.publisher, String('late'))
+    with pytest.raises(rospy.ROSException, match='unregistered'):
+        publish_now(SimpleNamespace(impl=None), String('late'))
