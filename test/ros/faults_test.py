@@ -243,8 +243,9 @@ class FaultsTest(NodeCase):
         values = self.diagnostic('move_to_goal')
         self.assertGreater(int(values['imu dropped']), 10)
         self.assertGreater(int(values['odom dropped']), 10)
-        warnings = [line for line in node.lines if 'invalid message on imu dropped' in line]
-        self.assertTrue(1 <= len(warnings) <= 12, warnings)
+        for topic in ('imu', 'odom'):
+            warnings = [line for line in node.lines if 'invalid message on {} dropped'.format(topic) in line]
+            self.assertTrue(1 <= len(warnings) <= 12, warnings)
         # without valid messages they count as silence
         self.goals.publish(to_pose_stamped(Pose2(3.0, 0.0, 0.0), 'local', 0.0))
         self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)

@@ -70,6 +70,7 @@ def _repeated(test):
                 silence = max((page.longest_silence for page in case.pages()), default=0.0)
                 lost = any('silent for' in note for page in case.pages() for note in page.notes)
                 if (silence < PUNCTUAL and not lost) or attempt == ATTEMPTS:
+                    print('the pages said:', [page.notes for page in case.pages()])
                     raise
                 print('once more: a page was late by {:.2f} s, or the panel'.format(silence))
                 case.doCleanups()

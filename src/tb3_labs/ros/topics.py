@@ -5,6 +5,7 @@ once, and only if it is news. A latched topic repeats an event without that pers
 that starts, and after each new connection. And an event can be lost: a node reads delayed messages
 at once, and a subscriber of the latest drops the others.
 """
+import math
 import time
 from typing import Any, NamedTuple
 
@@ -12,8 +13,12 @@ import rosgraph
 import rospy
 
 from tb3_labs.control.pace import Listening
+from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, is_wall_time
+
+#: Time between two warnings of invalid messages on one topic [s].
+INVALID_TOLD = 1.0
 
 
 def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_for=None):
@@ -31,12 +36,16 @@ def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_
     """
     in_rhythm = idle_for is not None and is_wall_time()
     listening = Listening(idle_for) if in_rhythm else None
+    warned_at = -math.inf    # rospy's own throttle would be one for the invalid messages of all topics
 
     def handle(message):
+        nonlocal warned_at
         try:
             value = message if read is None else read(message)
         except ValueError as problem:
-            rospy.logwarn_throttle(1.0, 'invalid message on {} dropped: {}'.format(topic, problem))
+            if steady_time() - warned_at >= INVALID_TOLD:
+                warned_at = steady_time()
+                rospy.logwarn('invalid message on %s dropped: %s', topic, problem)
             if source is not None:
                 source.dropped += 1
             return
