@@ -14,8 +14,8 @@ from tb3_labs.control.goal_state import (
     GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState, with_reason)
 from tb3_labs.control.pace import LONGEST_IDLE, Pace
 from tb3_labs.control.speed_laws import Twist2
-from tb3_labs.geometry.typed_pose import MAX_DISTANCE, MAX_YAW_DEG, TypedPose, check_pose
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.geometry.typed_pose import MAX_DISTANCE, MAX_YAW_DEG, TypedPose, check_pose
 from tb3_labs.localization.localizer import Fix, Localizer, Reset
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.robot.samples import ImuSample, OdometrySample

@@ -16,10 +16,6 @@ from rospy.impl.rosout import RosOutHandler
 from rospy.msg import AnyMsg, serialize_message
 
 
-#: Linux says that a socket has room if a third of its buffer is free. So many bytes fit into that of
-#: every connection.
-SURELY_TAKEN = 1024
-
 # ----- messages that arrive -----
 
 def connection_of(message):
@@ -70,6 +66,11 @@ def bytes_received(subscriber):
 
 
 # ----- messages that leave -----
+
+#: Linux says that a socket has room if a third of its buffer is free. So many bytes fit into that of
+#: every connection.
+SURELY_TAKEN = 1024
+
 
 def messages_written(publisher):
     """{rospy's number of a connection: number of messages written to it}.
@@ -150,10 +151,11 @@ def _write(queue, data, count):
 
 def _write_past(queue, stream, data):
     """Write past an idle queue, if the socket takes all of the data at once. True if it did."""
-    if stream is None or stream.fileno() < 0 or len(data) > SURELY_TAKEN:
+    descriptor = -1 if stream is None else stream.fileno()    # once: another thread may close it
+    if descriptor < 0 or len(data) > SURELY_TAKEN:
         return False
     room = select.poll()
-    room.register(stream, select.POLLOUT)
+    room.register(descriptor, select.POLLOUT)
     with queue._lock:
         # its thread waits for data, and can do nothing else until this lock is free
         is_idle = queue._cond_data_available._waiters and not queue._queue
