@@ -70,7 +70,7 @@ class Page:
         self.send = lambda message: send(json.dumps(message, allow_nan=False))
         self.close = close
         self.viewer = Viewer()
-        self.lateness = Lateness(LONGEST_DELAY)
+        self.lateness = Lateness()
         self.robot = None            # None: the list
         self.log_count = None        # lines of the log that were sent to it; None: none yet
         self.past_count = None       # beginnings of the trails that were sent to it; None: none yet

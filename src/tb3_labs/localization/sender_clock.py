@@ -22,6 +22,8 @@ import math
 from collections import deque
 from typing import Deque, Dict, Optional, Tuple
 
+from tb3_labs.geometry.limits import clamp
+
 #: The least delay is taken over the messages of this time [s].
 WINDOW = 5.0
 #: A clock that goes back by less than this is being corrected [s].
@@ -36,6 +38,8 @@ MAX_REPEATS = 3
 #: not caught up for longer than the second.
 MAX_OFF = 1.0
 MAX_BEHIND = 0.5
+#: A sender counts as heard for this long before each of its messages [s].
+LONGEST_GAP = 0.1
 
 
 class SenderClock:
@@ -118,31 +122,24 @@ class SenderClock:
 class Lateness:
     """The delay of a single message beyond the usual delay of its sender.
 
-    Unlike a SenderClock it remembers the usual delay across a silence, so that messages of the
-    silence count as late. If only late messages came for more than `patience` seconds, the sender's
-    clock was set.
+    The usual delay is the least one of the last `WINDOW` seconds in which the sender was heard. A
+    silence is no part of them, so the messages of a silence count as late. A sender's clock that
+    was set, or runs faster, is believed after that time.
     """
 
-    def __init__(self, patience: float) -> None:
-        self._patience = patience
-        self._usual = math.inf          # the least delay,
-        self._least_late = math.inf     # and that of successive late messages
-        self._late_since: Optional[float] = None    # arrival of the first of them
+    def __init__(self) -> None:
+        self._least = _Least(WINDOW)
+        self._heard_for = 0.0
+        self._last_arrival = math.inf    # before the first message
 
     def of(self, stamp: float, arrival: float) -> float:
         """That delay [s], given a message's stamp [s, sender's clock] and arrival [s, receiver's].
         """
-        delay = arrival - stamp
-        if delay <= self._usual + self._patience:
-            self._usual = min(self._usual, delay)
-            self._late_since, self._least_late = None, math.inf
-            return delay - self._usual
-        self._least_late = min(self._least_late, delay)
-        if self._late_since is None:
-            self._late_since = arrival
-        elif arrival - self._late_since > self._patience:
-            self._usual = self._least_late
-        return delay - self._usual
+        self._heard_for += clamp(arrival - self._last_arrival, 0.0, LONGEST_GAP)
+        self._last_arrival = arrival
+        self._least.add(self._heard_for, arrival - stamp)
+        assert self._least.value is not None
+        return arrival - stamp - self._least.value
 
 
 class _Least:

@@ -9,7 +9,6 @@ from typing import NamedTuple, Optional, Sequence, Tuple
 from tb3_labs.localization.sender_clock import Lateness
 from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.supervision.freshness import Freshness
-from tb3_labs.supervision.permission import LONGEST_LAPSE
 
 #: A pad that is silent for longer than this is lost [s].
 PAD_TIMEOUT = 0.25
@@ -56,7 +55,7 @@ class PadListener:
         #: Does the pad repeat an unchanged state?
         self.repeats = False
         self._config = config
-        self._lateness = Lateness(LONGEST_LAPSE)
+        self._lateness = Lateness()
         self._heard_since = math.inf     # from then on the lateness of messages is learned
         self._is_late = False
         self._last: Optional[Tuple[Sequence[float], Sequence[int]]] = None    # message,
