@@ -62,7 +62,7 @@ from tb3_labs.ros.move_to_goal.goals import GoalInterfaces
 from tb3_labs.ros.move_to_goal.pose_frames import PoseFrames
 from tb3_labs.ros.move_to_goal.resets import ResetInterfaces
 from tb3_labs.ros.node import run
-from tb3_labs.ros.parameters import read_config, read_model
+from tb3_labs.ros.parameters import read_config, read_model, use_up
 from tb3_labs.ros.reconfigure import LiveSettings
 from tb3_labs.ros.topics import subscribe
 from tb3_labs.ros.traffic import Traffic
@@ -77,6 +77,7 @@ class MoveToGoal:
 
     def __init__(self):
         start, drive = read_config(MoveToGoalConfig, DriveConfig)
+        use_up('~has_control')    # else a later start would find it, and drive
         self._model = read_model()
         self._response = Response()              # of this robot, learned while it moves
         self._core = MoveToGoalCore(make_law(drive, self._model, self._response),

@@ -22,7 +22,9 @@ from std_msgs.msg import Bool, Float64, String
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
+from tb3_labs.ros.testing.node_process import Program
 from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.topics import AT_ONCE
 from tb3_labs.srv import ResetPose
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
@@ -36,6 +38,17 @@ PROMPT = 0.25
 PATIENCE = 0.5
 #: After a sleep of this length a process does not go on by itself [s].
 TOO_LONG = 2.2
+#: A student's own gamepad node: it latches its words, one in each line that it reads.
+STUDENT = """
+import sys
+import rospy
+from std_msgs.msg import Bool
+rospy.init_node('student')
+words = rospy.Publisher('ctrl_relinq', Bool, queue_size=5, latch=True)
+print('connected')
+for line in sys.stdin:
+    words.publish(line.strip() == 'True')
+"""
 #: Time from its waking to the last command that it had begun to send before [s].
 UNDER_WAY = 0.1
 
@@ -161,6 +174,27 @@ class StopsTest(NodeCase):
         self.start('move2goal_tf.py', '_goal_x:=90', '_has_control:=true')
         self.seen.wait_for('ground_truth', lambda pose: pose.distance_to(start) > 0.02, STARTING)
         self.is_stopped(self.thumb.press(B))
+
+    def test_the_first_word_of_a_sender_that_latches_is_a_stop(self):
+        """It was connected all the time, and had said nothing: its False is not an old one."""
+        student = Program([sys.executable, '-c', STUDENT], terminal=True)
+        self.addCleanup(student.kill)
+        student.wait_for('connected', STARTING)
+        self.move_to_goal()
+        self.let_it_drive(self.by_hand)
+        self.let_pass(AT_ONCE)
+        said = rospy.get_time()
+        student.type('False')
+        self.is_stopped(said)
+
+    def test_what_was_given_at_the_start_is_used_up(self):
+        """A later start with the same parameters on the master waits for control."""
+        start = self.rest()
+        node = self.start('move2goal_tf.py', '_goal_x:=90', '_has_control:=true')
+        self.seen.wait_for('ground_truth', lambda pose: pose.distance_to(start) > 0.02, STARTING)
+        node.end()
+        self.start('move2goal_tf.py')
+        self.seen.wait_for('goal_state', lambda state: state == 'waiting for control', STARTING)
 
     def test_a_tap_on_b_while_messages_are_held_up(self):
         """The gamepad node gets them all at once: A given, B tapped, and let go again."""

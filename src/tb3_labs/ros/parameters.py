@@ -39,3 +39,9 @@ def read_config(*kinds, of=None):
 def read_model():
     """The robot's numbers, by ``~model``, else by TURTLEBOT3_MODEL in the environment."""
     return model_called(rospy.get_param('~model', NOT_GIVEN), os.environ)
+
+
+def use_up(name):
+    """Delete the parameter `name`, if it is set: it was meant for this start of the node only."""
+    if rospy.has_param(name):
+        rospy.delete_param(name)

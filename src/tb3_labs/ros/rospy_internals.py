@@ -5,7 +5,10 @@ rospy may change them at any time. They were read in the sources of rospy and ro
 """
 import importlib
 import logging
+import os
 import select
+import threading
+import time
 from io import BytesIO
 from typing import NamedTuple
 
@@ -26,6 +29,18 @@ def connection_of(message):
     Without it (`_connection_header`) an AttributeError ends the node at its first event.
     """
     return message._connection_header
+
+
+def connected_for():
+    """Time since rospy began to connect to the sender of the message in hand [s]; to be called in
+    the callback.
+
+    Each connection has a thread of its own (`robust_connect_subscriber`), which calls back. If
+    that changes, stops that were said before a node started count as said now.
+    """
+    with open('/proc/self/task/{}/stat'.format(threading.get_native_id())) as status:
+        started_at = int(status.read().rpartition(')')[2].split()[19]) / os.sysconf('SC_CLK_TCK')
+    return time.clock_gettime(time.CLOCK_BOOTTIME) - started_at
 
 
 def sender_of(subscriber, message):

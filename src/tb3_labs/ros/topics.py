@@ -15,10 +15,12 @@ import rospy
 from tb3_labs.control.pace import Listening
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.node import guarded
-from tb3_labs.ros.rospy_internals import connection_of, is_wall_time
+from tb3_labs.ros.rospy_internals import connected_for, connection_of, is_wall_time
 
 #: Time between two warnings of invalid messages on one topic [s].
 INVALID_TOLD = 1.0
+#: A message that is repeated to a new connection arrives within this time [s].
+AT_ONCE = 0.3
 
 
 def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_for=None):
@@ -62,9 +64,9 @@ class Event(NamedTuple):
 
     value: Any
     sender: str
-    header: dict    # of the connection: rospy's own fields, and those the sender added
-    is_old: bool    # latched before this node started
-    is_late: bool   # latched while the connection was lost, at an unknown time
+    header: dict         # of the connection: rospy's own fields, and those the sender added
+    is_doubtful: bool    # latched, and perhaps said before: nothing that may move a robot
+    is_old: bool         # latched, and said before this node started
 
 
 def subscribe_events(topic, kind, callback, read=None, queue_size=None):
@@ -74,18 +76,18 @@ def subscribe_events(topic, kind, callback, read=None, queue_size=None):
 
     def to_event(message):
         header = connection_of(message)
-        is_old, is_late = replays.judge(header)
+        is_doubtful, is_old = replays.judge(header)
         value = message if read is None else read(message)
-        return Event(value, header.get('callerid', ''), header, is_old, is_late)
+        return Event(value, header.get('callerid', ''), header, is_doubtful, is_old)
 
     return subscribe(topic, kind, callback, to_event, queue_size=queue_size)
 
 
 def subscribe_news(topic, kind, callback, queue_size=None):
-    """As :func:`subscribe_events`, but old and late messages are dropped with a warning; `callback`
+    """As :func:`subscribe_events`, but doubtful messages are dropped with a warning; `callback`
     gets the message itself."""
     def hear(event):
-        if event.is_old or event.is_late:
+        if event.is_doubtful:
             rospy.logwarn('%s: what %s said there before this node could hear it does not count; '
                           'say it again', rospy.resolve_name(topic), event.sender)
         else:
@@ -95,7 +97,7 @@ def subscribe_news(topic, kind, callback, queue_size=None):
 
 
 class _Replays:
-    """Finds latched messages that are older than this node, or than a connection that was lost.
+    """Finds latched messages that may be older than this node, or than a connection that was lost.
 
     Each connection has a thread of its own; threads of different senders use different entries.
     """
@@ -107,13 +109,16 @@ class _Replays:
         self._headers = {}    # {sender: header of its latest connection}
 
     def judge(self, header):
-        """(is old, is late) of a message that came by the connection with this header."""
+        """(is doubtful, is old) of a message that came by the connection with this header."""
         sender = header.get('callerid', '')
         known = self._headers.get(sender)
         self._headers[sender] = header
-        came_with_connection = header.get('latching') == '1' and known is not header
-        return (came_with_connection and known is None and sender in self._before,
-                came_with_connection and known is not None)
+        if header.get('latching') != '1' or known is header:
+            return False, False
+        was_there = known is None and sender in self._before
+        # A sender repeats its latched message as soon as it is connected. It may also have said
+        # nothing yet; its first message is then a new one.
+        return was_there or known is not None, was_there and connected_for() < AT_ONCE
 
 
 def _publishers(topic):

@@ -62,7 +62,8 @@ class ControlTaker:
         """Call `told(granted, sender, renews)` and `heard_of_old(granted, sender)` from now on, as
         those of permission.Permission."""
         def hear(event):
-            if event.is_old or (event.is_late and event.value):
+            # a stop counts unless it is surely old, also where a giving is in doubt
+            if event.is_old or (event.is_doubtful and event.value):
                 heard_of_old(event.value, event.sender)
             else:
                 told(event.value, event.sender, RENEWS.items() <= event.header.items())
