@@ -88,21 +88,22 @@ class MoveToGoal:
         self._cmd_vel = CmdVel()
         self._display = LocalDisplay(frame('local'))
         self._status = DriveStatusPublisher(self._core, frame('local'))
+        self._control = ControlTaker()
+        self._had_control = False                # at the last update
+        self._watchdog = Watchdog(self._tick)
         self._goals = GoalInterfaces(self._set_goal, self._cancel)
         ResetInterfaces(self._reset, self._to_local)
-        self._watchdog = Watchdog(self._tick)
-        self._had_control = False                # at the last update
         self._rivals = Rivals(self._cmd_vel)
         LiveSettings(drive, self._on_settings)
-        self._control = ControlTaker()
-        self._update_control()
+        with self._changed:
+            self._update_control()
+        self._control.hear(self._told_control, self._heard_of_old_control)
         subscribe('imu', Imu, self._on_imu, to_imu_sample, self._core.imu,
                   idle_for=self._idle_for)
         # every message: one of them may hold the displacement that the firmware reverses
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample,
                   self._core.odometry, queue_size=None)
         self._core.begin_control()    # the lines above may take seconds, which are no sleep
-        self._control.hear(self._told_control, self._heard_of_old_control)
         self._sources = SourceReport(
             (self._core.imu, Traffic('imu', Imu), rospy.get_time),
             (self._core.odometry, Traffic('odom', Odometry), rospy.get_time))
@@ -210,6 +211,7 @@ class MoveToGoal:
     def _set_goal(self, header, pose):
         goal = self._to_local(header, pose, also_local=())
         with self._changed:
+            self._update_control()    # it notices a sleep, which the goal may be as old as
             self._core.set_goal(goal)
             self._status.update(rospy.get_time())
         return goal

@@ -80,6 +80,7 @@ class Controller:
         Diagnostics(self._model.name, self._diagnose)
         say_what_is_awaited({'imu': lambda: self._core.imu.count})
         LiveSettings(config, self._on_settings)
+        self._tick()
 
     def _on_imu(self, sample):
         with self._lock:
@@ -133,6 +134,7 @@ class Controller:
     def _turn(self, degrees):
         """Turn by `degrees`; ``ValueError`` where that is refused."""
         with self._lock:
+            self._core.update(steady_time())
             self._core.ask(degrees, rospy.get_time())
         self._tick()
 
@@ -140,7 +142,7 @@ class Controller:
         """Send the command that is due; after a change of the driver, one zero comes first."""
         with self._lock:
             now = rospy.get_time()
-            self._core.update_mouse(steady_time())
+            self._core.update(steady_time())
             due = self._core.due(now)
             command = self._core.command(now) if due else None
             if self._core.driver is not self._driver:

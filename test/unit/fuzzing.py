@@ -206,7 +206,7 @@ class Fuzz:
     def look(self):
         now = self.now
         self.navigator.update_control(self.steady)
-        self.controller.update_mouse(self.steady)
+        self.controller.update(self.steady)
         if self.navigator.due(now):
             allowed = self.navigator.has_control
             command = self.navigator.command(now)

@@ -337,8 +337,11 @@ def hold_link(world):
 
 def goal(world):
     if world.mover is not None:
+        try:
+            world.mover.set_goal(Pose2(world.chance.uniform(20.0, 60.0), 0.0, 0.0))
+        except ValueError:
+            return
         world.note('goal')
-        world.mover.set_goal(Pose2(world.chance.uniform(20.0, 60.0), 0.0, 0.0))
 
 
 def cancel(world):

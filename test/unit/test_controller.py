@@ -50,7 +50,7 @@ class Bench:
         if self.mouse and self.now >= self._next_mouse:
             self._next_mouse = self.now + MOUSE_PERIOD
             self.controller.on_mouse(*self.mouse, self.now)
-        self.controller.update_mouse(self.now)
+        self.controller.update(self.now)
         if self.controller.due(self.now):
             command = self.controller.command(self.now)
             self.sent.append((self.now, command))
@@ -374,6 +374,7 @@ class Desk:
         for _ in range(round(seconds / 0.05)):
             self.now += 0.05
             self.tremble = -self.tremble
+            self.core.update(self.now)
             if imu:
                 self.core.on_imu(ImuSample(self.now, self.yaw + self.tremble, self.rate), self.now)
             if self.core.due(self.now):
@@ -479,12 +480,46 @@ def test_a_turn_begins_anew_from_where_the_robot_looks_after_a_short_silence(des
     assert desk.told('Stopped: no imu', warning=True) and desk.told('Going on')
 
 
+@pytest.mark.parametrize('awake_first', [True, False])
+def test_a_mouse_that_drove_when_this_process_fell_asleep_does_not_drive_when_it_wakes(
+        bench, awake_first):
+    """Whether the clock or the mouse is looked at first."""
+    bench.hold(True, 0.0, 1.0)
+    bench.run(0.5)
+    bench.controller.imu.heard(bench.now)
+    woke = bench.now + 5.0                 # SIGSTOP, or a suspended computer: nobody looked
+    if awake_first:
+        bench.controller.update(woke)
+    for k in range(100):                   # the messages of that time, all at once
+        bench.controller.on_mouse(True, 0.0, 1.0, woke + 1e-4 * k)
+        assert bench.controller.command(woke + 1e-4 * k) is None
+    for later in (0.15, 0.3, 0.4):
+        bench.controller.on_mouse(True, 0.0, 0.0, woke + later)    # the middle
+    bench.controller.on_mouse(True, 0.0, 1.0, woke + 0.45)
+    assert bench.controller.command(woke + 0.45) == Twist2(0.5, 0.0)
+
+
+@pytest.mark.parametrize('slept, refused', [(0.4, False), (0.6, True), (5.0, True)])
+def test_a_turn_that_may_have_been_asked_for_during_a_sleep_is_refused(bench, slept, refused):
+    """The mouse may have been deactivated since."""
+    woke = bench.now + slept
+    bench.controller.imu.heard(woke)
+    bench.controller.update(woke)
+    if refused:
+        with pytest.raises(ValueError, match='while this node did not run'):
+            bench.controller.ask(90.0, woke)
+        bench.controller.imu.heard(woke + 0.31)
+        bench.controller.update(woke + 0.31)
+        woke += 0.31
+    bench.controller.ask(90.0, woke)
+
+
 def test_a_turn_in_which_this_process_slept_is_given_up(desk):
     desk.ask()
     desk.run(0.2)
-    desk.now += 3.0                       # nobody looked, nobody heard
-    assert desk.run(0.5) == [None]
-    assert desk.told('its end: this node did not run for 3.1 s', warning=True)
+    desk.now += 2.95                      # nobody looked, nobody heard
+    assert desk.run(0.5) == [] and desk.core.driver is Driver.NOBODY
+    assert desk.told('its end: this node did not run for 3.0 s', warning=True)
 
 
 def test_a_frozen_imu_ends_a_turn_and_the_time_before_does_not_count(desk):

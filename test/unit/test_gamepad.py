@@ -63,6 +63,13 @@ class Pad:
         return self.controller.holder
 
 
+def look(controller, since, until):
+    """The node runs, and hears nothing of the pad."""
+    for tick in range(int((until - since) / 0.1)):
+        controller.update(since + 0.1 * tick)
+    controller.update(until)
+
+
 def warned(controller, words):
     return any(words in news.text and news.warning for news in controller.take_news())
 
@@ -200,6 +207,7 @@ def test_an_a_that_the_network_held_up_for_long_does_not_count(late, counts):
     for tick in range(40):
         controller.on_joy([0.0] * 6, [0] * 8, 100.0 + 0.05 * tick, 7.0 + 0.05 * tick)
     controller.take_words()
+    look(controller, 102.0, 102.04 + late)
     controller.on_joy([0.0] * 6, [0] * 8, 102.04 + late, 9.04)
     controller.on_joy([0.0] * 6, [1] + [0] * 7, 102.05 + late, 9.05)
     words = controller.take_words()
@@ -340,9 +348,11 @@ def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stop):
     if stop == 'lost':
         controller.on_joy([0.0, 1.0] + [0.0] * 4, [0] * 8, 101.0, 8.0)
         assert controller.command(101.3) is None
-    elif stop == 'taken':
+    look(controller, 101.0, 101.3)
+    if stop == 'taken':
         controller.on_taken(101.3)
     controller.take_words()
+    look(controller, 101.3, 101.5)
     # released at 101.5: rest, A pressed at 101.1; or B before it
     for buttons, stamp in (([0, 0], 8.05), ([0, int(stop == 'B')], 8.07), ([1, 0], 8.1), ([0, 0], 8.2)):
         controller.on_joy([0.0] * 6, buttons + [0] * 6, 101.5, stamp)
@@ -359,6 +369,31 @@ def test_an_a_of_a_pad_that_was_heard_for_a_moment_only_does_not_count(after, co
         controller.on_joy([0.0] * 6, buttons + [0] * 7, now, now - 90.0 if stamped else 0.0)
     assert (True in controller.take_words()) is counts
     assert warned(controller, 'the moment the pad was first heard') is not counts
+
+
+@pytest.mark.parametrize('slept, drives', [(1.0, True), (3.0, False)])
+def test_a_stick_that_is_pushed_as_a_long_sleep_ends_must_be_let_go(slept, drives):
+    pad = Pad(repeats=False)
+    pad.now += slept
+    pad.sticks, pad.repeats = (1.0, 0.0), True
+    assert (pad.run(0.5)[-1] == pytest.approx(BURGER_FULL)) is drives
+    pad.sticks = (0.0, 0.0)
+    pad.run(0.2)
+    pad.sticks = (1.0, 0.0)
+    assert pad.run(0.2)[-1] == pytest.approx(BURGER_FULL)
+
+
+def test_an_a_that_waited_while_this_node_slept_does_not_count():
+    """B may have been pressed on another pad since."""
+    pad = Pad(repeats=False)
+    pad.now += 1.0
+    pad.press(A)
+    assert True not in pad.said() and warned(pad.controller, 'while this node did not run')
+    pad.press(B)
+    assert pad.said() == [False]                # a stop counts all the same
+    pad.run(0.5)
+    pad.press(A)
+    assert True in pad.said()
 
 
 @pytest.mark.parametrize('slept, gives', [(1.0, True), (3.0, False)])

@@ -57,11 +57,24 @@ def test_a_lost_mouse_comes_back_by_the_middle_or_a_deactivation(active, x):
     mouse.heard(True, 0.9, 0.0, 0.0)
     mouse.release()
     assert not mouse.active
-    mouse.heard(True, 0.9, 0.0, 1.0)
+    for now in (1.0, 1.1, 1.2, 1.3):
+        mouse.heard(True, 0.9, 0.0, now)
     assert not mouse.active
-    mouse.heard(active, x, 0.0, 1.1)
-    mouse.heard(True, 0.9, 0.0, 1.2)
+    mouse.heard(active, x, 0.0, 1.4)
+    mouse.heard(True, 0.9, 0.0, 1.5)
     assert mouse.active and not mouse.is_centred
+
+
+@pytest.mark.parametrize('active, x', [(True, 0.0), (False, 0.9)])
+def test_messages_of_a_silence_do_not_bring_a_lost_mouse_back(active, x):
+    """They come together when the silence ends, and may be as old as that."""
+    mouse = Mouse()
+    mouse.heard(True, 0.9, 0.0, 0.0)
+    mouse.release()
+    for k in range(20):
+        mouse.heard(active, x, 0.0, 5.0 + 0.001 * k)
+    mouse.heard(True, 0.9, 0.0, 5.1)
+    assert not mouse.active
 
 
 def test_an_invalid_position_leaves_the_mouse_as_it_was():

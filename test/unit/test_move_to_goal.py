@@ -227,6 +227,21 @@ def test_a_node_that_did_not_run_for_long_waits_to_be_told(slept, goes_on):
         assert None not in robot.run(0.2)[2:]
 
 
+def test_what_may_have_been_said_during_a_short_sleep_sets_nothing_in_motion():
+    """A cancel, or a stop, may have been said after it: each topic has a thread of its own."""
+    robot = driving()
+    robot.control(False)
+    robot.now += 1.0
+    robot.control(True)
+    with pytest.raises(ValueError, match='while this node did not run'):
+        robot.core.set_goal(Pose2(5.0))
+    assert set(robot.run(0.4)) == {None}
+    robot.core.set_goal(Pose2(5.0))
+    robot.control(False)
+    robot.control(True)
+    assert None not in robot.run(0.2)[2:]
+
+
 @pytest.mark.parametrize('goal_is_new', [False, True])
 def test_a_cancelled_goal_comes_back_neither_by_a_reset_nor_by_control(goal_is_new):
     robot = driving()

@@ -38,7 +38,7 @@ class ControllerCore:
         self._heading = Heading()
         self._sensors = SensorWatch(self.imu)
         self._frozen = FrozenWatch()
-        self._sleep = SleepWatch(RESUME_TIME)    # during a turn
+        self._sleep = SleepWatch()
         self._turn: Optional[Turn] = None        # driven, or waiting for rest to be judged
         self._carried = 0.0                      # error of the turn before, to be corrected [rad]
         self._mouse = Mouse()
@@ -68,6 +68,7 @@ class ControllerCore:
         `now` is on a clock that never stands still and never goes back, since a person moves the
         mouse.
         """
+        self.update(now)
         was_active = self._mouse.active
         self._mouse.heard(active, x, y, now)
         if self._mouse.active:
@@ -84,7 +85,7 @@ class ControllerCore:
         """Turn by `degrees`, left positive; ``ValueError`` with the reason of a refusal.
 
         During a turn the precise law moves its goal by `degrees`; the handout's law begins anew
-        from the present heading.
+        from the present heading. To be called after :meth:`update`.
         """
         angle = math.radians(degrees)
         extended = self._turn if self.driver is Driver.TURN and self._law.extends else None
@@ -99,9 +100,15 @@ class ControllerCore:
         self._news.tell('Turning {:g} degrees'.format(round(math.degrees(asked), 6)))
         self._happens(DriverEvent.TURN_ASKED)
 
-    def update_mouse(self, now: float) -> None:
-        """Release an active mouse that is lost; `now` as in :meth:`on_mouse`. To be called
-        repeatedly while :attr:`watched`."""
+    def update(self, now: float) -> None:
+        """Look at the clock; `now` as in :meth:`on_mouse`. To be called ten times a second.
+
+        A turn during which this process slept for long is given up. An active mouse that is lost is
+        released.
+        """
+        self._sleep.update(now)
+        if self._sleep.slept_for > RESUME_TIME and self.driver is Driver.TURN:
+            self._happens(DriverEvent.TURN_OVER, self._sleep.in_words())
         if self._mouse.is_lost(now):
             self._mouse.release()
             self._mouse_is_new = True
@@ -134,7 +141,7 @@ class ControllerCore:
 
     @property
     def watched(self) -> bool:
-        """Must the node call the update methods even if no message arrives?"""
+        """Must the node look at the clock more often, since messages may stop?"""
         return self.driver is not Driver.NOBODY or self._mouse.active
 
     def problem(self, now: float) -> str:
@@ -157,7 +164,7 @@ class ControllerCore:
         self._mouse_is_new = False
         if self.driver is Driver.MOUSE:
             return self._mouse.twist
-        if self.driver is Driver.TURN and self._was_awake(now) and self._sensors_allow(now):
+        if self.driver is Driver.TURN and self._sensors_allow(now):
             return self._turn_on(now)
         self._pace.skip(now)
         return None
@@ -174,6 +181,9 @@ class ControllerCore:
         if not abs(angle) <= self._law.MAX_ANGLE + 1e-9:    # "not <=" also catches NaN
             raise ValueError('cannot turn by {:g} degrees: {}'.format(
                 math.degrees(angle), self._law.MAX_ANGLE_IN_WORDS))
+        if self._sleep.is_waking:
+            raise ValueError('cannot turn: this may have been asked while this node did not run; '
+                             'ask again')
         if self.driver is Driver.MOUSE:
             raise ValueError('cannot turn: the mouse is driving; move it to the middle of the '
                              'screen, or scroll up, then ask again')
@@ -193,14 +203,6 @@ class ControllerCore:
         self._pace.pause()
         self._sensors.pause()
         self._frozen.start()
-        self._sleep.start()
-
-    def _was_awake(self, now: float) -> bool:
-        """Give up a turn during which this process slept; True where it did not sleep."""
-        self._sleep.update(now)
-        if self._sleep.slept_for:
-            self._happens(DriverEvent.TURN_OVER, self._sleep.in_words())
-        return not self._sleep.slept_for
 
     def _sensors_allow(self, now: float) -> bool:
         turn = self._turn

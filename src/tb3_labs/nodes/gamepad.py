@@ -38,7 +38,7 @@ class GamepadCore:
         self._model = model
         self._pad = PadListener(config)
         self._words = ControlWords()
-        self._sleep = SleepWatch(LONGEST_LAPSE)
+        self._sleep = SleepWatch()
         self._silent_until = 0.0
         self._is_new = False         # something changed, so a command is due
         self._asked_by = PadState()  # the state of the latest command,
@@ -54,6 +54,7 @@ class GamepadCore:
 
         ``ValueError`` for another kind of pad.
         """
+        self._look_at_clock(now)
         message = self._pad.hear(axes, buttons, now, stamp)
         state, before = message.state, message.before
         self._is_new = True
@@ -86,20 +87,15 @@ class GamepadCore:
             self._happens(HolderEvent.TAKEN, now)
 
     def update(self, now: float) -> None:
-        """Look at the clock; to be called repeatedly while :attr:`watched`.
+        """Look at the clock; to be called ten times a second, and more often while :attr:`watched`.
 
-        A pad at rest is ready as soon as it has been heard for long enough. After a sleep of this
-        process its permission is taken back.
+        A pad at rest is ready as soon as it has been heard for long enough.
         """
+        self._look_at_clock(now)
         state = self._pad.state
         if self.holder is Holder.NOBODY and state is not None and state.at_rest and (
                 not self._config.has_hold and self._pad.is_current(now)):
             self._happens(HolderEvent.READY, now)
-        self._sleep.update(now)
-        if self.gives and self._sleep.slept_for:
-            self._news.tell('This node did not run for {:.1f} s: press A to let move_to_goal drive '
-                            'again'.format(self._sleep.slept_for), warning=True)
-            self.on_taken(now)
 
     # -- what comes out
 
@@ -128,7 +124,7 @@ class GamepadCore:
 
     @property
     def watched(self) -> bool:
-        """Must the node call :meth:`update` even if no message arrives?"""
+        """Must the node look at the clock more often, since messages may stop?"""
         return self.gives or self._drives() or (
             self._pad.state is not None and self.holder is Holder.NOBODY)
 
@@ -171,10 +167,26 @@ class GamepadCore:
         return not self.joy.is_fresh(now) and (
             self._drives() or (self.gives and not self._config.drive_without_pad))
 
+    def _look_at_clock(self, now: float) -> None:
+        """After a long sleep of this process its permission is taken back, and its sticks must have
+        been at rest."""
+        self._sleep.update(now)
+        if self._sleep.slept_for <= LONGEST_LAPSE:
+            return
+        if self.gives:
+            self._news.tell('This node did not run for {:.1f} s: press A to let move_to_goal drive '
+                            'again'.format(self._sleep.slept_for), warning=True)
+            self.on_taken(now)
+        elif self.holder is Holder.GAMEPAD:
+            self._happens(HolderEvent.LOST, now)
+
     # -- who holds the robot
 
     def _relinquish(self, now: float, lateness: float) -> None:
-        if not self._pad.tells_lateness(now):
+        if self._sleep.is_waking:
+            self._news.tell('A may have been pressed while this node did not run: press it again',
+                            warning=True)
+        elif not self._pad.tells_lateness(now):
             self._news.tell('A was pressed the moment the pad was first heard: press it again',
                             warning=True)
         elif self._words.too_late(now, lateness):

@@ -9,6 +9,7 @@ import math
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.limits import clamp
 from tb3_labs.supervision.freshness import Freshness
+from tb3_labs.supervision.sleep import WAKING
 
 #: An active mouse that is silent for longer than this is lost [s].
 MOUSE_TIMEOUT = 0.2
@@ -22,7 +23,8 @@ class Mouse:
     """The mouse: is it active, and its velocity.
 
     A mouse that was lost while it was active stays inactive until it is in the middle of the
-    screen, or is deactivated. So a mouse that comes back does not drive at once.
+    screen, or is deactivated. So a mouse that comes back does not drive at once. Messages that came
+    together after a silence do not count for that: they may be as old as the silence.
     """
 
     def __init__(self) -> None:
@@ -31,12 +33,15 @@ class Mouse:
         #: The velocity that an active mouse asks for; zero in the middle of the screen.
         self.twist = Twist2()
         self._was_lost = False
+        self._back_at = -math.inf    # end of the last silence
 
     def heard(self, active: bool, x: float, y: float, now: float) -> None:
         """A message arrived; ``ValueError`` for a position that is not finite."""
         twist = mouse_twist(x, y)
+        if not self.source.is_fresh(now):
+            self._back_at = now
         self.source.heard(now)
-        if not active or twist == Twist2():
+        if (not active or twist == Twist2()) and now - self._back_at >= WAKING:
             self._was_lost = False
         self.active = active and not self._was_lost
         if self.active:

@@ -107,8 +107,10 @@ class MoveToGoalCore:
             self._machine.restart()
 
     def set_goal(self, goal: Pose2) -> None:
-        """Replace the goal; ``ValueError`` if it is too far."""
+        """Replace the goal; ``ValueError`` if it is too far, or may be older than a cancel."""
         check_pose(goal)
+        if self._permission.is_waking:
+            raise ValueError('it may have been sent while this node did not run: send it again')
         self._machine.set_goal(goal)
         self._pause()
 
@@ -147,8 +149,8 @@ class MoveToGoalCore:
         self._permission.heard_of_old(granted, sender)
 
     def update_control(self, now: float) -> None:
-        """Check whether the permission still holds. To be called at least once a second; `now` as
-        in permission.Permission."""
+        """Check whether the permission still holds. To be called ten times a second, and before a
+        goal is set; `now` as in permission.Permission."""
         permission, machine = self._permission, self._machine
         permission.update(now)
         for news in permission.take_news():

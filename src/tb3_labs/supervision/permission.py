@@ -11,13 +11,13 @@ a person gives the machine anew):
 * If the renewals stop for `LAPSE`, the giving is suspended. A renewal before `LONGEST_LAPSE`
   restores it. After a longer silence it is gone.
 * If this process did not run for longer than `LONGEST_LAPSE`, all givings are gone. A True that it
-  hears within `WAKING` after it wakes does not count, since it may be old.
+  hears while it wakes from a sleep does not count: it may be older than a stop.
 * A True does not count if it was sent more than `LONGEST_LAPSE` ago, before another sender's
   False, or before this node started. Renewals that arrive faster than one in each `RENEWAL` show
   that it was delayed.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
-:meth:`Permission.update` is to be called at least once a second; it notices a sleep of the process.
+:meth:`Permission.update` is to be called ten times a second; it notices a sleep of the process.
 Edge case: a sender that renews must do so once before the robot may move. So a True of a dead
 sender, or a delayed one, moves nothing.
 """
@@ -36,8 +36,6 @@ LONGEST_LAPSE = 2.0
 #: A giving holds after a renewal that comes later than this [s]. Earlier renewals may have been
 #: delayed and arrived together with it; they do not show that the sender is alive.
 CONFIRMATION = 0.04
-#: Messages within this time after a sleep may be as old as the sleep [s].
-WAKING = 0.3
 
 
 class _Giving:
@@ -85,8 +83,7 @@ class Permission:
         self._stops: Dict[str, float] = {}
         self._refused: Set[str] = set()    # senders that were told that their True did not count
         self._born_at = math.nan       # the time of the first update
-        self._sleep = SleepWatch(LONGEST_LAPSE)
-        self._woke_at = -math.inf
+        self._sleep = SleepWatch()
         self._news = NewsDesk()
 
     def take_news(self) -> List[News]:
@@ -96,6 +93,11 @@ class Permission:
     def begin(self) -> None:
         """Senders can be heard from now on: the time in which the process started was no sleep."""
         self._sleep.start()
+
+    @property
+    def is_waking(self) -> bool:
+        """Did this process wake from a sleep just now, so that messages may be as old as that?"""
+        return self._sleep.is_waking
 
     @property
     def stands(self) -> bool:
@@ -114,7 +116,7 @@ class Permission:
             self._refused.discard(sender)
         elif sender in self._givings:
             self._givings[sender].renewed(now)
-        elif now - self._woke_at < WAKING:
+        elif self.is_waking:
             self._refuse(sender, 'Control from {} does not count: it may have been given while '
                          'this node did not run. False, then True, gives it again')
         elif not repeated:
@@ -148,8 +150,7 @@ class Permission:
         if math.isnan(self._born_at):
             self._born_at = now
         self._sleep.update(now)
-        if self._sleep.slept_for:
-            self._woke_at = now
+        if self._sleep.slept_for > LONGEST_LAPSE:
             self._end_all(self._sleep.in_words())
         for sender, giving in list(self._givings.items()):
             reason = self._objection(sender, giving, now)
