@@ -91,8 +91,8 @@ class MoveToGoal:
         self._control = ControlTaker()
         self._had_control = False                # at the last update
         self._watchdog = Watchdog(self._tick)
-        self._goals = GoalInterfaces(self._set_goal, self._cancel)
-        ResetInterfaces(self._reset, self._to_local)
+        self._goals = GoalInterfaces(self._set_goal, self._cancel, self._frames.await_frame)
+        ResetInterfaces(self._reset, self._declared)
         self._rivals = Rivals(self._cmd_vel)
         LiveSettings(drive, self._on_settings)
         with self._changed:
@@ -203,13 +203,19 @@ class MoveToGoal:
         if resets:
             self._changed.notify_all()
 
-    def _to_local(self, header, pose, also_local=('map',)):
+    def _declared(self, header, pose):
+        """A pose of a reset in local; `map` means local there, since the handout's client says so.
+        """
+        self._frames.await_frame(header, ('map',))
+        return self._to_local(header, pose, ('map',))
+
+    def _to_local(self, header, pose, also_local=()):
         with self._changed:
             odom_T_local = self._core.odom_T_local
         return self._frames.to_local(header, pose, odom_T_local, also_local)
 
     def _set_goal(self, header, pose):
-        goal = self._to_local(header, pose, also_local=())
+        goal = self._to_local(header, pose)
         with self._changed:
             self._update_control()    # it notices a sleep, which the goal may be as old as
             self._core.set_goal(goal)

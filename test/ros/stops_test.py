@@ -17,6 +17,7 @@ import rospy
 import rostest
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped
+from move_base_msgs.msg import MoveBaseActionGoal
 from std_msgs.msg import Bool, Float64, String
 
 from tb3_labs.geometry.angles import difference
@@ -42,12 +43,18 @@ TOO_LONG = 2.2
 STUDENT = """
 import sys
 import rospy
+from move_base_msgs.msg import MoveBaseActionGoal
 from std_msgs.msg import Bool
 rospy.init_node('student')
 words = rospy.Publisher('ctrl_relinq', Bool, queue_size=5, latch=True)
+goals = rospy.Publisher('move2goal/goal', MoveBaseActionGoal, queue_size=5, latch=True)
 print('connected')
 for line in sys.stdin:
-    words.publish(line.strip() == 'True')
+    if line.strip() == 'goal':
+        goals.publish(MoveBaseActionGoal())
+    else:
+        words.publish(line.strip() == 'True')
+    print('said')
 """
 #: Time from its waking to the last command that it had begun to send before [s].
 UNDER_WAY = 0.1
@@ -64,6 +71,7 @@ class StopsTest(NodeCase):
             cls.seen.watch(topic, String, lambda message: message.data)
         cls.hand = rospy.Publisher('ctrl_relinq', Bool, queue_size=5)
         cls.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
+        cls.actions = rospy.Publisher('move2goal/goal', MoveBaseActionGoal, queue_size=1)
         cls.cancels = rospy.Publisher('move2goal/cancel', GoalID, queue_size=1)
         cls.turns = rospy.Publisher('turn', Float64, queue_size=5)
         cls.thumb = Thumb()
@@ -88,7 +96,7 @@ class StopsTest(NodeCase):
         node = self.start('move2goal_tf.py', '_goal_x:=90', '_max_angular:=0.3', *arguments)
         self.seen.wait_for('goal_state', lambda state: state == 'waiting for control',
                            STARTING)
-        self.wait_until_heard(self.hand, self.cancels)
+        self.wait_until_heard(self.hand, self.goals, self.actions, self.cancels)
         return node
 
     def gamepad(self):
@@ -216,6 +224,29 @@ class StopsTest(NodeCase):
         self.declare_origin()
         self.is_stopped(rospy.get_time(), 0.0)
         self.let_it_drive(lambda: self.goals.publish(to_pose_stamped(Pose2(50.0), 'local', 0.0)))
+
+    def test_a_cancel_does_not_wait_for_the_frame_of_another_goal(self):
+        """tf is asked for half a second whether it knows the frame."""
+        self.move_to_goal()
+        nowhere = MoveBaseActionGoal()
+        nowhere.goal.target_pose = to_pose_stamped(Pose2(1.0), 'nowhere', 0.0)
+        for send in (lambda: self.actions.publish(nowhere),
+                     lambda: self.goals.publish(nowhere.goal.target_pose)):
+            self.goals.publish(to_pose_stamped(Pose2(90.0), 'local', 0.0))
+            self.let_it_drive(self.by_hand)
+            send()
+            self.let_pass(0.1)        # until it is awaited
+            asked = rospy.get_time()
+            self.cancels.publish(GoalID())
+            self.is_stopped(asked)
+
+    def test_a_latched_goal_of_the_action_is_not_taken_again(self):
+        student = Program([sys.executable, '-c', STUDENT], terminal=True)
+        self.addCleanup(student.kill)
+        student.type('goal')
+        student.wait_for('said', STARTING)
+        node = self.move_to_goal()
+        node.wait_for('/move2goal/goal: what /student said there before this node could hear it')
 
     # -- sleep
 

@@ -84,16 +84,25 @@ def subscribe_events(topic, kind, callback, read=None, queue_size=None):
 
 
 def subscribe_news(topic, kind, callback, queue_size=None):
-    """As :func:`subscribe_events`, but doubtful messages are dropped with a warning; `callback`
-    gets the message itself."""
-    def hear(event):
-        if event.is_doubtful:
-            rospy.logwarn('%s: what %s said there before this node could hear it does not count; '
-                          'say it again', rospy.resolve_name(topic), event.sender)
-        else:
-            callback(event.value)
+    """A guarded subscriber of every message that is not doubtful, see :func:`only_news`."""
+    return subscribe(topic, kind, only_news(topic, callback), queue_size=queue_size)
 
-    return subscribe_events(topic, kind, hear, queue_size=queue_size)
+
+def only_news(topic, callback):
+    """`callback` for the messages of `topic`, except that doubtful ones are dropped with a warning.
+    """
+    replays = _Replays(rospy.resolve_name(topic))
+
+    def hear(message):
+        header = connection_of(message)
+        is_doubtful, _ = replays.judge(header)
+        if is_doubtful:
+            rospy.logwarn('%s: what %s said there before this node could hear it does not count; '
+                          'say it again', rospy.resolve_name(topic), header.get('callerid', ''))
+        else:
+            callback(message)
+
+    return hear
 
 
 class _Replays:

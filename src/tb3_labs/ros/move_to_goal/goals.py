@@ -7,7 +7,25 @@ from move_base_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseResult
 
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.node import guarded
-from tb3_labs.ros.topics import subscribe, subscribe_news
+from tb3_labs.ros.topics import only_news, subscribe, subscribe_news
+
+
+class _Server(ActionServer):
+    """An ActionServer that does not take a latched goal again, see :mod:`tb3_labs.ros.topics`, and
+    whose goals go through `take(header, take it)` before its lock is held."""
+
+    def __init__(self, take, on_goal, on_cancel):
+        super().__init__('move2goal', MoveBaseAction, on_goal, on_cancel, auto_start=False)
+        self._take = take
+        self._hear = guarded(only_news('move2goal/goal', self._on_news))
+
+    def internal_goal_callback(self, goal):
+        """actionlib's own subscriber calls this."""
+        self._hear(goal)
+
+    def _on_news(self, goal):
+        internal = super().internal_goal_callback
+        self._take(goal.goal.target_pose.header, lambda: internal(goal))
 
 
 class GoalInterfaces:
@@ -15,21 +33,25 @@ class GoalInterfaces:
 
     `set_goal(header, pose)` takes a goal and returns the object by which its end is reported here,
     or raises ``ValueError`` with the reason of a refusal. `cancel()` gives up the present goal.
-    Both are called with this object's lock held, so report only without locks of your own.
+    Both are called with this object's lock held, so report only without locks of your own, and do
+    not wait: a cancel needs that lock. `await_frame(header)` is called before, without it, and may
+    wait until the frame of a goal is known.
 
     A cancel on `move2goal/cancel` ends the goal that it names, or all goals until its time, or any
     goal if it has neither. That also holds for goals that actionlib does not know: a goal of the
     other source, and an ended goal that is driven to again after a reset.
     """
 
-    def __init__(self, set_goal, cancel):
+    def __init__(self, set_goal, cancel, await_frame):
         self._set_goal = set_goal
         self._cancel = cancel
+        self._await_frame = await_frame
+        self._cancels = 0             # number of cancels so far
+        self._is_cancelled = False    # did one come while the frame of the newest goal was awaited?
         self._goal = None             # the present goal
         self._handle = None           # its action goal, if it came by the action and goes on
         self._id = GoalID(stamp=rospy.Time.now())    # its name and time
-        self._server = ActionServer('move2goal', MoveBaseAction, guarded(self._on_action_goal),
-                                    guarded(self._on_cancel), auto_start=False)
+        self._server = _Server(self._take, guarded(self._on_action_goal), guarded(self._on_cancel))
         subscribe_news('move_base_simple/goal', PoseStamped, self._on_simple_goal, queue_size=1)
         # otherwise its status thread may still publish while the topics are closed
         rospy.on_shutdown(self._server.stop)
@@ -69,12 +91,21 @@ class GoalInterfaces:
 
     def _on_simple_goal(self, message):
         try:
-            with self._server.lock:
-                self._replace(message, None)
+            self._take(message.header, lambda: self._replace(message, None))
         except ValueError as problem:
             rospy.logwarn('Goal refused: %s', problem)
 
+    def _take(self, header, take):
+        """Call `take()` with the lock held, after the frame in `header` was awaited without it."""
+        cancels = self._cancels
+        self._await_frame(header)
+        with self._server.lock:
+            self._is_cancelled = self._cancels != cancels
+            take()
+
     def _replace(self, stamped, handle):
+        if self._is_cancelled:
+            raise ValueError('it was cancelled while its frame was awaited')
         goal = self._set_goal(stamped.header, stamped.pose)
         self._end(self._goal, 'set_canceled', 'replaced by a newer goal')
         if handle is not None:
@@ -97,6 +128,7 @@ class GoalInterfaces:
                 self._cancel_all()
 
     def _cancel_all(self):
+        self._cancels += 1
         self._cancel()
         self._end(self._goal, 'set_canceled', 'canceled')
 

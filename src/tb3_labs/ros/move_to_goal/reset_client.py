@@ -1,4 +1,4 @@
-"""Calls the reset service for a button, without blocking, one call at a time."""
+"""Calls the reset service for a button, without blocking, one call after the other."""
 import threading
 
 import rospy
@@ -12,19 +12,24 @@ class ResetClient:
     """Declares the robot to be at (0, 0, 0) in local, by `reset_pose`."""
 
     def __init__(self):
-        self._busy = threading.Lock()
+        self._asked = threading.Semaphore(0)
+        threading.Thread(target=guarded(self._run), name='reset', daemon=True).start()
 
     def reset(self):
-        """Start a call, unless one is under way."""
-        if self._busy.acquire(blocking=False):
-            threading.Thread(target=guarded(self._call), name='reset', daemon=True).start()
+        """Ask for a call; one that is asked for during a call follows it."""
+        self._asked.release()
 
-    def _call(self):
+    def _run(self):
+        while self._asked.acquire():
+            while self._asked.acquire(blocking=False):
+                pass    # several presses meanwhile are one reset
+            self._call()
+
+    @staticmethod
+    def _call():
         try:
             call_reset(0.0, 0.0, 0.0)
             rospy.loginfo('Pose reset successfully.')
         except ValueError as problem:
             if not is_ending():
                 rospy.logwarn('Pose not reset: %s', problem)
-        finally:
-            self._busy.release()
