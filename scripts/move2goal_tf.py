@@ -97,7 +97,7 @@ class MoveToGoal:
         LiveSettings(drive, self._on_settings)
         with self._changed:
             self._update_control()
-        self._control.hear(self._told_control, self._heard_of_old_control)
+        self._control.hear(self._told_control)
         subscribe('imu', Imu, self._on_imu, to_imu_sample, self._core.imu,
                   idle_for=self._idle_for)
         # every message: one of them may hold the displacement that the firmware reverses
@@ -131,14 +131,9 @@ class MoveToGoal:
             self._changed.notify_all()    # a reset may have become impossible
         self._show_fix()
 
-    def _told_control(self, granted, sender, renews):
+    def _told_control(self, granted, **details):
         with self._changed:
-            self._core.told_control(granted, steady_time(), sender, renews)
-            self._update_control()
-
-    def _heard_of_old_control(self, granted, sender):
-        with self._changed:
-            self._core.heard_of_old_control(granted, sender)
+            self._core.told_control(granted, steady_time(), **details)
             self._update_control()
 
     def _update_control(self):

@@ -169,11 +169,8 @@ class Fuzz:
 
     def control(self):
         sender = self.chance.choice(('hand', 'hand 2', 'pad', 'pad 2'))
-        if self.chance.yes(20):
-            self.navigator.heard_of_old_control(not self.chance.yes(3), sender)
-        else:
-            self.navigator.told_control(not self.chance.yes(3), self.steady, sender,
-                                        sender.startswith('pad'))
+        self.navigator.told_control(not self.chance.yes(3), self.steady, sender,
+                                    sender.startswith('pad'), self.chance.yes(20))
         if self.chance.yes(2):
             self.pad.on_control(self.navigator.control_stands, self.steady)
 

@@ -187,7 +187,7 @@ class World:
         for pad in self.pads.values():
             pad.to_mover.cut()
         for name in old:
-            self.mover.heard_of_old_control(True, name)
+            self.mover.told_control(True, self.now, name, True, True, True)
 
     def on_word(self, now, sender, word, renews, why, caused_at):
         if self.mover is None:

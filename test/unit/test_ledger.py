@@ -28,9 +28,9 @@ def test_it_would_be_seen_if_a_limit_were_missed(monkeypatch, of, name, value):
 def test_it_would_be_seen_if_a_repetition_gave_control(monkeypatch):
     told = permission.Permission.told
 
-    def forgetful(self, granted, now, sender='', renews=False):
+    def forgetful(self, granted, now, *details):
         self._said.clear()
-        told(self, granted, now, sender, renews)
+        told(self, granted, now, *details)
     monkeypatch.setattr(permission.Permission, 'told', forgetful)
     assert a_story_goes_wrong()
 

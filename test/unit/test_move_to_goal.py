@@ -558,7 +558,7 @@ def test_control_that_is_given_begins_the_drive_at_once():
 
 def test_control_of_old_is_none():
     robot = Robot(has_control=False)
-    robot.core.heard_of_old_control(True, 'pad')
+    robot.core.told_control(True, robot.now, 'pad', is_doubtful=True)
     robot.control(True, 'pad')
     assert not robot.core.has_control and not robot.core.control_stands
     robot.control(False, 'pad')

@@ -6,6 +6,10 @@ import pytest
 from tb3_labs.supervision.permission import LAPSE, RENEWAL, Permission
 
 
+#: A word that a sender repeats to a new connection.
+OLD = {'is_doubtful': True, 'is_old': True}
+
+
 class Senders:
     """Hands, and pads that renew, as senders to one permission; time is counted in ticks of 10 ms.
     """
@@ -243,7 +247,7 @@ def test_renewals_that_were_held_up_later_do_no_harm(senders):
 
 
 def test_what_was_given_before_this_node_lived_is_no_giving(senders):
-    senders.permission.heard_of_old(True, 'pad')
+    senders.permission.told(True, senders.now, 'pad', True, **OLD)
     assert senders.warned('Control was given by pad before this node could hear it')
     senders.renewing.add('pad')
     senders._next['pad'] = 0.0
@@ -288,12 +292,23 @@ def test_what_was_taken_before_this_node_lived_is_no_stop():
     """The sender's False was older than the start with control."""
     senders = Senders()
     senders.permission = Permission(granted=True)
-    senders.permission.heard_of_old(False, 'pad')
+    senders.permission.told(False, senders.now, 'pad', True, **OLD)
     assert senders.run(1.0) and senders.granted
     assert senders.permission.take_news() == []
 
 
+@pytest.mark.parametrize('stands', [False, True])
+def test_of_a_latched_word_a_true_is_doubted_and_a_false_stops(senders, stands):
+    """It may be old, or the first word of a sender that was connected all the time."""
+    if stands:
+        senders.say('hand', True)
+    senders.permission.told(True, senders.now, 'student', is_doubtful=True)
+    assert senders.run(0.5) is stands
+    senders.permission.told(False, senders.now, 'student', is_doubtful=True)
+    assert not senders.granted and not senders.run(5.0)
+
+
 def test_what_is_of_old_is_told_once(senders):
     for _ in range(3):
-        senders.permission.heard_of_old(True, 'pad')
+        senders.permission.told(True, senders.now, 'pad', True, **OLD)
     assert len(senders.permission.take_news()) == 1

@@ -6,7 +6,7 @@ has control, both sensors are fresh, and the goal is not reached.
 Units: seconds on the receiver's clock (`now`), metres, radians; poses in the local frame.
 """
 from dataclasses import dataclass
-from typing import List, NamedTuple, Optional, Tuple
+from typing import Any, List, NamedTuple, Optional, Tuple
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.goal_machine import DrivingLaw, GoalMachine
@@ -138,15 +138,10 @@ class MoveToGoalCore:
         """Those who give control can be heard from now on."""
         self._permission.begin()
 
-    def told_control(self, granted: bool, now: float, sender: str = '',
-                     renews: bool = False) -> None:
-        """`sender` gives control, or takes it; `now` and `renews` as in permission.Permission."""
-        self._permission.told(granted, now, sender, renews)
+    def told_control(self, granted: bool, now: float, *details: Any, **more: Any) -> None:
+        """Somebody gives control, or takes it; arguments as of permission.Permission.told."""
+        self._permission.told(granted, now, *details, **more)
         self.update_control(now)
-
-    def heard_of_old_control(self, granted: bool, sender: str) -> None:
-        """`sender` said True or False before this node was connected."""
-        self._permission.heard_of_old(granted, sender)
 
     def update_control(self, now: float) -> None:
         """Check whether the permission still holds. To be called ten times a second, and before a

@@ -12,6 +12,9 @@ a person gives the machine anew):
   restores it. After a longer silence it is gone.
 * If this process did not run for longer than `LONGEST_LAPSE`, all givings are gone. A True that it
   hears while it wakes from a sleep does not count: it may be older than a stop.
+* A stop counts, however it arrives; only a giving is doubted. A True that was latched, and perhaps
+  said before this node could hear it, gives nothing: a False and then a True do. A False does not
+  count only if it is surely older than this node.
 * A True does not count if it was sent more than `LONGEST_LAPSE` ago, before another sender's
   False, or before this node started. Renewals that arrive faster than one in each `RENEWAL` show
   that it was delayed.
@@ -104,10 +107,16 @@ class Permission:
         """Is there a giving that nobody has taken? Its sender may be silent for a moment."""
         return bool(self._givings)
 
-    def told(self, granted: bool, now: float, sender: str = '', renews: bool = False) -> None:
-        """`sender` said True or False now; `renews`: it renews its giving, else it gives once."""
+    def told(self, granted: bool, now: float, sender: str = '', renews: bool = False,
+             is_doubtful: bool = False, is_old: bool = False) -> None:
+        """`sender` said True or False now; `renews`: it renews its giving, else it gives once.
+
+        `is_doubtful`: this was latched, and perhaps said before; `is_old`: it was, for sure.
+        """
         self.update(now)
         repeated, self._said[sender] = granted and self._said.get(sender, False), granted
+        if is_old and not granted:
+            return
         if not granted:
             self._stops = {other: at for other, at in self._stops.items()
                            if now - at <= LONGEST_LAPSE}
@@ -116,6 +125,9 @@ class Permission:
             self._refused.discard(sender)
         elif sender in self._givings:
             self._givings[sender].renewed(now)
+        elif is_doubtful:
+            self._refuse(sender, 'Control was given by {} before this node could hear it, and does '
+                         'not count: False, then True, gives it again')
         elif self.is_waking:
             self._refuse(sender, 'Control from {} does not count: it may have been given while '
                          'this node did not run. False, then True, gives it again')
@@ -133,17 +145,6 @@ class Permission:
         if sender not in self._refused:
             self._refused.add(sender)
             self._news.tell(text.format(sender), warning=True)
-
-    def heard_of_old(self, granted: bool, sender: str) -> None:
-        """`sender` had said True or False before this node could hear it.
-
-        That is neither a giving nor a stop. After such a True, only a False and then a True give.
-        """
-        before, self._said[sender] = self._said.get(sender, False), granted
-        if granted and not before:
-            self._news.tell(
-                'Control was given by {} before this node could hear it, and does not count: '
-                'False, then True, gives it again'.format(sender), warning=True)
 
     def update(self, now: float) -> None:
         """Suspend or end what was not renewed in time. To be called repeatedly."""

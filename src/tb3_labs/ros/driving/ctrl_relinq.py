@@ -58,15 +58,11 @@ class ControlTaker:
         self._has_control = None
         self._publisher = rospy.Publisher('has_control', Bool, queue_size=20, latch=True)
 
-    def hear(self, told, heard_of_old):
-        """Call `told(granted, sender, renews)` and `heard_of_old(granted, sender)` from now on, as
-        those of permission.Permission."""
+    def hear(self, told):
+        """Call `told(granted, **details)` from now on, with those of permission.Permission.told."""
         def hear(event):
-            # a stop counts unless it is surely old, also where a giving is in doubt
-            if event.is_old or (event.is_doubtful and event.value):
-                heard_of_old(event.value, event.sender)
-            else:
-                told(event.value, event.sender, RENEWS.items() <= event.header.items())
+            told(event.value, sender=event.sender, renews=RENEWS.items() <= event.header.items(),
+                 is_doubtful=event.is_doubtful, is_old=event.is_old)
 
         subscribe_events('ctrl_relinq', Bool, hear, _data)
 
