@@ -43,8 +43,9 @@ class Mouse:
         self._stirred = threading.Event()
         self._lock = threading.Lock()    # guards what is published: nothing after the last message
         self._closed = False
+        # latched: a controller that starts hears at once that the mouse is not active
         self._publisher = rospy.Publisher('mouse_info', MouseController, queue_size=1,
-                                          tcp_nodelay=True)
+                                          tcp_nodelay=True, latch=True)
         self._pointer = Pointer(self._on_scroll, self._on_move)
         rospy.on_shutdown(self._close)
         rospy.loginfo('Scroll down to drive by the mouse, scroll up to stop')

@@ -103,7 +103,7 @@ class MoveToGoal:
         # every message: one of them may hold the displacement that the firmware reverses
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample,
                   self._core.odometry, queue_size=None)
-        self._core.begin_control()    # the lines above may take seconds, which are no sleep
+        self._core.begin_control(steady_time())    # the lines above may take seconds, which are no sleep
         self._sources = SourceReport(
             (self._core.imu, Traffic('imu', Imu), rospy.get_time),
             (self._core.odometry, Traffic('odom', Odometry), rospy.get_time))

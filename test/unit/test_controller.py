@@ -33,6 +33,7 @@ class Bench:
         self.sent = []               # (time, command)
         self.yaw = self.robot.truth.yaw
         self._next_mouse = 0.0
+        self.controller.on_mouse(False, 0.0, 0.0, self.now)
         self.run(0.2)
 
     def run(self, seconds):
@@ -366,6 +367,7 @@ class Desk:
         self.core = ControllerCore(self.law)
         self.now, self.yaw, self.rate, self.tremble = 100.0, 0.0, 0.0, 1e-6
         self.news = []
+        self.core.on_mouse(False, 0.0, 0.0, self.now)
         self.run(0.1)
 
     def run(self, seconds, imu=True):
@@ -497,6 +499,15 @@ def test_a_mouse_that_drove_when_this_process_fell_asleep_does_not_drive_when_it
         bench.controller.on_mouse(True, 0.0, 0.0, woke + later)    # the middle
     bench.controller.on_mouse(True, 0.0, 1.0, woke + 0.45)
     assert bench.controller.command(woke + 0.45) == Twist2(0.5, 0.0)
+
+
+def test_the_user_of_a_mouse_that_was_active_before_is_told_what_to_do_once(bench):
+    core = ControllerCore(Told())
+    for k in range(5):
+        core.on_mouse(True, 0.0, 1.0, 100.0 + 0.1 * k)
+        assert core.command(100.0 + 0.1 * k) is None
+    told = [news.text for news in core.take_news()]
+    assert told == ['The mouse was active before: move it to the middle of the screen to use it']
 
 
 @pytest.mark.parametrize('slept, refused', [(0.4, False), (0.6, True), (5.0, True)])

@@ -7,6 +7,23 @@ from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.nodes.mouse import MOUSE_TIMEOUT, Mouse, mouse_twist
 
 
+def inactive_mouse():
+    mouse = Mouse()
+    mouse.heard(False, 0.0, 0.0, 0.0)
+    return mouse
+
+
+def test_a_mouse_that_was_active_before_this_node_drives_nothing():
+    mouse = Mouse()
+    for now in (1.0, 1.05, 1.1, 2.0):
+        mouse.heard(True, 0.0, 0.5, now)
+        assert not mouse.active
+    for now in (2.1, 2.2, 2.3, 2.4):
+        mouse.heard(True, 0.0, 0.0, now)    # the middle
+    mouse.heard(True, 0.0, 0.5, 2.5)
+    assert mouse.active
+
+
 @pytest.mark.parametrize('x, y, linear, angular', [
     (0.0, 0.0, 0.0, 0.0),
     (0.25, -0.25, 0.0, 0.0),          # the dead zone is closed
@@ -31,7 +48,7 @@ def test_a_position_that_is_none_is_refused(x, y):
 
 
 def test_a_mouse_drives_only_while_it_is_active():
-    mouse = Mouse()
+    mouse = inactive_mouse()
     assert not mouse.active
     mouse.heard(True, 0.0, 0.5, 1.0)
     assert mouse.active and mouse.twist == Twist2(0.25, 0.0) and not mouse.is_centred
@@ -43,19 +60,19 @@ def test_a_mouse_drives_only_while_it_is_active():
 
 @pytest.mark.parametrize('silence, lost', [(MOUSE_TIMEOUT, False), (1.01 * MOUSE_TIMEOUT, True)])
 def test_an_active_mouse_that_is_silent_is_lost(silence, lost):
-    mouse = Mouse()
-    assert not mouse.is_lost(100.0)
+    mouse = inactive_mouse()
+    assert not mouse.is_silent(100.0)
     mouse.heard(True, 0.0, 0.5, 0.0)
-    assert mouse.is_lost(silence) is lost
+    assert mouse.is_silent(silence) is lost
     mouse.heard(False, 0.0, 0.5, 0.0)
-    assert not mouse.is_lost(100.0)
+    assert not mouse.is_silent(100.0)
 
 
 @pytest.mark.parametrize('active, x', [(True, 0.0), (False, 0.9)])
 def test_a_lost_mouse_comes_back_by_the_middle_or_a_deactivation(active, x):
-    mouse = Mouse()
+    mouse = inactive_mouse()
     mouse.heard(True, 0.9, 0.0, 0.0)
-    mouse.release()
+    mouse.lose(0.3)
     assert not mouse.active
     for now in (1.0, 1.1, 1.2, 1.3):
         mouse.heard(True, 0.9, 0.0, now)
@@ -68,9 +85,9 @@ def test_a_lost_mouse_comes_back_by_the_middle_or_a_deactivation(active, x):
 @pytest.mark.parametrize('active, x', [(True, 0.0), (False, 0.9)])
 def test_messages_of_a_silence_do_not_bring_a_lost_mouse_back(active, x):
     """They come together when the silence ends, and may be as old as that."""
-    mouse = Mouse()
+    mouse = inactive_mouse()
     mouse.heard(True, 0.9, 0.0, 0.0)
-    mouse.release()
+    mouse.lose(0.3)
     for k in range(20):
         mouse.heard(active, x, 0.0, 5.0 + 0.001 * k)
     mouse.heard(True, 0.9, 0.0, 5.1)
@@ -78,7 +95,7 @@ def test_messages_of_a_silence_do_not_bring_a_lost_mouse_back(active, x):
 
 
 def test_an_invalid_position_leaves_the_mouse_as_it_was():
-    mouse = Mouse()
+    mouse = inactive_mouse()
     mouse.heard(True, 0.9, 0.0, 0.0)
     with pytest.raises(ValueError):
         mouse.heard(False, math.nan, 0.0, 5.0)

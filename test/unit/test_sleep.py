@@ -49,6 +49,7 @@ def test_it_is_said_how_long():
 def test_nobody_needed_to_look_before_the_start():
     watch = SleepWatch()
     watch.update(10.0)
-    watch.start()
-    watch.update(100.0)
+    watch.start(100.0)
     assert watch.slept_for == 0.0
+    watch.update(103.0)
+    assert watch.slept_for == 3.0

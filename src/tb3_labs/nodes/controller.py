@@ -43,6 +43,7 @@ class ControllerCore:
         self._carried = 0.0                      # error of the turn before, to be corrected [rad]
         self._mouse = Mouse()
         self._mouse_is_new = False               # so a command is due
+        self._mouse_told = False                 # was its user told how to use a lost mouse?
         self._news = NewsDesk()
 
     # -- what comes in
@@ -72,6 +73,7 @@ class ControllerCore:
         was_active = self._mouse.active
         self._mouse.heard(active, x, y, now)
         if self._mouse.active:
+            self._mouse_told = False
             if not was_active:
                 self._news.tell('The mouse is active: it drives outside the middle of the screen; '
                                 'scroll up to stop')
@@ -80,6 +82,10 @@ class ControllerCore:
                           else DriverEvent.MOUSE_MOVED, 'the mouse took over')
         elif was_active:
             self._released('the mouse was deactivated')
+        elif active and not self._mouse_told:
+            self._mouse_told = True
+            self._news.tell('The mouse was active before: move it to the middle of the screen to '
+                            'use it')
 
     def ask(self, degrees: float, now: float) -> None:
         """Turn by `degrees`, left positive; ``ValueError`` with the reason of a refusal.
@@ -109,9 +115,11 @@ class ControllerCore:
         self._sleep.update(now)
         if self._sleep.slept_for > RESUME_TIME and self.driver is Driver.TURN:
             self._happens(DriverEvent.TURN_OVER, self._sleep.in_words())
-        if self._mouse.is_lost(now):
-            self._mouse.release()
-            self._mouse_is_new = True
+        was_active = self._mouse.active
+        if self._sleep.slept_for or self._mouse.is_silent(now):
+            self._mouse.lose(now)
+        if was_active and not self._mouse.active:
+            self._mouse_is_new = self._mouse_told = True
             self._released('{}: move it to the middle of the screen to use it again'.format(
                 self.mouse.silence_with_age(now)))
 

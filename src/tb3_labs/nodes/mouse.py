@@ -22,8 +22,9 @@ MOUSE_FULL = 0.5
 class Mouse:
     """The mouse: is it active, and its velocity.
 
-    A mouse that was lost while it was active stays inactive until it is in the middle of the
-    screen, or is deactivated. So a mouse that comes back does not drive at once. Messages that came
+    A mouse counts as lost at first, when it falls silent while it is active, and when this process
+    slept. It then stays inactive until it is in the middle of the screen, or is deactivated. So a
+    mouse that was active all the time, or comes back, does not drive at once. Messages that came
     together after a silence do not count for that: they may be as old as the silence.
     """
 
@@ -32,28 +33,30 @@ class Mouse:
         self.active = False
         #: The velocity that an active mouse asks for; zero in the middle of the screen.
         self.twist = Twist2()
-        self._was_lost = False
+        self._is_lost = True
         self._back_at = -math.inf    # end of the last silence
+        self._repeats = False        # an active mouse repeats itself, else it may be silent
 
     def heard(self, active: bool, x: float, y: float, now: float) -> None:
         """A message arrived; ``ValueError`` for a position that is not finite."""
         twist = mouse_twist(x, y)
-        if not self.source.is_fresh(now):
+        if self._repeats and not self.source.is_fresh(now):
             self._back_at = now
         self.source.heard(now)
+        self._repeats = active
         if (not active or twist == Twist2()) and now - self._back_at >= WAKING:
-            self._was_lost = False
-        self.active = active and not self._was_lost
+            self._is_lost = False
+        self.active = active and not self._is_lost
         if self.active:
             self.twist = twist
 
-    def is_lost(self, now: float) -> bool:
+    def is_silent(self, now: float) -> bool:
         """Is the mouse active, but silent?"""
         return self.active and not self.source.is_fresh(now)
 
-    def release(self) -> None:
+    def lose(self, now: float) -> None:
         """The mouse is lost, and no longer active."""
-        self.active, self._was_lost = False, True
+        self.active, self._is_lost, self._back_at = False, True, now
 
     @property
     def is_centred(self) -> bool:

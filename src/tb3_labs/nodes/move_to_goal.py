@@ -134,9 +134,9 @@ class MoveToGoalCore:
         """Drop a reset that has not been carried out: the old frame stays."""
         self._localizer.give_up(reset)
 
-    def begin_control(self) -> None:
-        """Those who give control can be heard from now on."""
-        self._permission.begin()
+    def begin_control(self, now: float) -> None:
+        """Those who give control can be heard from now on; `now` as in permission.Permission."""
+        self._permission.begin(now)
 
     def told_control(self, granted: bool, now: float, *details: Any, **more: Any) -> None:
         """Somebody gives control, or takes it; arguments as of permission.Permission.told."""

@@ -93,9 +93,9 @@ class Permission:
         """The News since the last call."""
         return self._news.take()
 
-    def begin(self) -> None:
+    def begin(self, now: float) -> None:
         """Senders can be heard from now on: the time in which the process started was no sleep."""
-        self._sleep.start()
+        self._sleep.start(now)
 
     @property
     def is_waking(self) -> bool:

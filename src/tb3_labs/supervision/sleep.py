@@ -33,10 +33,10 @@ class SleepWatch:
             self._woke_at = now
         self.is_waking = now - self._woke_at < WAKING
 
-    def start(self) -> None:
+    def start(self, now: float) -> None:
         """Begin to look now: no time before counts."""
         self.slept_for = 0.0
-        self._updated_at = None
+        self._updated_at = now
 
     def in_words(self) -> str:
         """The sleep that the last update found: '' or 'this node did not run for 3.2 s'."""
