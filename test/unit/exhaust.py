@@ -1,0 +1,145 @@
+"""Every story of stops and givings, to a depth: does the robot ever move against the rule?
+
+A story is a sequence of events: what persons do with pads, terminals, a mouse; messages that the
+network holds up; nodes that sleep, wake, die and start; and times just below and above each limit
+of the rule. The real cores run all stories, the shortest first. Stories that lead to the same state
+are followed once. The oracle, which shares no code with the cores, judges each command.
+
+    python3 test/unit/exhaust.py [seconds for each cast, default 120] [casts]
+
+Units: seconds.
+"""
+import math
+import pickle
+import sys
+import time
+from collections import deque
+from concurrent.futures import ProcessPoolExecutor
+from enum import Enum
+from functools import lru_cache
+
+from played_nodes import OVER, TICK
+from played_worlds import BEGIN, CASTS, LONG_AGO, NOTHING, Wrong
+from tb3_labs.nodes.move_to_goal import MoveToGoalCore
+from tb3_labs.supervision.freshness import Freshness
+from tb3_labs.supervision.permission import _Giving
+
+#: Of a state, these times are all the same if they are longer ago than this; the second also while no
+#: message is under way that may be older.
+AGES = {'_woke_at': 0.35, '_back_at': 0.35, '_given_at': 0.35, '_heard_since': 0.35}
+QUIET_AGES = dict(AGES, _stops=0.2, _stopped_at=0.2, _born_at=0.2, stopped_at=0.2,
+                  cancelled_at=0.2, lost_at=0.2, rested_at=0.2)
+
+#: After two events, and in one of so many states later, it is tried whether a person who asks anew is
+#: obeyed.
+LISTENED = 40
+
+
+class Searched:
+    """The result of a search."""
+
+    def __init__(self):
+        self.states = self.transitions = self.drives = self.depth = 0
+        self.story, self.reason = None, ''
+
+
+def search(kind, seconds=math.inf, depth=99):
+    """Follow all stories of a World, the shortest first, until time or depth is reached, or the
+    oracle objects."""
+    found, until = Searched(), time.monotonic() + seconds
+    first = kind()
+    seen, frontier = {state_of(first)}, deque([((), pickle.dumps(first, -1))])
+    while frontier and time.monotonic() < until:
+        story, world = frontier.popleft()
+        if len(story) == depth:
+            break
+        found.depth = len(story) + 1
+        for number, (_, method, *details) in enumerate(kind.EVENTS):
+            after = pickle.loads(world)
+            after.drives = False
+            try:
+                if getattr(after, method)(*details) is NOTHING:
+                    continue
+                found.transitions += 1
+                found.drives += after.drives
+                state = state_of(after)
+                if state not in seen:
+                    seen.add(state)
+                    frontier.append((story + (number,), pickle.dumps(after, -1)))
+                    if len(story) < 2 or len(seen) % LISTENED == 0:
+                        after.ask_anew()
+            except Wrong as wrong:
+                found.story = [kind.EVENTS[k][0] for k in story + (number,)]
+                found.reason = str(wrong)
+                return found
+        found.states = len(seen)
+    return found
+
+
+#: Attributes that change with each step, and no decision depends on.
+IRRELEVANT = {'count', 'dropped', 'attempt', 'drives', 'tremble', 'law', '_law', '_localizer',
+              '_frozen', '_pace', '_progress', '_settling', '_time', '_ended', '_is_new', '_reading',
+              '_longest_gap', '_config', '_model', '_sent', '_failed_before', '_tries_left',
+              '_interrupted', 'begun', 'state', '_heading', '_asked', '_asked_by', '_last', '_read',
+              'world', '_news', 'said_at', '_heard_for', '_candidates', '_last_arrival',
+              'name', 'timeout', 'goal', '_refused', 'odometry', '_sources', '_window', '_readings', 'longest_gap'}
+
+
+def state_of(world):
+    """A number that is the same for worlds in the same state: times count from now."""
+    ages = QUIET_AGES if world.is_quiet else AGES
+    return hash(tuple(_state(node, world.now, ages) for node in world.nodes))
+
+
+def _state(value, now, ages, oldest=LONG_AGO):
+    if isinstance(value, float):
+        if math.isnan(value):
+            return 'NaN'     # which equals not even itself
+        if abs(value) > BEGIN / 2.0:
+            value = max(-oldest, min(oldest, round(value - now, 3)))
+        return value
+    if value is None or isinstance(value, (int, str, bytes)):
+        return value
+    if isinstance(value, Enum):
+        return value.value
+    if isinstance(value, (list, tuple, deque)):
+        return tuple([_state(item, now, ages, oldest) for item in value])
+    if isinstance(value, (set, frozenset)):
+        return tuple(sorted(map(str, value)))
+    if isinstance(value, dict):
+        return tuple(sorted((str(key), _state(item, now, ages, oldest))
+                            for key, item in value.items()))
+    if isinstance(value, Freshness) and value.age(now) < 2.0 * TICK:
+        return 'fresh'
+    if isinstance(value, _Giving):
+        return value._renews and (_state(value.heard_at, now, ages),
+                                  _state(value.sent_before, now, ages),
+                                  value.heard_at - value.given_at > OVER)
+    attributes = vars(value)
+    return tuple([_state(attributes[name], now, ages, ages.get(name, LONG_AGO))
+                  for name in _relevant(type(value), tuple(attributes))])
+
+
+@lru_cache(maxsize=None)
+def _relevant(kind, names):
+    copies = {'_givings'} if kind is MoveToGoalCore else set()
+    return [name for name in sorted(names) if name not in IRRELEVANT | copies]
+
+
+def told(found):
+    """A Searched in words."""
+    text = '{0.states} states, {0.transitions} transitions ({0.drives} moved the robot), all stories ' \
+           'of {1} events'.format(found, found.depth - 1)
+    if found.story:
+        text += '\n    WRONG: {}: {}'.format('; '.join(found.story), found.reason)
+    return text
+
+
+if __name__ == '__main__':
+    SECONDS = float(sys.argv[1]) if len(sys.argv) > 1 else 120.0
+    KINDS = [kind for kind in CASTS if kind.__name__ in (sys.argv[2:] or kind.__name__)]
+    with ProcessPoolExecutor() as pool:
+        RESULTS = list(pool.map(search, KINDS, [SECONDS] * len(KINDS)))
+    for KIND, FOUND in zip(KINDS, RESULTS):
+        print('{}: {}'.format(KIND.__doc__.rstrip('.'), told(FOUND)))
+    sys.exit(any(found.story for found in RESULTS))

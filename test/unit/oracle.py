@@ -1,0 +1,85 @@
+"""Who may move the robot? Judges that share no code with the nodes, and know what persons did.
+
+The rule: after a person's stop no command but zero, until a person's next giving. What repeats,
+renews, arrives late, wakes up or restarts gives nothing.
+
+Units: seconds; `at` is the time of a person's action, `now` the time at which a node hears of it.
+"""
+#: Actions that are nearer in time have no order [s]: a renewal tells its giving's age in tenths.
+SAME_TIME = 0.15
+#: A giver that renews, and is silent for longer than the first, may not be driven by; after the
+#: second its giving is gone. A giving that took longer to arrive never counted [s].
+SUSPENDED, OVER = 0.6, 2.1
+#: A mouse or pad that is silent for this long is lost [s].
+LOST = 0.3
+
+
+class GoalOracle:
+    """Judges move_to_goal. Its start is a stop."""
+
+    def __init__(self, now):
+        self.givings = {}            # giver: when it renewed that last; None: it does not renew
+        self.stopped_at = now        # the person's last stop
+        self.cancelled_at = None     # None: the goal was not cancelled
+
+    def hear(self, now, giver, word, at=None, renews=False):
+        """A word arrives; `at` is None if no person said it."""
+        if now - (self.givings.get(giver) or now) > OVER:
+            del self.givings[giver]
+        if not word:
+            self.givings = {}
+            self.stopped_at = max(self.stopped_at, now if at is None else at)
+        elif giver in self.givings or (
+                at is not None and at > self.stopped_at - SAME_TIME and now - at <= OVER):
+            self.givings[giver] = now if renews else None
+
+    def cancel(self, at):
+        self.cancelled_at = at
+
+    def goal(self, at):
+        if self.cancelled_at is not None and at > self.cancelled_at - SAME_TIME:
+            self.cancelled_at = None
+
+    def slept(self, now):
+        """It did not run for too long: that is a stop."""
+        self.givings, self.stopped_at = {}, now
+
+    def objection(self, now):
+        """'' or the reason why the robot must not be driven."""
+        if self.cancelled_at is not None:
+            return 'its goal was cancelled'
+        if not self.givings:
+            return 'nobody gave it since the last stop'
+        if all(heard is not None and now - heard > SUSPENDED for heard in self.givings.values()):
+            return 'all who gave it have fallen silent'
+        return ''
+
+
+class HandOracle:
+    """Judges what is driven by hand, a stick or a mouse: it must be there, and have rested since it
+    was lost, or since the node slept or started."""
+
+    def __init__(self, now):
+        self.heard_at = now          # when the hand's last message was heard, and
+        self.pushed = False          # what it said; and
+        self.repeats = True          # would it be repeated?
+        self.lost_at = now           # the last loss
+        self.rested_at = None        # when it rested last, by its own clock; None: not since then
+
+    def hear(self, now, pushed, at, repeats=True):
+        """A message that was sent at `at`."""
+        if self.repeats and now - self.heard_at > LOST:
+            self.lose(now)
+        self.heard_at, self.pushed, self.repeats = now, pushed, repeats
+        if not pushed and at >= self.lost_at:
+            self.rested_at = at
+
+    def lose(self, now):
+        self.lost_at, self.rested_at = now, None
+
+    def objection(self, now):
+        if now - self.heard_at > LOST:
+            return 'it is not there'
+        if not self.pushed:
+            return 'it is at rest'
+        return '' if self.rested_at is not None else 'nobody let it go since it was lost'

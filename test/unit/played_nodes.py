@@ -1,0 +1,299 @@
+"""The nodes of a story: the real cores, with messages that may wait, and with their oracles.
+
+Units: seconds.
+"""
+from oracle import GoalOracle, HandOracle
+from tb3_labs.control.speed_laws import LawStep, Twist2
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.localization.localizer import Motion
+from tb3_labs.nodes.controller import ControllerCore
+from tb3_labs.nodes.gamepad import GamepadCore
+from tb3_labs.nodes.move_to_goal import MoveToGoalCore
+from tb3_labs.nodes.pad_config import PadConfig
+from tb3_labs.robot.samples import ImuSample, OdometrySample
+from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.supervision.arbitration import Driver
+
+#: A node looks at the clock, and a sensor or pad is heard, with this period.
+TICK = 0.05
+RENEWAL_PERIOD = 0.1
+#: A pad's clock, beside that of its node.
+CLOCK = -77.0
+#: A process that did not run for longer than the second must be told anew. Within the first it
+#: may hear messages in any order.
+STALL, OVER = 0.5, 2.0
+
+
+class Process:
+    """A node. While it sleeps, or a link to it is cut, the messages of each sender wait in order."""
+
+    def __init__(self, world):
+        self.world = world
+        self.asleep_since = None
+        self.stalled = False
+        self.cut = ()
+        self.waiting = {}
+
+    def send(self, sender, method, *details):
+        if self.asleep_since is not None or sender in self.cut:
+            self.waiting.setdefault(sender, []).append((method, details))
+        else:
+            getattr(self, method)(*details)
+
+    def deliver(self, senders):
+        for sender in senders:
+            for method, details in self.waiting.pop(sender, ()):
+                getattr(self, method)(*details)
+
+    def wake(self, backwards):
+        """Threads that read different senders run in any order."""
+        slept_for = self.world.now - self.asleep_since
+        self.asleep_since = None
+        self.woke(slept_for)
+        self.stalled = slept_for <= STALL
+        self.deliver(sorted(set(self.waiting) - set(self.cut), reverse=backwards))
+        self.stalled = False
+
+    def at(self, at):
+        """The time of a person's action, as the oracle shall know it: what waited for a moment only
+        has no order."""
+        return self.world.now if self.stalled and at is not None else at
+
+    def restore(self, sender):
+        self.cut = tuple(other for other in self.cut if other != sender)
+        if self.asleep_since is None:
+            self.deliver([sender])
+
+
+class Ahead:
+    """A law that never finishes."""
+
+    period = TICK
+    distance_tolerance = 0.01
+
+    def __init__(self):
+        self._left = 1e4
+
+    def start(self, *_):
+        pass
+
+    def resume(self, state, *_):
+        return state
+
+    def rotate_to_goal(self, *_):
+        self._left -= 0.1
+        return LawStep(Twist2(0.1, 0.2), self._left, False)
+
+    move_forward = rotate_to_final = rotate_to_goal
+
+
+class Turning(Ahead):
+    """The same for turns."""
+
+    MAX_ANGLE, MAX_ANGLE_IN_WORDS, extends, carries_error = 100.0, '', True, False
+
+    extend = Ahead.start
+
+    def step(self, *_):
+        return self.rotate_to_goal()
+
+
+class Still:
+    """In place of the localizer: the robot is at the origin, and a reset is carried out at once."""
+
+    has_resets = False
+
+    def __init__(self):
+        self._resets = []
+
+    def on_imu(self, *_):
+        pass
+
+    on_odometry = on_imu
+
+    def reset(self, declared, _now):
+        self._resets.append(declared)
+
+    def motion(self, _now):
+        return Motion(Pose2(), 0.1, 0.2)
+
+    def take_resets(self):
+        resets, self._resets = self._resets, []
+        return resets
+
+    def take_jumps(self):
+        return []
+
+
+class Mover(Process):
+    """move_to_goal, with its sensors."""
+
+    def __init__(self, world, latched=(), has_control=False):
+        super().__init__(world)
+        self.core = MoveToGoalCore(Ahead(), has_control)
+        self.core._localizer = Still()
+        self.core.set_goal(Pose2(50.0))
+        self.core.begin_control(world.now)
+        self.unheard = {name for name, _ in latched}
+        self.oracle = GoalOracle(world.now)
+        if has_control:
+            self.oracle.hear(world.now, 'start', True, world.now)
+        self.tremble = 1e-6
+        self.has_control = False
+        for name, word in latched:
+            if word is not None:
+                self.on_word(name, word, False, None, is_old=True)
+
+    def on_word(self, sender, word, renews, at, is_old=False):
+        """Of a sender that latches and was there before, the first word is doubtful."""
+        now, doubtful = self.world.now, sender in self.unheard
+        self.unheard.discard(sender)
+        if not is_old:
+            self.oracle.hear(now, sender, word, None if doubtful and word else self.at(at), renews)
+        self.core.told_control(word, now, sender, renews, doubtful, is_old)
+
+    def on_goal(self, at):
+        self.core.update_control(self.world.now)
+        try:
+            self.core.set_goal(Pose2(40.0))
+        except ValueError:
+            return
+        self.oracle.goal(self.at(at))
+
+    def on_cancel(self, at):
+        self.core.cancel()
+        self.oracle.cancel(self.at(at))
+
+    def on_reset(self):
+        self.core.update_control(self.world.now)
+        try:
+            self.core.reset(Pose2(), self.world.now)
+        except ValueError:
+            pass
+
+    def woke(self, slept_for):
+        if slept_for > OVER:
+            self.oracle.slept(self.world.now)
+
+    def tick(self):
+        if self.asleep_since is not None:
+            return
+        core, now = self.core, self.world.now
+        self.tremble = -self.tremble
+        core.on_imu(ImuSample(now, self.tremble, self.tremble), now)
+        core.on_odometry(OdometrySample(now, Pose2(self.tremble), 0.1, self.tremble), now)
+        core.update_control(now)
+        if core.due(now):
+            self.world.judge(core.command(now), self.oracle)
+        if core.control_stands is not self.has_control:
+            self.has_control = core.control_stands
+            for pad in self.world.pads:
+                pad.send('mover', 'on_control', self.has_control)
+        core.take_news()
+        core.take_resets()
+
+
+class Pad(Process):
+    """A gamepad node, and its pad in a person's hands."""
+
+    def __init__(self, world, name):
+        super().__init__(world)
+        self.name = name
+        self.core = GamepadCore(PadConfig(), robot_model('burger'))
+        self.oracle = HandOracle(world.now)
+        self.plugged, self.button, self.stick = True, None, 0.0
+        self.said_at = 0.0
+        self.clock = CLOCK
+        self.say(world.now)
+
+    def on_joy(self, button, stick, at, stamp):
+        axes, buttons = [0.0, stick, 0.0, 0.0], [0] * 4
+        if button is not None:
+            buttons[button] = 1
+        self.oracle.hear(self.world.now, stick != 0.0, at)
+        self.core.on_joy(axes, buttons, self.world.now, stamp)
+        self.say(at)
+
+    def on_control(self, granted):
+        self.core.on_control(granted, self.world.now)
+        if granted:
+            self.oracle.lose(self.world.now)
+
+    def on_taken(self):
+        self.core.on_taken(self.world.now)
+
+    def woke(self, slept_for):
+        if slept_for > OVER:
+            self.oracle.lose(self.world.now)
+
+    def show(self):
+        """The pad repeats its state."""
+        if self.plugged:
+            self.send('joy', 'on_joy', self.button, self.stick, self.world.now,
+                      self.world.now + self.clock)
+
+    def tick(self):
+        self.show()
+        if self.asleep_since is not None:
+            return
+        now = self.world.now
+        self.core.update(now)
+        if self.core.due(now):
+            self.world.judge(self.core.command(now), self.oracle)
+        self.say(now)
+        if self.core.gives and now - self.said_at >= RENEWAL_PERIOD - 1e-6:
+            self.say_word(True, None)
+        self.core.take_news()
+
+    def say(self, at):
+        """Say the words of the core, which an action at `at` caused."""
+        for word in self.core.take_words():
+            self.say_word(word, at)
+            at = at if not word else None    # the others of a giving are renewals
+
+    def say_word(self, word, at):
+        self.said_at = self.world.now
+        self.world.tell(self.name, word, True, at)
+
+
+class Turner(Process):
+    """controller, with its IMU."""
+
+    def __init__(self, world):
+        super().__init__(world)
+        self.core = ControllerCore(Turning())
+        self.by_turn, self.by_mouse = GoalOracle(world.now), HandOracle(world.now)
+        self.tremble = 1e-6
+
+    def on_turn(self, at):
+        self.core.update(self.world.now)
+        try:
+            self.core.ask(3600.0, self.world.now)
+        except ValueError:
+            return
+        self.by_turn.hear(self.world.now, 'turn', True, self.at(at))
+
+    def on_mouse(self, active, y, at):
+        pushed, was_active = active and y != 0.0, self.core.mouse_active
+        self.by_mouse.hear(self.world.now, pushed, at, repeats=active)
+        self.core.on_mouse(active, 0.0, y, self.world.now)
+        if (was_active and not active) or (pushed and self.core.mouse_active):
+            self.by_turn.hear(self.world.now, 'mouse', False, self.at(at))
+
+    def woke(self, slept_for):
+        if slept_for > STALL:
+            self.by_mouse.lose(self.world.now)
+        if slept_for > OVER:
+            self.by_turn.slept(self.world.now)
+
+    def tick(self):
+        if self.asleep_since is not None:
+            return
+        core, now = self.core, self.world.now
+        self.tremble = -self.tremble
+        core.on_imu(ImuSample(now, self.tremble, self.tremble), now)
+        core.update(now)
+        if core.due(now):
+            by_turn = core.driver is Driver.TURN
+            self.world.judge(core.command(now), self.by_turn if by_turn else self.by_mouse)
+        core.take_news()
