@@ -25,6 +25,10 @@ class Wrong(Exception):
     """A command against the rule."""
 
 
+class Unheard(Wrong):
+    """A person asks in vain."""
+
+
 class World:
     """Nodes and persons. `EVENTS`: (words of a story, method, arguments)."""
 
@@ -65,11 +69,11 @@ class World:
         self.wait(6.0)
 
     def is_obeyed(self, seconds, by):
-        """Wrong if the robot does not move within `seconds` after a person asked for it."""
+        """Unheard if the robot does not move within `seconds` after a person asked for it."""
         self.drives = False
         self.wait(seconds)
         if not self.drives:
-            raise Wrong('a person asks anew in vain, by ' + by)
+            raise Unheard('a person asks anew in vain, by ' + by)
 
     def sleep(self, number):
         node = self.nodes[number]
@@ -189,7 +193,7 @@ class Labs(World):
 
 
     def ask_anew(self):
-        """A person asks for motion in each way; Wrong if nothing moves."""
+        """A person asks for motion in each way; Unheard if nothing moves."""
         for pad in self.pads:
             pad.plugged, pad.stick, pad.button = True, 0.0, None
         self.calm()
