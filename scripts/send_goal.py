@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Sends move_to_goal to a goal in the local frame, tells how it gets on, and how it ended.
 
-Usage: send_goal.py X Y YAW_DEG    [m, m, deg]; Ctrl+C cancels the goal
+Usage: send_goal.py X Y YAW_DEG    [m, m, deg]; Ctrl+C or a closed terminal cancels the goal
        send_goal.py 1 1 90         such as this
 
 The exit status is 0 only if the goal was reached.
@@ -26,6 +26,7 @@ from tb3_labs.command_line import number_or_text
 from tb3_labs.control.goal_state import DRIVING, WAITING_FOR_CONTROL, is_over, to_go
 from tb3_labs.geometry.typed_pose import TypedPose
 from tb3_labs.ros.conversions import to_pose_stamped
+from tb3_labs.ros.signals import Interrupted, Signals
 from tb3_labs.ros.topics import subscribe
 
 USAGE = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees, such as: 1 1 90'
@@ -75,21 +76,26 @@ def read_goal(words):
 
 def drive(goal):
     """Send the goal, wait for its end; the exit status."""
-    rospy.init_node('send_goal', anonymous=True)
+    rospy.init_node('send_goal', anonymous=True, disable_signals=True)
     client = actionlib.SimpleActionClient('move2goal', MoveBaseAction)
     if not client.wait_for_server(rospy.Duration(ANSWER)):
         print('send_goal: {} does not answer: is move_to_goal running?'.format(
             rospy.resolve_name('move2goal')), file=sys.stderr)
         return 1
     over = threading.Event()
-    client.send_goal(MoveBaseGoal(target_pose=to_pose_stamped(goal, 'local', 0.0)),
-                     done_cb=lambda state, result: over.set())
     rospy.on_shutdown(lambda: over.is_set() or client.cancel_goal())
-    progress = Progress()
-    while not over.wait(PROGRESS):
-        if rospy.is_shutdown():
-            return 1
-        progress.tell()
+    try:
+        client.send_goal(MoveBaseGoal(target_pose=to_pose_stamped(goal, 'local', 0.0)),
+                         done_cb=lambda state, result: over.set())
+        progress = Progress()
+        while not over.wait(PROGRESS):
+            if rospy.is_shutdown():
+                return 1
+            progress.tell()
+    except Interrupted:
+        client.cancel_goal()
+        over.wait(ANSWER)    # it is canceled when move_to_goal has said so
+        raise
     print(client.get_goal_status_text())
     return 0 if client.get_state() == GoalStatus.SUCCEEDED else 1
 
@@ -108,7 +114,11 @@ def main(words):
         print('send_goal: no ROS master answers at {}: start a launch file first'.format(
             rosgraph.get_master_uri()), file=sys.stderr)
         return 1
-    return drive(goal)
+    Signals()    # from here on Ctrl+C, `kill` and a closed terminal raise Interrupted
+    try:
+        return drive(goal)
+    except Interrupted:
+        return 1
 
 
 if __name__ == '__main__':

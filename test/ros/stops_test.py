@@ -292,8 +292,9 @@ class StopsTest(NodeCase):
             self.addCleanup(process.kill)
             if executable == 'move2goal_tf.py':
                 self.wait_until_heard(self.hand)
-                self.let_it_drive(lambda: (self.by_hand(), self.goals.publish(
-                    to_pose_stamped(Pose2(90.0), 'local', 0.0))))
+                self.closed_send_goal_cancels()
+                self.let_it_drive(lambda: self.goals.publish(
+                    to_pose_stamped(Pose2(90.0), 'local', 0.0)))
             else:
                 self.wait_until_heard(self.turns)
                 self.let_it_drive(lambda: os.write(terminal, b'3600\n'))
@@ -301,6 +302,18 @@ class StopsTest(NodeCase):
             os.close(terminal)
             self.assertEqual(process.wait(STARTING), 0)
             self.is_stopped(closed)
+
+    def closed_send_goal_cancels(self):
+        """The terminal of send_goal.py is closed; move_to_goal keeps control."""
+        self.let_it_drive(self.by_hand)
+        terminal, process = run_in_terminal('send_goal.py', '90', '0', '0')
+        self.addCleanup(process.kill)
+        self.assertTrue(select.select([terminal], [], [], STARTING)[0], 'it tells no progress')
+        closed = rospy.get_time()
+        os.close(terminal)
+        self.assertEqual(process.wait(STARTING), 1)
+        self.seen.wait_for('goal_state', lambda state: state == 'gave up: canceled')
+        self.is_stopped(closed)
 
     def test_a_terminal_that_takes_no_text_stops_nobody(self):
         """Ctrl+S: a process that prints there waits until Ctrl+Q."""
@@ -325,7 +338,7 @@ class StopsTest(NodeCase):
         os.close(terminal)
 
 
-def run_in_terminal(executable):
+def run_in_terminal(executable, *arguments):
     """A node whose terminal is its own: (the terminal's other side, the process)."""
     ours, theirs = pty.openpty()
 
@@ -334,7 +347,7 @@ def run_in_terminal(executable):
         import fcntl
         fcntl.ioctl(0, termios.TIOCSCTTY, 0)
 
-    process = subprocess.Popen([path_of(executable)], stdin=theirs, stdout=theirs,
+    process = subprocess.Popen([path_of(executable)] + list(arguments), stdin=theirs, stdout=theirs,
                                stderr=theirs, preexec_fn=own_it)
     os.close(theirs)
     return ours, process
