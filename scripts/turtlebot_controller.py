@@ -42,6 +42,7 @@ from tb3_labs.ros.launching.parent import end_parent
 from tb3_labs.ros.node import end, run
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reconfigure import LiveSettings
+from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.ros.topics import subscribe, subscribe_news
 from tb3_labs.ros.traffic import Traffic
 from tb3_labs.supervision.arbitration import Driver
@@ -68,7 +69,7 @@ class Controller:
         subscribe('imu', Imu, self._on_imu, to_imu_sample, self._core.imu,
                   idle_for=self._idle_for)
         # every message is read: scrolling up stops at once, even if later messages came with it
-        subscribe('mouse_info', MouseController, self._on_mouse, to_mouse, self._core.mouse,
+        subscribe('mouse_info', MouseController, self._on_mouse, _to_mouse, self._core.mouse,
                   queue_size=None)
         subscribe_news('turn', Float64, self._on_turn)
         self._sources = SourceReport(
@@ -94,7 +95,8 @@ class Controller:
 
     def _on_mouse(self, mouse):
         with self._lock:
-            self._core.on_mouse(*mouse, steady_time())
+            active, x, y, sender = mouse
+            self._core.on_mouse(active, x, y, steady_time(), sender)
         self._tick()
         self._watchdog.feed()
 
@@ -158,6 +160,11 @@ class Controller:
             problem = self._rivals.complaint or self._core.problem(rospy.get_time())
             return problem, dict(self._sources.values(), driver=self._core.driver.value,
                                  mouse='active' if self._core.mouse_active else 'not active')
+
+
+def _to_mouse(message):
+    """(active, x, y, sender)."""
+    return to_mouse(message) + (connection_of(message)['callerid'],)
 
 
 if __name__ == '__main__':

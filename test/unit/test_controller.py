@@ -220,6 +220,35 @@ def test_deactivating_the_mouse_stops_a_turn(bench):
     assert abs(bench.robot.true_velocity[1]) < 0.01
 
 
+def stop_by_another_mouse(bench):
+    """As a page's STOP."""
+    for active in (True, False):
+        bench.controller.on_mouse(active, 0.0, 0.0, bench.now, 'page')
+
+
+def test_another_mouse_that_is_deactivated_stops_a_mouse_until_it_was_in_the_middle(bench):
+    bench.hold(True, 0.0, 1.0)
+    bench.run(0.5)
+    stop_by_another_mouse(bench)
+    assert set(bench.run(1.0)) <= {None}
+    bench.hold(True)
+    bench.run(0.2)
+    bench.hold(True, 0.0, 1.0)
+    assert Twist2(0.5, 0.0) in bench.run(0.2)
+
+
+def test_another_mouse_that_is_deactivated_stops_a_turn_after_a_mouse_was_lost(bench):
+    bench.hold(True, 1.0, 0.0)
+    bench.run(0.3)
+    bench.mouse = None
+    bench.run(0.5)
+    bench.ask(180.0)
+    bench.run(0.5)
+    stop_by_another_mouse(bench)
+    assert bench.controller.driver is Driver.NOBODY
+    assert set(bench.run(1.0)) <= {None}
+
+
 @pytest.mark.parametrize('x', [0.0, 1.0])
 def test_a_silent_mouse_is_lost_and_stops_the_robot(bench, x):
     bench.hold(True, x, 0.0)

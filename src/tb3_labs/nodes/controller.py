@@ -63,15 +63,15 @@ class ControllerCore:
         elif self._turn is None and rate > DRIVEN_RATE:
             self._carried = 0.0
 
-    def on_mouse(self, active: bool, x: float, y: float, now: float) -> None:
-        """Take in a message of the mouse; ``ValueError`` for a position that is not finite.
+    def on_mouse(self, active: bool, x: float, y: float, now: float, sender: str = '') -> None:
+        """Take in a message of a mouse; ``ValueError`` for a position that is not finite.
 
         `now` is on a clock that never stands still and never goes back, since a person moves the
         mouse.
         """
         self.update(now)
         was_active = self._mouse.active
-        self._mouse.heard(active, x, y, now)
+        deactivated = self._mouse.heard(active, x, y, now, sender)
         if self._mouse.active:
             self._mouse_told = False
             if not was_active:
@@ -80,7 +80,7 @@ class ControllerCore:
             self._mouse_is_new = True
             self._happens(DriverEvent.MOUSE_CENTRED if self._mouse.is_centred
                           else DriverEvent.MOUSE_MOVED, 'the mouse took over')
-        elif was_active:
+        elif was_active or deactivated:
             self._released('the mouse was deactivated')
         elif active and not self._mouse_told:
             self._mouse_told = True

@@ -5,6 +5,7 @@ on a clock that never stands still and never goes back (`now`), since a person m
 Source: the IMU lab's handout for the mouse.
 """
 import math
+from typing import Set
 
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.limits import clamp
@@ -26,6 +27,9 @@ class Mouse:
     slept. It then stays inactive until it is in the middle of the screen, or is deactivated. So a
     mouse that was active all the time, or comes back, does not drive at once. Messages that came
     together after a silence do not count for that: they may be as old as the silence.
+
+    Several mice may be heard. The one that is deactivated stops all: the others do not count until
+    they are in the middle, or deactivated.
     """
 
     def __init__(self) -> None:
@@ -36,19 +40,35 @@ class Mouse:
         self._is_lost = True
         self._back_at = -math.inf    # end of the last silence
         self._repeats = False        # an active mouse repeats itself, else it may be silent
+        # senders whose last message was active, and those that another one has stopped
+        self._switched_on: Set[str] = set()
+        self._stopped: Set[str] = set()
 
-    def heard(self, active: bool, x: float, y: float, now: float) -> None:
-        """A message arrived; ``ValueError`` for a position that is not finite."""
+    def heard(self, active: bool, x: float, y: float, now: float, sender: str = '') -> bool:
+        """A message arrived; True if it deactivates a mouse, also a lost one: that is a stop.
+        ``ValueError`` for a position that is not finite."""
         twist = mouse_twist(x, y)
+        at_rest = not active or twist == Twist2()
+        deactivated = not active and sender in self._switched_on
+        if deactivated:
+            self._switched_on.discard(sender)
+            self._stopped = set(self._switched_on)
+        elif active:
+            self._switched_on.add(sender)
+        if at_rest:
+            self._stopped.discard(sender)
+        elif sender in self._stopped:
+            return False
         if self._repeats and not self.source.is_fresh(now):
             self._back_at = now
         self.source.heard(now)
         self._repeats = active
-        if (not active or twist == Twist2()) and now - self._back_at >= WAKING:
+        if at_rest and now - self._back_at >= WAKING:
             self._is_lost = False
         self.active = active and not self._is_lost
         if self.active:
             self.twist = twist
+        return deactivated
 
     def is_silent(self, now: float) -> bool:
         """Is the mouse active, but silent?"""
