@@ -25,15 +25,20 @@ SILENCE = 0.3
 class Line:
     """A topic with one subscriber: `read` gives the texts that have arrived."""
 
-    def __init__(self):
+    def __init__(self, is_early=False):
+        """`is_early`: the subscriber connects before rospy knows the size of the queue."""
         self.topic = _PublisherImpl('/line', String)
-        self.topic.set_queue_size(QUEUE)
+        if not is_early:
+            self.topic.set_queue_size(QUEUE)
         self.publisher = SimpleNamespace(impl=self.topic)
         ours, self.theirs = socket.socketpair()
         ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4608)
         self.connection = TCPROSTransport(TCPROSPub('/line', String), '/line')
         self.connection.set_socket(ours, 'subscriber')
         self.topic.add_connection(self.connection)
+        if is_early:
+            self.topic.set_queue_size(QUEUE)
+            publish_now(self.publisher, String('first'))
         queue, = self.topic.connections
         assert isinstance(queue, QueuedConnection)
         while not queue._cond_data_available._waiters:
@@ -117,6 +122,13 @@ def test_short_and_long_ones_keep_their_order(line):
         time.sleep(0.001)     # most are read before the queue is full
     reader.join()
     assert texts == sorted(texts) and set(texts) <= set(sent) and len(texts) > 200
+
+
+def test_a_subscriber_that_connects_before_the_queues_size_is_known_gets_a_queue():
+    line = Line(is_early=True)
+    line.publish('second')
+    assert line.read() == ['first', 'second']
+    line.close()
 
 
 def test_what_the_queue_is_about_to_write_is_not_overtaken(line):

@@ -16,6 +16,7 @@ import genpy
 import rospy
 from rosgraph.roslogging import RosStreamHandler
 from rospy.impl.rosout import RosOutHandler
+from rospy.impl.tcpros_pubsub import QueuedConnection
 from rospy.msg import AnyMsg, serialize_message
 
 
@@ -131,6 +132,7 @@ def publish_now(publisher, *messages):
         if topic.is_latch:
             topic.latch = messages[-1]
         if topic.has_connections():
+            _give_queues(topic)
             data = _serialised(topic, messages)
             for connection in topic.connections:
                 _write(connection, data, len(messages))
@@ -139,6 +141,13 @@ def publish_now(publisher, *messages):
         raise rospy.ROSSerializationException(str(problem)) from None
     finally:
         topic.release()
+
+
+def _give_queues(topic):
+    """rospy tells the master of a topic before it knows the size of its queues: a subscriber that
+    connects in between has none, and its socket may keep the publisher waiting."""
+    topic.connections = [each if isinstance(each, QueuedConnection) else
+                         QueuedConnection(each, topic.queue_size) for each in topic.connections]
 
 
 def _serialised(topic, messages):
