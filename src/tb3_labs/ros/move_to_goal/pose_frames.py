@@ -32,7 +32,7 @@ class PoseFrames:
             return
         with self._lock:
             if self._tf is None:
-                buffer = tf2_ros.Buffer()
+                buffer = tf2_ros.Buffer(debug=False)    # else it asks the master for a service
                 self._listener = tf2_ros.TransformListener(buffer)
                 self._tf = buffer
         self._tf.can_transform(self.odom, frame, rospy.Time(0), rospy.Duration(TF_TIMEOUT))
