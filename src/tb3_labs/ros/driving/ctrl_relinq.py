@@ -6,7 +6,7 @@ counts, and other nodes hear that control was given.
 import rospy
 from std_msgs.msg import Bool
 
-from tb3_labs.ros.rospy_internals import heard_by
+from tb3_labs.ros.rospy_internals import heard_by, messages_written
 from tb3_labs.ros.topics import subscribe_events
 from tb3_labs.supervision.permission import RENEWAL
 
@@ -30,6 +30,11 @@ class ControlGiver:
     def takers(self):
         """Names of the nodes that hear this sender."""
         return heard_by(self._publisher)
+
+    @property
+    def written(self):
+        """{connection: number of words written to it}."""
+        return messages_written(self._publisher)
 
     def say(self, word, now):
         """Say True or False once; `now` in [s], steady."""
