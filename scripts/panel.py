@@ -7,7 +7,7 @@ more sender on the topics of the labs: the rules of control are those of the nod
 Subscribes, while a page looks
     imu, odom, cmd_vel, joy, local_pose, local_path, goal_state, current_goal, has_control,
     control_holder, distance_error, angle_error_deg, ground_truth, /tf, /tf_static, /rosout,
-    move_to_goal/parameter_updates
+    move_to_goal/parameter_updates, ctrl_relinq, move2goal/cancel
 Publishes, when a person asks for it on a page
     joy                     sensor_msgs/Joy: the page's pad, with the numbers that gamepad uses
     mouse_info              tb3_labs/MouseController: the page's mouse
@@ -35,7 +35,7 @@ from tb3_labs.panel.requests import read_request
 from tb3_labs.panel.viewer import Viewer
 from tb3_labs.panel.wheel import LONGEST_DELAY
 from tb3_labs.ros.clocks import steady_time
-from tb3_labs.ros.console import log_news
+from tb3_labs.ros.console import log_news, say
 from tb3_labs.ros.move_to_goal.reset_call import call_reset
 from tb3_labs.ros.node import guarded, run
 from tb3_labs.ros.panel.log_lines import LogLines, lines_of
@@ -45,7 +45,7 @@ from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.signals import when_stopped
 
 try:
-    from tb3_labs.ros.panel.server import Server, Timer
+    from tb3_labs.ros.panel.server import Server, Timer, Worker
 except ModuleNotFoundError as missing:
     sys.exit('panel: {}: sudo apt install python3-tornado'.format(missing))
 
@@ -59,6 +59,8 @@ PATIENCE = 3.0
 RELEASE_TIME = 0.5
 #: Requests that count however late they come.
 STOPS = ('stop', 'take', 'let go', 'hand')
+#: Time within which a stop must be written to be confirmed, and between two looks [s].
+CONFIRM_WITHIN, CONFIRM_PERIOD = 0.5, 0.005
 #: Stands for an answer that another thread gives.
 LATER = object()
 
@@ -85,15 +87,18 @@ class Panel:
         self._pages = []
         self._log = LogLines()
         self._server = Server(config, self._open_page)
-        self._robots = {name: PanelRobot(name, self._server.soon) for name in config.names}
+        self._worker = Worker()
+        self._robots = {name: PanelRobot(name, config.control, self._server.soon, self._worker)
+                        for name in config.names}
         self._drawing = Timer(1.0 / config.rate, self._draw)
         self._listing = Timer(LIST_PERIOD, self._list)
         self._wheels = Timer(WHEEL_PERIOD, self._update_wheels)
         rospy.on_shutdown(self._release)
         when_stopped(self._release, lambda: None)
         self._server.start()
-        rospy.loginfo('Panel: open %s in a browser%s', self._server.address,
-                      '' if self._control else ' (it only shows)')
+        # not logged: whoever knows the address, with its token, may drive
+        say('Panel: open {} in a browser{}'.format(
+            self._server.address, '' if self._control else ' (it only shows)'))
 
     # -- pages come and go
 
@@ -142,7 +147,7 @@ class Panel:
         listed = Watch.SUMMARY if any(page.robot is None for page in self._pages) else Watch.NOTHING
         for robot in self._robots.values():
             seen = any(page.robot is robot for page in self._pages)
-            robot.look(Watch.ALL if seen else listed, seen and self._control)
+            robot.look(Watch.ALL if seen else listed)
 
     # -- what pages see
 
@@ -219,6 +224,7 @@ class Panel:
         """The answer to a request, in words; None: there is nothing to say; or LATER."""
         now = steady_time()
         lateness = 0.0 if request.sent_at is None else page.lateness.of(request.sent_at, now)
+        pressed = now - lateness if request.pressed is None else min(now - lateness, request.pressed)
         if request.kind == 'look':
             return self._look(page, request.value)
         if request.kind == 'seen':
@@ -227,33 +233,39 @@ class Panel:
             raise ValueError('this panel only shows: it was started with control:=false')
         if page.robot is None:
             raise ValueError('choose a robot first')
-        if lateness > LONGEST_DELAY and request.kind not in STOPS:
+        if now - pressed > LONGEST_DELAY and request.kind not in STOPS:
             raise ValueError('this came {:.1f} s late, and does not count: ask again'.format(
-                lateness))
-        answer = self._drive(page, page.robot, request, now, lateness)
+                now - pressed))
+        answer = self._drive(page, page.robot, request, now, lateness, pressed)
         self._flush(page.robot)
         return answer
 
-    def _drive(self, page, robot, request, now, lateness):
-        wheel = robot.wheel
+    def _drive(self, page, robot, request, now, lateness, pressed):
         if request.kind == 'hand':
-            return robot.hand(page, request.value, now, lateness)
+            return robot.hand(page, request.value, now, lateness, pressed)
         if request.kind == 'begin':
-            return robot.begin(page, now)
+            return robot.begin(page, now, pressed)
         if request.kind == 'let go':
-            return wheel.let_go(page)
+            return robot.wheel.let_go(page)
         if request.kind == 'give':
-            return robot.give(page, now)
+            return robot.give(page, now, pressed)
         if request.kind == 'take':
-            wheel.take()
-            return 'control taken'
+            return self._confirm(page, request, robot.take(page, now), now)
         if request.kind == 'stop':
-            return robot.stop()
+            return self._confirm(page, request, robot.stop(now), now)
         if request.kind == 'turn':
-            return robot.turn(request.value)
+            return robot.turn(request.value, pressed)
         if request.kind == 'goal':
-            return robot.goal(request.value)
+            return robot.goal(request.value, pressed)
         return self._reset(page, robot, request)
+
+    def _confirm(self, page, request, stop, said_at):
+        """Answer when the stop is confirmed, or that it is not."""
+        if stop.is_confirmed or steady_time() - said_at > CONFIRM_WITHIN:
+            self._answer(page, request, *stop.in_words())
+        else:
+            self._server.later(CONFIRM_PERIOD, lambda: self._confirm(page, request, stop, said_at))
+        return LATER
 
     def _reset(self, page, robot, request):
         """Call the service in a thread of its own: it may take a second."""

@@ -10,8 +10,10 @@ import sys
 import tempfile
 import time
 import unittest
+import xmlrpc.client
 from concurrent.futures import ThreadPoolExecutor
 
+import rosgraph
 import rospkg
 import rospy
 import rostest
@@ -26,6 +28,7 @@ from tb3_labs.ros.testing.ports import free_port
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import STARTING, ZERO, Hiccups, Node    # noqa: E402 (a relay's folder)
+from panel_page import Page    # noqa: E402
 from two_hosts import TwoHosts    # noqa: E402
 
 
@@ -73,6 +76,7 @@ class Room:
         self.seen.wait_until(lambda: self.control.get_num_connections() and (
             self.goals.get_num_connections()), STARTING, 'move_to_goal')
         self.goals.publish(to_pose_stamped(Pose2(x, 0.0, 0.0), 'local', 0.0))
+        self.control.publish(False)
         self.control.publish(True)
         self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)
 
@@ -128,6 +132,46 @@ def master_gone_and_back():
         room.reach()
         assert room.node.status is None and 'Traceback' not in room.node.text, room.node.text
         assert room.node.end() == 0
+    finally:
+        room.close()
+
+
+def connected_to(node):
+    """The names of the nodes that are connected to a node's publishers."""
+    address = rosgraph.Master(rospy.get_name()).lookupNode(node)
+    _, _, links = xmlrpc.client.ServerProxy(address).getBusInfo(rospy.get_name())
+    return {name for _, name, direction, *_ in links if direction == 'o'}
+
+
+def panel_without_a_master():
+    """A page that was opened after the master died stops the robot; no thread waits for it."""
+    port, page_port = free_port(), free_port()
+    os.environ.update(ROS_MASTER_URI='http://localhost:%d' % port, ROS_HOSTNAME='localhost')
+    room = Room(port)
+    try:
+        panel = room.start('panel.py', '_port:=%d' % page_port)
+        panel.wait_for('in a browser')
+        room.seen.wait_until(lambda: {'/move_to_goal', '/turtlebot3'} <= connected_to('/panel'))
+        room.drive(3.0)
+        room.seen.wait_for('ground_truth', lambda pose: pose.x > 0.1)
+        room.master.kill()
+        room.master.wait()
+        for stop in 'stop', 'take':
+            page = Page('http://localhost:%d/' % page_port)
+            page.wait_until(lambda: 'picture' in page.latest, 5.0, 'a picture')
+            assert page.ask('begin') == (True, ''), page.answers
+            page.ask('let go')
+            if stop == 'take':
+                room.drive(3.0)
+            said_at = time.time()
+            confirmed, text = page.ask(stop)
+            assert confirmed, text
+            room.seen.wait_for('cmd_vel', lambda command: command == ZERO)
+            room.wait(0.3)
+            moving = [at for at, command in room.seen.all('cmd_vel') if command != ZERO][-1]
+            assert moving - said_at < 0.1 + room.hiccups.since(said_at, moving), (
+                'it drove on for %.2f s' % (moving - said_at))
+        assert panel.status is None and 'Traceback' not in panel.text, panel.text
     finally:
         room.close()
 
@@ -302,8 +346,8 @@ def no_small_disk():
 
 
 SCENES = {scene.__name__: scene for scene in (
-    master_gone_and_back, master_that_does_not_answer, network_cut_and_back, nothing_listens_beyond_this_machine,
-    disk_full_while_recording)}
+    master_gone_and_back, panel_without_a_master, master_that_does_not_answer,
+    network_cut_and_back, nothing_listens_beyond_this_machine, disk_full_while_recording)}
 
 
 class NetworkTest(unittest.TestCase):
@@ -314,7 +358,8 @@ class NetworkTest(unittest.TestCase):
         pool = ThreadPoolExecutor(len(SCENES))
         cls.addClassCleanup(pool.shutdown)
         cls.played = {scene: pool.submit(cls.play, scene) for scene, missing in (
-            ('master_gone_and_back', ''), ('master_that_does_not_answer', ''),
+            ('master_gone_and_back', ''), ('panel_without_a_master', ''),
+            ('master_that_does_not_answer', ''),
             ('network_cut_and_back', TwoHosts.missing()),
             ('nothing_listens_beyond_this_machine', ''),
             ('disk_full_while_recording', no_small_disk())) if not missing}
@@ -334,6 +379,9 @@ class NetworkTest(unittest.TestCase):
 
     def test_the_master_goes_and_comes_back(self):
         self.check('master_gone_and_back')
+
+    def test_a_page_without_a_master_stops_the_robot(self):
+        self.check('panel_without_a_master')
 
     def test_the_master_does_not_answer(self):
         self.check('master_that_does_not_answer')

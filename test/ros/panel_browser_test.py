@@ -18,6 +18,7 @@ sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from browser import MISSING, Browser    # noqa: E402 (a relay's folder)
 from node_case import SILENCE, STARTING, ZERO, Hiccups, Node    # noqa: E402
 from panel_case import LOSS, PanelCase, with_punctual_pages    # noqa: E402
+from panel_page import Page    # noqa: E402
 
 PORT = 8110
 
@@ -151,6 +152,21 @@ class PanelBrowserTest(PanelCase):
         since = rospy.get_time()
         self.page.press_key(' ')
         self.assert_stopped(since, LOSS)
+        self.page.wait_until(lambda: 'STOP was sent to /move_to_goal' in self.page.text('message'),
+                             5.0, 'the confirmation')
+
+    def test_b_takes_the_robot_from_another_page(self):
+        """By its key, and by a gamepad whose buttons were not let go since it was plugged in."""
+        other = Page(self.address)
+        self.addCleanup(other.close)
+        for press in lambda: self.page.press_key('b'), lambda: self.page.move_pad(pressed=[1]):
+            self.assertEqual(other.ask('give'), (True, 'control given'))
+            other.hold()
+            self.page.wait_for(has_control=True, wheel='other')
+            press()
+            self.page.wait_for(5.0, has_control=False, wheel='')
+            other.fall_silent()
+        self.page.run('window.testPad = null')
 
     def test_a_turn_is_90_degrees(self):
         before = self.rest()

@@ -11,14 +11,17 @@ import sys
 import rosgraph
 import rospy
 import rostest
+from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped, TransformStamped, Twist, Vector3
 from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, Float32
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.testing.observer import Observer
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
@@ -39,6 +42,7 @@ class PanelTest(PanelCase):
         cls.seen.watch_robot()
         cls.seen.watch('ctrl_relinq', Bool, lambda message: message.data)
         cls.seen.watch('has_control', Bool, lambda message: message.data)
+        cls.seen.watch('/rosout', Log, lambda line: (line.name, line.msg))
         cls.panel = cls.start_panel()
         cls.addClassCleanup(cls.panel.kill)
         cls.address = cls.address_of(cls.panel)
@@ -118,7 +122,7 @@ class PanelTest(PanelCase):
 
         def heard():
             return {topic for topic, nodes in master.getSystemState()[1] if '/panel' in nodes}
-        self.seen.wait_until(lambda: heard() <= {'/rosout', '/ctrl_relinq'}, 10.0,
+        self.seen.wait_until(lambda: heard() <= {'/rosout'}, 10.0,
                              'the end of its subscriptions, not {}'.format(heard()))
         again = self.open()
         again.wait_until(lambda: again.latest.get('picture', {}).get('odom'), 5.0, 'a picture')
@@ -245,8 +249,10 @@ class PanelTest(PanelCase):
         self.page.ask('turn', degrees=-180)
         self.wait_until_it_moves()
         since = rospy.get_time()
-        self.page.send('stop')
+        confirmed, text = self.page.ask('stop')
         self.assert_stopped(since, within=0.1)
+        self.assertTrue(confirmed, text)
+        self.assertRegex(text, '^STOP was sent to /move_to_goal, .*/turtlebot3$')
 
     def test_a_stop_ends_everything_and_nothing_comes_back(self):
         other = self.open()
@@ -260,8 +266,44 @@ class PanelTest(PanelCase):
         self.assert_stands(2 * SILENCE)    # the hands of the page that gave control go on
         self.drive_by_stick()
         since = rospy.get_time()
-        self.page.send('stop')
+        other.send('take')    # B of that page
         self.assert_stopped(since, within=0.1)
+
+    def test_what_was_pressed_before_a_stop_does_not_count_after_it(self):
+        other, goal = self.open(), {'x': 1.0, 'y': 0.0, 'yaw_deg': 0.0}
+        publishers = {    # latched: the panel hears them when it is connected
+            rospy.Publisher('ctrl_relinq', Bool, queue_size=1, latch=True): Bool(False),
+            rospy.Publisher('move2goal/cancel', GoalID, queue_size=1, latch=True): GoalID()}
+        stops = [lambda: other.ask('stop'), lambda: other.ask('take'),
+                 lambda: other.hold(pad={'b': True})]
+        stops += [lambda publisher=publisher: publisher.publish(publishers[publisher])
+                  for publisher in publishers]
+        for stop in stops:
+            pressed = steady_time()    # this computer's clock is the panel's
+            self.assertEqual(self.page.ask('begin', pressed=pressed), (True, ''))
+            stop()
+            # the panel hears it soon
+            self.seen.wait_until(lambda at=pressed: not self.page.ask('begin', pressed=at)[0], 5.0)
+            for request, values in (('begin', {}), ('give', {}), ('turn', {'degrees': 90}),
+                                    ('goal', goal)):
+                self.assertEqual(self.page.ask(request, pressed=pressed, **values), (
+                    False, 'this was pressed before the robot was stopped: press it again'))
+        for publisher in publishers:
+            publisher.unregister()
+
+    def test_control_that_was_lost_by_itself_is_given_anew(self):
+        self.page.ask('give')
+        self.page.hold()
+        self.page.wait_for(has_control=True)
+        lost = rospy.Publisher('has_control', Bool, queue_size=1, latch=True)
+        lost.publish(False)    # as move_to_goal does
+        self.page.wait_for(has_control=False)
+        since = rospy.get_time()
+        self.assertEqual(self.page.ask('give'), (True, 'control given'))
+        self.seen.wait_until(lambda: False in [
+            word for _, word in self.seen.all('ctrl_relinq', since)], 2.0, 'a new giving')
+        self.page.wait_for(has_control=True)
+        lost.unregister()
 
     def test_one_page_drives_at_a_time(self):
         other = self.open()
@@ -393,6 +435,8 @@ class PanelTest(PanelCase):
             False, "robot 'robot3' is unknown; known: robot1, robot2"))
         page.send('look', robot='robot2')
         page.wait_for(robot='robot2')
+        self.seen.wait_for('/rosout', lambda line: line[0] == '/shows')    # of what was refused
+        self.assertEqual([line for _, line in self.seen.all('/rosout') if token in line[1]], [])
         for request in ('begin', 'give', 'stop'):
             self.assertEqual(page.ask(request), (
                 False, 'this panel only shows: it was started with control:=false'))
@@ -406,6 +450,7 @@ class PanelTest(PanelCase):
         self.assertIn('/nowhere/reset_pose', text)
         self.assertEqual(page.ask('give'), (
             False, 'no node listens on ctrl_relinq: is move_to_goal running?'))
+        self.assertEqual(page.ask('stop'), (False, 'no node hears it'))
 
 
 if __name__ == '__main__':

@@ -99,9 +99,9 @@ def test_each_button_is_itself(button):
 
 
 @pytest.mark.parametrize('kind', VALID)
-def test_any_message_may_have_an_id_and_a_time_in_milliseconds(kind):
-    request = read_request(text_of(kind, id=7, t=1722945600123.25))
-    assert request.id == 7
+def test_any_message_may_have_an_id_its_time_in_milliseconds_and_that_of_the_press(kind):
+    request = read_request(text_of(kind, id=7, t=1722945600123.25, pressed=86400.125))
+    assert request.id == 7 and request.pressed == 86400.125
     assert request.sent_at == pytest.approx(1722945600.12325, abs=1e-6)
 
 

@@ -8,6 +8,8 @@ from tb3_labs.panel.wheel import LatePad, MouseState, Wheel
 
 REST, FULL, B = Pad(), Pad(forward=1.0, hold=True), Pad(b=True)
 EMPTY = Hand()
+#: A person presses later than what happened before, by this [s] at least.
+TICK = 2.0 ** -20
 
 
 class Room:
@@ -22,12 +24,17 @@ class Room:
 
     def drive(self, page='A', pad=FULL, mouse=None):
         """`page` takes the wheel and grips; nothing of that is kept."""
-        self.wheel.begin(page, self.now)
+        self.begin(page)
         self.hand(page, pad, mouse)
         self.said()
 
+    def begin(self, page='A'):
+        self.now += TICK
+        self.wheel.begin(page, self.now, pressed=self.now)
+
     def give(self, page='A'):
-        self.wheel.give(page, self.now)
+        self.now += TICK
+        self.wheel.give(page, self.now, pressed=self.now)
 
     def run(self, seconds):
         self.now += seconds
@@ -59,9 +66,9 @@ def test_nobody_has_the_wheel_at_first(room):
 
 def test_of_several_pages_one_drives(room):
     room.drive('A')
-    for ask in (room.wheel.begin, room.wheel.give):
+    for ask in (room.begin, room.give):
         with pytest.raises(ValueError, match='another page drives'):
-            ask('B', room.now)
+            ask('B')
     room.hand('B', FULL, (1.0, 1.0))
     assert room.said() == ([], [], []) and room.wheel.page == 'A' and not room.wheel.gives
     room.hand('A', REST)
@@ -70,7 +77,7 @@ def test_of_several_pages_one_drives(room):
 
 def test_pages_that_are_equal_are_not_the_same_page(room):
     first, second = [1], [1]
-    room.wheel.begin(first, room.now)
+    room.begin(first)
     room.hand(second, FULL)
     room.wheel.let_go(second)
     room.wheel.gone(second)
@@ -83,14 +90,14 @@ def test_the_wheel_is_free_once_it_was_let_go(room):
     assert room.wheel.page == 'A'
     room.wheel.let_go('A')
     assert room.wheel.page is None and room.wheel.pad is None
-    room.wheel.begin('B', room.now)
+    room.begin('B')
     assert room.wheel.page == 'B' and room.wheel.take_news() == []
 
 
 def test_a_page_may_begin_again_and_keeps_what_it_holds(room):
     room.give()
     room.hand('A', REST)
-    room.wheel.begin('A', room.now)
+    room.begin('A')
     assert room.wheel.page == 'A' and room.wheel.gives and room.wheel.pad == REST
     assert room.words == [True]
 
@@ -147,7 +154,7 @@ def test_a_page_is_lost_by_a_silence_of_more_than_a_quarter_of_a_second(
         room, silence, lost, heard_by):
     room.drive()
     room.run(0.125)
-    {'begin': lambda: room.wheel.begin('A', room.now), 'hand': lambda: room.hand('A', FULL),
+    {'begin': lambda: room.begin('A'), 'hand': lambda: room.hand('A', FULL),
      'give': room.give}[heard_by]()
     room.said()
     room.run(silence)
@@ -211,7 +218,7 @@ def test_a_silence_is_noticed_by_the_next_message_also_if_nobody_looked_at_the_c
 def test_a_lost_wheel_is_free_for_the_next_page_also_if_nobody_looked_at_the_clock(room):
     room.give('A')
     room.now += 0.5
-    room.wheel.begin('B', room.now)
+    room.begin('B')
     assert room.wheel.page == 'B' and room.words == [True, False] and not room.wheel.gives
 
 
@@ -224,7 +231,7 @@ def test_a_page_that_slept_drives_nothing_as_it_wakes(room):
     for late in (4.9, 3.0, 1.0, 0.3, 0.2, 0.1, 0.0):
         room.hand('A', FULL, (1.0, 1.0), late)
     assert room.said() == ([], [], []) and room.wheel.page is None
-    room.wheel.begin('A', room.now)
+    room.begin('A')
     room.hand('A', REST)
     assert room.said() == ([], [LatePad(REST, 0.0)], []) and not room.wheel.gives
 
@@ -242,8 +249,8 @@ def test_control_is_given_once_by_any_number_of_requests(room):
 
 
 @pytest.mark.parametrize('end', [
-    lambda room: room.wheel.take(), lambda room: room.wheel.on_taken(),
-    lambda room: room.wheel.stop(), lambda room: room.wheel.let_go('A'),
+    lambda room: room.wheel.take('A', room.now), lambda room: room.wheel.on_taken(room.now),
+    lambda room: room.wheel.stop(room.now), lambda room: room.wheel.let_go('A'),
     lambda room: room.wheel.gone('A'), lambda room: room.run(0.5),
     lambda room: room.hand('B', B)])
 def test_what_was_taken_by_anybody_is_given_again_by_a_person_alone(room, end):
@@ -260,15 +267,15 @@ def test_what_was_taken_by_anybody_is_given_again_by_a_person_alone(room, end):
 
 
 def test_control_that_another_one_gave_is_taken_as_well(room):
-    room.wheel.take()
+    room.wheel.take('A', room.now)
     assert room.words == [False]
-    room.wheel.stop()
+    room.wheel.stop(room.now)
     assert room.words == [False]
 
 
 def test_what_another_node_took_is_no_news_for_a_page_that_gave_nothing(room):
     room.drive()
-    room.wheel.on_taken()
+    room.wheel.on_taken(room.now)
     assert room.said() == ([], [], []) and room.wheel.page == 'A'
 
 
@@ -280,14 +287,98 @@ def test_a_page_that_gave_nothing_takes_nothing_as_it_goes(room, end):
     assert room.words == []
 
 
-def test_take_and_a_foreign_b_leave_the_hands_where_they_are(room):
+def test_the_page_that_drives_takes_control_and_keeps_what_it_holds(room):
     room.give('A')
     room.hand('A', FULL, (0.5, 0.5))
     room.said()
-    room.wheel.take()
-    room.hand('B', B)
-    assert room.said() == ([False, False], [], [])
+    room.wheel.take('A', room.now)
+    assert room.said() == ([False], [], [])
     assert room.wheel.page == 'A' and room.wheel.pad == FULL
+
+
+@pytest.mark.parametrize('take', [lambda room: room.hand('B', B),
+                                  lambda room: room.wheel.take('B', room.now)])
+def test_take_and_b_of_another_page_stop_the_page_that_drives(room, take):
+    room.give('A')
+    room.hand('A', FULL, (0.5, 0.5))
+    room.said()
+    take(room)
+    assert room.said() == ([False], [LatePad(B, 0.0)], [MouseState(True), MouseState(False)])
+    room.hand('A', FULL, (0.5, 0.5))
+    assert room.said() == ([], [], []) and room.wheel.page is None
+
+
+# -- a giving that is older than a stop
+
+STOPS = {
+    'stop': lambda room: room.wheel.stop(room.now),
+    'take': lambda room: room.wheel.take('B', room.now),
+    'B': lambda room: room.hand('B', B),
+    'False of another node': lambda room: room.wheel.on_taken(room.now),
+    'loss of control': lambda room: room.wheel.on_control(False, room.now),
+    'cancel': lambda room: room.wheel.on_stop(room.now)}
+
+
+@pytest.mark.parametrize('stop', STOPS.values(), ids=STOPS)
+def test_what_was_pressed_before_a_stop_does_not_count_after_it(room, stop):
+    """It was held up on its way; another one has stopped the robot meanwhile."""
+    pressed = room.now
+    room.run(1.0)
+    stop(room)
+    room.said()
+    room.run(0.9)
+    for at in (pressed, pressed + 1.0):
+        for ask in (room.wheel.begin, room.wheel.give):
+            with pytest.raises(ValueError, match='pressed before the robot was stopped'):
+                ask('A', room.now, at)
+        with pytest.raises(ValueError, match='pressed before the robot was stopped'):
+            room.wheel.check(at)
+    assert room.said() == ([], [], []) and room.wheel.page is None
+    room.wheel.give('A', room.now, pressed + 1.0 + TICK)
+    assert room.words == [True]
+
+
+@pytest.mark.parametrize('stop', [STOPS[name] for name in (
+    'False of another node', 'loss of control', 'cancel')])
+def test_a_that_was_pressed_before_a_stop_is_not_shown_until_it_is_pressed_anew(room, stop):
+    """It may have waited in the page, or on its way."""
+    room.drive('A', REST)
+    pressed = room.now
+    stop(room)
+    for at in (pressed, pressed, room.now + 1.0):    # the last: of a page that tells no press
+        room.wheel.on_hand('A', Hand(Pad(a=True)), room.now, pressed=at)
+    assert room.said() == ([], [LatePad(REST, 0.0)] * 3, [])
+    news, = room.wheel.take_news()
+    assert news.warning and news.text == (
+        'A was pressed before the robot was stopped: press it again')
+    room.hand('A', REST)
+    room.wheel.on_hand('A', Hand(Pad(a=True)), room.now, pressed=room.now + TICK)
+    assert room.wheel.take_pads()[-1].pad.a
+
+
+def test_a_that_is_still_held_at_a_stop_is_released(room):
+    room.drive('A', REST)
+    pressed = room.now + TICK
+    room.wheel.on_hand('A', Hand(Pad(a=True)), room.now, pressed=pressed)
+    room.now += 2 * TICK
+    room.wheel.on_taken(room.now)
+    room.wheel.on_hand('A', Hand(Pad(a=True)), room.now, pressed=pressed)
+    assert [late.pad.a for late in room.wheel.take_pads()] == [True, False]
+
+
+def test_control_that_was_lost_by_itself_is_given_anew(room):
+    """A node that hears True again and again does not count it as a new giving."""
+    room.give()
+    room.wheel.on_control(True, room.now)
+    room.hand('A')
+    room.run(0.125)
+    room.wheel.on_control(False, room.now)
+    room.hand('A')
+    assert room.words == [True]      # it may come back, if the network was slow
+    room.give()
+    assert room.words == [False, True] and room.wheel.gives
+    room.give()
+    assert room.words == []
 
 
 # -- the button B
@@ -297,12 +388,11 @@ def test_b_counts_once_for_each_press(room):
     for pad in (B, B, Pad(b=True, forward=1.0), REST, FULL, B, None, B, B):
         room.hand('B', pad)
     assert room.words == [False] * 3
-    assert room.wheel.page == 'A'
 
 
 def test_b_counts_although_nobody_has_the_wheel(room):
     room.hand('B', B)
-    assert room.said() == ([False], [], [])
+    assert room.said() == ([False], [], [MouseState(True), MouseState(False)])
 
 
 @pytest.mark.parametrize('button', ['a', 'y', 'hold'])
@@ -326,7 +416,7 @@ def test_b_of_two_pages_counts_for_each_of_them(room):
 
 def test_b_counts_after_a_page_released_it_while_it_had_the_wheel(room):
     room.hand('B', B)
-    room.wheel.begin('B', room.now)
+    room.begin('B')
     room.hand('B', REST)
     room.wheel.let_go('B')
     room.give('A')
@@ -382,7 +472,7 @@ def test_a_stop_ends_everything(room, pad, mouse, gives):
     if gives:
         room.give()
     room.said()
-    room.wheel.stop()
+    room.wheel.stop(room.now)
     words, pads, mouse_states = room.said()
     assert words == [False]
     # the pad rests and takes the robot; an active mouse that is released also gives a turn up
@@ -394,20 +484,20 @@ def test_a_stop_ends_everything(room, pad, mouse, gives):
 def test_nothing_goes_on_after_a_stop_until_a_person_grips(room):
     room.give()
     room.hand('A', FULL, (1.0, 1.0))
-    room.wheel.stop()
+    room.wheel.stop(room.now)
     room.said()
     for _ in range(20):
         room.hand('A', FULL, (1.0, 1.0))
         room.run(0.0625)
         assert room.said() == ([], [], []) and room.wheel.page is None
-    room.wheel.begin('A', room.now)
+    room.begin('A')
     room.hand('A', FULL)
     assert room.said() == ([], [LatePad(FULL, 0.0)], []) and not room.wheel.gives
 
 
 def test_a_stop_is_said_although_nobody_drives_and_each_time(room):
     for _ in range(2):
-        room.wheel.stop()
+        room.wheel.stop(room.now)
         assert room.said() == ([False], [], [MouseState(True), MouseState(False)])
 
 
@@ -415,11 +505,14 @@ def test_a_stop_is_said_although_nobody_drives_and_each_time(room):
 
 PAGES = st.sampled_from('ABC')
 PADS = st.sampled_from([None, REST, FULL, B, Pad(a=True)])
+AGES = st.sampled_from([0.0, 0.0, 0.1, 1.0])    # of a press
 STEPS = st.lists(st.one_of(
-    st.tuples(st.sampled_from(['begin', 'give', 'let_go', 'gone']), PAGES),
+    st.tuples(st.sampled_from(['begin', 'give']), PAGES, AGES),
+    st.tuples(st.sampled_from(['let_go', 'gone', 'take']), PAGES),
     st.tuples(st.just('hand'), PAGES, PADS, st.sampled_from([None, (0.5, 0.5)]),
-              st.sampled_from([0.0, 0.0, 0.25, 0.3, 4.0])),
-    st.tuples(st.sampled_from(['take', 'on_taken', 'stop'])),
+              st.sampled_from([0.0, 0.0, 0.25, 0.3, 4.0]), AGES),
+    st.tuples(st.sampled_from(['on_taken', 'on_stop', 'stop'])),
+    st.tuples(st.just('on_control'), st.booleans()),
     st.tuples(st.just('wait'), st.sampled_from([0.0625, 0.125, 0.25, 0.3, 5.0]), st.booleans())),
     max_size=25)
 
@@ -430,49 +523,71 @@ class Story:
     def __init__(self):
         self.wheel, self.now = Wheel(), 1000.0
         self.driver, self.heard_at = None, 0.0    # the page that a person gave the wheel, last heard
-        self.given = False                        # by whom the witness saw it, and not taken since
+        self.given = self.lost = False            # by whom the witness saw it, and not taken since
+        self.stopped_at, self.b_down = 0.0, set()
         self.last_word, self.mouse_is_active = None, False
 
     def tell(self, step):
+        self.now += TICK
         kind, rest = step[0], step[1:]
         if self.driver is not None and self.now - self.heard_at > 0.25 and kind != 'wait':
             self.lose()
             self.wheel.update(self.now)
-        refused = False
+        refused, pressed = False, self.now - (rest[-1] if kind in ('begin', 'give', 'hand') else 0.0)
+        is_stop = self.is_stop(kind, rest)
         if kind == 'wait':
             self.now += rest[0]
             if rest[1]:
                 self.wheel.update(self.now)
         elif kind == 'hand':
-            page, pad, mouse, late = rest
-            self.wheel.on_hand(page, Hand(pad, mouse), self.now, late)
+            page, pad, mouse, late, _ = rest
+            self.wheel.on_hand(page, Hand(pad, mouse), self.now, late, pressed=pressed)
             if page == self.driver and late <= 0.25:
                 self.heard_at = self.now
         elif kind in ('begin', 'give'):
             try:
-                getattr(self.wheel, kind)(rest[0], self.now)
+                getattr(self.wheel, kind)(rest[0], self.now, pressed)
             except ValueError:
                 refused = True
-            assert refused is (self.driver not in (None, rest[0]))
+            assert refused is (self.driver not in (None, rest[0]) or pressed <= self.stopped_at)
             if not refused:
                 self.driver, self.heard_at = rest[0], self.now
-        else:
+        elif kind in ('let_go', 'gone'):
             getattr(self.wheel, kind)(*rest)
-        self.judge(kind, rest, refused)
-        if kind == 'stop' or kind in ('let_go', 'gone') and rest[0] == self.driver:
+        else:
+            getattr(self.wheel, kind)(*rest, self.now)
+        if is_stop:
+            self.stopped_at = self.now
+        ends = kind == 'stop' or (is_stop and kind in ('take', 'hand') and rest[0] != self.driver)
+        self.judge(kind, rest, refused, ends, pressed)
+        if ends or kind in ('let_go', 'gone') and rest[0] == self.driver:
             self.lose()
+
+    def is_stop(self, kind, rest):
+        """Does this step stop the robot? The presses of B are counted."""
+        if kind == 'gone':
+            self.b_down.discard(rest[0])
+        if kind != 'hand':
+            return kind in ('take', 'stop', 'on_taken', 'on_stop') or (
+                kind == 'on_control' and not rest[0])
+        was_down = rest[0] in self.b_down
+        (self.b_down.add if rest[1] is not None and rest[1].b else self.b_down.discard)(rest[0])
+        return rest[0] in self.b_down and not was_down
 
     def lose(self):
         self.driver, self.given = None, False
 
-    def judge(self, kind, rest, refused):
-        may_give = kind == 'give' and not refused and not self.given
+    def judge(self, kind, rest, refused, ends, pressed):
+        may_give = kind == 'give' and not refused and (not self.given or self.lost)
         words, pads, mouse = (self.wheel.take_words(), self.wheel.take_pads(),
                               self.wheel.take_mouse())
         assert words.count(True) == may_give      # a person's word, and no word without one
+        assert not any(late.pad.a and pressed <= self.stopped_at for late in pads)
+        if kind == 'on_control' or may_give:
+            self.lost = kind == 'on_control' and not rest[0]
         for word in words:
             self.last_word = self.given = word
-        if kind != 'stop':
+        if not ends:
             drives = kind == 'hand' and rest[0] == self.driver and rest[3] <= 0.25
             assert not pads or drives
             assert drives or not any(state.active for state in mouse)
@@ -498,7 +613,7 @@ def test_whatever_pages_do_nothing_goes_on_without_a_person(steps):
 
 def test_a_mouse_that_is_held_while_another_node_drives_must_be_gripped_anew():
     wheel = Wheel()
-    wheel.begin('page', 0.0)
+    wheel.begin('page', 0.0, pressed=0.0)
     wheel.on_hand('page', Hand(mouse=(0.0, 1.0)), 0.05, mouse_drives=False)
     wheel.on_hand('page', Hand(mouse=(0.0, 1.0)), 0.10)    # nobody else drives any more
     assert wheel.take_mouse() == []
@@ -509,7 +624,7 @@ def test_a_mouse_that_is_held_while_another_node_drives_must_be_gripped_anew():
 
 def test_a_mouse_that_drives_is_released_when_another_node_begins_to_drive():
     wheel = Wheel()
-    wheel.begin('page', 0.0)
+    wheel.begin('page', 0.0, pressed=0.0)
     wheel.on_hand('page', Hand(mouse=(0.0, 1.0)), 0.05)
     wheel.on_hand('page', Hand(mouse=(0.0, 1.0)), 0.10, mouse_drives=False)
     wheel.on_hand('page', Hand(mouse=(0.0, 1.0)), 0.15)

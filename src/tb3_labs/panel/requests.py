@@ -14,6 +14,8 @@
 "pad" is {"forward": -1..1, "left": -1..1, "a": bool, "b": bool, "y": bool, "hold": bool}; "mouse"
 counts from the middle of its square to its edges, -1..1, x right, y up. Each may have an "id", a
 whole number: the answer has it too. "t" is the time at which it was sent [ms, the page's clock].
+"pressed" is the time at which a person asked for it, and in a hand the time of the press of A
+[s, the panel's clock]: "now" of the last picture, and the time since that picture came.
 
 A message that is none of these raises ``ValueError`` with the reason: what is wrong, what is valid.
 """
@@ -24,7 +26,7 @@ from tb3_labs.geometry.typed_pose import MAX_DISTANCE, MAX_YAW_DEG, TypedPose
 
 #: A message with more characters is refused; the longest valid one has about 200.
 LONGEST = 2000
-#: The latest time of a page's clock [ms since 1970].
+#: The latest time of a clock [ms since 1970].
 LATEST = 1e15
 #: A turn is at most this [deg].
 MOST_DEGREES = 360.0
@@ -48,6 +50,7 @@ class Request(NamedTuple):
     value: Any = None              # see the readers below
     id: Optional[int] = None
     sent_at: Optional[float] = None    # [s, the page's clock]; None: unknown
+    pressed: Optional[float] = None    # [s, the panel's clock]; None: unknown
 
 
 class Hand(NamedTuple):
@@ -73,10 +76,11 @@ def read_request(text: str) -> Request:
     reader = READERS.get(kind) if isinstance(kind, str) else None
     if reader is None:
         raise ValueError('type {} is unknown; known: {}'.format(_short(kind), ', '.join(READERS)))
-    given, sent = message.get('id'), message.get('t')
+    given, sent, pressed = (message.get(name) for name in ('id', 't', 'pressed'))
     return Request(str(kind), reader(message),
                    None if given is None else _whole(message, 'id'),
-                   None if sent is None else _number(message, 't', LATEST) / 1000.0)
+                   None if sent is None else _number(message, 't', LATEST) / 1000.0,
+                   None if pressed is None else _number(message, 'pressed', LATEST))
 
 
 def _nothing(_message: Dict) -> None:

@@ -7,12 +7,15 @@ sends the state of its hands about 20 times a second. The rules of a gamepad hol
   hidden, since browsers slow its timers. Control that the page gave is taken back. The wheel is
   gone until a person grips something again. So a page that comes back drives nothing by itself.
 * A message that the network delayed for as long does not count, except for the button B.
-* "take", B and "stop" count from every page, with or without the wheel.
+* "take", B and "stop" count from every page, whenever they arrive. Those of a page without the
+  wheel stop the page that has it, too.
+* A grip, a giving or the button A counts only if it was pressed after the last stop of anyone.
 
 A pad is published as it is heard; if it falls silent, the node `gamepad` notices that itself.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
 """
+import math
 from typing import List, NamedTuple, Optional, Set
 
 from tb3_labs.news import News, NewsDesk
@@ -54,6 +57,9 @@ class Wheel:
         self._mouse_active = False
         self._mouse_refused = False    # until it is let go
         self._b_pressed: Set[int] = set()    # id() of each page on which B is pressed
+        self._a_refused = False        # until it is let go
+        self._stopped_at = -math.inf   # time of the last stop of anyone
+        self._lost = False             # has move_to_goal lost control since it was given?
         self._words: List[bool] = []
         self._pads: List[LatePad] = []
         self._mouse: List[MouseState] = []
@@ -61,52 +67,77 @@ class Wheel:
 
     # -- what comes in
 
-    def begin(self, page: object, now: float) -> None:
-        """A person grips something on `page`; ``ValueError`` if another page has the wheel."""
+    def begin(self, page: object, now: float, pressed: float) -> None:
+        """A person gripped something on `page` at `pressed`; ``ValueError`` if another page has the
+        wheel, or :meth:`check` refuses it."""
         self.update(now)
         if self.page not in (None, page):
             raise ValueError('another page drives: it must let go first, or be stopped')
+        self.check(pressed)
         self.page, self._heard_at = page, now
 
+    def check(self, pressed: float) -> None:
+        """``ValueError`` if what a person asked for at `pressed` is older than the last stop."""
+        if pressed <= self._stopped_at:
+            raise ValueError('this was pressed before the robot was stopped: press it again')
+
     def on_hand(self, page: object, hand: Hand, now: float, lateness: float = 0.0,
-                mouse_drives: bool = True) -> None:
+                mouse_drives: bool = True, pressed: float = math.inf) -> None:
         """The present state of what is gripped on `page`, delayed by `lateness` [s].
 
         Without `mouse_drives` another node drives: a mouse that is held then must be gripped anew.
+        `pressed`: the time at which A was pressed, if it is.
         """
         self.update(now)
         if self._is_press_of_b(page, hand.pad):
-            self.take()    # also with the wheel: perhaps no node hears the pad
+            self.take(page, now)    # also with the wheel: perhaps no node hears the pad
         if page is not self.page or lateness > PAGE_TIMEOUT:
             return
         self._heard_at = now
-        self._hear_pad(hand.pad, now, lateness)
+        self._hear_pad(self._without_old_a(hand.pad, pressed), now, lateness)
         self._hear_mouse(hand, mouse_drives)
 
-    def give(self, page: object, now: float) -> None:
-        """Give control to move_to_goal; ``ValueError`` if another page has the wheel."""
-        self.begin(page, now)
+    def give(self, page: object, now: float, pressed: float) -> None:
+        """Give control to move_to_goal; ``ValueError`` as in :meth:`begin`."""
+        self.begin(page, now, pressed)
+        if self._lost:
+            self._end_giving()    # it must be given anew
+        self._lost = False
         if not self.gives:
             self.gives = True
             self._words.append(True)
 
-    def take(self) -> None:
-        """Take control from move_to_goal, whoever gave it."""
-        self.gives = False
-        self._words.append(False)
+    def take(self, page: object, now: float) -> None:
+        """`page` takes control from move_to_goal, whoever gave it, and the wheel from other pages.
+        """
+        if page is self.page:
+            self._take(now)
+        else:
+            self.stop(now)
 
-    def on_taken(self) -> None:
+    def on_stop(self, now: float) -> None:
+        """Someone stopped the robot in a way that leaves control where it is."""
+        self._stopped_at = now
+
+    def on_taken(self, now: float) -> None:
         """Another node took control: what this page gave is over."""
+        self._stopped_at = now
         self._end_giving()
 
-    def stop(self) -> None:
+    def on_control(self, granted: bool, now: float) -> None:
+        """move_to_goal says that it has control now, or that it has none, for whatever reason."""
+        self._lost = not granted
+        if not granted:
+            self._stopped_at = now
+
+    def stop(self, now: float) -> None:
         """Everything to zero, at the wish of any page: nothing is gripped any more."""
         if self.pad is not None:
             self._pads.append(LatePad(Pad(b=True), 0.0))
         # an active mouse that is deactivated also ends a turn
         self._mouse += [MouseState(True), MouseState(False)]
         self._mouse_active = False
-        self.take()
+        self._take(now)
         self._drop()
 
     def let_go(self, page: object) -> None:
@@ -161,6 +192,17 @@ class Wheel:
         self._b_pressed.add(id(page))
         return not was_pressed
 
+    def _without_old_a(self, pad: Optional[Pad], pressed: float) -> Optional[Pad]:
+        """`pad`, with A released if it was pressed before the last stop."""
+        if pad is None or not pad.a:
+            self._a_refused = False
+            return pad
+        if pressed <= self._stopped_at and not self._a_refused:
+            self._a_refused = True
+            self._news.tell('A was pressed before the robot was stopped: press it again',
+                            warning=True)
+        return pad._replace(a=False) if self._a_refused else pad
+
     def _hear_pad(self, pad: Optional[Pad], now: float, lateness: float) -> None:
         if pad is not None:
             if self.pad is None:
@@ -187,6 +229,11 @@ class Wheel:
             self._news.tell(reason + ': robot stopped; grip a control of the page to drive again',
                             warning=True)
 
+    def _take(self, now: float) -> None:
+        self._stopped_at = now
+        self.gives = False
+        self._words.append(False)
+
     def _release(self) -> None:
         if self._mouse_active:
             self._release_mouse()
@@ -200,3 +247,4 @@ class Wheel:
 
     def _drop(self) -> None:
         self.page = self.pad = None
+        self._a_refused = False

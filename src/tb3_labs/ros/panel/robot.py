@@ -17,19 +17,50 @@ SOON = 0.1
 PAD_IS_HEARD = 0.5
 
 
-class PanelRobot:
-    """The robot in namespace `name` ('': this node's own). `soon(job)` runs a job in the thread of
-    the server, which alone calls these methods."""
+class Stop:
+    """A stop on its way to the nodes that were connected when it was said. It is confirmed when it
+    is written to each connection; a network that is cut may still lose it."""
 
-    def __init__(self, name, soon):
+    def __init__(self, hearers, written, done, nobody):
+        """`hearers`: names of the nodes; `written()`: {connection: messages written to it}; `done`,
+        `nobody`: the words for a page, if it is confirmed, and if there are no hearers."""
+        self._hearers, self._written = ', '.join(sorted(hearers)), written
+        self._done, self._nobody = done, nobody
+        self._before = written()
+
+    @property
+    def is_confirmed(self):
+        """Was it written to all?"""
+        now = self._written()
+        return bool(self._hearers) and all(
+            now.get(link, 0) > count for link, count in self._before.items())
+
+    def in_words(self):
+        """(confirmed?, text) for the page."""
+        if self.is_confirmed:
+            return True, self._done.format(self._hearers)
+        return False, self._hearers and 'a connection to {} takes nothing'.format(
+            self._hearers) or self._nobody
+
+
+class PanelRobot:
+    """The robot in namespace `name` ('': this node's own); with `control` it can be driven.
+
+    `soon(job)` runs a job in the thread of the server, which alone calls these methods. None of
+    them waits for the master: the `worker` does.
+    """
+
+    def __init__(self, name, control, soon, worker):
         self.name = name
         self.wheel = Wheel()
         self._prefix = name + '/' if name else ''
         self._soon = soon
+        self._worker = worker
         self._lock = threading.Lock()    # guards the view
         self._view = RobotView()
-        self._watch = Watch(self._prefix, self._view, self._lock)
-        self._senders = None             # until a page that may drive looks at it
+        self._watch = Watch(self._prefix, self._view, self._lock, self._tell_wheel)
+        # from the start, so that a stop needs no master
+        self._senders = Senders(self._prefix) if control else None
         self._last_heard = {}            # what it answered last,
         self._heard_until = 0.0          # which holds until then [s]
 
@@ -38,11 +69,9 @@ class PanelRobot:
         """Its namespace with a slash, or ''."""
         return self._prefix
 
-    def look(self, level, control):
-        """Listen to what `level` needs (one of Watch); with `control` be ready to drive."""
-        self._watch.look(level)
-        if control and self._senders is None:
-            self._senders = Senders(self._prefix, lambda: self._soon(self._on_taken))
+    def look(self, level):
+        """Listen to what `level` needs (one of Watch), soon."""
+        self._worker.put(lambda: self._watch.look(level))
 
     def picture(self, now):
         """The picture, with what can be asked for."""
@@ -71,45 +100,58 @@ class PanelRobot:
 
     # -- what a page asks for
 
-    def begin(self, page, now):
-        """A person grips something on `page`; ValueError if another page has the wheel."""
-        self.wheel.begin(page, now)
-        self._senders.read_pad_numbers()
+    def begin(self, page, now, pressed):
+        """A person grips something on `page`; ValueError as Wheel.begin()."""
+        self.wheel.begin(page, now, pressed)
+        self._worker.put(self._senders.read_pad_numbers)
 
-    def hand(self, page, hand, now, lateness):
+    def hand(self, page, hand, now, lateness, pressed):
         """The state of what is gripped."""
-        self.wheel.on_hand(page, hand, now, lateness, mouse_drives=not self._is_driving())
+        self.wheel.on_hand(page, hand, now, lateness, not self._is_driving(), pressed)
         if self.wheel.gives:
             self._senders.renew(now)
 
-    def give(self, page, now):
+    def give(self, page, now, pressed):
         """Give control to move_to_goal."""
-        if not self._senders.heard()['control']:
+        if not self._senders.takers:
             raise ValueError('no node listens on ctrl_relinq: is move_to_goal running?')
-        self.wheel.give(page, now)
+        self.wheel.give(page, now, pressed)
         return 'control given'
 
-    def turn(self, degrees):
+    def turn(self, degrees, pressed):
         """Ask the controller for a turn."""
         if not self._senders.heard()['turn']:
             raise ValueError('no node listens on turn: is the controller running?')
         if self._is_driving():
             raise ValueError('move_to_goal drives: take control first')
+        self.wheel.check(pressed)
         self._senders.turn(degrees)
         return 'asked for {:g} degrees'.format(degrees)
 
-    def goal(self, place):
+    def goal(self, place, pressed):
         """Send a goal."""
         if not self._senders.heard()['goal']:
             raise ValueError('no node listens on move_base_simple/goal: is move_to_goal running?')
+        self.wheel.check(pressed)
         self._senders.goal(place)
         return 'goal sent: {:.2f} m, {:.2f} m, {:.0f} deg'.format(place.x, place.y, place.yaw_deg)
 
-    def stop(self):
-        """Everything to zero."""
-        self.wheel.stop()
-        self.flush(steady_time())
+    def take(self, page, now):
+        """Take control; the Stop on its way."""
+        stop = Stop(self._senders.takers, self._senders.words_written, 'control taken',
+                    'no node listens on ctrl_relinq: there is no control to take')
+        self.wheel.take(page, now)
+        self.flush(now)
+        return stop
+
+    def stop(self, now):
+        """Everything to zero; the Stop on its way."""
+        stop = Stop(self._senders.stoppable, self._senders.stop_written, 'STOP was sent to {}',
+                    'no node hears it')
+        self.wheel.stop(now)
+        self.flush(now)
         self._senders.zero()
+        return stop
 
     def flush(self, now):
         """Publish what the wheel says."""
@@ -125,9 +167,13 @@ class PanelRobot:
 
     # -- in words
 
-    def _on_taken(self):
-        self.wheel.on_taken()
-        self.flush(steady_time())
+    def _tell_wheel(self, deed):
+        """Call `deed(wheel, now)` in the thread of the server; from any thread."""
+        def tell():
+            now = steady_time()
+            deed(self.wheel, now)
+            self.flush(now)
+        self._soon(tell)
 
     def _heard(self, now):
         """Senders.heard(), of half a second ago at most: it is asked for with each picture."""

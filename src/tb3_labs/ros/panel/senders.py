@@ -11,19 +11,24 @@ from tb3_labs.msg import MouseController
 from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.panel.joy import joy_of
 from tb3_labs.ros.conversions import frame, to_pose_stamped
-from tb3_labs.ros.driving.ctrl_relinq import ControlGiver, hear_takers
+from tb3_labs.ros.driving.ctrl_relinq import ControlGiver
 from tb3_labs.ros.parameters import read_config
-from tb3_labs.ros.rospy_internals import heard_by
+from tb3_labs.ros.rospy_internals import heard_by, messages_written
 
 
 class Senders:
-    """The publishers of one robot; `prefix` is its namespace with a slash, or ''."""
+    """The publishers of one robot; `prefix` is its namespace with a slash, or ''.
 
-    def __init__(self, prefix, on_taken):
-        """`on_taken()` is called when another node takes control."""
+    Only making them, and :meth:`read_pad_numbers`, wait for the master.
+    """
+
+    def __init__(self, prefix):
         self._prefix = prefix
         self._pad_config = PadConfig()
         self._control = ControlGiver(prefix)
+        # nodes that hear stops, and that no stop is for
+        self._others = {rospy.get_name()} | {
+            rospy.resolve_name(prefix + name) for name in ('gamepad', 'controller')}
         self._has_said = False           # any word on ctrl_relinq
         self._joy = rospy.Publisher(prefix + 'joy', Joy, queue_size=20, tcp_nodelay=True)
         self._mouse = rospy.Publisher(prefix + 'mouse_info', MouseController, queue_size=20,
@@ -31,16 +36,31 @@ class Senders:
         self._turn = rospy.Publisher(prefix + 'turn', Float64, queue_size=5)
         self._goal = rospy.Publisher(prefix + 'move_base_simple/goal', PoseStamped, queue_size=5)
         self._cmd_vel = rospy.Publisher(prefix + 'cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
-        hear_takers(on_taken, prefix)
 
     def heard(self):
         """{what a page can ask for: does any node listen to it?}"""
-        itself = {rospy.get_name()}
-        control = self._control.takers - itself - {rospy.resolve_name(self._prefix + 'gamepad')}
-        goal = heard_by(self._goal)
+        control, goal = self.takers, heard_by(self._goal)
         return {'goal': bool(goal), 'reset': bool(goal or control), 'control': bool(control),
                 'turn': bool(heard_by(self._turn)), 'mouse': bool(heard_by(self._mouse)),
-                'pad': bool(heard_by(self._joy) - itself)}
+                'pad': bool(heard_by(self._joy) - {rospy.get_name()})}
+
+    @property
+    def takers(self):
+        """Names of the nodes from which control can be taken."""
+        return self._control.takers - self._others
+
+    @property
+    def stoppable(self):
+        """Names of the nodes that hear a stop: those, and the robot's."""
+        return self.takers | heard_by(self._cmd_vel) - self._others
+
+    def words_written(self):
+        """{connection: number of messages written to it}, of those on which control is taken,"""
+        return self._control.written
+
+    def stop_written(self):
+        """and of all those by which a stop goes."""
+        return {**self._control.written, **messages_written(self._cmd_vel)}
 
     def say(self, granted, now):
         """True gives control to move_to_goal, False takes it; `now` in [s], steady."""

@@ -2,8 +2,10 @@
 import asyncio
 import errno
 import os
+import queue
 import socket
 import threading
+import time
 from pathlib import Path
 
 import rosgraph.network
@@ -19,6 +21,8 @@ from tb3_labs.ros.node import guarded
 FILES = Path(__file__).resolve().parent / 'page'
 #: Ports that are tried if the first one is in use.
 PORTS = 10
+#: A master that is gone is asked again after this time [s].
+ASK_AGAIN = 0.5
 #: The page loads nothing from elsewhere, and no other site can show it in a frame.
 HEADERS = {
     'Content-Security-Policy': "default-src 'self'; connect-src 'self' ws: wss:; "
@@ -93,6 +97,34 @@ class Timer:
         if self._callback is not None:
             self._callback.stop()
             self._callback = None
+
+
+class Worker:
+    """Does what waits for the master, in a thread of its own: rospy asks a master that is gone until
+    it is back, and the thread of the server must hear stops meanwhile."""
+
+    def __init__(self):
+        self._jobs = queue.Queue()
+        threading.Thread(target=guarded(self._run), name='master', daemon=True).start()
+
+    def put(self, job):
+        """Do `job()` after all others; again, until the master answers."""
+        self._jobs.put(job)
+
+    def _run(self):
+        while True:
+            job = self._jobs.get()
+            while not self._is_done(job):
+                time.sleep(ASK_AGAIN)
+
+    @staticmethod
+    def _is_done(job):
+        try:
+            job()
+        except OSError as problem:
+            rospy.logwarn_throttle(10.0, 'the master cannot be reached: {}'.format(problem))
+            return False
+        return True
 
 
 class _Door:

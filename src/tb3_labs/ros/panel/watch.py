@@ -1,5 +1,6 @@
 """Listens to one robot for a page: nothing while nobody looks, and no faster than a page draws."""
 import rospy
+from actionlib_msgs.msg import GoalID
 from dynamic_reconfigure.msg import Config as Values
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry, Path
@@ -10,6 +11,7 @@ from tf2_msgs.msg import TFMessage
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.conversions import (
     frame, to_imu_sample, to_odometry_sample, to_pose2, transform_to_pose2)
+from tb3_labs.ros.driving.ctrl_relinq import hear_takers
 from tb3_labs.ros.rospy_internals import connection_of, stop_hearing_oneself
 from tb3_labs.ros.topics import subscribe
 
@@ -27,14 +29,16 @@ LISTED = 0.5
 class Watch:
     """Writes what the topics of one robot say into a panel.picture.RobotView.
 
-    `prefix` is its namespace with a slash, or ''; `lock` guards the view. A `level` is NOTHING,
-    SUMMARY (what the list of robots shows) or ALL.
+    `prefix` is its namespace with a slash, or ''; `lock` guards the view. `tell_wheel(deed)` calls
+    ``deed(wheel, now)`` for the stops of other nodes, soon. A `level` is NOTHING, SUMMARY (what the
+    list of robots shows) or ALL.
     """
 
     NOTHING, SUMMARY, ALL = range(3)
 
-    def __init__(self, prefix, view, lock):
+    def __init__(self, prefix, view, lock, tell_wheel):
         self._prefix = prefix
+        self._tell_wheel = tell_wheel
         self._view = view
         self._lock = lock
         self._level = self.NOTHING
@@ -42,9 +46,7 @@ class Watch:
         self._odom, self._local = frame(prefix + 'odom'), frame(prefix + 'local')
 
     def look(self, level):
-        """Listen to what `level` needs, and to nothing else."""
-        if level == self._level:
-            return
+        """Listen to what `level` needs, and to nothing else. It waits for the master."""
         self._level = level
         wanted = self._topics() if level else {}
         for topic in [topic for topic in self._subscribers if topic not in wanted]:
@@ -57,7 +59,8 @@ class Watch:
         """{topic: function that subscribes to it}."""
         topics = {
             'goal_state': self._keep('goal_state', String, 'state', _data),
-            'has_control': self._keep('has_control', Bool, 'has_control', _data),
+            'has_control': lambda: subscribe(self._prefix + 'has_control', Bool, self._on_control,
+                                             _data, queue_size=None),
             'control_holder': self._keep('control_holder', String, 'holder', _data),
             'odom': self._stream('odom', Odometry, self._on_odometry, POSES, to_odometry_sample,
                                  moves_robot=True),
@@ -65,6 +68,9 @@ class Watch:
                                            NUMBERS, _data)}
         if self._level == self.ALL:
             topics.update({
+                'ctrl_relinq': lambda: hear_takers(self._on_taken, self._prefix),
+                'cancel': lambda: subscribe(self._prefix + 'move2goal/cancel', GoalID,
+                                            self._on_cancel, queue_size=None),
                 'local_pose': self._stream('local_pose', PoseStamped, self._on_local, POSES,
                                            _stamped_pose),
                 'ground_truth': self._stream('ground_truth', PoseStamped, self._on_truth, NUMBERS,
@@ -131,6 +137,16 @@ class Watch:
                          queue_size=None)
 
     # -- what comes
+
+    def _on_control(self, granted):
+        self._hear('has_control')(granted)
+        self._tell_wheel(lambda wheel, now: wheel.on_control(granted, now))
+
+    def _on_taken(self):
+        self._tell_wheel(lambda wheel, now: wheel.on_taken(now))
+
+    def _on_cancel(self, _goal):
+        self._tell_wheel(lambda wheel, now: wheel.on_stop(now))
 
     def _on_odometry(self, sample):
         with self._lock:

@@ -15,7 +15,6 @@ export function showControls(picture, connected, wheel) {
   const give = absent('control') || other || (picture.has_control === true ? 'move_to_goal has it already' : '');
   const turn = absent('turn') || (picture.has_control === true ? 'move_to_goal has control: take it first' : '');
   setReason($('give'), give);
-  setReason($('take'), absent('control'));
   for (const id of ['turn-left', 'turn-about', 'turn-right']) setReason($(id), turn);
   const drag = picture && !picture.frame ? 'the frame local is not known yet' : '';
   setReason($('goal'), absent('goal'));
@@ -23,7 +22,8 @@ export function showControls(picture, connected, wheel) {
   setReason($('tool-goal'), absent('goal') || drag);
   setReason($('tool-reset'), absent('reset') || drag);
   const pad = absent('pad') || other, mouse = absent('mouse') || other;
-  for (const id of ['button-a', 'button-b', 'button-y']) setReason($(id), pad);
+  // A stop is never disabled: neither "take" nor B.
+  for (const id of ['button-a', 'button-y']) setReason($(id), pad);
   inert($('stick-left'), pad);
   inert($('stick-right'), pad);
   inert($('mouse-pad'), mouse);

@@ -2,6 +2,7 @@
 
 const OFF_MIDDLE = 0.12;      // a stick further from its middle than this is touched
 const BUTTONS = {a: 0, b: 1, y: 3};
+const DRIVING = ['a', 'y'];   // B is a stop, and counts at any time
 const HOLD = 5;
 
 export class RealGamepad {
@@ -11,14 +12,14 @@ export class RealGamepad {
     this._driving = driving;
     this._show = show;
     this._timer = 0;
-    // False: sticks and buttons must all be let go once before anything counts.
+    // False: sticks and buttons must all be let go once before anything but B counts.
     this._armed = false;
     this._was = {};
     addEventListener('gamepadconnected', () => this._look());
     addEventListener('gamepaddisconnected', () => this._look());
   }
 
-  /** Nothing counts until everything was let go once. */
+  /** Nothing but B counts until everything was let go once. */
   disarm() {
     this._armed = false;
     this._was = {};
@@ -29,6 +30,7 @@ export class RealGamepad {
     const usable = pads.find((pad) => pad.mapping === 'standard');
     clearInterval(this._timer);
     this.disarm();
+    this._b = false;
     this._wheel.release('gamepad');
     if (usable) {
       this._index = usable.index;
@@ -43,6 +45,10 @@ export class RealGamepad {
     const pad = navigator.getGamepads()[this._index];
     if (!pad || !pad.connected) { this._look(); return; }
     const now = read(pad);
+    if (now.b !== this._b) {
+      this._b = now.b;
+      if (now.b) this._wheel.press('b'); else this._wheel.lift('b');
+    }
     const still = Math.abs(now.forward) < OFF_MIDDLE && Math.abs(now.left) < OFF_MIDDLE;
     const rest = still && !now.hold && !now.a && !now.b && !now.y;
     if (document.hidden || !this._driving()) this.disarm();
@@ -55,7 +61,7 @@ export class RealGamepad {
     if (touched && !this._wheel.has('gamepad')) this._wheel.grip('gamepad', now.hold);
     if (touched) this._wheel.move('gamepad', now.forward, now.left, now.hold);
     else this._wheel.release('gamepad');
-    for (const name of Object.keys(BUTTONS)) {
+    for (const name of DRIVING) {
       if (now[name] && !this._was[name]) this._wheel.press(name);
       if (!now[name] && this._was[name]) this._wheel.lift(name);
     }

@@ -18,6 +18,7 @@ export class Link extends EventTarget {
     this._open = new Map();       // id -> what to do with the answer
     this._pictures = 0;
     this._heardAt = 0;
+    this._clock = null;           // of the panel: its time in the last picture, and when that came
     setInterval(() => this._watch(), 500);
     this._connect();
   }
@@ -35,15 +36,21 @@ export class Link extends EventTarget {
     return this._socket !== null && this._socket.bufferedAmount > CROWDED;
   }
 
-  /** Send a request; the promise gives {ok, text}, and never fails. */
-  ask(message) {
+  /** The time of a press now, on the panel's clock [s]; null before the first picture. The way of that picture is
+   *  left out, so a press may seem older than it is, but never younger. */
+  get pressed() {
+    return this._clock && this._clock.shown + (performance.now() - this._clock.at) / 1000;
+  }
+
+  /** Send what a person asks for now; the promise gives {ok, text}, and never fails. */
+  ask(message, within = ANSWER_WITHIN) {
     const id = ++this._lastId;
     return new Promise((resolve) => {
-      if (!this.send({...message, id})) {
+      if (!this.send({...message, id, t: timeNow(), pressed: this.pressed})) {
         resolve({ok: false, text: 'not connected'});
         return;
       }
-      const timer = setTimeout(() => this._answered(id, {ok: false, text: 'no answer'}), ANSWER_WITHIN);
+      const timer = setTimeout(() => this._answered(id, {ok: false, text: 'no answer'}), within);
       this._open.set(id, (answer) => { clearTimeout(timer); resolve(answer); });
     });
   }
@@ -71,11 +78,13 @@ export class Link extends EventTarget {
     if (message.type === 'hello') {
       this.connected = true;
       this._pictures = 0;
+      this._clock = null;
       this._tell('connection', true);
     } else if (message.type === 'answer') {
       this._answered(message.id, message);
     } else if (message.type === 'picture') {
       this._pictures += 1;
+      this._clock = {shown: message.now, at: performance.now()};
       if (this._pictures % SEEN_EVERY === 0) this.send({type: 'seen', n: message.n, t: timeNow()});
     }
     this._tell(message.type, message);

@@ -4,7 +4,7 @@ import {startColours} from './colours.js';
 import {showControls} from './controls.js';
 import {RealGamepad} from './gamepad.js';
 import {Keys, SHORTCUTS} from './keys.js';
-import {Link, timeNow} from './link.js';
+import {Link} from './link.js';
 import {LogBox} from './log_box.js';
 import {RobotMap} from './map.js';
 import {MapInput} from './map_input.js';
@@ -77,7 +77,7 @@ function drawStrips() {
 }
 
 async function request(message) {
-  const answer = await link.ask({...message, t: timeNow()});
+  const answer = await link.ask(message);
   say(answer.text || (answer.ok ? 'done' : 'refused'), !answer.ok);
   return answer;
 }
@@ -176,15 +176,18 @@ function toList() {
 function stop() {
   if (!known.control || robot === null) return false;
   input.cancel();
-  if (wheel.stop()) {
-    say('STOP was sent');
-  } else {
+  say('STOP: waiting for the answer');
+  wheel.stop().then((answer) => {
+    if (link.connected) {
+      say(answer.ok ? answer.text : `STOP is not confirmed: ${answer.text}`, !answer.ok);
+      return;
+    }
     say('not connected: nothing can be stopped from here', true);
     const banner = $('banner');
     banner.classList.remove('flash');
     void banner.offsetWidth;            // starts the animation anew
     banner.classList.add('flash');
-  }
+  });
   redraw();
   return true;
 }
@@ -194,7 +197,9 @@ async function give() {
   say(answer.text || 'control given', !answer.ok);
 }
 
+/** As stop(): nothing but a page that only shows, or the list, keeps it from being sent. */
 function take() {
+  if (!known.control || robot === null) return;
   wheel.took();
   request({type: 'take'});
 }
@@ -330,6 +335,8 @@ const held = [new Stick($('stick-left'), 'forward', wheel), new Stick($('stick-r
               new MousePad($('mouse-pad'), wheel)];
 for (const name of ['a', 'b', 'y']) padButton($('button-' + name), name, wheel);
 const gamepad = new RealGamepad(wheel, mayDrive, (text) => setText($('gamepad-hint'), text));
+
+wheel.ontake = take;
 
 // Whatever was held counts no more until it is gripped anew.
 wheel.ondrop = () => {

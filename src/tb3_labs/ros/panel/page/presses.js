@@ -8,8 +8,10 @@ export class Presses {
     this.down = false;
   }
 
-  press() {
+  /** `pressed`: the time of the press, on the panel's clock [s]. */
+  press(pressed) {
     this.down = true;
+    this.pressed = pressed;
     this._waiting = true;
     this._since = performance.now();
   }

@@ -11,6 +11,7 @@ const PERIOD = 50;          // [ms] between two messages
 const READY_WITHIN = 1000;  // [ms] after a grip the pad must be ready
 const BUTTONS_AFTER = 450;  // [ms] the node must have heard the pad for so long before a press counts
 const IDLE = 30000;         // [ms] without a touch: the wheel is given back
+const STOPPED_WITHIN = 1000; // [ms] a stop without an answer for so long is not confirmed
 const SETTLE = 700;         // [ms] a picture may be older than the answer to a request
 
 export class Wheel {
@@ -57,9 +58,12 @@ export class Wheel {
   has(name) { return this._grips.has(name); }
 
   press(button) {
-    this.buttons[button].press();
-    // A may still wait: it must not drive after the B that was pressed later.
-    if (button === 'b') this.buttons.a.forgetWaiting();
+    // B counts at once, whoever has the wheel, and needs none.
+    if (button === 'b') {
+      this.ontake();
+      if (this._phase !== 'held') return;
+    }
+    this.buttons[button].press(this._link.pressed);
     this._padUsed = true;
     this._touch();
   }
@@ -91,7 +95,7 @@ export class Wheel {
     const asked = this._phase === 'held' ? this._asked : ++this._asked;
     if (this._phase !== 'held') this._phase = 'asking';
     const takes = this._takes;
-    const answer = await this._link.ask({type: 'give', t: timeNow()});
+    const answer = await this._link.ask({type: 'give'});
     if (answer.ok && asked === this._asked) {
       if (takes === this._takes) this._gave = performance.now();      // else it was taken meanwhile
       if (this._phase !== 'held') this._hold();
@@ -110,12 +114,12 @@ export class Wheel {
 
   /** Everything to zero, and nothing that is held counts until it is gripped anew. */
   stop() {
-    const sent = this._link.send({type: 'stop'});
+    const answer = this._link.ask({type: 'stop'}, STOPPED_WITHIN);
     this._drop();
     this.took();
     if (this._phase === 'asking') this._silence();
     this._send();
-    return sent;
+    return answer;
   }
 
   /** Give the wheel back. */
@@ -166,7 +170,7 @@ export class Wheel {
     this._phase = 'asking';
     this._picture = null;          // what older pictures say of the pad no longer holds
     const asked = ++this._asked;
-    const answer = await this._link.ask({type: 'begin', t: timeNow()});
+    const answer = await this._link.ask({type: 'begin'});
     if (asked !== this._asked || this._phase !== 'asking') return;     // stopped or hidden meanwhile
     if (answer.ok) {
       this._hold();
@@ -212,7 +216,8 @@ export class Wheel {
   _send() {
     // A hidden page has slow timers: it would be lost at any time, so it never drives.
     if (this._phase !== 'held' || document.hidden || this._link.crowded) return;
-    this._link.send({type: 'hand', t: timeNow(), pad: this._padUsed ? this._pad() : null, mouse: this._mouse});
+    const pad = this._padUsed ? this._pad() : null;
+    this._link.send({type: 'hand', t: timeNow(), pad, mouse: this._mouse, pressed: pad?.a ? this.buttons.a.pressed : null});
   }
 
   _pad() {
