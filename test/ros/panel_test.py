@@ -421,6 +421,7 @@ class PanelTest(PanelCase):
                                  '_robots:=2')
         self.addCleanup(shows.kill)
         address = self.address_of(shows)    # the next port is taken: this one is in use
+        self.seen.wait_for('/rosout', lambda line: line[0] == '/shows')
         # The name that this computer's nodes bear: in a container the host's browser finds it, too.
         place, token = re.match(r'(http://localhost:{}/)\?token=(\S{{10,}})$'.format(PORT + 1),
                                 address).groups()
@@ -435,7 +436,7 @@ class PanelTest(PanelCase):
             False, "robot 'robot3' is unknown; known: robot1, robot2"))
         page.send('look', robot='robot2')
         page.wait_for(robot='robot2')
-        self.seen.wait_for('/rosout', lambda line: line[0] == '/shows')    # of what was refused
+        self.seen.wait_for('/rosout', lambda line: line[0] == '/shows' and 'refused' in line[1])
         self.assertEqual([line for _, line in self.seen.all('/rosout') if token in line[1]], [])
         for request in ('begin', 'give', 'stop'):
             self.assertEqual(page.ask(request), (

@@ -315,7 +315,8 @@ STOPS = {
     'take': lambda room: room.wheel.take('B', room.now),
     'B': lambda room: room.hand('B', B),
     'False of another node': lambda room: room.wheel.on_taken(room.now),
-    'loss of control': lambda room: room.wheel.on_control(False, room.now),
+    'loss of control': lambda room: [room.wheel.on_control(granted, room.now)
+                                     for granted in (True, False)],
     'cancel': lambda room: room.wheel.on_stop(room.now)}
 
 
@@ -364,6 +365,15 @@ def test_a_that_is_still_held_at_a_stop_is_released(room):
     room.wheel.on_taken(room.now)
     room.wheel.on_hand('A', Hand(Pad(a=True)), room.now, pressed=pressed)
     assert [late.pad.a for late in room.wheel.take_pads()] == [True, False]
+
+
+def test_what_move_to_goal_repeats_is_no_stop(room):
+    """It latches has_control: a new connection hears it again."""
+    pressed = room.now
+    room.run(0.125)
+    room.wheel.on_control(False, room.now)
+    room.wheel.on_control(False, room.now)
+    room.wheel.check(pressed)
 
 
 def test_control_that_was_lost_by_itself_is_given_anew(room):
@@ -524,7 +534,7 @@ class Story:
         self.wheel, self.now = Wheel(), 1000.0
         self.driver, self.heard_at = None, 0.0    # the page that a person gave the wheel, last heard
         self.given = self.lost = False            # by whom the witness saw it, and not taken since
-        self.stopped_at, self.b_down = 0.0, set()
+        self.stopped_at, self.b_down, self.has_control = 0.0, set(), None
         self.last_word, self.mouse_is_active = None, False
 
     def tell(self, step):
@@ -559,7 +569,7 @@ class Story:
         if is_stop:
             self.stopped_at = self.now
         ends = kind == 'stop' or (is_stop and kind in ('take', 'hand') and rest[0] != self.driver)
-        self.judge(kind, rest, refused, ends, pressed)
+        self.judge(kind, rest, refused, ends, pressed, is_stop)
         if ends or kind in ('let_go', 'gone') and rest[0] == self.driver:
             self.lose()
 
@@ -567,9 +577,11 @@ class Story:
         """Does this step stop the robot? The presses of B are counted."""
         if kind == 'gone':
             self.b_down.discard(rest[0])
+        if kind == 'on_control':
+            had_control, self.has_control = self.has_control, rest[0]
+            return had_control and not rest[0]
         if kind != 'hand':
-            return kind in ('take', 'stop', 'on_taken', 'on_stop') or (
-                kind == 'on_control' and not rest[0])
+            return kind in ('take', 'stop', 'on_taken', 'on_stop')
         was_down = rest[0] in self.b_down
         (self.b_down.add if rest[1] is not None and rest[1].b else self.b_down.discard)(rest[0])
         return rest[0] in self.b_down and not was_down
@@ -577,14 +589,14 @@ class Story:
     def lose(self):
         self.driver, self.given = None, False
 
-    def judge(self, kind, rest, refused, ends, pressed):
+    def judge(self, kind, rest, refused, ends, pressed, is_stop):
         may_give = kind == 'give' and not refused and (not self.given or self.lost)
         words, pads, mouse = (self.wheel.take_words(), self.wheel.take_pads(),
                               self.wheel.take_mouse())
         assert words.count(True) == may_give      # a person's word, and no word without one
         assert not any(late.pad.a and pressed <= self.stopped_at for late in pads)
-        if kind == 'on_control' or may_give:
-            self.lost = kind == 'on_control' and not rest[0]
+        if kind == 'on_control' and (is_stop or rest[0]) or may_give:
+            self.lost = bool(is_stop)
         for word in words:
             self.last_word = self.given = word
         if not ends:

@@ -59,7 +59,8 @@ class Wheel:
         self._b_pressed: Set[int] = set()    # id() of each page on which B is pressed
         self._a_refused = False        # until it is let go
         self._stopped_at = -math.inf   # time of the last stop of anyone
-        self._lost = False             # has move_to_goal lost control since it was given?
+        self._has_control: Optional[bool] = None    # by the last word of move_to_goal
+        self._lost = False             # has it lost control since this page gave it?
         self._words: List[bool] = []
         self._pads: List[LatePad] = []
         self._mouse: List[MouseState] = []
@@ -126,9 +127,11 @@ class Wheel:
 
     def on_control(self, granted: bool, now: float) -> None:
         """move_to_goal says that it has control now, or that it has none, for whatever reason."""
-        self._lost = not granted
-        if not granted:
-            self._stopped_at = now
+        if self._has_control and not granted:
+            self._lost, self._stopped_at = True, now
+        elif granted:
+            self._lost = False
+        self._has_control = granted
 
     def stop(self, now: float) -> None:
         """Everything to zero, at the wish of any page: nothing is gripped any more."""

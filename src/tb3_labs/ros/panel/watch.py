@@ -11,9 +11,8 @@ from tf2_msgs.msg import TFMessage
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.conversions import (
     frame, to_imu_sample, to_odometry_sample, to_pose2, transform_to_pose2)
-from tb3_labs.ros.driving.ctrl_relinq import hear_takers
 from tb3_labs.ros.rospy_internals import connection_of, stop_hearing_oneself
-from tb3_labs.ros.topics import subscribe
+from tb3_labs.ros.topics import subscribe, subscribe_events
 
 #: The stream that moves the robot on the page is read once in this time [s]: local_pose, or odom
 #: where no node publishes the other.
@@ -68,7 +67,8 @@ class Watch:
                                            NUMBERS, _data)}
         if self._level == self.ALL:
             topics.update({
-                'ctrl_relinq': lambda: hear_takers(self._on_taken, self._prefix),
+                'ctrl_relinq': lambda: subscribe_events(self._prefix + 'ctrl_relinq', Bool,
+                                                        self._on_word, _data),
                 'cancel': lambda: subscribe(self._prefix + 'move2goal/cancel', GoalID,
                                             self._on_cancel, queue_size=None),
                 'local_pose': self._stream('local_pose', PoseStamped, self._on_local, POSES,
@@ -142,8 +142,10 @@ class Watch:
         self._hear('has_control')(granted)
         self._tell_wheel(lambda wheel, now: wheel.on_control(granted, now))
 
-    def _on_taken(self):
-        self._tell_wheel(lambda wheel, now: wheel.on_taken(now))
+    def _on_word(self, word):
+        """A False of another node; not one that was said before a page looked."""
+        if not (word.value or word.is_old or word.sender == rospy.get_name()):
+            self._tell_wheel(lambda wheel, now: wheel.on_taken(now))
 
     def _on_cancel(self, _goal):
         self._tell_wheel(lambda wheel, now: wheel.on_stop(now))
