@@ -178,7 +178,9 @@ class PanelRobot:
     def _heard(self, now):
         """Senders.heard(), of half a second ago at most: it is asked for with each picture."""
         if self._senders is not None and now >= self._heard_until:
-            self._last_heard = self._senders.heard()
+            # nothing is offered that could move the robot before the stops of others are heard
+            self._last_heard = {what: heard and self._watch.hears_all
+                                for what, heard in self._senders.heard().items()}
             self._heard_until = now + (HEARD_FOR if all(self._last_heard.values()) else SOON)
         return self._last_heard
 

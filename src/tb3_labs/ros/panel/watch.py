@@ -41,6 +41,8 @@ class Watch:
         self._view = view
         self._lock = lock
         self._level = self.NOTHING
+        #: Does it listen to all of the robot by now?
+        self.hears_all = False
         self._subscribers = {}
         self._odom, self._local = frame(prefix + 'odom'), frame(prefix + 'local')
 
@@ -53,6 +55,7 @@ class Watch:
         for topic, listen in wanted.items():
             if topic not in self._subscribers:
                 self._subscribers[topic] = listen()
+        self.hears_all = level == self.ALL
 
     def _topics(self):
         """{topic: function that subscribes to it}."""
