@@ -224,7 +224,9 @@ class Panel:
         """The answer to a request, in words; None: there is nothing to say; or LATER."""
         now = steady_time()
         lateness = 0.0 if request.sent_at is None else page.lateness.of(request.sent_at, now)
-        pressed = now - lateness if request.pressed is None else min(now - lateness, request.pressed)
+        pressed = now - lateness
+        if request.pressed is not None:
+            pressed = min(pressed, request.pressed)
         if request.kind == 'look':
             return self._look(page, request.value)
         if request.kind == 'seen':

@@ -543,7 +543,8 @@ class Story:
         if self.driver is not None and self.now - self.heard_at > 0.25 and kind != 'wait':
             self.lose()
             self.wheel.update(self.now)
-        refused, pressed = False, self.now - (rest[-1] if kind in ('begin', 'give', 'hand') else 0.0)
+        refused, age = False, rest[-1] if kind in ('begin', 'give', 'hand') else 0.0
+        pressed = self.now - age
         is_stop = self.is_stop(kind, rest)
         if kind == 'wait':
             self.now += rest[0]

@@ -10,7 +10,8 @@ Threads and locks
                  a signal those of the shutdown
     subscribers  one for each connection of a topic, by rospy; the same for services
     watchdog, keyboard, mouse, pynput's, diagnostics, console, clock, clock_watch, awaited, reset,
-    robot, server: one each, where a node has them; daemons, so that none keeps a process alive
+    robot, server, master: one each, where a node has them; daemons, so that none keeps a process
+    alive
     Locks are taken in this order, each only before those below it:
     1  locks of all that calls a node back: the shutdown and its hooks, dynamic settings,
        diagnostics, actionlib. A node that calls them, or :func:`end`, holds no lock.

@@ -37,10 +37,11 @@ class Stop:
 
     def in_words(self):
         """(confirmed?, text) for the page."""
-        if self.is_confirmed:
-            return True, self._done.format(self._hearers)
-        return False, self._hearers and 'a connection to {} takes nothing'.format(
-            self._hearers) or self._nobody
+        if not self._hearers:
+            return False, self._nobody
+        if not self.is_confirmed:
+            return False, 'a connection to {} takes nothing'.format(self._hearers)
+        return True, self._done.format(self._hearers)
 
 
 class PanelRobot:

@@ -100,8 +100,8 @@ class Timer:
 
 
 class Worker:
-    """Does what waits for the master, in a thread of its own: rospy asks a master that is gone until
-    it is back, and the thread of the server must hear stops meanwhile."""
+    """Does what waits for the master, in a thread of its own: rospy asks a master that is gone
+    until it is back, and the thread of the server must hear stops meanwhile."""
 
     def __init__(self):
         self._jobs = queue.Queue()

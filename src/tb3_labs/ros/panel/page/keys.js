@@ -34,7 +34,10 @@ export class Keys {
     if (event.key in ARROWS) { this._arrow(event); return; }
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     if (event.repeat && key !== '+' && key !== '-') return;
-    if (key === 'b' || (key in this._buttons && this._driving())) { this._wheel.press(this._buttons[key]); return; }
+    if (key === 'b' || (key in this._buttons && this._driving())) {
+      this._wheel.press(this._buttons[key]);
+      return;
+    }
     const action = this._actions[key];
     if (!action) return;
     event.preventDefault();

@@ -217,7 +217,8 @@ export class Wheel {
     // A hidden page has slow timers: it would be lost at any time, so it never drives.
     if (this._phase !== 'held' || document.hidden || this._link.crowded) return;
     const pad = this._padUsed ? this._pad() : null;
-    this._link.send({type: 'hand', t: timeNow(), pad, mouse: this._mouse, pressed: pad?.a ? this.buttons.a.pressed : null});
+    const pressed = pad?.a ? this.buttons.a.pressed : null;
+    this._link.send({type: 'hand', t: timeNow(), pad, mouse: this._mouse, pressed});
   }
 
   _pad() {
