@@ -254,11 +254,11 @@ class Panel:
         if request.kind == 'take':
             return self._confirm(page, request, robot.take(page, now), now)
         if request.kind == 'stop':
-            return self._confirm(page, request, robot.stop(now), now)
+            return self._confirm(page, request, robot.stop(page, now), now)
         if request.kind == 'turn':
-            return robot.turn(request.value, pressed)
+            return robot.turn(page, request.value, pressed)
         if request.kind == 'goal':
-            return robot.goal(request.value, pressed)
+            return robot.goal(page, request.value, pressed)
         return self._reset(page, robot, request)
 
     def _confirm(self, page, request, stop, said_at):

@@ -250,7 +250,7 @@ def test_control_is_given_once_by_any_number_of_requests(room):
 
 @pytest.mark.parametrize('end', [
     lambda room: room.wheel.take('A', room.now), lambda room: room.wheel.on_taken(room.now),
-    lambda room: room.wheel.stop(room.now), lambda room: room.wheel.let_go('A'),
+    lambda room: room.wheel.stop('B', room.now), lambda room: room.wheel.let_go('A'),
     lambda room: room.wheel.gone('A'), lambda room: room.run(0.5),
     lambda room: room.hand('B', B)])
 def test_what_was_taken_by_anybody_is_given_again_by_a_person_alone(room, end):
@@ -269,7 +269,7 @@ def test_what_was_taken_by_anybody_is_given_again_by_a_person_alone(room, end):
 def test_control_that_another_one_gave_is_taken_as_well(room):
     room.wheel.take('A', room.now)
     assert room.words == [False]
-    room.wheel.stop(room.now)
+    room.wheel.stop('B', room.now)
     assert room.words == [False]
 
 
@@ -311,7 +311,7 @@ def test_take_and_b_of_another_page_stop_the_page_that_drives(room, take):
 # -- a giving that is older than a stop
 
 STOPS = {
-    'stop': lambda room: room.wheel.stop(room.now),
+    'stop': lambda room: room.wheel.stop('B', room.now),
     'take': lambda room: room.wheel.take('B', room.now),
     'B': lambda room: room.hand('B', B),
     'False of another node': lambda room: room.wheel.on_taken(room.now),
@@ -333,10 +333,25 @@ def test_what_was_pressed_before_a_stop_does_not_count_after_it(room, stop):
             with pytest.raises(ValueError, match='pressed before the robot was stopped'):
                 ask('A', room.now, at)
         with pytest.raises(ValueError, match='pressed before the robot was stopped'):
-            room.wheel.check(at)
+            room.wheel.check('A', at)
     assert room.said() == ([], [], []) and room.wheel.page is None
     room.wheel.give('A', room.now, pressed + 1.0 + TICK)
     assert room.words == [True]
+
+
+def test_a_stop_of_the_page_itself_is_older_than_what_comes_after_it(room):
+    """It may have been slow, so that the next press is older than its arrival. Another's is not."""
+    pressed = room.now
+    room.run(0.125)
+    for _ in range(2):
+        room.wheel.stop('A', room.now)
+        room.wheel.check('A', pressed)
+    room.wheel.stop('B', room.now)
+    room.wheel.stop('A', room.now + 0.125)
+    for page in 'ABC':
+        with pytest.raises(ValueError):
+            room.wheel.check(page, room.now)
+    room.wheel.check('A', room.now + TICK)
 
 
 @pytest.mark.parametrize('stop', [STOPS[name] for name in (
@@ -373,7 +388,7 @@ def test_what_move_to_goal_repeats_is_no_stop(room):
     room.run(0.125)
     room.wheel.on_control(False, room.now)
     room.wheel.on_control(False, room.now)
-    room.wheel.check(pressed)
+    room.wheel.check('A', pressed)
 
 
 def test_control_that_was_lost_by_itself_is_given_anew(room):
@@ -482,7 +497,7 @@ def test_a_stop_ends_everything(room, pad, mouse, gives):
     if gives:
         room.give()
     room.said()
-    room.wheel.stop(room.now)
+    room.wheel.stop('B', room.now)
     words, pads, mouse_states = room.said()
     assert words == [False]
     # the pad rests and takes the robot; an active mouse that is released also gives a turn up
@@ -494,7 +509,7 @@ def test_a_stop_ends_everything(room, pad, mouse, gives):
 def test_nothing_goes_on_after_a_stop_until_a_person_grips(room):
     room.give()
     room.hand('A', FULL, (1.0, 1.0))
-    room.wheel.stop(room.now)
+    room.wheel.stop('B', room.now)
     room.said()
     for _ in range(20):
         room.hand('A', FULL, (1.0, 1.0))
@@ -507,7 +522,7 @@ def test_nothing_goes_on_after_a_stop_until_a_person_grips(room):
 
 def test_a_stop_is_said_although_nobody_drives_and_each_time(room):
     for _ in range(2):
-        room.wheel.stop(room.now)
+        room.wheel.stop('B', room.now)
         assert room.said() == ([False], [], [MouseState(True), MouseState(False)])
 
 
@@ -518,10 +533,10 @@ PADS = st.sampled_from([None, REST, FULL, B, Pad(a=True)])
 AGES = st.sampled_from([0.0, 0.0, 0.1, 1.0])    # of a press
 STEPS = st.lists(st.one_of(
     st.tuples(st.sampled_from(['begin', 'give']), PAGES, AGES),
-    st.tuples(st.sampled_from(['let_go', 'gone', 'take']), PAGES),
+    st.tuples(st.sampled_from(['let_go', 'gone', 'take', 'stop']), PAGES),
     st.tuples(st.just('hand'), PAGES, PADS, st.sampled_from([None, (0.5, 0.5)]),
               st.sampled_from([0.0, 0.0, 0.25, 0.3, 4.0]), AGES),
-    st.tuples(st.sampled_from(['on_taken', 'on_stop', 'stop'])),
+    st.tuples(st.sampled_from(['on_taken', 'on_stop'])),
     st.tuples(st.just('on_control'), st.booleans()),
     st.tuples(st.just('wait'), st.sampled_from([0.0625, 0.125, 0.25, 0.3, 5.0]), st.booleans())),
     max_size=25)
@@ -534,7 +549,7 @@ class Story:
         self.wheel, self.now = Wheel(), 1000.0
         self.driver, self.heard_at = None, 0.0    # the page that a person gave the wheel, last heard
         self.given = self.lost = False            # by whom the witness saw it, and not taken since
-        self.stopped_at, self.b_down, self.has_control = 0.0, set(), None
+        self.stops, self.b_down, self.has_control = {None: 0.0}, set(), None
         self.last_word, self.mouse_is_active = None, False
 
     def tell(self, step):
@@ -560,7 +575,8 @@ class Story:
                 getattr(self.wheel, kind)(rest[0], self.now, pressed)
             except ValueError:
                 refused = True
-            assert refused is (self.driver not in (None, rest[0]) or pressed <= self.stopped_at)
+            assert refused is (self.driver not in (None, rest[0])
+                               or pressed <= self.stopped_by_others(rest[0]))
             if not refused:
                 self.driver, self.heard_at = rest[0], self.now
         elif kind in ('let_go', 'gone'):
@@ -568,11 +584,14 @@ class Story:
         else:
             getattr(self.wheel, kind)(*rest, self.now)
         if is_stop:
-            self.stopped_at = self.now
+            self.stops[rest[0] if kind in ('take', 'stop', 'hand') else None] = self.now
         ends = kind == 'stop' or (is_stop and kind in ('take', 'hand') and rest[0] != self.driver)
         self.judge(kind, rest, refused, ends, pressed, is_stop)
         if ends or kind in ('let_go', 'gone') and rest[0] == self.driver:
             self.lose()
+
+    def stopped_by_others(self, page):
+        return max(at for other, at in self.stops.items() if other != page)
 
     def is_stop(self, kind, rest):
         """Does this step stop the robot? The presses of B are counted."""
@@ -595,7 +614,7 @@ class Story:
         words, pads, mouse = (self.wheel.take_words(), self.wheel.take_pads(),
                               self.wheel.take_mouse())
         assert words.count(True) == may_give      # a person's word, and no word without one
-        assert not any(late.pad.a and pressed <= self.stopped_at for late in pads)
+        assert not any(late.pad.a and pressed <= self.stopped_by_others(rest[0]) for late in pads)
         if kind == 'on_control' and (is_stop or rest[0]) or may_give:
             self.lost = bool(is_stop)
         for word in words:

@@ -16,7 +16,7 @@ A pad is published as it is heard; if it falls silent, the node `gamepad` notice
 Units: seconds on a clock that never stands still and never goes back (`now`).
 """
 import math
-from typing import List, NamedTuple, Optional, Set
+from typing import List, NamedTuple, Optional, Set, Tuple
 
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.panel.requests import Hand, Pad
@@ -42,6 +42,9 @@ class MouseState(NamedTuple):
     y: float = 0.0
 
 
+Stopped = Tuple[Optional[object], float]
+
+
 class Wheel:
     """The wheel of one robot. Pages are told apart by any object that identifies them."""
 
@@ -58,7 +61,8 @@ class Wheel:
         self._mouse_refused = False    # until it is let go
         self._b_pressed: Set[int] = set()    # id() of each page on which B is pressed
         self._a_refused = False        # until it is let go
-        self._stopped_at = -math.inf   # time of the last stop of anyone
+        # (the page or None, time) of the last stop, and of the last one of another page or node
+        self._stops: Tuple[Stopped, Stopped] = ((None, -math.inf),) * 2
         self._has_control: Optional[bool] = None    # by the last word of move_to_goal
         self._lost = False             # has it lost control since this page gave it?
         self._words: List[bool] = []
@@ -74,12 +78,12 @@ class Wheel:
         self.update(now)
         if self.page not in (None, page):
             raise ValueError('another page drives: it must let go first, or be stopped')
-        self.check(pressed)
+        self.check(page, pressed)
         self.page, self._heard_at = page, now
 
-    def check(self, pressed: float) -> None:
-        """``ValueError`` if what a person asked for at `pressed` is older than the last stop."""
-        if pressed <= self._stopped_at:
+    def check(self, page: object, pressed: float) -> None:
+        """``ValueError`` if a person asked for it on `page`, at `pressed`, before the last stop."""
+        if self._is_old(page, pressed):
             raise ValueError('this was pressed before the robot was stopped: press it again')
 
     def on_hand(self, page: object, hand: Hand, now: float, lateness: float = 0.0,
@@ -95,7 +99,7 @@ class Wheel:
         if page is not self.page or lateness > PAGE_TIMEOUT:
             return
         self._heard_at = now
-        self._hear_pad(self._without_old_a(hand.pad, pressed), now, lateness)
+        self._hear_pad(self._without_old_a(page, hand.pad, pressed), now, lateness)
         self._hear_mouse(hand, mouse_drives)
 
     def give(self, page: object, now: float, pressed: float) -> None:
@@ -112,35 +116,36 @@ class Wheel:
         """`page` takes control from move_to_goal, whoever gave it, and the wheel from other pages.
         """
         if page is self.page:
-            self._take(now)
+            self._take(page, now)
         else:
-            self.stop(now)
+            self.stop(page, now)
 
     def on_stop(self, now: float) -> None:
         """Someone stopped the robot in a way that leaves control where it is."""
-        self._stopped_at = now
+        self._stopped(None, now)
 
     def on_taken(self, now: float) -> None:
         """Another node took control: what this page gave is over."""
-        self._stopped_at = now
+        self._stopped(None, now)
         self._end_giving()
 
     def on_control(self, granted: bool, now: float) -> None:
         """move_to_goal says that it has control now, or that it has none, for whatever reason."""
         if self._has_control and not granted:
-            self._lost, self._stopped_at = True, now
+            self._lost = True
+            self._stopped(None, now)
         elif granted:
             self._lost = False
         self._has_control = granted
 
-    def stop(self, now: float) -> None:
-        """Everything to zero, at the wish of any page: nothing is gripped any more."""
+    def stop(self, page: object, now: float) -> None:
+        """Everything to zero, at the wish of any `page`: nothing is gripped any more."""
         if self.pad is not None:
             self._pads.append(LatePad(Pad(b=True), 0.0))
         # an active mouse that is deactivated also ends a turn
         self._mouse += [MouseState(True), MouseState(False)]
         self._mouse_active = False
-        self._take(now)
+        self._take(page, now)
         self._drop()
 
     def let_go(self, page: object) -> None:
@@ -195,12 +200,12 @@ class Wheel:
         self._b_pressed.add(id(page))
         return not was_pressed
 
-    def _without_old_a(self, pad: Optional[Pad], pressed: float) -> Optional[Pad]:
+    def _without_old_a(self, page: object, pad: Optional[Pad], pressed: float) -> Optional[Pad]:
         """`pad`, with A released if it was pressed before the last stop."""
         if pad is None or not pad.a:
             self._a_refused = False
             return pad
-        if pressed <= self._stopped_at and not self._a_refused:
+        if self._is_old(page, pressed) and not self._a_refused:
             self._a_refused = True
             self._news.tell('A was pressed before the robot was stopped: press it again',
                             warning=True)
@@ -232,8 +237,18 @@ class Wheel:
             self._news.tell(reason + ': robot stopped; grip a control of the page to drive again',
                             warning=True)
 
-    def _take(self, now: float) -> None:
-        self._stopped_at = now
+    def _stopped(self, page: Optional[object], now: float) -> None:
+        last, before = self._stops
+        self._stops = (page, now), before if page is last[0] else last
+
+    def _is_old(self, page: object, pressed: float) -> bool:
+        """Was it pressed before the last stop? The messages of one page come in their order, so
+        that its own stops are older than what comes after them."""
+        last, before = self._stops
+        return pressed <= (before if page is last[0] else last)[1]
+
+    def _take(self, page: object, now: float) -> None:
+        self._stopped(page, now)
         self.gives = False
         self._words.append(False)
 

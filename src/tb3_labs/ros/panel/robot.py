@@ -119,21 +119,21 @@ class PanelRobot:
         self.wheel.give(page, now, pressed)
         return 'control given'
 
-    def turn(self, degrees, pressed):
+    def turn(self, page, degrees, pressed):
         """Ask the controller for a turn."""
         if not self._senders.heard()['turn']:
             raise ValueError('no node listens on turn: is the controller running?')
         if self._is_driving():
             raise ValueError('move_to_goal drives: take control first')
-        self.wheel.check(pressed)
+        self.wheel.check(page, pressed)
         self._senders.turn(degrees)
         return 'asked for {:g} degrees'.format(degrees)
 
-    def goal(self, place, pressed):
+    def goal(self, page, place, pressed):
         """Send a goal."""
         if not self._senders.heard()['goal']:
             raise ValueError('no node listens on move_base_simple/goal: is move_to_goal running?')
-        self.wheel.check(pressed)
+        self.wheel.check(page, pressed)
         self._senders.goal(place)
         return 'goal sent: {:.2f} m, {:.2f} m, {:.0f} deg'.format(place.x, place.y, place.yaw_deg)
 
@@ -145,11 +145,11 @@ class PanelRobot:
         self.flush(now)
         return stop
 
-    def stop(self, now):
+    def stop(self, page, now):
         """Everything to zero; the Stop on its way."""
         stop = Stop(self._senders.stoppable, self._senders.stop_written, 'STOP was sent to {}',
                     'no node hears it')
-        self.wheel.stop(now)
+        self.wheel.stop(page, now)
         self.flush(now)
         self._senders.zero()
         return stop
