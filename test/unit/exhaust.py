@@ -19,7 +19,9 @@ from enum import Enum
 from functools import lru_cache
 
 from played_nodes import OVER, TICK
-from played_worlds import BEGIN, CASTS, LONG_AGO, NOTHING, Unheard, Wrong
+from played_pages import TwoPages
+from played_worlds import (
+    BEGIN, LONG_AGO, NOTHING, MouseAndTurns, OnePad, Senders, TwoPads, Unheard, Wrong)
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.supervision.freshness import Freshness
 from tb3_labs.supervision.permission import _Giving
@@ -33,6 +35,8 @@ QUIET_AGES = dict(AGES, _stops=0.2, _stopped_at=0.2, _born_at=0.2, stopped_at=0.
 #: After the first event, and in one of so many states later, it is tried whether a person who asks anew
 #: is obeyed.
 LISTENED = 40
+
+CASTS = (Senders, OnePad, TwoPads, TwoPages, MouseAndTurns)
 
 
 class Searched:

@@ -135,7 +135,7 @@ class Labs(World):
         for pad in self.pads:
             if pad.name != sender and not word:
                 pad.send('others', 'on_taken')
-        if sender.startswith(('pad', 'student')):
+        if sender.startswith(('pa', 'student')):
             self.latched[sender] = word
 
     def student(self, word):
@@ -319,6 +319,3 @@ class MouseAndTurns(World):
         """An active mouse repeats itself."""
         if self.active:
             self.show()
-
-
-CASTS = (Senders, OnePad, TwoPads, MouseAndTurns)

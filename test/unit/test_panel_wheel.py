@@ -118,14 +118,15 @@ def test_a_mouse_is_active_while_it_is_held_and_released_once(room):
     room.drive(pad=None)
     for mouse in (None, (0.25, -1.0), (0.0, 0.0), None, None):
         room.hand('A', None, mouse)
-    assert room.said() == ([], [], [MouseState(True, 0.25, -1.0), MouseState(True, 0.0, 0.0),
-                                    MouseState(False, 0.0, 0.0)])
+    assert room.said() == ([], [], [MouseState(False), MouseState(True, 0.25, -1.0),
+                                    MouseState(True, 0.0, 0.0), MouseState(False)])
 
 
 def test_what_was_taken_is_not_said_again(room):
     room.give()
     room.hand('A', FULL, (0.5, 0.5))
-    assert room.said() == ([True], [LatePad(FULL, 0.0)], [MouseState(True, 0.5, 0.5)])
+    assert room.said() == ([True], [LatePad(FULL, 0.0)],
+                           [MouseState(False), MouseState(True, 0.5, 0.5)])
     assert room.said() == ([], [], [])
     room.run(1.0)
     assert len(room.wheel.take_news()) == 1 and room.wheel.take_news() == []
@@ -651,7 +652,7 @@ def test_a_mouse_that_is_held_while_another_node_drives_must_be_gripped_anew():
     assert wheel.take_mouse() == []
     wheel.on_hand('page', Hand(), 0.15)
     wheel.on_hand('page', Hand(mouse=(0.0, 1.0)), 0.20)
-    assert wheel.take_mouse() == [MouseState(True, 0.0, 1.0)]
+    assert wheel.take_mouse() == [MouseState(False), MouseState(True, 0.0, 1.0)]
 
 
 def test_a_mouse_that_drives_is_released_when_another_node_begins_to_drive():
@@ -660,4 +661,4 @@ def test_a_mouse_that_drives_is_released_when_another_node_begins_to_drive():
     wheel.on_hand('page', Hand(mouse=(0.0, 1.0)), 0.05)
     wheel.on_hand('page', Hand(mouse=(0.0, 1.0)), 0.10, mouse_drives=False)
     wheel.on_hand('page', Hand(mouse=(0.0, 1.0)), 0.15)
-    assert wheel.take_mouse() == [MouseState(True, 0.0, 1.0), MouseState(False)]
+    assert wheel.take_mouse() == [MouseState(False), MouseState(True, 0.0, 1.0), MouseState(False)]

@@ -308,6 +308,13 @@ def test_of_a_latched_word_a_true_is_doubted_and_a_false_stops(senders, stands):
     assert not senders.granted and not senders.run(5.0)
 
 
+def test_a_false_that_came_with_its_connection_stops_what_was_given_since_the_start(senders):
+    """It may have been said in the first moment of the connection."""
+    senders.say('hand', True)
+    senders.permission.told(False, senders.now, 'pad', True, **OLD)
+    assert not senders.granted and not senders.run(5.0)
+
+
 def test_what_is_of_old_is_told_once(senders):
     for _ in range(3):
         senders.permission.told(True, senders.now, 'pad', True, **OLD)

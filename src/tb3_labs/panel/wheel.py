@@ -221,6 +221,8 @@ class Wheel:
     def _hear_mouse(self, hand: Hand, drives: bool) -> None:
         self._mouse_refused = hand.mouse is not None and (self._mouse_refused or not drives)
         if hand.mouse is not None and not self._mouse_refused:
+            if not self._mouse_active:
+                self._mouse.append(MouseState(False))    # a mouse that begins must not be active
             self._mouse_active = True
             self._mouse.append(MouseState(True, *hand.mouse))
         elif self._mouse_active:

@@ -13,8 +13,8 @@ a person gives the machine anew):
 * If this process did not run for longer than `LONGEST_LAPSE`, all givings are gone. A True that it
   hears while it wakes from a sleep does not count: it may be older than a stop.
 * A stop counts, however it arrives; only a giving is doubted. A True that was latched, and perhaps
-  said before this node could hear it, gives nothing: a False and then a True do. A False does not
-  count only if it is surely older than this node.
+  said before this node could hear it, gives nothing: a False and then a True do. A False that came
+  with the connection, as one that is older than this node does, leaves what was given at the start.
 * A True does not count if it was sent more than `LONGEST_LAPSE` ago, before another sender's
   False, or before this node started. Renewals that arrive faster than one in each `RENEWAL` show
   that it was delayed.
@@ -115,7 +115,7 @@ class Permission:
         """
         self.update(now)
         repeated, self._said[sender] = granted and self._said.get(sender, False), granted
-        if is_old and not granted:
+        if is_old and not granted and not any(self._givings):    # '' is the start's own giving
             return
         if not granted:
             self._stops = {other: at for other, at in self._stops.items()
