@@ -29,13 +29,14 @@ class Process:
 
     def __init__(self, world):
         self.world = world
-        self.asleep_since = None
+        self.asleep_since = self.asleep_until = None
+        self.backwards = False       # the order in which its threads run when it wakes
         self.stalled = False
-        self.cut = ()
+        self.held = {}               # sender: until then its messages are held up
         self.waiting = {}
 
     def send(self, sender, method, *details):
-        if self.asleep_since is not None or sender in self.cut:
+        if self.asleep_since is not None or sender in self.held:
             self.waiting.setdefault(sender, []).append((method, details))
         else:
             getattr(self, method)(*details)
@@ -45,24 +46,29 @@ class Process:
             for method, details in self.waiting.pop(sender, ()):
                 getattr(self, method)(*details)
 
-    def wake(self, backwards):
+    def look_at_clock(self):
+        """Wake, and hear what was held up, when it is time."""
+        now = self.world.now + 1e-9
+        if self.asleep_since is not None and now >= self.asleep_until:
+            self.wake()
+        for sender in [sender for sender, until in self.held.items() if now >= until]:
+            del self.held[sender]
+            if self.asleep_since is None:
+                self.deliver([sender])
+
+    def wake(self):
         """Threads that read different senders run in any order."""
         slept_for = self.world.now - self.asleep_since
         self.asleep_since = None
         self.woke(slept_for)
         self.stalled = slept_for <= STALL
-        self.deliver(sorted(set(self.waiting) - set(self.cut), reverse=backwards))
+        self.deliver(sorted(set(self.waiting) - set(self.held), reverse=self.backwards))
         self.stalled = False
 
     def at(self, at):
         """The time of a person's action, as the oracle shall know it: what waited for a moment only
         has no order."""
         return self.world.now if self.stalled and at is not None else at
-
-    def restore(self, sender):
-        self.cut = tuple(other for other in self.cut if other != sender)
-        if self.asleep_since is None:
-            self.deliver([sender])
 
 
 class Ahead:

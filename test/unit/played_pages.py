@@ -3,7 +3,7 @@
 Units: seconds.
 """
 from played_nodes import RENEWAL_PERIOD, Process
-from played_worlds import MOVER, NOTHING, WAITING, Labs, sleeping
+from played_worlds import MOVER, NOTHING, WAITING, Labs, held_up, sleeping
 from tb3_labs.localization.sender_clock import Lateness
 from tb3_labs.panel.requests import Hand
 from tb3_labs.panel.wheel import LONGEST_DELAY, Wheel
@@ -82,9 +82,7 @@ class TwoPages(Labs):
             ('STOP on page {}'.format(page), 'ask', page, 'stop'),
             ('page {} lets go'.format(page), 'ask', page, 'let go'),
             ('page {} is hidden'.format(page), 'hide', page, True),
-            ('page {} is shown'.format(page), 'hide', page, False),
-            ('the network holds up page {}'.format(page), 'cut', 1, page),
-            ('the network delivers page {}'.format(page), 'restore', 1, page)]]
+            ('page {} is shown'.format(page), 'hide', page, False)] + held_up('page ' + page, 1, page)]
 
     def __init__(self):
         self.hidden = set()

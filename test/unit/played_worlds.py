@@ -12,9 +12,10 @@ LONG_AGO = 2.3
 #: Just below and above each limit: 0.04 (confirmation), 0.2 to 0.3 (pad, mouse, waking, crossing),
 #: 0.5 (lapse), 2.0 (longest lapse).
 WAITS = (0.03, 0.06, 0.24, 0.26, 0.29, 0.31, 0.49, 0.52, 1.95, 2.15)
-WAITS_UNDER_WAY = (0.31, 1.95)
-#: Lengths of a process's sleep.
+WAITS_UNDER_WAY = (0.31, 2.15)
+#: Lengths of a process's sleep, and of a stall of the network.
 SLEEPS = (0.45, 0.55, 1.95, 2.15)
+HELD_UP = (0.45, 1.95, 2.15)
 
 
 #: The answer of an event that is impossible.
@@ -47,6 +48,8 @@ class World:
             self.now += step
             self.passed()
             for node in self.nodes:
+                node.look_at_clock()
+            for node in self.nodes:
                 node.tick()
 
     def passed(self):
@@ -61,12 +64,7 @@ class World:
 
     def calm(self):
         """Everybody is awake and there, and heard for a while."""
-        for node in self.nodes:
-            for sender in node.cut:
-                node.restore(sender)
-            if node.asleep_since is not None:
-                node.wake(False)
-        self.wait(6.0)
+        self.wait(8.0)
 
     def is_obeyed(self, seconds, by):
         """Unheard if the robot does not move within `seconds` after a person asked for it."""
@@ -75,40 +73,29 @@ class World:
         if not self.drives:
             raise Unheard('a person asks anew in vain, by ' + by)
 
-    def sleep(self, number):
+    def sleep(self, number, seconds, backwards):
+        """A node does not run for so long."""
         node = self.nodes[number]
         if node.asleep_since is not None:
             return NOTHING
-        node.asleep_since = self.now
+        node.asleep_since, node.asleep_until = self.now, self.now + seconds
+        node.backwards = backwards
 
-    def wake(self, number, after, backwards):
-        """A node wakes `after` [s] that it fell asleep."""
-        node = self.nodes[number]
-        if node.asleep_since is None or node.asleep_since + after < self.now or (
-                backwards and len(node.waiting) < 2):
+    def hold_up(self, node, sender, seconds):
+        """The network holds up the messages of `sender` to a node for so long."""
+        if self.nodes[node].held:
             return NOTHING
-        self.wait(node.asleep_since + after - self.now)
-        node.wake(backwards)
+        self.nodes[node].held[sender] = self.now + seconds
 
     def let_pass(self, seconds):
         if seconds not in WAITS_UNDER_WAY and not self.is_quiet:
             return NOTHING
         self.wait(seconds)
 
-    def cut(self, node, sender):
-        if self.nodes[node].cut:
-            return NOTHING
-        self.nodes[node].cut = (sender,)
-
-    def restore(self, node, sender):
-        if sender not in self.nodes[node].cut:
-            return NOTHING
-        self.nodes[node].restore(sender)
-
     @property
     def is_quiet(self):
         """Is no message under way?"""
-        return not any(node.waiting or node.cut or node.asleep_since for node in self.nodes)
+        return not any(node.waiting or node.held or node.asleep_since for node in self.nodes)
 
 
 class Labs(World):
@@ -212,9 +199,14 @@ class Labs(World):
 
 
 def sleeping(name, number):
-    return [('{} is stopped'.format(name), 'sleep', number)] + [
-        ('{} goes on after {} s{}'.format(name, after, ', its threads in another order' * backwards),
-         'wake', number, after, backwards) for after in SLEEPS for backwards in (False, True)]
+    return [('{} is stopped for {} s{}'.format(name, seconds, ', then its threads run in another order'
+                                               * backwards), 'sleep', number, seconds, backwards)
+            for seconds in SLEEPS for backwards in (False, True)]
+
+
+def held_up(name, node, sender):
+    return [('the network holds up {} for {} s'.format(name, seconds), 'hold_up', node, sender, seconds)
+            for seconds in HELD_UP]
 
 
 WAITING = [('{:.2f} s pass'.format(seconds), 'let_pass', seconds) for seconds in WAITS]
@@ -243,12 +235,9 @@ class OnePad(Labs):
         ('A', 'press', 0, 0), ('B', 'press', 0, 1),
         ('the stick is pushed', 'push', 0, 1.0), ('the stick is let go', 'push', 0, 0.0),
         ('the pad is pulled out', 'plug', 0, False), ('the pad is plugged in', 'plug', 0, True),
-        ('the network holds up the gamepad', 'cut', 0, 'pad 0'),
-        ('the network delivers the gamepad', 'restore', 0, 'pad 0'),
-        ('the network holds up the pad', 'cut', 1, 'joy'),
-        ('the network delivers the pad', 'restore', 1, 'joy'),
         ('gamepad is killed and started', 'start_pad', 0),
-        ('the clock of the pad is set back', 'set_back', 0)]
+        ('the clock of the pad is set back', 'set_back', 0)] + held_up(
+            'the gamepad', 0, 'pad 0') + held_up('the pad', 1, 'joy')
 
 
 class TwoPads(Labs):
@@ -259,10 +248,9 @@ class TwoPads(Labs):
         event for number in (0, 1) for event in [
             ('A of pad {}'.format(number), 'press', number, 0),
             ('B of pad {}'.format(number), 'press', number, 1),
-            ('the network holds up gamepad {}'.format(number), 'cut', 0, 'pad %d' % number),
-            ('the network delivers gamepad {}'.format(number), 'restore', 0, 'pad %d' % number),
             ('pad {} is pulled out'.format(number), 'plug', number, False),
-            ('pad {} is plugged in'.format(number), 'plug', number, True)]]
+            ('pad {} is plugged in'.format(number), 'plug', number, True)] + held_up(
+                'gamepad {}'.format(number), 0, 'pad {}'.format(number))]
 
 
 class MouseAndTurns(World):
@@ -272,11 +260,7 @@ class MouseAndTurns(World):
         ('a turn is asked for', 'turn'),
         ('the mouse is activated', 'activate', True), ('the mouse is deactivated', 'activate', False),
         ('the mouse moves to the edge', 'move', 1.0), ('the mouse moves to the middle', 'move', 0.0),
-        ('the network holds up the mouse', 'cut', 0, 'mouse'),
-        ('the network delivers the mouse', 'restore', 0, 'mouse'),
-        ('the network holds up the turns', 'cut', 0, 'turns'),
-        ('the network delivers the turns', 'restore', 0, 'turns'),
-        ('controller is killed and started', 'start')]
+        ('controller is killed and started', 'start')] + held_up('the mouse', 0, 'mouse')
 
     def __init__(self):
         super().__init__()
