@@ -8,7 +8,8 @@ from datetime import datetime
 import pytest
 
 from tb3_labs.marking import archives
-from tb3_labs.marking.archives import Refused
+from tb3_labs.marking.archives import Budget, Refused
+from tb3_labs.marking.foreign import file_name
 from tb3_labs.marking.handed_in import HandedIn, by_student, read_name, repositories
 from tb3_labs.ros.marking.intake import Submission, digest, submissions_from
 from tb3_labs.ros.marking.unpack import newest_in, unpack
@@ -51,6 +52,28 @@ def test_a_list_of_repositories():
         repositories('a/course, x/y\n')
 
 
+#: A row of names as nobody should have them.
+NASTY = ['"><script>', "O'Hara; rm -rf ~", 'two\nlines', '\x1b[2Jann', '.._', '...', 'x' * 255, '\u202egnp.exe',
+         '\u05d0\u05d1\u05d2', os.fsdecode(b'M\xfcller'), '=cmd|calc!A1', 'overview', 'ann.marks', ' ', 'a\\b',
+         os.fsdecode(b'\xff' * 255)]
+
+
+@pytest.mark.parametrize('name', NASTY)
+def test_every_name_becomes_one_that_files_and_lines_can_have(name):
+    made = file_name(name)
+    assert made.isprintable() and '/' not in made and len(made.encode()) < 200
+    assert file_name(made) == made and made not in ('', '.', '..', 'overview')
+
+
+def test_a_usual_name_stays_and_odd_ones_are_told_apart():
+    assert [file_name(name) for name in ('Ann-Li de Groot', 'M\xfcller', 'kim (2)', '\u05d0')] == [
+        'Ann-Li de Groot', 'M\xfcller', 'kim (2)', '\u05d0']
+    assert file_name(os.fsdecode(b'M\xfcller')) == 'M\\xfcller'
+    names = NASTY + ['M\\xfcller', 'M\\xfcller_', 'x' * 254, '..', 'Ann', 'Ann ']
+    found = by_student((name, True) for name in names)
+    assert sorted(parts[0][0] for parts in found.values()) == sorted(names)
+
+
 # -- archives
 
 def zipped(path, files, **changes):
@@ -72,12 +95,13 @@ def test_what_is_nobodys_work_is_not_unpacked(tmp_path):
     path = zipped(tmp_path / 'a.zip', {
         'a/' + NODE: 'x', '__MACOSX/a/._x.py': 'x', 'a/.DS_Store': 'x', 'a/run.bag': 'x',
         'a/.git/config': 'x', 'a/build/x.py': 'x', 'a/builder.py': 'x'})
-    unpack(path, tmp_path / 'out')
+    unpack(path, tmp_path / 'out', Budget())
     assert files_below(tmp_path / 'out') == {'a/' + NODE, 'a/builder.py'}
 
 
 def test_windows_separators_and_the_exec_bit(tmp_path):
-    unpack(zipped(tmp_path / 'a.zip', {'lab2\\scripts\\n.py': 'x'}, mode=0o755), tmp_path / 'out')
+    unpack(zipped(tmp_path / 'a.zip', {'lab2\\scripts\\n.py': 'x'}, mode=0o755), tmp_path / 'out',
+           Budget())
     assert os.access(str(tmp_path / 'out/lab2/scripts/n.py'), os.X_OK)
 
 
@@ -85,12 +109,13 @@ def test_windows_separators_and_the_exec_bit(tmp_path):
 def test_paths_that_lead_out_are_refused(tmp_path, name):
     path = zipped(tmp_path / 'in' / 'a.zip', {'good.py': 'x', name: 'x'})
     with pytest.raises(Refused, match='leads out of it'):
-        unpack(path, tmp_path / 'in' / 'out')
+        unpack(path, tmp_path / 'in' / 'out', Budget())
     assert files_below(tmp_path) == {'in/a.zip'}
 
 
 def test_a_link_is_left_out(tmp_path):
-    unpack(zipped(tmp_path / 'a.zip', {'passwd': '/etc/passwd'}, mode=0o120777), tmp_path / 'out')
+    unpack(zipped(tmp_path / 'a.zip', {'passwd': '/etc/passwd'}, mode=0o120777), tmp_path / 'out',
+           Budget())
     assert files_below(tmp_path) == {'a.zip'}
 
 
@@ -98,14 +123,26 @@ def test_a_bomb_is_refused_by_what_it_says_and_by_what_it_holds(tmp_path, monkey
     monkeypatch.setattr(archives, 'MOST_BYTES', 100000)
     path = zipped(tmp_path / 'a.zip', {'a.txt': '0' * 90000, 'b.txt': '0' * 90000})
     assert path.stat().st_size < 2000
-    with pytest.raises(Refused, match='holds 0 MB or more'):
-        unpack(path, tmp_path / 'out')
+    with pytest.raises(Refused, match='More than 0.1 MB: not all of it was unpacked'):
+        unpack(path, tmp_path / 'out', Budget())
     assert files_below(tmp_path) == {'a.zip'}
-    with pytest.raises(Refused):
-        archives.too_large(100001)
     monkeypatch.setattr(archives, 'MOST_FILES', 1)
-    with pytest.raises(Refused, match='has 2 files'):
-        unpack(path, tmp_path / 'out')
+    with pytest.raises(Refused, match='More than 1 files'):
+        unpack(path, tmp_path / 'out', Budget())
+
+
+def test_archives_within_archives_have_one_budget(tmp_path, monkeypatch):
+    """Sixty bombs of 90 kB each in one file, and a file that is nothing but holes."""
+    monkeypatch.setattr(archives, 'MOST_BYTES', 100000)
+    bomb = zipped(tmp_path / 'bomb.zip', {'a.txt': '0' * 90000}).read_bytes()
+    path = zipped(tmp_path / 'in' / 'a.zip', {'{}.zip'.format(n): bomb for n in range(60)})
+    with open(str(tmp_path / 'in' / 'b.zip'), 'wb') as file:
+        file.truncate(10 ** 12)
+    (tmp_path / 'work').mkdir()
+    folder, remarks = Submission('Ann', [tmp_path / 'in']).lay_out(tmp_path / 'work')
+    sizes = [file.stat().st_size for file in folder.rglob('*') if file.is_file()]
+    assert path.stat().st_size < 20000 and sum(sizes) <= 100000
+    assert set(remarks) == {'More than 0.1 MB: not all of it was unpacked.'}
 
 
 def test_an_archive_that_lies_of_its_size_is_refused(tmp_path):
@@ -113,15 +150,22 @@ def test_an_archive_that_lies_of_its_size_is_refused(tmp_path):
     data = path.read_bytes()
     path.write_bytes(data.replace((5000).to_bytes(4, 'little'), (50).to_bytes(4, 'little')))
     with pytest.raises(Refused):
-        unpack(path, tmp_path / 'out')
+        unpack(path, tmp_path / 'out', Budget())
 
 
 @pytest.mark.parametrize('data', [b'', b'no zip file', b'PK\x03\x04 cut off'])
 def test_what_is_no_zip_file_is_refused(tmp_path, data):
     (tmp_path / 'a.zip').write_bytes(data)
     with pytest.raises(Refused, match='cannot be unpacked: .*'):
-        unpack(tmp_path / 'a.zip', tmp_path / 'out')
+        unpack(tmp_path / 'a.zip', tmp_path / 'out', Budget())
     assert newest_in(tmp_path / 'a.zip') is None
+
+
+@pytest.mark.parametrize('name', ['a/' * 60 + 'x.py', 'x' * 300 + '.py', '"\n\u202e.py', 'a\\..\\..\\x.py'])
+def test_odd_paths_in_an_archive_end_nothing(tmp_path, name):
+    (tmp_path / 'work').mkdir()
+    folder, remarks = Submission('Ann', [zipped(tmp_path / 'a.zip', {name: 'x'})]).lay_out(tmp_path / 'work')
+    assert len(files_below(folder)) + len(remarks) == 1
 
 
 # -- submissions

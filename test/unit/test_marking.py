@@ -123,7 +123,7 @@ def test_the_sheet_for_instructors_lists_every_part():
 
 #: Spelled the same in core and bridge by chance; in the core a part, a column, an input, a mode.
 BY_CHANCE = {'heading', 'name', 'reset', 'points', 'x', 'w', 'utf-8', ' and ', 'src', 'scripts', 'float32',
-             'float64'}
+             'float64', 'bool'}
 
 
 def parsed(folder):

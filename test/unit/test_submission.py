@@ -13,6 +13,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import LABS
 from tb3_labs.ros.marking import python_build
 from tb3_labs.ros.marking.any_service import packages_with_services
+from tb3_labs.ros.marking.intake import Submission
 from tb3_labs.ros.marking.requests import fill_pose, is_origin
 from tb3_labs.ros.marking.submission import Unusable, find_node
 from tb3_labs.ros.marking.workspace import prepare
@@ -33,7 +34,9 @@ def hand_in(folder, **files):
 
 
 def prepared(tmp_path, folder):
-    return prepare(folder, LAB, tmp_path / 'ws')
+    (tmp_path / 'work').mkdir()
+    copy, _ = Submission(folder.name, [folder]).lay_out(tmp_path / 'work')
+    return prepare(copy, LAB, tmp_path / 'ws')
 
 
 @pytest.mark.parametrize('found', [
@@ -93,8 +96,51 @@ def test_what_is_large_or_leads_elsewhere_is_not_copied(tmp_path):
     os.mkfifo(str(folder / 'pipe'))
     prepared(tmp_path, folder)
     copied = sorted(os.listdir(str(tmp_path / 'ws' / 'src' / 'package')))
-    assert copied == ['all', 'move2goal.py', 'package.xml']
-    assert os.path.islink(str(tmp_path / 'ws' / 'src' / 'package' / 'all'))
+    assert copied == ['move2goal.py', 'package.xml']
+
+
+def test_nothing_is_read_or_written_through_a_link(tmp_path):
+    """A manifest that is a link to a file of the instructor's, and modules that are a link to a folder."""
+    home = hand_in(tmp_path / 'home', bashrc='mine\n', ssh__key='secret')
+    folder = hand_in(tmp_path / 'bob', move2goal='import keys\n' + NODE, keys__setup='',
+                     keys__src__other='', **{'keys__package.xml': MANIFEST.format('keys'),
+                                             'keys__msg__Key.msg': 'int32 k\n'})
+    (folder / 'package.xml').symlink_to(home / 'bashrc.py')
+    (folder / 'keys' / 'src' / 'keys').symlink_to(home / 'ssh')
+    os.link(str(home / 'ssh' / 'key.py'), str(folder / 'keys' / 'src' / 'hard.py'))
+    prepared(tmp_path, folder)
+    assert (home / 'bashrc.py').read_text() == 'mine\n'
+    copied = [path for path in (tmp_path / 'ws').rglob('*') if path.is_file()]
+    assert tmp_path / 'ws' / 'python' / 'keys' / 'msg' / '_Key.py' in copied
+    assert [path for path in copied if b'secret' in path.read_bytes()] == []
+
+
+@pytest.mark.parametrize('manifest', [
+    '<!DOCTYPE p [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><package><name>&b;</name></package>',
+    '<?xml version="1.0" encoding="utf-9"?><package>', '<p>' * 9000, '<package><name/></package>',
+    MANIFEST.format('lab7\N{KELVIN SIGN}'), MANIFEST.format('../../etc'), b'\xff\xfe<\0p'])
+def test_a_hostile_manifest_is_not_believed(tmp_path, manifest):
+    folder = hand_in(tmp_path / 'bob', move2goal=NODE, **{'package.xml': manifest})
+    assert prepared(tmp_path, folder).package == 'submission'
+
+
+@pytest.mark.parametrize('name', [
+    'move2goal "$(find rospy)".py', "move2goal'\n.py", '-move2goal.py', 'm\u202egoal2evom.py',
+    '*[!]move2goal.py', os.fsdecode(b'move2goal\xfc.py')])
+def test_a_node_with_an_odd_name_gets_another_one(tmp_path, name):
+    folder = tmp_path / 'bob'
+    folder.mkdir()
+    (folder / name).write_text('#!/usr/bin/env python3\nclass MoveToGoal: pass\n'
+                               'rospy.init_node("move_to_goal")\n')
+    ready = prepared(tmp_path, folder)
+    assert ready.executable == 'node.py' and (tmp_path / 'ws' / 'src' / 'package' / 'node.py').exists()
+    assert 'got another name' in ' '.join(ready.remarks)
+
+
+@pytest.mark.parametrize('code', ['x = ' + '-' * 50000 + '1', 'x = ' + '(' * 500 + ')' * 500,
+                                  'x = ' + 'a.' * 50000 + 'a', 'x = \0'])
+def test_an_expression_that_is_too_deep_ends_nothing(tmp_path, code):
+    assert prepared(tmp_path, hand_in(tmp_path / 'bob', move2goal=code)).executable == 'move2goal.py'
 
 
 # -- a course's repository

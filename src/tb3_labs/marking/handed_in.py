@@ -11,6 +11,8 @@ import re
 from collections import Counter
 from typing import Dict, Iterable, List, NamedTuple, Tuple
 
+from tb3_labs.marking.foreign import file_name
+
 MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
 CANVAS = re.compile(r'(?P<student>[^_]+)(?P<late>_late)?_(?P<number>\d+)_\d+_(?P<file>.+)',
                     re.IGNORECASE)
@@ -52,16 +54,23 @@ def by_student(names: Iterable[Tuple[str, bool]]) -> Dict[str, List[Tuple[str, H
     """The names of each student, with what they say; `names`: (name, is it a folder?).
 
     Several files of one student belong together. Two students of the same name are told apart by
-    their numbers, or, without a number, by the whole names of their files.
+    their numbers, or, without a number, by the whole names of their files. Each name can be that of
+    a file.
     """
     groups: Dict[Tuple[str, str, str], List[Tuple[str, HandedIn]]] = {}
     for name, is_folder in names:
         said = read_name(name, is_folder)
         alone = '' if said.number else name
-        groups.setdefault((said.student, said.number, alone), []).append((name, said))
+        groups.setdefault((file_name(said.student), said.number, alone), []).append((name, said))
     times = Counter(student for student, _, _ in groups)
-    return {student if times[student] == 1 else '{} ({})'.format(student, number or alone): found
-            for (student, number, alone), found in groups.items()}
+    students: Dict[str, List[Tuple[str, HandedIn]]] = {}
+    for (student, number, alone), parts in groups.items():
+        if times[student] > 1:
+            student = file_name('{} ({})'.format(student, number or alone))
+        while student in students:      # the names differed only in what no name can show
+            student += '_'
+        students[student] = parts
+    return students
 
 
 def repositories(text: str) -> Dict[str, str]:
@@ -75,8 +84,8 @@ def repositories(text: str) -> Dict[str, str]:
         if not path or path.startswith('#'):
             continue
         name = name or re.split(r'[/\\]', path.rstrip('/\\'))[-1]
-        if '/' in name:
-            raise ValueError('"{}" cannot be the name of a student: it has a "/"'.format(name))
+        if '/' in name or file_name(name) != name:
+            raise ValueError('{!r} cannot be the name of a student, nor of a file'.format(name))
         if name in found:
             raise ValueError('two repositories are called {}: give each a name, as in "{}, '
                              'miller"'.format(name, path))

@@ -22,13 +22,13 @@ class Import(NamedTuple):
 
 
 def imports_of(text: str) -> List[Import]:
-    """The import statements of a program, in order; none if its syntax is wrong.
+    """The import statements of a program, in order; none if its syntax is wrong, or too deep.
 
     Imports of the program's own package (``from . import x``) are left out.
     """
     try:
         tree = ast.parse(text)
-    except (SyntaxError, ValueError):
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
         return []
     used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
     guarded = {id(inner) for node in ast.walk(tree) if isinstance(node, ast.Try)

@@ -1,18 +1,22 @@
 """The submissions as they come: folders, zip files of a learning platform, a list of repositories.
 
-Nothing that was handed in is changed: what is unpacked goes into a folder of its own.
+Nothing that was handed in is changed or run: it is copied into a folder of its own, which has no
+links, no devices, and no more than a budget. Whatever looks at a submission looks at this copy.
 """
 import hashlib
 import os
 import re
 import shutil
+import stat
 import subprocess
+from collections import Counter
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 from typing import List
 
-from tb3_labs.marking.archives import LEFT_OUT, Refused
+from tb3_labs.marking.archives import DEEPEST, LEFT_OUT, Budget, Refused
+from tb3_labs.marking.foreign import printable
 from tb3_labs.marking.handed_in import by_student, is_zip, repositories
 from tb3_labs.ros.marking.submission import files_in
 from tb3_labs.ros.marking.unpack import newest_in, unpack
@@ -21,8 +25,10 @@ from tb3_labs.ros.marking.unpack import newest_in, unpack
 DEPTH = 3
 #: Archives that are not unpacked.
 OTHER_ARCHIVES = ('.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
-#: A file larger than this is not read for the digest, only its size counts [bytes].
+#: A larger file is not copied, unless it is an archive [bytes].
 LARGEST = 20000000
+#: This number of files that were left out is named in a remark.
+NAMED = 3
 COMMITTER = re.compile(r'^committer .* (\d+) [+-]\d{4}$', re.MULTILINE)
 #: git as a stranger's repository needs it: it runs no program and asks no other machine.
 GIT = ('git', '--no-replace-objects', '-c', 'core.fsmonitor=false', '-c', 'safe.directory=*')
@@ -38,20 +44,19 @@ class Submission:
     late: bool = False                      # as the platform says
 
     def lay_out(self, work):
-        """The folder with all that was handed in, called as the student, and remarks.
-
-        It is a link below `work`, an existing folder, or a copy that is unpacked.
-        """
-        folder, remarks = Path(work) / self.student, []
-        if len(self.paths) == 1 and self.paths[0].is_dir() and not _is_packed(self.paths[0]):
-            folder.symlink_to(self.paths[0].resolve(), target_is_directory=True)
-            return folder, remarks
-        for path, name in zip(self.paths, self.names or [path.name for path in self.paths]):
-            for file in files_and_archives_in(path) if path.is_dir() else [path]:
-                target = folder / (file.relative_to(path) if path.is_dir() else name)
-                target.parent.mkdir(parents=True, exist_ok=True)
-                shutil.copyfile(str(file), str(target))
-        _unpack_all(folder, remarks)
+        """A copy of all that was handed in, unpacked, in a folder called as the student below
+        `work`, an existing folder; and remarks."""
+        folder, remarks, budget = Path(work) / self.student, [], Budget()
+        folder.mkdir()
+        try:
+            for path, name in zip(self.paths, self.names or [path.name for path in self.paths]):
+                if path.is_dir():
+                    _copy_folder(path, folder, budget, remarks)
+                else:
+                    _copy_file(path, folder / name, budget)
+        except Refused as reason:
+            remarks.append(str(reason))
+        _unpack_all(folder, budget, remarks)
         return folder, remarks
 
     def handed_in_at(self):
@@ -66,7 +71,7 @@ class Submission:
                 return committed, 'the last commit'
         times = []
         for path in self.paths:
-            for file in [path] if path.is_file() else files_and_archives_in(path):
+            for file in [path] if path.is_file() else sort_out(path)[0]:
                 inside = newest_in(file) if is_zip(file.name) else None
                 times.append(inside or datetime.fromtimestamp(file.stat().st_mtime))
         return max(times, default=None), 'the newest file'
@@ -82,7 +87,7 @@ def submissions_from(path, work, tell):
     if path.is_dir():
         return _in_folder(path, tell)
     if is_zip(path.name):
-        unpack(path, Path(work) / 'all')
+        unpack(path, Path(work) / 'all', Budget())
         return _in_folder(_without_wrapping(Path(work) / 'all'), tell)
     try:
         listed = repositories(path.read_text(encoding='utf-8-sig'))
@@ -101,23 +106,38 @@ def submissions_from(path, work, tell):
 def digest(folder):
     """A text that is different as soon as anything in a submission is."""
     whole = hashlib.sha256()
-    for path in files_in(Path(os.path.realpath(str(folder)))):
-        size = path.stat().st_size
-        whole.update('{} {}\n'.format(path.relative_to(os.path.realpath(str(folder))),
-                                      size).encode(errors='replace'))
-        if size <= LARGEST:
-            whole.update(path.read_bytes())
+    for path in files_in(folder):
+        whole.update('{} {}\n'.format(path.relative_to(folder), path.stat().st_size).encode(
+            errors='surrogateescape'))
+        whole.update(path.read_bytes())
     return whole.hexdigest()
 
 
-def files_and_archives_in(folder):
-    """The files below a folder, zip files too, but not what is nobody's work; no links."""
-    for root, folders, files in os.walk(str(folder)):
+def sort_out(folder):
+    """(files, others) below a folder, zip files too, but not what is nobody's work.
+
+    The others are links, devices, and what is too deep. A file that has another name outside of the
+    folder is a link as well: it may be anybody's.
+    """
+    files, others, top = {}, [], len(folder.parts)
+    for root, folders, names in os.walk(str(folder)):
         folders[:] = sorted(name for name in folders if not LEFT_OUT.search(name))
-        for name in sorted(files):
-            path = Path(root) / name
-            if not LEFT_OUT.search(name) and path.is_file() and not path.is_symlink():
-                yield path
+        paths = [Path(root) / name for name in sorted(names) if not LEFT_OUT.search(name)]
+        others += [Path(root) / name for name in folders if os.path.islink(os.path.join(root, name))]
+        if len(Path(root).parts) - top >= DEEPEST:
+            others += [Path(root) / name for name in folders]
+            folders.clear()
+        for path in paths:
+            about = path.lstat()
+            if stat.S_ISREG(about.st_mode):
+                files[path] = about
+            else:
+                others.append(path)
+    names_of = Counter((about.st_dev, about.st_ino) for about in files.values())
+    inside = {path: about.st_nlink <= names_of[about.st_dev, about.st_ino]
+              for path, about in files.items()}
+    return ([path for path in files if inside[path]],
+            others + [path for path in files if not inside[path]])
 
 
 def _in_folder(folder, tell):
@@ -151,29 +171,44 @@ def _without_wrapping(folder):
     return folder
 
 
-def _is_packed(folder):
-    """Is all that is in a folder in zip files?"""
-    files = list(files_and_archives_in(folder))
-    return any(is_zip(path.name) for path in files) and not any(
-        path.suffix == '.py' for path in files)
+def _copy_folder(source, target, budget, remarks):
+    """Copy the files of a folder, and tell what is left out."""
+    files, others = sort_out(source)
+    small = [path for path in files if is_zip(path.name) or path.stat().st_size <= LARGEST]
+    for path in small:
+        _copy_file(path, target / path.relative_to(source), budget)
+    for what, left in (('a link, a device, or too deep', others),
+                       ('larger than {:g} MB'.format(LARGEST / 1e6), set(files) - set(small))):
+        if left:
+            named = [printable(str(path.relative_to(source))) for path in sorted(left)]
+            remarks.append('Left out, because each is {}: {}.'.format(what, ', '.join(
+                named[:NAMED] + ['{} more'.format(len(named) - NAMED)] * (len(named) > NAMED))))
 
 
-def _unpack_all(folder, remarks):
+def _copy_file(source, target, budget):
+    budget.take(1, source.stat().st_size)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(str(source), str(target))
+    target.chmod(0o755 if os.access(str(source), os.X_OK) else 0o644)
+
+
+def _unpack_all(folder, budget, remarks):
     """Unpack the zip files below a folder, and those in them, as long as there is no Python file
     yet: a zip file beside the code is none of it."""
     for _ in range(DEPTH):
-        files = list(files_and_archives_in(folder))
+        files = sort_out(folder)[0]
         archives = [path for path in files if is_zip(path.name)]
-        if not archives or any(path.suffix == '.py' for path in files):
+        if any(path.suffix == '.py' for path in files):
+            return
+        if not archives:
             break
         for path in archives:
             try:
-                unpack(path, path.parent / (path.stem + '.unpacked'))
+                unpack(path, path.parent / (path.stem + '.unpacked'), budget)
             except Refused as reason:
                 remarks.append(str(reason))
             path.unlink()
-    others = [path.name for path in files_and_archives_in(folder)
-              if path.suffix.lower() in OTHER_ARCHIVES]
+    others = [path.name for path in sort_out(folder)[0] if path.suffix.lower() in OTHER_ARCHIVES]
     if others:
         remarks.append('{} was not unpacked: only zip files are.'.format(others[0]))
 

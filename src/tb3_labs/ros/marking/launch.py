@@ -6,7 +6,7 @@ import json
 import os
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Dict, List, Optional
+from typing import Any, Dict, List, Optional
 
 from tb3_labs.ros.marking.box import NoBox
 
@@ -25,7 +25,7 @@ class Launch:
 
     prefix: List[str] = field(default_factory=lambda: ALWAYS + NoBox.command([]))
     environment: Optional[Dict[str, str]] = None            # None: that of this process
-    folders: List[str] = field(default_factory=list)        # where the student's packages are
+    types: Optional[Dict[str, Any]] = None                  # of the student; see types_in_box
     boxed: bool = False
 
     def write(self, path):

@@ -104,7 +104,7 @@ class Marker:
         log, record = self._logs / (folder.name + '.log'), work / 'observation.json'
         box = Box([work / 'ws', work / 'etc']) if self._options.boxed else NoBox()
         prepared = prepare(folder, LABS[self._lab], work / 'ws', {COOKIE: cookie},
-                           self._options.package, self._options.name)
+                           self._options.package, self._options.name, box)
         marks.node = '{}/{}'.format(prepared.package, prepared.executable)
         marks.remarks += prepared.remarks
         self._read(marks, work / 'ws' / 'src', prepared.executable)
@@ -156,7 +156,7 @@ class Marker:
         world = environment_in(work, dict(os.environ, **{COOKIE: cookie}))
         Launch(ALWAYS + box.command([]),
                box.environment(environment_in(work, prepared.environment)),
-               [str(work / 'ws' / 'src')], box.boxed).write(work / 'launch.json')
+               prepared.types, box.boxed).write(work / 'launch.json')
         with open(str(log), 'w') as file:
             check = subprocess.Popen(
                 box.world(['rostest', 'tb3_labs', 'check_{}.test'.format(self._lab),

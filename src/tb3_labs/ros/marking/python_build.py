@@ -3,82 +3,109 @@
 A Python node needs nothing else of a build. catkin is not asked: a CMakeLists.txt of a course's
 repository often wants packages that no marking machine has, and it is a stranger's program.
 """
+import json
 import os
 import re
 import shutil
-import threading
+import subprocess
+import tempfile
 from functools import lru_cache
 from pathlib import Path
 
-import genmsg
 import rospkg
-from genmsg.msg_loader import MsgNotFound
-from genpy.generate_initpy import write_modules
-from genpy.generator import MsgGenerator, SrvGenerator
 
+from tb3_labs.marking.foreign import is_name, printable
+from tb3_labs.ros.marking import types_in_box
 from tb3_labs.ros.marking.repository import interface_files
 
-GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
+#: Kinds of files from which modules are made.
+BUILT = ('msg', 'srv')
+MODULE = re.compile(r'_[A-Za-z0-9_]+\.py')
 RECIPE = 'CMakeLists.txt'
 #: The CMake commands that name other packages.
 ASKING = re.compile(r'\b(find_package|catkin_package|generate_messages)\s*\(([^)]*)\)', re.I)
 LISTS = ('COMPONENTS', 'CATKIN_DEPENDS', 'DEPENDENCIES')
 GENERATES = re.compile(r'\bgenerate_messages\s*\(', re.I)
-#: genpy keeps its state in its module.
-_GENPY = threading.Lock()
+#: All messages of a submission are built within this time [s].
+BUILD_TIME = 30.0
 
 
 class Builder:
-    """Builds packages, each with the messages of the earlier ones; `environment` has them all."""
+    """Builds packages, each with the messages of all; `environment` has them."""
 
-    def __init__(self, folder, environment, remarks):
+    def __init__(self, folder, environment, remarks, box):
         """`folder`: for the modules; `environment`: of the node; `remarks`: a list that grows by
-        sentences."""
-        self._folder, self._remarks = Path(folder), remarks
+        sentences; `box`: a Box, in which the messages are read."""
+        self._folder, self._remarks, self._box = Path(folder), remarks, box
+        self._without = environment
         self.environment = dict(environment, PYTHONPATH=os.pathsep.join(
             [str(folder)] + [path for path in [environment.get('PYTHONPATH')] if path]))
-        self._search = {}
 
-    def build(self, name, package):
-        """Make the modules of a package, whose folder is `package`."""
-        target, interfaces = self._folder / name, interface_files(package)
-        own = package / 'src' / name
-        if (package / 'setup.py').exists() and own.is_dir():
-            shutil.copytree(str(own), str(target))
-        self._search[name] = [str(package / 'msg')]
-        for kind, files in interfaces.items():
-            if kind not in GENERATORS:
+    def build(self, packages):
+        """Make the modules of packages, name -> folder; what types_in_box says of their types."""
+        files = []
+        for name, package in packages.items():
+            own = package / 'src' / name
+            if (package / 'setup.py').exists() and own.is_dir():
+                shutil.copytree(str(own), str(self._folder / name))
+            files += self._definitions(name, package)
+        if not files:
+            return None
+        done = self._run({'search': system_messages(), 'definitions': files})
+        for package, kind, name, text in done['modules']:
+            if not (package in packages and kind in BUILT and MODULE.fullmatch(name)):
+                raise ValueError('a module is called {!r}'.format([package, kind, name]))
+            place = self._folder / package / kind
+            place.mkdir(parents=True, exist_ok=True)
+            (place / name).write_text(text, encoding='utf-8')
+            (self._folder / package / '__init__.py').touch()
+        for name, problem in sorted(done['problems'].items()):
+            self._remarks.append('{} cannot be built: {}.'.format(
+                name, ' '.join(problem.split()).rstrip('.')))
+        for name, package in packages.items():
+            if interface_files(package):
+                self._tell_about(name, set(packages), package / RECIPE)
+        return done
+
+    def _definitions(self, name, package):
+        """(package, kind, name, text) of each message and service that ROS allows."""
+        for kind, files in interface_files(package).items():
+            if kind not in BUILT:
                 self._remarks.append('{} has actions: they were not built.'.format(name))
                 continue
             for file in files:
-                self._generate(name, kind, package / kind / file, target / kind)
-        if interfaces:
-            self._tell_about(name, package / RECIPE)
-            (target / '__init__.py').touch()
+                stem = file[:-len(kind) - 1]
+                if is_name(stem):
+                    text = (package / kind / file).read_text(encoding='utf-8', errors='replace')
+                    yield name, kind, stem, text
+                else:
+                    self._remarks.append('{}/{} was not built: ROS allows letters, digits and _ in '
+                                         'the name of a type.'.format(name, printable(file)))
 
-    def _generate(self, name, kind, file, target):
-        generator = GENERATORS[kind]()
-        search = dict(system_messages(), **self._search)
-        try:
-            with _GENPY:
-                generator.generate(genmsg.MsgContext.create_default(),
-                                   '{}/{}'.format(name, file.stem), str(file), str(target), search)
-                write_modules(str(target))
-        except (genmsg.InvalidMsgSpec, genmsg.MsgGenerationException, MsgNotFound, ValueError,
-                KeyError) as problem:
-            (target / '_{}.py'.format(file.stem)).unlink(missing_ok=True)
-            said = ' '.join(str(problem).replace('{}: '.format(file), '').split())
-            self._remarks.append('{}/{} cannot be built: {}.'.format(name, file.name,
-                                                                     said.rstrip('.')))
+    def _run(self, request):
+        """The answer of types_in_box. It goes through files: a program in a box writes no large one."""
+        command = ['python3', '-c', Path(types_in_box.__file__).read_text()]
+        with tempfile.TemporaryFile('w+') as asked, tempfile.TemporaryFile('w+') as answer:
+            json.dump(request, asked)
+            asked.seek(0)
+            try:
+                subprocess.run(self._box.world(self._box.command(command)), stdin=asked,
+                               stdout=answer, stderr=subprocess.DEVNULL, timeout=BUILD_TIME,
+                               env=self._box.environment(self._without), check=True)
+                answer.seek(0)
+                return json.load(answer)
+            except (subprocess.SubprocessError, ValueError):
+                self._remarks.append('The messages and services could not be built.')
+                return {'modules': [], 'problems': {}, 'fields': {}, 'sums': {}}
 
-    def _tell_about(self, name, recipe):
-        """What a CMakeLists.txt would have done elsewhere."""
+    def _tell_about(self, name, own, recipe):
+        """What a CMakeLists.txt would have done elsewhere; `own`: packages of the submission."""
         text = recipe.read_text(encoding='utf-8', errors='replace') if recipe.is_file() else ''
         if not GENERATES.search(without_comments(text)):
             self._remarks.append('{} does not generate its messages ({}): they were built all the '
                                  'same.'.format(name, 'generate_messages() is missing' if text
                                                 else 'it has no ' + RECIPE))
-        lacking = sorted(set(asked_for(text)) - set(system_packages()) - set(self._search))
+        lacking = sorted(set(asked_for(text)) - set(system_packages()) - own)
         if lacking:
             self._remarks.append('{} asks CMake for {}, which the marking machine lacks: left '
                                  'out.'.format(name, ' and '.join(lacking)))

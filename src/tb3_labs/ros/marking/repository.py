@@ -2,6 +2,7 @@
 import re
 from pathlib import Path
 
+from tb3_labs.marking.foreign import is_name
 from tb3_labs.marking.imports import imports_of
 from tb3_labs.ros.marking.submission import MANIFEST, files_in, name_in
 
@@ -13,7 +14,8 @@ FIELD = re.compile(r'^\s*([A-Za-z]\w*)/[A-Za-z]\w*(\[\d*\])?\s+\w')
 
 def packages_in(folder, node):
     """name -> folder, of all packages below `folder`: those with a package.xml, and folders that
-    hold message files without one. Of several with one name that nearest to `node` is taken."""
+    hold message files without one. Of several with one name that nearest to `node` is taken. A name
+    that a program cannot import is left out."""
     found = {}
     for path in files_in(folder):
         if path.name == MANIFEST:
@@ -25,7 +27,8 @@ def packages_in(folder, node):
             name = place.name
         else:
             continue
-        found.setdefault(name, set()).add(place)
+        if is_name(name):
+            found.setdefault(name, set()).add(place)
 
     def far(place):
         common = sum(1 for parent in place.parents if parent in node.parents)
@@ -35,8 +38,8 @@ def packages_in(folder, node):
 
 def interface_files(package):
     """kind ('msg', 'srv', 'action') -> names of the files of a package's folder; only kinds that
-    there are."""
-    return {kind: sorted(path.name for path in (package / kind).glob('*.' + kind))
+    there are. Their names may be anything."""
+    return {kind: sorted(path.name for path in (package / kind).glob('*.' + kind) if path.is_file())
             for kind in INTERFACES if any((package / kind).glob('*.' + kind))}
 
 

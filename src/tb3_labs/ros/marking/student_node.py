@@ -44,7 +44,7 @@ class StudentNode:
         self._process = self._watch = None
         self.runs = []
         #: What the master knows of the node.
-        self.graph = Graph(Types(self._launch.folders))
+        self.graph = Graph(Types(self._launch.types))
 
     @property
     def alive(self):

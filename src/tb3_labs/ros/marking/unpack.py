@@ -5,27 +5,27 @@ import zipfile
 from datetime import datetime
 from pathlib import Path
 
-from tb3_labs.marking.archives import Entry, Refused, check, path_in, too_large
+from tb3_labs.marking.archives import Entry, Refused, check, path_in
 
 #: This much is read at a time [bytes].
 PIECE = 1 << 20
 
 
-def unpack(path, folder):
-    """Unpack the zip file `path` into `folder`, which is made if need be.
+def unpack(path, folder, budget):
+    """Unpack the zip file `path` into `folder`, which is made if need be, as far as the Budget goes.
 
     ``Refused`` if it is no zip file, or one that is not unpacked; then nothing of it counts. What
     it says of its sizes may be wrong: what really comes out is counted as well.
     """
-    folder, size = Path(folder), 0
+    folder = Path(folder)
     try:
         with zipfile.ZipFile(str(path)) as archive:
             infos = [info for info in archive.infolist() if not info.filename.endswith('/')]
-            check(_entry(info) for info in infos)
+            check((_entry(info) for info in infos), budget)
             for info in infos:
                 name = path_in(_entry(info))
                 if name:
-                    size = _unpack_file(archive, info, folder / name, size)
+                    _unpack_file(archive, info, folder / name, budget)
     except (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, ValueError,
             OSError) as problem:
         raise Refused('The zip file cannot be unpacked: {}.'.format(
@@ -48,14 +48,12 @@ def _entry(info):
     return Entry(info.filename, info.file_size, stat.S_ISLNK(mode), bool(info.flag_bits & 1))
 
 
-def _unpack_file(archive, info, target, size):
-    """Unpack one file; `size`: what came out before it [bytes]. Returns the sum."""
+def _unpack_file(archive, info, target, budget):
+    budget.take(1, 0)
     target.parent.mkdir(parents=True, exist_ok=True)
     with archive.open(info) as source, open(str(target), 'wb') as file:
         for piece in iter(lambda: source.read(PIECE), b''):
-            size += len(piece)
-            too_large(size)
+            budget.take(0, len(piece))
             file.write(piece)
     if (info.external_attr >> 16) & 0o100:
         os.chmod(str(target), 0o755)
-    return size

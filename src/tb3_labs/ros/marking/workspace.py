@@ -13,7 +13,9 @@ from dataclasses import dataclass, field
 from importlib.machinery import PathFinder
 from pathlib import Path
 
+from tb3_labs.marking.foreign import NAME, printable
 from tb3_labs.marking.imports import imports_of, without
+from tb3_labs.ros.marking.box import NoBox
 from tb3_labs.ros.marking.python_build import Builder
 from tb3_labs.ros.marking.repository import needed_by, packages_in
 from tb3_labs.ros.marking.submission import (LEFT_OUT, MANIFEST, Unusable, find_node, name_in,
@@ -26,8 +28,8 @@ SUBSTITUTE_MANIFEST = '''<package format="2"><name>{}</name><version>0.0.0</vers
 <description>-</description><maintainer email="nobody@example.org">-</maintainer>
 <license>-</license></package>
 '''
-#: Larger files are not copied [bytes].
-LARGEST = 20000000
+#: The name of a node's file in the copy, likewise.
+SUBSTITUTE_NODE = 'node.py'
 SHEBANG = b'#!/usr/bin/env python3'
 BYTE_ORDER_MARK = b'\xef\xbb\xbf'
 
@@ -39,16 +41,18 @@ class Prepared:
     package: str
     executable: str
     environment: dict
+    types: dict                                      # of types_in_box; None: it brings no types
     remarks: list = field(default_factory=list)      # sentences
     lacking: list = field(default_factory=list)      # modules that the node needs, found nowhere
 
 
-def prepare(folder, lab, workspace, variables=(), package='', name=''):
+def prepare(folder, lab, workspace, variables=(), package='', name='', box=NoBox()):
     """The Prepared of a Lab's node below `folder`; `package` and `name` of the node, if given.
 
-    Its packages are copied into `workspace`, the node is repaired, and the Python modules that it
-    needs are built. The environment has these `variables` too. ``Unusable`` if there is no such
-    node, or if it cannot be copied.
+    `folder` is a copy of the submission as Submission.lay_out() makes it: it has no links. Its
+    packages are copied into `workspace`, the node is repaired, and the Python modules that it
+    needs are built, in `box`. The environment has these `variables` too. ``Unusable`` if there is
+    no such node, or if it cannot be copied.
     """
     folder, workspace = Path(folder), Path(workspace)
     node, remarks = find_node(folder, lab, package, name)
@@ -58,7 +62,7 @@ def prepare(folder, lab, workspace, variables=(), package='', name=''):
     try:
         copies = {source: _copy(source, workspace / 'src' / 'package')}
         called = _name(source, copies[source] / MANIFEST, needed, remarks)
-        copied = copies[source] / node.relative_to(source)
+        copied = _called_properly(copies[source] / node.relative_to(source), remarks)
         _repair(copied, remarks)
         for number, other in enumerate(needed, 1):
             if packages[other] not in copies:
@@ -71,10 +75,10 @@ def prepare(folder, lab, workspace, variables=(), package='', name=''):
         workspace / 'src', environment.get('ROS_PACKAGE_PATH', ''))
     environment['CMAKE_PREFIX_PATH'] = _workspaces_without(
         called, environment.get('CMAKE_PREFIX_PATH', ''))
-    builder = Builder(workspace / 'python', environment, remarks)
-    for other in needed:
-        builder.build(called if packages[other] == source else other, copies[packages[other]])
-    ready = Prepared(called, node.name, builder.environment, remarks)
+    builder = Builder(workspace / 'python', environment, remarks, box)
+    types = builder.build({called if packages[other] == source else other: copies[packages[other]]
+                           for other in needed})
+    ready = Prepared(called, copied.name, builder.environment, types, remarks)
     ready.lacking = _leave_out_lacking(copied, set(packages), workspace / 'python', remarks)
     return ready
 
@@ -112,18 +116,18 @@ def _not_found(modules, folders):
 
 
 def _copy(source, target):
-    shutil.copytree(str(source), str(target), symlinks=True, ignore=_left_out)
+    shutil.copytree(str(source), str(target), symlinks=True,
+                    ignore=shutil.ignore_patterns(*LEFT_OUT))
     return target
 
 
-def _left_out(folder, names):
-    ignored = set(shutil.ignore_patterns(*LEFT_OUT)(folder, names))
-    for name in names:
-        path = os.path.join(folder, name)
-        if not os.path.islink(path) and not os.path.isdir(path) and (
-                not os.path.isfile(path) or os.path.getsize(path) > LARGEST):
-            ignored.add(name)
-    return ignored
+def _called_properly(node, remarks):
+    """The file of a node; it gets another name if roslaunch and rosrun may take its own for more."""
+    if NAME.fullmatch(node.name[:-len(node.suffix)] if node.suffix == '.py' else node.name):
+        return node
+    remarks.append('The file {} got another name, since ROS allows letters, digits and _ in it.'
+                   .format(printable(node.name)))
+    return node.rename(node.with_name(SUBSTITUTE_NODE))
 
 
 def _name(source, manifest, needed, remarks):

@@ -1,0 +1,90 @@
+"""Reads a stranger's messages and services in a box: makes their Python modules, and describes them.
+
+genpy pastes names into Python code, and genmsg of Noetic evaluates constants, so neither reads a
+stranger's file outside of a box. The text of this file is what ``python3 -c`` runs there, so it
+imports nothing of this package.
+
+Reads a JSON object: "search" (package -> folders of its messages, of the system's packages) and
+"definitions" (a list of package, "msg" or "srv", name, text). Writes one: "modules" (a list of package,
+"msg" or "srv", name of the file, text), "problems" (file -> why it cannot be built), "fields" (type
+-> a list of type and name), and "sums" (type -> checksum, of messages and services).
+"""
+import json
+import os
+import resource
+import sys
+import tempfile
+
+import genmsg
+from genmsg.msg_loader import load_msg_from_file, load_srv_from_file
+from genpy.generate_initpy import write_modules
+from genpy.generator import MsgGenerator, SrvGenerator
+
+#: What it may use: memory [bytes], processor time [s].
+LIMITS = {resource.RLIMIT_AS: 10 ** 9, resource.RLIMIT_CPU: 20}
+GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
+LOADERS = {'msg': load_msg_from_file, 'srv': load_srv_from_file}
+
+
+def main(search, definitions):
+    """The object that is written, but for the modules, which are made in the present folder."""
+    problems, fields, sums = {}, {}, {}
+    for package, kind, name, text in definitions:
+        os.makedirs(os.path.join('in', package, kind), exist_ok=True)
+        search[package] = [os.path.join('in', package, 'msg')]
+        with open(path_of(package, kind, name), 'w', encoding='utf-8') as file:
+            file.write(text)
+    for package, kind, name, _ in definitions:
+        target, full_name = os.path.join('out', package, kind), '{}/{}'.format(package, name)
+        path = path_of(package, kind, name)
+        try:
+            GENERATORS[kind]().generate(genmsg.MsgContext.create_default(), full_name, path,
+                                        target, search)
+            write_modules(target)
+            described = describe(path, kind, full_name, search)
+        except Exception as problem:    # whatever the text brings about: the other files can be well
+            problems['{}.{}'.format(full_name, kind)] = str(problem).replace(path + ': ', '') or repr(problem)
+            if os.path.exists(os.path.join(target, '_{}.py'.format(name))):
+                os.remove(os.path.join(target, '_{}.py'.format(name)))
+                write_modules(target)
+        else:
+            fields.update(described[0])
+            sums[full_name] = described[1]
+    return {'problems': problems, 'fields': fields, 'sums': sums, 'modules': modules()}
+
+
+def path_of(package, kind, name):
+    """The file of a type."""
+    return os.path.join('in', package, kind, '{}.{}'.format(name, kind))
+
+
+def describe(path, kind, full_name, search):
+    """The fields of a type and of all types in it, and its checksum, in which constants count."""
+    context, fields = genmsg.MsgContext.create_default(), {}
+    spec = LOADERS[kind](context, path, full_name)
+    genmsg.load_depends(context, spec, search)
+    waiting = [spec] if kind == 'msg' else [spec.request, spec.response]
+    while waiting:
+        one = waiting.pop()
+        fields[one.full_name] = list(zip(one.types, one.names))
+        waiting += [context.get_registered(field.base_type) for field in one.parsed_fields()
+                    if (field.is_header or not field.is_builtin) and field.base_type not in fields]
+    return fields, genmsg.compute_md5(context, spec)
+
+
+def modules():
+    """All modules that were made."""
+    found = []
+    for folder, _, names in os.walk('out'):
+        for name in names:
+            with open(os.path.join(folder, name), encoding='utf-8') as file:
+                found.append(folder.split(os.sep)[1:] + [name, file.read()])
+    return found
+
+
+if __name__ == '__main__':
+    for limit, most in LIMITS.items():
+        resource.setrlimit(limit, (most, most))
+    with tempfile.TemporaryDirectory() as here:
+        os.chdir(here)
+        json.dump(main(**json.load(sys.stdin)), sys.stdout)
