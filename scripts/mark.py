@@ -13,8 +13,9 @@ import os
 import signal
 import sys
 import tempfile
+import threading
 import time
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import asdict
 from pathlib import Path
 
@@ -26,13 +27,14 @@ from tb3_labs.command_line import Parser, reason, seconds
 from tb3_labs.marking.archives import Refused
 from tb3_labs.marking.conduct import UNPROTECTED
 from tb3_labs.marking.course import course_of
+from tb3_labs.marking.foreign import printable
 from tb3_labs.marking.handed_in import chosen
 from tb3_labs.marking.labs import GAMEPAD, LABS
 from tb3_labs.marking.marks import NOT_JUDGED
 from tb3_labs.marking.points import points_of
 from tb3_labs.ros.marking import box
 from tb3_labs.ros.marking.intake import digest, submissions_from
-from tb3_labs.ros.marking.marker import QUIET, Marker, Options
+from tb3_labs.ros.marking.marker import QUIET, Interrupted, Marker, Options
 from tb3_labs.ros.marking.marks_folder import MarksFolder, due_time, late_by
 from tb3_labs.ros.marking.pads import HANDOUT, pad_called
 from tb3_labs.ros.marking.points_file import read_points
@@ -80,6 +82,7 @@ def parse(words):
 def main(words):
     """Mark all submissions, write the marks; the exit status."""
     given = parse(words)
+    sys.stdout.reconfigure(errors='backslashreplace')    # not every terminal has every letter
     forget_overlays()
     lab = LABS[given.lab]
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
@@ -158,49 +161,60 @@ class Marking:
         self._marker, self._folder, self._due, self._anew = marker, folder, due, anew
         #: (student, modules) of those that were not judged, since this machine lacks modules.
         self.lacking = []
+        self._failed, self._unchanged = False, 0
+        self._writing = threading.Lock()
 
     def mark_all(self, submissions, jobs):
-        """Mark them, `jobs` at a time, and write each one's marks; whether anything failed."""
-        failed, unchanged, total = False, 0, len(submissions)
+        """Mark them, `jobs` at a time, and write each one's marks as soon as it has them; whether
+        anything failed."""
         with ThreadPoolExecutor(jobs) as pool:
-            tasks = {pool.submit(self._mark, submission, '[{}/{}] {}'.format(
-                number, total, submission.student)) for number, submission
-                in enumerate(submissions, 1)}
+            tasks = [pool.submit(self._mark, submission, '[{}/{}] {}'.format(
+                number, len(submissions), submission.student)) for number, submission
+                in enumerate(submissions, 1)]
             try:
-                for task in as_completed(tasks):
-                    try:
-                        marks, what = task.result()
-                        unchanged += what is None
-                        if marks.lacking:
-                            self.lacking.append((marks.student, marks.lacking))
-                        if what is not None:
-                            self._folder.write(marks, what, self._marker.held_up(marks)
-                                               or marks.failed)
-                    except OSError as problem:
-                        tell_problem(problem)
-                        failed = True
-                        continue
-                    failed = failed or marks.failed
+                wait(tasks)
             except KeyboardInterrupt:
                 tell_problem('interrupted; the marks so far are written, and the same command '
                              'goes on from here')
-                failed = True
+                self._failed = True
                 for task in tasks:
                     task.cancel()
                 self._marker.interrupt()
-        if unchanged:
+        for task in tasks:
+            if not task.cancelled() and task.exception() is not None:
+                tell_problem(task.exception())      # its marks cannot be written
+                self._failed = True
+        if self._unchanged:
             tell('{} of {} had been marked and have not changed (--anew tries them again)'.format(
-                unchanged, total))
-        return failed
+                self._unchanged, len(submissions)))
+        return self._failed
 
     def _mark(self, submission, name):
-        """(Marks, digest of what was tried), or (Marks, None) if it was not tried again."""
         try:
-            return self._marked(submission, name)
+            self._write(*self._marked(submission, name))
+        except Interrupted:
+            pass
+        except Exception as problem:    # whatever a submission brings about: the others are marked
+            said = '{} ({})'.format(reason(problem), type(problem).__name__)
+            tell_problem('{}: not judged: {}'.format(name, said))
+            self._write(self._marker.not_judged(
+                submission.student, 'The marking of it failed: {}.'.format(said)), '')
         finally:
             PROGRESS.done(name)
 
+    def _write(self, marks, what):
+        """Write Marks; `what`: the digest of what was tried, None if it was not tried again."""
+        with self._writing:
+            if what is None:
+                self._unchanged += 1
+            else:
+                self._folder.write(marks, what, self._marker.held_up(marks) or marks.failed)
+            if marks.lacking:
+                self.lacking.append((marks.student, marks.lacking))
+            self._failed = self._failed or marks.failed
+
     def _marked(self, submission, name):
+        """(Marks, digest of what was tried), or (Marks, None) if it was not tried again."""
         begun = time.monotonic()
         with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
             folder, remarks = submission.lay_out(work)
@@ -230,7 +244,7 @@ class Marking:
 
 def tell(line):
     """Print a line that stays."""
-    PROGRESS.line(line)
+    PROGRESS.line(printable(line))
 
 
 def tell_trying(name, words='', seconds=0.0):
@@ -244,7 +258,7 @@ def tell_trying(name, words='', seconds=0.0):
 
 def tell_problem(problem):
     """Print why something was not done."""
-    print('mark.py: {}'.format(reason(problem)), file=sys.stderr)
+    print('mark.py: {}'.format(printable(reason(problem))), file=sys.stderr)
 
 
 if __name__ == '__main__':

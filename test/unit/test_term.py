@@ -3,6 +3,10 @@ marks that are kept from one run to the next."""
 import csv
 import io
 import json
+import os
+import pathlib
+import runpy
+import threading
 from datetime import datetime
 
 import pytest
@@ -17,9 +21,12 @@ from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.marks_table import Table
 from tb3_labs.marking.points import points_of
+from tb3_labs.report.csv_files import safe
+from tb3_labs.ros.marking.intake import submissions_from
 from tb3_labs.ros.marking.marker import Marker
 from tb3_labs.ros.marking.marks_folder import MarksFolder, due_time, late_by
 
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 ROWS = [Row('code', 25.0), Row('demonstration', 25.0), Row('report', 50.0)]
 WORTH = points_of('turn', turn.CRITERIA, TABLE)
 
@@ -242,6 +249,98 @@ def test_a_record_that_was_cut_off_and_a_table_that_cannot_be_read(tmp_path):
     (tmp_path / 'marks.csv').write_text('my own table\n')
     with pytest.raises(ValueError, match='may hold what a person wrote'):
         folder_of(tmp_path)
+
+
+# -- a class with odd submissions
+
+class Marking:
+    """mark.py on a class, with a marker that needs no robot; `acts`: student -> what it does."""
+
+    def __init__(self, path, acts):
+        program = runpy.run_path(str(ROOT / 'scripts' / 'mark.py'), run_name='mark')
+        self.folder, self._acts = folder_of(path / 'marks'), acts
+        self._marker = Marker('turn', WORTH, self.folder.logs)
+        self._marker.mark = self._mark
+        self.marking = program['Marking'](self._marker, self.folder, None, False)
+        for student in acts:
+            (path / 'in' / student).mkdir(parents=True)
+        self.found = submissions_from(path / 'in', path, print)
+
+    def _mark(self, folder, tell, trying):
+        act = self._acts.get(folder.name)
+        return act() if act else marks_of(folder.name, turned(90.0))
+
+    def rows(self):
+        self.folder.write_overview()
+        return rows_of((self.folder.logs.parent / 'marks.csv').read_text())
+
+
+def fail_by(problem):
+    def fail():
+        raise problem
+    return fail
+
+
+ODD = os.fsdecode(b'M\xfcller')
+
+
+def test_one_odd_submission_does_not_end_the_class(tmp_path, capsys, monkeypatch):
+    """A name that is not UTF-8, a problem in the marking, odd remarks, a page that cannot be drawn."""
+    odd, undrawn = marks_of('dot', turned(90.0)), marks_of('fay', turned(90.0))
+    odd.remarks = ['=1+1', '\x1b[2J' + ODD, 'x' * 200000]
+    undrawn.observation.lab = ''
+    monkeypatch.setattr(figures, 'over_time', lambda seen: {'turn': None}[seen.lab])
+    unjudged = {'bob': RecursionError('too deep'), 'cat': UnicodeEncodeError('utf-8', ODD, 1, 2, 'no'),
+                'eve': MemoryError()}
+    done = Marking(tmp_path, dict({student: fail_by(problem) for student, problem in unjudged.items()},
+                                  **{'ann': None, 'dot': lambda: odd, 'fay': lambda: undrawn, ODD: None}))
+    assert done.marking.mark_all(done.found, 2) is True
+    rows = done.rows()
+    assert set(rows) == {'ann', 'bob', 'cat', 'dot', 'eve', 'fay', 'M\\xfcller'}
+    unjudged['fay'] = KeyError('')
+    assert rows['ann']['points'] == rows['M\\xfcller']['points'] != ''
+    for student, problem in unjudged.items():
+        assert rows[student]['points'] == '' and type(problem).__name__ in rows[student]['remarks']
+        assert 'Not judged' in (tmp_path / 'marks' / (student + '.html')).read_text()
+    assert rows['dot']['remarks'].startswith("'=1+1 \\x1b[2JM\\xfcller") and len(rows['dot']['remarks']) < 5000
+    assert len(capsys.readouterr().err.splitlines()) == 4
+    assert folder_of(tmp_path / 'marks').students == sorted(rows)
+
+
+def test_marks_that_are_ready_at_an_interruption_are_written(tmp_path, monkeypatch):
+    begun, go_on = threading.Event(), threading.Event()
+
+    def slowly():
+        begun.set()
+        go_on.wait(10.0)
+        return marks_of('bob', turned(90.0))
+
+    def interrupted(tasks):
+        begun.wait(10.0)
+        go_on.set()
+        raise KeyboardInterrupt
+    done = Marking(tmp_path, {'ann': None, 'bob': slowly})
+    monkeypatch.setitem(done.marking.mark_all.__func__.__globals__, 'wait', interrupted)
+    assert done.marking.mark_all(done.found, 2) is True
+    assert list(done.rows()) == ['ann', 'bob']
+
+
+@pytest.mark.parametrize('text, cell', [
+    ('=1+1', "'=1+1"), ('+1', "'+1"), ('-1', "'-1"), ('@x', "'@x"), ('\t=x', "'\t=x"), ('\r', "'\r"),
+    (' =x', "' =x"), ('a;=x', "a;'=x"), ('a;"=x', "a;'\"=x"), ('a=1; b - 1', 'a=1; b - 1'), ('', '')])
+def test_no_text_of_a_stranger_is_a_formula(text, cell):
+    assert safe(text) == cell == safe(cell)
+
+
+def test_the_row_of_a_student_with_an_odd_name_is_found_again():
+    marks, out = marks_of('=Ann', turned(90.0)), io.StringIO()
+    row, = rows_of(Table().renewed([marks], ROWS)).values()
+    assert row['student'] == "'=Ann"
+    writer = csv.DictWriter(out, list(row))
+    writer.writeheader()
+    writer.writerow(dict(row, **{'report (50)': '-1.5'}))
+    again, = rows_of(Table(out.getvalue()).renewed([marks], ROWS)).values()
+    assert again['report (50)'] == '-1.5'       # a person's number
 
 
 # -- a machine that is too busy

@@ -3,7 +3,7 @@
 Columns: student, points, of (full marks), the points for each criterion, node, late, what the lab
 counts in the course, remarks, and the columns that a person has added. A criterion beyond the
 handout has 'extra_' before its name, and 'yes' or 'no' if it is worth nothing. The points of a
-submission that could not be judged are empty.
+submission that could not be judged are empty. What a stranger may have written is no formula.
 """
 import csv
 import io
@@ -12,6 +12,7 @@ from typing import Dict, List, Sequence
 from tb3_labs.marking import course
 from tb3_labs.marking.criteria import Outcome
 from tb3_labs.marking.marks import Marks
+from tb3_labs.report.csv_files import safe
 
 STUDENT, POINTS, OF, NODE, LATE, REMARKS = 'student', 'points', 'of', 'node', 'late', 'remarks'
 YES, NO = 'yes', 'no'
@@ -32,12 +33,15 @@ class Table:
         if self._heads and self._heads[:3] != [STUDENT, POINTS, OF]:
             raise ValueError('it does not begin with the columns {}, {}, {}'.format(
                 STUDENT, POINTS, OF))
-        self._rows: Dict[str, Dict[str, str]] = {
-            row[STUDENT]: {head: row[head] or '' for head in self._heads} for row in reader}
+        try:
+            self._rows: Dict[str, Dict[str, str]] = {
+                row[STUDENT]: {head: row[head] or '' for head in self._heads} for row in reader}
+        except csv.Error as problem:
+            raise ValueError(str(problem)) from None
 
     def given(self, student: str) -> Dict[str, str]:
         """What a person wrote of a student: the name of a course's row -> text."""
-        return {course.name_in(head): text for head, text in self._rows.get(student, {}).items()
+        return {course.name_in(head): text for head, text in self._rows.get(safe(student), {}).items()
                 if course.name_in(head)}
 
     def renewed(self, all_marks: Sequence[Marks], rows: Sequence[course.Row]) -> str:
@@ -55,8 +59,8 @@ class Table:
         writer.writerow(heads + added)
         students = set()
         for marks in all_marks:
-            old = self._rows.get(marks.student, {})
-            students.add(marks.student)
+            old = self._rows.get(safe(marks.student), {})
+            students.add(safe(marks.student))
             writer.writerow(_cells(marks, rows, self.given(marks.student))
                             + [old.get(head, '') for head in added])
         for student, old in self._rows.items():
@@ -71,8 +75,8 @@ def _cells(marks, rows, given):
     points = ['{:g}'.format(v.points) for v in marks.graded] + [
         '{:g}'.format(v.points) if v.worth else YES if v.outcome is Outcome.MET else NO
         for v in marks.extra]
-    return ([marks.student, '{:g}'.format(marks.points) if marks.judged else '',
+    return ([safe(marks.student), '{:g}'.format(marks.points) if marks.judged else '',
              '{:g}'.format(marks.worth)]
             + (points if marks.judged else [''] * len(points))
-            + [marks.node, YES if marks.late else '']
-            + course.cells(rows, marks, given) + [' '.join(marks.sentences)])
+            + [safe(marks.node), YES if marks.late else '']
+            + course.cells(rows, marks, given) + [safe(' '.join(marks.sentences))])

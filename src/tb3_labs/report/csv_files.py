@@ -4,6 +4,7 @@ Units: as in the names of the columns; metres, degrees, seconds. An unknown valu
 """
 import csv
 import math
+import re
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Sequence, Tuple, Union
 
@@ -18,6 +19,8 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: A pose belongs to an odometry message that is no further from it [s].
 SAME_INSTANT = 0.02
+#: Where a spreadsheet would begin a formula: a cell of commas, or one of semicolons.
+FORMULA = re.compile(r'(^|;)(?=["\s]*[=+\-@])|^(?=[\t\r])')
 #: Number of rows that are turned into text at a time.
 CSV_BLOCK = 5000
 
@@ -53,6 +56,14 @@ DRIVE_COLUMNS: Dict[str, Tuple[Callable[[DriveReport], Any], int]] = {
     'rotate_to_final_s': (lambda drive: drive.in_state.get(DRIVING[2], 0.0), 2)}
 
 
+def safe(text: str) -> str:
+    """Text in a cell, of which no spreadsheet makes a formula: "'" stands before it.
+
+    Source: "CSV Injection", https://owasp.org/www-community/attacks/CSV_Injection.
+    """
+    return FORMULA.sub(lambda found: found.group() + "'", text)
+
+
 def write_turns(path: Union[str, Path], runs: Sequence[Tuple[str, Sequence[TurnReport]]]) -> None:
     """Write turns.csv: a row for each turn of each run, (its name, its turns)."""
     _write_reports(path, 'turn', TURN_COLUMNS, runs)
@@ -70,13 +81,13 @@ def _write_reports(path: Union[str, Path], what: str, columns: Dict[str, Tuple[A
         writer.writerow(['run', what] + list(columns))
         for name, reports in runs:
             for number, report in enumerate(reports, 1):
-                writer.writerow([name, number] + [
+                writer.writerow([safe(name), number] + [
                     _cell(value(report), digits) for value, digits in columns.values()])
 
 
 def _cell(value: Any, digits: int) -> str:
     if digits < 0:
-        return str(value)
+        return safe(str(value))
     return '{:.{}f}'.format(round(value, digits) + 0.0, digits) if math.isfinite(value) else ''
 
 
@@ -85,7 +96,7 @@ def write_csv(run: RunData, path: Union[str, Path]) -> None:
     odometry, local, at = run.odometry, analysis.local_poses(run), run.odometry.time
     error_time, distance, angle = analysis.goal_errors(run)
     spans = analysis.spans(run)
-    words = np.array([''] + [span.state for span in spans], dtype=object)
+    words = np.array([''] + [safe(span.state) for span in spans], dtype=object)
     states = words[np.searchsorted([span.begin for span in spans], at, side='right')]
     columns = [('time_s', at, 4)] + _pose_columns('odom', odometry, np.arange(len(at)))
     columns += _pose_columns('local', local, _nearest(local.time, at, SAME_INSTANT))

@@ -95,6 +95,13 @@ class Marker:
             finally:
                 sweep(cookie)
                 self._cookies.remove(cookie)
+        return self._judged(marks)
+
+    def not_judged(self, student, reason):
+        """The Marks of a submission that cannot be judged, for this reason, a sentence."""
+        return self._judged(Marks(student, remarks=[reason], failed=True))
+
+    def _judged(self, marks):
         observation = marks.observation or Observation(self._lab, marks.node)
         marks.verdicts = judge(LABS[self._lab].criteria, observation, self._worth, self._parts)
         return marks

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from tb3_labs.marking import course, kept
 from tb3_labs.marking.conduct import for_instructor
+from tb3_labs.marking.foreign import printable
 from tb3_labs.marking.gradescope import results
 from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.marks_table import LATE, Table
@@ -25,6 +26,8 @@ TABLE, OVERVIEW, RESULTS, RECORD = 'marks.csv', 'overview.html', 'results.json',
 #: Keys of a record, beside those of tb3_labs.marking.kept: is it worth another try as it is; what
 #: does its page depend on, beside the try?
 AGAIN, PAGE = 'again', 'page'
+#: Of the remarks and the findings of one student this is written: sentences, characters of each.
+MOST_SENTENCES, LONGEST = 100, 2000
 #: Keys of a try.
 LAB, PARTS, SUBMISSION, OPTIONS, VERSION = 'lab', 'parts', 'submission', 'options', 'version'
 
@@ -72,6 +75,7 @@ class MarksFolder:
 
         The observation of these Marks is forgotten afterwards: a class has hundreds of MB of it.
         """
+        marks.remarks, marks.findings = _cleaned(marks.remarks), _cleaned(marks.findings)
         self._write_page(marks)
         record = dict(kept.to_record(marks, self._key_of(submission)), **{
             AGAIN: again, PAGE: self._page_of(marks)})
@@ -94,15 +98,14 @@ class MarksFolder:
                 continue    # of an older version, and not handed in this time
         if not all_marks:
             return None, []
-        table = self._table()
+        _replace(self._path / TABLE, self._table().renewed(all_marks, self._rows))
         for marks in all_marks:
             self._renew_page(marks)
-        _replace(self._path / TABLE, table.renewed(all_marks, self._rows))
         path = self._path / OVERVIEW
         notes = for_instructor(all_marks, node_texts(self.logs), own_programs(), unprotected,
                                given_programs())
-        path.write_text(overview(all_marks, LABS[self._lab].title, [
-            marks.student + '.html' for marks in all_marks], notes), encoding='utf-8')
+        _replace(path, overview(all_marks, LABS[self._lab].title, [
+            marks.student + '.html' for marks in all_marks], notes))
         return path, notes
 
     def _read(self, file):
@@ -152,7 +155,7 @@ class MarksFolder:
 
     def _write_page(self, marks):
         page = feedback(marks, LABS[self._lab].title, self._sentence(marks))
-        (self._path / (marks.student + '.html')).write_text(page, encoding='utf-8')
+        _replace(self._path / (marks.student + '.html'), page)
         folder = self._path / 'gradescope' / marks.student
         folder.mkdir(parents=True, exist_ok=True)
         if marks.judged:
@@ -185,10 +188,15 @@ def due_time(text):
     raise ValueError('{!r} is no time such as "2026-11-20 23:59"'.format(text))
 
 
+def _cleaned(sentences):
+    """Sentences that may have a stranger's words in them."""
+    return [printable(sentence[:LONGEST]) for sentence in sentences[:MOST_SENTENCES]]
+
+
 def _replace(path, text):
     """Write a file so that an interruption leaves the old one or the new one."""
     part = path.with_name(path.name + '.part')
-    part.write_text(text, encoding='utf-8')
+    part.write_text(text, encoding='utf-8', errors='backslashreplace')
     os.replace(str(part), str(path))
 
 
