@@ -1,14 +1,18 @@
 #!/usr/bin/env python3
-"""Marks a submission whose node deletes, fills, forks, fakes and listens.
+"""Marks a submission whose node deletes, fills, forks, fakes and listens; and a class of odd names,
+links, bombs and formulas.
 
-All that it tries to harm is a throw-away folder. It forks no more than MOST_FORKS processes, should
-the box not hold.
+All that they try to harm is a throw-away folder. The node forks no more than MOST_FORKS processes,
+should the box not hold.
 """
+import csv
+import io
 import json
 import os
 import subprocess
 import tempfile
 import unittest
+import zipfile
 from pathlib import Path
 
 import rospkg
@@ -78,6 +82,41 @@ FINDINGS = (
     'uses tb3_labs.control.turning of this package')
 
 
+#: A row of names as nobody should have them: in a program, a file system, a terminal, a table.
+NAMES = ('q"\'`$(id);&|', 'two\nlines', '.. .', 'l' * 200, '\u202eltr', '\u05d0\u05d1', '=1+1;=2',
+         '-v', '<b>&amp;', '\x1b[2J', os.fsdecode(b'M\xfcller'), os.fsdecode(b'\xff' * 250))
+#: genpy pastes the name of a file into Python code: this one writes a file into a home.
+CODE = ('X"""\nopen(__import__("os").environ["HOME"] + chr(47) + "harm", "w")\n'
+        "'''\nif 1: #")
+PAD_NODE = PACKAGE / 'test' / 'ros' / 'student_nodes' / 'gamepad.py'
+PAD_START = '    Gamepad()\n'
+#: The pad's node uses the names at the master, in a message, and on its terminal.
+ODD_DEEDS = '''    import sys
+    import rosgraph
+    from nav_msgs.msg import Odometry
+    try:
+        import odd.srv
+        import deep
+    except (ImportError, RecursionError) as problem:
+        print(repr(problem))
+    master = rosgraph.Master(rospy.get_name())
+    odometry = rospy.Publisher('odom', Odometry, queue_size=20, latch=True)
+    for name in {names!r}:
+        text = name.encode('utf-8', 'replace').decode()
+        for topic, kind in ((text, text), ('mouse_info', text), (text, 'std_msgs/Bool')):
+            try:
+                master.registerPublisher(topic, kind, rospy.get_node_uri())
+            except Exception as problem:
+                print('master:', repr(problem))
+        message = Odometry(child_frame_id=text)
+        message.header.frame_id = text
+        odometry.publish(message)
+        sys.stdout.flush()
+        sys.stdout.buffer.write(name.encode('utf-8', 'surrogateescape') + b'\\n')
+        sys.stdout.buffer.flush()
+'''
+
+
 @unittest.skipIf(box.problem(), 'no boxes here: {}'.format(box.problem()))
 class HostileTest(unittest.TestCase):
     """mark.py runs once, at home in a throw-away folder; the tests look at what is left."""
@@ -90,6 +129,12 @@ class HostileTest(unittest.TestCase):
         cls.marks.mkdir(parents=True)
         (cls.home / 'thesis.txt').write_text('years of work')
         cls.hand_in(base / 'submissions' / 'mallory' / 'lab' / 'imu_sub.py')
+        cls.hand_in_odd(base / 'odd')
+        odd = subprocess.Popen(
+            ['rosrun', 'tb3_labs', 'mark.py', str(base / 'odd'), '--lab', 'gamepad', '-o',
+             str(cls.home / 'odd'), '--parts', 'sticks', '--limit', '90'],
+            env=dict(os.environ, HOME=str(cls.home)), stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT, universal_newlines=True)
         cls.done = subprocess.run(
             ['rosrun', 'tb3_labs', 'mark.py', str(base / 'submissions'), '--lab', 'imu', '-o',
              str(cls.marks), '--parts', 'heading', '--limit', '90'],
@@ -100,6 +145,9 @@ class HostileTest(unittest.TestCase):
         cls.page = page.read_text(encoding='utf-8').replace('&#x27;', "'") if page.exists() else ''
         log = cls.marks / 'logs' / 'mallory.json'
         cls.printed = ''.join(run['printed'] for run in json.loads(log.read_text())['runs'])
+        cls.odd_said, _ = odd.communicate(timeout=200)
+        table = (cls.home / 'odd' / 'marks.csv').read_text(encoding='utf-8')
+        cls.rows = {row['student']: row for row in csv.DictReader(io.StringIO(table, newline=''))}
 
     @classmethod
     def hand_in(cls, path):
@@ -112,6 +160,41 @@ class HostileTest(unittest.TestCase):
         lines.insert(after, FORK.format(most=MOST_FORKS).rstrip('\n'))
         path.parent.mkdir(parents=True)
         path.write_text('\n'.join(lines), encoding='utf-8')
+
+    @classmethod
+    def hand_in_odd(cls, folder):
+        """A class with the row of names: of its folders, and of all that eve can name."""
+        (cls.home / '.bashrc').write_text('mine')
+        (cls.home / '.ssh').mkdir()
+        (cls.home / '.ssh' / '__init__.py').write_text('KEY = {!r}'.format(SECRET))
+        for name in NAMES:
+            (folder / ('x' + name)).mkdir(parents=True)
+        eve = folder / 'eve'
+        code = PAD_NODE.read_text(encoding='utf-8')
+        assert PAD_START in code
+        files = {'odd/srv/{}.srv'.format(name): '---\n' for name in NAMES + (CODE, 'Good')}
+        files.update({'odd/msg/{}.msg'.format(name): '---\n' for name in NAMES})
+        files.update({'p{}/package.xml'.format(number): '<package><name>{}</name></package>'.format(
+            name.encode(errors='replace').decode()) for number, name in enumerate(NAMES)})
+        files.update({'odd/package.xml': '<package><name>odd</name></package>', 'odd/setup.py': '',
+                      'lab/deep.py': 'x = ' + 'a.' * 50000 + 'a',
+                      'lab/$(find rospy) "\n\u202e.py': code.replace(
+                          PAD_START, ODD_DEEDS.format(names=NAMES) + PAD_START)})
+        for name, text in files.items():
+            (eve / name).parent.mkdir(parents=True, exist_ok=True)
+            (eve / name).write_text(text, encoding='utf-8', errors='replace')
+        (eve / 'lab' / 'package.xml').symlink_to(cls.home / '.bashrc')
+        (eve / 'odd' / 'src').mkdir()
+        (eve / 'odd' / 'src' / 'odd').symlink_to(cls.home / '.ssh')
+        os.mkfifo(str(eve / 'odd' / 'msg' / 'Pipe.msg'))
+        inner = io.BytesIO()
+        with zipfile.ZipFile(inner, 'w', zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr('zeros', bytes(150000000))
+        (folder / 'bomb').mkdir()
+        bomb = str(folder / 'bomb' / 'bomb.zip')
+        with zipfile.ZipFile(bomb, 'w', zipfile.ZIP_DEFLATED) as archive:
+            for number in range(9):
+                archive.writestr('{}.zip'.format(number), inner.getvalue())
 
     @classmethod
     def tearDownClass(cls):
@@ -143,6 +226,32 @@ class HostileTest(unittest.TestCase):
         lines = subprocess.check_output(['ps', '-eo', 'args'], universal_newlines=True)
         self.assertNotIn('sleep ' + SLEEP, lines)
         self.assertNotIn('changed', (self.marks / 'marks.csv').read_text())
+
+    def test_one_odd_submission_does_not_end_a_class(self):
+        self.assertEqual(len(self.rows), len(NAMES) + 2, self.odd_said)
+        self.assertIn('xM\\xfcller', self.rows)
+        self.assertEqual(self.rows['eve']['points'], self.rows['eve']['of'], self.odd_said)
+        self.assertEqual(self.rows['eve']['node'], 'submission/node.py')
+
+    def test_the_name_of_a_file_is_no_code(self):
+        self.assertFalse((self.home / 'harm').exists())
+        self.assertIn('ROS allows letters', self.rows['eve']['remarks'])
+
+    def test_nothing_goes_through_a_link(self):
+        self.assertEqual((self.home / '.bashrc').read_text(), 'mine')
+        self.assertIn('Left out, because each is a link', self.rows['eve']['remarks'])
+        for path in (self.home / 'odd').rglob('*'):
+            self.assertFalse(path.is_file() and SECRET in path.read_text(errors='replace'), path)
+
+    def test_archives_have_one_budget(self):
+        self.assertIn('More than 200 MB', self.rows['bomb']['remarks'])
+
+    def test_what_is_shown_is_plain(self):
+        lines = self.odd_said.splitlines()
+        self.assertEqual([line for line in lines if not line.isprintable()], [])
+        for cell in [cell for row in self.rows.values() for cell in row.values()]:
+            self.assertTrue(cell.isprintable() and cell[:1] not in ('=', '+', '-', '@'), cell)
+            self.assertNotIn(';=', cell)
 
     def test_the_instructor_is_told_and_no_student(self):
         overview = (self.marks / 'overview.html').read_text(encoding='utf-8').replace(

@@ -53,9 +53,9 @@ def test_a_list_of_repositories():
 
 
 #: A row of names as nobody should have them.
-NASTY = ['"><script>', "O'Hara; rm -rf ~", 'two\nlines', '\x1b[2Jann', '.._', '...', 'x' * 255, '\u202egnp.exe',
-         '\u05d0\u05d1\u05d2', os.fsdecode(b'M\xfcller'), '=cmd|calc!A1', 'overview', 'ann.marks', ' ', 'a\\b',
-         os.fsdecode(b'\xff' * 255)]
+NASTY = ['"><script>', "O'Hara; rm -rf ~", 'two\nlines', '\x1b[2Jann', '.._', '...', 'x' * 255,
+         '\u202egnp.exe', '\u05d0\u05d1\u05d2', os.fsdecode(b'M\xfcller'), '=cmd|calc!A1', 'overview',
+         'ann.marks', ' ', 'a\\b', os.fsdecode(b'\xff' * 255)]
 
 
 @pytest.mark.parametrize('name', NASTY)
@@ -161,10 +161,12 @@ def test_what_is_no_zip_file_is_refused(tmp_path, data):
     assert newest_in(tmp_path / 'a.zip') is None
 
 
-@pytest.mark.parametrize('name', ['a/' * 60 + 'x.py', 'x' * 300 + '.py', '"\n\u202e.py', 'a\\..\\..\\x.py'])
+@pytest.mark.parametrize('name', ['a/' * 60 + 'x.py', 'x' * 300 + '.py', '"\n\u202e.py',
+                                  'a\\..\\..\\x.py'])
 def test_odd_paths_in_an_archive_end_nothing(tmp_path, name):
     (tmp_path / 'work').mkdir()
-    folder, remarks = Submission('Ann', [zipped(tmp_path / 'a.zip', {name: 'x'})]).lay_out(tmp_path / 'work')
+    submission = Submission('Ann', [zipped(tmp_path / 'a.zip', {name: 'x'})])
+    folder, remarks = submission.lay_out(tmp_path / 'work')
     assert len(files_below(folder)) + len(remarks) == 1
 
 

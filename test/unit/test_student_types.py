@@ -1,4 +1,4 @@
-"""The classes of a student's messages, made from their description without a line of theirs or for them."""
+"""The classes of a student's messages, made from their description without a line of theirs."""
 import importlib
 import io
 import os
@@ -20,8 +20,9 @@ TEXTS = {
     'msg/Lacking.msg': 'nowhere_msgs/Thing thing\n', 'msg/Itself.msg': 'Itself it\n',
     'msg/Huge.msg': 'float64[900000000] x\n', 'msg/Nested.msg': 'Many[2000] x\n',
     'msg/Many.msg': 'Inner[2000] x\n', 'msg/Flag.msg': 'bool B=1\n',
-    'msg/All.msg': 'uint8 BIG=200\nHeader header\nbool a\nint8 b\nuint16 c\nint64 d\nfloat64 e\nstring f\n'
-                   'time g\nduration h\nuint8[] i\nfloat32[3] j\nstring[] k\nInner[] l\nInner m\nchar[2] n\n',
+    'msg/All.msg': 'uint8 BIG=200\nHeader header\nbool a\nint8 b\nuint16 c\nint64 d\nfloat64 e\n'
+                   'string f\ntime g\nduration h\nuint8[] i\nfloat32[3] j\nstring[] k\nInner[] l\n'
+                   'Inner m\nchar[2] n\n',
     'srv/Set.srv': 'geometry_msgs/PoseWithCovarianceStamped pose\n---\n'}
 
 
@@ -58,7 +59,8 @@ def test_a_message_of_theirs_is_made(described):
     kind = Types(described).message('lab2/Mouse')
     message = kind()
     message.status.data, message.xPos = True, 0.5
-    assert kind._type == 'lab2/Mouse' and kind._md5sum == MouseController._md5sum and kind._has_header
+    assert kind._type == 'lab2/Mouse' and kind._has_header
+    assert kind._md5sum == MouseController._md5sum
     assert MouseController().deserialize(bytes_of(message)).xPos == 0.5
 
 
@@ -76,7 +78,8 @@ def test_its_bytes_are_those_of_genpy(place, described, monkeypatch):
     made.header.frame_id, made.header.seq = 'odom', 3
     data = bytes_of(made)
     read = ours().deserialize(data)
-    assert bytes_of(read) == data and (read.f, read.l[1].k, read.g) == ('M\xfcller', 6, genpy.Time(7, 8))
+    assert bytes_of(read) == data
+    assert (read.f, read.l[1].k, read.g) == ('M\xfcller', 6, genpy.Time(7, 8))
     for cut in range(len(data)):
         with pytest.raises(genpy.DeserializationError):
             ours().deserialize(data[:cut])
@@ -120,15 +123,16 @@ def test_a_description_that_a_box_forged_is_not_believed():
 
 # -- names of files
 
-NASTY = ['X"""\nopen("harm","w")\n\'\'\'\nif 1: #', 'X;import os', 'A.B', '\u202eX', os.fsdecode(b'X\xfc'),
-         "X'", 'X\\', '..', '-X', 'X Y', 'class', '', '\N{KELVIN SIGN}X', 'X\n']
+NASTY = ['X"""\nopen("harm","w")\n\'\'\'\nif 1: #', 'X;import os', 'A.B', '\u202eX',
+         os.fsdecode(b'X\xfc'),         "X'", 'X\\', '..', '-X', 'X Y', 'class', '', '\N{KELVIN SIGN}X', 'X\n']
 
 
 def test_the_name_of_a_file_is_no_code(tmp_path, monkeypatch):
     """Read by genpy in the marker, the first one wrote a file."""
     monkeypatch.chdir(tmp_path)
     remarks, long = [], 'x' * 251
-    said = build(tmp_path, {'srv/{}.srv'.format(name): '---\n' for name in NASTY + ['Good', long]}, remarks)
+    said = build(tmp_path, {'srv/{}.srv'.format(name): '---\n'
+                            for name in NASTY + ['Good', long]}, remarks)
     assert list(said['sums']) == ['lab2/Good', 'lab2/' + long]
     assert len(Types(said).own_services()) == 2 and not (tmp_path / 'harm').exists()
     told = [remark for remark in remarks if 'ROS allows letters' in remark]

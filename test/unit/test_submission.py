@@ -100,7 +100,7 @@ def test_what_is_large_or_leads_elsewhere_is_not_copied(tmp_path):
 
 
 def test_nothing_is_read_or_written_through_a_link(tmp_path):
-    """A manifest that is a link to a file of the instructor's, and modules that are a link to a folder."""
+    """A manifest that is a link to a file of the instructor's, modules that are one to a folder."""
     home = hand_in(tmp_path / 'home', bashrc='mine\n', ssh__key='secret')
     folder = hand_in(tmp_path / 'bob', move2goal='import keys\n' + NODE, keys__setup='',
                      keys__src__other='', **{'keys__package.xml': MANIFEST.format('keys'),
@@ -133,14 +133,16 @@ def test_a_node_with_an_odd_name_gets_another_one(tmp_path, name):
     (folder / name).write_text('#!/usr/bin/env python3\nclass MoveToGoal: pass\n'
                                'rospy.init_node("move_to_goal")\n')
     ready = prepared(tmp_path, folder)
-    assert ready.executable == 'node.py' and (tmp_path / 'ws' / 'src' / 'package' / 'node.py').exists()
+    assert ready.executable == 'node.py'
+    assert (tmp_path / 'ws' / 'src' / 'package' / 'node.py').exists()
     assert 'got another name' in ' '.join(ready.remarks)
 
 
 @pytest.mark.parametrize('code', ['x = ' + '-' * 50000 + '1', 'x = ' + '(' * 500 + ')' * 500,
                                   'x = ' + 'a.' * 50000 + 'a', 'x = \0'])
 def test_an_expression_that_is_too_deep_ends_nothing(tmp_path, code):
-    assert prepared(tmp_path, hand_in(tmp_path / 'bob', move2goal=code)).executable == 'move2goal.py'
+    ready = prepared(tmp_path, hand_in(tmp_path / 'bob', move2goal=code))
+    assert ready.executable == 'move2goal.py'
 
 
 # -- a course's repository

@@ -285,15 +285,16 @@ ODD = os.fsdecode(b'M\xfcller')
 
 
 def test_one_odd_submission_does_not_end_the_class(tmp_path, capsys, monkeypatch):
-    """A name that is not UTF-8, a problem in the marking, odd remarks, a page that cannot be drawn."""
+    """A name that is not UTF-8, problems in the marking, odd remarks, a page without its picture."""
     odd, undrawn = marks_of('dot', turned(90.0)), marks_of('fay', turned(90.0))
     odd.remarks = ['=1+1', '\x1b[2J' + ODD, 'x' * 200000]
     undrawn.observation.lab = ''
     monkeypatch.setattr(figures, 'over_time', lambda seen: {'turn': None}[seen.lab])
-    unjudged = {'bob': RecursionError('too deep'), 'cat': UnicodeEncodeError('utf-8', ODD, 1, 2, 'no'),
-                'eve': MemoryError()}
-    done = Marking(tmp_path, dict({student: fail_by(problem) for student, problem in unjudged.items()},
-                                  **{'ann': None, 'dot': lambda: odd, 'fay': lambda: undrawn, ODD: None}))
+    unjudged = {'bob': RecursionError('too deep'), 'eve': MemoryError(),
+                'cat': UnicodeEncodeError('utf-8', ODD, 1, 2, 'no')}
+    acts = {student: fail_by(problem) for student, problem in unjudged.items()}
+    acts.update({'ann': None, 'dot': lambda: odd, 'fay': lambda: undrawn, ODD: None})
+    done = Marking(tmp_path, acts)
     assert done.marking.mark_all(done.found, 2) is True
     rows = done.rows()
     assert set(rows) == {'ann', 'bob', 'cat', 'dot', 'eve', 'fay', 'M\\xfcller'}
@@ -302,7 +303,8 @@ def test_one_odd_submission_does_not_end_the_class(tmp_path, capsys, monkeypatch
     for student, problem in unjudged.items():
         assert rows[student]['points'] == '' and type(problem).__name__ in rows[student]['remarks']
         assert 'Not judged' in (tmp_path / 'marks' / (student + '.html')).read_text()
-    assert rows['dot']['remarks'].startswith("'=1+1 \\x1b[2JM\\xfcller") and len(rows['dot']['remarks']) < 5000
+    assert rows['dot']['remarks'].startswith("'=1+1 \\x1b[2JM\\xfcller")
+    assert len(rows['dot']['remarks']) < 5000
     assert len(capsys.readouterr().err.splitlines()) == 4
     assert folder_of(tmp_path / 'marks').students == sorted(rows)
 
@@ -326,8 +328,9 @@ def test_marks_that_are_ready_at_an_interruption_are_written(tmp_path, monkeypat
 
 
 @pytest.mark.parametrize('text, cell', [
-    ('=1+1', "'=1+1"), ('+1', "'+1"), ('-1', "'-1"), ('@x', "'@x"), ('\t=x', "'\t=x"), ('\r', "'\r"),
-    (' =x', "' =x"), ('a;=x', "a;'=x"), ('a;"=x', "a;'\"=x"), ('a=1; b - 1', 'a=1; b - 1'), ('', '')])
+    ('=1+1', "'=1+1"), ('+1', "'+1"), ('-1', "'-1"), ('@x', "'@x"), ('\t=x', "'\t=x"),
+    ('\r', "'\r"), (' =x', "' =x"), ('a;=x', "a;'=x"), ('a;"=x', "a;'\"=x"), ('', ''),
+    ('a=1; b - 1', 'a=1; b - 1')])
 def test_no_text_of_a_stranger_is_a_formula(text, cell):
     assert safe(text) == cell == safe(cell)
 

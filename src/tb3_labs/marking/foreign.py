@@ -7,7 +7,7 @@ import hashlib
 import keyword
 import re
 
-#: What ROS allows as the name of a package, of a type, and of a field. ASCII: `\\w` knows more letters.
+#: What ROS allows as the name of a package, a type, a field. `\\w` knows more letters than these.
 NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
 #: Names of files that a folder of marks has itself, or that no file can have.
 TAKEN = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
@@ -37,7 +37,7 @@ def _escaped(char: str) -> str:
 
 
 def file_name(text: str) -> str:
-    """A name that a file can have on any system, and a line can show; most names stay as they are."""
+    """A name that a file can have, and a line can show; most names stay as they are."""
     name = printable(text.strip()).replace('/', '_')
     if TAKEN.fullmatch(name):
         name = '_{}_'.format(name)

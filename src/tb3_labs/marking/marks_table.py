@@ -41,8 +41,8 @@ class Table:
 
     def given(self, student: str) -> Dict[str, str]:
         """What a person wrote of a student: the name of a course's row -> text."""
-        return {course.name_in(head): text for head, text in self._rows.get(safe(student), {}).items()
-                if course.name_in(head)}
+        row = self._rows.get(safe(student), {})
+        return {course.name_in(head): text for head, text in row.items() if course.name_in(head)}
 
     def renewed(self, all_marks: Sequence[Marks], rows: Sequence[course.Row]) -> str:
         """The table with these marks in place of the old ones.

@@ -123,7 +123,7 @@ def sort_out(folder):
     for root, folders, names in os.walk(str(folder)):
         folders[:] = sorted(name for name in folders if not LEFT_OUT.search(name))
         paths = [Path(root) / name for name in sorted(names) if not LEFT_OUT.search(name)]
-        others += [Path(root) / name for name in folders if os.path.islink(os.path.join(root, name))]
+        others += [path for path in map(Path(root).joinpath, folders) if path.is_symlink()]
         if len(Path(root).parts) - top >= DEEPEST:
             others += [Path(root) / name for name in folders]
             folders.clear()
@@ -175,7 +175,7 @@ def _copy_folder(source, target, budget, remarks):
     """Copy the files of a folder, and tell what is left out."""
     files, others = sort_out(source)
     small = [path for path in files if is_zip(path.name) or path.stat().st_size <= LARGEST]
-    for path in small:
+    for path in sorted(small, key=lambda path: path.stat().st_size):    # programs are small
         _copy_file(path, target / path.relative_to(source), budget)
     for what, left in (('a link, a device, or too deep', others),
                        ('larger than {:g} MB'.format(LARGEST / 1e6), set(files) - set(small))):

@@ -83,7 +83,7 @@ class Builder:
                                          'the name of a type.'.format(name, printable(file)))
 
     def _run(self, request):
-        """The answer of types_in_box. It goes through files: a program in a box writes no large one."""
+        """The answer of types_in_box, by a file: a program in a box cannot write a large one."""
         command = ['python3', '-c', Path(types_in_box.__file__).read_text()]
         with tempfile.TemporaryFile('w+') as asked, tempfile.TemporaryFile('w+') as answer:
             json.dump(request, asked)

@@ -1,13 +1,13 @@
-"""Reads a stranger's messages and services in a box: makes their Python modules, and describes them.
+"""Reads a stranger's messages and services in a box: makes their modules, and describes them.
 
 genpy pastes names into Python code, and genmsg of Noetic evaluates constants, so neither reads a
 stranger's file outside of a box. The text of this file is what ``python3 -c`` runs there, so it
 imports nothing of this package.
 
 Reads a JSON object: "search" (package -> folders of its messages, of the system's packages) and
-"definitions" (a list of package, "msg" or "srv", name, text). Writes one: "modules" (a list of package,
-"msg" or "srv", name of the file, text), "problems" (file -> why it cannot be built), "fields" (type
--> a list of type and name), and "sums" (type -> checksum, of messages and services).
+"definitions" (a list of package, "msg" or "srv", name, text). Writes one: "modules" (a list of
+package, "msg" or "srv", name of the file, text), "problems" (file -> why it cannot be built),
+"fields" (type -> a list of type and name), and "sums" (type -> checksum, of messages and services).
 """
 import json
 import os
@@ -42,8 +42,9 @@ def main(search, definitions):
                                         target, search)
             write_modules(target)
             described = describe(path, kind, full_name, search)
-        except Exception as problem:    # whatever the text brings about: the other files can be well
-            problems['{}.{}'.format(full_name, kind)] = str(problem).replace(path + ': ', '') or repr(problem)
+        except Exception as problem:    # whatever the text brings about: other files can be well
+            said = str(problem).replace(path + ': ', '') or repr(problem)
+            problems['{}.{}'.format(full_name, kind)] = said
             if os.path.exists(os.path.join(target, '_{}.py'.format(name))):
                 os.remove(os.path.join(target, '_{}.py'.format(name)))
                 write_modules(target)

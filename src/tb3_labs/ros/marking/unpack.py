@@ -12,7 +12,7 @@ PIECE = 1 << 20
 
 
 def unpack(path, folder, budget):
-    """Unpack the zip file `path` into `folder`, which is made if need be, as far as the Budget goes.
+    """Unpack the zip file `path` into `folder`, which is made if need be, within a Budget.
 
     ``Refused`` if it is no zip file, or one that is not unpacked; then nothing of it counts. What
     it says of its sizes may be wrong: what really comes out is counted as well.

@@ -122,7 +122,7 @@ def _copy(source, target):
 
 
 def _called_properly(node, remarks):
-    """The file of a node; it gets another name if roslaunch and rosrun may take its own for more."""
+    """The file of a node, with another name if roslaunch and rosrun may take its own for more."""
     if NAME.fullmatch(node.name[:-len(node.suffix)] if node.suffix == '.py' else node.name):
         return node
     remarks.append('The file {} got another name, since ROS allows letters, digits and _ in it.'
