@@ -54,8 +54,8 @@ def test_a_list_of_repositories():
 
 #: A row of names as nobody should have them.
 NASTY = ['"><script>', "O'Hara; rm -rf ~", 'two\nlines', '\x1b[2Jann', '.._', '...', 'x' * 255,
-         '\u202egnp.exe', '\u05d0\u05d1\u05d2', os.fsdecode(b'M\xfcller'), '=cmd|calc!A1', 'overview',
-         'ann.marks', ' ', 'a\\b', os.fsdecode(b'\xff' * 255)]
+         '\u202egnp.exe', '\u05d0\u05d1\u05d2', os.fsdecode(b'M\xfcller'), '=cmd|calc!A1',
+         'overview', 'ann.marks', ' ', 'a\\b', os.fsdecode(b'\xff' * 255)]
 
 
 @pytest.mark.parametrize('name', NASTY)

@@ -285,7 +285,7 @@ ODD = os.fsdecode(b'M\xfcller')
 
 
 def test_one_odd_submission_does_not_end_the_class(tmp_path, capsys, monkeypatch):
-    """A name that is not UTF-8, problems in the marking, odd remarks, a page without its picture."""
+    """A name that is not UTF-8, problems in the marking, odd remarks, an undrawn page."""
     odd, undrawn = marks_of('dot', turned(90.0)), marks_of('fay', turned(90.0))
     odd.remarks = ['=1+1', '\x1b[2J' + ODD, 'x' * 200000]
     undrawn.observation.lab = ''
