@@ -107,6 +107,7 @@ def test_nothing_is_read_or_written_through_a_link(tmp_path):
                                              'keys__msg__Key.msg': 'int32 k\n'})
     (folder / 'package.xml').symlink_to(home / 'bashrc.py')
     (folder / 'keys' / 'src' / 'keys').symlink_to(home / 'ssh')
+    (folder / 'keys' / 'src' / 'soft.py').symlink_to(home / 'ssh' / 'key.py')
     os.link(str(home / 'ssh' / 'key.py'), str(folder / 'keys' / 'src' / 'hard.py'))
     prepared(tmp_path, folder)
     assert (home / 'bashrc.py').read_text() == 'mine\n'
