@@ -168,6 +168,7 @@ def test_odd_paths_in_an_archive_end_nothing(tmp_path, name):
     submission = Submission('Ann', [zipped(tmp_path / 'a.zip', {name: 'x'})])
     folder, remarks = submission.lay_out(tmp_path / 'work')
     assert len(files_below(folder)) + len(remarks) == 1
+    assert ('deeper than 50' in ' '.join(remarks)) is (name.count('/') > 50)
 
 
 # -- submissions
