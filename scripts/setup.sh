@@ -4,7 +4,7 @@
 #     source scripts/setup.sh     (bash) set up what is missing, then put ROS and this package on this shell's paths
 #     ./scripts/setup.sh          only set up
 #     ./scripts/setup.sh --fetch /media/ann/stick rviz     for machines without internet: all that they need, and rviz too
-#     ./scripts/setup.sh --from /media/ann/stick           set up there, from that folder; the same system is needed
+#     ./scripts/setup.sh --from /media/ann/stick rviz      set up there, from that folder; the same system is needed
 #     TB3_LABS_TESTS=1            in front of each: also what the tests need
 #
 # Works on Debian 13, 12 and 11, on Ubuntu 22.04 (tried once), and on Ubuntu 20.04 with ROS Noetic. ROS One in /opt/ros/one
@@ -108,7 +108,7 @@ source "$repo/scripts/setup/packages.sh"
 # shellcheck source=scripts/setup/offline.sh
 source "$repo/scripts/setup/offline.sh"
 
-venv_stamp() { echo "$ws $(readlink -f /usr/bin/python3) ${requirements[*]}"; }
+venv_stamp() { echo "$ws $(readlink -f /usr/bin/python3) $(pinned)"; }
 
 # All that a build depends on. Python code is not among it: the devel space refers to the sources.
 build_stamp() {
@@ -135,16 +135,19 @@ make_venv() {
   /usr/bin/python3 -m venv --system-site-packages ${without_pip[@]+"${without_pip[@]}"} "$ws/venv" >>"$log" 2>&1 || fail_log 'the Python environment could not be made'
 }
 
-# pip, and what comes from PyPI: while the workspace is built, which needs neither. --no-deps: pynput would compile evdev, of
-# use without X only; what else they need is among the system packages.
+# pip, and what comes from PyPI, by version and sum: while the workspace is built, which needs neither. --no-deps: pynput would
+# compile evdev, of use without X only; what else they need is among the system packages. Wheels alone: they run no program.
 fill_venv() {
   if [ ! -e "$ws/venv/bin/pip" ]; then
     "$ws/venv/bin/python3" -m ensurepip --upgrade --default-pip >>"$log" 2>&1 || fail_log 'the Python environment could not be given a pip'
   fi
   # Whatever the user's pip settings say: into this environment, and nothing kept elsewhere.
   if ! PIP_USER=0 PIP_REQUIRE_VIRTUALENV=0 PIP_TARGET='' PIP_PREFIX='' "$ws/venv/bin/python3" -m pip install --quiet --no-cache-dir --no-input \
-      --disable-pip-version-check --retries 2 --timeout 20 ${pip_options[@]+"${pip_options[@]}"} --no-deps "${requirements[@]}" >"$ws/pip.log" 2>&1; then
+      --disable-pip-version-check --retries 2 --timeout 20 ${pip_options[@]+"${pip_options[@]}"} "${pip_exactly[@]}" -r <(pinned) >"$ws/pip.log" 2>&1; then
     cat "$ws/pip.log" >>"$log"
+    grep -q 'DO NOT MATCH THE HASHES' "$ws/pip.log" &&
+      fail "a file for Python is not the one that scripts/setup/requirements.txt names, so nothing was installed (all of it: $log)"
+    [ -z "${folder:-}" ] || fail_log "$folder lacks a file that scripts/setup/requirements.txt names: fetch it anew"
     grep -Eq 'NewConnectionError|Retrying|No matching distribution|Could not fetch' "$ws/pip.log" &&
       fail "the network is missing: ${requirements[*]} could not be fetched from PyPI (all of it: $log)"
     fail_log "${requirements[*]} could not be installed from PyPI"
@@ -236,8 +239,8 @@ case ${1:-} in
   '') ;;
   -h | --help) sed -n '2,/^$/s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
   --fetch) [ $# -ge 2 ] || { echo 'tb3_labs: --fetch: the folder is missing (--help shows an example)' >&2; exit 2; } ;;
-  --from) [ $# = 2 ] || { echo 'tb3_labs: --from: one folder is needed (--help shows an example)' >&2; exit 2; } ;;
-  *) echo "tb3_labs: unknown option $1: --fetch FOLDER [PACKAGE ...], --from FOLDER or --help" >&2; exit 2 ;;
+  --from) [ $# -ge 2 ] || { echo 'tb3_labs: --from: the folder is missing (--help shows an example)' >&2; exit 2; } ;;
+  *) echo "tb3_labs: unknown option $1: --fetch FOLDER [PACKAGE ...], --from FOLDER [PACKAGE ...] or --help" >&2; exit 2 ;;
 esac
 
 # CMake, make and the relays' first lines take no such path.
@@ -246,7 +249,7 @@ command -v dpkg-query >/dev/null || refuse_system
 
 find_ros /opt/ros
 name_packages
-if [ "${1:-}" = --from ]; then take_from "$2"; fi
+if [ "${1:-}" = --from ]; then take_from "${@:2}"; fi
 look_at_packages
 if [ ${#missing[@]} != 0 ] || ! venv_ready || ! build_ready; then make_ready; fi
 if [ "${1:-}" = --fetch ]; then fetch "${@:2}"; fi

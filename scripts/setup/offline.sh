@@ -38,13 +38,13 @@ fetch() {
   }
   bare_apt autoclean >>"$log" 2>&1    # an earlier fetch's, of older versions
   rm -rf "$folder/packages/partial" "$folder/packages/lock"
-  "$ws/venv/bin/python3" -m pip wheel --quiet --no-deps --no-cache-dir --no-input --disable-pip-version-check \
-    --wheel-dir "$folder/wheels" "${requirements[@]}" >>"$log" 2>&1 || fail_log "${requirements[*]} cannot be fetched from PyPI"
+  "$ws/venv/bin/python3" -m pip wheel --quiet --no-cache-dir --no-input --disable-pip-version-check \
+    --wheel-dir "$folder/wheels" "${pip_exactly[@]}" -r <(pinned) >>"$log" 2>&1 || fail_log "${requirements[*]} cannot be fetched from PyPI"
 
   index_packages "$folder/packages"
   printf '%s\n' "${wanted[@]}" >"$folder/packages.txt"
   echo "$system $(architecture)" >"$folder/system"
-  say "$folder is complete: $(find "$folder/packages" -name '*.deb' | wc -l) packages, $(du -sm "$folder" | cut -f1) MB, for $(<"$folder/system"). There: ./scripts/setup.sh --from FOLDER"
+  say "$folder is complete: $(find "$folder/packages" -name '*.deb' | wc -l) packages, $(du -sm "$folder" | cut -f1) MB, for $(<"$folder/system"), sum $(sum_of "$folder"). There: ./scripts/setup.sh --from FOLDER $*"
 }
 
 # The index that makes a folder of .deb files a repository, as dpkg-scanpackages (which few machines have) writes it.
@@ -60,14 +60,23 @@ index_packages() {
   done >Packages
 }
 
-# take_from FOLDER: from now on apt and pip know nothing else.
+# The sum of the index, in which the sum of each package is: what --fetch told is what --from must tell.
+sum_of() { sha256sum "$1/packages/Packages" | cut -c1-16; }
+
+# take_from FOLDER [PACKAGE ...]: from now on apt and pip know nothing else. What is installed is named here, by this
+# repository or on the command line, not by the folder.
 take_from() {
-  local for_system
+  local for_system p
   [ -r "$1/system" ] || fail "$1 is no complete folder of packages: make one with ./scripts/setup.sh --fetch FOLDER, on a machine with internet"
   for_system=$(<"$1/system")
   [ "$for_system" = "$system $(architecture)" ] || fail "$1 is for $for_system, and this machine is $system $(architecture)"
   folder=$(CDPATH='' cd -- "$1" && pwd -P)
-  mapfile -t run_packages <"$folder/packages.txt"
+  shift
+  run_packages+=("${late_packages[@]}" "$@")
+  for p in "${run_packages[@]}"; do
+    grep -qxF -- "$p" "$folder/packages.txt" || fail "$folder has no package $p: fetch it anew, with ./scripts/setup.sh --fetch FOLDER $*"
+  done
+  say "$folder has the sum $(sum_of "$folder") (another one than --fetch told: somebody changed it)"
   apt_options=(-o Dir::Etc::SourceList="$ws/from.list" -o Dir::Etc::SourceParts=/dev/null -o Dir::State::Lists=/var/lib/apt/tb3_labs
     -o Dir::Cache::pkgcache= -o Dir::Cache::srcpkgcache= -o APT::Sandbox::User=root)
   pip_options=(--no-index --find-links "$folder/wheels")

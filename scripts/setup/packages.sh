@@ -43,6 +43,10 @@ name_packages() {
   esac
 }
 
+# The lines of requirements.txt of what comes from PyPI here.
+pinned() { local p; for p in "${requirements[@]}"; do grep "^$p==" "$repo/scripts/setup/requirements.txt"; done; }
+pip_exactly=(--no-deps --only-binary :all: --require-hashes)
+
 # missing: packages to install now.  tests: whether everything the tests need is there, and so tests are built too.
 look_at_packages() {
   local installed p wanted=("${run_packages[@]}")

@@ -2,9 +2,11 @@
 that does not own the installation; its options; its folder for machines without internet."""
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import tempfile
+import zipfile
 
 import pytest
 
@@ -120,7 +122,7 @@ def test_another_shell_is_refused_in_one_line(tmp_path, call):
 
 
 def test_options_that_are_wrong_are_one_line():
-    for words, said in (('--fetch', 'the folder is missing'), ('--from', 'one folder is needed'),
+    for words, said in (('--fetch', 'the folder is missing'), ('--from', 'the folder is missing'),
                         ('--fletch x', 'unknown option --fletch: --fetch FOLDER'),
                         ('--from /nowhere', '/nowhere is no complete folder of packages')):
         done = subprocess.run([str(SETUP)] + words.split(), stdin=subprocess.DEVNULL,
@@ -275,6 +277,49 @@ def test_without_a_network_nothing_is_tried(tmp_path, update, plan, is_tried):
     else:
         assert 'installing' not in words and errors.count('\n') == 1
         assert 'the network is missing: http://mirror/debian/InRelease cannot be reached' in errors
+
+
+#: A wheel of this name and version that is not PyPI's.
+FORGED = {'squaternion.py': 'harm', 'squaternion-{0}.dist-info/METADATA': 'Metadata-Version: 2.1\n'
+          'Name: squaternion\nVersion: {0}\n', 'squaternion-{0}.dist-info/RECORD': '',
+          'squaternion-{0}.dist-info/WHEEL': 'Wheel-Version: 1.0\nRoot-Is-Purelib: true\n'
+          'Tag: py3-none-any\n'}
+
+
+@needs_setup
+def test_pip_takes_no_other_file_than_the_repository_names(tmp_path):
+    lines = (REPOSITORY / 'scripts/setup/requirements.txt').read_text().splitlines()
+    pins = [line.split()[0] for line in lines if not line.startswith('#')]
+    assert all(re.search(r'==[\d.]+ .*--hash=sha256:[0-9a-f]{64}$', line)
+               for line in lines[-len(pins):])
+    versions = [pin.split('==')[1] for pin in pins if pin.startswith('squaternion==')]
+    for version in versions:
+        name = 'squaternion-{}-py3-none-any.whl'.format(version)
+        with zipfile.ZipFile(str(tmp_path / name), 'w') as wheel:
+            for path, text in FORGED.items():
+                wheel.writestr(path.format(version), text.format(version))
+    words, errors = packages(tmp_path, 'repo={}; pinned; {}/venv/bin/python3 -m pip --isolated '
+                             'install --quiet --no-index --find-links {folder} --target {folder}/out '
+                             '"${{pip_exactly[@]}}" -r <(pinned)'.format(
+                                 REPOSITORY, BUILT, folder=tmp_path))
+    assert len(versions) == 2 and set(pins) > {word for word in words if '==' in word}
+    assert 'DO NOT MATCH THE HASHES' in errors and not (tmp_path / 'out').exists()
+
+
+def test_a_folder_of_packages_does_not_say_what_is_installed(tmp_path):
+    (tmp_path / 'packages').mkdir()
+    (tmp_path / 'packages' / 'Packages').touch()
+    (tmp_path / 'system').write_text('debian:12 {}\n'.format(subprocess.check_output(
+        ['dpkg', '--print-architecture'], universal_newlines=True).strip()))
+    names, _ = packages(tmp_path, 'echo "${run_packages[@]}" "${late_packages[@]}"')
+    (tmp_path / 'packages.txt').write_text('\n'.join(names + ['evil', 'rviz']))
+    take = ('ws=/tmp; source {}/scripts/setup/offline.sh; take_from {} {}; '
+            'echo "${{run_packages[@]}}"')
+    for more, wanted in (('', names), ('rviz', names + ['rviz'])):
+        words, errors = packages(tmp_path, take.format(REPOSITORY, tmp_path, more))
+        assert words[-len(wanted):] == wanted and 'evil' not in words and errors == ''
+    _, errors = packages(tmp_path, take.format(REPOSITORY, tmp_path, 'gazebo'))
+    assert 'has no package gazebo: fetch it anew' in errors and errors.count('\n') == 1
 
 
 @pytest.mark.parametrize('system', ['debian:12', 'ubuntu:20.04'])
