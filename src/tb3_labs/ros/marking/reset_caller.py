@@ -44,7 +44,7 @@ class ResetCaller:
             try:
                 response = rospy.ServiceProxy(self.found, self._kind)(request)
                 refused = getattr(response, 'success', True) is False
-                answers.append('it was refused: {}'.format(getattr(response, 'message', ''))
+                answers.append('it was refused: {}'.format(getattr(response, 'message', ''))[:200]
                                if refused else '')
             except (rospy.ServiceException, rospy.ROSException, TypeError) as problem:
                 answers.append(str(problem)[:200])
