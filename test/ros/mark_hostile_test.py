@@ -90,7 +90,8 @@ CODE = ('X"""\nopen(__import__("os").environ["HOME"] + chr(47) + "harm", "w")\n'
         "'''\nif 1: #")
 PAD_NODE = PACKAGE / 'test' / 'ros' / 'student_nodes' / 'gamepad.py'
 PAD_START = '    Gamepad()\n'
-#: The pad's node uses the names at the master, in a message, and on its terminal.
+#: The pad's node uses the names at the master, in a message, and on its terminal; then it ends, which
+#: saves the time of the sticks.
 ODD_DEEDS = '''    import sys
     import rosgraph
     from nav_msgs.msg import Odometry
@@ -114,6 +115,8 @@ ODD_DEEDS = '''    import sys
         sys.stdout.flush()
         sys.stdout.buffer.write(name.encode('utf-8', 'surrogateescape') + b'\\n')
         sys.stdout.buffer.flush()
+    rospy.sleep(0.5)
+    sys.exit('that is all')
 '''
 
 
@@ -231,8 +234,9 @@ class HostileTest(unittest.TestCase):
     def test_one_odd_submission_does_not_end_a_class(self):
         self.assertEqual(len(self.rows), len(NAMES) + 2, ascii(self.odd_said))
         self.assertIn('xM\\xfcller', self.rows)
-        self.assertEqual(self.rows['eve']['points'], self.rows['eve']['of'],
-                         ascii(self.odd_said))
+        self.assertEqual(self.rows['eve']['points'], '0', ascii(self.odd_said))
+        printed = (self.home / 'odd' / 'eve.html').read_text(encoding='utf-8')
+        self.assertIn('that is all', printed)
         self.assertEqual(self.rows['eve']['node'], 'submission/node.py')
 
     def test_the_name_of_a_file_is_no_code(self):
