@@ -42,7 +42,7 @@ from tb3_labs.ros.launching.parent import end_parent
 from tb3_labs.ros.node import end, run
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reconfigure import LiveSettings
-from tb3_labs.ros.rospy_internals import connection_of
+from tb3_labs.ros.rospy_internals import connection_of, is_wall_time
 from tb3_labs.ros.topics import subscribe, subscribe_news
 from tb3_labs.ros.traffic import Traffic
 from tb3_labs.supervision.arbitration import Driver
@@ -95,8 +95,11 @@ class Controller:
 
     def _on_mouse(self, mouse):
         with self._lock:
-            active, x, y, sender = mouse
-            self._core.on_mouse(active, x, y, steady_time(), sender)
+            message, active, x, y = mouse
+            # simulated time has an unknown pace: its stamps do not show how late a message is
+            stamp = message.header.stamp.to_sec() if is_wall_time() else 0.0
+            self._core.on_mouse(active, x, y, steady_time(), connection_of(message)['callerid'],
+                                stamp)
         self._tick()
         self._watchdog.feed()
 
@@ -163,8 +166,8 @@ class Controller:
 
 
 def _to_mouse(message):
-    """(active, x, y, sender)."""
-    return to_mouse(message) + (connection_of(message)['callerid'],)
+    """(message, active, x, y)."""
+    return (message,) + to_mouse(message)
 
 
 if __name__ == '__main__':

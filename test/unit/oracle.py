@@ -68,7 +68,7 @@ class HandOracle:
 
     def hear(self, now, pushed, at, repeats=True):
         """A message that was sent at `at`."""
-        if self.repeats and now - self.heard_at > LOST:
+        if (repeats and now - at > LOST) or (self.repeats and now - self.heard_at > LOST):
             self.lose(now)
         self.heard_at, self.pushed, self.repeats = now, pushed, repeats
         if not pushed and at >= self.lost_at:

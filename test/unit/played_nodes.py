@@ -17,7 +17,7 @@ from tb3_labs.supervision.arbitration import Driver
 #: A node looks at the clock, and a sensor or pad is heard, with this period.
 TICK = 0.05
 RENEWAL_PERIOD = 0.1
-#: A pad's clock, beside that of its node.
+#: The clock of a pad or mouse, beside that of its node.
 CLOCK = -77.0
 #: A process that did not run for longer than the second must be told anew. Within the first it
 #: may hear messages in any order.
@@ -282,7 +282,7 @@ class Turner(Process):
     def on_mouse(self, active, y, at):
         pushed, was_active = active and y != 0.0, self.core.mouse_active
         self.by_mouse.hear(self.world.now, pushed, at, repeats=active)
-        self.core.on_mouse(active, 0.0, y, self.world.now)
+        self.core.on_mouse(active, 0.0, y, self.world.now, 'mouse', at + CLOCK)
         if (was_active and not active) or (pushed and self.core.mouse_active):
             self.by_turn.hear(self.world.now, 'mouse', False, self.at(at))
 

@@ -94,6 +94,21 @@ def test_messages_of_a_silence_do_not_bring_a_lost_mouse_back(active, x):
     assert not mouse.active
 
 
+def test_what_the_network_delayed_is_no_activation_but_a_stop():
+    mouse = inactive_mouse()
+    assert not mouse.heard(True, 0.0, 0.0, 10.0, 'laptop', 510.0)
+    assert mouse.active
+    for k in range(5):                  # 0.3 s late
+        mouse.heard(True, 0.0, 0.0, 10.4 + 0.05 * k, 'laptop', 510.1 + 0.05 * k)
+        assert not mouse.active
+    mouse.heard(True, 0.9, 0.0, 10.65, 'laptop', 510.65)
+    assert not mouse.active
+    for k in range(10):
+        mouse.heard(True, 0.0, 0.0, 10.7 + 0.05 * k, 'laptop', 510.7 + 0.05 * k)
+    assert mouse.active
+    assert mouse.heard(False, 0.0, 0.0, 12.2, 'laptop', 511.2) and not mouse.active
+
+
 def test_an_invalid_position_leaves_the_mouse_as_it_was():
     mouse = inactive_mouse()
     mouse.heard(True, 0.9, 0.0, 0.0)

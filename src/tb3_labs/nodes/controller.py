@@ -5,7 +5,7 @@ The inputs and outputs are described in :mod:`tb3_labs.nodes`.
 Units: seconds on the receiver's clock (`now`), radians, m/s; turns are asked for in degrees.
 """
 import math
-from typing import List, Optional
+from typing import Any, List, Optional
 
 from tb3_labs.control.pace import LONGEST_IDLE, Pace
 from tb3_labs.control.speed_laws import Twist2
@@ -63,15 +63,15 @@ class ControllerCore:
         elif self._turn is None and rate > DRIVEN_RATE:
             self._carried = 0.0
 
-    def on_mouse(self, active: bool, x: float, y: float, now: float, sender: str = '') -> None:
+    def on_mouse(self, active: bool, x: float, y: float, now: float, *details: Any) -> None:
         """Take in a message of a mouse; ``ValueError`` for a position that is not finite.
 
         `now` is on a clock that never stands still and never goes back, since a person moves the
-        mouse.
+        mouse; `details` as of mouse.Mouse.heard.
         """
         self.update(now)
         was_active = self._mouse.active
-        deactivated = self._mouse.heard(active, x, y, now, sender)
+        deactivated = self._mouse.heard(active, x, y, now, *details)
         if self._mouse.active:
             self._mouse_told = False
             if not was_active:
@@ -81,7 +81,9 @@ class ControllerCore:
             self._happens(DriverEvent.MOUSE_CENTRED if self._mouse.is_centred
                           else DriverEvent.MOUSE_MOVED, 'the mouse took over')
         elif was_active or deactivated:
-            self._released('the mouse was deactivated')
+            self._mouse_told = active
+            self._released('messages of the mouse are late: move it to the middle of the screen to '
+                           'use it again' if active else 'the mouse was deactivated')
         elif active and not self._mouse_told:
             self._mouse_told = True
             self._news.tell('The mouse was active before: move it to the middle of the screen to '

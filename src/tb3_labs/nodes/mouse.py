@@ -5,10 +5,12 @@ on a clock that never stands still and never goes back (`now`), since a person m
 Source: the IMU lab's handout for the mouse.
 """
 import math
-from typing import Set
+from collections import defaultdict
+from typing import DefaultDict, Set
 
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.limits import clamp
+from tb3_labs.localization.sender_clock import Lateness
 from tb3_labs.supervision.freshness import Freshness
 from tb3_labs.supervision.sleep import WAKING
 
@@ -25,8 +27,9 @@ class Mouse:
 
     A mouse counts as lost at first, when it falls silent while it is active, and when this process
     slept. It then stays inactive until it is in the middle of the screen, or is deactivated. So a
-    mouse that was active all the time, or comes back, does not drive at once. Messages that came
-    together after a silence do not count for that: they may be as old as the silence.
+    mouse that was active all the time, or comes back, does not drive at once. Messages that the
+    network delayed, or that came together after a silence, do not count for that: only a
+    deactivation always counts.
 
     Several mice may be heard. The one that is deactivated stops all: the others do not count until
     they are in the middle, or deactivated.
@@ -40,13 +43,16 @@ class Mouse:
         self._is_lost = True
         self._back_at = -math.inf    # end of the last silence
         self._repeats = False        # an active mouse repeats itself, else it may be silent
+        self._lateness: DefaultDict[str, Lateness] = defaultdict(Lateness)    # by sender
         # senders whose last message was active, and those that another one has stopped
         self._switched_on: Set[str] = set()
         self._stopped: Set[str] = set()
 
-    def heard(self, active: bool, x: float, y: float, now: float, sender: str = '') -> bool:
-        """A message arrived; True if it deactivates a mouse, also a lost one: that is a stop.
-        ``ValueError`` for a position that is not finite."""
+    def heard(self, active: bool, x: float, y: float, now: float, sender: str = '',
+              stamp: float = 0.0) -> bool:
+        """A message arrived, sent at `stamp` [s, sender's clock; 0: unknown]. True if it deactivates
+        a mouse, also a lost one: that is a stop. ``ValueError`` for a position that is not finite.
+        """
         twist = mouse_twist(x, y)
         at_rest = not active or twist == Twist2()
         deactivated = not active and sender in self._switched_on
@@ -59,7 +65,10 @@ class Mouse:
             self._stopped.discard(sender)
         elif sender in self._stopped:
             return False
-        if self._repeats and not self.source.is_fresh(now):
+        if stamp > 0.0 and self._lateness[sender].of(stamp, now) > MOUSE_TIMEOUT:
+            self._back_at = now
+            self._is_lost = self._is_lost or active
+        elif self._repeats and not self.source.is_fresh(now):
             self._back_at = now
         self.source.heard(now)
         self._repeats = active
