@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """The effect of each rule of the approach: turns and drives with it, and without it.
 
-A rule is switched off by a value without effect in ApproachConfig; the uncertainty, an argument of
-each step, by 0. Each pair of rows is one kind of robot, which makes the same motions with the rule
+A rule is switched off by a value without effect in ApproachConfig; the noise, an argument of each
+step, by 0. Each pair of rows is one kind of robot, which makes the same motions with the rule
 and without it. `off` is the true error of the heading or of the place; times are from the first
 command to rest; `reversals` counts the changes of direction; `failed` counts turns that ended
 outside the tolerance, and drives that were given up.
@@ -52,7 +52,7 @@ RULES = {
     'reversal_caution': ({'reversal_caution': 0.0}, 'turn', [
         'bad network', 'slow + bad network', 'known badly + bad']),
     'nudge_time': ({'nudge_time': 0.0}, 'drive', ['late by chance']),
-    'uncertainty': ({}, 'turn', ['noisy IMU', 'very noisy IMU']),
+    'noise': ({}, 'turn', ['noisy IMU', 'very noisy IMU']),
 }
 ROW = '{:17} {:6} {:19} {:8} {:>26} {:>15} {:>10} {:>7}'
 
@@ -64,9 +64,9 @@ class CountedApproach(Approach):
         super().__init__(*args)
         self._counts, self._exact, self._sign = counts, exact, 0.0
 
-    def step(self, *args, uncertainty=0.0):
+    def step(self, remaining, speed, fastest, dt, noise=0.0, age=0.0):
         """As an Approach's."""
-        command = super().step(*args, uncertainty=0.0 if self._exact else uncertainty)
+        command = super().step(remaining, speed, fastest, dt, 0.0 if self._exact else noise, age)
         if command * self._sign < 0.0:
             self._counts.append(command)
         self._sign = command or self._sign
@@ -81,7 +81,7 @@ def without(rule, counts, believed):
     with ExitStack() as stack:
         for module, name in ((turning, 'turning_approach'), (driving, 'driving_approach')):
             changed = partial(_changed, getattr(module, name), neutral)
-            counted = partial(CountedApproach, counts, rule == 'uncertainty')
+            counted = partial(CountedApproach, counts, rule == 'noise')
             for attribute, value in ((name, changed), ('Approach', counted),
                                      ('Response', partial(Response, *believed))):
                 stack.enter_context(mock.patch.object(module, attribute, value))

@@ -167,11 +167,11 @@ def test_what_is_learned_stays_within_bounds():
     response = Response()
     assert (response.delay, response.lag) == (pytest.approx(FIRST_DELAY), FIRST_LAG)
     for _ in range(1000):
-        response.measured(5.0, 5.0)
+        response.measured(Response(5.0, 5.0))
     assert response.delay == pytest.approx(MAX_DELAY)
     assert response.lag == pytest.approx(MAX_LAG)
     for _ in range(200):
-        response.measured(-1.0, -1.0)
+        response.measured(Response(-1.0, -1.0))
     assert response.delay == pytest.approx(0.0, abs=1e-6)
     assert response.lag == pytest.approx(0.0, abs=1e-6)
 

@@ -9,8 +9,8 @@ import pytest
 
 from tb3_labs.control import (
     approach, dead_time, drive_config, driving, goal_machine, motor_response, pace, settling, turning)
-from tb3_labs.geometry import quaternions, typed_pose
-from tb3_labs.localization import localizer, odometry_jumps, sample_buffer, sender_clock, yaw_noise
+from tb3_labs.geometry import estimate, quaternions, typed_pose
+from tb3_labs.localization import heading, localizer, odometry_jumps, sample_buffer, sender_clock, yaw_noise
 from tb3_labs.nodes import (
     control_words, controller, demo, gamepad, imu_sub, mouse, move_to_goal, pad, pad_config)
 from tb3_labs.robot import samples, turtlebot3
@@ -57,17 +57,19 @@ NUMBERS = {
         'period': 1.0 / 30.0, 'FACING': 0.1, 'ALONG': 0.3, 'STOP_AHEAD': 0.0005,
         'LOOK_AHEAD': 0.2, 'REST_SPEED': 0.01},
     goal_machine: {'MORE_TRIES': 2},
+    approach: {'SAME_MOMENT': 1e-6, 'SURPRISE': 0.002, 'SURPRISE_BY_NOISE': 4.0},
     motor_response: {
         'FIRST_LAG': 0.05, 'FIRST_DELAY': 0.125 / 3.0, 'MAX_DELAY': 0.4, 'MAX_LAG': 0.15,
+        'DOUBTS': (0.03, 0.03, 0.05), 'BELIEVED': 1e-6, 'TIME_DOUBT': 0.002,
         'LEARNING': 0.1, 'STEADY': 0.08, 'STEADY_TIME': 0.12, 'CRUISING': 0.5,
-        'LEARNING_TIME': 1.5, 'ONSET': 0.03, 'TELLING': 0.2, 'PROMPT': 0.98},
+        'LEARNING_TIME': 1.5, 'ONSET': 0.03, 'BEGUN': 0.1, 'TELLING': 0.2, 'PROMPT': 0.98},
     pace: {'EARLY': 0.0035, 'LONGEST_IDLE': 0.036},
-    settling: {'REST_LINEAR': 0.005, 'REST_ANGULAR': 0.03, 'SETTLING_TIME': 0.03,
-                         'STANDARD_ERRORS': 2.0},
-    turning: {'PERIOD': 1.0 / 30.0, 'SAME_MOMENT': 1e-6},
+    settling: {'REST_LINEAR': 0.005, 'REST_ANGULAR': 0.03, 'SETTLING_TIME': 0.03},
+    turning: {'PERIOD': 1.0 / 30.0},
     turning.LabTurn: {'period': 0.1, 'MAX_ANGLE': math.pi},
     turning.PreciseTurn: {'period': 1.0 / 30.0, 'MAX_ANGLE': 100.0 * 2.0 * math.pi,
                                     'LONGEST_LOOK': 0.6},
+    estimate: {'STANDARD_ERRORS': 2.0, 'CONTRADICTION': 4.0},
     quaternions: {'NORM_TOLERANCE': 0.05, 'MAX_TILT': math.pi / 4.0},
     localizer: {'MAX_EXTRAPOLATION': 2.0 / 30.0},
     localizer.Motion: {'imu_age': 0.0, 'odometry_age': 0.0, 'yaw_noise': 0.0},
@@ -84,6 +86,7 @@ NUMBERS = {
     control_words: {'CROSSING': 0.3},
     controller: {'DRIVEN_RATE': 0.1, 'JUDGING_RATE': 0.01},
     gamepad: {'HAND_BACK': 0.15},
+    heading: {'STEADY_DOUBT': math.radians(0.02)},
     imu_sub: {'HALF_STEP': 1.6e-5},
     mouse: {'MOUSE_TIMEOUT': 0.2, 'MOUSE_DEAD_ZONE': 0.25, 'MOUSE_FULL': 0.5},
     typed_pose: {'MAX_DISTANCE': 100.0, 'MAX_YAW_DEG': 360.0},
@@ -124,7 +127,7 @@ SETTINGS = {
     turning.TurnConfig: {
         'law': ('precise', None, None), 'k_hdg': (0.1, 0.001, 10.0), 'hdg_tol': (10.0, 0.1, 45.0),
         'min_ang_z': (0.5, 0.0, 5.0), 'max_ang_z': (1.5, 0.1, 5.0),
-        'tolerance_deg': (0.35, 0.2, 45.0), 'angular_acceleration': (45.0, 1.0, 80.0)},
+        'tolerance_deg': (0.2, 0.1, 45.0), 'angular_acceleration': (45.0, 1.0, 80.0)},
     demo.DemoConfig: {
         'drives': (2, 1, 100), 'distance_tolerance': (0.01, 0.0, 10.0),
         'angle_tolerance_deg': (0.5, 0.0, 180.0), 'timeout': (120.0, 1.0, 3600.0),

@@ -121,7 +121,7 @@ def test_a_turn_has_only_settled_inside_the_tolerance_and_at_rest():
     law = PreciseLaw(DriveConfig(), BURGER)
     goal = Pose2(0.0, 0.0, 0.0)
     law.start(Pose2(), goal)
-    near, far, dt = math.radians(0.2), math.radians(0.6), law.period
+    near, far, dt = math.radians(0.1), math.radians(0.6), law.period
     for _ in range(20):
         assert not law.rotate_to_final(at(0.0, 0.0, near, 0.0, -0.5), goal, dt).finished
     for _ in range(20):

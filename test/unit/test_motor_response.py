@@ -1,13 +1,13 @@
-"""Delay and lag must be identified from an exact first-order response with dead time."""
+"""Delay, lag and gain must be identified from an exact first-order response with dead time."""
 import itertools
 import math
+import random
 
 import pytest
 
 from tb3_labs.control.dead_time import CommandHistory
 from tb3_labs.control.motor_response import (
-    CRUISING, LEARNING, LEARNING_TIME, MAX_DELAY, Identification, Response, look_at_cruise,
-    look_at_start)
+    BEGUN, CRUISING, LEARNING, LEARNING_TIME, Identification, Response, look_at_start)
 
 PERIOD = 0.02
 
@@ -20,15 +20,20 @@ def response_at(time, command, delay, lag):
 
 
 def identified(delay, lag, command=1.0, begin_speed=0.0, prompt=True, seconds=1.0,
-               learned=None):
-    """The Response after an approach that commands one speed from the start."""
-    learned = learned or Response()
+               learned=None, gain=1.0, noise=0.0, age=0.0):
+    """The Response after an approach that commands one speed from the start.
+
+    Samples are `age` [s] old; their travel has `noise`, their speed a fifth of it [rad, rad/s].
+    """
+    chance, learned = random.Random(1), learned or Response()
     identification, history = Identification(learned, prompt), CommandHistory(PERIOD)
     identification.begin(begin_speed)
     for tick in range(round(seconds / PERIOD)):
         if tick:
             history.advance(PERIOD)
-            identification.look(history, *response_at(history.now, command, delay, lag), 1.0)
+            travelled, speed = response_at(history.now - age, gain * command, delay, lag)
+            identification.look(history, travelled + chance.gauss(0.0, noise),
+                                speed + chance.gauss(0.0, 0.2 * noise), 1.0, age)
         history.send(command)
     return identification.estimate, learned
 
@@ -55,15 +60,59 @@ def test_a_sample_that_says_too_little_is_not_used(first, travelled, speed):
     assert look_at_start(0.1, first, travelled, speed) is None
 
 
-@pytest.mark.parametrize('sign', [1.0, -1.0])
-def test_at_cruise_the_travel_that_is_missing_tells_delay_and_lag_together(sign):
-    travelled, speed = response_at(2.0, sign * 1.5, 0.07, 0.04)
-    assert look_at_cruise(sign * 1.5 * 2.0, travelled, speed) == pytest.approx(0.11)
+@pytest.mark.parametrize('gain', [0.97, 1.03])
+@pytest.mark.parametrize('delay, lag', [(0.02, 0.02), (0.06, 0.05), (0.1, 0.14)])
+def test_a_robot_that_is_faster_than_commanded_is_not_taken_for_a_prompt_one(delay, lag, gain):
+    """In 1 s it travels 30 mm or mrad too far, as one would that is prompter by 30 ms."""
+    estimate, learned = identified(delay, lag, gain=gain)
+    assert estimate.gain == pytest.approx(gain, abs=0.001)
+    assert estimate.delay == pytest.approx(delay, abs=0.002)
+    assert estimate.lag == pytest.approx(lag, abs=0.002)
+    assert abs(learned.gain - gain) < abs(1.0 - gain)
+    assert identified(delay, lag, gain=gain, prompt=False, learned=Response(0.0, lag))[
+        0].delay == pytest.approx(delay, abs=0.004)
 
 
-def test_a_total_beyond_all_delays_is_cut():
-    assert look_at_cruise(2.0, 0.0, 1.0) == MAX_DELAY
-    assert look_at_cruise(0.0, 2.0, 1.0) == 0.0
+@pytest.mark.parametrize('lag', [0.0, 0.02, 0.07, 0.14])
+def test_noise_of_the_samples_averages_out(lag):
+    """0.1 deg: the first sample in motion has travelled as much as that."""
+    estimate, _ = identified(0.05, lag, noise=math.radians(0.1))
+    assert estimate.lag == pytest.approx(lag, abs=0.006)
+    assert estimate.delay + estimate.lag == pytest.approx(0.05 + lag, abs=0.002)
+
+
+def test_the_age_of_a_sample_is_no_delay_of_the_commands():
+    estimate, _ = identified(0.05, 0.05, age=0.012)
+    assert (estimate.delay, estimate.lag) == pytest.approx((0.05, 0.05), abs=0.001)
+
+
+def test_motors_without_lag_are_seen_in_a_single_sample():
+    """At full speed at once: only the travel so far tells when."""
+    estimate, _ = identified(0.05, 0.0)
+    assert (estimate.delay, estimate.lag) == pytest.approx((0.05, 0.0), abs=0.001)
+
+
+@pytest.mark.parametrize('share, tells', [(0.9, False), (1.1, True)])
+def test_a_robot_that_has_hardly_begun_to_move_tells_nothing(share, tells):
+    history, identification = CommandHistory(PERIOD), Identification(Response(), True)
+    identification.begin(0.0)
+    history.send(1.0)
+    history.advance(0.1)
+    identification.look(history, -0.001, share * BEGUN, 1.0)    # no travel that fits: no first look
+    assert (identification.estimate.delay != Response().delay) is tells
+
+
+def test_commands_that_came_sooner_than_the_start_has_shown_end_the_identification():
+    history, identification = CommandHistory(PERIOD), Identification(Response(0.05, 0.05), True)
+    identification.begin(0.0)
+    history.send(1.0)
+    identification.came_sooner(0.03)
+    assert identification.estimate.delay == pytest.approx(0.02)
+    history.advance(0.3)
+    identification.look(history, 0.25, 1.0, 1.0)
+    assert identification.estimate.delay == pytest.approx(0.02)
+    identification.came_sooner(0.03)
+    assert identification.estimate.delay == 0.0 and not identification.is_precise
 
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])
@@ -77,7 +126,7 @@ def test_an_approach_by_a_gyro_identifies_both(delay, lag, sign):
 
 def test_without_a_gyro_the_lag_is_believed_and_the_delay_identified():
     estimate, _ = identified(0.12, 0.05, prompt=False, learned=Response(0.0, 0.05))
-    assert estimate.lag == 0.05
+    assert estimate.lag == pytest.approx(0.05, abs=1e-6)
     assert estimate.delay == pytest.approx(0.12, abs=0.004)
 
 
@@ -100,10 +149,10 @@ def test_steady_is_within_8_percent_of_the_command(command, share, is_steady):
         history.send(command)
         history.advance(PERIOD)
     identification.look(history, 0.0, share * command, 2.0 * abs(command))
-    assert (learned.delay != Response().delay) is is_steady
+    assert identification.is_precise is (learned.delay != Response().delay) is is_steady
 
 
-def test_learning_ends_before_errors_of_the_gain_add_up():
+def test_learning_ends_before_changes_of_the_gain_add_up():
     _, long = identified(0.1, 0.05, seconds=LEARNING_TIME + 3.0)
     _, short = identified(0.1, 0.05, seconds=LEARNING_TIME + 2.0 * PERIOD)
     assert (long.delay, long.lag) == (short.delay, short.lag)
@@ -111,6 +160,7 @@ def test_learning_ends_before_errors_of_the_gain_add_up():
 
 def test_each_measurement_moves_what_is_known_by_a_share():
     response = Response(0.1, 0.05)
-    response.measured(0.2, 0.15)
+    response.measured(Response(0.2, 0.15, 1.1))
     assert response.delay == pytest.approx(0.1 + 0.1 * LEARNING)
     assert response.lag == pytest.approx(0.05 + 0.1 * LEARNING)
+    assert response.gain == pytest.approx(1.0 + 0.1 * LEARNING)

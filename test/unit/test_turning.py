@@ -7,7 +7,6 @@ import pytest
 
 from tb3_labs.control.approach import ApproachConfig
 from tb3_labs.control.motor_response import Response
-from tb3_labs.control.settling import RestingMean
 from tb3_labs.control.turning import (
     LabTurn, PreciseTurn, TurnConfig, degrees_of, make_turn, turning_approach)
 from tb3_labs.localization.yaw_noise import YawNoise
@@ -88,11 +87,10 @@ def test_any_number_of_degrees(degrees):
 
 @pytest.mark.parametrize('word', [90.0, -90.0, 180.0])
 def test_turns_do_not_add_up_their_errors(word):
-    # a robot whose law stops short every time: the tolerance is wide
-    config = TurnConfig(tolerance_deg=2.0)
-    total = 8 * word
-    made = turns([word] * 8, ROBOT, config)
-    assert math.degrees(sum(turn.turned for turn in made)) == pytest.approx(total, abs=0.5)
+    # commands that are late by chance, and a wide tolerance: each turn is off by up to a degree
+    robot = replace(ROBOT, imu_drift_deg_per_min=0.0, command_latency=0.2, command_jitter=0.05)
+    made = turns([word] * 8, robot, TurnConfig(tolerance_deg=2.0))
+    assert math.degrees(sum(turn.turned for turn in made)) == pytest.approx(8 * word, abs=1.0)
 
 
 def test_waffle_turns_as_well_within_its_limits():
@@ -164,20 +162,11 @@ def test_only_a_robot_that_turns_slowly_and_evenly_shows_the_noise(rates):
     assert noise.deviation == 0.0
 
 
-def test_the_mean_of_a_resting_robot_is_known_the_better_the_more_samples_there_are():
-    mean = RestingMean()
-    assert mean.mean_or(0.4) == 0.4 and mean.uncertainty(0.1) == 0.1
-    for angle in (0.1, 0.2, 0.3, 0.4):
-        mean.add(angle)
-    assert mean.mean_or(9.0) == pytest.approx(0.25)
-    assert mean.uncertainty(0.1) == pytest.approx(0.1)       # 2 x 0.1 / sqrt(4)
-
-
 def test_a_precise_turn_brakes_with_a_quarter_of_what_it_speeds_up_with():
     """Each number was chosen by the benchmark of motions."""
     assert turning_approach(acceleration=40.0, tolerance=0.01) == ApproachConfig(
         period=1.0 / 30.0, acceleration=40.0, braking=10.0, gain=24.0, slowest=0.04,
-        close_enough=0.002, leave_alone=0.008, nudge_time=1.0 / 30.0, speed_is_prompt=True)
+        close_enough=0.0007, leave_alone=0.005, nudge_time=1.0 / 30.0, speed_is_prompt=True)
 
 
 @pytest.mark.parametrize('config, slowest, fastest', [
@@ -209,7 +198,7 @@ def resting_turn(steps, noise=0.0, dt=0.035, age=0.0, left=0.0):
     (0.0, 0.0, 2),         # at rest for 0.03 s
     (0.0051, 0.0, 5),      # 2 x 0.0051 / sqrt(5) is less than half of the tolerance of 0.01 rad
     (0.02, 0.0, 19),       # never known so well: 0.6 s of samples must do,
-    (0.02, 0.011, 19)])    # and what is not known is added to the tolerance
+    (0.03, 0.012, 19)])    # and what is not known is added to the tolerance
 def test_a_turn_ends_as_soon_as_its_rest_is_known_well_enough(noise, left, looks):
     _, finished = resting_turn(looks, noise, left=left)
     assert finished == (looks - 1) * [False] + [True]

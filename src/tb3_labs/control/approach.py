@@ -12,11 +12,20 @@ Source: braking profile, see :func:`tb3_labs.control.speed_laws.braking_speed`.
 """
 import math
 from dataclasses import dataclass
+from typing import Optional, Tuple
 
 from tb3_labs.control.dead_time import CommandHistory, followed, way_at_rest
-from tb3_labs.control.motor_response import Identification, Response
+from tb3_labs.control.motor_response import TIME_DOUBT, Identification, Response
 from tb3_labs.control.speed_laws import braking_speed
+from tb3_labs.geometry.estimate import Estimate
 from tb3_labs.geometry.limits import clamp
+
+#: Samples whose times differ by less than this are the same, apart from rounding [s].
+SAME_MOMENT = 1e-6
+#: A prediction that is wrong by more than this, and this many standard deviations of the noise,
+#: shows that the commands come at other times than believed [rad].
+SURPRISE = 0.002
+SURPRISE_BY_NOISE = 4.0
 
 
 @dataclass(frozen=True)
@@ -61,23 +70,37 @@ class Approach:
         """`response`: what was learned of the robot so far; this approach adds to it."""
         self._config = config
         self._response = response
-        self._motor_speed = 0.0
-        self._start_remaining = math.nan    # before the first step
-        #: The remaining way if the robot were told to stop now.
-        self.at_rest = math.inf
         self.start()
 
     def start(self) -> None:
         """Begin anew with a robot that stands."""
+        self._now = 0.0                     # since the start [s]
+        self._measured_at = -math.inf       # the latest sample
+        self._way = Estimate()              # at rest
+        #: The ways at rest that are expected next, for the delay as estimated and for a period less
+        self._expected: Optional[Tuple[float, float]] = None
         self._history = CommandHistory(self._config.period)
         self._identification = Identification(self._response, self._config.speed_is_prompt)
+        self._start_remaining = math.nan    # before the first step
+        self._motor_speed = 0.0
         self._direction = 0.0     # of the latest command that was not zero
         self._reversals = 0       # changes of that direction
         self._nudges = False      # was the robot told to stop since the start?
 
+    @property
+    def at_rest(self) -> float:
+        """The remaining way if the robot were told to stop now."""
+        return self._way.value
+
+    @property
+    def uncertainty(self) -> float:
+        """The error that `at_rest` may have by the noise of the samples."""
+        return self._way.uncertainty
+
     def extend(self, by: float) -> None:
         """Add `by` to the remaining way: the goal was moved during the approach."""
         self._start_remaining += by
+        self._expect(by, 0.0)
 
     def told_to_rest(self, age: float) -> bool:
         """Has the robot obeyed only stops since `age` [s] ago?"""
@@ -86,21 +109,24 @@ class Approach:
             history.now - age - self._identification.estimate.delay - 2.0 * self._config.period)
 
     def step(self, remaining: float, speed: float, fastest: float, dt: float,
-             uncertainty: float = 0.0) -> float:
+             noise: float = 0.0, age: float = 0.0) -> float:
         """The speed to command, given the remaining way and the measured speed, `dt` [s] after the
-        last step.
+        last step. The speed is at most `fastest`.
 
-        `remaining` may be wrong by `uncertainty`: smaller corrections are not made. The speed is at
-        most `fastest`.
+        `noise`: standard deviation of `remaining`; `age`: time since both were measured [s].
         """
-        if not self._direction:
-            dt = self._begin(remaining, speed)
+        self._now += dt
+        if self._direction:
+            self._advance(speed, dt)
         else:
-            self._history.advance(dt)
+            dt = self._begin(remaining, speed)
         self._identification.look(
-            self._history, self._start_remaining - remaining, speed, fastest)
-        self.at_rest = self._predict(remaining, speed, dt)
-        wanted = self._wanted(fastest, uncertainty)
+            self._history, self._start_remaining - remaining, speed, fastest, age)
+        self._motor_speed = self._speed_of_motors(speed, dt)
+        if self._now - age > self._measured_at + SAME_MOMENT:
+            self._measured_at = self._now - age
+            self._look(remaining, noise, age)
+        wanted = self._wanted(fastest)
         latest, change = self._history.command, self._config.acceleration * dt
         self._history.send(clamp(wanted, latest - change, latest + change))
         return self._history.command
@@ -113,22 +139,62 @@ class Approach:
         self._motor_speed = speed
         return self._config.period
 
-    def _predict(self, remaining: float, speed: float, dt: float) -> float:
-        """The way at rest, by the motors' speed as measured, or as the model predicts it."""
-        estimate = self._identification.estimate
-        if self._config.speed_is_prompt:
-            self._motor_speed = speed
-        else:
-            self._motor_speed = followed(
-                self._motor_speed, self._history.arrived(estimate.delay), estimate.lag, dt)
-        return way_at_rest(remaining, self._motor_speed, self._history, estimate.delay,
-                           estimate.lag)
+    def _advance(self, speed: float, dt: float) -> None:
+        """Time goes on; the way at rest gets less by the command of that time."""
+        before = self._history.commanded
+        self._history.advance(dt)
+        commanded = self._history.commanded - before
+        fastest = max(abs(speed), abs(self._history.command))
+        self._expect(-self._identification.estimate.gain * commanded, TIME_DOUBT * fastest)
 
-    def _wanted(self, fastest: float, uncertainty: float) -> float:
+    def _expect(self, change: float, doubt: float) -> None:
+        """The way at rest changes by `change`, with this standard deviation."""
+        self._way.shift(change, doubt)
+        if self._expected is not None:
+            self._expected = self._expected[0] + change, self._expected[1] + change
+
+    def _speed_of_motors(self, speed: float, dt: float) -> float:
+        """As measured, or as the model predicts it."""
+        if self._config.speed_is_prompt:
+            return speed
+        estimate = self._identification.estimate
+        return followed(self._motor_speed, self._history.arrived(estimate.delay), estimate.lag, dt)
+
+    def _look(self, remaining: float, noise: float, age: float) -> None:
+        """Take in a new sample."""
+        period = self._config.period
+        at_rest = self._predict(remaining, age)
+        sooner = self._predict(remaining, age, period)
+        if self._is_explained_by_less_delay(at_rest, sooner, noise):
+            self._identification.came_sooner(period)
+            self._way = Estimate()
+            at_rest = sooner
+        self._expected = at_rest, sooner
+        self._way.add(at_rest, noise)
+
+    def _predict(self, remaining: float, age: float, sooner: float = 0.0) -> float:
+        """The way at rest by one sample, if commands come `sooner` [s] than estimated."""
+        estimate = self._identification.estimate
+        return way_at_rest(remaining, self._motor_speed, self._history,
+                           max(0.0, estimate.delay - sooner) + age, estimate.lag, estimate.gain)
+
+    def _is_explained_by_less_delay(self, at_rest: float, sooner: float, noise: float) -> bool:
+        """Do the commands come a period sooner than the start has shown?
+
+        The first command may just miss a control period of the firmware that the others, which are
+        given a little earlier, just reach. That shows when the robot brakes.
+        """
+        if self._expected is None or not self._identification.is_precise:
+            return False
+        surprise = abs(at_rest - self._expected[0])
+        return (surprise > SURPRISE + SURPRISE_BY_NOISE * noise
+                and abs(sooner - self._expected[1]) < 0.5 * surprise)
+
+    def _wanted(self, fastest: float) -> float:
         """The speed to aim at."""
         config = self._config
         self._nudges = self._nudges or bool(self._direction and not self._history.command)
-        near = uncertainty + max(config.close_enough, config.leave_alone if self._nudges else 0.0)
+        near = self.uncertainty + max(config.close_enough, config.leave_alone if self._nudges else 0.0)
         if self.at_rest > near or self.at_rest < -max(near, config.backwards_from):
             caution = 1.0 + config.reversal_caution * self._reversals
             gain = config.gain / (caution + config.nudge_caution * self._nudges)

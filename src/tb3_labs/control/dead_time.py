@@ -60,6 +60,12 @@ class CommandHistory:
         """Travel that was commanded since the start."""
         return self._earlier_travel + self.command * (self.now - self._sent[-1][0])
 
+    @property
+    def commanded(self) -> float:
+        """Travel that was commanded up to the begin of the period from now."""
+        latest = self._sent[-1][0] if self._sent else self.begin
+        return self._earlier_travel + self.command * (self.begin - latest)
+
     def advance(self, dt: float) -> None:
         """Time goes on by `dt` [s]."""
         self.now += dt
@@ -106,6 +112,6 @@ def followed(speed: float, command: float, lag: float, dt: float) -> float:
 
 
 def way_at_rest(remaining: float, motor_speed: float, history: CommandHistory, delay: float,
-                lag: float) -> float:
+                lag: float, gain: float = 1.0) -> float:
     """The part of `remaining` that would remain if the robot were told to stop now."""
-    return remaining - motor_speed * lag - history.travel_under_way(delay)
+    return remaining - motor_speed * lag - gain * history.travel_under_way(delay)

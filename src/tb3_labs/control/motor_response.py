@@ -1,26 +1,31 @@
-"""How late and how slowly does this robot obey? Delay and lag, identified while it moves.
+"""How late, how slowly and how fast does this robot obey? Identified while it moves.
 
 A command arrives after a *delay*: it crosses the network and waits for the next control period of
-the firmware. The motors then follow with a *lag*: they are modelled as first-order. A motor that
-starts from rest with the command u has, a time t after the command arrived,
+the firmware. The motors then follow with a *lag*: they are modelled as first-order. At steady speed
+the robot has the command times a *gain*, which is not quite 1: motors take whole steps of speed,
+and the distance of the wheels differs from robot to robot. A robot that started from rest has
 
-    the speed   v = u (1 - exp(-t / lag))
-    the travel  x = u t - lag v
+    the travel   x(t) = gain U(t - delay) - lag v(t)
 
-Two looks use this. The *look at the start* needs the speed of that moment (a gyro's). With the
-share r = v / u and the way w = x / u of one sample,
+with the travel U that was commanded until then, and the speed v. Each sample of a robot that speeds
+up, or is at steady speed, is one such equation. They are solved by least squares. The approach
+begins with the values of earlier approaches, which count by their doubt.
 
-    lag = w / (-log(1 - r) - r)         t = w + lag r         delay = time of the sample - t
+A robot that is at full speed at its first sample in motion shows that it has no lag. The equation
+does not: there it only has the sum of delay and lag. So a *look at the start* comes first. From
+rest, with the command u, a first-order motor has v = gain u (1 - exp(-(t - delay) / lag)). With the
+share r = v / (gain u) and the way w = x / (gain u) of one sample,
 
-The *look at cruise* works with any measured speed. At steady speed the commanded travel since the
-start exceeds the measured travel by u (delay + lag). That gives the sum precisely.
+    lag = w / (-log(1 - r) - r)         delay = t - w - lag r
 
 Units: seconds; radians or metres for travel, per second for speeds. Works for either direction.
 Source: the step response of a first-order system with dead time, as in K. J. Astrom and
 T. Hagglund, PID Controllers: Theory, Design, and Tuning (1995), chapter 2.
 """
 import math
-from typing import List, Optional, Tuple
+from typing import Optional, Tuple
+
+import numpy as np
 
 from tb3_labs.control.dead_time import CommandHistory
 from tb3_labs.geometry.limits import clamp
@@ -34,18 +39,26 @@ FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
 #: Measurements are clipped to these [s].
 MAX_DELAY = 0.4
 MAX_LAG = 0.15
-#: Weight of each measurement at cruise in the estimate with which the next approach begins.
+#: Standard deviations of what an approach begins with: gain, delay [s], lag [s].
+DOUBTS = 0.03, 0.03, 0.05
+#: A speed that is a mean tells nothing of the lag: it is believed [s].
+BELIEVED = 1e-6
+#: Standard deviation of the time of a sample, or of a command [s].
+TIME_DOUBT = 0.002
+#: Weight of each measurement at cruise in the values with which the next approach begins.
 LEARNING = 0.1
-#: The look at cruise wants a speed that is this near to the command (share of the command),
+#: The robot cruises when its speed is this near to the command (share of the command),
 STEADY = 0.08
-#: a command that was the same for this long [s],
+#: and the command was the same for this long [s],
 STEADY_TIME = 0.12
-#: and this share of the fastest speed: an error of the travel weighs more at a low speed.
+#: and has this share of the fastest speed: an error of the travel weighs more at a low speed.
 CRUISING = 0.5
-#: It ends this long after the start [s], before gain errors of the motors add up.
+#: Samples count until this time after the start [s].
 LEARNING_TIME = 1.5
 #: A robot that is faster than this has begun to move [rad/s or m/s].
 ONSET = 0.03
+#: A robot that speeds up has more than this share of the command.
+BEGUN = 0.1
 #: A first command slower than this says too little about the motors [rad/s].
 TELLING = 0.2
 #: Motors that reach this share of the command at the first look have no lag that can be measured.
@@ -53,26 +66,35 @@ PROMPT = 0.98
 
 
 class Response:
-    """Delay and lag of one robot [s]; shared by all approaches of that robot."""
+    """Delay, lag and gain of one robot; shared by all approaches of that robot."""
 
-    def __init__(self, delay: float = FIRST_DELAY, lag: float = FIRST_LAG) -> None:
+    def __init__(self, delay: float = FIRST_DELAY, lag: float = FIRST_LAG,
+                 gain: float = 1.0) -> None:
         #: Time from a command to the moment at which the motors begin to follow it [s].
         self.delay = delay
         #: Time constant of the motors [s].
         self.lag = lag
+        #: Steady speed as a share of the command.
+        self.gain = gain
 
-    def measured(self, delay: float, lag: float) -> None:
-        """Take in one measurement of both [s]."""
-        self.delay += LEARNING * (clamp(delay, 0.0, MAX_DELAY) - self.delay)
-        self.lag += LEARNING * (clamp(lag, 0.0, MAX_LAG) - self.lag)
+    def copy(self) -> 'Response':
+        """Another one with the same values."""
+        return Response(self.delay, self.lag, self.gain)
+
+    def measured(self, other: 'Response') -> None:
+        """Take in one measurement of all three."""
+        self.delay += LEARNING * (clamp(other.delay, 0.0, MAX_DELAY) - self.delay)
+        self.lag += LEARNING * (clamp(other.lag, 0.0, MAX_LAG) - self.lag)
+        self.gain += LEARNING * (other.gain - self.gain)
 
 
 def look_at_start(time: float, first: float, travelled: float,
                   speed: float) -> Optional[Tuple[float, float]]:
     """(delay, lag) [s] from one sample of a robot that speeds up; None where it says too little.
 
-    `time` [s] counts from the command `first`, which was not changed since; `travelled` and `speed`
-    are those of the sample. The speed must be that of the moment, not a mean over a period.
+    `time` [s] counts from the first command, which was not changed since; `first` is the steady
+    speed that it leads to; `travelled` and `speed` are those of the sample. The speed must be that
+    of the moment, not a mean over a period.
     """
     if abs(first) < TELLING or not 0.0 < speed * first:
         return None
@@ -83,24 +105,24 @@ def look_at_start(time: float, first: float, travelled: float,
     return clamp(time - way - lag * reached, 0.0, MAX_DELAY), lag
 
 
-def look_at_cruise(commanded: float, travelled: float, speed: float) -> float:
-    """Delay and lag together [s] of a robot at steady `speed`, by both travels since the start."""
-    return clamp((commanded - travelled) / speed, 0.0, MAX_DELAY)
-
-
 class Identification:
-    """Delay and lag during one approach, beginning with those of earlier approaches."""
+    """Delay, lag and gain during one approach, beginning with those of earlier approaches."""
 
     def __init__(self, response: Response, speed_is_prompt: bool) -> None:
-        """`response`: delay and lag as far as known, which this approach improves;
+        """`response`: the values as far as known, which this approach improves;
         `speed_is_prompt`: the measured speed is that of the moment, see ApproachConfig."""
         #: The estimate of this approach.
-        self.estimate = Response(response.delay, response.lag)
+        self.estimate = response.copy()
+        #: Has the robot cruised, so that the estimate is precise?
+        self.is_precise = False
         self._response = response
+        self._first = response.copy()    # what the equations are solved for is the difference
         self._speed_is_prompt = speed_is_prompt
         self._from_rest = False          # did the robot stand when the approach began,
         self._seen_to_start = False      # and was it seen to speed up?
-        self._totals: List[float] = []   # measurements of delay and lag together [s]
+        gain, delay, lag = DOUBTS
+        doubts = np.array([gain, delay, lag if speed_is_prompt else BELIEVED])
+        self._squares, self._right = np.diag(doubts ** -2.0), np.zeros(3)
 
     def begin(self, speed: float) -> None:
         """The first command is given now, to a robot with this measured `speed`.
@@ -110,27 +132,50 @@ class Identification:
         self._from_rest = abs(speed) <= ONSET
 
     def look(self, history: CommandHistory, travelled: float, speed: float,
-             fastest: float) -> None:
-        """Take in a sample: the travel since the start, and the measured `speed`."""
+             fastest: float, age: float = 0.0) -> None:
+        """Take in a sample, measured `age` [s] ago: travel since the start, and `speed`."""
         if not self._from_rest:
             return
         if self._speed_is_prompt and not self._seen_to_start and abs(speed) > ONSET:
-            self._seen_to_start = True
-            seen = look_at_start(history.now, history.first, travelled, speed)
-            if seen is not None:
-                self.estimate.delay, self.estimate.lag = seen
-        if abs(history.command) >= CRUISING * fastest and self._is_steady(history, speed):
-            self._learn(look_at_cruise(history.travel, travelled, speed))
+            self._look_at_start(history, travelled, speed, age)
+        command = history.command
+        if abs(command) < CRUISING * fastest or history.now > LEARNING_TIME:
+            return
+        cruises = (history.unchanged_for > STEADY_TIME
+                   and abs(speed - command) < STEADY * abs(command))
+        speeds_up = (self._seen_to_start and speed / command > BEGUN
+                     and history.unchanged_for > self.estimate.delay + age)
+        if cruises or speeds_up:
+            self._solve(history, travelled, speed, fastest, age)
+        if cruises:
+            self.is_precise = True
+            self._response.measured(self.estimate)
 
-    def _is_steady(self, history: CommandHistory, speed: float) -> bool:
-        return (history.unchanged_for > STEADY_TIME and history.now <= LEARNING_TIME
-                and abs(speed - history.command) < STEADY * abs(history.command))
+    def came_sooner(self, period: float) -> None:
+        """The commands came a `period` [s] sooner than the start had shown."""
+        self.estimate.delay = max(0.0, self.estimate.delay - period)
+        self._from_rest = self.is_precise = False    # later samples contradict the start, too
 
-    def _learn(self, total: float) -> None:
-        self._totals.append(total)
-        total = sum(self._totals) / len(self._totals)
-        estimate = self.estimate
-        if self._speed_is_prompt:
-            estimate.lag = clamp(total - estimate.delay, 0.0, MAX_LAG)
-        estimate.delay = max(0.0, total - estimate.lag)
-        self._response.measured(estimate.delay, estimate.lag)
+    def _look_at_start(self, history: CommandHistory, travelled: float, speed: float,
+                       age: float) -> None:
+        self._seen_to_start = True
+        seen = look_at_start(history.now - age, history.first * self._first.gain, travelled, speed)
+        if seen is not None:
+            self._first.delay, self._first.lag = seen
+            self.estimate = self._first.copy()
+
+    def _solve(self, history: CommandHistory, travelled: float, speed: float, fastest: float,
+               age: float) -> None:
+        """Add the equation of a sample, and solve all for the differences from the first values."""
+        first = self._first
+        arrived = history.travel - history.command * (first.delay + age)
+        row = np.array([arrived, -first.gain * history.command, -speed])
+        missing = travelled - (first.gain * arrived - first.lag * speed)
+        weight = (TIME_DOUBT * fastest) ** -2.0
+        self._squares += weight * np.outer(row, row)
+        self._right += weight * missing * row
+        gain, delay, lag = np.linalg.solve(self._squares, self._right).tolist()
+        estimate, together = self.estimate, first.delay + delay + first.lag + lag
+        estimate.gain = first.gain + gain
+        estimate.lag = clamp(first.lag + lag, 0.0, MAX_LAG)
+        estimate.delay = clamp(together - estimate.lag, 0.0, MAX_DELAY)

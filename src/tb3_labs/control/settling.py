@@ -6,7 +6,6 @@ elsewhere. The heading at rest is the mean of the samples; its error decreases w
 
 Units: seconds on one clock, on which the samples were measured; radians.
 """
-import math
 from typing import Optional
 
 #: A sample that is slower than this shows a robot at rest [m/s], [rad/s].
@@ -14,8 +13,6 @@ REST_LINEAR = 0.005
 REST_ANGULAR = 0.03
 #: Samples at rest must span this time, nearly one control period of the robot [s].
 SETTLING_TIME = 0.03
-#: In 95 of 100 cases the true value is within two standard errors of the mean.
-STANDARD_ERRORS = 2.0
 
 
 class Settling:
@@ -43,24 +40,3 @@ class Settling:
     def rests(self) -> bool:
         """Has the robot settled?"""
         return self.rested_for >= SETTLING_TIME
-
-
-class RestingMean:
-    """The mean of a noisy angle while the robot is at rest."""
-
-    def __init__(self) -> None:
-        self._sum, self._count = 0.0, 0
-
-    def add(self, angle: float) -> None:
-        """Take in a sample of the robot at rest [rad]."""
-        self._sum += angle
-        self._count += 1
-
-    def mean_or(self, angle: float) -> float:
-        """The mean of the samples at rest, or `angle` if there are none [rad]."""
-        return self._sum / self._count if self._count else angle
-
-    def uncertainty(self, noise: float) -> float:
-        """The error that the mean may have [rad], given one sample's standard deviation `noise`.
-        For a robot that moves it is `noise`."""
-        return STANDARD_ERRORS * noise / math.sqrt(self._count) if self._count else noise

@@ -13,15 +13,13 @@ from typing import Optional, Protocol
 from tb3_labs.config import Config, setting
 from tb3_labs.control.approach import Approach, ApproachConfig
 from tb3_labs.control.motor_response import Response
-from tb3_labs.control.settling import REST_ANGULAR, RestingMean, Settling
+from tb3_labs.control.settling import REST_ANGULAR, Settling
 from tb3_labs.control.speed_laws import LawStep, Twist2, proportional
 from tb3_labs.geometry.angles import continuous, difference
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, RobotModel
 
 #: The precise law gives one command in each control period of the firmware [s].
 PERIOD = 1.0 / CONTROL_RATE
-#: Times that differ by less than this are the same, apart from rounding [s].
-SAME_MOMENT = 1e-6
 #: Turns by the words of the keyboard [deg].
 WORDS = {'l': 90.0, 'r': -90.0, 'b': 180.0}
 
@@ -49,8 +47,8 @@ class TurnConfig(Config):
     min_ang_z: float = setting(0.5, 'lab: slowest turn', 'rad/s', low=0.0, high=5.0)
     max_ang_z: float = setting(1.5, "fastest turn; the robot's own limit holds as well", 'rad/s',
                                low=0.1, high=5.0)
-    tolerance_deg: float = setting(0.35, 'precise: the goal is reached within this angle', 'deg',
-                                   low=0.2, high=45.0)
+    tolerance_deg: float = setting(0.2, 'precise: the goal is reached within this angle', 'deg',
+                                   low=0.1, high=45.0)
     angular_acceleration: float = setting(45.0, 'precise: speeding up; a quarter of it for braking',
                                           'rad/s^2', low=1.0, high=80.0)
 
@@ -149,7 +147,7 @@ def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
     """The ApproachConfig of a precise turn, in [rad/s^2] and [rad]."""
     return ApproachConfig(
         period=PERIOD, acceleration=acceleration, braking=0.25 * acceleration, gain=24.0,
-        slowest=0.04, close_enough=0.002, leave_alone=0.8 * tolerance, nudge_time=PERIOD,
+        slowest=0.04, close_enough=0.0007, leave_alone=0.5 * tolerance, nudge_time=PERIOD,
         speed_is_prompt=True)
 
 
@@ -180,22 +178,20 @@ class PreciseTurn:
         self._face = yaw + angle
         #: The remaining angle; it keeps the direction, also over many turns.
         self.remaining = angle
-        self._time = self._measured_at = 0.0    # since the start [s]
+        self._time = 0.0    # since the start [s]
         self._settling = Settling()
-        self._mean = RestingMean()    # of the remaining angle
         self._approach.start()
 
     def extend(self, angle: float) -> None:
         """Turn by `angle` [rad] more (or less), counted from the goal, during the turn."""
         self._face += angle
         self.remaining += angle
-        self._mean = RestingMean()
         self._approach.extend(angle)
 
     def aim(self, face: float) -> None:
         """Face another heading [rad] from now on, the short way from the last one."""
+        self._approach.extend(difference(face, self._face))
         self._face = face
-        self._mean = RestingMean()
 
     def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
              noise: float = 0.0) -> LawStep:
@@ -204,29 +200,17 @@ class PreciseTurn:
         Finished when settled: at rest inside the tolerance, as well as the noise shows it.
         """
         self._time += dt
-        raw = continuous(self._face - yaw, self.remaining)
-        self._look(raw, rate, age)
-        self.remaining = self._mean.mean_or(raw)
-        uncertainty = self._mean.uncertainty(noise)
-        command = self._approach.step(self.remaining, rate, self._fastest, dt,
-                                      uncertainty=uncertainty)
-        return LawStep(Twist2(0.0, command), self.remaining,
-                       self._settling.rests and self._is_near(uncertainty))
-
-    def _look(self, raw: float, rate: float, age: float) -> None:
-        """Take in a sample, unless it is the one of the last step."""
-        measured_at = self._time - age
-        if measured_at - self._measured_at < SAME_MOMENT:
-            return
-        self._measured_at = measured_at
+        self.remaining = continuous(self._face - yaw, self.remaining)
+        command = self._approach.step(self.remaining, rate, self._fastest, dt, noise, age)
         rests = abs(rate) <= REST_ANGULAR and self._approach.told_to_rest(age)
-        self._settling.look(rests, measured_at)
+        self._settling.look(rests, self._time - age)
         if rests:
-            self._mean.add(raw)
-        else:
-            self._mean = RestingMean()
+            self.remaining = self._approach.at_rest
+        return LawStep(Twist2(0.0, command), self.remaining,
+                       self._settling.rests and self._is_near())
 
-    def _is_near(self, uncertainty: float) -> bool:
+    def _is_near(self) -> bool:
+        uncertainty = self._approach.uncertainty
         if uncertainty <= 0.5 * self._tolerance:
             return abs(self.remaining) <= self._tolerance
         return (self._settling.rested_for >= self.LONGEST_LOOK

@@ -6,12 +6,15 @@ their noise.
 Frame: the IMU's own; its zero direction is any constant. Units: radians, rad/s, seconds on the
 receiver's clock (`now`).
 """
+import math
 from typing import Optional
 
+from tb3_labs.geometry.estimate import Estimate
 from tb3_labs.geometry.angles import continuous
 from tb3_labs.localization.sender_clock import SenderClock
 from tb3_labs.localization.yaw_noise import YawNoise
 from tb3_labs.robot.samples import ImuSample, heading_jump
+STEADY_DOUBT = math.radians(0.02)
 
 
 class Heading:
@@ -25,6 +28,7 @@ class Heading:
         self._measured_at = 0.0
         self._clock = SenderClock()
         self._noise = YawNoise()
+        self._steady = Estimate()
 
     def jump_to(self, sample: ImuSample) -> str:
         """'' or the fault of the IMU that `sample` shows, if it comes next."""
@@ -35,12 +39,20 @@ class Heading:
         self.yaw = sample.yaw if self.yaw is None else continuous(sample.yaw, self.yaw)
         self.rate = sample.yaw_rate
         time = self._clock.time_of('imu', sample.stamp, now)
-        self._measured_at = self._clock.measured_at(time, now)
+        measured_at = self._clock.measured_at(time, now)
         self._noise.learn(sample, time)
+        self._steady.shift(0.0, STEADY_DOUBT + abs(self.rate * (measured_at - self._measured_at)))
+        self._steady.add(self.yaw, self.noise)
+        self._measured_at = measured_at
 
     def age(self, now: float) -> float:
         """Time since the latest sample was measured, by the least delay [s]."""
         return max(0.0, now - self._measured_at)
+
+    @property
+    def steady_yaw(self) -> float:
+        """The yaw of a robot at rest, with less noise than one sample has [rad]."""
+        return self._steady.value
 
     @property
     def noise(self) -> float:

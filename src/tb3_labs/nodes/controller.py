@@ -204,7 +204,7 @@ class ControllerCore:
     def _begin_turn(self, angle: float, now: float) -> None:
         if self._turn is not None and self.driver is not Driver.TURN:
             self._judge_turn(self._turn, now)
-        self._turn = Turn(angle, self._yaw, self._carried, now)
+        self._turn = Turn(angle, self._heading.steady_yaw, self._carried, now)
         self._start_law(self._turn)
 
     def _start_law(self, turn: Turn) -> None:

@@ -1,0 +1,44 @@
+"""A number by noisy samples, while it changes.
+
+Source: the filter of R. E. Kalman, A new approach to linear filtering and prediction problems
+(1960), for one number.
+"""
+import math
+
+#: In 95 of 100 cases the true value is within two standard deviations of the estimate.
+STANDARD_ERRORS = 2.0
+#: A sample that is this many standard deviations away contradicts the estimate.
+CONTRADICTION = 4.0
+
+
+class Estimate:
+    """The mean of the samples, as long as the number does not change; then later ones count more.
+    """
+
+    def __init__(self) -> None:
+        #: The estimate; 0 before the first sample.
+        self.value = 0.0
+        self._variance = math.inf
+
+    @property
+    def uncertainty(self) -> float:
+        """The error that the estimate may have."""
+        return STANDARD_ERRORS * math.sqrt(self._variance)
+
+    def shift(self, by: float, doubt: float = 0.0) -> None:
+        """The number has changed by `by`; `doubt` is the standard deviation of that."""
+        self.value += by
+        self._variance += doubt ** 2
+
+    def add(self, sample: float, noise: float) -> None:
+        """Take in a sample with the standard deviation `noise`.
+
+        A sample that contradicts the estimate takes its place, and so does one without noise.
+        """
+        surprise = abs(sample - self.value)
+        known = noise and surprise <= CONTRADICTION * math.sqrt(self._variance + noise ** 2)
+        share = 1.0
+        if known and math.isfinite(self._variance):
+            share = self._variance / (self._variance + noise ** 2)
+        self.value += share * (sample - self.value)
+        self._variance = share * noise ** 2

@@ -1,0 +1,57 @@
+"""A number by noisy samples: the mean of equal ones, the newest of those that say more."""
+import math
+import random
+
+import pytest
+
+from tb3_labs.geometry.estimate import CONTRADICTION, Estimate
+
+
+def estimate_of(*samples, noise=0.1):
+    estimate = Estimate()
+    for sample in samples:
+        estimate.add(sample, noise)
+    return estimate
+
+
+def test_nothing_is_known_before_the_first_sample():
+    assert Estimate().uncertainty == math.inf
+    assert estimate_of(7.0).value == 7.0
+
+
+def test_of_a_number_that_does_not_change_it_is_the_mean():
+    estimate = estimate_of(0.1, 0.2, 0.3, 0.4)
+    assert estimate.value == pytest.approx(0.25)
+    assert estimate.uncertainty == pytest.approx(0.1)       # 2 x 0.1 / sqrt(4)
+
+
+def test_a_sample_without_noise_is_believed():
+    estimate = estimate_of(1.0, 2.0, noise=0.0)
+    assert (estimate.value, estimate.uncertainty) == (2.0, 0.0)
+
+
+def test_a_change_is_taken_over_and_its_doubt_added():
+    estimate = estimate_of(1.0)
+    estimate.shift(0.5, 0.1)
+    assert estimate.value == 1.5
+    assert estimate.uncertainty == pytest.approx(2.0 * math.hypot(0.1, 0.1))
+    estimate.add(1.8, 0.1)      # now it counts twice as much as the estimate before
+    assert estimate.value == pytest.approx(1.7)
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+@pytest.mark.parametrize('share, value', [(0.99, 0.5), (1.01, 1.0)])
+def test_a_sample_that_contradicts_the_estimate_takes_its_place(share, value, sign):
+    far = sign * share * CONTRADICTION * math.hypot(0.1, 0.1)
+    assert estimate_of(0.0, far).value == pytest.approx(value * far)
+
+
+def test_a_number_that_changes_is_followed_with_less_noise_than_the_samples_have():
+    chance, estimate, number, squares = random.Random(1), Estimate(), 0.0, 0.0
+    for _ in range(1000):
+        number += chance.gauss(0.3, 0.02)
+        estimate.shift(0.3, 0.02)
+        estimate.add(number + chance.gauss(0.0, 0.1), 0.1)
+        squares += (estimate.value - number) ** 2
+    # in the long run the variance p fulfils p^2 = 0.02^2 (0.1^2 - p)
+    assert math.sqrt(squares / 1000.0) == pytest.approx(0.0426, rel=0.15)
