@@ -55,3 +55,22 @@ def test_the_noise_of_a_sample_is_known():
     for k in range(20):
         heading.on_imu(ImuSample(1.0 + 0.01 * k, 0.01 * (-1) ** k, 0.0), 0.01 * k)
     assert heading.noise == pytest.approx(math.sqrt(2e-4))
+
+
+def test_the_heading_of_a_robot_at_rest_is_better_known_than_by_one_sample():
+    """Yaws of +/-0.01 rad in turns, at rest; then it turns away, and the new yaw counts."""
+    heading = Heading()
+    for k in range(40):
+        heading.on_imu(ImuSample(1.0 + 0.01 * k, 0.01 * (-1) ** k, 0.0), 0.01 * k)
+    assert heading.yaw == -0.01
+    assert heading.steady_yaw == pytest.approx(0.0, abs=0.001)
+    heading.on_imu(ImuSample(1.5, 0.3, 3.0), 0.5)
+    assert heading.steady_yaw == pytest.approx(0.3, abs=0.001)
+
+
+def test_the_heading_at_rest_follows_a_drift():
+    heading = Heading()
+    for k in range(2000):    # 1 deg/min with noise of 0.1 deg, in steps of 0.03 s
+        yaw = math.radians(0.03 * k / 60.0 + 0.1 * (-1) ** k)
+        heading.on_imu(ImuSample(1.0 + 0.03 * k, yaw, 0.0), 0.03 * k)
+    assert math.degrees(heading.steady_yaw) == pytest.approx(1.0, abs=0.03)

@@ -147,7 +147,7 @@ def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
     """The ApproachConfig of a precise turn, in [rad/s^2] and [rad]."""
     return ApproachConfig(
         period=PERIOD, acceleration=acceleration, braking=0.25 * acceleration, gain=24.0,
-        slowest=0.04, close_enough=0.0007, leave_alone=0.5 * tolerance, nudge_time=PERIOD,
+        slowest=0.02, close_enough=0.0007, leave_alone=0.3 * tolerance, nudge_time=PERIOD,
         speed_is_prompt=True)
 
 
@@ -211,7 +211,7 @@ class PreciseTurn:
 
     def _is_near(self) -> bool:
         uncertainty = self._approach.uncertainty
-        if uncertainty <= 0.5 * self._tolerance:
+        if uncertainty <= 0.35 * self._tolerance:
             return abs(self.remaining) <= self._tolerance
         return (self._settling.rested_for >= self.LONGEST_LOOK
                 and abs(self.remaining) <= self._tolerance + uncertainty)

@@ -9,11 +9,13 @@ receiver's clock (`now`).
 import math
 from typing import Optional
 
-from tb3_labs.geometry.estimate import Estimate
 from tb3_labs.geometry.angles import continuous
+from tb3_labs.geometry.estimate import Estimate
 from tb3_labs.localization.sender_clock import SenderClock
 from tb3_labs.localization.yaw_noise import YawNoise
 from tb3_labs.robot.samples import ImuSample, heading_jump
+
+#: The yaw of a robot at rest may change by this from one sample to the next: it drifts [rad].
 STEADY_DOUBT = math.radians(0.02)
 
 
@@ -41,9 +43,18 @@ class Heading:
         time = self._clock.time_of('imu', sample.stamp, now)
         measured_at = self._clock.measured_at(time, now)
         self._noise.learn(sample, time)
-        self._steady.shift(0.0, STEADY_DOUBT + abs(self.rate * (measured_at - self._measured_at)))
-        self._steady.add(self.yaw, self.noise)
+        self._look_steadily(measured_at - self._measured_at)
         self._measured_at = measured_at
+
+    def _look_steadily(self, dt: float) -> None:
+        """Take the latest sample, `dt` [s] after the one before, into the yaw at rest."""
+        assert self.yaw is not None
+        if self.noise:
+            self._steady.shift(0.0, STEADY_DOUBT + abs(self.rate * dt))
+            self._steady.add(self.yaw, self.noise)
+        else:    # it is not known yet
+            self._steady = Estimate()
+            self._steady.shift(self.yaw)
 
     def age(self, now: float) -> float:
         """Time since the latest sample was measured, by the least delay [s]."""
