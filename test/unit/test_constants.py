@@ -72,7 +72,8 @@ NUMBERS = {
     estimate: {'STANDARD_ERRORS': 2.0, 'CONTRADICTION': 4.0},
     quaternions: {'NORM_TOLERANCE': 0.05, 'MAX_TILT': math.pi / 4.0},
     localizer: {'MAX_EXTRAPOLATION': 2.0 / 30.0},
-    localizer.Motion: {'imu_age': 0.0, 'odometry_age': 0.0, 'yaw_noise': 0.0},
+    localizer.Motion: {
+        'imu_age': 0.0, 'odometry_age': 0.0, 'yaw_noise': 0.0, 'extrapolated': 0.0},
     odometry_jumps: {
         'FASTEST': 0.5, 'FASTEST_TURN': 4.0, 'SLACK': 0.05, 'SLACK_TURN': 0.3,
         'LONGEST_SILENCE': 5.0, 'SPIKE': 10.0, 'ZERO_YAW': 0.01, 'ZERO_PLACE': 0.001,

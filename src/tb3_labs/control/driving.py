@@ -189,8 +189,8 @@ class PreciseLaw:
         self._turning.start(pose.yaw, difference(face, pose.yaw))
 
     def _turn(self, motion: MeasuredMotion, dt: float) -> LawStep:
-        return self._turning.step(motion.pose.yaw, motion.angular, dt, motion.imu_age,
-                                  motion.yaw_noise)
+        measured = motion.pose.yaw - motion.extrapolated
+        return self._turning.step(measured, motion.angular, dt, motion.imu_age, motion.yaw_noise)
 
     def _on_line(self, pose: Pose2, goal: Pose2) -> Tuple[float, float]:
         """(remaining way along the line, offset to the left of the line) [m]."""

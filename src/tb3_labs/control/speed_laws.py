@@ -45,6 +45,10 @@ class MeasuredMotion(Protocol):
     def yaw_noise(self) -> float:
         """Standard deviation of one sample's yaw [rad]."""
 
+    @property
+    def extrapolated(self) -> float:
+        """The part of the pose's yaw that was not measured [rad]."""
+
 
 class LawStep(NamedTuple):
     """A law's answer: the command, the remaining way [m or rad], and is the law finished?"""

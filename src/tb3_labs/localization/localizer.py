@@ -51,6 +51,7 @@ class Motion:
     imu_age: float = 0.0        # [s]
     odometry_age: float = 0.0   # [s]
     yaw_noise: float = 0.0      # standard deviation of a sample's yaw [rad]
+    extrapolated: float = 0.0   # part of the pose's yaw that was not measured [rad]
 
 
 @dataclass
@@ -177,14 +178,14 @@ class Localizer:
             return None
         imu, imu_age = self._imu.sample, self._imu.age(now)
         odometry, odometry_age = self._odometry.sample, self._odometry.age(now)
-        heading = self.frame.heading(
-            imu.yaw + imu.yaw_rate * min(imu_age, MAX_EXTRAPOLATION))
+        extrapolated = imu.yaw_rate * min(imu_age, MAX_EXTRAPOLATION)
+        heading = self.frame.heading(imu.yaw + extrapolated)
         place = self.frame.pose(odometry.pose, imu.yaw)
         driven = odometry.linear * min(odometry_age, MAX_EXTRAPOLATION)
         pose = Pose2(place.x + driven * math.cos(heading), place.y + driven * math.sin(heading),
                      heading)
         return Motion(pose, odometry.linear, imu.yaw_rate, imu_age, odometry_age,
-                      self._yaw_noise.deviation)
+                      self._yaw_noise.deviation, extrapolated)
 
     def _on_jump(self, jump: Jump) -> None:
         self._jumps.append(jump)
