@@ -237,6 +237,25 @@ def test_an_approach_that_waits_at_its_goal_identifies_the_robot_once_the_goal_m
     assert learned.delay == pytest.approx(0.0, abs=0.003)
 
 
+@pytest.mark.parametrize('dropped', [0, 1])
+def test_a_first_command_that_just_misses_a_period_of_the_robot_costs_no_time(dropped):
+    """The next one, given a little earlier, takes its place: the robot starts a period late, and
+    obeys all other commands a period sooner than its start has shown."""
+    approach = make_approach(80.0, speed_is_prompt=True, leave_alone=0.003)
+    remaining, speed, sent, arrived = 1.57, 0.0, [], 0.0
+    for tick in range(100):
+        sent.append(approach.step(remaining, speed, 1.5, TICK))
+        command = sent[tick - 2] if tick - 2 >= dropped else 0.0
+        share = math.exp(-TICK / 0.05)
+        remaining -= command * TICK + (speed - command) * 0.05 * (1.0 - share)
+        speed = command + (speed - command) * share
+        if abs(remaining) > 0.006:
+            arrived = tick * TICK
+    assert abs(remaining) <= 0.004
+    # at full speed, two periods late, two for braking, coasting to 6 mrad; the dropped one costs two
+    assert arrived <= 1.57 / 1.5 + (4 + 2 * dropped) * TICK + 0.05 * math.log(0.075 / 0.006)
+
+
 def test_reversals_and_nudges_lower_the_gain_and_a_nudge_is_held():
     """A robot that obeys at once, 5 cm from zero: by a gain of 20, then of 20 / 2, 20 / 2.5 and 0."""
     approach = make_approach(1e4, Response(0.0, 0.0), nudge_time=1.5 * TICK)

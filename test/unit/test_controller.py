@@ -121,6 +121,15 @@ def test_four_times_left_looks_where_it_looked_at_first(bench):
     assert sum(bench.turned(90.0) for _ in range(4)) == pytest.approx(360.0, abs=0.5)
 
 
+def test_a_turn_begins_at_the_mean_heading_of_the_resting_robot():
+    """Samples of +/-0.2 deg: one alone would move the goal by as much."""
+    controller = ControllerCore(make_turn(TurnConfig(), robot_model('burger')))
+    for k in range(51):
+        controller.on_imu(ImuSample(1.0 + 0.03 * k, math.radians(0.2) * (-1) ** k, 0.0), 0.03 * k)
+    controller.ask(90.0, 1.51)
+    assert math.degrees(controller._turn.goal) == pytest.approx(90.0, abs=0.05)
+
+
 def test_who_was_driven_by_another_turns_from_where_it_looks(bench):
     bench.turned(90.0)
     bench.controller._carried = math.radians(9.0)    # as if the turn had ended 9 degrees short
