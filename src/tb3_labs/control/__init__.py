@@ -2,6 +2,6 @@
 
 A law (turning.TurningLaw, goal_machine.DrivingLaw) gives the command for a pose; `supervision`
 decides whether the robot may move. An `approach` brakes by means of two pieces: `dead_time` knows
-the travel that is commanded and not driven yet, `motor_response` identifies delay and lag. `pace`
-says when a command is due, and which samples are read.
+the travel that is commanded and not driven yet, `motor_response` identifies delay, lag and gain.
+`pace` says when a command is due, and which samples are read.
 """

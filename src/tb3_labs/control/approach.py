@@ -2,7 +2,9 @@
 
 This module chooses the speed, also for the last millimetres. It uses two pieces.
 :mod:`tb3_labs.control.dead_time` predicts the remaining way at rest if the robot were told to stop
-now. :mod:`tb3_labs.control.motor_response` identifies the delay and the lag for that.
+now. :mod:`tb3_labs.control.motor_response` identifies the delay, the lag and the gain for that.
+Each sample gives one such prediction. An :class:`~tb3_labs.geometry.estimate.Estimate` takes the
+noise out of them: from one to the next, the way at rest changes by the command only.
 
 A braking profile sets the speed from that predicted way. *Nudges* correct the last bit: short
 commands to a robot that was told to stop before.
@@ -22,8 +24,8 @@ from tb3_labs.geometry.limits import clamp
 
 #: Samples whose times differ by less than this are the same, apart from rounding [s].
 SAME_MOMENT = 1e-6
-#: A prediction that is wrong by more than this, and this many standard deviations of the noise,
-#: shows that the commands come at other times than believed [rad].
+#: A prediction that is wrong by more than this and this many standard deviations of the noise
+#: shows that the commands come at other times than believed [rad or m].
 SURPRISE = 0.002
 SURPRISE_BY_NOISE = 4.0
 
@@ -194,7 +196,8 @@ class Approach:
         """The speed to aim at."""
         config = self._config
         self._nudges = self._nudges or bool(self._direction and not self._history.command)
-        near = self.uncertainty + max(config.close_enough, config.leave_alone if self._nudges else 0.0)
+        left = config.leave_alone if self._nudges else 0.0
+        near = self.uncertainty + max(config.close_enough, left)
         if self.at_rest > near or self.at_rest < -max(near, config.backwards_from):
             caution = 1.0 + config.reversal_caution * self._reversals
             gain = config.gain / (caution + config.nudge_caution * self._nudges)

@@ -1,10 +1,10 @@
-"""Does the robot rest, and where, as its samples show?
+"""Does the robot rest, as its samples show?
 
 A robot has settled when its samples show it at rest for `SETTLING_TIME`, by the times at which they
 were measured. One sample is not enough, even if it is read repeatedly: it may be old, and the robot
-elsewhere. The heading at rest is the mean of the samples; its error decreases with their number.
+elsewhere.
 
-Units: seconds on one clock, on which the samples were measured; radians.
+Units: seconds on one clock, on which the samples were measured.
 """
 from typing import Optional
 

@@ -147,7 +147,7 @@ def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
     """The ApproachConfig of a precise turn, in [rad/s^2] and [rad]."""
     return ApproachConfig(
         period=PERIOD, acceleration=acceleration, braking=0.25 * acceleration, gain=24.0,
-        slowest=0.02, close_enough=0.0007, leave_alone=0.3 * tolerance, nudge_time=PERIOD,
+        slowest=0.02, close_enough=0.0007, leave_alone=0.5 * tolerance, nudge_time=PERIOD,
         speed_is_prompt=True)
 
 
