@@ -7,9 +7,9 @@ turns of robots of another kind than the default one: another lag, noise, delay,
 the wheels. The last one has the ends of motions in which something fails. `at best` is, for a
 drive, the least time of any turn, straight line and turn within the same limits
 (tb3_labs.control.least_time); for a turn, its angle at 1.5 rad/s; by its own motors, that with its
-delay, and with its lag until it turns slower than 0.01 rad/s. The time of a turn ends when the robot turns slower than 0.01 rad/s for good. `falsely`
-counts drives that were reported as reached while the robot still moved, or was outside of the
-tolerance.
+delay, and with its lag until it turns slower than 0.01 rad/s. The time of a turn ends when the
+robot turns slower than 0.01 rad/s for good. `falsely` counts drives that were reported as reached
+while the robot still moved, or was outside of the tolerance.
 
 Usage: motions.py [number of drives of each kind, default 100]
 """
@@ -49,7 +49,7 @@ TURN_STARTS = (0.0, 90.0, 179.0, -179.0)
 TURN_REPEATS = 6
 TURN_ROW = '{:8} {:>4} {:>8} {:>6}   {:>16} {:>15} {:>14} {:>16}'
 
-#: Kinds of robots that turn: name, and the settings that are not drawn at random; None: the default.
+#: Kinds of robots that turn: name, and the settings that are not drawn; None: the default robot.
 TURNING_ROBOTS = [('default', None), ('others', {})] + [
     ('lag {:.0f} ms'.format(1000.0 * lag), {'motor_lag': lag}) for lag in (0.02, 0.08, 0.15)] + [
     ('noise {:g} deg'.format(noise), {'imu_noise_deg': noise}) for noise in (0.0, 0.1)] + [
