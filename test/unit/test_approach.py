@@ -252,7 +252,7 @@ def test_a_first_command_that_just_misses_a_period_of_the_robot_costs_no_time(dr
         if abs(remaining) > 0.006:
             arrived = tick * TICK
     assert abs(remaining) <= 0.004
-    # at full speed, two periods late, two for braking, coasting to 6 mrad; the dropped one costs two
+    # at full speed, two periods late, two for braking, two for a dropped one, coasting to 6 mrad
     assert arrived <= 1.57 / 1.5 + (4 + 2 * dropped) * TICK + 0.05 * math.log(0.075 / 0.006)
 
 

@@ -10,7 +10,8 @@ import pytest
 from tb3_labs.control import (
     approach, dead_time, drive_config, driving, goal_machine, motor_response, pace, settling, turning)
 from tb3_labs.geometry import estimate, quaternions, typed_pose
-from tb3_labs.localization import heading, localizer, odometry_jumps, sample_buffer, sender_clock, yaw_noise
+from tb3_labs.localization import (
+    heading, localizer, odometry_jumps, sample_buffer, sender_clock, yaw_noise)
 from tb3_labs.nodes import (
     control_words, controller, demo, gamepad, imu_sub, mouse, move_to_goal, pad, pad_config)
 from tb3_labs.robot import samples, turtlebot3
