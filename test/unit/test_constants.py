@@ -63,7 +63,7 @@ NUMBERS = {
         'FIRST_LAG': 0.05, 'FIRST_DELAY': 0.125 / 3.0, 'MAX_DELAY': 0.4, 'MAX_LAG': 0.15,
         'DOUBTS': (0.03, 0.03, 0.05), 'BELIEVED': 1e-6, 'TIME_DOUBT': 0.002,
         'LEARNING': 0.1, 'STEADY': 0.08, 'STEADY_TIME': 0.12, 'CRUISING': 0.5,
-        'LEARNING_TIME': 1.5, 'ONSET': 0.03, 'BEGUN': 0.1, 'TELLING': 0.2, 'PROMPT': 0.98},
+        'LEARNING_TIME': 1.5, 'ONSET': 0.03, 'SPEEDING_UP': (0.1, 1.5), 'TELLING': 0.2, 'PROMPT': 0.98},
     pace: {'EARLY': 0.0035, 'LONGEST_IDLE': 0.036},
     settling: {'REST_LINEAR': 0.005, 'REST_ANGULAR': 0.03, 'SETTLING_TIME': 0.03},
     turning: {'PERIOD': 1.0 / 30.0},

@@ -7,7 +7,7 @@ import pytest
 
 from tb3_labs.control.dead_time import CommandHistory
 from tb3_labs.control.motor_response import (
-    BEGUN, CRUISING, LEARNING, LEARNING_TIME, Identification, Response, look_at_start)
+    CRUISING, LEARNING, LEARNING_TIME, SPEEDING_UP, Identification, Response, look_at_start)
 
 PERIOD = 0.02
 
@@ -92,14 +92,16 @@ def test_motors_without_lag_are_seen_in_a_single_sample():
     assert (estimate.delay, estimate.lag) == pytest.approx((0.05, 0.0), abs=0.001)
 
 
-@pytest.mark.parametrize('share, tells', [(0.9, False), (1.1, True)])
-def test_a_robot_that_has_hardly_begun_to_move_tells_nothing(share, tells):
+@pytest.mark.parametrize('share, tells', [
+    (0.9 * SPEEDING_UP[0], False), (1.1 * SPEEDING_UP[0], True), (1.1 * SPEEDING_UP[1], False),
+    (1e307, False)])
+def test_a_robot_that_has_hardly_begun_to_move_or_moves_otherwise_tells_nothing(share, tells):
     history, identification = CommandHistory(PERIOD), Identification(Response(), True)
     identification.begin(0.0)
     history.send(1.0)
     history.advance(0.1)
-    identification.look(history, -0.001, share * BEGUN, 1.0)    # no travel that fits: no first look
-    assert (identification.estimate.delay != Response().delay) is tells
+    identification.look(history, -0.001, share, 1.0)
+    assert (identification.estimate.gain != 1.0) is tells
 
 
 def test_commands_that_came_sooner_than_the_start_has_shown_end_the_identification():

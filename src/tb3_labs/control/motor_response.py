@@ -57,8 +57,8 @@ CRUISING = 0.5
 LEARNING_TIME = 1.5
 #: A robot that is faster than this has begun to move [rad/s or m/s].
 ONSET = 0.03
-#: A robot that speeds up has more than this share of the command.
-BEGUN = 0.1
+#: A robot that speeds up has a share of the command between these.
+SPEEDING_UP = 0.1, 1.5
 #: A first command slower than this says too little about the motors [rad/s].
 TELLING = 0.2
 #: Motors that reach this share of the command at the first look have no lag that can be measured.
@@ -143,7 +143,8 @@ class Identification:
             return
         cruises = (history.unchanged_for > STEADY_TIME
                    and abs(speed - command) < STEADY * abs(command))
-        speeds_up = (self._seen_to_start and speed / command > BEGUN
+        least, most = SPEEDING_UP
+        speeds_up = (self._seen_to_start and least < speed / command < most
                      and history.unchanged_for > self.estimate.delay + age)
         if cruises or speeds_up:
             self._solve(history, travelled, speed, fastest, age)

@@ -28,17 +28,18 @@ class Estimate:
     def shift(self, by: float, doubt: float = 0.0) -> None:
         """The number has changed by `by`; `doubt` is the standard deviation of that."""
         self.value += by
-        self._variance += doubt ** 2
+        self._variance += doubt * doubt    # ** would raise where * gives infinity
 
     def add(self, sample: float, noise: float) -> None:
         """Take in a sample with the standard deviation `noise`.
 
         A sample that contradicts the estimate takes its place, and so does one without noise.
         """
+        spread = noise * noise
         surprise = abs(sample - self.value)
-        known = noise and surprise <= CONTRADICTION * math.sqrt(self._variance + noise ** 2)
+        known = spread > 0.0 and surprise <= CONTRADICTION * math.sqrt(self._variance + spread)
         share = 1.0
         if known and math.isfinite(self._variance):
-            share = self._variance / (self._variance + noise ** 2)
+            share = self._variance / (self._variance + spread)
         self.value += share * (sample - self.value)
-        self._variance = share * noise ** 2
+        self._variance = share * spread
