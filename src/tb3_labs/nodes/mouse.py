@@ -68,7 +68,7 @@ class Mouse:
         if stamp > 0.0 and self._lateness[sender].of(stamp, now) > MOUSE_TIMEOUT:
             self._back_at = now
             self._is_lost = self._is_lost or active
-        elif self._repeats and not self.source.is_fresh(now):
+        elif not self.source.is_fresh(now) and (self._repeats or not self.source.count and active):
             self._back_at = now
         self.source.heard(now)
         self._repeats = active
