@@ -3,9 +3,7 @@
 A story is a random sequence of events in some seconds: two pads, words of persons on `ctrl_relinq`,
 goals, cancels, resets; pads that are unplugged, nodes that are killed, started again or put to
 sleep, links that delay messages, a clock that is set. The cores of both nodes run it. Then the
-ledger decides for each command whether a person had permitted it. It is a simple second
-implementation of the rule and shares no code with the first: lists of the actions of persons, and
-of their arrivals.
+judge decides for each command whether a person had permitted it.
 
     python3 test/unit/ledger.py [number of stories, default 10000] [first seed]
 
@@ -16,6 +14,7 @@ import sys
 from collections import deque
 from concurrent.futures import ProcessPoolExecutor
 
+from judge import PADS, judge, judge_sticks
 from tb3_labs.control.speed_laws import LawStep, Twist2
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.gamepad import GamepadCore
@@ -28,18 +27,6 @@ STEP = 0.02
 #: A pad repeats its state, and a gamepad its permission, with these periods.
 JOY_PERIOD, RENEWAL_PERIOD = 0.05, 0.1
 A, B = 0, 1
-PADS = ('pad 1', 'pad 2')
-
-# -- the numbers of the rule, a second time
-
-#: Time from a stop's arrival to the last command; events that are nearer in time have no order.
-GRACE = 0.05
-SAME_TIME = 0.15
-#: The silences after which a giver's permission is suspended, and ends.
-SUSPENDED, OVER = 0.5, 2.0
-#: A pad that is silent for this long is lost.
-LOST = 0.3
-NEVER = float('inf')
 
 
 class Link:
@@ -310,7 +297,7 @@ def sleep_mover(world):
     seconds = world.chance.choice((0.5, 1.5, 3.0, 6.0))
     world.asleep_until = world.now + seconds
     world.speed = 0.0
-    if world.mover is not None and seconds > OVER:
+    if world.mover is not None:
         world.note('mover sleeps', world.asleep_until)
     world.run(seconds)
 
@@ -382,92 +369,7 @@ def story(seed, acts=25):
     return world.history
 
 
-# -- the ledger
-
-class Ledger:
-    """For one run of move_to_goal: the actions of persons that have arrived.
-
-    `old`: senders that had said True before; `grace`: a stop takes effect within this time [s].
-    """
-
-    def __init__(self, started_at, old, grace=GRACE):
-        self.grace = grace
-        self.givings = []              # (giver, when a person caused it)
-        self.stop = started_at         # the time at which the latest stop was caused,
-        self.stop_arrived = -1.0       # and at which it arrived
-        self.said = dict.fromkeys(old, True)      # latched before it started
-        self.heard = {}                # pad: time at which it was heard last
-        self.cancelled = False
-
-    def hear(self, now, sender, word, why, caused_at):
-        """A word on ctrl_relinq."""
-        silent_for, self.heard[sender] = now - self.heard.get(sender, now), now
-        before, self.said[sender] = self.said.get(sender, False), word
-        if sender in PADS and silent_for > OVER:
-            self.givings = [(giver, at) for giver, at in self.givings if giver != sender]
-        if not word:
-            self.stop, self.stop_arrived = max(self.stop, caused_at), now
-        elif not before and why != 'renewal':
-            self.givings.append((sender, caused_at))
-
-    def objection(self, now):
-        """'' or the reason why the robot must not be driven at `now`."""
-        if now - self.stop_arrived <= self.grace:
-            return ''
-        if self.cancelled:
-            return 'its goal was cancelled'
-        leave = [(giver, at) for giver, at in self.givings if at > self.stop - SAME_TIME]
-        if not leave:
-            return 'nobody gave it since the last stop'
-        silent = [giver in PADS and now - self.heard[giver] > SUSPENDED + self.grace
-                  for giver, _ in leave]
-        return 'all who gave it have fallen silent' if all(silent) else ''
-
-
-def judge(history, grace=GRACE):
-    """Go through a history; [(time, reason why a command was wrong)]."""
-    ledger, wrong = Ledger(history[0][0], [], grace), []
-    for now, what, *details in history:
-        if what == 'driven':
-            objection = ledger.objection(now)
-            if objection:
-                wrong.append((now, objection))
-        elif what == 'heard':
-            ledger.hear(now, *details)
-        elif what == 'mover started':
-            ledger = Ledger(now, *details, grace=grace)
-        elif what == 'mover sleeps':
-            ledger.stop = max(ledger.stop, details[0])    # until it wakes
-        elif what == 'goal':
-            ledger.cancelled = False
-        elif what == 'cancelled':
-            ledger.cancelled, ledger.stop_arrived = True, now
-    return wrong
-
-
-def judge_sticks(history):
-    """A stick drives only while its pad is plugged in. It must have been at rest since the pad was
-    plugged in, its node was started, or another node held the robot. [(time, error)]."""
-    wrong, since, left_rest = [], dict.fromkeys(PADS, 0.0), dict.fromkeys(PADS, NEVER)
-    unplugged, held = {}, dict.fromkeys(PADS, 0.0)
-    for now, what, *details in history:
-        pad = details[0] if details else None
-        if what in ('pad started', 'lets move_to_goal drive'):
-            since[pad] = now
-        elif what == 'unplugged':
-            unplugged[pad] = now
-        elif what == 'joy held':
-            held[pad] = details[1]
-        elif what == 'plugged' and now - unplugged.pop(pad) > LOST:
-            since[pad] = now
-        elif what == 'stick':
-            left_rest[pad] = NEVER if not details[1] else min(left_rest[pad], now)
-        elif what == 'stick drives' and left_rest[pad] <= since[pad] - LOST:
-            wrong.append((now, 'a stick drives that nobody let go'))
-        elif what == 'stick drives' and now - max(unplugged.get(pad, now), held[pad]) > 2.0 * LOST:
-            wrong.append((now, 'a pad drives that is not there'))
-    return wrong
-
+# -- the judgement
 
 def check(seed):
     """(seed, errors, number of commands)."""

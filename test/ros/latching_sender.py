@@ -1,0 +1,41 @@
+#!/usr/bin/env python3
+"""A student's node that latches `ctrl_relinq`: it says each True or False that is typed. On `again`
+its connections break, so that its last word is sent once more."""
+import socket
+import struct
+import sys
+import time
+
+import rosgraph
+import rospy
+from std_msgs.msg import Bool
+
+#: A subscriber notices the end of a connection within this time [s].
+NOTICED = 0.1
+
+
+def break_connections(publisher):
+    """Reset the connections to all subscribers, as a network does. These connect anew when they
+    hear of the publishers again: here because one comes and goes."""
+    for connection in list(publisher.impl.connections):
+        link = connection.socket
+        link.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack('ii', 1, 0))
+        link.close()
+    time.sleep(NOTICED)
+    master, uri = rosgraph.Master('/passer_by'), rospy.get_node_uri()
+    master.registerPublisher(publisher.resolved_name, publisher.type, uri)
+    master.unregisterPublisher(publisher.resolved_name, uri)
+
+
+def main():
+    rospy.init_node('student')
+    words = rospy.Publisher('ctrl_relinq', Bool, queue_size=1, latch=True)
+    for line in sys.stdin:
+        if line.strip() == 'again':
+            break_connections(words)
+        else:
+            words.publish(line.strip() == 'True')
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,214 @@
+#!/usr/bin/env python3
+"""What can happen in the stories of ledger.test: acts of persons, the machine and the network.
+
+The docstring of an act is its line in a story, with the arguments in it.
+"""
+import json
+import os
+import signal
+import sys
+import time
+
+import rospy
+from actionlib_msgs.msg import GoalID
+from move_base_msgs.msg import MoveBaseGoal
+
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.ros.conversions import to_pose_stamped
+from tb3_labs.srv import ResetPose
+
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from latching_sender import break_connections    # noqa: E402 (a relay's folder)
+from ledger_nodes import LedgerNodes    # noqa: E402
+from panel_page import Page    # noqa: E402
+from thumb import A, B    # noqa: E402
+
+#: actionlib remembers a goal for this long after its end [s].
+REMEMBERED = 5.2
+#: The mouse: active, x, y.
+PLACES = {'moved': (True, 0.0, 0.8), 'centred': (True, 0.0, 0.0), 'released': (False, 0.0, 0.0)}
+
+
+class LedgerCase(LedgerNodes):
+    """The acts of a story: lists of a method's name and its arguments."""
+
+    # -- persons
+
+    def press(self, pad, button):
+        """{0} is pressed: {1}"""
+        which = {'A': A, 'B': B}[button]
+        self.presses.append((rospy.get_time(), pad, which))
+        if which == B and self.thumbs[pad].plugged:
+            self.stop(pad)
+        self.thumbs[pad].press(which)
+
+    def plug(self, pad):
+        """{0} is plugged in or out"""
+        self.thumbs[pad].plugged = not self.thumbs[pad].plugged
+
+    def hand(self, *words):
+        """a person at a terminal says {0}"""
+        for word in words:
+            if not word:
+                self.stop()
+            self.hand_words.publish(word)
+
+    def student(self, *words):
+        """a student's node, which latches, says {0}"""
+        for word in words:
+            if word is False:
+                self.stop('student')
+            elif word == 'again':
+                self.started['student'] = rospy.get_time()    # it connects anew
+            self.nodes['student'].type(str(word))
+
+    def mouse(self, place):
+        """the mouse is {0}"""
+        self.pointer.plugged = place != 'silent'
+        if self.pointer.plugged:
+            self.pointer.state = PLACES[place]
+        self.note('mouse', 'mouse', place)
+
+    def turn(self, degrees):
+        """a turn by {0} degrees is asked for"""
+        self.note('turn', rospy.get_time())
+        self.turns.publish(degrees)
+
+    def goal(self, how):
+        """a goal comes by {0}"""
+        self.note('goal')
+        if how == 'action':
+            self.action.send_goal(MoveBaseGoal(to_pose_stamped(Pose2(70.0), '', 0.0)))
+        else:
+            self.goals.publish(to_pose_stamped(Pose2(80.0), '', 0.0))
+
+    def goal_nowhere(self):
+        """a goal comes in a frame that nobody knows"""
+        self.goals.publish(to_pose_stamped(Pose2(80.0), 'nowhere', 0.0))
+
+    def cancel(self):
+        """all goals are cancelled"""
+        self.cancelled_at = rospy.get_time()
+        self.note('cancelled')
+        self.cancels.publish(GoalID())
+
+    def goal_again(self):
+        """the last action goal, which is latched, comes by a new connection"""
+        goal = max([at for at, what, *_ in self.history if what == 'goal'], default=0.0)
+        if goal < self.cancelled_at:
+            self.let_pass(max(0.0, self.cancelled_at + REMEMBERED - rospy.get_time()))
+        break_connections(self.action.action_client.pub_goal)
+
+    def reset(self):
+        """the local frame is declared anew"""
+        rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0)
+
+    # -- persons at pages
+
+    def page(self, number, what):
+        """page {0}: {1}"""
+        if self.pages[number].closed.is_set():
+            self.pages[number] = Page(self.address)
+        page = self.pages[number]
+        if what == 'give':
+            self.presses.append((rospy.get_time(), 'panel', A))
+            page.send('give')
+            page.hold()
+        elif what in ('take', 'stop', 'b'):
+            self.presses.append((rospy.get_time(), 'panel', B))
+            self.stop('panel', what='all stopped' if what == 'stop' else 'stopped')
+            if what == 'b':
+                page.send('hand', pad={'forward': 0, 'left': 0, 'b': True}, mouse=None)
+            page.send('hand', pad=None, mouse=None) if what == 'b' else page.send(what)
+        elif what == 'mouse':
+            for place in ('released', 'moved'):    # a new grip
+                self.note('mouse', 'page %d' % number, place)
+            page.send('begin')
+            page.hold(mouse=[0.0, 0.8])
+        elif what == 'let go':
+            self.note('mouse', 'page %d' % number, 'released')
+            page.fall_silent()
+            page.send('let go')
+        elif what == 'turn':
+            self.note('turn', rospy.get_time())
+            page.send('turn', degrees=300.0)
+        elif what == 'goal':
+            self.note('goal')
+            page.send('goal', x=60.0, y=0.0, yaw_deg=0.0)
+        else:
+            self.note('mouse', 'page %d' % number, 'silent')
+            page.fall_silent() if what == 'silent' else page.close()
+
+    def late(self, number, what, seconds, *between):
+        """page {0}: {1}, which the network delays for {2} s; meanwhile {3}"""
+        pressed = rospy.get_time()
+        text = {'type': what, 't': 1000.0 * time.time(), 'degrees': 300.0}
+        if what == 'give':
+            self.presses.append((pressed, 'panel', A))
+        self.let_pass(0.5 * seconds)
+        for act in between:
+            self.play(act)
+        self.let_pass(max(0.0, pressed + seconds - rospy.get_time()))
+        if what == 'turn':
+            self.note('turn', pressed)
+        self.pages[number].send_text(json.dumps(text))
+        self.pages[number].hold()
+
+    # -- machine and network
+
+    def sleep(self, names, seconds, *between):
+        """{0} sleep for {1} s, and meanwhile {2}"""
+        begun = rospy.get_time()
+        self.asleep |= set(names)
+        for name in names:
+            self.nodes[name].send(signal.SIGSTOP)
+        self.let_pass(0.5 * seconds)
+        for act in between:
+            self.play(act)
+        self.let_pass(max(0.0, begun + seconds - rospy.get_time()))
+        for name in names:
+            self.nodes[name].send(signal.SIGCONT)
+        self.asleep -= set(names)
+        for name in {'mover', 'controller'} & set(names):
+            self.note(name + ' sleeps', rospy.get_time(), at=begun)
+
+    def stall(self, seconds):
+        """the robot's network stands still for {0} s"""
+        self.robot.update_configuration({'network_cut': True})
+        self.let_pass(seconds)
+        self.robot.update_configuration({'network_cut': False})
+
+    def master_dies(self, *between):
+        """the master dies; before it is there again, {0}"""
+        self.way.cut()
+        for act in between:
+            self.play(act)
+        self.way.mend()
+
+    def restart(self, name):
+        """{0} is killed and started again"""
+        self.start_again(name)
+
+    def restart_mover(self, granted):
+        """move_to_goal is killed and started again; has_control:=true? {0}"""
+        self.nodes['mover'].kill()
+        self.let_pass(0.2)
+        self.start_mover(granted)
+
+    # -- stories
+
+    def play(self, act):
+        """Let one act happen."""
+        getattr(self, act[0])(*act[1:])
+
+    @classmethod
+    def in_words(cls, act):
+        """The line of an act in a story."""
+        if act[0] == 'let_pass':
+            return '{} s pass'.format(act[1])
+        lines = getattr(cls, act[0]).__doc__
+        arguments = [cls.in_words(word) if isinstance(word, (list, tuple)) and word and hasattr(
+            cls, str(word[0])) else word for word in act[1:]]
+        fields = lines.count('{')
+        rest = ', '.join(map(str, arguments[fields - 1:])) or 'nothing'
+        return lines.format(*arguments[:max(0, fields - 1)], rest) if fields else lines
