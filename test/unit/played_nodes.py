@@ -206,6 +206,7 @@ class Pad(Process):
         super().__init__(world)
         self.name = name
         self.core = GamepadCore(PadConfig(), robot_model('burger'))
+        self.core.update(world.now)
         self.oracle = HandOracle(world.now)
         self.plugged, self.button, self.stick = True, None, 0.0
         self.said_at = 0.0
@@ -216,7 +217,7 @@ class Pad(Process):
         axes, buttons = [0.0, stick, 0.0, 0.0], [0] * 4
         if button is not None:
             buttons[button] = 1
-        self.oracle.hear(self.world.now, stick != 0.0, at)
+        self.oracle.hear(self.world.now, stick != 0.0, self.at(at))
         self.core.on_joy(axes, buttons, self.world.now, stamp)
         self.say(at)
 
@@ -268,6 +269,7 @@ class Turner(Process):
     def __init__(self, world):
         super().__init__(world)
         self.core = ControllerCore(Turning())
+        self.core.update(world.now)
         self.by_turn, self.by_mouse = GoalOracle(world.now), HandOracle(world.now)
         self.tremble = 1e-6
 
@@ -281,7 +283,7 @@ class Turner(Process):
 
     def on_mouse(self, active, y, at):
         pushed, was_active = active and y != 0.0, self.core.mouse_active
-        self.by_mouse.hear(self.world.now, pushed, at, repeats=active)
+        self.by_mouse.hear(self.world.now, pushed, self.at(at), repeats=active)
         self.core.on_mouse(active, 0.0, y, self.world.now, 'mouse', at + CLOCK)
         if (was_active and not active) or (pushed and self.core.mouse_active):
             self.by_turn.hear(self.world.now, 'mouse', False, self.at(at))

@@ -37,9 +37,14 @@ class ControlGiver:
         return messages_written(self._publisher)
 
     def say(self, word, now):
-        """Say True or False once; `now` in [s], steady."""
+        """Say True once, or False twice; `now` in [s], steady.
+
+        The first word on a connection may be taken for an old one, that is repeated to it. A stop
+        must count there, too.
+        """
         self._said_at = now
-        self._publisher.publish(word)
+        for _ in range(1 if word else 2):
+            self._publisher.publish(word)
 
     def renew(self, now):
         """Say True again if RENEWAL [s] has passed since the last word; `now` in [s], steady."""
