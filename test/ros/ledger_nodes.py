@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """The nodes of the stories of ledger.test, and the history of what persons did, of what nodes said,
-and of the commands, for the judges of test/unit/judge.py."""
+and of the commands, for the judges of ledger_judge.py."""
 import os
 import re
 import sys
@@ -20,7 +20,7 @@ from tb3_labs.ros.testing.observer import Observer
 
 HERE = os.path.dirname(os.path.realpath(__file__))
 sys.path[:0] = [HERE, os.path.join(HERE, '..', 'unit')]
-from judge import PADS    # noqa: E402
+from ledger_judge import PADS    # noqa: E402
 from master_way import MasterWay    # noqa: E402
 from node_case import STARTING, Hiccups, Node, NodeCase    # noqa: E402
 from panel_page import Page    # noqa: E402

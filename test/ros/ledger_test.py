@@ -3,7 +3,7 @@
 student's node that latches, two pages, a mouse, turns, goals, cancels, resets; nodes that are
 killed, started again and put to sleep, a network that stalls, a master that dies.
 
-The judges are those of test/unit/judge.py. The line that a bad story ends with plays it again:
+The judges are those of ledger_judge.py. The line that a bad story ends with plays it again:
 
     rostest tb3_labs ledger.test story:="[['press', 'pad 1', 'A'], ['let_pass', 0.5], ...]"
 """
@@ -17,7 +17,7 @@ import rostest
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from ledger_case import LedgerCase    # noqa: E402 (a relay's folder)
-from judge import PADS, judge, judge_controller    # noqa: E402 (its path is ledger_case's)
+from ledger_judge import PADS, judge, judge_controller    # noqa: E402 (its path is ledger_case's)
 
 #: Time from a person's action to the last command that it ends, also on a busy machine [s].
 GRACE = 0.35

@@ -6,11 +6,13 @@ of the rule. The real cores run all stories, the shortest first. Stories that le
 are followed once. The oracle, which shares no code with the cores, judges each command.
 
     python3 test/unit/exhaust.py [seconds for each cast, default 120] [casts]
+    python3 test/unit/exhaust.py walks [number for each cast, default 1000]    # long random stories
 
 Units: seconds.
 """
 import math
 import pickle
+import random
 import sys
 import time
 from collections import deque
@@ -141,6 +143,35 @@ def _relevant(kind, names):
     return [name for name in sorted(names) if name not in IRRELEVANT | copies]
 
 
+def walk(kind, seed, length=30):
+    """One long random story; the Searched."""
+    found, world, chance = Searched(), kind(), random.Random(seed)
+    story, deeds = [], sorted({method for _, method, *_ in kind.EVENTS})
+    while len(story) < length:
+        deed = chance.choice(deeds)    # else most events would be waits and sleeps
+        event, method, *details = chance.choice([each for each in kind.EVENTS if each[1] == deed])
+        world.drives = False
+        try:
+            if getattr(world, method)(*details) is not NOTHING:
+                pause = chance.choice((0.0, 0.06, 0.31, 0.7))
+                story.append('{}; {} s pass'.format(event, pause))
+                world.wait(pause)
+                found.drives += world.drives
+        except Wrong as wrong:
+            found.story, found.reason = story + [event], str(wrong)
+            return found
+    return found
+
+
+def walks(kind, number):
+    """Random stories until one is wrong; the Searched of the last."""
+    for seed in range(number):
+        found = walk(kind, seed)
+        if found.story:
+            break
+    return found
+
+
 def told(found):
     """A Searched in words."""
     text = '{0.states} states, {0.transitions} transitions ({0.drives} moved the robot), all stories ' \
@@ -151,10 +182,13 @@ def told(found):
 
 
 if __name__ == '__main__':
-    SECONDS = float(sys.argv[1]) if len(sys.argv) > 1 else 120.0
-    KINDS = [kind for kind in CASTS if kind.__name__ in (sys.argv[2:] or kind.__name__)]
+    WALKS = sys.argv[1:2] == ['walks']
+    WORDS = sys.argv[1 + WALKS:]
+    MUCH = float(WORDS[0]) if WORDS else 1000 if WALKS else 120.0
+    KINDS = [kind for kind in CASTS if kind.__name__ in (WORDS[1:] or kind.__name__)]
     with ProcessPoolExecutor() as pool:
-        RESULTS = list(pool.map(search, KINDS, [SECONDS] * len(KINDS)))
+        RESULTS = list(pool.map(walks if WALKS else search, KINDS,
+                                [int(MUCH) if WALKS else MUCH] * len(KINDS)))
     for KIND, FOUND in zip(KINDS, RESULTS):
         print('{}: {}'.format(KIND.__doc__.rstrip('.'), told(FOUND)))
     sys.exit(any(found.story for found in RESULTS))

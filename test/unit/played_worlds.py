@@ -266,11 +266,11 @@ class MouseAndTurns(World):
         super().__init__()
         self.active, self.y = False, 0.0
         self.start()
-        self.show()
         self.wait(2.0 * LONG_AGO)
 
     def start(self):
         self.nodes = [Turner(self)]
+        self.show()                  # the mouse's topic is latched
 
     def turn(self):
         self.nodes[0].send('turns', 'on_turn', self.now)

@@ -15,7 +15,7 @@ from tb3_labs.localization import (
 from tb3_labs.nodes import (
     control_words, controller, demo, gamepad, imu_sub, mouse, move_to_goal, pad, pad_config)
 from tb3_labs.robot import samples, turtlebot3
-from tb3_labs.supervision import freshness, frozen, permission, stall
+from tb3_labs.supervision import freshness, frozen, permission, sleep, stall
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 #: The places of the names that are checked.
@@ -83,7 +83,7 @@ NUMBERS = {
     sample_buffer: {'MEMORY': 1.5, 'MAX_GAP': 0.3, 'MAX_BRIDGE': 1.0},
     sender_clock: {
         'WINDOW': 5.0, 'SMALL_STEP': 0.1, 'CLOCK_STEP': 1.0, 'LONG_SILENCE': 1.5,
-        'MAX_REPEATS': 3, 'MAX_OFF': 1.0, 'MAX_BEHIND': 0.5},
+        'MAX_REPEATS': 3, 'MAX_OFF': 1.0, 'MAX_BEHIND': 0.5, 'HEARD_BEFORE': 0.1},
     yaw_noise: {'SLOW': 0.2, 'EVEN': 0.03, 'FARTHEST': 0.1, 'SHARE': 0.02},
     control_words: {'CROSSING': 0.3},
     controller: {'DRIVEN_RATE': 0.1, 'JUDGING_RATE': 0.01},
@@ -99,7 +99,8 @@ NUMBERS = {
     freshness: {'SENSOR_TIMEOUT': 0.22, 'RESUME_TIME': 2.0},
     frozen: {'FROZEN_TIME': 0.6, 'SURELY_DRIVES': 0.02, 'SURELY_TURNS': 0.1},
     permission: {'RENEWAL': 0.1, 'LAPSE': 0.5, 'LONGEST_LAPSE': 2.0,
-                               'CONFIRMATION': 0.04, 'WAKING': 0.3},
+                               'CONFIRMATION': 0.04},
+    sleep: {'LONGEST_GAP': 0.5, 'WAKING': 0.3},
     stall: {'STALL_TIME': 1.3, 'STALL_STEP': 0.004, 'LONGEST_REST': 4.0,
                           'AWAY_LIMIT': 0.8, 'MOVING': 0.005},
 }

@@ -1,4 +1,4 @@
-"""The pad decides who holds the robot. Both nodes together: test_ledger."""
+"""The pad decides who holds the robot. Both nodes together: test_exhaust."""
 import pytest
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.nodes.gamepad import HAND_BACK, GamepadCore

@@ -109,6 +109,13 @@ def test_what_the_network_delayed_is_no_activation_but_a_stop():
     assert mouse.heard(False, 0.0, 0.0, 12.2, 'laptop', 511.2) and not mouse.active
 
 
+def test_a_stamp_that_is_repeated_tells_no_time():
+    mouse = inactive_mouse()
+    for k in range(100):
+        mouse.heard(True, 0.9, 0.0, 10.0 + 0.05 * k, 'laptop', 510.0)
+        assert mouse.active
+
+
 def test_an_invalid_position_leaves_the_mouse_as_it_was():
     mouse = inactive_mouse()
     mouse.heard(True, 0.9, 0.0, 0.0)

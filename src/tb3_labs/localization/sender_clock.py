@@ -39,7 +39,7 @@ MAX_REPEATS = 3
 MAX_OFF = 1.0
 MAX_BEHIND = 0.5
 #: A sender counts as heard for this long before each of its messages [s].
-LONGEST_GAP = 0.1
+HEARD_BEFORE = 0.1
 
 
 class SenderClock:
@@ -135,7 +135,7 @@ class Lateness:
     def of(self, stamp: float, arrival: float) -> float:
         """That delay [s], given a message's stamp [s, sender's clock] and arrival [s, receiver's].
         """
-        self._heard_for += clamp(arrival - self._last_arrival, 0.0, LONGEST_GAP)
+        self._heard_for += clamp(arrival - self._last_arrival, 0.0, HEARD_BEFORE)
         self._last_arrival = arrival
         self._least.add(self._heard_for, arrival - stamp)
         assert self._least.value is not None

@@ -6,7 +6,7 @@ Source: the IMU lab's handout for the mouse.
 """
 import math
 from collections import defaultdict
-from typing import DefaultDict, Set
+from typing import DefaultDict, Dict, Set
 
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.limits import clamp
@@ -43,7 +43,9 @@ class Mouse:
         self._is_lost = True
         self._back_at = -math.inf    # end of the last silence
         self._repeats = False        # an active mouse repeats itself, else it may be silent
-        self._lateness: DefaultDict[str, Lateness] = defaultdict(Lateness)    # by sender
+        # by sender: its usual delay, and its last stamp
+        self._lateness: DefaultDict[str, Lateness] = defaultdict(Lateness)
+        self._stamps: Dict[str, float] = {}
         # senders whose last message was active, and those that another one has stopped
         self._switched_on: Set[str] = set()
         self._stopped: Set[str] = set()
@@ -65,7 +67,11 @@ class Mouse:
             self._stopped.discard(sender)
         elif sender in self._stopped:
             return False
-        if stamp > 0.0 and self._lateness[sender].of(stamp, now) > MOUSE_TIMEOUT:
+        if self.source.count and not self._repeats and now - self._back_at >= WAKING:
+            self._is_lost = False    # it was inactive until now
+        stands_still = stamp == self._stamps.get(sender, 0.0)    # then it tells no time
+        self._stamps[sender] = stamp
+        if not stands_still and self._lateness[sender].of(stamp, now) > MOUSE_TIMEOUT:
             self._back_at = now
             self._is_lost = self._is_lost or active
         elif not self.source.is_fresh(now) and (self._repeats or not self.source.count and active):
