@@ -68,10 +68,12 @@ class HandOracle:
 
     def hear(self, now, pushed, at, repeats=True):
         """A message that was sent at `at`."""
+        if not self.repeats and at > self.lost_at:
+            self.rested_at = at      # it was at rest until then
         if (repeats and now - at > LOST) or (self.repeats and now - self.heard_at > LOST):
             self.lose(now)
         self.heard_at, self.pushed, self.repeats = now, pushed, repeats
-        if not pushed and at >= self.lost_at:
+        if not pushed and at >= self.lost_at - LOST:
             self.rested_at = at
 
     def lose(self, now):

@@ -337,7 +337,7 @@ def test_what_was_pressed_before_a_stop_does_not_count_after_it(room, stop):
             room.wheel.check('A', at)
     assert room.said() == ([], [], []) and room.wheel.page is None
     room.wheel.give('A', room.now, pressed + 1.0 + TICK)
-    assert room.words == [True]
+    assert room.words == [True] * 9      # with the renewals of 0.84 s, which show its age
 
 
 def test_a_stop_of_the_page_itself_is_older_than_what_comes_after_it(room):
@@ -614,7 +614,8 @@ class Story:
         may_give = kind == 'give' and not refused and (not self.given or self.lost)
         words, pads, mouse = (self.wheel.take_words(), self.wheel.take_pads(),
                               self.wheel.take_mouse())
-        assert words.count(True) == may_give      # a person's word, and no word without one
+        # a person's word and the renewals since, and no word without one
+        assert words.count(True) == may_give * (1 + int((self.now - pressed) / 0.1))
         assert not any(late.pad.a and pressed <= self.stopped_by_others(rest[0]) for late in pads)
         if kind == 'on_control' and (is_stop or rest[0]) or may_give:
             self.lost = bool(is_stop)

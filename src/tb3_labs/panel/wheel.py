@@ -20,6 +20,7 @@ from typing import List, NamedTuple, Optional, Set, Tuple
 
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.panel.requests import Hand, Pad
+from tb3_labs.supervision.permission import RENEWAL
 
 #: A page that is silent for longer than this is lost [s].
 PAGE_TIMEOUT = 0.25
@@ -110,7 +111,8 @@ class Wheel:
         self._lost = False
         if not self.gives:
             self.gives = True
-            self._words.append(True)
+            # with the renewals that were due since, which show its age
+            self._words += [True] * (1 + int((now - pressed) / RENEWAL))
 
     def take(self, page: object, now: float) -> None:
         """`page` takes control from move_to_goal, whoever gave it, and the wheel from other pages.
