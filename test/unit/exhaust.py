@@ -31,7 +31,7 @@ from tb3_labs.supervision.permission import _Giving
 #: Of a state, these times are all the same if they are longer ago than this; the second also while no
 #: message is under way that may be older.
 AGES = {'_woke_at': 0.35, '_back_at': 0.35, '_given_at': 0.35, '_heard_since': 0.35}
-QUIET_AGES = dict(AGES, _stops=0.2, _stopped_at=0.2, _born_at=0.2, stopped_at=0.2,
+QUIET_AGES = dict(AGES, _stops=0.2, _stopped_at=0.2, _began_at=0.2, stopped_at=0.2,
                   cancelled_at=0.2, lost_at=0.2, rested_at=0.2)
 
 #: After the first event, and in one of so many states later, it is tried whether a person who asks anew

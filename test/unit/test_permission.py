@@ -265,6 +265,16 @@ def test_each_giving_is_counted(senders):
         senders.say('hand', False)
 
 
+def test_a_giving_of_a_sleep_that_the_network_held_up_does_not_count(senders):
+    """It arrives when this node has been awake for a while."""
+    senders.now += 3.0                   # no update meanwhile
+    assert not senders.run(0.5)
+    senders.say('pad', True)
+    for _ in range(8):                   # pressed 0.8 s ago
+        senders.permission.told(True, senders.now, 'pad', True)
+    assert not senders.run(3.0) and senders.warned('before this node started, or woke')
+
+
 @pytest.mark.parametrize('late, stopper, counts', [
     (0.0, 'hand', True), (1.5, 'hand', False), (1.5, 'pad 2', False), (1.5, 'pad', True)])
 def test_a_giving_that_was_under_way_when_somebody_else_stopped_the_robot(
@@ -285,7 +295,7 @@ def test_a_giving_that_is_older_than_this_node_does_not_count(senders):
     senders.say('pad', True)
     for _ in range(8):                   # pressed 0.8 s ago
         senders.permission.told(True, senders.now, 'pad', True)
-    assert not senders.run(3.0) and senders.warned('it was given before this node started')
+    assert not senders.run(3.0) and senders.warned('it was given before this node started, or woke')
 
 
 def test_what_was_taken_before_this_node_lived_is_no_stop():

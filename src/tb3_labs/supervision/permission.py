@@ -16,8 +16,8 @@ a person gives the machine anew):
   said before this node could hear it, gives nothing: a False and then a True do. A False that came
   with the connection, as one that is older than this node does, leaves what was given at the start.
 * A True does not count if it was sent more than `LONGEST_LAPSE` ago, before another sender's
-  False, or before this node started. Renewals that arrive faster than one in each `RENEWAL` show
-  that it was delayed.
+  False, or before this node started, or woke from such a sleep. Renewals that arrive faster than
+  one in each `RENEWAL` show that it was delayed.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
 :meth:`Permission.update` is to be called ten times a second; it notices a sleep of the process.
@@ -85,7 +85,7 @@ class Permission:
         self._said: Dict[str, bool] = {}
         self._stops: Dict[str, float] = {}
         self._refused: Set[str] = set()    # senders that were told that their True did not count
-        self._born_at = math.nan       # the time of the first update
+        self._began_at = math.nan      # the time of the first update, or of the end of a long sleep
         self._sleep = SleepWatch()
         self._news = NewsDesk()
 
@@ -148,10 +148,11 @@ class Permission:
 
     def update(self, now: float) -> None:
         """Suspend or end what was not renewed in time. To be called repeatedly."""
-        if math.isnan(self._born_at):
-            self._born_at = now
+        if math.isnan(self._began_at):
+            self._began_at = now
         self._sleep.update(now)
         if self._sleep.slept_for > LONGEST_LAPSE:
+            self._began_at = now
             self._end_all(self._sleep.in_words())
         for sender, giving in list(self._givings.items()):
             reason = self._objection(sender, giving, now)
@@ -166,8 +167,8 @@ class Permission:
             return 'it was silent for {:.1f} s'.format(giving.silent_for(now))
         if giving.given_at - giving.sent_before > LONGEST_LAPSE:
             return 'the network delayed it by more than {:.0f} s'.format(LONGEST_LAPSE)
-        if giving.sent_before < min(self._born_at, giving.given_at):
-            return 'it was given before this node started'
+        if giving.sent_before < min(self._began_at, giving.given_at):
+            return 'it was given before this node started, or woke'
         if any(at > giving.sent_before for other, at in self._stops.items() if other != sender):
             return 'it was taken while the network delayed it'
         return ''
