@@ -21,7 +21,7 @@ RENEWAL_PERIOD = 0.1
 CLOCK = -77.0
 #: A process that did not run for longer than the second must be told anew. Within the first it
 #: may hear messages in any order.
-STALL, OVER = 0.5, 2.0
+STALL, OVER = 1.0, 2.0
 
 
 class Process:

@@ -14,7 +14,7 @@ LONG_AGO = 2.3
 WAITS = (0.03, 0.06, 0.24, 0.26, 0.29, 0.31, 0.49, 0.52, 1.95, 2.15)
 WAITS_UNDER_WAY = (0.31, 2.15)
 #: Lengths of a process's sleep, and of a stall of the network.
-SLEEPS = (0.45, 0.55, 1.95, 2.15)
+SLEEPS = (0.95, 1.1, 1.95, 2.15)
 HELD_UP = (0.45, 1.95, 2.15)
 
 

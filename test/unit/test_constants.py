@@ -100,7 +100,7 @@ NUMBERS = {
     frozen: {'FROZEN_TIME': 0.6, 'SURELY_DRIVES': 0.02, 'SURELY_TURNS': 0.1},
     permission: {'RENEWAL': 0.1, 'LAPSE': 0.5, 'LONGEST_LAPSE': 2.0,
                                'CONFIRMATION': 0.04},
-    sleep: {'LONGEST_GAP': 0.5, 'WAKING': 0.3},
+    sleep: {'LONGEST_GAP': 1.0, 'WAKING': 0.3},
     stall: {'STALL_TIME': 1.3, 'STALL_STEP': 0.004, 'LONGEST_REST': 4.0,
                           'AWAY_LIMIT': 0.8, 'MOVING': 0.005},
 }

@@ -548,7 +548,7 @@ def test_the_user_of_a_mouse_that_was_active_before_is_told_what_to_do_once(benc
     assert told == ['The mouse was active before: move it to the middle of the screen to use it']
 
 
-@pytest.mark.parametrize('slept, refused', [(0.4, False), (0.6, True), (5.0, True)])
+@pytest.mark.parametrize('slept, refused', [(0.9, False), (1.1, True), (5.0, True)])
 def test_a_turn_that_may_have_been_asked_for_during_a_sleep_is_refused(bench, slept, refused):
     """The mouse may have been deactivated since."""
     woke = bench.now + slept

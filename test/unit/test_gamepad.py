@@ -386,7 +386,7 @@ def test_a_stick_that_is_pushed_as_a_long_sleep_ends_must_be_let_go(slept, drive
 def test_an_a_that_waited_while_this_node_slept_does_not_count():
     """B may have been pressed on another pad since."""
     pad = Pad(repeats=False)
-    pad.now += 1.0
+    pad.now += 1.5
     pad.press(A)
     assert True not in pad.said() and warned(pad.controller, 'while this node did not run')
     pad.press(B)

@@ -231,7 +231,7 @@ def test_what_may_have_been_said_during_a_short_sleep_sets_nothing_in_motion():
     """A cancel, or a stop, may have been said after it: each topic has a thread of its own."""
     robot = driving()
     robot.control(False)
-    robot.now += 1.0
+    robot.now += 1.5
     robot.control(True)
     with pytest.raises(ValueError, match='while this node did not run'):
         robot.core.set_goal(Pose2(5.0))

@@ -6,8 +6,8 @@ between two looks is a sleep. Units: seconds on a clock that does not stand stil
 import math
 from typing import Optional
 
-#: More than this between two looks is a sleep [s].
-LONGEST_GAP = 0.5
+#: More than this between two looks is a sleep [s]; a busy machine makes a process wait for less.
+LONGEST_GAP = 1.0
 #: Messages within this time after a sleep may be as old as the sleep, and their order is lost, since
 #: each topic is read by a thread of its own [s].
 WAKING = 0.3
@@ -35,8 +35,8 @@ class SleepWatch:
 
     def start(self, now: float) -> None:
         """Begin to look now: no time before counts."""
-        self.slept_for = 0.0
-        self._updated_at = now
+        self.slept_for, self.is_waking = 0.0, False
+        self._updated_at, self._woke_at = now, -math.inf
 
     def in_words(self) -> str:
         """The sleep that the last update found: '' or 'this node did not run for 3.2 s'."""
