@@ -16,9 +16,10 @@ import termios
 import rospy
 import rostest
 from actionlib_msgs.msg import GoalID
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, TransformStamped
 from move_base_msgs.msg import MoveBaseActionGoal
 from std_msgs.msg import Bool, Float64, String
+from tf2_ros import StaticTransformBroadcaster
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
@@ -239,6 +240,19 @@ class StopsTest(NodeCase):
             asked = rospy.get_time()
             self.cancels.publish(GoalID())
             self.is_stopped(asked)
+
+    def test_a_cancel_ends_a_goal_whose_frame_is_awaited(self):
+        node = self.move_to_goal()
+        self.goals.publish(to_pose_stamped(Pose2(1.0), 'later', 0.0))
+        self.let_pass(0.1)            # until it is awaited
+        self.cancels.publish(GoalID())
+        self.seen.wait_for('goal_state', lambda state: state == 'gave up: canceled')
+        later = TransformStamped()
+        later.header.frame_id, later.child_frame_id = 'odom', 'later'
+        later.transform.rotation.w = 1.0
+        broadcaster = StaticTransformBroadcaster()
+        broadcaster.sendTransform(later)
+        node.wait_for('it was cancelled while its frame was awaited')
 
     def test_a_latched_goal_of_the_action_is_not_taken_again(self):
         student = Program([sys.executable, '-c', STUDENT], terminal=True)

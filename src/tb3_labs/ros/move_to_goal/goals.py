@@ -35,7 +35,7 @@ class GoalInterfaces:
     or raises ``ValueError`` with the reason of a refusal. `cancel()` gives up the present goal.
     Both are called with this object's lock held, so report only without locks of your own, and do
     not wait: a cancel needs that lock. `await_frame(header)` is called before, without it, and may
-    wait until the frame of a goal is known.
+    wait until the frame of a goal is known; it returns whether it did.
 
     A cancel on `move2goal/cancel` ends the goal that it names, or all goals until its time, or any
     goal if it has neither. That also holds for goals that actionlib does not know: a goal of the
@@ -46,7 +46,7 @@ class GoalInterfaces:
         self._set_goal = set_goal
         self._cancel = cancel
         self._await_frame = await_frame
-        self._cancels = 0             # number of cancels so far
+        self._cancels = 0             # number of cancels of all goals so far
         self._is_cancelled = False    # did one come while the frame of the newest goal was awaited?
         self._goal = None             # the present goal
         self._handle = None           # its action goal, if it came by the action and goes on
@@ -98,9 +98,9 @@ class GoalInterfaces:
     def _take(self, header, take):
         """Call `take()` with the lock held, after the frame in `header` was awaited without it."""
         cancels = self._cancels
-        self._await_frame(header)
+        waited = self._await_frame(header)
         with self._server.lock:
-            self._is_cancelled = self._cancels != cancels
+            self._is_cancelled = waited and self._cancels != cancels
             take()
 
     def _replace(self, stamped, handle):
@@ -124,11 +124,11 @@ class GoalInterfaces:
             all_goals = not which.id and not which.stamp
             named = which.id and which.id == self._id.id
             until_then = which.stamp and self._id.stamp and self._id.stamp <= which.stamp
+            self._cancels += all_goals
             if all_goals or named or until_then:
                 self._cancel_all()
 
     def _cancel_all(self):
-        self._cancels += 1
         self._cancel()
         self._end(self._goal, 'set_canceled', 'canceled')
 

@@ -26,16 +26,17 @@ class PoseFrames:
 
     def await_frame(self, header, also_local=()):
         """Wait until tf knows the frame of `header`, for at most TF_TIMEOUT; without a master for
-        ever. To be called without a lock, before :meth:`to_local`."""
+        ever. To be called without a lock, before :meth:`to_local`. False if no wait was needed."""
         frame = header.frame_id.lstrip('/')
         if self._is_local(frame, also_local) or self._is_odom(frame):
-            return
+            return False
         with self._lock:
             if self._tf is None:
                 buffer = tf2_ros.Buffer(debug=False)    # else it asks the master for a service
                 self._listener = tf2_ros.TransformListener(buffer)
                 self._tf = buffer
         self._tf.can_transform(self.odom, frame, rospy.Time(0), rospy.Duration(TF_TIMEOUT))
+        return True
 
     def to_local(self, header, pose, odom_T_local, also_local=()):
         """The Pose2 in local of a geometry_msgs/Pose with `header`.
