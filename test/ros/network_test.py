@@ -44,7 +44,7 @@ class Room:
         self.seen.watch_robot()
         self.seen.watch('imu', Imu)
         self.seen.watch('goal_state', String, lambda message: message.data)
-        self.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
+        self.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=5)    # each word counts
         self.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
         robot = 'fake_turtlebot3.py', '__name:=turtlebot3', '_imu_rate:=100'
         if on_robot is None:
