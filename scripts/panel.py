@@ -252,9 +252,9 @@ class Panel:
         if request.kind == 'give':
             return robot.give(page, now, pressed)
         if request.kind == 'take':
-            return self._confirm(page, request, robot.take(page, now), now)
+            return self._confirm(page, request, robot.take(page, now, pressed), now)
         if request.kind == 'stop':
-            return self._confirm(page, request, robot.stop(page, now), now)
+            return self._confirm(page, request, robot.stop(page, now, pressed), now)
         if request.kind == 'turn':
             return robot.turn(page, request.value, pressed)
         if request.kind == 'goal':

@@ -33,9 +33,9 @@ class Panel(Process):
                 if self.core.gives and now - self.said_at >= RENEWAL_PERIOD - 1e-6:
                     self.say(True, None)
             elif kind == 'stop':
-                self.core.stop(page, now)
+                self.core.stop(page, now, pressed)
             elif kind == 'take':
-                self.core.take(page, now)
+                self.core.take(page, now, pressed)
             elif kind == 'let go':
                 self.core.let_go(page)
             elif now - pressed <= LONGEST_DELAY:

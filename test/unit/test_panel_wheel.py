@@ -340,6 +340,19 @@ def test_what_was_pressed_before_a_stop_does_not_count_after_it(room, stop):
     assert room.words == [True] * 9      # with the renewals of 0.84 s, which show its age
 
 
+def test_what_waited_in_a_page_while_it_stopped_the_robot_does_not_count(room):
+    """A press may wait in the page, and STOP overtakes it."""
+    pressed = room.now
+    room.run(1.0)
+    room.wheel.stop('A', room.now, pressed + 0.9)
+    for at, counts in ((pressed, False), (pressed + 0.9, False), (pressed + 0.95, True)):
+        if counts:
+            room.wheel.give('A', room.now, at)
+        else:
+            with pytest.raises(ValueError, match='pressed before the robot was stopped'):
+                room.wheel.give('A', room.now, at)
+
+
 def test_a_stop_of_the_page_itself_is_older_than_what_comes_after_it(room):
     """It may have been slow, so that the next press is older than its arrival. Another's is not."""
     pressed = room.now

@@ -16,7 +16,7 @@ A pad is published as it is heard; if it falls silent, the node `gamepad` notice
 Units: seconds on a clock that never stands still and never goes back (`now`).
 """
 import math
-from typing import List, NamedTuple, Optional, Set, Tuple
+from typing import Dict, List, NamedTuple, Optional, Set, Tuple
 
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.panel.requests import Hand, Pad
@@ -64,6 +64,7 @@ class Wheel:
         self._a_refused = False        # until it is let go
         # (the page or None, time) of the last stop, and of the last one of another page or node
         self._stops: Tuple[Stopped, Stopped] = ((None, -math.inf),) * 2
+        self._own_stops: Dict[int, float] = {}    # by id() of a page: the press of its last stop
         self._has_control: Optional[bool] = None    # by the last word of move_to_goal
         self._lost = False             # has it lost control since this page gave it?
         self._words: List[bool] = []
@@ -96,7 +97,8 @@ class Wheel:
         """
         self.update(now)
         if self._is_press_of_b(page, hand.pad):
-            self.take(page, now)    # also with the wheel: perhaps no node hears the pad
+            # also with the wheel: perhaps no node hears the pad
+            self.take(page, now, now - lateness)
         if page is not self.page or lateness > PAGE_TIMEOUT:
             return
         self._heard_at = now
@@ -114,13 +116,13 @@ class Wheel:
             # with the renewals that were due since, which show its age
             self._words += [True] * (1 + int((now - pressed) / RENEWAL))
 
-    def take(self, page: object, now: float) -> None:
-        """`page` takes control from move_to_goal, whoever gave it, and the wheel from other pages.
-        """
+    def take(self, page: object, now: float, pressed: float = -math.inf) -> None:
+        """`page` takes control from move_to_goal, whoever gave it, and the wheel from other pages;
+        `pressed` as in :meth:`stop`."""
         if page is self.page:
-            self._take(page, now)
+            self._take(page, now, pressed)
         else:
-            self.stop(page, now)
+            self.stop(page, now, pressed)
 
     def on_stop(self, now: float) -> None:
         """Someone stopped the robot in a way that leaves control where it is."""
@@ -140,14 +142,15 @@ class Wheel:
             self._lost = False
         self._has_control = granted
 
-    def stop(self, page: object, now: float) -> None:
-        """Everything to zero, at the wish of any `page`: nothing is gripped any more."""
+    def stop(self, page: object, now: float, pressed: float = -math.inf) -> None:
+        """Everything to zero, at the wish of any `page`: nothing is gripped any more. `pressed`: by
+        the clock of the page's other presses; one that waited in the page may come after it."""
         if self.pad is not None:
             self._pads.append(LatePad(Pad(b=True), 0.0))
         # an active mouse that is deactivated also ends a turn
         self._mouse += [MouseState(True), MouseState(False)]
         self._mouse_active = False
-        self._take(page, now)
+        self._take(page, now, pressed)
         self._drop()
 
     def let_go(self, page: object) -> None:
@@ -158,6 +161,7 @@ class Wheel:
     def gone(self, page: object) -> None:
         """The connection to `page` has ended."""
         self._b_pressed.discard(id(page))
+        self._own_stops.pop(id(page), None)
         if page is self.page:
             self._lose('The page that drives has gone')
 
@@ -246,13 +250,15 @@ class Wheel:
         self._stops = (page, now), before if page is last[0] else last
 
     def _is_old(self, page: object, pressed: float) -> bool:
-        """Was it pressed before the last stop? The messages of one page come in their order, so
-        that its own stops are older than what comes after them."""
+        """Was it pressed before the last stop? Those of the page itself are compared by its own
+        clock, since both may have been slow."""
         last, before = self._stops
-        return pressed <= (before if page is last[0] else last)[1]
+        by_others = (before if page is last[0] else last)[1]
+        return pressed <= max(by_others, self._own_stops.get(id(page), -math.inf))
 
-    def _take(self, page: object, now: float) -> None:
+    def _take(self, page: object, now: float, pressed: float) -> None:
         self._stopped(page, now)
+        self._own_stops[id(page)] = pressed
         self.gives = False
         self._words.append(False)
 

@@ -137,19 +137,19 @@ class PanelRobot:
         self._senders.goal(place)
         return 'goal sent: {:.2f} m, {:.2f} m, {:.0f} deg'.format(place.x, place.y, place.yaw_deg)
 
-    def take(self, page, now):
+    def take(self, page, now, pressed):
         """Take control; the Stop on its way."""
         stop = Stop(self._senders.takers, self._senders.words_written, 'control taken',
                     'no node listens on ctrl_relinq: there is no control to take')
-        self.wheel.take(page, now)
+        self.wheel.take(page, now, pressed)
         self.flush(now)
         return stop
 
-    def stop(self, page, now):
+    def stop(self, page, now, pressed):
         """Everything to zero; the Stop on its way."""
         stop = Stop(self._senders.stoppable, self._senders.stop_written, 'STOP was sent to {}',
                     'no node hears it')
-        self.wheel.stop(page, now)
+        self.wheel.stop(page, now, pressed)
         self.flush(now)
         self._senders.zero()
         return stop
