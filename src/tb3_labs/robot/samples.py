@@ -1,4 +1,4 @@
-"""The samples of the robot's two sensors, without ROS.
+"""The samples of the robot's sensors, without ROS.
 
 Units: seconds, metres, radians. `stamp` is the sender's clock, which may be off by a second.
 """
@@ -30,6 +30,14 @@ class OdometrySample:
     pose: Pose2           # odom_T_base
     linear: float         # forward speed [m/s]
     angular: float        # [rad/s]; a spike of 2 pi times the rate at each +/-180 deg crossing
+
+
+class WheelSample(NamedTuple):
+    """One message of the wheels' joints: how far each wheel has turned, positive forwards."""
+
+    stamp: float
+    left: float           # [rad]
+    right: float          # [rad]
 
 
 #: A sample of either sensor.

@@ -10,7 +10,7 @@ from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped, Twist
 
 from tb3_labs.geometry.quaternions import quaternion_from_yaw, yaw_from_quaternion
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.robot.samples import ImuSample, OdometrySample
+from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 
 
 def frame(name):
@@ -56,6 +56,16 @@ def to_odometry_sample(message):
     return _finite(OdometrySample(message.header.stamp.to_sec(), to_pose2(message.pose.pose),
                                   twist.linear.x, twist.angular.z),
                    twist.linear.x, twist.angular.z)
+
+
+def to_wheel_sample(message):
+    """The WheelSample of a TurtleBot3's sensor_msgs/JointState; ``ValueError`` without wheels."""
+    angles = dict(zip(message.name, message.position))
+    try:
+        left, right = angles['wheel_left_joint'], angles['wheel_right_joint']
+    except KeyError as missing:
+        raise ValueError('no angle of {}'.format(missing)) from None
+    return _finite(WheelSample(message.header.stamp.to_sec(), left, right), left, right)
 
 
 def to_mouse(message):
