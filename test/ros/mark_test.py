@@ -82,8 +82,8 @@ GAMEPAD = ('gamepad', 'sticks,buttons,no service')
 XBOX = GAMEPAD + ('--pad', 'xbox')
 #: This one comes as a zip file of a learning platform, late.
 ZIPPED = 'no wrap'
-#: These are marked two at a time, the others one by one. The handout's node earns its marks over a bad
-#: network below; here the one with a mistake loses that one alone.
+#: The handout's node earns its marks over a bad network below; here the one with a mistake loses that
+#: one alone.
 TWO_JOBS = 'imu', 'heading'
 BAD_NETWORK = 'imu', 'heading', '--network', 'bad'
 #: The suite marks these alone: each way in which a node can fail the machine that marks it, and a lab
@@ -91,6 +91,8 @@ BAD_NETWORK = 'imu', 'heading', '--network', 'bad'
 #: judged rightly is for all labs' nodes, not for mark.py, and the check tests of this package's own
 #: nodes judge by the same criteria.
 SUITE = ('turn', 'turns'), GAMEPAD, TWO_JOBS
+#: Of these, two submissions are marked at a time.
+PAIRS = ('turn', 'turns'), TWO_JOBS
 SKIPPED = 'only by: rostest tb3_labs mark.test all:=true'
 #: (lab, its parts, options of mark.py ...) -> submissions, the longest runs first. What a student
 #: gets wrong most easily comes with its part alone. A submission has several mistakes if they lose
@@ -240,7 +242,7 @@ class MarkTest(unittest.TestCase):
         base = Path(cls.folder.name) / ' '.join(key)
         done = subprocess.run(
             [path_of('mark.py'), str(base / 'submissions'), '--lab', lab, '-o',
-             str(base / 'marks'), '--parts', parts, '--jobs', '2' if key == TWO_JOBS else '1',
+             str(base / 'marks'), '--parts', parts, '--jobs', '2' if key in PAIRS else '1',
              '--limit', '150', *own, *options] + ['--unprotected'] * bool(box.problem()),
             env=dict(os.environ, TMPDIR=str(cls.temporary)), stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, timeout=560, universal_newlines=True)

@@ -25,7 +25,7 @@ from tb3_labs.supervision.arbitration import Driver
 
 STEP = 0.1
 #: Objects are counted after this number of tasks, when every history has been filled.
-WARM = 20
+WARM = 10
 
 
 @dataclass

@@ -53,10 +53,10 @@ def test_methods_in_another_order_are_nearly_the_same():
 
 def test_other_labs_and_own_nodes_are_not_nearly_the_same():
     package = NODES.parents[2]
-    nodes = [path.read_text(encoding='utf-8') for folder in (NODES, package / 'scripts')
+    nodes = [shingles(path.read_text(encoding='utf-8')) for folder in (NODES, package / 'scripts')
              for path in sorted(folder.glob('*.py'))]
     assert len(nodes) > 12
-    assert all(alike(one, other) < NEARLY_SAME - 0.2 for n, one in enumerate(nodes)
+    assert all(likeness(one, other) < NEARLY_SAME - 0.2 for n, one in enumerate(nodes)
                for other in nodes[:n])
 
 
