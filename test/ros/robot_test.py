@@ -180,11 +180,10 @@ class RobotTest(unittest.TestCase):
             ('loader without ROS', ['env_loader:={}'.format(missing_setup)], {},
              'no_setup.sh: /nowhere/setup.bash is missing')]
         for case, arguments, options, words in cases:
-            with self.subTest(case):
-                program = self.launch(*arguments, **options)
-                self.assertEqual(program.wait(60.0), 1)
-                self.assertIn(words, program.text)
-                self.assertNotIn('Traceback', program.text)
+            program = self.launch(*arguments, **options)
+            self.assertEqual(program.wait(60.0), 1, case)
+            self.assertIn(words, program.text)
+            self.assertNotIn('Traceback', program.text)
 
 
 if __name__ == '__main__':
