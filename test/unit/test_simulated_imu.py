@@ -6,47 +6,59 @@ import pytest
 
 from tb3_labs.simulation.imu import ImuModel
 
-STANDING = (0.0, 0.0, 0.0, 0.0)         # (yaw, steady rate, fading rate, lag)
-
-
 def imu(offset=0.0, **how):
-    model = ImuModel(offset, 1)
-    model.configure(**dict(dict(yaw_noise=0.0, rate_noise=0.0, drift=0.0), **how))
+    model = ImuModel(0.0, offset, 1)
+    model.configure(**dict(dict(yaw_noise=0.0, rate_noise=0.0, drift=0.0, lag=0.0), **how))
     return model
 
 
 def test_offset_and_drift_add_up_in_the_yaw_and_the_drift_in_the_rate():
     model = imu(0.5, drift=0.01)
     model.advance(20.0)
-    sample, later = model.measure([20.0, 21.0], 20.0, (0.3, 0.1, 0.0, 0.0))
+    model.follow(20.0, (0.3, 0.1, 0.0, 0.0))
+    sample, later = model.measure([20.0, 21.0])
     assert (sample.stamp, sample.yaw, sample.yaw_rate) == pytest.approx((20.0, 1.0, 0.11))
     assert (later.stamp, later.yaw, later.yaw_rate) == pytest.approx((21.0, 1.11, 0.11))
     model.advance(1.0)                  # and drifts the other way from then on
-    model.configure(0.0, 0.0, -0.02)
+    model.configure(0.0, 0.0, -0.02, 0.0)
     model.advance(2.0)
-    assert model.measure([23.0], 23.0, STANDING)[0].yaw == pytest.approx(0.5 + 0.21 - 0.04)
+    model.follow(23.0, (0.0, 0.0, 0.0, 0.0))
+    assert model.measure([23.0])[0].yaw == pytest.approx(0.5 + 0.21 - 0.04)
 
 
 def test_a_rate_that_fades_is_integrated():
-    samples = imu().measure([1.0, 1.1, 1.5], 1.0, (0.2, 0.4, -0.3, 0.25))
-    for sample in samples:
+    model = imu()
+    model.follow(1.0, (0.2, 0.4, -0.3, 0.25))
+    for sample in model.measure([1.0, 1.1, 1.5]):
         gone = 1.0 - math.exp(-(sample.stamp - 1.0) / 0.25)
         assert sample.yaw_rate == pytest.approx(0.4 - 0.3 * (1.0 - gone))
         assert sample.yaw == pytest.approx(0.2 + 0.4 * (sample.stamp - 1.0) - 0.3 * 0.25 * gone)
+
+
+def test_yaw_and_rate_are_older_than_the_stamp_by_the_lag_over_several_motions():
+    model = imu(lag=0.08)
+    for since, yaw, rate in ((0.1, 0.0, 1.0), (0.13, 0.03, -2.0), (0.16, -0.03, 0.0)):
+        model.follow(since, (yaw, rate, 0.0, 0.0))
+    assert [(sample.yaw, sample.yaw_rate)
+            for sample in model.measure([0.05, 0.17, 0.20, 0.22, 0.26])] == [
+        pytest.approx(pair, abs=1e-12)
+        for pair in ((0.0, 0.0), (0.0, 0.0), (0.02, 1.0), (0.01, -2.0), (-0.03, 0.0))]
 
 
 @pytest.mark.parametrize('yaw, said', [
     (math.pi, math.pi), (-math.pi, math.pi), (3.0 * math.pi, math.pi), (3.2, 3.2 - 2.0 * math.pi),
     (-3.2, 2.0 * math.pi - 3.2), (2.0 * math.pi, 0.0), (100.0, 100.0 - 32.0 * math.pi)])
 def test_the_yaw_is_in_its_half_open_circle(yaw, said):
-    sample, = imu().measure([0.0], 0.0, (yaw, 0.0, 0.0, 0.0))
+    model = imu()
+    model.follow(0.0, (yaw, 0.0, 0.0, 0.0))
+    sample, = model.measure([0.0])
     assert sample.yaw == pytest.approx(said, abs=1e-12) and -math.pi < sample.yaw <= math.pi
 
 
 def test_each_noise_is_as_large_as_asked_for_and_of_its_own():
     stamps = [0.001 * k for k in range(4000)]
     for yaw_noise, rate_noise in ((0.01, 0.0), (0.0, 0.2)):
-        samples = imu(yaw_noise=yaw_noise, rate_noise=rate_noise).measure(stamps, 0.0, STANDING)
+        samples = imu(yaw_noise=yaw_noise, rate_noise=rate_noise).measure(stamps)
         # 4000 numbers: the spread is good to 1.1 %, the mean to 1.6 % of it (one sigma)
         for values, sigma in (([s.yaw for s in samples], yaw_noise),
                               ([s.yaw_rate for s in samples], rate_noise)):
@@ -55,4 +67,4 @@ def test_each_noise_is_as_large_as_asked_for_and_of_its_own():
 
 
 def test_no_stamps_no_samples():
-    assert imu().measure([], 0.0, STANDING) == []
+    assert imu().measure([]) == []

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from simulated import MOTOR_STEP, QUIET, STIFF, TICK, close, drive, imu_of, odom_of
 
+from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import MODELS
 from tb3_labs.simulation.simulator import Simulator
@@ -131,57 +132,98 @@ def test_the_start_only_moves_the_whole_drive(x, y, yaw_deg):
 
 # Reset --------------------------------------------------------------------------------------------
 
-def test_reset_zeroes_the_odometry_and_leaves_the_imu():
-    robot = Simulator(replace(QUIET, start_x=2.0, start_yaw_deg=30.0, imu_offset_deg=10.0))
+RAW = math.radians(0.71)    # bias of a gyro that is not calibrated [rad/s]
+
+
+def test_reset_at_rest_zeroes_the_place_and_moves_the_yaw_by_the_raw_gyros_bias():
+    robot = Simulator(replace(QUIET, start_x=2.0, start_yaw_deg=30.0, imu_offset_deg=10.0,
+                              gyro_bias_deg=5.0))
     drive(robot, 2.0, 0.1, 0.3)
     drive(robot, 0.5, 0.0, 0.0)
-    imu_before = imu_of(robot.step(0.1))[-1]
+    before = imu_of(robot.step(0.1))[-1]
+    assert before.yaw_rate == pytest.approx(math.radians(5.0), abs=1e-5)
     truth, moment = robot.truth, robot.now
     robot.reset()
-    assert robot.step(1.0) == []
-    robot.reset()   # lost: the board is busy
-    samples = robot.step(3.0)
-    assert min(s.stamp for s in samples) == pytest.approx(moment + 512 / 200, abs=0.01)
+    samples = robot.step(3.5)
+    begin, end = max((b.stamp - a.stamp, a.stamp, b.stamp)
+                     for a, b in zip(samples, samples[1:]))[1:]
+    assert moment <= begin < moment + 1 / 30 and end - begin == pytest.approx(2.56, abs=1 / 30)
     # 0.6 s after the stop the wheels still turn by some nanometres.
-    for sample in odom_of(samples)[0], odom_of(samples)[-1]:
-        assert close(sample.pose, Pose2(), metres=1e-6, radians=1e-6)
-    assert imu_of(samples)[-1].yaw == pytest.approx(imu_before.yaw, abs=1e-6)
+    turned = Pose2(0.0, 0.0, RAW * 2.56)
+    for sample in odom_of(samples)[-1], odom_of(samples)[-20]:
+        assert close(sample.pose, turned, metres=1e-6, radians=math.radians(5.0) / 10.0)
+    assert close(odom_of(samples)[-1].pose, odom_of(samples)[-20].pose, radians=1e-6)
+    assert imu_of(samples)[-1].yaw_rate == pytest.approx(0.0, abs=1e-6)
+    assert wrap(imu_of(samples)[-1].yaw - before.yaw) == pytest.approx(
+        RAW * 2.56 + math.radians(5.0) * (begin - before.stamp), abs=math.radians(5.0) / 150.0)
     assert robot.wheel_angles == (0.0, 0.0)
     assert close(robot.truth, truth, metres=1e-6, radians=1e-6)
 
 
-@pytest.mark.parametrize('runs_on', [False, True])
-def test_reset_while_driving(runs_on):
-    robot = Simulator(replace(QUIET, reset_runs_on=runs_on))
-    drive(robot, 1.0, 0.1, 0.0)
-    start = robot.truth.x
+def reset_in_motion(linear, angular):
+    """(robot in the middle of the pause, its last samples before) of a reset while it drives."""
+    robot = Simulator(QUIET)
+    samples = drive(robot, 1.0, linear, angular)
     robot.reset()
-    assert drive(robot, 2.5, -0.1, 0.0) == []   # it neither receives nor sends
-    way = robot.truth.x - start
-    assert way == pytest.approx(0.25 if runs_on else 0.1 * 0.05, abs=0.002)
+    samples += robot.step(0.1)
+    drive(robot, 1.0, linear, angular)
+    return robot, samples
 
 
-def test_a_command_to_the_busy_board_is_lost():
-    robot = Simulator(replace(STIFF, reset_pause=0.3))
+def test_the_motors_run_on_during_a_reset_and_zeros_are_obeyed_late():
+    robot, _ = reset_in_motion(0.1, 0.0)
+    start, begun = robot.truth.x, robot.now
+    assert drive(robot, 1.4, 0.0, 0.0) == []
+    assert robot.truth.x - start == pytest.approx(0.1 * (robot.now - begun), abs=0.002)
+    drive(robot, 0.5, 0.0, 0.0)
+    assert robot.true_velocity[0] == pytest.approx(0.0, abs=1e-4)
+
+
+def test_a_spin_in_the_calibration_is_taken_for_bias_until_the_next_reset():
+    robot, before = reset_in_motion(0.0, 1.0)
+    rate = robot.true_velocity[1]
+    robot.step(1.0)
+    robot.configure(replace(robot.config, slip=0.0))    # a setting that has nothing to do with it
+    samples = robot.step(1.5)
+    resting = robot.step(0.5)
+    assert robot.true_velocity[1] == pytest.approx(0.0, abs=1e-6)
+    assert imu_of(resting)[-1].yaw_rate == pytest.approx(-rate, abs=1e-4)
+    first, last = imu_of(resting)[0], imu_of(resting)[-1]
+    assert wrap(last.yaw - first.yaw) == pytest.approx(-rate * (last.stamp - first.stamp), abs=1e-3)
+    # the filter went on with the raw gyro, and the odometry takes the IMU's turn for its yaw
+    seen = imu_of(samples)[0].yaw - imu_of(before)[-1].yaw
+    assert wrap(seen - (rate + RAW) * 2.56) == pytest.approx(0.0, abs=0.02)
+    assert wrap(odom_of(samples)[0].pose.yaw - seen) == pytest.approx(0.0, abs=0.06)
+    assert wrap(odom_of(resting)[-1].pose.yaw - imu_of(resting)[-1].yaw
+                - odom_of(samples)[0].pose.yaw + imu_of(samples)[0].yaw) == pytest.approx(
+                    0.0, abs=0.04)
     robot.reset()
-    robot.step(0.2)
-    robot.command(0.1, 0.0)
-    robot.step(0.2)
-    assert robot.truth == Pose2()
+    assert imu_of(robot.step(3.0))[-1].yaw_rate == pytest.approx(0.0, abs=1e-4)
 
 
-@pytest.mark.parametrize('runs_on', [False, True])
-def test_after_its_reset_the_same_command_is_obeyed_again(runs_on):
-    robot = Simulator(replace(STIFF, reset_pause=0.3, reset_runs_on=runs_on))
-    drive(robot, 0.5, 0.1, 0.0)
+def test_commands_and_resets_of_the_pause_are_obeyed_late_in_their_order():
+    robot = Simulator(replace(STIFF, reset_pause=0.5))
     robot.reset()
-    robot.step(0.25)
-    assert (robot.true_velocity[0] > 0.09) == runs_on
-    robot.step(0.05)                    # the commands before it are too old by then
     robot.step(0.3)
+    robot.command(-0.1, 0.0)
+    robot.reset()
+    robot.command(0.1, 0.0)
+    assert robot.step(0.7) == [] and robot.truth == Pose2()     # the second one is under way
+    robot.step(0.1)
+    assert robot.true_velocity[0] > 0.09    # 0.8 s after it was sent
+    robot.step(0.4)
+    assert robot.true_velocity[0] > 0.09    # as long as a command that is read in time
+    robot.step(0.1)
     assert robot.true_velocity == (0.0, 0.0)
-    drive(robot, 0.1, 0.1, 0.0)
-    assert robot.true_velocity[0] == pytest.approx(0.1, abs=MOTOR_STEP)
+
+
+def test_no_pause_no_calibration():
+    robot = Simulator(replace(STIFF, reset_pause=0.0))
+    drive(robot, 0.5, 0.1, 1.0)
+    robot.reset()
+    sample = odom_of(drive(robot, 0.1, 0.1, 1.0))[-1]
+    assert sample.pose.distance_to(Pose2()) < 0.01
+    assert sample.angular == pytest.approx(robot.true_velocity[1])
 
 
 def test_the_odometry_stands_in_the_world_where_the_last_reset_ended():
@@ -192,12 +234,24 @@ def test_the_odometry_stands_in_the_world_where_the_last_reset_ended():
         drive(robot, 1.0, linear, angular)
         robot.step(0.6)                 # the command has timed out: it stands
         robot.reset()
-        robot.step(0.4)
-        assert robot.odometry_origin == robot.truth
+        sample = odom_of(robot.step(0.4))[-1]
+        assert close(robot.odometry_origin @ sample.pose, robot.truth)
     drive(robot, 1.0, 0.1, 0.4)
     sample = odom_of(robot.step(0.1))[-1]
     here = robot.odometry_origin @ sample.pose
     assert close(here, robot.truth, metres=3 * TICK + 0.1 / 30.0, radians=0.5 / 30.0)
+
+
+def test_the_wheels_are_as_old_as_their_lag_says():
+    late, direct = Simulator(replace(QUIET, wheel_lag=0.1)), Simulator(replace(QUIET, odom_rate=10.0))
+    speeds = (0.1, 0.2, -0.1)
+    directly = [drive(direct, 0.5, speed, 0.0) for speed in speeds]
+    samples = [drive(late, 0.5, speed, 0.0) for speed in speeds]
+    way = {round(sample.stamp, 3): sample.pose.x for sample in odom_of(sum(directly, []))}
+    seen = {round(sample.stamp, 3): sample.pose.x for sample in odom_of(sum(samples, []))}
+    for stamp in way:
+        if stamp < 1.4:
+            assert seen[round(stamp + 0.1, 3)] == pytest.approx(way[stamp], abs=1e-12)
 
 
 def test_the_stamp_of_the_last_odometry_is_known_whether_or_not_it_has_arrived():
@@ -241,6 +295,7 @@ def test_after_its_reset_the_odometry_counts_on_and_can_be_reset_again():
     robot = Simulator(replace(STIFF, reset_pause=0.3))
     for _ in range(2):
         robot.reset()
+        robot.step(1 / 30)                     # until the board reads it
         assert robot.step(0.29) == []          # busy, each time
         robot.step(0.05)
         pose = odom_of(drive(robot, 1.0, 0.1, 0.0))[-1].pose

@@ -112,7 +112,7 @@ def test_a_turn_without_a_fault_is_measured_to_its_end():
 @pytest.mark.parametrize('degrees', [179.0, -179.0])
 def test_motors_that_run_on_through_the_boards_reset_are_seen_to(degrees):
     """The core sends zero at once, and the board does not receive it for 2 s."""
-    deaf = replace(ROBOT, reset_pause=2.0, reset_runs_on=True)
+    deaf = replace(ROBOT, reset_pause=2.0)
     stop = stop_of_a_drive(GoalState.MOVE_FORWARD, Simulator.reset, deaf)
     assert stop.to_zero <= SILENCE
     assert stop.to_rest == pytest.approx(2.0 + COASTING - ROBOT.command_latency, abs=0.1)

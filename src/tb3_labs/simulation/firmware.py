@@ -9,7 +9,9 @@ Its faults are copied, because the labs have to work with them:
   time the IMU crosses +/-180 deg, one sample's displacement points backwards and its
   twist.angular has a spike of 2 pi times the odometry's rate, about 190 rad/s. The yaw itself
   stays correct.
-- `reset` zeroes the odometry's pose, but not the IMU's yaw. From then on they differ.
+- `reset` calibrates the gyro, which takes the mean rate of turn meanwhile for its bias. Then it
+  zeroes the odometry's pose, but not the IMU's yaw. From then on they differ. The next odometry
+  adds the turn that the IMU saw meanwhile.
 
 Units: SI; motor angles in radians, positive forwards. Source: ROBOTIS OpenCR firmware 1.2.6
 (turtlebot3_core.ino, turtlebot3_motor_driver.cpp).
@@ -91,3 +93,28 @@ class Odometer:
         """Set pose and wheel angles to zero; `ticks` is the present reading of the encoders."""
         self._x = self._y = self._yaw = 0.0
         self._ticks = self._zero = ticks
+
+
+class Calibration:
+    """The board calibrates its gyro: it is busy with nothing else. Yaws are true, not wrapped."""
+
+    def __init__(self) -> None:
+        #: Its end [s], an attribute for speed; infinite while there is no calibration.
+        self.due = math.inf
+        #: End of the last one [s].
+        self.ended = -math.inf
+
+    @property
+    def under_way(self) -> bool:
+        """Is there a calibration?"""
+        return self.due < math.inf
+
+    def begin(self, now: float, pause: float, yaw: float) -> None:
+        """It begins `now` and takes `pause` [s]; the robot is at `yaw` [rad]."""
+        self.due = now + pause
+        self._pause, self._yaw = pause, yaw
+
+    def end(self, yaw: float) -> float:
+        """It ends at `due` with the robot at `yaw` [rad]. Returns the bias of the gyro [rad/s]."""
+        self.ended, self.due = self.due, math.inf
+        return (self._yaw - yaw) / self._pause if self._pause else 0.0

@@ -12,22 +12,23 @@ same seed gives the same samples, for steps of any length.
 
 Frames: `truth` is in `world`, where the odometry starts without error. The IMU's yaw differs from
 the true yaw by `imu_offset_deg`. Stamps count seconds from 0 and never jump.
-Edge cases: while the board recalibrates (see `Simulator.reset`), commands and resets are lost.
+Edge cases: while the board calibrates (see `Simulator.reset`), commands and resets wait.
 Source: the firmware where marked; noise from a recording of a real Burger at rest.
 """
 import math
+from collections import deque
 from itertools import groupby
 from operator import itemgetter
-from typing import List, Optional, Tuple
+from typing import Deque, List, Tuple
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, CONTROL_RATE, robot_model
-from tb3_labs.simulation.drivetrain import Drivetrain
+from tb3_labs.simulation.drivetrain import Drivetrain, PastWheels
 from tb3_labs.simulation.faults import Dropouts, SensorFaults
-from tb3_labs.simulation.firmware import Odometer, encoder, motor_speeds
-from tb3_labs.simulation.imu import ImuModel
+from tb3_labs.simulation.firmware import Calibration, Odometer, encoder, motor_speeds
+from tb3_labs.simulation.imu import RAW_BIAS, ImuModel
 from tb3_labs.simulation.network import Arrival, Link, LinkSettings
 from tb3_labs.simulation.rhythm import Rhythm
 from tb3_labs.simulation.simulator_config import FAULTS, STARTING, SimulatorConfig
@@ -35,6 +36,8 @@ from tb3_labs.simulation.simulator_config import FAULTS, STARTING, SimulatorConf
 #: Events this shortly after the end of a step belong to it [s]: many small steps do not add up to
 #: exactly one large step.
 ROUNDING = 1e-9
+#: Goes to the board in the place of a command.
+RESET = None
 
 
 class Simulator:
@@ -45,7 +48,9 @@ class Simulator:
         start = Pose2(config.start_x, config.start_y, wrap(math.radians(config.start_yaw_deg)))
         self._drivetrain = Drivetrain(self._model, start)
         offset = math.radians(config.imu_offset_deg)
-        self._imu = ImuModel(offset, config.seed)
+        self._imu = ImuModel(start.yaw, offset, config.seed)
+        self._imu.bias = math.radians(config.gyro_bias_deg)
+        self._past_wheels = PastWheels()
         self._odometer = Odometer(self._model, start, wrap(start.yaw + offset))
 
         self._now = 0.0
@@ -59,9 +64,9 @@ class Simulator:
         self._sensor_link = Link('sensors', config.seed)
         self._sent: List[Sample] = []   # samples of this step, oldest first
         self._command = (-math.inf, 0.0, 0.0)   # arrival [s], forward speed, rate of turn
-        #: (forward speed, rate of turn) that the motors follow; None: not known since a reset
-        self._obeyed: Optional[Tuple[float, float]] = None
-        self._busy_until = -math.inf
+        self._obeyed = 0.0, 0.0     # (forward speed, rate of turn) that the motors follow
+        self._waiting: Deque[Arrival] = deque()     # commands and resets that the board has not read
+        self._calibration = Calibration()
         self._resetting = False
         self._origin = Pose2()
         self._config = config
@@ -121,7 +126,10 @@ class Simulator:
         before, self._config = self._config, config
         self._drivetrain.set_physics(config.motor_lag, config.wheel_mismatch, config.slip)
         self._imu.configure(math.radians(config.imu_noise_deg), config.gyro_noise,
-                            math.radians(config.imu_drift_deg_per_min) / 60.0)
+                            math.radians(config.imu_drift_deg_per_min) / 60.0, config.yaw_lag)
+        if config.gyro_bias_deg != before.gyro_bias_deg:
+            self._imu.bias = math.radians(config.gyro_bias_deg)
+        self._motion_changed()
         self._imu_rhythm.set_rate(config.imu_rate, self._now)
         self._odom_rhythm.set_rate(config.odom_rate, self._now)
         self._apply_network(config)
@@ -153,17 +161,11 @@ class Simulator:
         self._command_link.send(((linear, angular),), (self._now,))
 
     def reset(self) -> None:
-        """The firmware's reset: the board recalibrates its gyro. Meanwhile it obeys no command
-        and sends no sample. Then the odometry's pose is zero, also if the robot moved meanwhile,
-        and the IMU's yaw is as before.
+        """Send the firmware's reset now: the board calibrates its gyro. Meanwhile it sends no
+        sample, reads nothing, and the motors keep their speed. The gyro is raw, and takes the mean
+        rate of turn for its bias. Then the odometry is zero but for the turn that the IMU saw.
         """
-        if not self._resetting:
-            self._move_to(self._now)
-            self._resetting = True
-            self._busy_until = self._now + self._config.reset_pause
-            if not self._config.reset_runs_on:
-                self._obeyed = None
-                self._drivetrain.set_goals(0.0, 0.0)
+        self._command_link.send((RESET,), (self._now,))
 
     def step(self, dt: float) -> List[Sample]:
         """Let `dt` seconds pass. Returns the samples that arrive in that time, in order.
@@ -194,14 +196,17 @@ class Simulator:
         self._now += dt
         horizon = self._now + ROUNDING
         imu, odom, control = self._imu_rhythm, self._odom_rhythm, self._control_rhythm
+        calibration = self._calibration
         while True:
-            # Order of events of one moment: driving, odometry, IMU.
-            tick = min(control.due, odom.due)
+            # Order of events of one moment: calibration, driving, odometry, IMU.
+            tick = min(control.due, odom.due, calibration.due)
             if imu.due < tick:
                 self._measure_imu(min(tick, horizon))
             if tick > horizon:
                 return
-            if control.due == tick:
+            if calibration.due == tick:
+                self._end_calibration()
+            elif control.due == tick:
                 self._drive(control.take())
             else:
                 self._measure_odometry(odom.take())
@@ -213,41 +218,68 @@ class Simulator:
             self._drivetrain.advance(dt)
             self._imu.advance(dt)
             self._moved = stamp
+            self._imu.follow(stamp, self._drivetrain.turning)
+
+    def _motion_changed(self) -> None:
+        """Tell the sensors, which see it later."""
+        self._imu.follow(self._moved, self._drivetrain.turning)
+        self._past_wheels.follow(self._moved, self._drivetrain)
 
     def _drive(self, stamp: float) -> None:
         """The board's own tick: the latest command that has arrived goes to the motors."""
-        for arrival, (linear, angular) in self._command_link.take(stamp):
-            if arrival >= self._busy_until:
-                self._command = arrival, linear, angular
-        if stamp < self._busy_until:
+        if self._calibration.under_way:
             return
-        self._move_to(stamp)
+        self._waiting.extend(self._command_link.take(stamp))
+        while self._waiting:
+            arrival, message = self._waiting.popleft()
+            if message is RESET:
+                self._begin_calibration(stamp)
+                return
+            # A command that waited counts from the moment at which it is read.
+            linear, angular = message
+            self._command = max(arrival, self._calibration.ended), linear, angular
         arrival, linear, angular = self._command
         if self._config.motors_off or stamp - arrival > COMMAND_TIMEOUT:
             linear = angular = 0.0
         if (linear, angular) != self._obeyed:
+            self._move_to(stamp)
             self._obeyed = linear, angular
             self._drivetrain.set_goals(*motor_speeds(linear, angular, self._model))
+            self._motion_changed()
+
+    def _begin_calibration(self, stamp: float) -> None:
+        self._move_to(stamp)
+        self._calibration.begin(stamp, self._config.reset_pause, self._drivetrain.turning[0])
+        self._resetting = True
+        self._use_bias(RAW_BIAS)
+
+    def _end_calibration(self) -> None:
+        self._move_to(self._calibration.due)
+        self._use_bias(self._calibration.end(self._drivetrain.turning[0]))
+
+    def _use_bias(self, bias: float) -> None:
+        """The gyro's error from now on [rad/s]."""
+        self._imu.bias = bias
+        self._motion_changed()
 
     def _measure_imu(self, end: float) -> None:
         """Measure every IMU sample that is due before `end`."""
         stamps = self._imu_rhythm.take_until(end)
-        if self._resetting:
-            stamps = [stamp for stamp in stamps if stamp >= self._busy_until]
-        samples = self._imu.measure(stamps, self._moved, self._drivetrain.turning)
-        self._sent.extend(self._imu_faults.outcome(samples))
+        if not self._calibration.under_way:
+            self._sent.extend(self._imu_faults.outcome(self._imu.measure(stamps)))
 
     def _measure_odometry(self, stamp: float) -> None:
-        if stamp < self._busy_until:
+        if self._calibration.under_way:
             return
         self._move_to(stamp)
-        left, right = self._drivetrain.angles
+        left, right = self._past_wheels.angles_at(stamp - self._config.wheel_lag)
         ticks = encoder(left), encoder(right)
         if self._resetting:
             self._odometer.reset(ticks)
-            self._origin = self._drivetrain.pose
-            self._resetting = False
-        seen = self._imu.measure([stamp], stamp, self._drivetrain.turning)[0]
+        seen = self._imu.measure([stamp])[0]
         sample = self._odometer.update(stamp, ticks, seen.yaw)
+        if self._resetting:
+            self._resetting = False
+            self._origin = self._drivetrain.pose @ sample.pose.inverse()
         self._odometry_stamp = stamp
         self._sent.extend(self._odom_faults.outcome([sample]))

@@ -34,6 +34,14 @@ class SimulatorConfig(Config):
         0.001, 'white noise of the rate of turn, standard deviation', 'rad/s', 0.0, 1.0)
     imu_drift_deg_per_min: float = setting(
         0.0, 'drift of the yaw, and bias of the gyro', 'deg/min', -600.0, 600.0)
+    gyro_bias_deg: float = setting(
+        0.0, 'rate that a calibration in motion left in gyro and yaw, until the next `reset`',
+        'deg/s', -180.0, 180.0)
+    # The defaults: a fast computer and the real firmware.
+    yaw_lag: float = setting(
+        0.0135, 'age of yaw and rate of turn at the stamp, of IMU and odometry', 's', 0.0, 1.0)
+    wheel_lag: float = setting(
+        0.0085, "age of the encoders' reading at the odometry's stamp", 's', 0.0, 1.0)
     wheel_mismatch: float = setting(
         0.0, 'fraction by which the right wheel is smaller than the firmware assumes', '',
         -0.5, 0.5)
@@ -56,10 +64,8 @@ class SimulatorConfig(Config):
     stalled: str = setting(STALLED[0], 'directions that stalls delay', choices=STALLED)
     # 512 readings at 200 Hz; the firmware gives up after 5 s.
     reset_pause: float = setting(
-        2.56, 'time in which the board only recalibrates its gyro, after `reset`', 's',
+        2.56, 'time in which the board only recalibrates its gyro, after `reset`; motors run on', 's',
         0.0, 10.0)
-    reset_runs_on: bool = setting(
-        False, 'motors keep their speed during that pause (nothing in the firmware stops them)')
 
     motors_off: bool = setting(False, 'fault: the wheels stand at every command')
     imu_silent: bool = setting(False, 'fault: no samples of the IMU')
