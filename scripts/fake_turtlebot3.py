@@ -22,6 +22,8 @@ Parameters
     ~spacing      distance of two neighbours, along y [m] (1)
     ~network      quiet, good, busy, bad: a set of network settings (simulation/network.py); a
                   setting that is given itself takes precedence (quiet)
+    ~host         default, laptop, pi: the same for the computer that the robot's board is connected
+                  to: rates, lags, stamps (simulation/simulator_config.py)
     ~mystery      1 to 9999: one hidden fault (simulation/mystery.py), the same for the same number.
                   There is no ground_truth, no /tf_static, and no setting that may change. Of
                   several robots, robot n hides the fault of number ~mystery + n - 1. 0: none (0)
@@ -44,7 +46,7 @@ from tb3_labs.ros.robot.fake_robot import FakeRobot, StaticFrames
 from tb3_labs.ros.robot.pacemaker import Pacemaker
 from tb3_labs.simulation.mystery import LAST, HiddenFault
 from tb3_labs.simulation.network import NETWORKS
-from tb3_labs.simulation.simulator_config import STARTING, SimulatorConfig
+from tb3_labs.simulation.simulator_config import HOSTS, STARTING, SimulatorConfig
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,8 @@ class ClassConfig(Config):
     spacing: float = setting(1.0, 'distance between neighbours, along y', 'm', 0.0, 100.0)
     network: str = setting('quiet', 'named network between robots and computer',
                            choices=tuple(NETWORKS))
+    host: str = setting('default', "named computer that the robots' boards are connected to",
+                        choices=tuple(HOSTS))
     mystery: int = setting(0, 'number of a hidden fault to find by measuring; 0: none',
                            low=0, high=LAST)
 
@@ -75,7 +79,8 @@ class FakeTurtlebot3:
             names = [item.name for item in fields(settings)]
             self._live = LiveSettings(settings, self._on_settings, fixed=names)
         else:
-            settings = replace(_on_network(settings, room.network), model=model)
+            settings = replace(_named(settings, NETWORKS[room.network], HOSTS[room.host]),
+                               model=model)
             static_tf = StaticFrames()
             self._robots = [FakeRobot(replace(own, seed=own.seed + number), namespace, static_tf)
                             for number, namespace, own in _placed(settings, room)]
@@ -99,9 +104,11 @@ def _placed(settings, room):
 
 def _mystery_robots(settings, room):
     """Robots with hidden faults: nothing tells their true poses."""
-    if room.network != 'quiet':
-        raise ValueError('network = {} is not valid together with mystery = {}: the network may be '
-                         'what is wrong with the robot'.format(room.network, room.mystery))
+    for name, plain in (('network', 'quiet'), ('host', 'default')):
+        if getattr(room, name) != plain:
+            raise ValueError('{} = {} is not valid together with mystery = {}: the {} may be what is '
+                             'wrong with the robot'.format(name, getattr(room, name), room.mystery,
+                                                           name))
     robots = [
         FakeRobot(own, namespace, hidden=HiddenFault(room.mystery + max(number - 1, 0), own))
         for number, namespace, own in _placed(settings, room)]
@@ -110,10 +117,10 @@ def _mystery_robots(settings, room):
     return robots
 
 
-def _on_network(settings, network):
-    """`settings` with those of `network`, except where a setting is given already."""
+def _named(settings, *sets):
+    """`settings` with those of the named `sets`, except where a setting is given already."""
     plain = SimulatorConfig()
-    return replace(settings, **{name: value for name, value in NETWORKS[network].items()
+    return replace(settings, **{name: value for named in sets for name, value in named.items()
                                 if getattr(settings, name) == getattr(plain, name)})
 
 

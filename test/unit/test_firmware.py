@@ -16,7 +16,7 @@ STEP = 0.229 * 2.0 * math.pi / 60.0     # of the motor's speed [rad/s]
 @pytest.mark.parametrize('linear, angular, left, right', [
     (0.1, 0.0, 126, 126), (-0.1, 0.0, -126, -126),     # 0.1 m/s is 126.4 steps
     (0.0, 1.0, -101, 101), (0.0, -1.0, 101, -101),     # 0.08 m/s is 101.1 steps
-    (0.1, 1.0, 25, 227), (0.0, 0.0, 0, 0)])
+    (0.1, 1.0, 25, 227), (0.0, 0.0, 0, 0), (9.0, 0.0, 265, 265), (0.0, -9.0, 265, -265)])
 def test_a_command_is_whole_steps_of_both_motors(linear, angular, left, right):
     assert motor_speeds(linear, angular, BURGER) == pytest.approx((left * STEP, right * STEP))
 
@@ -25,7 +25,8 @@ def test_a_command_is_whole_steps_of_both_motors(linear, angular, left, right):
 def test_each_limit_is_reached_and_kept(model):
     """Within a step of the motor: the limits bind from both sides."""
     def steps(speed):
-        return pytest.approx(speed / model.wheel_radius, abs=STEP)
+        fastest = model.motor_steps * STEP
+        return pytest.approx(min(max(speed / model.wheel_radius, -fastest), fastest), abs=STEP)
     straight = motor_speeds(9.0, 0.0, model)
     assert straight == (steps(model.max_linear),) * 2
     turn = min(model.max_angular * model.half_track, model.max_wheel_speed)

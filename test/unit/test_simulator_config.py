@@ -17,7 +17,7 @@ LAUNCH = pathlib.Path(__file__).parents[2] / 'launch' / 'fake_robot.launch'
 def test_what_belongs_to_the_start_cannot_change_later():
     robot = Simulator()
     other = {'model': 'waffle', 'start_x': 1.0, 'start_y': 1.0, 'start_yaw_deg': 1.0,
-             'imu_offset_deg': 1.0, 'seed': 2}
+             'imu_offset_deg': 1.0, 'cold_start': True, 'seed': 2}
     assert set(other) == set(STARTING)
     for name, value in other.items():
         with pytest.raises(ValueError, match=name):
@@ -27,7 +27,7 @@ def test_what_belongs_to_the_start_cannot_change_later():
 
 @pytest.mark.parametrize('name', sorted(
     {item.name for item in fields(SimulatorConfig)} - set(STARTING) - set(FAULTS)
-    - {'stalled', 'network_cut'}))
+    - {'stalled', 'network_cut', 'board_off', 'serial_dead'}))
 def test_physics_may_change_while_it_drives(name):
     """Nothing jumps: the motion so far is kept."""
     robot = Simulator(QUIET)
@@ -36,8 +36,7 @@ def test_physics_may_change_while_it_drives(name):
     truth = robot.truth
     value = getattr(robot.config, name)
     changed = (not value) if isinstance(value, bool) else 0.3 + value / 2.0 if value < 1 else 20.0
-    if name == 'reset_pause':
-        changed = 1.0
+    changed = {'reset_pause': 1.0, 'stamp_step': 0.1}.get(name, changed)
     robot.configure(replace(robot.config, **{name: changed}))
     assert close(robot.truth, truth, metres=1e-6, radians=1e-6)
     assert drive(robot, 1.0, 0.1, 0.5)
@@ -68,7 +67,7 @@ BOUNDS = {
     'imu_offset_deg': (-360.0, 360.0), 'seed': (0, 2147483647), 'imu_rate': (1.0, 1000.0),
     'odom_rate': (1.0, 200.0), 'imu_noise_deg': (0.0, 10.0), 'gyro_noise': (0.0, 1.0),
     'imu_drift_deg_per_min': (-600.0, 600.0), 'gyro_bias_deg': (-180.0, 180.0),
-    'yaw_lag': (0.0, 1.0), 'wheel_lag': (0.0, 1.0), 'wheel_mismatch': (-0.5, 0.5), 'slip': (0.0, 1.0),
+    'yaw_lag': (0.0, 1.0), 'wheel_lag': (0.0, 1.0), 'stamp_step': (0.0, 0.1), 'wheel_mismatch': (-0.5, 0.5), 'slip': (0.0, 1.0),
     'motor_lag': (0.0, 2.0), 'command_latency': (0.0, 5.0), 'sensor_latency': (0.0, 5.0),
     'command_jitter': (0.0, 1.0), 'sensor_jitter': (0.0, 1.0), 'stalls_per_min': (0.0, 120.0),
     'longest_stall': (0.0, 10.0), 'reset_pause': (0.0, 10.0), 'dropouts_per_min': (0.0, 60.0)}
@@ -96,7 +95,7 @@ def test_a_robot_of_its_own_accord_is_sound_and_at_home():
     for name in BOUNDS:
         assert getattr(config, name) == some.get(name, 0.0), name
     assert not any(getattr(config, name) for name in (
-        'motors_off', 'imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen',
+        'cold_start', 'motors_off', 'serial_dead', 'board_off', 'imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen',
         'network_cut'))
 
 

@@ -24,6 +24,7 @@ def test_the_burgers_limits_are_its_motors():
     burger = robot_model('burger')
     assert burger.max_wheel_speed == pytest.approx(rim_speed(61.0))
     assert burger.max_linear == pytest.approx(0.2108, abs=1e-9)
+    assert burger.motor_steps * MOTOR_SPEED_STEP * 0.033 == pytest.approx(0.2097, abs=5e-5)
     assert burger.max_linear == pytest.approx(burger.max_wheel_speed, abs=5e-5)
     assert burger.max_angular == pytest.approx(rim_speed(61.0) / 0.080, abs=1e-3)
     assert burger.max_linear < 0.22 and burger.max_angular < 2.84

@@ -42,7 +42,7 @@ class WheelSample(NamedTuple):
 
 #: A sample of either sensor.
 Sample = Union[ImuSample, OdometrySample]
-AnySample = TypeVar('AnySample', ImuSample, OdometrySample)
+AnySample = TypeVar('AnySample', ImuSample, OdometrySample, Sample)
 
 
 def with_stamp(sample: AnySample, stamp: float) -> AnySample:

@@ -2,7 +2,7 @@
 
 Units: metres, radians, seconds. Sources: ROBOTIS OpenCR firmware 1.2.6 (`turtlebot3_core` and
 its motor driver), the Dynamixel XL430/XM430 manuals. The data sheets' 0.22 m/s and 2.84 rad/s
-for the Burger are rounded up: its wheels stop at 61 rpm.
+for the Burger are rounded up: its wheels stop at 61 rpm, and `motor_steps` cut off another 0.5 %.
 """
 import math
 from dataclasses import dataclass
@@ -31,6 +31,7 @@ class RobotModel:
     wheel_radius: float       # [m]
     wheel_separation: float   # between the wheels' middles [m]
     motor_rpm: float          # fastest turn of a wheel [1/min]
+    motor_steps: int          # the same as the motor takes it, in MOTOR_SPEED_STEP
     max_linear: float         # [m/s]
     max_angular: float        # [rad/s]
     body_radius: float        # a circle about the wheels' axle that holds the robot [m]
@@ -47,9 +48,9 @@ class RobotModel:
 
 
 MODELS: Dict[str, RobotModel] = {
-    'burger': RobotModel('burger', 0.033, 0.160, 61.0, 0.2108, 2.635, 0.105),
-    'waffle': RobotModel('waffle', 0.033, 0.287, 77.0, 0.26, 1.82, 0.220),
-    'waffle_pi': RobotModel('waffle_pi', 0.033, 0.287, 77.0, 0.26, 1.82, 0.220),
+    'burger': RobotModel('burger', 0.033, 0.160, 61.0, 265, 0.2108, 2.635, 0.105),
+    'waffle': RobotModel('waffle', 0.033, 0.287, 77.0, 337, 0.26, 1.82, 0.220),
+    'waffle_pi': RobotModel('waffle_pi', 0.033, 0.287, 77.0, 337, 0.26, 1.82, 0.220),
 }
 DEFAULT_MODEL = 'burger'
 

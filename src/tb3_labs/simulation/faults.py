@@ -7,10 +7,12 @@ import math
 import random
 from typing import Generic, List, Optional
 
-from tb3_labs.robot.samples import AnySample, with_stamp
+from tb3_labs.robot.samples import AnySample, Sample, with_stamp
 
 #: Shortest and longest dropout [s].
 DROPOUT = (0.3, 4.3)
+#: Time from one time sync of the serial node to the next [s].
+SYNC_PERIOD = 5.0
 
 
 class Dropouts:
@@ -51,3 +53,25 @@ class SensorFaults(Generic[AnySample]):
         if self._dropouts.rate:
             samples = [sample for sample in samples if not self._dropouts.cover(sample.stamp)]
         return samples
+
+
+class TimeSyncs:
+    """The error of the board's clock: up to `largest` [s], another one from each sync on."""
+
+    def __init__(self, largest: float, seed: int) -> None:
+        self.largest, self._seed = largest, seed
+        self._number, self._error = -1, 0.0
+
+    def error(self, now: float) -> float:
+        """The error [s] of a stamp taken at `now` [s]."""
+        number = int(now / SYNC_PERIOD)
+        if number != self._number:
+            source = random.Random('time sync {} {}'.format(number, self._seed))
+            self._number, self._error = number, source.uniform(-self.largest, self.largest)
+        return self._error
+
+    def stamped(self, samples: List[Sample]) -> List[Sample]:
+        """The samples with the stamps of that clock; `samples` have true ones."""
+        if not self.largest:
+            return samples
+        return [with_stamp(sample, sample.stamp + self.error(sample.stamp)) for sample in samples]

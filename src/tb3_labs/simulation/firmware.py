@@ -4,14 +4,14 @@ Its faults are copied, because the labs have to work with them:
 
 - Linear and angular speed are clipped one by one, then each wheel again. So a fast curve becomes
   slower and wider.
-- Motors take whole steps of speed, cut towards zero.
+- Motors take whole steps of speed, cut towards zero, and not more than `motor_steps`.
+- A speed that is not finite arrives over rosserial as the largest number of its sign.
 - The heading of the odometry is the IMU's: ``dyaw = theta - theta_last`` is *not* wrapped. Each
   time the IMU crosses +/-180 deg, one sample's displacement points backwards and its
   twist.angular has a spike of 2 pi times the odometry's rate, about 190 rad/s. The yaw itself
   stays correct.
-- `reset` calibrates the gyro, which takes the mean rate of turn meanwhile for its bias. Then it
-  zeroes the odometry's pose, but not the IMU's yaw. From then on they differ. The next odometry
-  adds the turn that the IMU saw meanwhile.
+- `reset` zeroes the odometry's pose, but not the IMU's yaw. From then on they differ. The next
+  odometry adds the turn that the IMU saw meanwhile.
 
 Units: SI; motor angles in radians, positive forwards. Source: ROBOTIS OpenCR firmware 1.2.6
 (turtlebot3_core.ino, turtlebot3_motor_driver.cpp).
@@ -30,15 +30,20 @@ TICK = 2.0 * math.pi / TICKS_PER_TURN
 
 def motor_speeds(linear: float, angular: float, model: RobotModel) -> Tuple[float, float]:
     """(left, right) goal speeds of the motors [rad/s] for a command [m/s], [rad/s]."""
-    linear = _clip(linear, model.max_linear)
-    angular = _clip(angular, model.max_angular)
+    linear = _clip(_received(linear), model.max_linear)
+    angular = _clip(_received(angular), model.max_angular)
     turning = angular * model.half_track
     return _whole_steps(linear - turning, model), _whole_steps(linear + turning, model)
 
 
+def _received(speed: float) -> float:
+    return speed if math.isfinite(speed) else math.copysign(math.inf, speed)
+
+
 def _whole_steps(rim_speed: float, model: RobotModel) -> float:
     rim_speed = _clip(rim_speed, model.max_wheel_speed)
-    return int(rim_speed / model.wheel_radius / MOTOR_SPEED_STEP) * MOTOR_SPEED_STEP
+    steps = int(rim_speed / model.wheel_radius / MOTOR_SPEED_STEP)
+    return _clip(steps, model.motor_steps) * MOTOR_SPEED_STEP
 
 
 def _clip(value: float, limit: float) -> float:
@@ -89,32 +94,11 @@ class Odometer:
         return OdometrySample(stamp, Pose2(self._x, self._y, wrap(self._yaw)),
                               distance / interval, turn / interval)
 
+    def start(self, imu_yaw: float) -> None:
+        """The board starts: its first update counts from this yaw of the IMU [rad]."""
+        self._theta_last = imu_yaw
+
     def reset(self, ticks: Tuple[int, int]) -> None:
         """Set pose and wheel angles to zero; `ticks` is the present reading of the encoders."""
         self._x = self._y = self._yaw = 0.0
         self._ticks = self._zero = ticks
-
-
-class Calibration:
-    """The board calibrates its gyro: it is busy with nothing else. Yaws are true, not wrapped."""
-
-    def __init__(self) -> None:
-        #: Its end [s], an attribute for speed; infinite while there is no calibration.
-        self.due = math.inf
-        #: End of the last one [s].
-        self.ended = -math.inf
-
-    @property
-    def under_way(self) -> bool:
-        """Is there a calibration?"""
-        return self.due < math.inf
-
-    def begin(self, now: float, pause: float, yaw: float) -> None:
-        """It begins `now` and takes `pause` [s]; the robot is at `yaw` [rad]."""
-        self.due = now + pause
-        self._pause, self._yaw = pause, yaw
-
-    def end(self, yaw: float) -> float:
-        """It ends at `due` with the robot at `yaw` [rad]. Returns the bias of the gyro [rad/s]."""
-        self.ended, self.due = self.due, math.inf
-        return (self._yaw - yaw) / self._pause if self._pause else 0.0

@@ -27,7 +27,8 @@ class ImuModel:
     """`offset`: yaw of the IMU minus true yaw at the start, where the robot is at `yaw` [rad]."""
 
     def __init__(self, yaw: float, offset: float, seed: int) -> None:
-        self._error = offset
+        #: Yaw of the IMU minus true yaw [rad].
+        self.error = offset
         self._noise = _pairs_of_normal_numbers(seed)
         self._yaw_noise = self._rate_noise = self._drift = self._lag = 0.0
         #: Rate that the calibration left behind [rad/s].
@@ -44,14 +45,14 @@ class ImuModel:
 
     def advance(self, dt: float) -> None:
         """Let `dt` seconds pass: drift and bias add up."""
-        self._error += (self._drift + self.bias) * dt
+        self.error += (self._drift + self.bias) * dt
 
     def follow(self, now: float, motion: Tuple[float, float, float, float]) -> None:
         """From `now` on the robot turns like that: the Drivetrain's `turning` [s]."""
         yaw, steady_rate, fading_rate, lag = motion
         if self._motions and self._motions[-1][0] >= now:
             self._motions.pop()
-        self._motions.append((now, yaw + self._error, steady_rate + self._drift + self.bias,
+        self._motions.append((now, yaw + self.error, steady_rate + self._drift + self.bias,
                               fading_rate, lag))
 
     def measure(self, stamps: Sequence[float]) -> List[ImuSample]:

@@ -5,29 +5,29 @@
     for sample in robot.step(0.02):
         ...                            # ImuSample and OdometrySample, by time of arrival
 
-Parts: `simulator_config` holds the settings, `firmware` turns commands into motor speeds and
-encoders into odometry, `drivetrain` moves the robot, `imu` measures its turning, `faults` adds
-faults to the samples, and `network` delays samples and commands. This module is their clock. The
+Parts: `simulator_config` holds the settings, `board` reads commands and resets, `firmware` turns
+commands into motor speeds and encoders into odometry, `drivetrain` moves the robot, `imu` measures
+its turning, `faults` adds faults to the samples, and `network` delays samples and commands. This module is their clock. The
 same seed gives the same samples, for steps of any length.
 
 Frames: `truth` is in `world`, where the odometry starts without error. The IMU's yaw differs from
-the true yaw by `imu_offset_deg`. Stamps count seconds from 0 and never jump.
-Edge cases: while the board calibrates (see `Simulator.reset`), commands and resets wait.
+the true yaw by `imu_offset_deg`. Stamps count seconds from 0.
 Source: the firmware where marked; noise from a recording of a real Burger at rest.
 """
 import math
-from collections import deque
+from dataclasses import replace
 from itertools import groupby
 from operator import itemgetter
-from typing import Deque, List, Tuple
+from typing import List, Tuple
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
-from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, CONTROL_RATE, robot_model
+from tb3_labs.robot.turtlebot3 import CONTROL_RATE, robot_model
+from tb3_labs.simulation.board import RESET, START_TIME, Board
 from tb3_labs.simulation.drivetrain import Drivetrain, PastWheels
-from tb3_labs.simulation.faults import Dropouts, SensorFaults
-from tb3_labs.simulation.firmware import Calibration, Odometer, encoder, motor_speeds
+from tb3_labs.simulation.faults import Dropouts, SensorFaults, TimeSyncs
+from tb3_labs.simulation.firmware import Odometer, encoder, motor_speeds
 from tb3_labs.simulation.imu import RAW_BIAS, ImuModel
 from tb3_labs.simulation.network import Arrival, Link, LinkSettings
 from tb3_labs.simulation.rhythm import Rhythm
@@ -36,8 +36,6 @@ from tb3_labs.simulation.simulator_config import FAULTS, STARTING, SimulatorConf
 #: Events this shortly after the end of a step belong to it [s]: many small steps do not add up to
 #: exactly one large step.
 ROUNDING = 1e-9
-#: Goes to the board in the place of a command.
-RESET = None
 
 
 class Simulator:
@@ -49,7 +47,6 @@ class Simulator:
         self._drivetrain = Drivetrain(self._model, start)
         offset = math.radians(config.imu_offset_deg)
         self._imu = ImuModel(start.yaw, offset, config.seed)
-        self._imu.bias = math.radians(config.gyro_bias_deg)
         self._past_wheels = PastWheels()
         self._odometer = Odometer(self._model, start, wrap(start.yaw + offset))
 
@@ -63,15 +60,15 @@ class Simulator:
         self._command_link = Link('commands', config.seed)
         self._sensor_link = Link('sensors', config.seed)
         self._sent: List[Sample] = []   # samples of this step, oldest first
-        self._command = (-math.inf, 0.0, 0.0)   # arrival [s], forward speed, rate of turn
+        self._board = Board(config.seed)
         self._obeyed = 0.0, 0.0     # (forward speed, rate of turn) that the motors follow
-        self._waiting: Deque[Arrival] = deque()     # commands and resets that the board has not read
-        self._calibration = Calibration()
         self._resetting = False
         self._origin = Pose2()
-        self._config = config
+        self._config = replace(config, gyro_bias_deg=0.0, board_off=False, serial_dead=False)
         self._plan_faults()
         self._apply(config)
+        if config.cold_start:
+            self._start()
 
     @property
     def config(self) -> SimulatorConfig:
@@ -133,6 +130,8 @@ class Simulator:
         self._imu_rhythm.set_rate(config.imu_rate, self._now)
         self._odom_rhythm.set_rate(config.odom_rate, self._now)
         self._apply_network(config)
+        self._stamps = TimeSyncs(config.stamp_step, config.seed)
+        self._switch_board(before)
         if any(getattr(config, name) != getattr(before, name) for name in FAULTS):
             self._plan_faults()
 
@@ -152,12 +151,8 @@ class Simulator:
             config.odom_silent, config.odom_frozen, dropouts)
 
     def command(self, linear: float, angular: float) -> None:
-        """Send a command now: forward speed [m/s], rate of turn [rad/s].
-
-        ``ValueError`` if one of them is not finite; the last command stays in force.
-        """
-        if not (math.isfinite(linear) and math.isfinite(angular)):
-            raise ValueError('command ({}, {}) is not finite'.format(linear, angular))
+        """Send a command now: forward speed [m/s], rate of turn [rad/s]. What is not finite is full
+        speed, as it is for the firmware."""
         self._command_link.send(((linear, angular),), (self._now,))
 
     def reset(self) -> None:
@@ -175,14 +170,14 @@ class Simulator:
         self._pass(dt)
         if self._sensor_link.is_clear:      # nothing is delayed
             sent, self._sent = self._sent, []
-            return sent
-        return [sample for _, sample in self._arrivals()]
+            return self._stamps.stamped(sent)
+        return self._stamps.stamped([sample for _, sample in self._arrivals()])
 
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
         """As :meth:`step`, but samples that arrive at the same moment, for instance after a stall,
         are together in one list."""
         self._pass(dt)
-        return [[sample for _, sample in burst]
+        return [self._stamps.stamped([sample for _, sample in burst])
                 for _, burst in groupby(self._arrivals(), itemgetter(0))]
 
     def _arrivals(self) -> List[Arrival]:
@@ -196,16 +191,16 @@ class Simulator:
         self._now += dt
         horizon = self._now + ROUNDING
         imu, odom, control = self._imu_rhythm, self._odom_rhythm, self._control_rhythm
-        calibration = self._calibration
+        board = self._board
         while True:
-            # Order of events of one moment: calibration, driving, odometry, IMU.
-            tick = min(control.due, odom.due, calibration.due)
+            # Order of events of one moment: the board, driving, odometry, IMU.
+            tick = min(control.due, odom.due, board.due)
             if imu.due < tick:
                 self._measure_imu(min(tick, horizon))
             if tick > horizon:
                 return
-            if calibration.due == tick:
-                self._end_calibration()
+            if board.due == tick:
+                self._go_on(tick)
             elif control.due == tick:
                 self._drive(control.take())
             else:
@@ -227,35 +222,59 @@ class Simulator:
 
     def _drive(self, stamp: float) -> None:
         """The board's own tick: the latest command that has arrived goes to the motors."""
-        if self._calibration.under_way:
-            return
-        self._waiting.extend(self._command_link.take(stamp))
-        while self._waiting:
-            arrival, message = self._waiting.popleft()
-            if message is RESET:
-                self._begin_calibration(stamp)
-                return
-            # A command that waited counts from the moment at which it is read.
-            linear, angular = message
-            self._command = max(arrival, self._calibration.ended), linear, angular
-        arrival, linear, angular = self._command
-        if self._config.motors_off or stamp - arrival > COMMAND_TIMEOUT:
-            linear = angular = 0.0
-        if (linear, angular) != self._obeyed:
+        arrivals = self._command_link.take(stamp)
+        if self._board.is_starting or self._config.serial_dead:
+            arrivals = []       # lost
+        if self._board.read(arrivals):
+            self._calibrate(stamp)
+        elif not self._board.is_blocked(stamp):
+            self._obey(stamp, self._board.wanted(stamp))
+
+    def _obey(self, stamp: float, wanted: Tuple[float, float]) -> None:
+        if self._config.motors_off:
+            wanted = 0.0, 0.0
+        if wanted != self._obeyed:
             self._move_to(stamp)
-            self._obeyed = linear, angular
-            self._drivetrain.set_goals(*motor_speeds(linear, angular, self._model))
+            self._obeyed = wanted
+            self._drivetrain.set_goals(*motor_speeds(*wanted, self._model))
             self._motion_changed()
 
-    def _begin_calibration(self, stamp: float) -> None:
+    def _switch_board(self, before: SimulatorConfig) -> None:
+        config = self._config
+        if config.board_off and not before.board_off:
+            self._board.switch_off()
+            self._obey(self._now, (0.0, 0.0))
+        elif before.board_off and not config.board_off:
+            self._imu.error = -self._drivetrain.turning[0]      # its yaw is zero
+            self._start()
+        if config.serial_dead and not before.serial_dead:
+            self._board.lose_link(self._now)
+        elif before.serial_dead and not config.serial_dead:
+            if self._board.regain_link(self._now) and not self._board.is_busy:
+                self._calibrate(self._now)
+
+    def _start(self) -> None:
+        """The board starts. It calibrates three times; it is heard between the last two."""
+        pause = self._config.reset_pause
+        yaw = self._drivetrain.turning[0] + self._imu.error
+        self._odometer.start(wrap(yaw + RAW_BIAS * pause))
+        self._board.start(self._now)
+        self._use_bias(RAW_BIAS * 2.0 * pause / START_TIME)
+
+    def _go_on(self, stamp: float) -> None:
+        """The board has started, or calibrated its gyro."""
         self._move_to(stamp)
-        self._calibration.begin(stamp, self._config.reset_pause, self._drivetrain.turning[0])
+        if self._board.is_starting:
+            self._send_imu([stamp])
+            self._calibrate(stamp)
+        else:
+            self._use_bias(self._board.end_calibration(self._drivetrain.turning[0]))
+
+    def _calibrate(self, stamp: float) -> None:
+        self._move_to(stamp)
+        self._board.calibrate(stamp, self._config.reset_pause, self._drivetrain.turning[0])
         self._resetting = True
         self._use_bias(RAW_BIAS)
-
-    def _end_calibration(self) -> None:
-        self._move_to(self._calibration.due)
-        self._use_bias(self._calibration.end(self._drivetrain.turning[0]))
 
     def _use_bias(self, bias: float) -> None:
         """The gyro's error from now on [rad/s]."""
@@ -265,11 +284,16 @@ class Simulator:
     def _measure_imu(self, end: float) -> None:
         """Measure every IMU sample that is due before `end`."""
         stamps = self._imu_rhythm.take_until(end)
-        if not self._calibration.under_way:
-            self._sent.extend(self._imu_faults.outcome(self._imu.measure(stamps)))
+        if not self._board.is_busy:
+            self._send_imu(stamps)
+
+    def _send_imu(self, stamps: List[float]) -> None:
+        samples = self._imu_faults.outcome(self._imu.measure(stamps))
+        if not self._config.serial_dead:
+            self._sent.extend(samples)
 
     def _measure_odometry(self, stamp: float) -> None:
-        if self._calibration.under_way:
+        if self._board.is_busy:
             return
         self._move_to(stamp)
         left, right = self._past_wheels.angles_at(stamp - self._config.wheel_lag)
@@ -281,5 +305,6 @@ class Simulator:
         if self._resetting:
             self._resetting = False
             self._origin = self._drivetrain.pose @ sample.pose.inverse()
-        self._odometry_stamp = stamp
-        self._sent.extend(self._odom_faults.outcome([sample]))
+        self._odometry_stamp = stamp + self._stamps.error(stamp)
+        if not self._config.serial_dead:
+            self._sent.extend(self._odom_faults.outcome([sample]))

@@ -6,6 +6,7 @@ Edge cases: a value of another type, not finite or out of its closed bounds rais
 with field, value and bounds (see :mod:`tb3_labs.config`).
 """
 from dataclasses import dataclass
+from typing import Dict
 
 from tb3_labs.config import Config, setting
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
@@ -24,6 +25,8 @@ class SimulatorConfig(Config):
         0.0, 'true heading at the start, also of the odometry', 'deg', -360.0, 360.0)
     imu_offset_deg: float = setting(
         0.0, 'yaw of the IMU minus yaw of the odometry at the start', 'deg', -360.0, 360.0)
+    cold_start: bool = setting(
+        False, 'start with the board: silence, calibration, odometry from zero, 9 s in all')
     seed: int = setting(1, 'seed of noise, dropouts and network', low=0, high=2 ** 31 - 1)
 
     imu_rate: float = setting(200.0, 'samples of the IMU', '1/s', 1.0, 1000.0)
@@ -42,6 +45,9 @@ class SimulatorConfig(Config):
         0.0135, 'age of yaw and rate of turn at the stamp, of IMU and odometry', 's', 0.0, 1.0)
     wheel_lag: float = setting(
         0.0085, "age of the encoders' reading at the odometry's stamp", 's', 0.0, 1.0)
+    stamp_step: float = setting(
+        0.0, 'all stamps step at each time sync, every 5 s: to at most this, early or late', 's',
+        0.0, 0.1)
     wheel_mismatch: float = setting(
         0.0, 'fraction by which the right wheel is smaller than the firmware assumes', '',
         -0.5, 0.5)
@@ -74,11 +80,23 @@ class SimulatorConfig(Config):
     odom_frozen: bool = setting(False, 'fault: the same odometry repeated, with new stamps')
     dropouts_per_min: float = setting(
         0.0, 'fault: both sensors silent at random, for 0.3 to 4.3 s', '1/min', 0.0, 60.0)
+    serial_dead: bool = setting(
+        False, 'fault: the serial node is away; its return after 9 s or more calibrates the gyro')
+    board_off: bool = setting(
+        False, 'fault: the board has no power; when it ends, the board starts')
     network_cut: bool = setting(
         False, 'fault: nothing arrives in either direction; when it ends, all arrives at once')
 
 
 #: Settings of the start; the other settings may change while the robot runs.
-STARTING = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'seed')
+STARTING = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'cold_start', 'seed')
 #: The faults; a change of one starts all of them anew.
 FAULTS = ('imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen', 'dropouts_per_min')
+
+#: Computers that the robot's board is connected to, by name: the settings that make them. Measured
+#: on the firmware, behind a fast computer and behind one as slow as a Raspberry Pi.
+HOSTS: Dict[str, Dict[str, float]] = {
+    'default': {},
+    'laptop': dict(imu_rate=171.0, odom_rate=29.9, stamp_step=0.008),
+    'pi': dict(imu_rate=115.0, odom_rate=28.8, yaw_lag=0.085, wheel_lag=0.075, stamp_step=0.02),
+}

@@ -94,11 +94,8 @@ class FakeRobot:
                 self._robot.configure(settings)
 
     def _on_command(self, message):
-        try:
-            with self._lock:
-                self._robot.command(message.linear.x, message.angular.z)
-        except ValueError as problem:
-            rospy.logwarn_throttle(1.0, 'cmd_vel dropped: {}'.format(problem))
+        with self._lock:
+            self._robot.command(message.linear.x, message.angular.z)
 
     def _on_reset(self, _message):
         with self._lock:
