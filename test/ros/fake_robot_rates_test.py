@@ -88,10 +88,15 @@ class FakeRobotRatesTest(unittest.TestCase):
                   for number in (signal.SIGINT, signal.SIGTERM)]
         hiccups = Hiccups()
         running = [(number, Arrivals(name + '/imu', Imu, 1), subprocess.Popen([
-            path_of('fake_turtlebot3.py'), '__ns:=' + name]))
+            path_of('fake_turtlebot3.py'), '__ns:=' + name, '_host:=pi', '_odom_rate:=25']))
             for number, name in robots]
         for number, imu, process in running:
             self.assertTrue(imu.done.wait(DEADLINE), 'no imu')
+            offered = rospy.wait_for_message('/robot_{}/turtlebot3/parameter_updates'.format(
+                int(number)), Config, DEADLINE)
+            host = {item.name: item.value for item in offered.doubles}
+            self.assertEqual((host['imu_rate'], host['yaw_lag'], host['odom_rate']),
+                             (115.0, 0.085, 25.0))      # what is given itself goes before it
             start = time.time()
             process.send_signal(number)
             self.assertEqual(process.wait(DEADLINE), 0)

@@ -67,7 +67,7 @@ class Simulator:
         self._config = replace(config, gyro_bias_deg=0.0, board_off=False, serial_dead=False)
         self._plan_faults()
         self._apply(config)
-        if config.cold_start:
+        if config.cold_start and not config.board_off:
             self._start()
 
     @property
