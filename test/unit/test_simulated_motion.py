@@ -182,9 +182,8 @@ def test_the_motors_run_on_during_a_reset_and_zeros_are_obeyed_late():
 def test_a_spin_in_the_calibration_is_taken_for_bias_until_the_next_reset():
     robot, before = reset_in_motion(0.0, 1.0)
     rate = robot.true_velocity[1]
-    robot.step(1.0)
+    samples = robot.step(2.5)
     robot.configure(replace(robot.config, slip=0.0))    # a setting that has nothing to do with it
-    samples = robot.step(1.5)
     resting = robot.step(0.5)
     assert robot.true_velocity[1] == pytest.approx(0.0, abs=1e-6)
     assert imu_of(resting)[-1].yaw_rate == pytest.approx(-rate, abs=1e-4)
