@@ -125,6 +125,7 @@ def test_a_reset_at_rest_and_commands_in_its_pause():
     half a second old."""
     replay = Replay([(1.0, 1.98, 0.2, 0.0)], 7.0, reset=0.5)
     before, after = replay.pause()
+    assert after[0] - before[0] == pytest.approx(2.6, abs=0.1)
     assert math.degrees(after[1] - before[1]) == pytest.approx(1.82, abs=0.1)
     moving = replay.truth[1:, 0][np.diff(replay.way) > 5e-5]
     assert (moving[0], moving[-1]) == pytest.approx((3.05, 3.75), abs=0.06)
