@@ -145,17 +145,15 @@ def test_reset_at_rest_zeroes_the_place_and_moves_the_yaw_by_the_raw_gyros_bias(
     truth, moment = robot.truth, robot.now
     robot.reset()
     samples = robot.step(3.5)
-    begin, end = max((b.stamp - a.stamp, a.stamp, b.stamp)
-                     for a, b in zip(samples, samples[1:]))[1:]
-    assert moment <= begin < moment + 1 / 30 and end - begin == pytest.approx(2.56, abs=1 / 30)
+    assert samples[0].stamp == pytest.approx(moment + 2.56, abs=0.01)
     # 0.6 s after the stop the wheels still turn by some nanometres.
     turned = Pose2(0.0, 0.0, RAW * 2.56)
     for sample in odom_of(samples)[-1], odom_of(samples)[-20]:
-        assert close(sample.pose, turned, metres=1e-6, radians=math.radians(5.0) / 10.0)
+        assert close(sample.pose, turned, metres=1e-6, radians=math.radians(5.0) / 25.0)
     assert close(odom_of(samples)[-1].pose, odom_of(samples)[-20].pose, radians=1e-6)
     assert imu_of(samples)[-1].yaw_rate == pytest.approx(0.0, abs=1e-6)
     assert wrap(imu_of(samples)[-1].yaw - before.yaw) == pytest.approx(
-        RAW * 2.56 + math.radians(5.0) * (begin - before.stamp), abs=math.radians(5.0) / 150.0)
+        RAW * 2.56, abs=math.radians(5.0) / 150.0)
     assert robot.wheel_angles == (0.0, 0.0)
     assert close(robot.truth, truth, metres=1e-6, radians=1e-6)
 
@@ -207,9 +205,9 @@ def test_commands_and_resets_of_the_pause_are_obeyed_late_in_their_order():
     robot.command(-0.1, 0.0)
     robot.reset()
     robot.command(0.1, 0.0)
-    assert robot.step(0.7) == [] and robot.truth == Pose2()     # the second one is under way
+    assert robot.step(0.65) == [] and robot.truth == Pose2()     # the second one is under way
     robot.step(0.1)
-    assert robot.true_velocity[0] > 0.09    # 0.8 s after it was sent
+    assert robot.true_velocity[0] > 0.09    # 0.7 s after it was sent
     robot.step(0.4)
     assert robot.true_velocity[0] > 0.09    # as long as a command that is read in time
     robot.step(0.1)
@@ -294,7 +292,6 @@ def test_after_its_reset_the_odometry_counts_on_and_can_be_reset_again():
     robot = Simulator(replace(STIFF, reset_pause=0.3))
     for _ in range(2):
         robot.reset()
-        robot.step(1 / 30)                     # until the board reads it
         assert robot.step(0.29) == []          # busy, each time
         robot.step(0.05)
         pose = odom_of(drive(robot, 1.0, 0.1, 0.0))[-1].pose

@@ -161,6 +161,7 @@ class Simulator:
         rate of turn for its bias. Then the odometry is zero but for the turn that the IMU saw.
         """
         self._command_link.send((RESET,), (self._now,))
+        self._read(self._now)
 
     def step(self, dt: float) -> List[Sample]:
         """Let `dt` seconds pass. Returns the samples that arrive in that time, in order.
@@ -222,13 +223,17 @@ class Simulator:
 
     def _drive(self, stamp: float) -> None:
         """The board's own tick: the latest command that has arrived goes to the motors."""
+        self._read(stamp)
+        if not self._board.is_blocked(stamp):
+            self._obey(stamp, self._board.wanted(stamp))
+
+    def _read(self, stamp: float) -> None:
+        """The board reads what has arrived."""
         arrivals = self._command_link.take(stamp)
         if self._board.is_starting or self._config.serial_dead:
             arrivals = []       # lost
         if self._board.read(arrivals):
             self._calibrate(stamp)
-        elif not self._board.is_blocked(stamp):
-            self._obey(stamp, self._board.wanted(stamp))
 
     def _obey(self, stamp: float, wanted: Tuple[float, float]) -> None:
         if self._config.motors_off:
