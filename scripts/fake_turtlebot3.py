@@ -106,9 +106,9 @@ def _mystery_robots(settings, room):
     """Robots with hidden faults: nothing tells their true poses."""
     for name, plain in (('network', 'quiet'), ('host', 'default')):
         if getattr(room, name) != plain:
-            raise ValueError('{} = {} is not valid together with mystery = {}: the {} may be what is '
-                             'wrong with the robot'.format(name, getattr(room, name), room.mystery,
-                                                           name))
+            raise ValueError('{0} = {1} is not valid together with mystery = {2}: the {0} may be '
+                             'what is wrong with the robot'.format(
+                                 name, getattr(room, name), room.mystery))
     robots = [
         FakeRobot(own, namespace, hidden=HiddenFault(room.mystery + max(number - 1, 0), own))
         for number, namespace, own in _placed(settings, room)]

@@ -240,7 +240,8 @@ def test_the_odometry_stands_in_the_world_where_the_last_reset_ended():
 
 
 def test_the_wheels_are_as_old_as_their_lag_says():
-    late, direct = Simulator(replace(QUIET, wheel_lag=0.1)), Simulator(replace(QUIET, odom_rate=10.0))
+    late = Simulator(replace(QUIET, wheel_lag=0.1))
+    direct = Simulator(replace(QUIET, odom_rate=10.0))
     speeds = (0.1, 0.2, -0.1)
     directly = [drive(direct, 0.5, speed, 0.0) for speed in speeds]
     samples = [drive(late, 0.5, speed, 0.0) for speed in speeds]

@@ -67,7 +67,8 @@ BOUNDS = {
     'imu_offset_deg': (-360.0, 360.0), 'seed': (0, 2147483647), 'imu_rate': (1.0, 1000.0),
     'odom_rate': (1.0, 200.0), 'imu_noise_deg': (0.0, 10.0), 'gyro_noise': (0.0, 1.0),
     'imu_drift_deg_per_min': (-600.0, 600.0), 'gyro_bias_deg': (-180.0, 180.0),
-    'yaw_lag': (0.0, 1.0), 'wheel_lag': (0.0, 1.0), 'stamp_step': (0.0, 0.1), 'wheel_mismatch': (-0.5, 0.5), 'slip': (0.0, 1.0),
+    'yaw_lag': (0.0, 1.0), 'wheel_lag': (0.0, 1.0), 'stamp_step': (0.0, 0.1),
+    'wheel_mismatch': (-0.5, 0.5), 'slip': (0.0, 1.0),
     'motor_lag': (0.0, 2.0), 'command_latency': (0.0, 5.0), 'sensor_latency': (0.0, 5.0),
     'command_jitter': (0.0, 1.0), 'sensor_jitter': (0.0, 1.0), 'stalls_per_min': (0.0, 120.0),
     'longest_stall': (0.0, 10.0), 'reset_pause': (0.0, 10.0), 'dropouts_per_min': (0.0, 60.0)}
@@ -95,8 +96,8 @@ def test_a_robot_of_its_own_accord_is_sound_and_at_home():
     for name in BOUNDS:
         assert getattr(config, name) == some.get(name, 0.0), name
     assert not any(getattr(config, name) for name in (
-        'cold_start', 'motors_off', 'serial_dead', 'board_off', 'imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen',
-        'network_cut'))
+        'cold_start', 'motors_off', 'serial_dead', 'board_off', 'imu_silent', 'imu_frozen',
+        'odom_silent', 'odom_frozen', 'network_cut'))
 
 
 def test_rates_that_change_count_from_then_on():

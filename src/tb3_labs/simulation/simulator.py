@@ -7,8 +7,8 @@
 
 Parts: `simulator_config` holds the settings, `board` reads commands and resets, `firmware` turns
 commands into motor speeds and encoders into odometry, `drivetrain` moves the robot, `imu` measures
-its turning, `faults` adds faults to the samples, and `network` delays samples and commands. This module is their clock. The
-same seed gives the same samples, for steps of any length.
+its turning, `faults` adds faults to the samples, and `network` delays samples and commands. This
+module is their clock. The same seed gives the same samples, for steps of any length.
 
 Frames: `truth` is in `world`, where the odometry starts without error. The IMU's yaw differs from
 the true yaw by `imu_offset_deg`. Stamps count seconds from 0.

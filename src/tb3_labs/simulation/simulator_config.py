@@ -70,8 +70,8 @@ class SimulatorConfig(Config):
     stalled: str = setting(STALLED[0], 'directions that stalls delay', choices=STALLED)
     # 512 readings at 200 Hz; the firmware gives up after 5 s.
     reset_pause: float = setting(
-        2.56, 'time in which the board only recalibrates its gyro, after `reset`; motors run on', 's',
-        0.0, 10.0)
+        2.56, 'time in which the board only recalibrates its gyro, after `reset`; motors run on',
+        's', 0.0, 10.0)
 
     motors_off: bool = setting(False, 'fault: the wheels stand at every command')
     imu_silent: bool = setting(False, 'fault: no samples of the IMU')
