@@ -35,7 +35,7 @@ fi
 # --- the shell's side, with scripts/setup/terminal.bash -------------------------------------------------------------------
 _tb3_labs_shell() {
   local -; set +euo pipefail    # the caller's options come back at the end of the function; catkin's files need these
-  local here repo ws prefix prefixes=() kept=()
+  local here repo ws prefix prefixes=() kept=() hook=etc/catkin/profile.d/1.ros_package_path.sh
   here=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P) || return 1
   repo=${here%/*} ws=${here%/*}/build/.ws
   bash "$here/setup.sh" || return 1
@@ -47,10 +47,16 @@ _tb3_labs_shell() {
   [ -n "${ROS_IP:-}${ROS_HOSTNAME:-}" ] || return 1    # scripts/setup/terminal.bash has said why
 
   for prefix in "${prefixes[@]}"; do if _tb3_labs_keeps "$prefix"; then kept=("$prefix" "${kept[@]}"); fi; done
-  # shellcheck disable=SC1091
-  for prefix in "${kept[@]}"; do source "$prefix/local_setup.bash"; done    # the last one comes first, as catkin has it
-  # shellcheck source=scripts/setup/terminal.bash
-  if [ ${#kept[@]} != 0 ]; then CATKIN_ENV_HOOK_WORKSPACE=$ws/devel; source "$repo/scripts/setup/terminal.bash"; unset CATKIN_ENV_HOOK_WORKSPACE; fi
+  if [ ${#kept[@]} != 0 ]; then
+    # shellcheck disable=SC1091
+    for prefix in "${kept[@]}"; do source "$prefix/local_setup.bash"; done    # the last one comes first, as catkin has it
+    # Noetic's hook that makes ROS_PACKAGE_PATH is in /opt/ros/noetic, and a local_setup.bash runs its own folder's alone
+    IFS=: read -ra prefixes <<<"$CMAKE_PREFIX_PATH"
+    # shellcheck disable=SC1090
+    for prefix in "${prefixes[@]}"; do if [ -r "$prefix/$hook" ]; then source "$prefix/$hook"; fi; done
+    # shellcheck source=scripts/setup/terminal.bash
+    CATKIN_ENV_HOOK_WORKSPACE=$ws/devel; source "$repo/scripts/setup/terminal.bash"; unset CATKIN_ENV_HOOK_WORKSPACE
+  fi
   # What is sourced from now on is added. Without this a workspace that was built without tb3_labs would take it away.
   export CATKIN_SETUP_UTIL_ARGS=--extend
   if [[ $- == *i* ]] && [ -t 1 ]; then echo "tb3_labs: this terminal is ready"; fi

@@ -68,7 +68,7 @@ class Copy:
 
     def run(self, tests: List[str], **variables: str) -> int:
         """The exit status of pytest; `HANG` also for one that waits for ever."""
-        command = [sys.executable, '-m', 'pytest', '-q', '--no-header', '-p', 'no:cacheprovider',
+        command = [sys.executable, '-m', 'pytest', '-q', '-p', 'no:cacheprovider',
                    '-p', 'chosen_tests', '--rootdir', str(self.root)] + tests
         with open(str(self.folder / 'output'), 'w') as output:
             try:

@@ -185,7 +185,7 @@ def test_its_unit_tests_are_collected_and_those_of_the_whole_tree_pass(folder):
         source = pathlib.Path(generated.__file__).parent
         os.symlink(str(source), str(package / source.name))
     result = subprocess.run(
-        [sys.executable, '-m', 'pytest', '-q', '--no-header', '-p', 'no:cacheprovider',
+        [sys.executable, '-m', 'pytest', '-q', '-p', 'no:cacheprovider',
          '-k', ' or '.join(WHOLE_TREE), 'test/unit'], cwd=str(folder), timeout=120.0,
         env=dict(os.environ, PYTHONPATH=os.pathsep.join(
             [str(folder / 'src')] + os.environ.get('PYTHONPATH', '').split(os.pathsep)),

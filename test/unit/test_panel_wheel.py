@@ -321,7 +321,7 @@ STOPS = {
     'cancel': lambda room: room.wheel.on_stop(room.now)}
 
 
-@pytest.mark.parametrize('stop', STOPS.values(), ids=STOPS)
+@pytest.mark.parametrize('stop', STOPS.values(), ids=list(STOPS))
 def test_what_was_pressed_before_a_stop_does_not_count_after_it(room, stop):
     """It was held up on its way; another one has stopped the robot meanwhile."""
     pressed = room.now

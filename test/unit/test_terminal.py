@@ -37,9 +37,9 @@ def workspace(folder, python='/usr/bin/env python3', on_top_of=None, *packages):
         (devel / name).write_text(text.replace(str(DEVEL), str(devel)))
     lines = (DEVEL / '_setup_util.py').read_text().split('\n')
     lines[0] = '#!' + python
-    if on_top_of is not None:
+    if on_top_of is not None:    # and on what that is on top of, such as /opt/ros/noetic
         number, = [number for number, line in enumerate(lines) if "CMAKE_PREFIX_PATH = r'" in line]
-        lines[number] = "            CMAKE_PREFIX_PATH = r'{}'.split(';')".format(on_top_of)
+        lines[number] = lines[number].replace("r'", "r'{};".format(on_top_of))
     (devel / '_setup_util.py').write_text('\n'.join(lines))
     (devel / '_setup_util.py').chmod(0o755)
     for package in packages:
@@ -70,9 +70,29 @@ def test_one_that_was_built_on_top_of_this_needs_no_other_source(tmp_path):
     own = workspace(tmp_path / 'catkin_ws', on_top_of=DEVEL)
     words, errors = shell(tmp_path, 'source {}/setup.bash'.format(own) + SHOW + ' "$ROS_ETC_DIR"')
     assert errors == ''
-    assert words == ['{}:{}'.format(own, DEVEL), '{}:{}'.format(
-        tmp_path / 'catkin_ws' / 'src', BUILT / 'src'), 'localhost',
-        str(BUILT / 'venv' / 'bin' / 'python3'), str(BUILT / 'etc')]
+    assert [word.split(':')[:2] for word in words[:2]] == [
+        [str(own), str(DEVEL)], [str(tmp_path / 'catkin_ws' / 'src'), str(BUILT / 'src')]]
+    assert words[2:] == ['localhost', str(BUILT / 'venv' / 'bin' / 'python3'), str(BUILT / 'etc')]
+
+
+@needs_setup
+@pytest.mark.parametrize('order', ['{own} {setup}', '{setup} {own}'])
+def test_on_noetic_own_packages_are_found_in_any_order(tmp_path, order):
+    """There the hooks lie in /opt/ros/noetic, for which a folder stands, and not in /etc."""
+    noetic = workspace(tmp_path / 'noetic')
+    (noetic / '.catkin').write_text('')
+    hook = noetic / 'etc' / 'catkin' / 'profile.d' / '1.ros_package_path.sh'
+    hook.parent.mkdir(parents=True)
+    hook.write_text('export ROS_PACKAGE_PATH="$CMAKE_PREFIX_PATH"\n')
+    own = workspace(tmp_path / 'catkin_ws', on_top_of=noetic)
+    for devel in (own, noetic):    # Debian's catkin looks into /etc as well
+        util = devel / '_setup_util.py'
+        util.write_text(util.read_text().replace("    workspaces.append('/')\n", ''))
+    files = order.format(setup=SETUP, own=own / 'setup.bash').split()
+    words, errors = shell(tmp_path, 'set -e; ' + ' && '.join('source ' + file for file in files)
+                          + '; echo $ROS_PACKAGE_PATH')
+    assert errors == ''
+    assert str(tmp_path / 'catkin_ws') in words[0] and str(BUILT) in words[0]
 
 
 @needs_setup
