@@ -49,7 +49,8 @@ _tb3_labs_completion() {
   if ! declare -F roscd >/dev/null && [ -r "$rosbash" ]; then source "$rosbash"; fi
   # rosbash looks into no hidden folder, and this package's workspace is in one. Of its function (1.15.8) this needs the name,
   # and its last arguments: the package, the word so far. Without that function nothing is changed.
-  if ! declare -F _roscomplete_find >/dev/null || declare -F _tb3_labs_roscomplete_find >/dev/null; then return 0; fi
+  # Noetic's hook brings its function back with each source.
+  if [[ $(declare -f _roscomplete_find) == *_tb3_labs_* ]] || ! declare -F _roscomplete_find >/dev/null; then return 0; fi
   eval "_tb3_labs$(declare -f _roscomplete_find)"
   _roscomplete_find() {
     local folder names=()
