@@ -12,12 +12,13 @@ for word; do
 done
 PATH=/usr/bin:/bin:$PATH    # ROS's own tools, not those of a conda or pyenv
 unset CMAKE_PREFIX_PATH    # nor another workspace's tb3_labs
+scripts=$(dirname -- "${BASH_SOURCE[0]}")    # a background job must not compute it: with Ctrl+C it would run without it
 # What the set-up says of an error comes at its end: with Ctrl+C only its own lines do, without the tracebacks of its programs.
 said=$(mktemp)
 trap 'rm -f "$said"' EXIT
 trap 'grep "^tb3_labs: " "$said" >&2; exit 130' INT TERM HUP
 ready=yes
-source "$(dirname -- "${BASH_SOURCE[0]}")/setup.sh" 2>"$said" || ready=
+source "$scripts/setup.sh" 2>"$said" || ready=
 cat "$said" >&2
 [ -n "$ready" ] || exit 1
 trap 'exit 130' INT TERM HUP
@@ -64,7 +65,7 @@ set -m
 filter=$!
 # roslaunch would wait for this check (see launch/check.sh); here both run at the same time. If it fails, all is ended.
 export TB3_LABS_LAUNCH_IS_CHECKED=yes
-python3 "$(dirname -- "${BASH_SOURCE[0]}")/check_launch.py" tb3_labs demo.launch "$@" 9>&- &
+python3 "$scripts/check_launch.py" tb3_labs demo.launch "$@" 9>&- &
 check=$!
 roslaunch --disable-title --skip-log-check --no-summary tb3_labs demo.launch "status_file:=$run/status" "$@" </dev/null >"$run/output" 2>&1 9>&- &
 launch=$!

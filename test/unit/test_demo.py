@@ -10,7 +10,8 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.control.goal_state import is_over
 from tb3_labs.nodes.demo import HEADER, DemoConfig, DemoDrive, table
 
-SCRIPT = pathlib.Path(__file__).resolve().parents[2] / 'scripts' / 'demo.py'
+SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / 'scripts'
+SCRIPT = SCRIPTS / 'demo.py'
 GOAL = Pose2(-0.61, 0.61, 0.0)
 CONFIG = DemoConfig()
 
@@ -134,3 +135,10 @@ def test_control_that_never_counts_is_a_failure_and_no_wait_for_ever(script, mon
     monkeypatch.setattr(script, 'START_TIMEOUT', 0.0)
     with pytest.raises(RuntimeError, match='move_to_goal does not take control'):
         give_control(script, refuses=99)
+
+
+def test_no_background_job_of_the_script_computes_its_words():
+    """Ctrl+C would end what computes them, and the job would run without them, and complain."""
+    jobs = [line for line in (SCRIPTS / 'demo.sh').read_text(encoding='utf-8').splitlines()
+            if line.endswith(' &')]
+    assert len(jobs) > 2 and not [line for line in jobs if '$(' in line]
