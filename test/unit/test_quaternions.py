@@ -1,5 +1,7 @@
 """Quaternions of a robot on a floor, and the mistakes that squaternion does not notice."""
 import math
+import runpy
+import sys
 
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from known_motion import angle_between
+from tb3_labs.geometry import quaternions as module
 from tb3_labs.geometry.quaternions import (
     quaternion_from_yaw, yaw_from_quaternion, yaws_from_quaternions)
 
@@ -125,3 +128,14 @@ def test_many_quaternions_obey_the_rules_of_one(quaternions):
             assert -math.pi < yaw <= math.pi
         except ValueError:
             assert math.isnan(yaw)
+
+
+@pytest.mark.parametrize('name', ['squaternion', 'numpy'])
+def test_a_workspace_without_a_package_of_python_is_told_what_to_type(name, monkeypatch):
+    """The build runs this file, too."""
+    monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(SystemExit) as ended:
+        runpy.run_path(module.__file__)
+    said = str(ended.value)
+    assert said.startswith('tb3_labs: {} has no package {}. '.format(sys.executable, name))
+    assert 'rosdep install --from-paths src --ignore-src -y.' in said and '\n' not in said

@@ -7,10 +7,17 @@ keywords here, and a quaternion that no robot on a floor can have is invalid.
 Units: radians. Edge case: a yaw is in (-pi, pi]. Source: squaternion (PyPI), REP-103 for the axes.
 """
 import math
+import sys
 from typing import Tuple
 
-import numpy as np
-from squaternion import Quaternion
+try:
+    import numpy as np
+    from squaternion import Quaternion
+except ImportError as missing:    # in a workspace for which rosdep was not run; the build asks, too
+    raise SystemExit(
+        'tb3_labs: {} has no package {}. On Noetic, in the workspace: rosdep install --from-paths '
+        'src --ignore-src -y. On Debian: source src/tb3_labs/scripts/setup.sh; rm -rf build devel; '
+        'catkin_make'.format(sys.executable, missing.name)) from None
 
 #: A norm that differs more from 1 is no rounding error; a real TurtleBot3 sends 0.999996.
 NORM_TOLERANCE = 0.05
