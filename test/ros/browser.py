@@ -5,6 +5,7 @@ import shutil
 import signal
 import tempfile
 import time
+from inspect import signature
 
 try:
     from selenium import webdriver
@@ -143,12 +144,17 @@ class Browser:
         """Press a key, and let it go."""
         ActionChains(self._driver).send_keys(key).perform()
 
+    def _actions(self):
+        """Quick actions; the selenium of Debian 11 knows only slow ones."""
+        quick = {'duration': 50} if 'duration' in signature(ActionChains).parameters else {}
+        return ActionChains(self._driver, **quick)
+
     def drag_in_local(self, start, end):
         """Drag on the map from one point to another, [x, y] in local [m]."""
         (x0, y0), (x1, y1) = self._steady(lambda: [
             self.run('return panel.pixel(arguments[0], arguments[1])', *point)
             for point in (start, end)])
-        actions = ActionChains(self._driver, duration=50)
+        actions = self._actions()
         pointer = actions.w3c_actions.pointer_action
         pointer.move_to_location(int(round(x0)), int(round(y0)))
         pointer.pointer_down()
@@ -160,12 +166,12 @@ class Browser:
         """Press on the middle of an element, and move from there by parts of its half size."""
         box = self._find(element)
         half = box.size['width'] / 2.0
-        actions = ActionChains(self._driver, duration=50).move_to_element(box).click_and_hold()
+        actions = self._actions().move_to_element(box).click_and_hold()
         actions.move_by_offset(int(across * half), int(-up * half)).perform()
 
     def let_go(self):
         """Let go of what is gripped."""
-        ActionChains(self._driver, duration=50).release().perform()
+        self._actions().release().perform()
 
     def move_pad(self, axes=(0, 0, 0, 0), pressed=()):
         """The gamepad at this computer shows these axes and pressed buttons."""

@@ -16,12 +16,12 @@ import xmlrpc.client
 from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
 
 import rospy
-import rostest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
 from tb3_labs.ros.testing.node_process import Program
+from tb3_labs.ros.testing.rosunit_internals import rosrun
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import STARTING, Hiccups, Node, NodeCase, path_of    # noqa: E402 (a relay's folder)
@@ -378,4 +378,4 @@ class DoctorTest(NodeCase):
 
 
 if __name__ == '__main__':
-    rostest.rosrun('tb3_labs', 'doctor', DoctorTest)
+    rosrun('doctor', DoctorTest)

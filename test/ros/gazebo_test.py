@@ -9,11 +9,11 @@ import unittest
 import rosgraph
 import rospkg
 import rospy
-import rostest
 from rosgraph_msgs.msg import Clock
 
 from tb3_labs.ros.testing.node_process import Program
 from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.testing.rosunit_internals import rosrun
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import STARTING    # noqa: E402 (a relay's folder is another one)
@@ -90,4 +90,4 @@ class GazeboTest(unittest.TestCase):
 
 if __name__ == '__main__':
     rospy.init_node('gazebo_test')
-    rostest.rosrun('tb3_labs', 'gazebo', GazeboTest)
+    rosrun('gazebo', GazeboTest)

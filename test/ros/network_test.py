@@ -16,7 +16,6 @@ from concurrent.futures import ThreadPoolExecutor
 import rosgraph
 import rospkg
 import rospy
-import rostest
 from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, String
@@ -25,6 +24,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.testing.observer import Observer
 from tb3_labs.ros.testing.ports import free_port
+from tb3_labs.ros.testing.rosunit_internals import rosrun
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import STARTING, ZERO, Hiccups, Node    # noqa: E402 (a relay's folder)
@@ -404,4 +404,4 @@ if __name__ == '__main__':
     if sys.argv[1:] and sys.argv[1] in SCENES:
         SCENES[sys.argv[1]]()
     else:
-        rostest.rosrun('tb3_labs', 'network', NetworkTest)
+        rosrun('network', NetworkTest)

@@ -8,11 +8,11 @@ import sys
 import unittest
 
 import rospy
-import rostest
 
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.testing.rosunit_internals import rosrun
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from browser import MISSING, Browser    # noqa: E402 (a relay's folder)
@@ -232,4 +232,4 @@ class PanelBrowserTest(PanelCase):
 
 if __name__ == '__main__':
     rospy.init_node('panel_browser_test')
-    rostest.rosrun('tb3_labs', 'panel_browser_test', PanelBrowserTest, sys.argv)
+    rosrun('panel_browser_test', PanelBrowserTest)

@@ -8,12 +8,10 @@ import pathlib
 import shutil
 import socket
 import subprocess
-import sys
 import tempfile
 import unittest
 import xmlrpc.client
 
-import pytest
 import rosgraph
 import rospkg
 import rospy
@@ -23,10 +21,10 @@ from tb3_labs.robot.turtlebot3 import MODELS
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.testing.node_process import Program
 from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.testing.rosunit_internals import rosrun
 
 HOST = '127.0.0.1'
 CORE = '/turtlebot3_core'
-OUTPUT = '--gtest_output=xml:'    # where rostest wants the results
 SSHD = shutil.which('sshd', path=os.environ['PATH'] + ':/usr/sbin')
 LOADER = pathlib.Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch' / 'env_robot.sh'
 
@@ -188,6 +186,4 @@ class RobotTest(unittest.TestCase):
 
 if __name__ == '__main__':
     rospy.init_node('robot_test')
-    # By pytest: rostest.rosrun reports a skipped test as passed.
-    results, = [word[len(OUTPUT):] for word in sys.argv if word.startswith(OUTPUT)]
-    sys.exit(pytest.main(['-p', 'no:cacheprovider', '--junit-xml=' + results, __file__]))
+    rosrun('robot', RobotTest)

@@ -19,10 +19,10 @@ from pathlib import Path
 
 import rospkg
 import rospy
-import rostest
 
 from tb3_labs.ros.testing.node_process import Program
 from tb3_labs.ros.testing.ports import free_port
+from tb3_labs.ros.testing.rosunit_internals import rosrun
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from sheets_steps import FOLLOWING, promised, steps_of    # noqa: E402 (a relay's folder is another one)
@@ -216,4 +216,4 @@ class SheetsTest(unittest.TestCase):
 
 if __name__ == '__main__':
     os.environ.pop('ROS_NAMESPACE', None)
-    rostest.rosrun('tb3_labs', 'sheets', SheetsTest)
+    rosrun('sheets', SheetsTest)

@@ -10,12 +10,12 @@ import subprocess
 import sys
 
 import rospy
-import rostest
 from std_msgs.msg import Float64
 
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.conversions import to_mouse
 from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.testing.rosunit_internals import rosrun
 from tb3_labs.ros.testing.virtual_screen import VirtualScreen
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
@@ -293,4 +293,4 @@ class TurnTest(NodeCase):
 
 if __name__ == '__main__':
     rospy.init_node('turn_test')
-    rostest.rosrun('tb3_labs', 'turn', TurnTest)
+    rosrun('turn', TurnTest)

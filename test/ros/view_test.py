@@ -11,7 +11,6 @@ import roslib.packages
 import rosgraph
 import rospkg
 import rospy
-import rostest
 import tf2_ros
 import yaml
 from geometry_msgs.msg import PoseStamped, Twist
@@ -21,6 +20,7 @@ from std_msgs.msg import Bool, String
 from tb3_labs.ros.conversions import to_pose2, to_twist
 from tb3_labs.ros.testing.node_process import Program
 from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.testing.rosunit_internals import rosrun
 from tb3_labs.ros.testing.virtual_screen import VirtualScreen
 
 WHEEL_RADIUS, BODY_RADIUS = 0.033, 0.105    # of a Burger [m]
@@ -171,4 +171,4 @@ class ViewTest(unittest.TestCase):
 
 if __name__ == '__main__':
     rospy.init_node('view_test')
-    rostest.rosrun('tb3_labs', 'view', ViewTest)
+    rosrun('view', ViewTest)

@@ -1,6 +1,9 @@
 """The lines of scripts/test.sh for result files that are written here."""
 import os
+import pathlib
+import re
 import sys
+import unittest
 
 import pytest
 
@@ -103,3 +106,32 @@ def test_nothing_ran_is_a_failure(status, lint, last, tmp_path, capsys):
 def test_lint_that_failed_is_a_failure(results, capsys):
     status, lines = run(results('pytest-unit', 'passed'), capsys, lint='failed')
     assert (status, lines[-1]) == (1, '1 passed, 1 failed')
+
+
+def test_a_rostest_that_skips_says_so(tmp_path, capsys, monkeypatch):
+    rospy, xmlrunner = pytest.importorskip('rospy'), pytest.importorskip('rosunit.xmlrunner')
+    from tb3_labs.ros.testing.rosunit_internals import rosrun
+
+    class Some(unittest.TestCase):
+        def test_one(self):
+            pass
+
+        def test_two(self):
+            self.skipTest('no screen & no mouse')
+
+        @unittest.skip('never')
+        def test_three(self):
+            raise AssertionError
+
+    monkeypatch.setattr(rospy, 'signal_shutdown', lambda reason: None)
+    monkeypatch.setattr(xmlrunner, '_XMLTestResult', None)
+    monkeypatch.setattr(sys, 'argv', ['', '--gtest_output=xml:{}/rosunit-x.xml'.format(tmp_path)])
+    rosrun('x', Some)
+    assert run(tmp_path, capsys)[1][-1] == '1 passed, 0 failed, 2 skipped'
+
+
+def test_each_rostest_that_may_skip_says_so():
+    files = sorted((pathlib.Path(__file__).parents[1] / 'ros').glob('*_test.py'))
+    texts = {file.name: file.read_text(encoding='utf-8') for file in files}
+    assert texts and [name for name, text in texts.items() if 'rostest.rosrun(' in text
+                      and re.search('skip(Test|If|Unless)', text)] == []

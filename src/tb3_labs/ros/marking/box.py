@@ -164,8 +164,8 @@ def _system():
         elif os.path.isdir('/' + name):
             places.append(('--ro-bind', '/' + name, '/' + name))
     places += [('--ro-bind-try', '/etc/' + name, '/etc/' + name) for name in ETC]
-    sized = ('--size', str(ROOM)) if _bwrap_version() >= SIZED else ()
-    return places + [sized + ('--tmpfs', folder) for folder in OWN_FOLDERS]
+    size = ('--size', str(ROOM)) if sized() else ()
+    return places + [size + ('--tmpfs', folder) for folder in OWN_FOLDERS]
 
 
 def _own_package():
@@ -198,6 +198,11 @@ def _with_parents(places):
             made = {folder for folder in made if Path(place[-1]) not in folder.parents}
         words += place
     return words
+
+
+def sized():
+    """Can this bubblewrap limit the size of a folder?"""
+    return _bwrap_version() >= SIZED
 
 
 @functools.lru_cache(maxsize=1)
