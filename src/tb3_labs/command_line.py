@@ -1,6 +1,6 @@
 """The command line of a tool: what cannot be carried out is told in one line.
 
-    mark.py: argument --lab: invalid choice: 'trn' (choose from 'imu', 'turn'); --help tells more
+    mark.py: argument --lab: invalid choice: 'trn' (choose from imu, turn); --help tells more
 """
 import argparse
 import math

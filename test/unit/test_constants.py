@@ -60,7 +60,7 @@ NUMBERS = {
     goal_machine: {'MORE_TRIES': 2},
     approach: {'SAME_MOMENT': 1e-6, 'SURPRISE': 0.002, 'SURPRISE_BY_NOISE': 4.0},
     motor_response: {
-        'FIRST_LAG': 0.05, 'FIRST_DELAY': 0.125 / 3.0, 'MAX_DELAY': 0.4, 'MAX_LAG': 0.15,
+        'FIRST_LAG': 0.05, 'FIRST_DELAY': 0.5 / 30.0 + 0.025, 'MAX_DELAY': 0.4, 'MAX_LAG': 0.15,
         'DOUBTS': (0.03, 0.03, 0.05), 'BELIEVED': 1e-6, 'TIME_DOUBT': 0.002,
         'LEARNING': 0.1, 'STEADY': 0.08, 'STEADY_TIME': 0.12, 'CRUISING': 0.5,
         'LEARNING_TIME': 1.5, 'ONSET': 0.03, 'SPEEDING_UP': (0.1, 1.5), 'TELLING': 0.2, 'PROMPT': 0.98},
@@ -108,8 +108,7 @@ NUMBERS = {
 
 @pytest.mark.parametrize('place', NUMBERS, ids=lambda place: place.__name__)
 def test_the_numbers_that_people_rely_on(place):
-    assert {name: getattr(place, name) for name in NUMBERS[place]} == pytest.approx(
-        NUMBERS[place], rel=1e-12)
+    assert {name: getattr(place, name) for name in NUMBERS[place]} == NUMBERS[place]
 
 
 def test_no_number_of_the_rooms_that_decide_is_left_out():

@@ -14,10 +14,10 @@ AT_ONCE = 2.0       # [s]
 MARK = ['.', '--lab', 'turn', '-o', '../marks']
 GAMEPAD = ['.', '--lab', 'gamepad', '-o', '../marks']
 YAW, METRES = 'a number from -360 to 360 deg', 'a number from -100 to 100 m'
-#: (script, what is typed, words of the answer)
+#: (script, what is typed, words of the answer). Of argparse's own refusals only the words that are ours.
 CASES = [
-    ('mark.py', [], 'arguments are required: SUBMISSIONS, --lab, -o; --help tells more'),
-    ('mark.py', ['.', '--lab', 'trn', '-o', 'x'], "argument --lab: invalid choice: 'trn' (choose from"),
+    ('mark.py', [], ('SUBMISSIONS, --lab, -o', '; --help tells more')),
+    ('mark.py', ['.', '--lab', 'trn', '-o', 'x'], ('--lab', 'trn', 'gamepad')),
     ('mark.py', ['nowhere'] + MARK[1:], 'nowhere: No such file or directory'),
     ('mark.py', ['miller/node.py'] + MARK[1:], 'there is no repository in the list miller/node.py'),
     ('mark.py', ['/bin/sh'] + MARK[1:], '/bin/sh, read as a list of repositories: '),
@@ -26,23 +26,23 @@ CASES = [
     ('mark.py', MARK + ['--parts', 'turn'], 'IMU lab has these parts: turns, mouse,'),
     ('mark.py', MARK + ['--pad', 'xbox'], '--pad is for --lab gamepad alone'),
     ('mark.py', GAMEPAD + ['--pad', 'xbx'], "there is no pad 'xbx'; valid: f310_d,"),
-    ('mark.py', MARK + ['--limit', '-3'], "argument --limit: '-3' is not valid: a number of seconds above 0"),
-    ('mark.py', MARK + ['--limit', 'nan'], "argument --limit: 'nan' is not valid: a number of seconds above 0"),
+    ('mark.py', MARK + ['--limit', '-3'], "--limit: '-3' is not valid: a number of seconds above 0"),
+    ('mark.py', MARK + ['--limit', 'nan'], "--limit: 'nan' is not valid: a number of seconds above 0"),
     ('mark.py', MARK + ['--limit', 'long'], "'long' is not valid: a number of seconds above 0"),
-    ('mark.py', MARK + ['--jobs', '0'], 'argument --jobs: invalid choice: 0 (choose from 1, 2'),
+    ('mark.py', MARK + ['--jobs', '0'], ('--jobs', ' 0 ', '1, 2')),
     ('mark.py', MARK + ['--only', 'millr'], 'no submission is called millr; near it: miller'),
     ('mark.py', ['.', '--lab', 'turn', '-o', 'inside'], 'the marks would lie among the submissions'),
-    ('checkoff.py', ['trn'], "argument lab: invalid choice: 'trn' (choose from"),
+    ('checkoff.py', ['trn'], ('trn', 'gamepad')),
     ('checkoff.py', ['turn', '--parts', 'trns'], 'these parts: turns, mouse, both, shutdown'),
     ('checkoff.py', ['turn', '--points', 'nowhere'], 'the points, nowhere, cannot be read'),
     ('checkoff.py', ['turn', '-o', '/proc/nowhere'], '/proc/nowhere: No such file or directory'),
     ('checkoff.py', ['turn'], 'no master runs here: start the robot and your node first'),
-    ('lab_report.py', [], 'arguments are required: RUN.bag; --help tells more'),
+    ('lab_report.py', [], ('RUN.bag', '; --help tells more')),
     ('lab_report.py', ['nowhere.bag'], 'nowhere.bag: there is no such file'),
-    ('lab_report.py', ['x.bag', '--goal', '1', '1'], 'argument --goal: expected 3 arguments'),
+    ('lab_report.py', ['x.bag', '--goal', '1', '1'], ('--goal', '3')),
     ('lab_report.py', ['x.bag', '--goal', '1', '1', 'up'], "--goal: yaw_deg = 'up' is not valid: " + YAW),
     ('lab_report.py', ['x.bag', '--goal', '1', '1', '900'], '--goal: yaw_deg = 900.0 is not valid: ' + YAW),
-    ('lab_report.py', ['x.bag', '--model', 'burgr'], "invalid choice: 'burgr' (choose from 'burger'"),
+    ('lab_report.py', ['x.bag', '--model', 'burgr'], ('burgr', 'burger', 'waffle_pi')),
     ('send_goal.py', [], 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees'),
     ('send_goal.py', ['1', '1'], 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees'),
     ('send_goal.py', ['1', '1', 'up'], "yaw_deg = 'up' is not valid: " + YAW),
@@ -54,15 +54,15 @@ CASES = [
     ('dynparam.py', ['sett', 'a', 'b', 'c'], 'usage: dynparam list | get NODE'),
     ('dynparam.py', ['set', 'a', 'b'], 'usage: dynparam list | get NODE'),
     ('dynparam.py', ['list'], 'no ROS master answers at http://localhost:1: start a launch file'),
-    ('doctor.py', ['--second', 'x'], "argument --seconds: invalid float value: 'x'"),
+    ('doctor.py', ['--second', 'x'], ('--seconds', "'x'")),
     ('doctor.py', ['9-'], '9- is no namespace, such as robot3'),
     ('edition.py', ['teacher', 'x'], "there is no edition 'teacher': student"),
-    ('mystery.py', ['7'], 'one of the arguments --answer --list is required'),
+    ('mystery.py', ['7'], ('--answer', '--list')),
     ('mystery_key.py', ['x'], "'x' is not valid: a number such as 7, or a range such as 1-12"),
     ('mystery_key.py', ['5-1'], "'5-1' is not valid: the first number is larger than the last"),
-    ('record_run.py', ['--out', 'x', 'y'], 'unrecognized arguments: '),
+    ('record_run.py', ['--out', 'x', 'y'], ('record_run.py: ', '; --help')),
     ('robot_description.py', ['burgr'], "'burgr' is not valid: one of burger, waffle, waffle_pi"),
-    ('skeleton.py', ['trn', '.'], "invalid choice: 'trn' (choose from"),
+    ('skeleton.py', ['trn', '.'], ('trn', 'gamepad')),
     ('skeleton.py', ['turn', 'nowhere'], 'nowhere: make it first, such as mkdir -p ~/catkin_ws/src'),
     ('skeleton.py', ['turn', '.', '--name', '9x'], "'9x' is no name for a package"),
 ]
@@ -98,6 +98,7 @@ def test_a_typo_is_refused_in_one_line(script, words, answer, mains, tmp_path, m
     assert time.process_time() - begun < AT_ONCE
     printed, refused = capsys.readouterr()
     assert status in (1, 2) and printed == '', printed
-    assert len(refused.splitlines()) == 1 and answer in refused, refused
+    parts = answer if isinstance(answer, tuple) else (answer,)
+    assert len(refused.splitlines()) == 1 and all(part in refused for part in parts), refused
     assert os.listdir(str(tmp_path)) == ['here'] and os.listdir(str(here)) == ['miller']
     assert threading.active_count() <= threads
