@@ -11,12 +11,22 @@ from tb3_labs.supervision.freshness import (
 def heard_at(time, name='imu', timeout=0.25):
     source = Freshness(name, timeout)
     source.heard(time)
+    source.heard(time)      # one message alone does not count yet
     return source
 
 
 def look(watch, now):
     watch.update(now)
     return watch.sight
+
+
+def test_one_message_alone_is_no_sensor_yet_and_the_gap_after_it_no_silence():
+    imu, odom = Freshness('imu'), heard_at(12.6, 'odom')
+    watch = SensorWatch(imu, odom)
+    imu.heard(10.0)
+    assert not watch.are_fresh(10.0) and watch.problem(10.0) == 'no imu'
+    imu.heard(12.6)
+    assert look(watch, 12.6) is Sight.FRESH
 
 
 def test_what_was_never_heard_is_infinitely_old():

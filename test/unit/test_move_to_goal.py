@@ -100,6 +100,18 @@ def test_the_rate_is_kept_after_the_sensors_were_silent():
     assert len(robot.run(1.0)) == pytest.approx(30, abs=2)
 
 
+def test_a_robot_that_calibrates_its_gyro_after_its_first_message_is_not_moved():
+    """As a TurtleBot3 that was just connected; the control was given before."""
+    robot = Robot()
+    robot.core.set_goal(Pose2(-0.61, 0.61, 0.0))
+    commands = robot.run(0.01)
+    robot.imu = robot.odom = False
+    assert set(commands + robot.run(2.6)) == {None}
+    robot.imu = robot.odom = True
+    robot.imu_yaw += 0.033
+    assert None not in robot.run(0.2)[2:] and robot.status.words == 'ROTATE_TO_GOAL'
+
+
 @pytest.mark.parametrize('lost', [('imu',), ('odom',), ('imu', 'odom')])
 def test_silent_sensors_stop_the_drive_in_time_and_say_which(lost):
     robot = driving()

@@ -30,7 +30,7 @@ class Freshness:
 
     def heard(self, now: float, reading: Any = None) -> None:
         """A valid message arrived at `now`; `reading`: its contents without the stamp."""
-        if self._heard_at is not None:
+        if self.count > 1:
             self._longest_gap = max(self._longest_gap, now - self._heard_at)
         self._heard_at = now
         self.count += 1
@@ -133,8 +133,13 @@ class SensorWatch:
         if self.are_fresh(now):
             return ''
         return ', '.join(source.silence_with_age(now) if with_age else source.silence
-                         for source in self._sources if source.is_overdue(now))
+                         for source in self._sources
+                         if source.is_overdue(now) or source.count < 2)
 
     def are_fresh(self, now: float) -> bool:
-        """True while all sensors are fresh."""
-        return all(source.is_fresh(now) for source in self._sources)
+        """True while all sensors are fresh.
+
+        The first message counts only when a second one follows: a TurtleBot3 that was just connected
+        sends one, and calibrates its gyro then, for 2.6 s in which it must not move.
+        """
+        return all(source.count > 1 and source.is_fresh(now) for source in self._sources)
