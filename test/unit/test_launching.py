@@ -135,6 +135,18 @@ def test_a_namespace_and_a_prefix_reach_the_frames(monkeypatch):
     assert frame() == 'robot3/odom'
 
 
+@pytest.mark.parametrize('namespace, words, prefix', [
+    (None, [], ''), ('/robot3', [], 'robot3'), (None, ['multi_robot_name:=robot4'], 'robot4')])
+def test_a_real_robot_is_told_the_prefix_of_its_frames_even_none(
+        namespace, words, prefix, monkeypatch):
+    """The board asks its serial node for ~tf_prefix, which complains if there is none."""
+    monkeypatch.delenv('ROS_NAMESPACE', raising=False)
+    if namespace:
+        monkeypatch.setenv('ROS_NAMESPACE', namespace)
+    params = rehearsal.loaded(read([str(LAUNCH / 'robot.launch'), 'robot:=x', *words])).params
+    assert params[(namespace or '') + '/turtlebot3_core/tf_prefix'].value == prefix
+
+
 def test_xterm_is_named_if_it_is_not_installed(monkeypatch):
     monkeypatch.setattr(shutil, 'which', lambda name: None)
     assert problem('turn.launch xterm:=true') == 'xterm is not installed: sudo apt install xterm'
