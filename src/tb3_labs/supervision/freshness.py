@@ -30,7 +30,7 @@ class Freshness:
 
     def heard(self, now: float, reading: Any = None) -> None:
         """A valid message arrived at `now`; `reading`: its contents without the stamp."""
-        if self.count > 1:
+        if self._heard_at is not None and self.count > 1:
             self._longest_gap = max(self._longest_gap, now - self._heard_at)
         self._heard_at = now
         self.count += 1
