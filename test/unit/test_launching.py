@@ -136,7 +136,7 @@ def test_a_namespace_and_a_prefix_reach_the_frames(monkeypatch):
 
 
 @pytest.mark.parametrize('namespace, words, prefix', [
-    (None, [], ''), ('/robot3', [], 'robot3'), (None, ['multi_robot_name:=robot4'], 'robot4')])
+    (None, [], ''), ('/robot3', [], 'robot3'), (None, ['multi_robot_name:=4'], '4')])
 def test_a_real_robot_is_told_the_prefix_of_its_frames_even_none(
         namespace, words, prefix, monkeypatch):
     """The board asks its serial node for ~tf_prefix, which complains if there is none."""

@@ -100,8 +100,8 @@ def test_what_counts_as_not_given_shows_a_default_of_a_node(path):
             valid.setdefault(node.argument(item), set()).add(shown(item))
     for arg in ET.parse(str(path)).getroot().findall('arg'):
         if (arg.get('default') or '').startswith('('):
-            words = {'user': '(as in ~/.ssh/config)', 'prefix': '(by ROS_NAMESPACE)'}.get(
-                arg.get('name'), '(none)')
+            words = {'user': '(as in ~/.ssh/config)', 'prefix': '(by ROS_NAMESPACE)',
+                     'multi_robot_name': '(by ROS_NAMESPACE)'}.get(arg.get('name'), '(none)')
             assert arg.get('default') in valid.get(arg.get('name'), {words}), arg.get('name')
         assert 'default' not in (arg.get('default'), arg.get('value'))
 
