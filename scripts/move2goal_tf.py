@@ -4,6 +4,7 @@
 Subscribes
     imu                    sensor_msgs/Imu
     odom                   nav_msgs/Odometry
+    joint_states           sensor_msgs/JointState, if there are: the wheels show a gyro that lies
     ctrl_relinq            std_msgs/Bool: True = this node may drive (see
                            tb3_labs.supervision.permission)
     move_base_simple/goal  geometry_msgs/PoseStamped: a goal
@@ -64,8 +65,9 @@ from tb3_labs.ros.move_to_goal.resets import ResetInterfaces
 from tb3_labs.ros.node import run
 from tb3_labs.ros.parameters import read_config, read_model, use_up
 from tb3_labs.ros.reconfigure import LiveSettings
-from tb3_labs.ros.topics import subscribe
+from tb3_labs.ros.topics import subscribe, subscribe_wheels
 from tb3_labs.ros.traffic import Traffic
+from tb3_labs.localization.contradiction import GyroWatch
 
 
 class MoveToGoal:
@@ -81,7 +83,8 @@ class MoveToGoal:
         self._model = read_model()
         self._response = Response()              # of this robot, learned while it moves
         self._core = MoveToGoalCore(make_law(drive, self._model, self._response),
-                                    start.has_control)
+                                    start.has_control,
+                                    GyroWatch(self._model, rospy.resolve_name('reset')))
         self._core.set_goal(start.goal)
         self._changed = threading.Condition()    # guards the core; see the order of locks above
         self._frames = PoseFrames(frame('local'), frame('odom'))
@@ -103,6 +106,7 @@ class MoveToGoal:
         # every message: one of them may hold the displacement that the firmware reverses
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample,
                   self._core.odometry, queue_size=None)
+        subscribe_wheels(self._on_wheels)
         self._core.begin_control(steady_time())    # the lines above may take seconds, which are no sleep
         self._sources = SourceReport(
             (self._core.imu, Traffic('imu', Imu), rospy.get_time),
@@ -130,6 +134,10 @@ class MoveToGoal:
             log_news(self._core.take_news())
             self._changed.notify_all()    # a reset may have become impossible
         self._show_fix()
+
+    def _on_wheels(self, sample):
+        with self._changed:
+            self._core.on_wheels(sample, rospy.get_time())
 
     def _told_control(self, granted, **details):
         with self._changed:

@@ -6,6 +6,7 @@ positive), q (quit); each with Enter.
 
 Subscribes
     imu           sensor_msgs/Imu
+    joint_states  sensor_msgs/JointState, if there are: the wheels show a gyro that lies
     turn          std_msgs/Float64 [deg], left positive: for scripts, in place of the keyboard
     mouse_info    tb3_labs/MouseController, from mouse_client.py
 Publishes
@@ -43,9 +44,10 @@ from tb3_labs.ros.node import end, run
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reconfigure import LiveSettings
 from tb3_labs.ros.rospy_internals import connection_of, is_wall_time
-from tb3_labs.ros.topics import subscribe, subscribe_news
+from tb3_labs.ros.topics import subscribe, subscribe_news, subscribe_wheels
 from tb3_labs.ros.traffic import Traffic
 from tb3_labs.supervision.arbitration import Driver
+from tb3_labs.localization.contradiction import GyroWatch
 
 
 #: A turn that is asked for before the robot is connected waits this long for the robot [s].
@@ -58,7 +60,8 @@ class Controller:
     def __init__(self):
         config, self._model = read_config(TurnConfig), read_model()
         self._response = Response()      # of this robot, learned while it moves
-        self._core = ControllerCore(make_turn(config, self._model, self._response))
+        self._core = ControllerCore(make_turn(config, self._model, self._response),
+                                    GyroWatch(self._model, rospy.resolve_name('reset')))
         self._driver = Driver.NOBODY
         self._lock = threading.Lock()    # guards both
         self._robot_wait = time.monotonic() + ROBOT_WAIT
@@ -68,6 +71,7 @@ class Controller:
         self._watchdog = Watchdog(self._tick)
         subscribe('imu', Imu, self._on_imu, to_imu_sample, self._core.imu,
                   idle_for=self._idle_for)
+        subscribe_wheels(self._on_wheels)
         # every message is read: scrolling up stops at once, even if later messages came with it
         subscribe('mouse_info', MouseController, self._on_mouse, _to_mouse, self._core.mouse,
                   queue_size=None)
@@ -88,6 +92,10 @@ class Controller:
             self._core.on_imu(sample, rospy.get_time())
         self._tick()
         self._watchdog.feed()
+
+    def _on_wheels(self, sample):
+        with self._lock:
+            self._core.on_wheels(sample, rospy.get_time())
 
     def _idle_for(self, now):
         with self._lock:

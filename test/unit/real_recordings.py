@@ -7,10 +7,10 @@ FOLDER = pathlib.Path(__file__).resolve().parent / 'recordings'
 NAMES = 'burger_drive', 'burger_static'
 
 
-def arrays_of(name):
-    """(IMU, odometry): rows by arrival, columns as in the README there; times since 1970 [s]."""
+def arrays_of(name, tables=('imu', 'odometry')):
+    """These arrays: rows by arrival, columns as in the README there; times since 1970 [s]."""
     with np.load(str(FOLDER / (name + '.npz'))) as file:
-        imu, odometry, begin = file['imu'], file['odometry'], float(file['begin'])
-    for table in imu, odometry:
-        table[:, :2] += begin       # arrival and stamp
-    return imu, odometry
+        arrays, begin = [file[table] for table in tables], float(file['begin'])
+    for array in arrays:
+        array[:, :2] += begin       # arrival and stamp
+    return arrays

@@ -188,6 +188,29 @@ def test_odometry_that_jumps_stops_the_drive_and_leaves_the_pose(odom_pose, word
     assert None not in robot.run(0.2)[2:]
 
 
+@pytest.mark.parametrize('silence, is_reached', [(2.6, False), (11.7, True)])
+def test_a_pose_that_was_lost_is_not_driven_by_until_it_is_declared(silence, is_reached):
+    """The board is silent while it is told to move, or for so long that it may have been moved."""
+    robot = driving()
+    if is_reached:
+        robot.core.set_goal(Pose2())
+        robot.run(0.5)
+        assert robot.status.words == 'GOAL_REACHED'
+    robot.now += silence
+    robot.odom_pose = Pose2()
+    assert set(robot.run(0.5)) <= {None}
+    lost = 'gave up: pose lost: reset_pose, or place the robot and reset'
+    assert robot.status.words == lost and not robot.status.active
+    assert robot.core.pose(robot.now) is None and robot.core.take_fix() is None
+    robot.control(False)
+    robot.control(True)
+    assert set(robot.run(0.5)) <= {None}
+    robot.core.set_goal(Pose2(1.0, 0.0, 0.0))
+    assert set(robot.run(0.5)) <= {None} and robot.status.words == lost
+    robot.core.reset(Pose2(), robot.now)
+    assert None not in robot.run(0.3)[3:]
+
+
 def test_odometry_that_jumps_where_nothing_is_driven_is_only_told():
     robot = Robot(has_control=False)
     robot.core.set_goal(Pose2(1.0, 1.0, 0.0))
@@ -289,7 +312,7 @@ def test_a_goal_that_was_reached_is_not_driven_to_again_when_control_is_given():
     assert set(robot.run(0.5)) == {None}
 
 
-@pytest.mark.parametrize('imu_yaw', [2.5, -2.0])
+@pytest.mark.parametrize('imu_yaw', [2.5, -0.5])
 def test_who_was_driven_elsewhere_without_control_drives_when_it_is_given_again(imu_yaw):
     """B, a drive by stick in which the heading jumps for this node, A."""
     robot = driving()

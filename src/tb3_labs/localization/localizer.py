@@ -5,7 +5,8 @@ instant of one odometry message, with the IMU's yaw interpolated to its stamp. A
 values of both sensors, interpolated to the moment of the request, so it is as exact while the
 robot spins as at rest. It is carried out as soon as both sensors have passed that moment. If the
 odometry jumps and the robot did not move, ``local`` is shifted in ``odom``, so that the pose in
-``local`` does not change (:mod:`tb3_labs.localization.odometry_jumps`).
+``local`` does not change (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved
+unseen, the pose is lost: there is no local frame until a reset declares one.
 
 Samples go in by `on_imu` and `on_odometry`. Fixes, jumps and carried-out resets are events, taken
 once (`take_fix`, `take_jumps`, `take_resets`); `motion` and the properties are state.
@@ -13,12 +14,14 @@ once (`take_fix`, `take_jumps`, `take_resets`); `motion` and the properties are 
 Units: metres, radians, seconds on the receiver's clock (`now`); the caller provides the time.
 """
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, List, NamedTuple, Optional
 
+from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.local_frame import LocalFrame
-from tb3_labs.localization.odometry_jumps import POSE_LOST, Jump, JumpFilter
+from tb3_labs.localization.odometry_jumps import (
+    POSE_LOST, RESET_SILENCE, Jump, JumpFilter)
 from tb3_labs.localization.sample_buffer import SampleBuffer
 from tb3_labs.localization.yaw_noise import YawNoise
 from tb3_labs.robot.samples import ImuSample, OdometrySample, heading_jump
@@ -92,8 +95,12 @@ class Localizer:
 
     def __init__(self) -> None:
         #: The LocalFrame in force, relative to the odometry without its jumps; None before the
-        #: first pair of samples.
+        #: first pair of samples, and while the pose is lost.
         self.frame: Optional[LocalFrame] = None
+        #: True from a loss of the pose to the next reset.
+        self.is_lost = False
+        #: When the robot was last told to move, as far as known [s, receiver's clock].
+        self.driven_at = -math.inf
         self._jump_filter = JumpFilter()
         self._jumps: List[Jump] = []
         self._buffer = SampleBuffer()
@@ -115,10 +122,11 @@ class Localizer:
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
         """Take in a message of the odometry."""
-        if self._imu is not None:
-            sample, jump = self._jump_filter.take(sample, now, self._imu.sample)
-            if jump is not None:
-                self._on_jump(jump)
+        if self._imu is None or self._awaits_imu(self._imu, now):
+            return
+        sample, jump = self._jump_filter.take(sample, now, self._imu.sample, self.driven_at)
+        if jump is not None:
+            self._on_jump(jump)
         time = self._buffer.add_odometry(sample, now)
         self._odometry = _Latest(sample, self._buffer.clock.measured_at(time, now))
         self._carry_out_resets()
@@ -127,9 +135,10 @@ class Localizer:
         """The latest Fix, once; None where there is no new one. Older ones are dropped.
 
         The first one declares the frame, so it is at (0, 0, 0), unless a reset came before it.
+        There is none while the pose is lost.
         """
         pair = self._buffer.take_pair()
-        if pair is None:
+        if pair is None or self.is_lost:
             return None
         odometry, imu_yaw = pair
         if self.frame is None:
@@ -170,7 +179,7 @@ class Localizer:
         return bool(self._resets)
 
     def motion(self, now: float) -> Optional[Motion]:
-        """The robot's Motion at `now`; None before the first samples.
+        """The robot's Motion at `now`; None before the first samples, or if the pose is lost.
 
         The samples may be of any age: the caller checks that they are fresh.
         """
@@ -187,11 +196,19 @@ class Localizer:
         return Motion(pose, odometry.linear, imu.yaw_rate, imu_age, odometry_age,
                       self._yaw_noise.deviation, extrapolated)
 
+    def _awaits_imu(self, imu: _Latest, now: float) -> bool:
+        """Is this the end of a silence of both sensors, and the IMU has not shown its turn yet?"""
+        return (imu.age(now) > RESET_SILENCE and self._odometry is not None
+                and self._odometry.age(now) > RESET_SILENCE)
+
     def _on_jump(self, jump: Jump) -> None:
         self._jumps.append(jump)
-        if jump.outcome == POSE_LOST:    # the board restarted: old data no longer applies
+        if jump.outcome == POSE_LOST:    # old data no longer applies
             self._drop_resets('the robot started anew at that moment')
-            self.frame, self._buffer = None, SampleBuffer()
+            self.frame, self._buffer, self.is_lost = None, SampleBuffer(), True
+        elif self.frame is not None:
+            self.frame = replace(
+                self.frame, imu_yaw_of_x=wrap(self.frame.imu_yaw_of_x + jump.imu_turn))
 
     def _drop_resets(self, problem: str) -> None:
         for reset in self._resets:
@@ -214,6 +231,6 @@ class Localizer:
                 reset.before = self.frame.pose(instant.odom_T_base, instant.imu_yaw)
             self.frame = LocalFrame.declared(
                 reset.declared, instant.odom_T_base, instant.imu_yaw)
-            reset.after = reset.declared
+            reset.after, self.is_lost = reset.declared, False
             self._resets.remove(reset)
             self._carried_out.append(reset)

@@ -5,14 +5,18 @@ The odometry jumps for two reasons although the robot does not:
 * When the IMU crosses +/-180 deg, the firmware reverses one displacement. Such a message
   contradicts itself: its rate of turn has a spike, and its displacement is against its own forward
   speed. That one displacement is reversed again.
-* The robot's own `reset` sets the odometry to zero, or the wheels spin while the robot is carried.
-  Then the robot is taken to stand where it was, turned as the IMU says. Where the IMU jumps as
-  well, the board has restarted, and the pose is lost.
+* The robot's own `reset`, or a restart of its board, sets the odometry's place to zero after a
+  silence, in which the motors keep their speed. A robot that stood before has not moved; the IMU's
+  turn meanwhile is the calibration's. After any other such silence the pose is lost.
+* The odometry jumps without a silence, as when the wheels spin while the robot is carried. Then
+  the robot is taken to stand where it was, turned as the IMU says. Where the IMU jumps as well,
+  the pose is lost.
 
 Frames: ``odom`` is the odometry's own, ``steady`` is the one without jumps; they are the same until
 the first jump. Units: metres, radians, seconds.
-Source: OpenCR firmware 1.2.6 (see :mod:`tb3_labs.simulation.firmware`); a recording of a real
-Burger shows a displacement of 7.3 mm backwards at the crossing.
+Source: OpenCR firmware 1.2.6 (see :mod:`tb3_labs.simulation.firmware`): its `reset` takes 2.6 s,
+then the odometry's yaw begins at the IMU's turn of that time. A recording of a real Burger shows a
+displacement of 7.3 mm backwards at the crossing.
 """
 import math
 from dataclasses import replace
@@ -21,6 +25,7 @@ from typing import NamedTuple, Optional, Tuple
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import ImuSample, OdometrySample
+from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: No TurtleBot3 is faster than this [m/s], [rad/s];
 FASTEST = 0.5
@@ -28,7 +33,8 @@ FASTEST_TURN = 4.0
 #: messages that arrive unevenly may show this much more [m], [rad].
 SLACK = 0.05
 SLACK_TURN = 0.3
-#: The displacement that is allowed grows with the silence up to this length [s].
+#: The displacement that is allowed grows with the silence up to this length [s]. After a longer
+#: one it is not known that a robot stayed where it stood.
 LONGEST_SILENCE = 5.0
 #: A rate of turn beyond this is the firmware's spike [rad/s].
 SPIKE = 10.0
@@ -38,12 +44,18 @@ ZERO_YAW = 0.01
 #: unless its place was this near to zero before [m].
 ZERO_PLACE = 0.001
 #: The board neither receives nor sends for seconds while it resets. The first message after such a
-#: silence [s] may be this far from zero [m], [rad], since the robot has moved a little.
+#: silence [s] may be this far from zero [m], and from the IMU's turn [rad], since the robot has
+#: moved a little.
 RESET_SILENCE = 1.0
 NEAR_ZERO_PLACE = 0.03
 NEAR_ZERO_YAW = 0.1
-#: A robot at rest turns no farther than this between two messages [rad];
+#: The IMU of a robot at rest turns no farther than this between two messages [rad], and surely
+#: turned by a calibration if farther than this.
 RESTING_TURN = 0.1
+CALIBRATION_TURN = 0.005
+#: A robot whose wheels and gyro are slower than this rests [m/s], [rad/s];
+RESTING_SPEED = 0.005
+RESTING_RATE = 0.03
 #: a robot that turns comes to rest within this time of its last message [s].
 STOPPING_TIME = 0.5
 
@@ -53,11 +65,13 @@ class Jump(NamedTuple):
 
     text: str
     outcome: str = ''
+    imu_turn: float = 0.0     # by which the IMU turned and the robot did not [rad]
 
 
+SET_TO_ZERO = 'the odometry was set to zero'
 #: The two outcomes of a jump of the odometry.
 POSE_KEPT = 'the local pose is kept'
-POSE_LOST = "the IMU's heading as well: local begins anew at (0, 0, 0), where the robot is now"
+POSE_LOST = 'pose lost: reset_pose, or place the robot and reset'
 
 
 class _Heard(NamedTuple):
@@ -72,6 +86,28 @@ class _Heard(NamedTuple):
         by_stamps = sample.stamp - self.sample.stamp
         return min(max(by_stamps, arrival - self.arrival, 0.0), LONGEST_SILENCE)
 
+    @property
+    def rests(self) -> bool:
+        """Do wheels and gyro rest?"""
+        return (abs(self.sample.linear) <= RESTING_SPEED
+                and abs(self.imu.yaw_rate) <= RESTING_RATE)
+
+
+def _is_reset(before: _Heard, after: _Heard) -> bool:
+    """Was the robot, or its board, reset between two messages?"""
+    was, now = before.sample.pose, after.sample.pose
+    turned = difference(after.imu.yaw, before.imu.yaw)
+    is_zero = now.x == now.y == 0.0
+    # after the reset of a board the IMU is near zero, too
+    is_near_zero = math.hypot(now.x, now.y) <= NEAR_ZERO_PLACE and (
+        min(abs(difference(now.yaw, turned)), abs(now.yaw)) <= NEAR_ZERO_YAW)
+    if (before.seconds_to(after.sample, after.arrival) <= RESET_SILENCE
+            or not (is_zero or is_near_zero)):
+        return False
+    contradicts_imu = abs(difference(now.yaw - was.yaw, turned)) > NEAR_ZERO_YAW
+    is_calibrated = is_zero and before.rests and abs(turned) > CALIBRATION_TURN
+    return was.distance_to(now) > NEAR_ZERO_PLACE or contradicts_imu or is_calibrated
+
 
 class JumpFilter:
     """Removes the jumps from the odometry of one robot, message by message."""
@@ -79,19 +115,23 @@ class JumpFilter:
     def __init__(self) -> None:
         #: The pose of ``odom`` in ``steady``.
         self.steady_T_odom = Pose2()
-        self._last: Optional[_Heard] = None      # the last message with news in it
+        self._last: Optional[_Heard] = None      # the last message with news in it,
+        self._latest: Optional[_Heard] = None    # and the last of all
 
-    def take(self, sample: OdometrySample, arrival: float,
-             imu: ImuSample) -> Tuple[OdometrySample, Optional[Jump]]:
+    def take(self, sample: OdometrySample, arrival: float, imu: ImuSample,
+             driven_at: float = -math.inf) -> Tuple[OdometrySample, Optional[Jump]]:
         """(The OdometrySample in ``steady``, the Jump it shows or None).
 
-        `imu`: the latest ImuSample, which shows the robot's turn while the odometry jumped.
+        `imu`: the latest ImuSample, which shows the robot's turn while the odometry jumped;
+        `driven_at`: when the robot was last told to move, as far as known [s, as `arrival`].
         """
-        jump = None
-        if self._last is not None:
+        jump, heard = None, _Heard(sample, arrival, imu)
+        if self._last is not None and self._latest is not None:
             before = self._last.sample.pose
             problem = _jump(before, sample.pose, self._last.seconds_to(sample, arrival))
-            if problem:
+            if _is_reset(self._latest, heard):
+                jump = self._after_reset(self._latest, heard, driven_at)
+            elif problem:
                 jump = self._stand_still(problem, self._last, sample.pose, imu)
             elif _is_backwards(before, sample):
                 # The robot drove the opposite of this step, from its last place.
@@ -99,8 +139,20 @@ class JumpFilter:
                                                2.0 * before.y - sample.pose.y))
                 self._hold(Pose2(x, y, self.steady_T_odom.yaw + sample.pose.yaw), sample.pose)
         if self._last is None or sample.pose != self._last.sample.pose:
-            self._last = _Heard(sample, arrival, imu)
+            self._last = heard
+        self._latest = heard
         return replace(sample, pose=self.steady_T_odom @ sample.pose), jump
+
+    def _after_reset(self, before: '_Heard', after: '_Heard', driven_at: float) -> Jump:
+        """The robot was reset between two messages: is it known to have stood meanwhile?"""
+        turned = difference(after.imu.yaw, before.imu.yaw)
+        stood = before.rests and driven_at < before.arrival - COMMAND_TIMEOUT
+        if (stood and abs(turned) <= RESTING_TURN
+                and before.seconds_to(after.sample, after.arrival) < LONGEST_SILENCE):
+            self._hold(self.steady_T_odom @ before.sample.pose, after.sample.pose)
+            return Jump(SET_TO_ZERO, POSE_KEPT, turned)
+        self.steady_T_odom = Pose2()
+        return Jump(SET_TO_ZERO, POSE_LOST)
 
     def _stand_still(self, problem: str, last: '_Heard', odom_T_base: Pose2,
                      imu: ImuSample) -> Jump:
@@ -123,11 +175,7 @@ def _jump(before: Pose2, after: Pose2, seconds: float) -> str:
     moved, turned = before.distance_to(after), abs(difference(after.yaw, before.yaw))
     at_zero = after.x == after.y == 0.0 and abs(after.yaw) < ZERO_YAW
     if at_zero and (moved > ZERO_PLACE or turned > FASTEST_TURN * seconds + SLACK_TURN):
-        return 'the odometry was set to zero'
-    near_zero = math.hypot(after.x, after.y) < NEAR_ZERO_PLACE and abs(after.yaw) < NEAR_ZERO_YAW
-    if seconds > RESET_SILENCE and near_zero and (
-            moved > NEAR_ZERO_PLACE or turned > NEAR_ZERO_YAW):
-        return 'the odometry was set to zero'
+        return SET_TO_ZERO
     if moved > FASTEST * seconds + SLACK or turned > FASTEST_TURN * seconds + SLACK_TURN:
         return 'the odometry jumped by {:.2f} m and {:.0f} degrees'.format(
             moved, math.degrees(turned))

@@ -14,8 +14,10 @@ from tb3_labs.localization.heading import Heading
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.nodes.mouse import Mouse
 from tb3_labs.nodes.turn import Turn
-from tb3_labs.robot.samples import ImuSample
+from tb3_labs.robot.samples import ImuSample, WheelSample
+from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 from tb3_labs.supervision.arbitration import DRIVERS, Driver, DriverEvent, after
+from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.supervision.freshness import RESUME_TIME, Freshness, SensorWatch, Sight
 from tb3_labs.supervision.frozen import FrozenWatch
 from tb3_labs.supervision.sleep import SleepWatch
@@ -30,7 +32,7 @@ JUDGING_RATE = 0.01
 class ControllerCore:
     """One robot that turns by the IMU and drives by the mouse."""
 
-    def __init__(self, law: TurningLaw) -> None:
+    def __init__(self, law: TurningLaw, gyro: Optional[GyroWatch] = None) -> None:
         self.imu = Freshness('imu')
         self.driver = Driver.NOBODY
         self._law = law
@@ -38,6 +40,7 @@ class ControllerCore:
         self._heading = Heading()
         self._sensors = SensorWatch(self.imu)
         self._frozen = FrozenWatch()
+        self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._sleep = SleepWatch()
         self._turn: Optional[Turn] = None        # driven, or waiting for rest to be judged
         self._carried = 0.0                      # error of the turn before, to be corrected [rad]
@@ -54,6 +57,7 @@ class ControllerCore:
         if jump and self.driver is Driver.TURN:
             self._happens(DriverEvent.TURN_OVER, jump)
         self.imu.heard(now, sample[1:])
+        self._gyro.on_imu(sample, now)
         self._heading.on_imu(sample, now)
         rate = abs(self._heading.rate)
         if self.driver is Driver.TURN:
@@ -62,6 +66,10 @@ class ControllerCore:
             self._judge_turn(self._turn, now)
         elif self._turn is None and rate > DRIVEN_RATE:
             self._carried = 0.0
+
+    def on_wheels(self, sample: WheelSample, now: float) -> None:
+        """Take in a sample of the wheels, if the robot has such; they only show a lying gyro."""
+        self._gyro.on_wheels(sample, now)
 
     def on_mouse(self, active: bool, x: float, y: float, now: float, *details: Any) -> None:
         """Take in a message of a mouse; ``ValueError`` for a position that is not finite.
@@ -156,7 +164,7 @@ class ControllerCore:
 
     def problem(self, now: float) -> str:
         """'' or the problem of the IMU, in words."""
-        return self._sensors.problem(now)
+        return self._sensors.problem(now) or self._gyro.problem()
 
     def due(self, now: float) -> bool:
         """Is it time for :meth:`command`?"""
@@ -200,6 +208,8 @@ class ControllerCore:
         problem = self._sensors.problem(now, with_age=True)
         if problem:
             raise ValueError('cannot turn: {} (is the robot running?)'.format(problem))
+        if self._gyro.problem():
+            raise ValueError('cannot turn: ' + self._gyro.problem())
 
     def _begin_turn(self, angle: float, now: float) -> None:
         if self._turn is not None and self.driver is not Driver.TURN:
@@ -237,7 +247,7 @@ class ControllerCore:
         dt = self._pace.step(now)
         step = self._law.step(self._yaw, heading.rate, dt, heading.age(now), heading.noise)
         self._frozen.update(self.imu, True, dt)
-        problem = self._frozen.problem()
+        problem = self._frozen.problem() or self._gyro.problem()
         if not problem and not step.finished:
             turn.progress.update(step.remaining, 0.0, heading.rate, dt, step.command != Twist2())
             problem = turn.progress.problem()

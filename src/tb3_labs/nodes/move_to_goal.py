@@ -1,7 +1,8 @@
 """Everything that `move_to_goal` decides, without ROS: pose, permission and command.
 
 The inputs and outputs are described in :mod:`tb3_labs.nodes`. The robot moves only while this node
-has control, both sensors are fresh, and the goal is not reached.
+has control, both sensors are fresh, gyro and wheels agree, the pose is known, and the goal is not
+reached.
 
 Units: seconds on the receiver's clock (`now`), metres, radians; poses in the local frame.
 """
@@ -17,8 +18,11 @@ from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.geometry.typed_pose import MAX_DISTANCE, MAX_YAW_DEG, TypedPose, check_pose
 from tb3_labs.localization.localizer import Fix, Localizer, Reset
+from tb3_labs.localization.odometry_jumps import POSE_LOST
 from tb3_labs.news import News, NewsDesk
-from tb3_labs.robot.samples import ImuSample, OdometrySample
+from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
+from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
+from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.supervision.freshness import Freshness, SensorWatch, Sight
 from tb3_labs.supervision.frozen import DriveFrozenWatch
 from tb3_labs.supervision.permission import Permission
@@ -55,7 +59,7 @@ class DriveStatus(NamedTuple):
     last_failure: str             # the same, of the last drive that was given up
     hold_reason: str              # reason why the robot stands during a drive, or ''
     has_control: bool             # may this node drive?
-    sensor_problem: str           # the lost sensors, in words; '' while both are fresh
+    sensor_problem: str           # lost or contradicting sensors, in words; '' if there are none
 
 
 class DriveEnd(NamedTuple):
@@ -68,7 +72,8 @@ class DriveEnd(NamedTuple):
 class MoveToGoalCore:
     """Localizer, goal machine and permission of one robot."""
 
-    def __init__(self, law: DrivingLaw, has_control: bool = False) -> None:
+    def __init__(self, law: DrivingLaw, has_control: bool = False,
+                 gyro: Optional[GyroWatch] = None) -> None:
         self.imu = Freshness('imu')
         self.odometry = Freshness('odom')
         self._localizer = Localizer()
@@ -79,6 +84,7 @@ class MoveToGoalCore:
         self._pace = Pace(law.period)
         self._sensors = SensorWatch(self.imu, self.odometry)
         self._frozen = DriveFrozenWatch(self.imu, self.odometry)
+        self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._sent = Twist2()
         self._ended = 0                    # the last attempt whose end was taken
         self._resets: List[Reset] = []     # carried out, and not taken yet
@@ -89,6 +95,7 @@ class MoveToGoalCore:
     def on_imu(self, sample: ImuSample, now: float) -> None:
         """Take in a sample of the IMU."""
         self.imu.heard(now, sample[1:])
+        self._gyro.on_imu(sample, now)
         self._localizer.on_imu(sample, now)
         self._look_at_localizer()
 
@@ -98,6 +105,10 @@ class MoveToGoalCore:
         self._frozen.on_odometry(sample.pose.yaw)
         self._localizer.on_odometry(sample, now)
         self._look_at_localizer()
+
+    def on_wheels(self, sample: WheelSample, now: float) -> None:
+        """Take in a sample of the wheels, if the robot has such; they only show a lying gyro."""
+        self._gyro.on_wheels(sample, now)
 
     def set_law(self, law: DrivingLaw) -> None:
         """Drive by another law from now on; a present drive begins anew."""
@@ -185,7 +196,11 @@ class MoveToGoalCore:
 
     def command(self, now: float) -> Optional[Twist2]:
         """The velocity to send now, or None: silence."""
+        refusal = self._refusal()
         if not (self.has_control and self._machine.active):
+            self._pause()
+        elif refusal:
+            self._machine.give_up(refusal)
             self._pause()
         elif self._sensors_allow(now):
             motion = self._localizer.motion(now)
@@ -196,6 +211,8 @@ class MoveToGoalCore:
                     self._machine.give_up(self._frozen.problem())
                 command = self._machine.step(motion, dt)
                 self._sent = command or Twist2()
+                if self._sent != Twist2():
+                    self._localizer.driven_at = now
                 return command
         self._pace.skip(now)
         return None
@@ -225,14 +242,16 @@ class MoveToGoalCore:
 
     def status(self, now: float) -> DriveStatus:
         """The drive at this moment."""
-        machine, problem = self._machine, self._sensors.problem(now)
+        machine, problem = self._machine, self._sensors.problem(now) or self._gyro.problem()
+        failure = POSE_LOST if self._localizer.is_lost else machine.failure
         return DriveStatus(
-            self._words(problem), machine.state, machine.goal, machine.law.distance_tolerance,
-            machine.attempt, machine.begun, machine.active, machine.failure, machine.last_failure,
+            self._words(failure, problem), machine.state, machine.goal,
+            machine.law.distance_tolerance, machine.attempt, machine.begun,
+            machine.active and not failure, failure, failure or machine.last_failure,
             self._sensors.hold_reason, self.has_control, problem)
 
     def pose(self, now: float) -> Optional[Pose2]:
-        """The robot's pose in local at this moment; None before the first samples."""
+        """The robot's pose in local at this moment; None if it is not known (yet)."""
         motion = self._localizer.motion(now)
         return None if motion is None else motion.pose
 
@@ -256,10 +275,10 @@ class MoveToGoalCore:
         driving = self.has_control and self._machine.active
         return self._pace.idle_for(now) if driving else LONGEST_IDLE
 
-    def _words(self, sensor_problem: str) -> str:
+    def _words(self, failure: str, sensor_problem: str) -> str:
         machine = self._machine
-        if machine.failure:
-            return with_reason(GAVE_UP, machine.failure)
+        if failure:
+            return with_reason(GAVE_UP, failure)
         if not machine.active:
             return machine.state.name
         if not self.has_control:
@@ -271,6 +290,10 @@ class MoveToGoalCore:
         return machine.state.name
 
     # -- the drive
+
+    def _refusal(self) -> str:
+        """'' or the reason why no drive may go on, or begin."""
+        return POSE_LOST if self._localizer.is_lost else self._gyro.problem()
 
     def _sensors_allow(self, now: float) -> bool:
         self._sensors.update(now)
@@ -306,7 +329,9 @@ class MoveToGoalCore:
             if jump.outcome:
                 self._news.tell('{}: {}'.format(jump.text[0].upper() + jump.text[1:], jump.outcome),
                                 warning=True)
-            if self._permission.stands and self._machine.begun and self._machine.active:
+            if self._localizer.is_lost and self._machine.active:
+                self._machine.give_up(POSE_LOST)
+            elif self._permission.stands and self._machine.begun and self._machine.active:
                 self._machine.give_up(jump.text)
         resets = self._localizer.take_resets()
         if resets:

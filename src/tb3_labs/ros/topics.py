@@ -12,8 +12,11 @@ from typing import Any, NamedTuple
 import rosgraph
 import rospy
 
+from sensor_msgs.msg import JointState
+
 from tb3_labs.control.pace import Listening
 from tb3_labs.ros.clocks import steady_time
+from tb3_labs.ros.conversions import to_wheel_sample
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connected_for, connection_of, is_wall_time
 
@@ -57,6 +60,19 @@ def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_
 
     return rospy.Subscriber(topic, kind, guarded(handle), queue_size=queue_size,
                             buff_size=65536, tcp_nodelay=True)
+
+
+def subscribe_wheels(callback):
+    """A subscriber of every sample of the wheels on `joint_states`; joints of anything else, as of
+    an arm, are passed over."""
+    def hear(message):
+        try:
+            sample = to_wheel_sample(message)
+        except ValueError:
+            return
+        callback(sample)
+
+    return subscribe('joint_states', JointState, hear, queue_size=None)
 
 
 class Event(NamedTuple):

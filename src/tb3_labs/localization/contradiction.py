@@ -1,0 +1,161 @@
+"""Does the gyro contradict the wheels?
+
+A board that calibrates its gyro while the robot turns takes that turn for rest: afterwards the gyro
+shows the opposite turn of a robot at rest, and is wrong by as much in motion. A robot that is carried
+shows the same, as its wheels do not turn. So each rate of the gyro is compared with the rates at
+which the wheels turned the robot a little earlier and later. The part that neither delay, slip nor
+uneven wheels explain is added up.
+
+Times are the sender's, so a network that delays messages changes nothing; without stamps, or without
+samples of the wheels, nothing is said. Cases:
+
+* Wheels that turn a robot which stands are stalled or slip: supervision.stall tells that.
+* A reading that is repeated is no news: supervision.frozen tells that.
+* After a silence the comparison begins anew. A contradiction is over when the robot agreed with
+  itself for `AGREED`.
+
+Units: seconds, radians; `now` on the receiver's clock. Sources: the firmware's lag of 13 to 105 ms,
+a recording of a Burger on a floor (rates of wheels and gyro differ by up to 0.2 rad/s for a moment).
+"""
+from collections import deque
+from typing import Deque, NamedTuple, Optional, Sequence, Tuple
+
+from tb3_labs.geometry.limits import clamp
+from tb3_labs.localization.sender_clock import SenderClock
+from tb3_labs.robot.samples import ImuSample, WheelSample
+from tb3_labs.robot.turtlebot3 import RobotModel
+
+#: A rate of the gyro belongs to a turn of the wheels up to this much earlier, or later [s].
+LAG = 0.13
+LEAD = 0.04
+#: A sound robot's gyro differs from the wheels by this share of the turn, which is slip,
+SLIP = 0.055
+#: by this share of what the faster wheel alone would turn, since wheels are uneven,
+UNEVEN = 0.033
+#: and by this rate, its drift [rad/s].
+DRIFT = 0.02
+#: The gyro contradicts the wheels when the unexplained turn is larger than this [rad],
+CONTRADICTION = 0.015
+#: until nothing was unexplained for this time [s],
+AGREED = 1.0
+#: while the wheels rest: the margin is below this [rad/s].
+AT_REST = 1.2 * DRIFT
+#: A robot that turns more slowly than this stands [rad/s].
+STANDS = 0.03
+#: Nothing is known of a longer time between two samples of the gyro, or of the wheels [s].
+GYRO_GAP = 0.15
+WHEEL_GAP = 0.3
+#: Turns of the wheels are remembered for this long [s].
+MEMORY = 0.6
+#: The problem in words, before its remedy.
+CAUSE = ('the gyro contradicts the wheels (calibrated while the robot moved, or is the robot '
+         'carried?)')
+
+
+class _Turn(NamedTuple):
+    """The turn of the wheels from one of their samples to the next."""
+
+    begin: float
+    end: float
+    rate: float        # at which they turned the robot [rad/s]
+    one_wheel: float   # at which the faster wheel alone would turn it [rad/s]
+
+
+class _Reading(NamedTuple):
+    """A rate of the gyro [rad/s] at `end`, taken for the time since `begin`."""
+
+    begin: float
+    end: float
+    rate: float
+    is_repeated: bool
+
+
+class GyroWatch:
+    """Compares the gyro of one robot with its wheels."""
+
+    def __init__(self, model: RobotModel, reset_topic: str = '/reset') -> None:
+        self._model = model
+        self._reset_topic = reset_topic
+        self._clock = SenderClock()
+        self._epoch = 0
+        self._contradicts = False
+        self._imu: Optional[Tuple[ImuSample, float]] = None         # the latest, and its time
+        self._wheels: Optional[Tuple[WheelSample, float]] = None
+        self._readings: Deque[_Reading] = deque()    # not compared yet
+        self._turns: Deque[_Turn] = deque()
+        self._unexplained = 0.0      # [rad]
+        self._agreed_for = 0.0       # [s]
+
+    def on_imu(self, sample: ImuSample, now: float) -> None:
+        """Take in a sample of the IMU."""
+        time = self._clock.time_of('imu', sample.stamp, now)
+        self._look_at_clock()
+        if self._imu is not None:
+            (last, begin), is_repeated = self._imu, sample[1:] == self._imu[0][1:]
+            if 0.0 < time - begin <= GYRO_GAP:
+                self._readings.append(_Reading(begin, time, last.yaw_rate, is_repeated))
+        self._imu = sample, time
+
+    def on_wheels(self, sample: WheelSample, now: float) -> None:
+        """Take in a sample of the wheels."""
+        time = self._clock.time_of('wheels', sample.stamp, now)
+        self._look_at_clock()
+        if self._wheels is not None:
+            last, begin = self._wheels
+            if time - begin > WHEEL_GAP:
+                self._begin()
+            elif time > begin:
+                self._add_turn(sample.left - last.left, sample.right - last.right, begin, time)
+        self._wheels = sample, time
+        while self._readings and self._readings[0].end + LEAD <= time:
+            self._compare(self._readings.popleft())
+
+    def problem(self) -> str:
+        """'' or the contradiction, and its remedy, in words."""
+        return '{}: let it rest, then: rostopic pub -1 {} std_msgs/Empty'.format(
+            CAUSE, self._reset_topic) if self._contradicts else ''
+
+    def _begin(self) -> None:
+        """Begin to compare anew: no sample until now counts."""
+        self._imu = self._wheels = None
+        self._readings.clear()
+        self._turns.clear()
+        self._unexplained = self._agreed_for = 0.0
+
+    def _look_at_clock(self) -> None:
+        if self._clock.epoch != self._epoch:
+            self._epoch = self._clock.epoch
+            self._begin()
+
+    def _add_turn(self, left: float, right: float, begin: float, end: float) -> None:
+        per_track = self._model.wheel_radius / self._model.wheel_separation / (end - begin)
+        self._turns.append(_Turn(begin, end, (right - left) * per_track,
+                                 max(abs(left), abs(right)) * per_track))
+        while self._turns[0].end < end - MEMORY:
+            self._turns.popleft()
+
+    def _compare(self, reading: _Reading) -> None:
+        begin, end = reading.begin - LAG, reading.end + LEAD
+        turns = [turn for turn in self._turns if turn.end > begin and turn.begin < end]
+        if not (self._clock.uses_stamps and turns and turns[0].begin <= begin):
+            return
+        least, most = min(turn.rate for turn in turns), max(turn.rate for turn in turns)
+        margin = (SLIP * max(-least, most) + UNEVEN * max(turn.one_wheel for turn in turns) + DRIFT)
+        nearest = clamp(reading.rate, least - margin, most + margin)
+        stands = abs(reading.rate) < min(STANDS, abs(nearest))
+        excess = 0.0 if stands else reading.rate - nearest
+        seconds = reading.end - reading.begin
+        if not excess:
+            self._agree(seconds, margin < AT_REST)
+        elif not reading.is_repeated:
+            self._agreed_for = 0.0
+            self._unexplained += excess * seconds
+            self._contradicts = self._contradicts or abs(self._unexplained) > CONTRADICTION
+
+    def _agree(self, seconds: float, rests: bool) -> None:
+        """Nothing was unexplained for `seconds`; only with wheels at rest does that show little."""
+        if self._contradicts and not rests:
+            return
+        self._agreed_for += seconds
+        if self._agreed_for >= AGREED:
+            self._unexplained, self._contradicts = 0.0, False

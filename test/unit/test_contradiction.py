@@ -1,0 +1,210 @@
+"""Gyro against wheels: robots in all sorts of motion, sound ones and one whose gyro lies."""
+import itertools
+import math
+from dataclasses import replace
+
+import pytest
+
+from known_motion import angle_between
+from real_recordings import NAMES, arrays_of
+from tb3_labs.control.drive_config import DriveConfig
+from tb3_labs.control.driving import make_law
+from tb3_labs.control.turning import TurnConfig, make_turn
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.localization.contradiction import GyroWatch
+from tb3_labs.nodes.controller import ControllerCore
+from tb3_labs.nodes.move_to_goal import MoveToGoalCore
+from tb3_labs.robot.samples import ImuSample, WheelSample
+from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.simulation.network import NETWORKS
+from tb3_labs.simulation.simulator import Simulator
+from tb3_labs.simulation.simulator_config import SimulatorConfig
+from tb3_labs.supervision.arbitration import Driver
+
+BURGER = robot_model('burger')
+#: (forward speed, rate of turn, seconds): rest, spins, curves, full speed, and all of it at once.
+MOTIONS = [(0.0, 0.0, 1.0), (0.0, 1.5, 1.5), (0.0, -2.6, 1.0), (0.2, 0.0, 1.5), (0.2, 0.8, 1.0),
+           (-0.2, -0.8, 1.0), (0.0, 0.1, 1.0), (0.0, 0.0, 0.6), (0.05, 2.0, 1.0), (0.0, 0.0, 1.0)]
+SLOW = {'yaw_lag': 0.105, 'wheel_lag': 0.02}
+
+
+class Watched:
+    """A robot and what hears it. The wheels are heard with the odometry, as the robot's node sends
+    them."""
+
+    def __init__(self, *ears, **settings):
+        self.robot = Simulator(SimulatorConfig(**settings))
+        self.ears = ears
+        self._wheels = {}            # by stamp
+
+    def set(self, **settings):
+        self.robot.configure(replace(self.robot.config, **settings))
+
+    def run(self, seconds, linear=0.0, angular=0.0, until=lambda: False):
+        """Let time pass; commands at 20 Hz, unless the ear drives: it has a command then."""
+        end = self.robot.now + seconds
+        for tick in itertools.count():
+            if self.robot.now >= end or until():
+                return
+            if tick % 10 == 0 and not hasattr(self.ears[0], 'command'):
+                self.robot.command(linear, angular)
+            samples = self.robot.step(0.005)
+            self._wheels[self.robot.odometry_stamp] = self.robot.wheel_angles
+            for sample in samples:
+                self._hear(sample)
+            for ear in self.ears:
+                if hasattr(ear, 'command') and ear.due(self.robot.now):
+                    self.robot.command(*(ear.command(self.robot.now) or (0.0, 0.0)))
+
+    def _hear(self, sample):
+        for ear in self.ears:
+            if isinstance(sample, ImuSample):
+                ear.on_imu(sample, self.robot.now)
+                continue
+            ear.on_wheels(WheelSample(sample.stamp, *self._wheels[sample.stamp]), self.robot.now)
+            if hasattr(ear, 'on_odometry'):
+                ear.on_odometry(sample, self.robot.now)
+                ear.take_fix()
+
+
+def navigator():
+    return MoveToGoalCore(make_law(DriveConfig(), BURGER), has_control=True)
+
+
+def controller():
+    return ControllerCore(make_turn(TurnConfig(), BURGER))
+
+
+@pytest.mark.parametrize('settings', [
+    {}, {'slip': 0.05}, {'wheel_mismatch': 0.03}, {'slip': 0.05, 'wheel_mismatch': -0.03},
+    {'motor_lag': 0.5}, {'motor_lag': 0.0}, {'imu_rate': 20.0, 'odom_rate': 20.0},
+    {'imu_noise_deg': 1.0, 'gyro_noise': 0.02}, {'imu_offset_deg': 180.0},
+    {'imu_drift_deg_per_min': 60.0}, {'model': 'waffle'}, {'yaw_lag': 0.0, 'wheel_lag': 0.03}, SLOW, dict(SLOW, slip=0.05),
+    {'imu_frozen': True}, {'odom_frozen': True}, {'slip': 1.0}, {'motors_off': True},
+    {'dropouts_per_min': 60.0}, *(NETWORKS[name] for name in NETWORKS)], ids=str)
+def test_no_sound_robot_is_accused(settings):
+    watch = GyroWatch(robot_model(settings.get('model', 'burger')))
+    watched = Watched(watch, **settings)
+    for linear, angular, seconds in MOTIONS:
+        watched.run(seconds, linear, angular, until=watch.problem)
+        assert watch.problem() == '', (linear, angular)
+
+
+@pytest.mark.parametrize('bias_deg, found_in', [(0.0, math.inf), (3.0, 2.0), (-28.0, 0.5)])
+@pytest.mark.parametrize('name', NAMES)
+def test_a_recorded_robot_is_accused_only_if_its_gyro_is_made_to_lie(name, bias_deg, found_in):
+    watch = GyroWatch(BURGER)
+    imu, wheels = arrays_of(name, ('imu', 'wheels'))
+    heard = sorted(
+        [(arrival, watch.on_imu, ImuSample(stamp, yaw, rate + math.radians(bias_deg)))
+         for arrival, stamp, yaw, rate in imu.tolist()]
+        + [(arrival, watch.on_wheels, WheelSample(*sample)) for arrival, *sample in wheels.tolist()],
+        key=lambda entry: entry[0])
+    accused = math.inf
+    for arrival, hear, sample in heard:
+        hear(sample, arrival)
+        if watch.problem():
+            accused = min(accused, arrival - heard[0][0])
+    assert accused <= found_in if bias_deg else accused == math.inf
+
+
+@pytest.mark.parametrize('bias_deg', [2.5, -5.0, 28.0, -86.0])
+@pytest.mark.parametrize('settings', [{}, SLOW, {'slip': 0.05, 'wheel_mismatch': 0.03}], ids=str)
+def test_at_rest_a_lie_is_found_within_2_s(settings, bias_deg):
+    watch = GyroWatch(BURGER, '/robot3/reset')
+    watched = Watched(watch, gyro_bias_deg=bias_deg, **settings)
+    watched.run(2.0)
+    assert 'rostopic pub -1 /robot3/reset' in watch.problem()
+
+
+@pytest.mark.parametrize('speeds', [(0.0, 1.5), (0.0, -1.5), (0.2, 0.0), (0.15, 0.8)])
+@pytest.mark.parametrize('bias_deg, settings', [
+    (12.0, {}), (-12.0, {}), (28.0, {}), (-28.0, {}), (12.0, SLOW), (-20.0, SLOW)])
+def test_in_motion_a_lie_is_found_before_5_degrees(speeds, bias_deg, settings):
+    watch = GyroWatch(BURGER)
+    watched = Watched(watch, **settings)
+    watched.run(2.0, *speeds)
+    begun = watched.robot.now
+    watched.set(gyro_bias_deg=bias_deg)
+    watched.run(3.0, *speeds, until=watch.problem)
+    assert abs(bias_deg) * (watched.robot.now - begun) < 5.0
+    assert watch.problem()
+
+
+def test_an_accusation_stands_until_a_second_of_agreement_at_rest():
+    watch = GyroWatch(BURGER)
+    watched = Watched(watch, gyro_bias_deg=10.0)
+    watched.run(1.0)
+    watched.set(gyro_bias_deg=2.0)
+    watched.run(2.0, 0.2)             # driven, it could have turned as little by uneven wheels
+    watched.set(gyro_bias_deg=0.0)
+    watched.run(0.5)
+    assert watch.problem()
+    watched.run(1.8)
+    assert watch.problem() == ''
+
+
+def test_without_wheels_or_stamps_nothing_is_said():
+    deaf, stampless = GyroWatch(BURGER), GyroWatch(BURGER)
+    for k in range(600):
+        now = 10.0 + 0.005 * k
+        for watch, stamp in ((deaf, now), (stampless, 0.0)):
+            watch.on_imu(ImuSample(stamp, math.remainder(0.01 * k, math.tau), 2.0), now)
+        if k % 6 == 0:
+            stampless.on_wheels(WheelSample(0.0, 0.0, 0.0), now)
+    assert deaf.problem() == stampless.problem() == ''
+
+
+# -- the nodes' cores -------------------------------------------------------------------------------
+
+def test_a_lying_gyro_is_neither_driven_nor_turned_by():
+    drives, turns = navigator(), controller()
+    watched = Watched(drives, gyro_bias_deg=-28.0)
+    watched.ears = drives, turns
+    watched.run(0.5)
+    drives.set_goal(Pose2(1.0, 0.0, 0.0))
+    watched.run(1.0)
+    assert 'the gyro contradicts the wheels' in drives.status(watched.robot.now).words
+    with pytest.raises(ValueError, match='cannot turn: the gyro contradicts the wheels'):
+        turns.ask(90.0, watched.robot.now)
+    assert watched.robot.truth == Pose2()
+    assert 'gyro' in turns.problem(watched.robot.now)
+
+
+def test_after_the_remedy_a_goal_that_is_given_anew_is_driven_to():
+    drives = navigator()
+    watched = Watched(drives, gyro_bias_deg=-28.0)
+    watched.run(0.5)
+    drives.set_goal(Pose2(0.3, 0.0, 0.0))
+    watched.run(1.0)
+    watched.robot.reset()
+    watched.run(6.0)
+    assert watched.robot.truth == Pose2()      # nobody gave it anew, and the pose is lost
+    drives.reset(Pose2(), watched.robot.now)
+    watched.run(6.0)
+    assert watched.robot.truth.distance_to(Pose2(0.3, 0.0)) < 0.01
+    assert drives.status(watched.robot.now).words == 'GOAL_REACHED'
+
+
+@pytest.mark.parametrize('bias_deg', [40.0, -40.0])
+def test_a_gyro_that_begins_to_lie_stops_a_drive_and_a_turn(bias_deg):
+    drives = navigator()
+    watched = Watched(drives)
+    watched.run(0.5)
+    drives.set_goal(Pose2(2.0, 0.0, 0.0))
+    watched.run(1.5)
+    watched.set(gyro_bias_deg=bias_deg)
+    watched.run(1.0)
+    assert 'the gyro contradicts the wheels' in drives.status(watched.robot.now).failure
+    assert watched.robot.true_velocity == pytest.approx((0.0, 0.0), abs=1e-3)
+    assert angle_between(watched.robot.truth.yaw, 0.0) < math.radians(5.0)
+
+    turns = controller()
+    watched = Watched(turns)
+    watched.run(0.5)
+    turns.ask(180.0, watched.robot.now)
+    watched.run(1.0)
+    watched.set(gyro_bias_deg=bias_deg)
+    watched.run(1.0)
+    assert turns.driver is Driver.NOBODY
+    assert any('contradicts the wheels' in news.text for news in turns.take_news())
