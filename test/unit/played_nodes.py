@@ -107,7 +107,7 @@ class Turning(Ahead):
 class Still:
     """In place of the localizer: the robot is at the origin, and a reset is carried out at once."""
 
-    has_resets = False
+    has_resets = is_lost = False
 
     def __init__(self):
         self._resets = []

@@ -11,7 +11,7 @@ from tb3_labs.control import (
     approach, dead_time, drive_config, driving, goal_machine, motor_response, pace, settling, turning)
 from tb3_labs.geometry import estimate, quaternions, typed_pose
 from tb3_labs.localization import (
-    heading, localizer, odometry_jumps, sample_buffer, sender_clock, yaw_noise)
+    contradiction, heading, localizer, odometry_jumps, sample_buffer, sender_clock, yaw_noise)
 from tb3_labs.nodes import (
     control_words, controller, demo, gamepad, imu_sub, mouse, move_to_goal, pad, pad_config)
 from tb3_labs.robot import samples, turtlebot3
@@ -72,6 +72,10 @@ NUMBERS = {
                                     'LONGEST_LOOK': 0.6},
     estimate: {'STANDARD_ERRORS': 2.0, 'CONTRADICTION': 4.0},
     quaternions: {'NORM_TOLERANCE': 0.05, 'MAX_TILT': math.pi / 4.0},
+    contradiction: {
+        'LAG': 0.13, 'LEAD': 0.04, 'SLIP': 0.055, 'UNEVEN': 0.033, 'DRIFT': 0.02,
+        'UNEXPLAINED': 0.015, 'AGREED': 1.0, 'AT_REST': 0.024, 'STANDING_RATE': 0.03,
+        'GYRO_GAP': 0.15, 'WHEEL_GAP': 0.3, 'WHEEL_MEMORY': 0.6},
     localizer: {'MAX_EXTRAPOLATION': 2.0 / 30.0},
     localizer.Motion: {
         'imu_age': 0.0, 'odometry_age': 0.0, 'yaw_noise': 0.0, 'extrapolated': 0.0},
@@ -79,6 +83,7 @@ NUMBERS = {
         'FASTEST': 0.5, 'FASTEST_TURN': 4.0, 'SLACK': 0.05, 'SLACK_TURN': 0.3,
         'LONGEST_SILENCE': 5.0, 'SPIKE': 10.0, 'ZERO_YAW': 0.01, 'ZERO_PLACE': 0.001,
         'RESET_SILENCE': 1.0, 'NEAR_ZERO_PLACE': 0.03, 'NEAR_ZERO_YAW': 0.1, 'RESTING_TURN': 0.1,
+        'CALIBRATION_TURN': 0.005, 'RESTING_SPEED': 0.005, 'RESTING_RATE': 0.03,
         'STOPPING_TIME': 0.5},
     sample_buffer: {'MEMORY': 1.5, 'MAX_GAP': 0.3, 'MAX_BRIDGE': 1.0},
     sender_clock: {

@@ -79,7 +79,8 @@ def controller():
     {}, {'slip': 0.05}, {'wheel_mismatch': 0.03}, {'slip': 0.05, 'wheel_mismatch': -0.03},
     {'motor_lag': 0.5}, {'motor_lag': 0.0}, {'imu_rate': 20.0, 'odom_rate': 20.0},
     {'imu_noise_deg': 1.0, 'gyro_noise': 0.02}, {'imu_offset_deg': 180.0},
-    {'imu_drift_deg_per_min': 60.0}, {'model': 'waffle'}, {'yaw_lag': 0.0, 'wheel_lag': 0.03}, SLOW, dict(SLOW, slip=0.05),
+    {'imu_drift_deg_per_min': 60.0}, {'model': 'waffle'}, {'yaw_lag': 0.0, 'wheel_lag': 0.03},
+    SLOW, dict(SLOW, slip=0.05),
     {'imu_frozen': True}, {'odom_frozen': True}, {'slip': 1.0}, {'motors_off': True},
     {'dropouts_per_min': 60.0}, *(NETWORKS[name] for name in NETWORKS)], ids=str)
 def test_no_sound_robot_is_accused(settings):
@@ -98,7 +99,7 @@ def test_a_recorded_robot_is_accused_only_if_its_gyro_is_made_to_lie(name, bias_
     heard = sorted(
         [(arrival, watch.on_imu, ImuSample(stamp, yaw, rate + math.radians(bias_deg)))
          for arrival, stamp, yaw, rate in imu.tolist()]
-        + [(arrival, watch.on_wheels, WheelSample(*sample)) for arrival, *sample in wheels.tolist()],
+        + [(row[0], watch.on_wheels, WheelSample(*row[1:])) for row in wheels.tolist()],
         key=lambda entry: entry[0])
     accused = math.inf
     for arrival, hear, sample in heard:
@@ -155,7 +156,7 @@ def test_without_wheels_or_stamps_nothing_is_said():
     assert deaf.problem() == stampless.problem() == ''
 
 
-# -- the nodes' cores -------------------------------------------------------------------------------
+# -- the cores of both nodes
 
 def test_a_lying_gyro_is_neither_driven_nor_turned_by():
     drives, turns = navigator(), controller()
