@@ -63,6 +63,18 @@ def test_an_odometry_that_is_set_to_zero_is_no_reset(run, time, by_tf):
     assert (now.x[0], now.y[0]) == pytest.approx((moved.x, moved.y), abs=1e-6)
 
 
+def test_the_turn_of_a_calibration_at_rest_is_no_reset(run):
+    """The board is silent for 1.2 s. Then odometry and IMU have the turn of its calibration."""
+    here = run.odometry.pose(np.searchsorted(run.odometry.time, 8.49))
+    turn = math.radians(1.9)
+    run = odometry_jumps(run, 8.5, Pose2(0.0, 0.0, turn) @ here.inverse())
+    imu = replace(run.imu, yaw=wrap_all(run.imu.yaw + np.where(run.imu.time > 8.49, turn, 0.0)))
+    heard, seen = (np.flatnonzero((table.time < 8.19) | (table.time > 9.41))
+                   for table in (run.odometry, imu))
+    run = replace(run, odometry=run.odometry.take(heard), imu=imu.take(seen))
+    assert [RESET] == resets(run)
+
+
 @pytest.mark.parametrize('by_tf', [True, False])
 def test_a_robot_that_is_turned_while_its_odometry_is_set_to_zero(run, by_tf):
     odom, local = (poses.pose(np.searchsorted(poses.time, 8.49))

@@ -17,6 +17,7 @@ import numpy as np
 
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.localization.odometry_jumps import POSE_LOST
 from tb3_labs.report.analysis import FIRST, LAST, STRAIGHT
 from tb3_labs.report.epochs import between, declared_frame, steady_odometry
 from tb3_labs.report.movements import PAUSE, Kind, Movement, movements
@@ -43,8 +44,9 @@ def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
 
 
 def _with_local(run: RunData) -> RunData:
-    steady, _, lost_at = steady_odometry(run.odometry, run.imu)
-    declared = [(float(steady.time[0]), Pose2())] + [(time, Pose2()) for time in lost_at]
+    steady, _, jumps = steady_odometry(run.odometry, run.imu)
+    declared = [(float(steady.time[0]), Pose2())] + [
+        (time, Pose2()) for time, jump in jumps if jump.outcome == POSE_LOST]
     declared += [(float(run.resets.time[k]), run.resets.pose(k)) for k in range(len(run.resets))]
     declared.sort(key=lambda reset: reset[0])
     frames = [declared_frame(run, steady, *reset) for reset in declared]

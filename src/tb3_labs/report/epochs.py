@@ -26,7 +26,8 @@ import numpy as np
 
 from tb3_labs.geometry.angles import continuous_at, difference, wrap, wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.localization.odometry_jumps import FASTEST, POSE_LOST, SLACK, JumpFilter
+from tb3_labs.localization.odometry_jumps import (
+    FASTEST, POSE_LOST, RESET_SILENCE, SLACK, Jump, JumpFilter)
 from tb3_labs.report.run_data import ImuSamples, Kind, OdometrySamples, Poses, RunData
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 
@@ -180,7 +181,7 @@ class _Mended(NamedTuple):
 
     motion: Pose2      # of the robot, relative to its first pose: place by odometry, heading by IMU
     is_sound: bool     # nothing had to be corrected, and nothing is missing
-    is_lost: bool      # the pose is lost, and move_to_goal declares ``local`` anew
+    is_lost: bool      # the pose is lost, and there is no ``local`` until it is declared anew
 
 
 def _mended_odometry(run: RunData, begin: float, end: float) -> _Mended:
@@ -189,31 +190,35 @@ def _mended_odometry(run: RunData, begin: float, end: float) -> _Mended:
     heard, imu = run.odometry.take(slice(max(0, first - 2), last)), between(run.imu, *around)
     if len(heard) < 2 or not len(imu):
         return _Mended(Pose2(), False, False)
-    poses, steady, lost_at = steady_odometry(heard, run.imu)
+    poses, steady, jumps = steady_odometry(heard, run.imu)
+    jumps = [(time, jump) for time, jump in jumps if begin < time <= end]
     driven = poses.at(begin).inverse() @ poses.at(end)
     before, after = continuous_at((begin, end), imu.time, imu.yaw)
     pauses = np.diff(heard.time)
-    return _Mended(Pose2(driven.x, driven.y, wrap(after - before)),
+    turned = after - before - sum(jump.imu_turn for _, jump in jumps)
+    return _Mended(Pose2(driven.x, driven.y, wrap(turned)),
                    bool(steady == Pose2() and pauses.max() < HOLE * np.median(pauses)),
-                   any(begin < time <= end for time in lost_at))
+                   any(jump.outcome == POSE_LOST for _, jump in jumps))
 
 
 def steady_odometry(odometry: OdometrySamples,
-                    imu: ImuSamples) -> Tuple[Poses, Pose2, List[float]]:
+                    imu: ImuSamples) -> Tuple[Poses, Pose2, List[Tuple[float, Jump]]]:
     """An odometry as move_to_goal corrects it: (Poses without jumps, the last pose of ``odom``
-    among them, the times at which the pose is lost)."""
-    steady, poses, lost_at = JumpFilter(), [], []
+    among them, the times of the Jumps and these)."""
+    steady, poses, jumps = JumpFilter(), [], []
     newest = np.searchsorted(imu.arrival, odometry.arrival, side='right') - 1
     for k, heard in enumerate(newest.clip(0)):
+        if odometry.arrival[k] - imu.arrival[heard] > RESET_SILENCE:
+            heard = min(heard + 1, len(imu) - 1)    # the first one after the silence
         sample, jump = steady.take(
             OdometrySample(odometry.time[k], odometry.pose(k), float(odometry.linear[k]),
                            float(odometry.angular[k])), odometry.arrival[k],
             ImuSample(imu.time[heard], imu.yaw[heard], imu.yaw_rate[heard]))
         poses.append((sample.pose.x, sample.pose.y, sample.pose.yaw))
-        if jump is not None and jump.outcome == POSE_LOST:
-            lost_at.append(odometry.time[k])
+        if jump is not None:
+            jumps.append((float(odometry.time[k]), jump))
     return (Poses(odometry.arrival, odometry.time, *np.array(poses).T), steady.steady_T_odom,
-            lost_at)
+            jumps)
 
 
 def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
