@@ -69,9 +69,10 @@ def test_the_turn_of_a_calibration_at_rest_is_no_reset(run):
     turn = math.radians(1.9)
     run = odometry_jumps(run, 8.5, Pose2(0.0, 0.0, turn) @ here.inverse())
     imu = replace(run.imu, yaw=wrap_all(run.imu.yaw + np.where(run.imu.time > 8.49, turn, 0.0)))
-    heard, seen = (np.flatnonzero((table.time < 8.19) | (table.time > 9.41))
-                   for table in (run.odometry, imu))
-    run = replace(run, odometry=run.odometry.take(heard), imu=imu.take(seen))
+    run = replace(run, **{
+        name: table.take(np.flatnonzero((table.time < 8.19) | (table.time > 9.41)))
+        for name, table in (('odometry', run.odometry), ('imu', imu), ('frames', run.frames),
+                            ('local_pose', run.local_pose))})
     assert [RESET] == resets(run)
 
 
