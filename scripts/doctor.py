@@ -10,6 +10,7 @@ status is 0 without a fault, 1 with one.
 Listens to    (in the robot's namespace, by a connection of its own)
     imu       sensor_msgs/Imu
     odom      nav_msgs/Odometry
+    joint_states   sensor_msgs/JointState: do the wheels agree with the gyro?
     cmd_vel   geometry_msgs/Twist: who drives
 """
 import argparse

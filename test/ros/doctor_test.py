@@ -139,7 +139,7 @@ class DoctorTest(NodeCase):
     @classmethod
     def _start_patients(cls):
         cls.keep(Node(*ROBOT, '__name:=robots', '_robots:=2'))
-        cls.keep(Node(*ROBOT, *HOLDING, '__name:=robot', '__ns:=/robot3'))
+        cls.keep(Node(*ROBOT, *HOLDING, '_gyro_bias_deg:=-28', '__name:=robot', '__ns:=/robot3'))
         cls.keep(Program(['rostopic', 'pub', '-r', '10', '__name:=rival', '/robot3/cmd_vel',
                           'geometry_msgs/Twist', '{}']))
         cls.publishers = [rospy.Publisher(name, kind, queue_size=1) for name, kind in (
@@ -273,7 +273,8 @@ class DoctorTest(NodeCase):
         self.assertEqual(status, 0)
         self.assertEqual(list(lines), [
             'Python', 'Address', 'NAT', 'Master', 'Masters', 'Robot', 'Nodes', 'Names', 'Way',
-            'Drivers', 'imu', 'odom', 'Clock', 'Gamepad', 'Mouse', 'Disk', 'Way back'])
+            'Drivers', 'imu', 'odom', 'Clock', 'Gyro', 'Gamepad', 'Mouse', 'Disk', 'Way back'])
+        self.assertIn('agrees with the wheels', lines['Gyro'])
         # a busy machine holds messages up; another master may run on it
         self.assertEqual([line for subject, line in lines.items() if not line.startswith('ok') and (
             subject not in ('imu', 'odom', 'Clock', 'Masters', 'Disk'))], [])
@@ -310,6 +311,10 @@ class DoctorTest(NodeCase):
 
     def test_two_drivers(self):
         self.check('robot3', 'Drivers', 'FAULT', '/doctor .* and /rival .* at the same time')
+
+    def test_a_gyro_that_lies(self):
+        self.check('robot3', 'Gyro', 'FAULT',
+                   'the gyro contradicts the wheels.*rostopic pub -1 /robot3/reset std_msgs/Empty')
 
     def test_messages_that_are_held(self):
         self.check('laptop', 'imu', '(warning|FAULT)', 'your WLAN holds messages for [0-9.]+ s: ')

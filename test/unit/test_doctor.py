@@ -6,8 +6,8 @@ from tb3_labs.doctor.line import Verdict, exit_status, fault, ok, printed, summa
 from tb3_labs.doctor.network import (
     PROBLEMS, Address, Answer, judge_address, judge_master, judge_nat, judge_second_master)
 from tb3_labs.doctor.robot import (
-    PAUSES, Clock, Driver, MasterName, Stream, judge_clock, judge_drivers, judge_names, judge_nodes,
-    judge_presence, judge_stream, judge_way_back)
+    PAUSES, Clock, Driver, MasterName, Stream, judge_clock, judge_drivers, judge_gyro, judge_names,
+    judge_nodes, judge_presence, judge_stream, judge_way_back)
 
 OK, WARNING, FAULT = Verdict.OK, Verdict.WARNING, Verdict.FAULT
 
@@ -221,3 +221,10 @@ def test_stream(stream, verdict, words):
     (dict(), WARNING, 'cannot be seen'), (dict(least_delay=9.0, simulated=True), OK, 'simulated')])
 def test_clock(clock, verdict, words):
     check(judge_clock(Clock(**clock)), verdict, words)
+
+
+@pytest.mark.parametrize('problem, is_compared, verdict, words', [
+    ('it lies', True, FAULT, 'it lies'), ('', True, OK, 'agrees'),
+    ('', False, OK, 'cannot be compared')])
+def test_gyro(problem, is_compared, verdict, words):
+    check(judge_gyro(problem, 'let it rest', is_compared), verdict, words)

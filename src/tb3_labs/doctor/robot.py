@@ -1,4 +1,5 @@
-"""Judgements of a robot: who answers for it, who drives it, and do its messages come?
+"""Judgements of a robot: who answers for it, who drives it, do its messages come, and does its
+gyro lie?
 
 Units: seconds, messages per second. `gap` is the longest time between two arrivals.
 """
@@ -212,6 +213,14 @@ def judge_stream(stream: Stream) -> Line:
     whose = 'nothing came' if math.isnan(stream.late) else 'the robot itself was silent'
     return judge(name, '{}, but {} for {:.1f} s: {}'.format(rate, whose, stream.gap, effect),
                  "is the robot's computer busy, its battery low, its cable loose?")
+
+
+def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
+    """Does the gyro agree with the wheels? `problem` and `remedy` are those of a GyroWatch."""
+    if problem:
+        return fault('Gyro', problem, remedy)
+    return ok('Gyro', 'it agrees with the wheels' if is_compared else
+              'it cannot be compared with the wheels, whose joint_states do not come')
 
 
 @dataclass(frozen=True)

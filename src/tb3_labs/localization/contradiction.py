@@ -49,9 +49,9 @@ GYRO_GAP = 0.15
 WHEEL_GAP = 0.3
 #: Turns of the wheels are remembered for this long [s].
 WHEEL_MEMORY = 0.6
-#: The problem in words, before its remedy.
-CAUSE = ('the gyro contradicts the wheels (calibrated while the robot moved, or is the robot '
-         'carried?)')
+#: The problem in words, and its remedy.
+CAUSE = 'the gyro contradicts the wheels (calibrated while the robot moved? carried? not a {}?)'
+REMEDY = 'let it rest, then `rostopic pub -1 {} std_msgs/Empty`'
 
 
 class _Turn(NamedTuple):
@@ -77,7 +77,9 @@ class GyroWatch:
 
     def __init__(self, model: RobotModel, reset_topic: str = '/reset') -> None:
         self._model = model
-        self._reset_topic = reset_topic
+        self.cause, self.remedy = CAUSE.format(model.name), REMEDY.format(reset_topic)
+        #: Has any reading been compared?
+        self.has_compared = False
         self._clock = SenderClock()
         self._epoch = 0
         self._contradicts = False
@@ -116,8 +118,7 @@ class GyroWatch:
 
     def problem(self) -> str:
         """'' or the contradiction, and its remedy, in words."""
-        return '{}: let it rest, then: rostopic pub -1 {} std_msgs/Empty'.format(
-            CAUSE, self._reset_topic) if self._contradicts else ''
+        return '{}: {}'.format(self.cause, self.remedy) if self._contradicts else ''
 
     def _begin(self) -> None:
         """Begin to compare anew: no sample until now counts."""
@@ -143,6 +144,7 @@ class GyroWatch:
         turns = [turn for turn in self._turns if turn.end > begin and turn.begin < end]
         if not (self._clock.uses_stamps and turns and turns[0].begin <= begin):
             return
+        self.has_compared = True
         least, most = min(turn.rate for turn in turns), max(turn.rate for turn in turns)
         margin = (SLIP * max(-least, most) + UNEVEN * max(turn.one_wheel for turn in turns) + DRIFT)
         nearest = clamp(reading.rate, least - margin, most + margin)

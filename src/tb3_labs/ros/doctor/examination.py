@@ -6,13 +6,14 @@ import time
 from tb3_labs.doctor.network import (
     Address, judge_address, judge_master, judge_nat, judge_second_master)
 from tb3_labs.doctor.robot import (
-    Clock, Stream, judge_clock, judge_drivers, judge_names, judge_nodes, judge_presence,
-    judge_stream, judge_way_back)
+    Clock, Stream, judge_clock, judge_drivers, judge_gyro, judge_names, judge_nodes,
+    judge_presence, judge_stream, judge_way_back)
 from tb3_labs.ros.doctor.addresses import is_own, nat_kind, own_addresses, resolved, way_out
 from tb3_labs.ros.doctor.computer import look_at_devices, look_at_disk, look_at_python
 from tb3_labs.ros.doctor.deadline import together, within
 from tb3_labs.ros.doctor.graph import (
     Graph, ask_all, local_drivers, master_names, peers_of, second_masters)
+from tb3_labs.ros.doctor.gyro import compare, imu_of, wheels_of
 from tb3_labs.ros.doctor.listening import Ear, listen
 from tb3_labs.ros.doctor.questions import ANSWERING, RESOLVING, Peer
 
@@ -123,12 +124,15 @@ class _Robot:
 
     def _listen(self, seconds, alive):
         """The lines on drivers, sensors and clock."""
-        sensors = {name: [Ear(self._namespace + name, node, alive[node].uri) for node in nodes
-                          if node in alive][:1]
-                   for name, nodes in (('imu', self._graph.imu), ('odom', self._graph.odom))}
+        graph = self._graph
+        sensors = {name: [Ear(self._namespace + name, node, alive[node].uri, read=read)
+                          for node in nodes if node in alive][:1]
+                   for name, nodes, read in (('imu', graph.imu, imu_of), ('odom', graph.odom, None),
+                                             ('joint_states', graph.joints, wheels_of))}
+        joints = sensors.pop('joint_states')
         commands = [Ear(self._namespace + 'cmd_vel', node, peer.uri, has_header=False)
                     for node, peer in self._drivers.items() if not peer.answer.problem]
-        pause = listen(commands + sensors['imu'] + sensors['odom'], seconds)
+        pause = listen(commands + sensors['imu'] + sensors['odom'] + joints, seconds)
         yield judge_drivers(self._graph.drivers, {
             ear.node: len(ear.arrivals) for ear in commands}, seconds, [
                 node for node, peer in self._drivers.items() if peer.answer.problem])
@@ -136,6 +140,11 @@ class _Robot:
             for ear in ears:
                 yield judge_stream(_stream(ear, pause, is_own(alive[ear.node].address)))
         yield judge_clock(self._clock(sensors['imu'] + sensors['odom'], alive))
+        watch = compare(*([sample for ear in ears for sample in ear.samples]
+                          for ears in (sensors['imu'], joints)), self._namespace + 'reset')
+        if watch:
+            yield judge_gyro(watch.cause if watch.problem() else '', watch.remedy,
+                             watch.has_compared)
 
     def _clock(self, ears, alive):
         simulated = Peer(self._master.uri).ask('getParam', '/use_sim_time') is True

@@ -20,6 +20,7 @@ class Graph:
         self.namespace = namespace
         self.imu = self._publishers.get(namespace + 'imu', [])
         self.odom = self._publishers.get(namespace + 'odom', [])
+        self.joints = self._publishers.get(namespace + 'joint_states', [])
         self.drivers = self._publishers.get(namespace + 'cmd_vel', [])
         self.hearers = self._robots_own(self._subscribers.get(namespace + 'cmd_vel', []))
 

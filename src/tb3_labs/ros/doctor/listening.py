@@ -18,10 +18,13 @@ PERIOD = 0.02
 
 
 class Ear:
-    """One publisher of one topic, heard by a thread of its own until it is closed."""
+    """One publisher of one topic, heard by a thread of its own until it is closed. `read` makes a
+    sample of a message's bytes."""
 
-    def __init__(self, topic, node, uri, has_header=True):
+    def __init__(self, topic, node, uri, has_header=True, read=None):
         self.topic, self.node = topic, node
+        self.samples = []                # (monotonic, what `read` made)
+        self._read = read
         self._uri, self._has_header = uri, has_header
         self._lock = threading.Lock()    # guards all below
         self._arrivals = []              # (monotonic, wall clock, stamp) [s]
@@ -98,6 +101,8 @@ class Ear:
             stamp = seconds + 1e-9 * nanoseconds
         with self._lock:
             if not self._is_closed:
+                if self._read:
+                    self.samples.append((time.monotonic(), self._read(body)))
                 self._arrivals.append((time.monotonic(), time.time(), stamp))
 
 
