@@ -18,7 +18,7 @@ from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator import Simulator
-from tb3_labs.simulation.simulator_config import SimulatorConfig
+from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
 from tb3_labs.supervision.arbitration import Driver
 
 BURGER = robot_model('burger')
@@ -82,7 +82,8 @@ def controller():
     {'imu_drift_deg_per_min': 60.0}, {'model': 'waffle'}, {'yaw_lag': 0.0, 'wheel_lag': 0.03},
     SLOW, dict(SLOW, slip=0.05),
     {'imu_frozen': True}, {'odom_frozen': True}, {'slip': 1.0}, {'motors_off': True},
-    {'dropouts_per_min': 60.0}, *(NETWORKS[name] for name in NETWORKS)], ids=str)
+    {'dropouts_per_min': 60.0}, dict(HOSTS['pi'], **NETWORKS['bad']),
+    *HOSTS.values(), *NETWORKS.values()], ids=str)
 def test_no_sound_robot_is_accused(settings):
     watch = GyroWatch(robot_model(settings.get('model', 'burger')))
     watched = Watched(watch, **settings)
@@ -157,6 +158,18 @@ def test_without_wheels_or_stamps_nothing_is_said():
 
 
 # -- the cores of both nodes
+
+@pytest.mark.parametrize('settings', [
+    {'slip': 0.05, 'wheel_mismatch': 0.03}, HOSTS['pi'], dict(HOSTS['pi'], **NETWORKS['bad'])],
+    ids=str)
+def test_a_sound_robot_drives_to_the_goal_of_the_lab(settings):
+    drives = navigator()
+    watched = Watched(drives, **settings)
+    watched.run(1.0)
+    drives.set_goal(Pose2(-0.61, 0.61, 0.0))
+    watched.run(20.0, until=lambda: not drives.status(watched.robot.now).active)
+    assert drives.status(watched.robot.now).words == 'GOAL_REACHED'
+
 
 def test_a_lying_gyro_is_neither_driven_nor_turned_by():
     drives, turns = navigator(), controller()

@@ -244,6 +244,28 @@ def test_a_reset_at_rest_where_the_odometry_began_leaves_the_local_pose():
     assert metres < 0.001 and degrees < 0.1
 
 
+@pytest.mark.parametrize('heard_before', [30, 1])
+def test_the_odometry_that_comes_before_the_imu_after_a_silence_waits_for_it(heard_before):
+    """As the firmware sends them: by 4 ms; also where the robot has only just been connected."""
+    localizer, turn = Localizer(), 0.033
+
+    def hear(now, x, odom_yaw, imu_yaw):
+        localizer.on_odometry(sample(x, 0.0, odom_yaw, now), now)
+        localizer.on_imu(ImuSample(now, imu_yaw, 0.0), now + 0.004)
+        localizer.take_fix()
+    for k in range(-heard_before, 30):
+        if k < 0:
+            hear(10.0 + 0.033 * k, 0.2, 0.873, 0.905)
+        else:
+            hear(12.7 + 0.033 * k, 0.0, turn, 0.905 + turn)
+    pose = localizer.motion(13.7).pose
+    assert (pose.x, pose.y, pose.yaw) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+    # forward is where the robot faces, also for the odometry
+    localizer.on_odometry(sample(0.1 * math.cos(turn), 0.1 * math.sin(turn), turn, 13.8), 13.8)
+    pose = localizer.motion(13.8).pose
+    assert (pose.x, pose.y) == pytest.approx((0.1, 0.0), abs=1e-9)
+
+
 @pytest.mark.parametrize('linear, angular', [(0.2, 0.0), (0.0, 1.0), (0.0, -1.0), (0.15, 0.6)])
 def test_after_a_reset_in_motion_the_pose_is_lost_until_it_is_declared(linear, angular):
     heard = Heard()
