@@ -49,7 +49,8 @@ class PoseFrames:
         if self._is_local(frame, also_local):
             return pose2
         if odom_T_local is None:
-            raise ValueError('no local frame yet: nothing was heard from imu and odom')
+            raise ValueError('no local frame now: nothing was heard from imu and odom, or the '
+                             'pose is lost; give the pose in {}'.format(self.local))
         if self._is_odom(frame):
             return odom_T_local.inverse() @ pose2
         return odom_T_local.inverse() @ self._odom_T(frame) @ pose2
