@@ -83,7 +83,7 @@ class MoveToGoal:
         self._model = read_model()
         self._response = Response()              # of this robot, learned while it moves
         self._core = MoveToGoalCore(make_law(drive, self._model, self._response),
-                                    start.has_control,
+                                    start.has_control, self._response,
                                     GyroWatch(self._model, rospy.resolve_name('reset')))
         self._core.set_goal(start.goal)
         self._changed = threading.Condition()    # guards the core; see the order of locks above
@@ -96,7 +96,7 @@ class MoveToGoal:
         self._watchdog = Watchdog(self._tick)
         self._goals = GoalInterfaces(self._set_goal, self._cancel, self._frames.await_frame)
         ResetInterfaces(self._reset, self._declared)
-        self._rivals = Rivals(self._cmd_vel)
+        self._rivals = Rivals(self._cmd_vel, self._heard_command)
         LiveSettings(drive, self._on_settings)
         with self._changed:
             self._update_control()
@@ -138,6 +138,10 @@ class MoveToGoal:
     def _on_wheels(self, sample):
         with self._changed:
             self._core.on_wheels(sample, rospy.get_time())
+
+    def _heard_command(self, twist):
+        with self._changed:
+            self._core.heard_command(twist.linear.x, twist.angular.z, rospy.get_time())
 
     def _told_control(self, granted, **details):
         with self._changed:

@@ -8,7 +8,8 @@ from dataclasses import fields
 import pytest
 
 from tb3_labs.control import (
-    approach, dead_time, drive_config, driving, goal_machine, motor_response, pace, settling, turning)
+    approach, dead_time, drive_config, driving, goal_machine, heard_turns, motor_response, pace,
+    settling, turning)
 from tb3_labs.geometry import estimate, quaternions, typed_pose
 from tb3_labs.localization import (
     contradiction, heading, localizer, odometry_jumps, sample_buffer, sender_clock, yaw_noise)
@@ -60,10 +61,13 @@ NUMBERS = {
     goal_machine: {'MORE_TRIES': 2},
     approach: {'SAME_MOMENT': 1e-6, 'SURPRISE': 0.002, 'SURPRISE_BY_NOISE': 4.0},
     motor_response: {
-        'FIRST_LAG': 0.05, 'FIRST_DELAY': 0.5 / 30.0 + 0.025, 'MAX_DELAY': 0.4, 'MAX_LAG': 0.15,
+        'FIRST_LAG': 0.05, 'FIRST_DELAY': 0.125 / 3.0, 'MAX_DELAY': 0.4, 'MAX_LAG': 0.15,
+        'COMMAND_TIME': 0.074 / 3.0, 'COMMAND_SPREAD': 0.025, 'LEAST_SAMPLE_DELAY': 0.0135,
+        'MAX_SAMPLE_DELAY': 0.15, 'SLOW_LEARNING': 0.01, 'LONGEST_AGE': 0.1,
         'DOUBTS': (0.03, 0.03, 0.05), 'BELIEVED': 1e-6, 'TIME_DOUBT': 0.002,
         'LEARNING': 0.1, 'STEADY': 0.08, 'STEADY_TIME': 0.12, 'CRUISING': 0.5,
         'LEARNING_TIME': 1.5, 'ONSET': 0.03, 'SPEEDING_UP': (0.1, 1.5), 'TELLING': 0.2, 'PROMPT': 0.98},
+    heard_turns: {'RESOLUTION': 0.001, 'QUIET': 0.6},
     pace: {'EARLY': 0.0035, 'LONGEST_IDLE': 0.036},
     settling: {'REST_LINEAR': 0.005, 'REST_ANGULAR': 0.03, 'SETTLING_TIME': 0.03},
     turning: {'PERIOD': 1.0 / 30.0},

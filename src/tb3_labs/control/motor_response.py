@@ -18,6 +18,12 @@ share r = v / (gain u) and the way w = x / (gain u) of one sample,
 
     lag = w / (-log(1 - r) - r)         delay = t - w - lag r
 
+The delay is that of the round trip, to the robot and back: samples arrive late, and a robot sets
+its clock by the same slow link, so that their stamps look fresh. Nothing tells one way from the
+other. But the way of a command is known from measurements (`COMMAND_TIME`), so what exceeds it is
+taken for the *sample delay*. If commands are slower than that, the sample delay is too large by the
+difference.
+
 Units: seconds; radians or metres for travel, per second for speeds. Works for either direction.
 Source: the step response of a first-order system with dead time, as in K. J. Astrom and
 T. Hagglund, PID Controllers: Theory, Design, and Tuning (1995), chapter 2.
@@ -36,6 +42,15 @@ FIRST_LAG = 0.05
 #: Delay until one was measured [s]: half a control period of the firmware, and 25 ms for a step of
 #: the node and a quiet network.
 FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
+#: Time from a command to the moment at which the motors of a real robot begin to follow it [s]: half
+#: a control period, and 8 ms for the link (firmware 1.2.6, on a fast and on a slow host).
+COMMAND_TIME = 0.5 / CONTROL_RATE + 0.008
+#: A single command needs this much less or more, on a busy computer, too [s]. A smaller excess
+#: shows nothing.
+COMMAND_SPREAD = 0.025
+#: The least and the largest sample delay [s]; the least one is that of the firmware on a fast host.
+LEAST_SAMPLE_DELAY = 0.0135
+MAX_SAMPLE_DELAY = 0.15
 #: Measurements are clipped to these [s].
 MAX_DELAY = 0.4
 MAX_LAG = 0.15
@@ -47,6 +62,8 @@ BELIEVED = 1e-6
 TIME_DOUBT = 0.002
 #: Weight of each measurement at cruise in the values with which the next approach begins.
 LEARNING = 0.1
+#: The same in the usual delay, over several approaches.
+SLOW_LEARNING = 0.01
 #: The robot cruises when its speed is this near to the command (share of the command),
 STEADY = 0.08
 #: and the command was the same for this long [s],
@@ -59,6 +76,8 @@ LEARNING_TIME = 1.5
 ONSET = 0.03
 #: A robot that speeds up has a share of the command between these.
 SPEEDING_UP = 0.1, 1.5
+#: A sample of this age, or a silence of this length, shows that the network stalls [s].
+LONGEST_AGE = 0.1
 #: A first command slower than this says too little about the motors [rad/s].
 TELLING = 0.2
 #: Motors that reach this share of the command at the first look have no lag that can be measured.
@@ -76,6 +95,16 @@ class Response:
         self.lag = lag
         #: Steady speed as a share of the command.
         self.gain = gain
+        self._count = 0             # of measurements
+        self._usual_delay = 0.0     # their mean [s]
+
+    @property
+    def sample_delay(self) -> float:
+        """Age of a sample that its stamp does not show [s]; the least one until it is measured."""
+        excess = self._usual_delay - COMMAND_TIME
+        if excess <= LEAST_SAMPLE_DELAY + COMMAND_SPREAD:
+            return LEAST_SAMPLE_DELAY
+        return min(excess, MAX_SAMPLE_DELAY)
 
     def copy(self) -> 'Response':
         """Another one with the same values."""
@@ -83,7 +112,10 @@ class Response:
 
     def measured(self, other: 'Response') -> None:
         """Take in one measurement of all three."""
-        self.delay += LEARNING * (clamp(other.delay, 0.0, MAX_DELAY) - self.delay)
+        delay = clamp(other.delay, 0.0, MAX_DELAY)
+        self._count += 1
+        self._usual_delay += max(SLOW_LEARNING, 1.0 / self._count) * (delay - self._usual_delay)
+        self.delay += LEARNING * (delay - self.delay)
         self.lag += LEARNING * (clamp(other.lag, 0.0, MAX_LAG) - self.lag)
         self.gain += LEARNING * (other.gain - self.gain)
 
@@ -134,6 +166,8 @@ class Identification:
     def look(self, history: CommandHistory, travelled: float, speed: float,
              fastest: float, age: float = 0.0) -> None:
         """Take in a sample, measured `age` [s] ago: travel since the start, and `speed`."""
+        if age > LONGEST_AGE:
+            self._from_rest = False    # commands may be delayed, too
         if not self._from_rest:
             return
         if self._speed_is_prompt and not self._seen_to_start and abs(speed) > ONSET:

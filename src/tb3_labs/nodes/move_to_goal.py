@@ -13,6 +13,8 @@ from tb3_labs.config import Config, setting
 from tb3_labs.control.goal_machine import DrivingLaw, GoalMachine
 from tb3_labs.control.goal_state import (
     GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState, with_reason)
+from tb3_labs.control.heard_turns import HeardTurns
+from tb3_labs.control.motor_response import Response
 from tb3_labs.control.pace import LONGEST_IDLE, Pace
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.se2 import Pose2
@@ -73,7 +75,11 @@ class MoveToGoalCore:
     """Localizer, goal machine and permission of one robot."""
 
     def __init__(self, law: DrivingLaw, has_control: bool = False,
+                 response: Optional[Response] = None,
                  gyro: Optional[GyroWatch] = None) -> None:
+        """`response`: this robot's delays as far as known; `law` and this node improve it."""
+        self._response = response or Response()
+        self._heard = HeardTurns(self._response)
         self.imu = Freshness('imu')
         self.odometry = Freshness('odom')
         self._localizer = Localizer()
@@ -97,6 +103,9 @@ class MoveToGoalCore:
         self.imu.heard(now, sample[1:])
         self._gyro.on_imu(sample, now)
         self._localizer.on_imu(sample, now)
+        motion = self._localizer.motion(now)
+        if motion is not None:
+            self._heard.on_imu(sample.yaw, sample.yaw_rate, motion.imu_age, now)
         self._look_at_localizer()
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
@@ -109,6 +118,10 @@ class MoveToGoalCore:
     def on_wheels(self, sample: WheelSample, now: float) -> None:
         """Take in a sample of the wheels, if the robot has such; they only show a lying gyro."""
         self._gyro.on_wheels(sample, now)
+
+    def heard_command(self, linear: float, angular: float, now: float) -> None:
+        """Another node drives the robot: its turns show how late the samples are."""
+        self._heard.on_command(linear, angular, now)
 
     def set_law(self, law: DrivingLaw) -> None:
         """Drive by another law from now on; a present drive begins anew."""
@@ -139,7 +152,8 @@ class MoveToGoalCore:
         problem = self._sensors.problem(now, with_age=True)
         if problem:
             raise ValueError('{}: is the robot running?'.format(problem))
-        return self._localizer.reset(declared, now)
+        # the samples of this moment arrive, and are stamped, later
+        return self._localizer.reset(declared, now + self._response.sample_delay)
 
     def give_up_reset(self, reset: Reset) -> None:
         """Drop a reset that has not been carried out: the old frame stays."""
@@ -206,6 +220,7 @@ class MoveToGoalCore:
             motion = self._localizer.motion(now)
             if motion is not None:
                 dt = self._pace.step(now)
+                self._heard.drop()
                 self._frozen.update(self._sent.linear, self._sent.angular, dt)
                 if self._frozen.problem():
                     self._machine.give_up(self._frozen.problem())

@@ -21,8 +21,10 @@ WARNING_PERIOD = 10.0
 class Rivals:
     """Listens on `cmd_vel` beside the CmdVel that this node drives by."""
 
-    def __init__(self, cmd_vel):
+    def __init__(self, cmd_vel, heard=lambda command: None):
+        """`heard(Twist)` is called with each command of another node."""
         self._cmd_vel = cmd_vel
+        self._heard = heard
         self._lock = threading.Lock()    # guards the next two; each rival has a thread of its own
         self._seen = defaultdict(lambda: deque(maxlen=FIGHT))   # times of each node's commands
         self._warned = {}
@@ -39,7 +41,9 @@ class Rivals:
         sender = connection_of(message)['callerid']
         if sender == rospy.get_name():
             stop_hearing_oneself(self._commands)
-        elif self._cmd_vel.driving_for >= FIRST_MOMENT and self._is_to_be_named(sender):
+            return
+        self._heard(message)
+        if self._cmd_vel.driving_for >= FIRST_MOMENT and self._is_to_be_named(sender):
             rospy.logwarn('%s sends commands while %s drives: stop one of them', sender,
                           rospy.get_name())
 
