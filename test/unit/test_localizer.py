@@ -189,6 +189,19 @@ def test_a_reset_is_carried_out_as_soon_as_both_have_passed_it():
     assert localizer.take_resets() == []
 
 
+@pytest.mark.parametrize('sample_delay', [0.0135, 0.08])
+def test_samples_that_are_older_than_their_stamps_show_the_instant_of_a_reset_later(sample_delay):
+    """They are taken as the sensors show them: the instant is in the middle of a spin."""
+    older = replace(SPINNING, clock_ahead=SPINNING.clock_ahead + sample_delay)
+    localizer, asked_at = Localizer(), 2.0
+    messages = [(arrival + sample_delay, sample) for arrival, sample in older.messages(0.0, 4.0)]
+    feed(localizer, until(messages, asked_at))
+    reset = localizer.reset(as_pose2(DECLARED), asked_at, sample_delay)
+    fixes, _ = feed(localizer, after(messages, asked_at))
+    assert reset.stamp == pytest.approx(asked_at + SPINNING.clock_ahead)
+    assert_fixes([fix for fix in fixes if fix.stamp > reset.stamp], older, DECLARED, asked_at)
+
+
 def test_a_reset_may_be_carried_out_by_a_sample_of_the_imu():
     localizer = Localizer()
     feed(localizer, SPINNING.messages(0.0, 1.0, 20.0, 20.0))

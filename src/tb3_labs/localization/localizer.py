@@ -2,9 +2,9 @@
 
 IMU and odometry arrive in any order, each at its own rate. A *fix* is the robot's pose at the
 instant of one odometry message, with the IMU's yaw interpolated to its stamp. A *reset* uses the
-values of both sensors, interpolated to the moment of the request, so it is as exact while the
-robot spins as at rest. It is carried out as soon as both sensors have passed that moment. If the
-odometry jumps and the robot did not move, ``local`` is shifted in ``odom``, so that the pose in
+values of both sensors, interpolated to the moment of the request. So it is as exact in a spin as
+the age of the samples is known. It is carried out as soon as both sensors have passed that moment.
+If the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``, so that the pose in
 ``local`` does not change (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved
 unseen, the pose is lost: there is no local frame until a reset declares one.
 
@@ -69,6 +69,7 @@ class Reset:
     asked_at: float                  # [s, receiver's clock]
     stamp: Optional[float]           # the same instant [s, sender's clock]; None: no sample yet
     epoch: int                       # of the sender's clock in which `stamp` counts
+    sample_delay: float = 0.0        # samples of that instant are stamped this much later [s]
     before: Optional[Pose2] = None
     after: Optional[Pose2] = None
     problem: str = ''                # the reason why it can no longer be carried out
@@ -135,10 +136,11 @@ class Localizer:
         """The latest Fix, once; None where there is no new one. Older ones are dropped.
 
         The first one declares the frame, so it is at (0, 0, 0), unless a reset came before it.
-        There is none while the pose is lost.
+        There is none while the pose is lost, nor between a reset's instant and its samples: it
+        would be in the old frame.
         """
         pair = self._buffer.take_pair()
-        if pair is None or self.is_lost:
+        if pair is None or self.is_lost or self._awaits_reset(pair[0].stamp):
             return None
         odometry, imu_yaw = pair
         if self.frame is None:
@@ -162,9 +164,13 @@ class Localizer:
         resets, self._carried_out = self._carried_out, []
         return resets
 
-    def reset(self, declared: Pose2, now: float) -> Reset:
-        """Declare that the robot is at `declared` in local at `now`. Returns the Reset to watch."""
-        reset = Reset(declared, now, self._buffer.clock.stamp_of(now), self._buffer.clock.epoch)
+    def reset(self, declared: Pose2, now: float, sample_delay: float = 0.0) -> Reset:
+        """Declare that the robot is at `declared` in local at `now`. Returns the Reset to watch.
+
+        `sample_delay`: time by which samples are older than their stamps show [s].
+        """
+        reset = Reset(declared, now, self._buffer.clock.stamp_of(now), self._buffer.clock.epoch,
+                      sample_delay)
         self._resets.append(reset)
         return reset
 
@@ -196,6 +202,11 @@ class Localizer:
         return Motion(pose, odometry.linear, imu.yaw_rate, imu_age, odometry_age,
                       self._yaw_noise.deviation, extrapolated)
 
+    def _awaits_reset(self, stamp: float) -> bool:
+        """Is this stamp between the instant of a reset and the samples of that instant?"""
+        return any(reset.stamp is not None and 0.0 < stamp - reset.stamp <= reset.sample_delay
+                   for reset in self._resets)
+
     def _awaits_imu(self, imu: _Latest, now: float) -> bool:
         """Is this the end of a silence of both sensors, and the IMU has not shown its turn yet?"""
         return (imu.age(now) > RESET_SILENCE and self._odometry is not None
@@ -224,7 +235,9 @@ class Localizer:
                 reset.problem = "the robot's clock was set at that moment, or its messages ceased"
                 self._resets.remove(reset)   # its instant is lost
                 continue
-            instant = None if reset.stamp is None else self._buffer.at(reset.stamp)
+            if reset.stamp is None:
+                continue
+            instant = self._buffer.at(reset.stamp + reset.sample_delay)
             if instant is None:
                 continue
             if self.frame is not None:

@@ -152,8 +152,7 @@ class MoveToGoalCore:
         problem = self._sensors.problem(now, with_age=True)
         if problem:
             raise ValueError('{}: is the robot running?'.format(problem))
-        # the samples of this moment arrive, and are stamped, later
-        return self._localizer.reset(declared, now + self._response.sample_delay)
+        return self._localizer.reset(declared, now, self._response.sample_delay)
 
     def give_up_reset(self, reset: Reset) -> None:
         """Drop a reset that has not been carried out: the old frame stays."""
