@@ -4,7 +4,8 @@
 Two tables compare both laws, on the same robots, starts, offsets and goals, all drawn at random
 from a fixed seed. A third table has drives over networks from good to bad, a fourth one the precise
 turns of robots of another kind than the default one: another lag, noise, delay, IMU and distance of
-the wheels. The last one has the ends of motions in which something fails. `at best` is, for a
+the wheels. Then come resets of robots that another node lets spin at 1 rad/s, and how far they would
+miss the lab's goal. The last one has the ends of motions in which something fails. `at best` is, for a
 drive, the least time of any turn, straight line and turn within the same limits
 (tb3_labs.control.least_time); for a turn, its angle at 1.5 rad/s; by its own motors, that with its
 delay, and with its lag until it turns slower than 0.01 rad/s. The time of a turn ends when the
@@ -20,6 +21,7 @@ import statistics
 import sys
 from concurrent.futures import ProcessPoolExecutor
 
+from spins import SLOW_HOST, miss, reset_in_a_spin
 from stops import setting, stop_of_a_drive, stop_of_a_turn
 
 from tb3_labs.control.drive_config import DriveConfig
@@ -53,11 +55,20 @@ TURN_ROW = '{:8} {:>4} {:>8} {:>6}   {:>16} {:>15} {:>14} {:>16}'
 TURNING_ROBOTS = [('default', None), ('others', {})] + [
     ('lag {:.0f} ms'.format(1000.0 * lag), {'motor_lag': lag}) for lag in (0.02, 0.08, 0.15)] + [
     ('noise {:g} deg'.format(noise), {'imu_noise_deg': noise}) for noise in (0.0, 0.1)] + [
-    ('IMU at 100 Hz', {'imu_rate': 100.0})]
+    ('IMU at 100 Hz', {'imu_rate': 100.0}), ('slow host', SLOW_HOST)]
 #: Each robot makes this many turns of 90 deg, one after the other, either way.
 TURNS_OF_A_ROBOT = 6
 NUMBER_OF_ROBOTS = 40
 OTHERS_ROW = '{:17} {:>26} {:>22} {:>24}'
+
+#: Robots that are reset in a spin, and spins before that show how old their samples are.
+SPINNING_ROBOTS = [('default', {}), ('slow host', SLOW_HOST),
+                   ('slow host, noise 0.1 deg', dict(SLOW_HOST, imu_noise_deg=0.1)),
+                   ('8 ms', NETWORKS['good']), ('15 ms, stalls', NETWORKS['busy']),
+                   ('30 ms, stalls', NETWORKS['bad']),
+                   ('only commands 50 ms late', {'command_latency': 0.05})]
+SPINS_BEFORE = (0, 2)
+SPIN_ROW = '{:26} {:>12} {:>24} {:>21}'
 
 #: Networks from quiet to bad, and an IMU that is slow.
 ROBOTS_AFAR = [('quiet', {}), ('8 ms', NETWORKS['good']),
@@ -151,6 +162,13 @@ def turns_of_one_robot(job):
             for degrees, turn in zip(asked, turns(asked, robot, wait=0.3 + 0.1 * rng.random()))]
 
 
+def one_reset(job):
+    """Angle by which a robot is off after a reset in a spin [rad]."""
+    settings, spins_before, seed = job
+    return reset_in_a_spin(SimulatorConfig(seed=seed, **settings), (1.0, -1.0)[seed % 2],
+                           spins_before)
+
+
 def median_and_worst(values):
     """(median, largest)."""
     return statistics.median(values), max(values)
@@ -231,6 +249,18 @@ def print_turns_of_others(pool):
             '{:.3f} / {:.3f} / {:.3f}'.format(*median_95_and_worst(own))), flush=True)
 
 
+def print_resets(pool, number):
+    """The table of resets in a spin."""
+    print('\n' + SPIN_ROW.format('reset at 1 rad/s', 'spins before', 'off', 'goal missed by'))
+    for (name, settings), spins in itertools.product(SPINNING_ROBOTS, SPINS_BEFORE):
+        off = list(pool.map(one_reset, [(settings, spins, seed) for seed in range(number)]))
+        print(SPIN_ROW.format(
+            name, spins, '{:.2f} / {:.2f} / {:.2f} deg'.format(
+                *median_95_and_worst([math.degrees(angle) for angle in off])),
+            '{:.0f} / {:.0f} / {:.0f} mm'.format(*median_95_and_worst(
+                [1000.0 * miss(angle, LAB_GOAL) for angle in off]))), flush=True)
+
+
 def print_faults():
     """The table of motions that end by a fault."""
     print('\n' + FAULT_ROW.format('worst of all states', 'zero after', 'rest after', 'driven on',
@@ -252,6 +282,7 @@ def main(drives):
         print_drives_afar(pool, drives)
         print_turns(pool)
         print_turns_of_others(pool)
+        print_resets(pool, drives)
     print_faults()
 
 

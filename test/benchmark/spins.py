@@ -16,6 +16,9 @@ from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.rollout import navigation, run
 from tb3_labs.simulation.simulator import Simulator
 
+#: A robot that lags its stamps as the firmware does on a slow host.
+SLOW_HOST = dict(imu_rate=122.0, odom_rate=28.9, yaw_lag=0.082, wheel_lag=0.077,
+                 command_latency=0.008)
 #: Time from one command to the next.
 PERIOD = 0.1
 STEP = 0.02
@@ -55,8 +58,9 @@ def reset_in_a_spin(robot_config, rate=1.0, spins_before=0):
         spin(rate, 1.5)
     spin(0.0, 1.0 + rng.random())
     spin(rate, 1.0 + rng.random())
-    there = robot.truth
-    reset = navigator.reset(Pose2(), robot.now)
+    while navigator.status(robot.now).sensor_problem:    # the network stalls
+        spin(rate, STEP)
+    there, reset = robot.truth, navigator.reset(Pose2(), robot.now)
     while not reset.done:
         spin(rate, STEP)
     spin(0.0, 1.5)

@@ -3,7 +3,7 @@ import math
 import statistics
 
 import pytest
-from spins import miss, reset_in_a_spin
+from spins import SLOW_HOST, miss, reset_in_a_spin
 from test_motor_response import response_at
 
 from tb3_labs.control.heard_turns import QUIET, HeardTurns
@@ -11,9 +11,6 @@ from tb3_labs.control.motor_response import LEAST_SAMPLE_DELAY, LONGEST_AGE, Res
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: A robot that lags its stamps as the firmware does on a slow host.
-SLOW_HOST = dict(imu_rate=122.0, odom_rate=28.9, yaw_lag=0.082, wheel_lag=0.077,
-                 command_latency=0.008)
 #: Robots whose samples are as old as those of the firmware on a fast host.
 PROMPT = [{}, {'wheel_mismatch': 0.03, 'slip': 0.05}, {'motor_lag': 0.15, 'imu_noise_deg': 0.1}]
 
