@@ -21,7 +21,7 @@ import statistics
 import sys
 from concurrent.futures import ProcessPoolExecutor
 
-from spins import SLOW_HOST, miss, reset_in_a_spin
+from spins import miss, reset_in_a_spin
 from stops import setting, stop_of_a_drive, stop_of_a_turn
 
 from tb3_labs.control.drive_config import DriveConfig
@@ -33,7 +33,7 @@ from tb3_labs.robot.turtlebot3 import CONTROL_RATE, robot_model
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.rollout import STILL_ANGULAR, drive, turns
 from tb3_labs.simulation.simulator import Simulator
-from tb3_labs.simulation.simulator_config import SimulatorConfig
+from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
 
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
 DRIVES = [('precise, lab goal', {}, True),
@@ -55,15 +55,15 @@ TURN_ROW = '{:8} {:>4} {:>8} {:>6}   {:>16} {:>15} {:>14} {:>16}'
 TURNING_ROBOTS = [('default', None), ('others', {})] + [
     ('lag {:.0f} ms'.format(1000.0 * lag), {'motor_lag': lag}) for lag in (0.02, 0.08, 0.15)] + [
     ('noise {:g} deg'.format(noise), {'imu_noise_deg': noise}) for noise in (0.0, 0.1)] + [
-    ('IMU at 100 Hz', {'imu_rate': 100.0}), ('slow host', SLOW_HOST)]
+    ('IMU at 100 Hz', {'imu_rate': 100.0}), ('host pi', HOSTS['pi'])]
 #: Each robot makes this many turns of 90 deg, one after the other, either way.
 TURNS_OF_A_ROBOT = 6
 NUMBER_OF_ROBOTS = 40
 OTHERS_ROW = '{:17} {:>26} {:>22} {:>24}'
 
 #: Robots that are reset in a spin, and spins before that show how old their samples are.
-SPINNING_ROBOTS = [('default', {}), ('slow host', SLOW_HOST),
-                   ('slow host, noise 0.1 deg', dict(SLOW_HOST, imu_noise_deg=0.1)),
+SPINNING_ROBOTS = [('default', {}), ('host laptop', HOSTS['laptop']), ('host pi', HOSTS['pi']),
+                   ('host pi, noise 0.1 deg', dict(HOSTS['pi'], imu_noise_deg=0.1)),
                    ('8 ms', NETWORKS['good']), ('15 ms, stalls', NETWORKS['busy']),
                    ('30 ms, stalls', NETWORKS['bad']),
                    ('only commands 50 ms late', {'command_latency': 0.05})]

@@ -16,9 +16,6 @@ from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.rollout import navigation, run
 from tb3_labs.simulation.simulator import Simulator
 
-#: A robot that lags its stamps as the firmware does on a slow host.
-SLOW_HOST = dict(imu_rate=122.0, odom_rate=28.9, yaw_lag=0.082, wheel_lag=0.077,
-                 command_latency=0.008)
 #: Time from one command to the next.
 PERIOD = 0.1
 STEP = 0.02
