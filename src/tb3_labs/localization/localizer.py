@@ -4,9 +4,9 @@ IMU and odometry arrive in any order, each at its own rate. A *fix* is the robot
 instant of one odometry message, with the IMU's yaw interpolated to its stamp. A *reset* uses the
 values of both sensors, interpolated to the moment of the request. So it is as exact in a spin as
 the age of the samples is known. It is carried out as soon as both sensors have passed that moment.
-If the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``, so that the pose in
-``local`` does not change (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved
-unseen, the pose is lost: there is no local frame until a reset declares one.
+If the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``, so that the pose
+in ``local`` does not change (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have
+moved unseen, the pose is lost: there is no local frame until a reset declares one.
 
 Samples go in by `on_imu` and `on_odometry`. Fixes, jumps and carried-out resets are events, taken
 once (`take_fix`, `take_jumps`, `take_resets`); `motion` and the properties are state.
