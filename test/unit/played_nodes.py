@@ -117,7 +117,7 @@ class Still:
 
     on_odometry = on_imu
 
-    def reset(self, declared, _now):
+    def reset(self, declared, *_):
         self._resets.append(declared)
 
     def motion(self, _now):

@@ -61,7 +61,7 @@ NUMBERS = {
     goal_machine: {'MORE_TRIES': 2},
     approach: {'SAME_MOMENT': 1e-6, 'SURPRISE': 0.002, 'SURPRISE_BY_NOISE': 4.0},
     motor_response: {
-        'FIRST_LAG': 0.05, 'FIRST_DELAY': 0.125 / 3.0, 'MAX_DELAY': 0.4, 'MAX_LAG': 0.15,
+        'FIRST_LAG': 0.05, 'FIRST_DELAY': 0.5 / 30.0 + 0.025, 'MAX_DELAY': 0.4, 'MAX_LAG': 0.15,
         'COMMAND_TIME': 0.074 / 3.0, 'COMMAND_SPREAD': 0.025, 'LEAST_SAMPLE_DELAY': 0.0135,
         'MAX_SAMPLE_DELAY': 0.15, 'SLOW_LEARNING': 0.01, 'LONGEST_AGE': 0.1,
         'DOUBTS': (0.03, 0.03, 0.05), 'BELIEVED': 1e-6, 'TIME_DOUBT': 0.002,
@@ -77,6 +77,7 @@ NUMBERS = {
     estimate: {'STANDARD_ERRORS': 2.0, 'CONTRADICTION': 4.0},
     quaternions: {'NORM_TOLERANCE': 0.05, 'MAX_TILT': math.pi / 4.0},
     contradiction: {
+        'WORST_SLIP': 0.45, 'WORST_UNEVEN': 0.1,
         'LAG': 0.13, 'LEAD': 0.04, 'SLIP': 0.055, 'UNEVEN': 0.033, 'DRIFT': 0.02,
         'UNEXPLAINED': 0.015, 'AGREED': 1.0, 'AT_REST': 0.024, 'STANDING_RATE': 0.03,
         'GYRO_GAP': 0.15, 'WHEEL_GAP': 0.3, 'WHEEL_MEMORY': 0.6},

@@ -92,6 +92,33 @@ def test_no_sound_robot_is_accused(settings):
         assert watch.problem() == '', (linear, angular)
 
 
+@pytest.mark.parametrize('settings', [
+    {'slip': 0.4}, {'wheel_mismatch': 0.08}, {'wheel_mismatch': -0.08}, {'slip': 0.2}], ids=str)
+def test_bad_wheels_are_no_lie_of_a_gyro_that_was_right_at_rest(settings):
+    """These are mystery robots, and robots on a carpet."""
+    rested, not_rested = GyroWatch(BURGER), GyroWatch(BURGER)
+    watched = Watched(rested, **settings)
+    watched.run(0.5)
+    for linear, angular, seconds in MOTIONS:
+        watched.run(seconds, linear, angular)
+        assert rested.problem() == '', (linear, angular)
+    watched = Watched(not_rested, **settings)
+    watched.run(2.0, 0.2, 0.0)
+    watched.run(1.0, 0.0, 1.5)
+    assert not_rested.problem()
+
+
+def test_after_a_silence_the_gyro_has_to_be_right_at_rest_again():
+    watch = GyroWatch(BURGER)
+    watched = Watched(watch, slip=0.4)
+    watched.run(1.5)
+    watched.set(odom_silent=True)
+    watched.run(0.5, 0.0, 1.5)
+    watched.set(odom_silent=False)
+    watched.run(1.0, 0.0, 1.5)
+    assert watch.problem()
+
+
 @pytest.mark.parametrize('bias_deg, found_in', [(0.0, math.inf), (3.0, 2.0), (-28.0, 0.5)])
 @pytest.mark.parametrize('name', NAMES)
 def test_a_recorded_robot_is_accused_only_if_its_gyro_is_made_to_lie(name, bias_deg, found_in):

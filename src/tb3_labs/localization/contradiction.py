@@ -36,6 +36,10 @@ SLIP = 0.055
 UNEVEN = 0.033
 #: and by this rate, its drift [rad/s].
 DRIFT = 0.02
+#: A gyro that agreed with resting wheels is calibrated. Until the next silence, in which it may be
+#: calibrated anew, its wheels may be as bad as these: they slip on a carpet, or one is worn.
+WORST_SLIP = 0.45
+WORST_UNEVEN = 0.1
 #: The gyro contradicts the wheels when the unexplained turn is larger than this [rad],
 UNEXPLAINED = 0.015
 #: until nothing was unexplained for this time [s],
@@ -87,6 +91,7 @@ class GyroWatch:
         self._wheels: Optional[Tuple[WheelSample, float]] = None
         self._readings: Deque[_Reading] = deque()    # not compared yet
         self._turns: Deque[_Turn] = deque()
+        self._is_calibrated = False  # did the gyro agree with resting wheels?
         self._unexplained = 0.0      # [rad]
         self._agreed_for = 0.0       # [s]
 
@@ -125,6 +130,7 @@ class GyroWatch:
         self._imu = self._wheels = None
         self._readings.clear()
         self._turns.clear()
+        self._is_calibrated = False
         self._unexplained = self._agreed_for = 0.0
 
     def _look_at_clock(self) -> None:
@@ -145,8 +151,7 @@ class GyroWatch:
         if not (self._clock.uses_stamps and turns and turns[0].begin <= begin):
             return
         self.has_compared = True
-        least, most = min(turn.rate for turn in turns), max(turn.rate for turn in turns)
-        margin = (SLIP * max(-least, most) + UNEVEN * max(turn.one_wheel for turn in turns) + DRIFT)
+        least, most, margin = self._plausible(turns)
         nearest = clamp(reading.rate, least - margin, most + margin)
         stands = abs(reading.rate) < min(STANDING_RATE, abs(nearest))
         excess = 0.0 if stands else reading.rate - nearest
@@ -158,6 +163,17 @@ class GyroWatch:
             self._unexplained += excess * seconds
             self._contradicts = self._contradicts or abs(self._unexplained) > UNEXPLAINED
 
+    def _plausible(self, turns: Sequence[_Turn]) -> Tuple[float, float, float]:
+        """(least, most) rate at which these turns of the wheels may have turned the robot, and the
+        margin around both [rad/s]."""
+        least, most = min(turn.rate for turn in turns), max(turn.rate for turn in turns)
+        margin = SLIP * max(-least, most) + DRIFT
+        uneven = WORST_UNEVEN if self._is_calibrated else UNEVEN
+        if self._is_calibrated:
+            least = min(least, least * (1.0 - WORST_SLIP))
+            most = max(most, most * (1.0 - WORST_SLIP))
+        return least, most, margin + uneven * max(turn.one_wheel for turn in turns)
+
     def _agree(self, seconds: float, rests: bool) -> None:
         """Nothing was unexplained for `seconds`. In motion that does not refute an accusation."""
         if self._contradicts and not rests:
@@ -165,3 +181,4 @@ class GyroWatch:
         self._agreed_for += seconds
         if self._agreed_for >= AGREED:
             self._unexplained, self._contradicts = 0.0, False
+            self._is_calibrated = self._is_calibrated or rests

@@ -120,8 +120,10 @@ class MoveToGoalCore:
         self._gyro.on_wheels(sample, now)
 
     def heard_command(self, linear: float, angular: float, now: float) -> None:
-        """Another node drives the robot: its turns show how late the samples are."""
+        """Another node drives the robot: so it may move, and its turns show the samples' delay."""
         self._heard.on_command(linear, angular, now)
+        if linear or angular:
+            self._localizer.driven_at = now
 
     def set_law(self, law: DrivingLaw) -> None:
         """Drive by another law from now on; a present drive begins anew."""
