@@ -118,12 +118,12 @@ NODES = sorted(path.name for path in SCRIPTS.glob('*.py')
 
 
 def interrupted_while_it_imports(name):
-    """(exit status, text) of a node that got SIGINT while it imported numpy."""
+    """(exit status, text) of a node that got SIGINT while it imported rospy."""
     node = subprocess.Popen([sys.executable, '-X', 'importtime', str(SCRIPTS / name)], stderr=subprocess.PIPE,
                             text=True, env=dict(os.environ, ROS_MASTER_URI='http://localhost:1'))
     try:
         for line in node.stderr:
-            if 'numpy' in line:
+            if 'rospy.' in line:
                 break
         node.send_signal(signal.SIGINT)
         return node.wait(10.0), node.stderr.read()
