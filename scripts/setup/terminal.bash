@@ -44,9 +44,11 @@ PYTHON
 # For a person's bash: roscd, and completion by the Tab key. Noetic's own hook brings rosbash; Debian's lies where only
 # bash-completion looks, if that is installed, and for no command of these names.
 _tb3_labs_completion() {
-  local rosbash=/usr/share/bash-completion/completions/rosbash
-  # shellcheck disable=SC1090
-  if ! declare -F roscd >/dev/null && [ -r "$rosbash" ]; then source "$rosbash"; fi
+  local rosbash
+  for rosbash in /usr/share/bash-completion/completions/rosbash /etc/bash_completion.d/rosbash; do    # the latter on Debian 11
+    # shellcheck disable=SC1090
+    if ! declare -F roscd >/dev/null && [ -r "$rosbash" ]; then source "$rosbash"; fi
+  done
   # rosbash looks into no hidden folder, and this package's workspace is in one. Of its function (1.15.8) this needs the name,
   # and its last arguments: the package, the word so far. Without that function nothing is changed.
   # Noetic's hook brings its function back with each source.
