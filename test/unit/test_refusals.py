@@ -29,7 +29,7 @@ CASES = [
     ('mark.py', MARK + ['--limit', '-3'], "--limit: '-3' is not valid: a number of seconds above 0"),
     ('mark.py', MARK + ['--limit', 'nan'], "--limit: 'nan' is not valid: a number of seconds above 0"),
     ('mark.py', MARK + ['--limit', 'long'], "'long' is not valid: a number of seconds above 0"),
-    ('mark.py', MARK + ['--jobs', '0'], ('--jobs', ' 0 ', '1, 2')),
+    ('mark.py', MARK + ['--jobs', '0'], ('--jobs', '0', '1, 2')),
     ('mark.py', MARK + ['--only', 'millr'], 'no submission is called millr; near it: miller'),
     ('mark.py', ['.', '--lab', 'turn', '-o', 'inside'], 'the marks would lie among the submissions'),
     ('checkoff.py', ['trn'], ('trn', 'gamepad')),
