@@ -209,7 +209,7 @@ class Identification:
         weight = (TIME_DOUBT * fastest) ** -2.0
         self._squares += weight * np.outer(row, row)
         self._right += weight * missing * row
-        gain, delay, lag = np.linalg.solve(self._squares, self._right).tolist()
+        gain, delay, lag = map(float, np.linalg.solve(self._squares, self._right))
         estimate, together = self.estimate, first.delay + delay + first.lag + lag
         estimate.gain = first.gain + gain
         estimate.lag = clamp(first.lag + lag, 0.0, MAX_LAG)
