@@ -4,13 +4,13 @@
 Two tables compare both laws, on the same robots, starts, offsets and goals, all drawn at random
 from a fixed seed. A third table has drives over networks from good to bad, a fourth one the precise
 turns of robots of another kind than the default one: another lag, noise, delay, IMU and distance of
-the wheels. Then come resets of robots that another node lets spin at 1 rad/s, and how far they would
-miss the lab's goal. The last one has the ends of motions in which something fails. `at best` is, for a
-drive, the least time of any turn, straight line and turn within the same limits
+the wheels. Then come resets of robots that another node lets spin at 1 rad/s, and how far they
+would miss the lab's goal. The last one has the ends of motions in which something fails. `at best`
+is, for a drive, the least time of any turn, straight line and turn within the same limits
 (tb3_labs.control.least_time); for a turn, its angle at 1.5 rad/s; by its own motors, that with its
 delay, and with its lag until it turns slower than 0.01 rad/s. The time of a turn ends when the
-robot turns slower than 0.01 rad/s for good. `falsely` counts drives that were reported as reached
-while the robot still moved, or was outside of the tolerance.
+robot turns slower than 0.01 rad/s for good. `falsely` counts drives that were reported as
+reached while the robot still moved, or was outside of the tolerance.
 
 Usage: motions.py [number of drives of each kind, default 100]
 """

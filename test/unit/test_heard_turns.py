@@ -50,7 +50,7 @@ def test_the_age_that_is_known_is_not_counted_again():
     dict(commands=[]),                                                 # a person turns it
     dict(commands=[(10.0, 0.1, 1.0)]),                                 # it drives a curve
     dict(commands=[(10.0 + 0.05 * k, 0.0, 0.3 + 0.1 * k) for k in range(8)]),     # a stick is moved
-    dict(commands=[(10.0 - 0.5 * QUIET, 0.0, -1.0), (10.0, 0.0, 1.0)]),     # it was just told to turn
+    dict(commands=[(10.0 - 0.5 * QUIET, 0.0, -1.0), (10.0, 0.0, 1.0)]),      # it was just turning
     dict(commands=[(10.0, 0.0, 1.0)], silent=(10.0, 10.01 + LONGEST_AGE)),      # the network stalls
     dict(commands=[(10.0, 0.0, 1.0)], samples=9)])                              # too short
 def test_a_turn_that_does_not_show_the_answer_clearly_teaches_nothing(what):

@@ -9,8 +9,7 @@ import math
 from typing import Optional
 
 from tb3_labs.control.dead_time import CommandHistory
-from tb3_labs.control.motor_response import (
-    LONGEST_AGE, TELLING, Identification, Response)
+from tb3_labs.control.motor_response import LONGEST_AGE, TELLING, Identification, Response
 from tb3_labs.geometry.angles import continuous
 
 #: Resolution of the time at which a command was heard [s].

@@ -42,8 +42,8 @@ FIRST_LAG = 0.05
 #: Delay until one was measured [s]: half a control period of the firmware, and 25 ms for a step of
 #: the node and a quiet network.
 FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
-#: Time from a command to the moment at which the motors of a real robot begin to follow it [s]: half
-#: a control period, and 8 ms for the link (firmware 1.2.6, on a fast and on a slow host).
+#: Time from a command to the moment at which the motors of a real robot begin to follow it [s]:
+#: half a control period, and 8 ms for the link (firmware 1.2.6, on a fast and on a slow host).
 COMMAND_TIME = 0.5 / CONTROL_RATE + 0.008
 #: A single command needs this much less or more, on a busy computer, too [s]. A smaller excess
 #: shows nothing.
