@@ -7,7 +7,8 @@ import pytest
 
 from tb3_labs.control.dead_time import CommandHistory
 from tb3_labs.control.motor_response import (
-    CRUISING, LEARNING, LEARNING_TIME, SPEEDING_UP, Identification, Response, look_at_start)
+    CRUISING, LEARNING, LEARNING_TIME, LONGEST_AGE, SPEEDING_UP, Identification, Response,
+    look_at_start)
 
 PERIOD = 0.02
 
@@ -135,6 +136,7 @@ def test_without_a_gyro_the_lag_is_believed_and_the_delay_identified():
 @pytest.mark.parametrize('what', [
     {'begin_speed': 0.2},                      # it moved already: by what command?
     {'command': 0.9 * CRUISING, 'prompt': False},    # too slow
+    {'age': 1.1 * LONGEST_AGE},                # the network stalls
     {'seconds': 0.1}])                         # over before it was steady
 def test_what_tells_nothing_teaches_nothing(what):
     _, learned = identified(0.2, 0.1, **what)
