@@ -106,7 +106,7 @@ class SensorWatch:
         """To be called at each step while the robot is being driven."""
         for source in self._sources:
             source.clock_went_back(now)
-        if not self.are_fresh(now):
+        if not (self.are_fresh(now) and self._have_begun):
             # The first reason is kept, so that it does not change with each further lost source.
             self.hold_reason = self.hold_reason or self.problem(now)
             self.sight = Sight.SILENT
@@ -133,13 +133,17 @@ class SensorWatch:
         if self.are_fresh(now):
             return ''
         return ', '.join(source.silence_with_age(now) if with_age else source.silence
-                         for source in self._sources
-                         if source.is_overdue(now) or source.count < 2)
+                         for source in self._sources if source.is_overdue(now))
 
     def are_fresh(self, now: float) -> bool:
-        """True while all sensors are fresh.
+        """True while all sensors are fresh."""
+        return all(source.is_fresh(now) for source in self._sources)
 
-        The first message counts only when a second one follows: a TurtleBot3 that was just connected
-        sends one, and calibrates its gyro then, for 2.6 s in which it must not move.
+    @property
+    def _have_begun(self) -> bool:
+        """Has each sensor sent more than one message?
+
+        A TurtleBot3 that was just connected sends one, and calibrates its gyro then, for 2.6 s in
+        which it must not move.
         """
-        return all(source.count > 1 and source.is_fresh(now) for source in self._sources)
+        return all(source.count > 1 for source in self._sources)
