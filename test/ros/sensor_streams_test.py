@@ -24,6 +24,8 @@ from real_recordings import arrays_of    # noqa: E402 (a relay's folder is anoth
 
 #: Pace at which a recording is played, times real time.
 SPEED = 8.0
+#: Samples of a TurtleBot3 are at least this much older than their stamps say [s].
+SAMPLE_AGE = 0.0135
 #: A heading is off by more than this [deg] only if IMU samples were dropped for later ones, so that
 #: it was interpolated between others. Limits for these: their share, and their error [deg].
 HEADING_OFF, OVERTAKEN, AT_MOST = 0.2, 0.02, 1.0
@@ -165,7 +167,7 @@ class SensorStreamsTest(unittest.TestCase):
 
     def check_against(self, odometry, imu, reply, declared, until=math.inf):
         """Every pose after the reset against the transform of the raw recording itself."""
-        start = reply.stamp
+        start = reply.stamp + SAMPLE_AGE
         x0, y0, yaw0 = self.interpolated(odometry, start)
         imu0, = self.interpolated({stamp: (value,) for stamp, value in imu.items()}, start)
         turn = math.radians(declared[2]) - yaw0

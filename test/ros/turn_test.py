@@ -71,6 +71,12 @@ class TurnTest(NodeCase):
     def scroll(self, down):
         self.xdotool('click', 5 if down else 4)
 
+    def activate(self, node):
+        """In the middle: a mouse whose first message is late drives only from there."""
+        self.point(0.0, 0.0)
+        self.scroll(down=True)
+        node.wait_for('The mouse is active')
+
     def stopped(self):
         """The robot was stopped by one zero; two zeros never followed each other."""
         self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
@@ -252,8 +258,8 @@ class TurnTest(NodeCase):
     def test_a_mouse_that_dies_stops_the_robot(self):
         node = self.controller()
         client, _ = self.mouse()
+        self.activate(node)
         self.point(0.0, 1.0)
-        self.scroll(down=True)
         self.seen.wait_for('cmd_vel', lambda command: command == (0.5, 0.0))
         client.kill()
         node.wait_for('No mouse for')
@@ -267,8 +273,8 @@ class TurnTest(NodeCase):
     def test_a_display_that_dies_stops_the_robot_in_one_line(self):
         node = self.controller()
         client, screen = self.mouse()
+        self.activate(node)
         self.point(1.0, 0.0)
-        self.scroll(down=True)
         self.seen.wait_for('cmd_vel', lambda command: command == (0.0, -0.5))
         screen.close()
         self.assertEqual(client.wait(10.0), 1)
