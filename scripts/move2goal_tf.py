@@ -47,6 +47,7 @@ from sensor_msgs.msg import Imu
 from tb3_labs.control.drive_config import DriveConfig
 from tb3_labs.control.driving import make_law
 from tb3_labs.control.motor_response import Response
+from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.nodes.move_to_goal import MoveToGoalConfig, MoveToGoalCore
 from tb3_labs.ros.awaited import say_what_is_awaited
 from tb3_labs.ros.clocks import steady_time
@@ -67,7 +68,6 @@ from tb3_labs.ros.parameters import read_config, read_model, use_up
 from tb3_labs.ros.reconfigure import LiveSettings
 from tb3_labs.ros.topics import subscribe, subscribe_wheels
 from tb3_labs.ros.traffic import Traffic
-from tb3_labs.localization.contradiction import GyroWatch
 
 
 class MoveToGoal:

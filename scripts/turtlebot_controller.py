@@ -28,6 +28,7 @@ from std_msgs.msg import Float64
 
 from tb3_labs.control.motor_response import Response
 from tb3_labs.control.turning import TurnConfig, degrees_of, make_turn
+from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.ros.awaited import say_what_is_awaited
@@ -47,7 +48,6 @@ from tb3_labs.ros.rospy_internals import connection_of, is_wall_time
 from tb3_labs.ros.topics import subscribe, subscribe_news, subscribe_wheels
 from tb3_labs.ros.traffic import Traffic
 from tb3_labs.supervision.arbitration import Driver
-from tb3_labs.localization.contradiction import GyroWatch
 
 
 #: A turn that is asked for before the robot is connected waits this long for the robot [s].

@@ -77,7 +77,8 @@ NUMBERS = {
     estimate: {'STANDARD_ERRORS': 2.0, 'CONTRADICTION': 4.0},
     quaternions: {'NORM_TOLERANCE': 0.05, 'MAX_TILT': math.pi / 4.0},
     contradiction: {
-        'WORST_SLIP': 0.45, 'WORST_UNEVEN': 0.1,
+        'WORST_SLIP': 0.45, 'WORST_UNEVEN': 0.1, 'SLIP_TIME': 0.1, 'TURNING': 0.3,
+        'STEADY_TURN': 0.1,
         'LAG': 0.13, 'LEAD': 0.04, 'SLIP': 0.055, 'UNEVEN': 0.033, 'DRIFT': 0.02,
         'UNEXPLAINED': 0.015, 'AGREED': 1.0, 'AT_REST': 0.024, 'STANDING_RATE': 0.03,
         'GYRO_GAP': 0.15, 'WHEEL_GAP': 0.3, 'WHEEL_MEMORY': 0.6},

@@ -108,6 +108,19 @@ def test_bad_wheels_are_no_lie_of_a_gyro_that_was_right_at_rest(settings):
     assert not_rested.problem()
 
 
+@pytest.mark.parametrize('slip', [0.0, 0.2])
+@pytest.mark.parametrize('bias_deg', [28.0, -28.0])
+def test_a_gyro_that_was_right_at_rest_and_lies_in_motion_is_found(slip, bias_deg):
+    watch = GyroWatch(BURGER)
+    watched = Watched(watch, slip=slip)
+    watched.run(1.5)
+    watched.run(0.8, 0.0, 1.5)
+    assert watch.problem() == ''
+    watched.set(gyro_bias_deg=bias_deg)
+    watched.run(5.0 / 28.0 + 0.06, 0.0, 1.5)
+    assert watch.problem()
+
+
 def test_after_a_silence_the_gyro_has_to_be_right_at_rest_again():
     watch = GyroWatch(BURGER)
     watched = Watched(watch, slip=0.4)

@@ -40,6 +40,11 @@ DRIFT = 0.02
 #: calibrated anew, its wheels may be as bad as these: they slip on a carpet, or one is worn.
 WORST_SLIP = 0.45
 WORST_UNEVEN = 0.1
+#: Their slip is known after this time of turning [s] that is faster than this [rad/s] and steady to
+#: this share.
+SLIP_TIME = 0.1
+TURNING = 0.3
+STEADY_TURN = 0.1
 #: The gyro contradicts the wheels when the unexplained turn is larger than this [rad],
 UNEXPLAINED = 0.015
 #: until nothing was unexplained for this time [s],
@@ -92,6 +97,8 @@ class GyroWatch:
         self._readings: Deque[_Reading] = deque()    # not compared yet
         self._turns: Deque[_Turn] = deque()
         self._is_calibrated = False  # did the gyro agree with resting wheels?
+        self._turned_for = 0.0       # steadily since then [s],
+        self._slip = 0.0             # with this mean slip
         self._unexplained = 0.0      # [rad]
         self._agreed_for = 0.0       # [s]
 
@@ -130,7 +137,7 @@ class GyroWatch:
         self._imu = self._wheels = None
         self._readings.clear()
         self._turns.clear()
-        self._is_calibrated = False
+        self._is_calibrated, self._turned_for = False, 0.0
         self._unexplained = self._agreed_for = 0.0
 
     def _look_at_clock(self) -> None:
@@ -151,6 +158,7 @@ class GyroWatch:
         if not (self._clock.uses_stamps and turns and turns[0].begin <= begin):
             return
         self.has_compared = True
+        self._learn_slip(reading, turns)
         least, most, margin = self._plausible(turns)
         nearest = clamp(reading.rate, least - margin, most + margin)
         stands = abs(reading.rate) < min(STANDING_RATE, abs(nearest))
@@ -167,12 +175,25 @@ class GyroWatch:
         """(least, most) rate at which these turns of the wheels may have turned the robot, and the
         margin around both [rad/s]."""
         least, most = min(turn.rate for turn in turns), max(turn.rate for turn in turns)
-        margin = SLIP * max(-least, most) + DRIFT
-        uneven = WORST_UNEVEN if self._is_calibrated else UNEVEN
+        margin, uneven = SLIP * max(-least, most) + DRIFT, UNEVEN
         if self._is_calibrated:
-            least = min(least, least * (1.0 - WORST_SLIP))
-            most = max(most, most * (1.0 - WORST_SLIP))
+            uneven, least_slip, most_slip = WORST_UNEVEN, 0.0, WORST_SLIP
+            if self._turned_for >= SLIP_TIME:
+                least_slip = most_slip = self._slip
+            least, most = (
+                min(least * (1.0 - least_slip), least * (1.0 - most_slip)),
+                max(most * (1.0 - least_slip), most * (1.0 - most_slip)))
         return least, most, margin + uneven * max(turn.one_wheel for turn in turns)
+
+    def _learn_slip(self, reading: _Reading, turns: Sequence[_Turn]) -> None:
+        """A calibrated gyro shows how much of a steady turn the wheels lose."""
+        least, most = min(turn.rate for turn in turns), max(turn.rate for turn in turns)
+        if (self._is_calibrated and self._turned_for < SLIP_TIME and least * most > TURNING ** 2
+                and most - least < STEADY_TURN * abs(most)):
+            seconds = reading.end - reading.begin
+            self._turned_for += seconds
+            slip = clamp(1.0 - 2.0 * reading.rate / (least + most), 0.0, WORST_SLIP)
+            self._slip += seconds / self._turned_for * (slip - self._slip)
 
     def _agree(self, seconds: float, rests: bool) -> None:
         """Nothing was unexplained for `seconds`. In motion that does not refute an accusation."""

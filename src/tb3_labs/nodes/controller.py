@@ -10,6 +10,7 @@ from typing import Any, List, Optional
 from tb3_labs.control.pace import LONGEST_IDLE, Pace
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.control.turning import TurningLaw
+from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.heading import Heading
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.nodes.mouse import Mouse
@@ -17,7 +18,6 @@ from tb3_labs.nodes.turn import Turn
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 from tb3_labs.supervision.arbitration import DRIVERS, Driver, DriverEvent, after
-from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.supervision.freshness import RESUME_TIME, Freshness, SensorWatch, Sight
 from tb3_labs.supervision.frozen import FrozenWatch
 from tb3_labs.supervision.sleep import SleepWatch

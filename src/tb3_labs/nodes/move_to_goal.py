@@ -19,12 +19,12 @@ from tb3_labs.control.pace import LONGEST_IDLE, Pace
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.geometry.typed_pose import MAX_DISTANCE, MAX_YAW_DEG, TypedPose, check_pose
+from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.localizer import Fix, Localizer, Reset
 from tb3_labs.localization.odometry_jumps import POSE_LOST
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
-from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.supervision.freshness import Freshness, SensorWatch, Sight
 from tb3_labs.supervision.frozen import DriveFrozenWatch
 from tb3_labs.supervision.permission import Permission

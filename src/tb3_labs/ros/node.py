@@ -125,5 +125,6 @@ def end(failure=''):
     """End this node; with a `failure` by one fatal line and exit status 1."""
     if failure:
         _failures.append(failure)
-        rospy.logfatal('%s', failure)
+        if len(_failures) == 1:    # other threads may fail as well until all of it has ended
+            rospy.logfatal('%s', failure)
     rospy.signal_shutdown(failure or 'done')
