@@ -238,11 +238,11 @@ def test_an_approach_that_waits_at_its_goal_identifies_the_robot_once_the_goal_m
 
 
 @pytest.mark.parametrize('dropped', [0, 1])
-def test_a_first_command_that_just_misses_a_period_of_the_robot_costs_no_time(dropped):
+def test_a_first_command_that_just_misses_a_period_of_the_robot_costs_little_time(dropped):
     """The next one, given a little earlier, takes its place: the robot starts a period late, and
     obeys all other commands a period sooner than its start has shown."""
     approach = make_approach(80.0, speed_is_prompt=True, leave_alone=0.003)
-    remaining, speed, sent, arrived = 1.57, 0.0, [], 0.0
+    remaining, speed, sent, arrived, least = 1.57, 0.0, [], 0.0, 1.57
     for tick in range(100):
         sent.append(approach.step(remaining, speed, 1.5, TICK))
         command = sent[tick - 2] if tick - 2 >= dropped else 0.0
@@ -251,9 +251,10 @@ def test_a_first_command_that_just_misses_a_period_of_the_robot_costs_no_time(dr
         speed = command + (speed - command) * share
         if abs(remaining) > 0.006:
             arrived = tick * TICK
-    assert abs(remaining) <= 0.004
-    # at full speed, two periods late, two for braking, two for a dropped one, coasting to 6 mrad
-    assert arrived <= 1.57 / 1.5 + (4 + 2 * dropped) * TICK + 0.05 * math.log(0.075 / 0.006)
+        least = min(least, remaining)
+    assert abs(remaining) <= 0.004 and least >= -0.006
+    # at full speed, two periods late, two for braking, five for a dropped one, coasting to 6 mrad
+    assert arrived <= 1.57 / 1.5 + (4 + 5 * dropped) * TICK + 0.05 * math.log(0.075 / 0.006)
 
 
 def test_reversals_and_nudges_lower_the_gain_and_a_nudge_is_held():

@@ -59,7 +59,7 @@ NUMBERS = {
         'period': 1.0 / 30.0, 'FACING': 0.1, 'ALONG': 0.3, 'STOP_AHEAD': 0.0005,
         'LOOK_AHEAD': 0.2, 'REST_SPEED': 0.01},
     goal_machine: {'MORE_TRIES': 2},
-    approach: {'SAME_MOMENT': 1e-6, 'SURPRISE': 0.002, 'SURPRISE_BY_NOISE': 4.0},
+    approach: {'SAME_MOMENT': 1e-6},
     motor_response: {
         'FIRST_LAG': 0.05, 'FIRST_DELAY': 0.5 / 30.0 + 0.025, 'MAX_DELAY': 0.4, 'MAX_LAG': 0.15,
         'COMMAND_TIME': 0.074 / 3.0, 'COMMAND_SPREAD': 0.025, 'LEAST_SAMPLE_DELAY': 0.0135,

@@ -14,7 +14,6 @@ Source: braking profile, see :func:`tb3_labs.control.speed_laws.braking_speed`.
 """
 import math
 from dataclasses import dataclass
-from typing import Optional, Tuple
 
 from tb3_labs.control.dead_time import CommandHistory, followed, way_at_rest
 from tb3_labs.control.motor_response import TIME_DOUBT, Identification, Response
@@ -24,10 +23,6 @@ from tb3_labs.geometry.limits import clamp
 
 #: Samples whose times differ by less than this are the same, apart from rounding [s].
 SAME_MOMENT = 1e-6
-#: A prediction that is wrong by more than this and this many standard deviations of the noise
-#: shows that the commands come at other times than believed [rad or m].
-SURPRISE = 0.002
-SURPRISE_BY_NOISE = 4.0
 
 
 @dataclass(frozen=True)
@@ -79,8 +74,6 @@ class Approach:
         self._now = 0.0                     # since the start [s]
         self._measured_at = -math.inf       # the latest sample
         self._way = Estimate()              # at rest
-        #: The ways at rest that are expected next, for the delay as estimated and for a period less
-        self._expected: Optional[Tuple[float, float]] = None
         self._history = CommandHistory(self._config.period)
         self._identification = Identification(self._response, self._config.speed_is_prompt)
         self._start_remaining = math.nan    # before the first step
@@ -102,7 +95,7 @@ class Approach:
     def extend(self, by: float) -> None:
         """Add `by` to the remaining way: the goal was moved during the approach."""
         self._start_remaining += by
-        self._expect(by, 0.0)
+        self._way.shift(by, 0.0)
 
     def told_to_rest(self, age: float) -> bool:
         """Has the robot obeyed only stops since `age` [s] ago?"""
@@ -127,7 +120,7 @@ class Approach:
         self._motor_speed = self._speed_of_motors(speed, dt)
         if self._now - age > self._measured_at + SAME_MOMENT:
             self._measured_at = self._now - age
-            self._look(remaining, noise, age)
+            self._way.add(self._predict(remaining, age), noise)
         wanted = self._wanted(fastest)
         latest, change = self._history.command, self._config.acceleration * dt
         self._history.send(clamp(wanted, latest - change, latest + change))
@@ -147,13 +140,7 @@ class Approach:
         self._history.advance(dt)
         commanded = self._history.commanded - before
         fastest = max(abs(speed), abs(self._history.command))
-        self._expect(-self._identification.estimate.gain * commanded, TIME_DOUBT * fastest)
-
-    def _expect(self, change: float, doubt: float) -> None:
-        """The way at rest changes by `change`, with this standard deviation."""
-        self._way.shift(change, doubt)
-        if self._expected is not None:
-            self._expected = self._expected[0] + change, self._expected[1] + change
+        self._way.shift(-self._identification.estimate.gain * commanded, TIME_DOUBT * fastest)
 
     def _speed_of_motors(self, speed: float, dt: float) -> float:
         """As measured, or as the model predicts it."""
@@ -162,35 +149,11 @@ class Approach:
         estimate = self._identification.estimate
         return followed(self._motor_speed, self._history.arrived(estimate.delay), estimate.lag, dt)
 
-    def _look(self, remaining: float, noise: float, age: float) -> None:
-        """Take in a new sample."""
-        period = self._config.period
-        at_rest = self._predict(remaining, age)
-        sooner = self._predict(remaining, age, period)
-        if self._is_explained_by_less_delay(at_rest, sooner, noise):
-            self._identification.came_sooner(period)
-            self._way = Estimate()
-            at_rest = sooner
-        self._expected = at_rest, sooner
-        self._way.add(at_rest, noise)
-
-    def _predict(self, remaining: float, age: float, sooner: float = 0.0) -> float:
-        """The way at rest by one sample, if commands come `sooner` [s] than estimated."""
+    def _predict(self, remaining: float, age: float) -> float:
+        """The way at rest by one sample."""
         estimate = self._identification.estimate
-        return way_at_rest(remaining, self._motor_speed, self._history,
-                           max(0.0, estimate.delay - sooner) + age, estimate.lag, estimate.gain)
-
-    def _is_explained_by_less_delay(self, at_rest: float, sooner: float, noise: float) -> bool:
-        """Do the commands come a period sooner than the start has shown?
-
-        The first command may just miss a control period of the firmware that the others, which are
-        given a little earlier, just reach. That shows when the robot brakes.
-        """
-        if self._expected is None or not self._identification.is_precise:
-            return False
-        surprise = abs(at_rest - self._expected[0])
-        return (surprise > SURPRISE + SURPRISE_BY_NOISE * noise
-                and abs(sooner - self._expected[1]) < 0.5 * surprise)
+        return way_at_rest(remaining, self._motor_speed, self._history, estimate.delay + age,
+                           estimate.lag, estimate.gain)
 
     def _wanted(self, fastest: float) -> float:
         """The speed to aim at."""

@@ -145,8 +145,6 @@ class Identification:
         `speed_is_prompt`: the measured speed is that of the moment, see ApproachConfig."""
         #: The estimate of this approach.
         self.estimate = response.copy()
-        #: Has the robot cruised, so that the estimate is precise?
-        self.is_precise = False
         self._response = response
         self._first = response.copy()    # what the equations are solved for is the difference
         self._speed_is_prompt = speed_is_prompt
@@ -183,13 +181,7 @@ class Identification:
         if cruises or speeds_up:
             self._solve(history, travelled, speed, fastest, age)
         if cruises:
-            self.is_precise = True
             self._response.measured(self.estimate)
-
-    def came_sooner(self, period: float) -> None:
-        """The commands came a `period` [s] sooner than the start had shown."""
-        self.estimate.delay = max(0.0, self.estimate.delay - period)
-        self._from_rest = self.is_precise = False    # later samples contradict the start, too
 
     def _look_at_start(self, history: CommandHistory, travelled: float, speed: float,
                        age: float) -> None:
