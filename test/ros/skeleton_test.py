@@ -8,9 +8,11 @@ import re
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 from pathlib import Path
 
+import rosgraph
 import rostest
 
 from tb3_labs.marking.labs import LABS
@@ -65,6 +67,18 @@ class SkeletonTest(unittest.TestCase):
         self.assertEqual((done.returncode, done.stdout), (2, ''))
         self.assertRegex(done.stderr, r'^skeleton\.py: /\S*/lab2 is already there[^\n]*\n$')
 
+    @staticmethod
+    def wait_until_all_runs(program):
+        """Wait until no topic or service is added any more. A node that is interrupted while it adds
+        one hangs: rospy's handler of the signal waits for a lock that the interrupted thread holds.
+        """
+        address = re.search(r'ROS_MASTER_URI=(http://[\w.]+:\d+)', program.text).group(1)
+        master = rosgraph.Master('/skeleton_test', address)
+        before, now, deadline = None, master.getSystemState(), time.monotonic() + STARTING
+        while now != before and time.monotonic() < deadline:
+            time.sleep(1.0)
+            before, now = now, master.getSystemState()
+
     def test_they_start_say_what_is_open_and_end(self):
         self.assertEqual(self.built.returncode, 0, self.built.stdout)
         program = self.start()
@@ -73,6 +87,7 @@ class SkeletonTest(unittest.TestCase):
         self.assertEqual(len(expected), sum(map(len, SAID.values())))
         for sentence in expected:
             program.wait_for(sentence, STARTING)
+        self.wait_until_all_runs(program)
         # roslaunch waits for 15 s before it ends a node by force
         self.assertEqual(program.end(seconds=14.0), 0, program.text)
         for goodbye in ('Shutting down the IMU subscriber', 'Controller exiting. Halting robot.'):

@@ -140,7 +140,7 @@ SETTINGS = {
     turning.TurnConfig: {
         'law': ('precise', None, None), 'k_hdg': (0.1, 0.001, 10.0), 'hdg_tol': (10.0, 0.1, 45.0),
         'min_ang_z': (0.5, 0.0, 5.0), 'max_ang_z': (1.5, 0.1, 5.0),
-        'tolerance_deg': (0.2, 0.1, 45.0), 'angular_acceleration': (45.0, 1.0, 80.0)},
+        'tolerance_deg': (0.12, 0.1, 45.0), 'angular_acceleration': (45.0, 1.0, 80.0)},
     demo.DemoConfig: {
         'drives': (2, 1, 100), 'distance_tolerance': (0.01, 0.0, 10.0),
         'angle_tolerance_deg': (0.5, 0.0, 180.0), 'timeout': (120.0, 1.0, 3600.0),

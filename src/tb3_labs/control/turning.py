@@ -47,7 +47,7 @@ class TurnConfig(Config):
     min_ang_z: float = setting(0.5, 'lab: slowest turn', 'rad/s', low=0.0, high=5.0)
     max_ang_z: float = setting(1.5, "fastest turn; the robot's own limit holds as well", 'rad/s',
                                low=0.1, high=5.0)
-    tolerance_deg: float = setting(0.2, 'precise: the goal is reached within this angle', 'deg',
+    tolerance_deg: float = setting(0.12, 'precise: the goal is reached within this angle', 'deg',
                                    low=0.1, high=45.0)
     angular_acceleration: float = setting(45.0, 'precise: speeding up; a quarter of it for braking',
                                           'rad/s^2', low=1.0, high=80.0)
