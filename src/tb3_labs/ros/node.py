@@ -33,7 +33,7 @@ import rospy
 
 from tb3_labs.ros import console
 from tb3_labs.ros.clocks import say_if_no_clock_comes, wait_until
-from tb3_labs.ros.rospy_internals import after_hooks, end_without_delay, is_ending
+from tb3_labs.ros.rospy_internals import after_hooks, is_ending, mend_registration
 from tb3_labs.ros.signals import Interrupted, Signals
 
 #: Time between two looks for a master [s].
@@ -59,7 +59,7 @@ def run(name, make_node):
         _wait_for_master()
         rospy.init_node(name, disable_signals=True)
         rospy.on_shutdown(_end_in_time)    # the first of the hooks
-        end_without_delay()
+        mend_registration()
         console.start()
         say_if_no_clock_comes()
         after_hooks(signals.wake)    # by then the last zero velocity is sent

@@ -257,23 +257,46 @@ def after_hooks(callback):
     rospy.core.add_preshutdown_hook(lambda reason: callback())
 
 
-def end_without_delay():
-    """Let the node's shutdown wait no longer than it must; to be called once, after init_node().
+_mended = []
 
-    rospy wakes the thread that registers topics just before it sets the flag that ends it. The
-    thread then sleeps on for 0.5 s, and the shutdown waits for it. Meanwhile the XML-RPC server,
-    whose socket is closed, polls without a pause: 0.2 s of computing. So the thread is woken after
-    the flag, too. If RegManager has no `cond`, or is not among the listeners, the delay returns.
+
+def mend_registration():
+    """Mend two defects of the thread that registers topics; to be called after init_node().
+
+    A publisher that registers just after a subscriber is told to it by the master, perhaps before
+    the answer to the subscriber's own registration, which does not have that publisher. rospy takes
+    the last list of publishers for the newest, and drops the other: the two never connect. Here
+    lists that wait are joined. A publisher that is gone refuses the connection, which is harmless.
+
+    rospy wakes the thread just before it sets the flag that ends it. The thread sleeps on for 0.5 s,
+    and the shutdown waits for it, while the XML-RPC server, whose socket is closed, polls without a
+    pause: 0.2 s of computing. So the thread is woken after the flag, too.
+
+    If RegManager is not among the listeners any more, or has other attributes than `cond`,
+    `updates` and `publisher_update`, the defects return, or no node starts.
     """
-    managers = [listener for listener in registration.get_registration_listeners().listeners
-                if isinstance(listener, registration.RegManager)]
+    for manager in registration.get_registration_listeners().listeners:
+        if isinstance(manager, registration.RegManager) and manager not in _mended:
+            _mended.append(manager)
+            rospy.core.add_shutdown_hook(lambda _reason, waker=manager: _wake(waker))
+            join_updates(manager)
 
-    def wake(_reason):
-        for manager in managers:
-            with manager.cond:
-                manager.cond.notify_all()
 
-    rospy.core.add_shutdown_hook(wake)
+def _wake(manager):
+    with manager.cond:
+        manager.cond.notify_all()
+
+
+def join_updates(manager):
+    """Let a RegManager join the lists of publishers that wait, instead of dropping all but one."""
+    update = manager.publisher_update
+
+    def joined(name, addresses):
+        with manager.cond:
+            update(name, sorted(set(addresses).union(
+                *(others for topic, others in manager.updates if topic == name))))
+
+    manager.publisher_update = joined
 
 
 # ----- services of any type, for tb3_labs.ros.marking -----

@@ -9,6 +9,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.ros.conversions import to_pose2
+from tb3_labs.ros.rospy_internals import mend_registration
 from tb3_labs.ros.topics import subscribe
 
 #: Number of messages kept of each topic: those of minutes, not of hours.
@@ -27,6 +28,7 @@ class Observer:
     """
 
     def __init__(self):
+        mend_registration()    # a test starts together with its robot
         self._changed = threading.Condition(threading.RLock())
         self._seen = {}
 

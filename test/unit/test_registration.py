@@ -1,0 +1,26 @@
+"""No publisher is overlooked that registers at the same moment as a subscriber."""
+import pytest
+
+pytest.importorskip('rospy')
+from rospy.impl.registration import RegManager    # noqa: E402 (ROS may be missing)
+
+from tb3_labs.ros.rospy_internals import join_updates    # noqa: E402
+
+
+@pytest.fixture
+def manager():
+    manager = RegManager(None)
+    join_updates(manager)
+    return manager
+
+
+def test_an_answer_without_a_publisher_does_not_hide_one_that_was_told_before(manager):
+    manager.publisher_update('/odom', ['http://robot:1/'])
+    manager.publisher_update('/odom', [])
+    assert manager.updates[-1] == ('/odom', ['http://robot:1/'])
+
+
+def test_other_topics_stay_apart(manager):
+    manager.publisher_update('/odom', ['http://robot:1/'])
+    manager.publisher_update('/imu', ['http://robot:2/', 'http://robot:3/'])
+    assert manager.updates[-1] == ('/imu', ['http://robot:2/', 'http://robot:3/'])
