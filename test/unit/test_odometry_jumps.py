@@ -131,6 +131,15 @@ def test_a_robot_that_stands_near_the_origin_may_be_silent():
     assert steady.take(sample(0.01, 0.0, 0.031, 3.0), 3.0, IMU)[1] is None
 
 
+@pytest.mark.parametrize('stamped, arrived', [(1.0 / 30.0, 1.5), (3600.0, 1.0 / 30.0)])
+def test_a_network_that_holds_messages_up_and_a_clock_that_is_set_are_no_reset(stamped, arrived):
+    """A robot that turns at the origin, its IMU heard a moment ago."""
+    steady, imu = JumpFilter(), ImuSample(0.0, 1.0, 1.5)
+    steady.take(sample(0.0, 0.0, -0.4, stamp=1.0, angular=1.5), 1.0, imu)
+    _, jump = steady.take(sample(0.0, 0.0, -0.05, 1.0 + stamped, angular=1.5), 1.0 + arrived, imu)
+    assert jump is None
+
+
 def test_a_robot_at_the_origin_may_turn_through_zero():
     steady = JumpFilter()
     for k in range(100):

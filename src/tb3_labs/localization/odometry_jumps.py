@@ -86,6 +86,12 @@ class _Heard(NamedTuple):
         by_stamps = sample.stamp - self.sample.stamp
         return min(max(by_stamps, arrival - self.arrival, 0.0), LONGEST_SILENCE)
 
+    def silence_to(self, sample: OdometrySample, arrival: float) -> float:
+        """Time for which the sender was silent [s]: neither a network that holds messages up, nor a
+        clock that is set, counts."""
+        by_stamps, by_arrival = sample.stamp - self.sample.stamp, arrival - self.arrival
+        return min(by_stamps, by_arrival) if by_stamps > 0.0 else by_arrival
+
     @property
     def rests(self) -> bool:
         """Do wheels and gyro rest?"""
@@ -101,7 +107,7 @@ def _is_reset(before: _Heard, after: _Heard) -> bool:
     # after the reset of a board the IMU is near zero, too
     is_near_zero = math.hypot(now.x, now.y) <= NEAR_ZERO_PLACE and (
         min(abs(difference(now.yaw, turned)), abs(now.yaw)) <= NEAR_ZERO_YAW)
-    if (before.seconds_to(after.sample, after.arrival) <= RESET_SILENCE
+    if (before.silence_to(after.sample, after.arrival) <= RESET_SILENCE
             or not (is_zero or is_near_zero)):
         return False
     contradicts_imu = abs(difference(now.yaw - was.yaw, turned)) > NEAR_ZERO_YAW
