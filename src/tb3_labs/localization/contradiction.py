@@ -20,7 +20,7 @@ Units: seconds, radians; `now` on the receiver's clock. Sources: the firmware's 
 a recorded drive of a Burger, of whose turns at most 0.5 deg are unexplained.
 """
 from collections import deque
-from typing import Deque, NamedTuple, Optional, Sequence, Tuple
+from typing import Deque, NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.limits import clamp
 from tb3_labs.localization.sender_clock import SenderClock
@@ -158,8 +158,9 @@ class GyroWatch:
         if not (self._clock.uses_stamps and turns and turns[0].begin <= begin):
             return
         self.has_compared = True
-        self._learn_slip(reading, turns)
-        least, most, margin = self._plausible(turns)
+        least, most = min(turn.rate for turn in turns), max(turn.rate for turn in turns)
+        self._learn_slip(reading, least, most)
+        least, most, margin = self._plausible(least, most, max(turn.one_wheel for turn in turns))
         nearest = clamp(reading.rate, least - margin, most + margin)
         stands = abs(reading.rate) < min(STANDING_RATE, abs(nearest))
         excess = 0.0 if stands else reading.rate - nearest
@@ -171,10 +172,10 @@ class GyroWatch:
             self._unexplained += excess * seconds
             self._contradicts = self._contradicts or abs(self._unexplained) > UNEXPLAINED
 
-    def _plausible(self, turns: Sequence[_Turn]) -> Tuple[float, float, float]:
-        """(least, most) rate at which these turns of the wheels may have turned the robot, and the
-        margin around both [rad/s]."""
-        least, most = min(turn.rate for turn in turns), max(turn.rate for turn in turns)
+    def _plausible(self, least: float, most: float,
+                   one_wheel: float) -> Tuple[float, float, float]:
+        """(least, most) rate at which wheels of these rates may have turned the robot, and the
+        margin around both; `one_wheel`: the largest of _Turn.one_wheel [rad/s]."""
         margin, uneven = SLIP * max(-least, most) + DRIFT, UNEVEN
         if self._is_calibrated:
             uneven, least_slip, most_slip = WORST_UNEVEN, 0.0, WORST_SLIP
@@ -183,11 +184,10 @@ class GyroWatch:
             least, most = (
                 min(least * (1.0 - least_slip), least * (1.0 - most_slip)),
                 max(most * (1.0 - least_slip), most * (1.0 - most_slip)))
-        return least, most, margin + uneven * max(turn.one_wheel for turn in turns)
+        return least, most, margin + uneven * one_wheel
 
-    def _learn_slip(self, reading: _Reading, turns: Sequence[_Turn]) -> None:
+    def _learn_slip(self, reading: _Reading, least: float, most: float) -> None:
         """A calibrated gyro shows how much of a steady turn the wheels lose."""
-        least, most = min(turn.rate for turn in turns), max(turn.rate for turn in turns)
         if (self._is_calibrated and self._turned_for < SLIP_TIME and least * most > TURNING ** 2
                 and most - least < STEADY_TURN * abs(most)):
             seconds = reading.end - reading.begin
