@@ -18,12 +18,12 @@ from tb3_labs.ros.rospy_internals import SURELY_TAKEN, publish_now
 
 #: Messages that rospy's queue holds.
 QUEUE = 3
-#: A read that takes longer finds nothing more [s].
-SILENCE = 0.3
+#: A text that is awaited arrives within [s].
+DEADLINE = 60.0
 
 
 class Line:
-    """A topic with one subscriber: `read` gives the texts that have arrived."""
+    """A topic with one subscriber: `read_until(text)` gives the texts that have arrived with it."""
 
     def __init__(self, is_early=False):
         """`is_early`: the subscriber connects before rospy knows the size of the queue."""
@@ -48,25 +48,23 @@ class Line:
     def publish(self, *texts):
         publish_now(self.publisher, *map(String, texts))
 
-    def read(self, silence=SILENCE):
-        self.theirs.settimeout(silence)
-        try:
-            while True:
-                data = self.theirs.recv(1000000)
-                if not data:
-                    break
-                self._data += data
-        except socket.timeout:
-            pass
+    def read_until(self, last):
+        self.theirs.settimeout(DEADLINE)
         texts = []
+        while not texts or texts[-1] != last:
+            data = self.theirs.recv(1000000)
+            assert data, 'the connection was closed after {} texts'.format(len(texts))
+            texts += self._whole(data)
+        return texts
+
+    def _whole(self, data):
+        self._data += data
         while len(self._data) >= 8:
             length, = struct.unpack_from('<I', self._data)
             if len(self._data) < 4 + length:
-                break
-            message = String().deserialize(self._data[4:4 + length])
-            texts.append(message.data)
+                return
+            yield String().deserialize(self._data[4:4 + length]).data
             self._data = self._data[4 + length:]
-        return texts
 
     def close(self):
         self.connection.close()
@@ -90,29 +88,26 @@ def test_a_message_is_written_before_the_call_returns_by_no_other_thread(line):
 def test_messages_together_are_one_write(line):
     line.publish('one', 'two', 'three')
     line.theirs.setblocking(False)
-    line._data = line.theirs.recv(1000)
-    assert line.read() == ['one', 'two', 'three']
+    assert list(line._whole(line.theirs.recv(1000))) == ['one', 'two', 'three']
     assert line.connection.stat_num_msg == 3
 
 
 @pytest.mark.parametrize('size', [100, SURELY_TAKEN - 100, 2 * SURELY_TAKEN, 20 * SURELY_TAKEN])
 def test_who_does_not_read_gets_whole_messages_in_order_and_the_newest(line, size):
     sent = ['%06d' % number + 'x' * (size - 6) for number in range(2000)]
-    longest = 0.0
-    for text in sent:
-        begun = time.monotonic()
-        line.publish(text)
-        longest = max(longest, time.monotonic() - begun)
-    assert longest < 1.0    # nobody reads: one write that waits would wait for ever
-    got = line.read()
+    publisher = threading.Thread(target=lambda: [line.publish(text) for text in sent], daemon=True)
+    publisher.start()
+    publisher.join(DEADLINE)
+    assert not publisher.is_alive()     # nobody reads: one write that waits would wait for ever
+    got = line.read_until(sent[-1])
     assert sorted(got) == got and set(got) < set(sent)
     assert got[-QUEUE:] == sent[-QUEUE:]
     line.publish('and', 'on')
-    assert line.read() == ['and', 'on']
+    assert line.read_until('on') == ['and', 'on']
 
 
 def test_short_and_long_ones_keep_their_order(line):
-    reader = threading.Thread(target=lambda: texts.extend(line.read()))
+    reader = threading.Thread(target=lambda: texts.extend(line.read_until('the last')))
     texts, sent = [], []
     reader.start()
     for number in range(300):
@@ -120,14 +115,15 @@ def test_short_and_long_ones_keep_their_order(line):
         sent.append(text)
         line.publish(text)
         time.sleep(0.001)     # most are read before the queue is full
+    line.publish('the last')
     reader.join()
-    assert texts == sorted(texts) and set(texts) <= set(sent) and len(texts) > 200
+    assert texts == sorted(texts) and set(texts) <= set(sent + ['the last']) and len(texts) > 200
 
 
 def test_a_subscriber_that_connects_before_the_queues_size_is_known_gets_a_queue():
     line = Line(is_early=True)
     line.publish('second')
-    assert line.read() == ['first', 'second']
+    assert line.read_until('second') == ['first', 'second']
     line.close()
 
 
@@ -141,10 +137,10 @@ def test_what_the_queue_is_about_to_write_is_not_overtaken(line):
         write_data(data)
     line.connection.write_data = write_when_told
     line.publish('x' * SURELY_TAKEN)
-    assert begun.wait(60.0)
+    assert begun.wait(DEADLINE)
     line.publish('short')
     go_on.set()
-    assert line.read() == ['x' * SURELY_TAKEN, 'short']
+    assert line.read_until('short') == ['x' * SURELY_TAKEN, 'short']
 
 
 def test_a_subscriber_that_is_gone_is_closed_at_once_and_hangs_nobody(line):
