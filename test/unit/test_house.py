@@ -6,12 +6,18 @@ import os
 import pytest
 
 SOURCES = os.path.join(os.path.dirname(__file__), os.pardir, os.pardir, 'src', 'tb3_labs')
-#: From the ground up; a room imports only from lower floors, and from itself.
-FLOORS = [{'config', 'news', 'command_line'}, {'geometry'}, {'robot', 'supervision'},
-          {'localization', 'control'}, {'nodes', 'report'}, {'simulation', 'marking', 'handout', 'panel', 'doctor'}, {'ros'}]
-FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
-#: Modules that the pure rooms do not use.
+#: The notions, from the ground up; a room imports only from lower floors, and from itself.
+NOTIONS = [{'config', 'news', 'command_line'}, {'geometry'}, {'robot', 'supervision'}, {'localization', 'control'},
+           {'nodes'}]
+#: What a tool takes from other tools. Each holds all of one tool, its ROS in files named ros_*.py.
+TOOLS = {'simulation': set(), 'report': {'simulation'}, 'marking': {'report', 'simulation', 'handout'}, 'panel': set(),
+         'doctor': set(), 'handout': set()}
+FLOOR = {room: floor for floor, rooms in enumerate(NOTIONS + [{'ros'}, set(TOOLS)]) for room in rooms}
+#: Modules that the notions do not use.
 ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 'threading'}
+#: Folders of ros/ that still hold a part of a tool.
+PARTS = {'ros/marking': 'marking', 'ros/panel': 'panel', 'ros/doctor': 'doctor', 'ros/bags': 'report',
+         'ros/robot': 'simulation', 'ros/testing': 'marking'}
 
 
 def imports():
@@ -31,23 +37,35 @@ def imports():
 
 
 def room_of(path):
-    return os.path.splitext(path.split(os.sep)[0])[0]
+    folders = path.split(os.sep)
+    return PARTS.get('/'.join(folders[:2]), os.path.splitext(folders[0])[0])
 
 
 def test_imports_only_go_down():
     wrong = []
     for path, module in imports():
         if module.startswith('tb3_labs.') and module.split('.')[1] not in ('msg', 'srv'):
-            here, there = room_of(path), module.split('.')[1]
-            if there != here and FLOOR[there] >= FLOOR[here]:
+            here, there = room_of(path), room_of(os.sep.join(module.split('.')[1:]))
+            if there != here and FLOOR[there] >= FLOOR[here] and there not in TOOLS.get(here, ()):
                 wrong.append('{} imports {}'.format(path, module))
     assert wrong == []
 
 
-def test_no_room_but_ros_knows_ros_or_a_clock():
+def is_ros(module):
+    return module.split('.')[0] in ROS or module.split('.')[-1] in ('msg', 'srv')
+
+
+def test_the_notions_know_neither_ros_nor_a_clock():
     wrong = ['{} imports {}'.format(path, module) for path, module in imports()
-             if room_of(path) != 'ros' and (module.split('.')[0] in ROS
-                                            or module.split('.')[-1] in ('msg', 'srv'))]
+             if FLOOR[room_of(path)] < FLOOR['ros'] and is_ros(module)]
+    assert wrong == []
+
+
+def test_the_ros_of_a_tool_is_seen_by_the_names_of_its_files():
+    wrong = ['{} imports {}'.format(path, module) for path, module in imports()
+             if room_of(path) in TOOLS and not path.startswith('ros' + os.sep)
+             and not os.path.basename(path).startswith('ros_')
+             and (is_ros(module) and module not in ('time', 'threading') or module.startswith('tb3_labs.ros.'))]
     assert wrong == []
 
 
