@@ -9,8 +9,8 @@ from concurrent.futures import ProcessPoolExecutor
 from unittest import mock
 
 from exhaust import search, told, walks
-from played_pages import TwoPages
-from played_worlds import MouseAndTurns, OnePad, Senders
+from played_pages import LatePages, TwoPages
+from played_worlds import LatePad, MouseAndTurns, OnePad, Senders
 from tb3_labs.control.goal_machine import GoalMachine
 from tb3_labs.localization.sender_clock import Lateness
 from tb3_labs.nodes import mouse, pad
@@ -95,14 +95,14 @@ DEFECTS = {
     'a reset brings a cancelled goal back': (Senders, GoalMachine, 'restart', never_cancelled),
     'a giver may be silent for 5 s': (OnePad, permission, 'LAPSE', 5.0),
     'a giver that was silent for long comes back': (OnePad, permission, 'LONGEST_LAPSE', 60.0),
-    'a late giving is compared with no stop': (OnePad, Permission, '_objection', stops_of_nobody),
-    'a late press counts': (OnePad, PadListener, 'hear', always_in_time),
-    'a pad may be silent for 9 s': (OnePad, pad, 'PAD_TIMEOUT', 9.0),
+    'a late giving is compared with no stop': (LatePad, Permission, '_objection', stops_of_nobody),
+    'a late press counts': (LatePad, PadListener, 'hear', always_in_time),
+    'a pad may be silent for 9 s': (LatePad, pad, 'PAD_TIMEOUT', 9.0),
     'a stick that is pushed is ready': (OnePad, GamepadCore, '_is_ready', lambda *_: True),
     'a mouse may be silent for 9 s': (MouseAndTurns, mouse, 'MOUSE_TIMEOUT', 9.0),
     'a late giving of a page is compared with no stop': (
-        TwoPages, Wheel, 'give', give_at_once),
-    'a page that is silent is not lost': (TwoPages, Wheel, 'update', lambda *_: None),
+        LatePages, Wheel, 'give', give_at_once),
+    'a page that is silent is not lost': (LatePages, Wheel, 'update', lambda *_: None),
     'control that was lost by itself is given without a word': (
         TwoPages, Wheel, 'on_control', lambda *_: None),
     'a mouse is never lost': (MouseAndTurns, Mouse, 'lose', lambda *_: None),

@@ -21,9 +21,9 @@ from enum import Enum
 from functools import lru_cache
 
 from played_nodes import OVER, TICK
-from played_pages import TwoPages
+from played_pages import LatePages, TwoPages
 from played_worlds import (
-    BEGIN, LONG_AGO, NOTHING, MouseAndTurns, OnePad, Senders, TwoPads, Unheard, Wrong)
+    BEGIN, LONG_AGO, NOTHING, LatePad, MouseAndTurns, OnePad, Senders, TwoPads, Unheard, Wrong)
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.supervision.freshness import Freshness
 from tb3_labs.supervision.permission import _Giving
@@ -38,7 +38,7 @@ QUIET_AGES = dict(AGES, _stops=0.2, _stopped_at=0.2, _began_at=0.2, stopped_at=0
 #: is obeyed.
 LISTENED = 40
 
-CASTS = (Senders, OnePad, TwoPads, TwoPages, MouseAndTurns)
+CASTS = (Senders, OnePad, LatePad, TwoPads, TwoPages, LatePages, MouseAndTurns)
 
 
 class Searched:

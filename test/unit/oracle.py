@@ -55,6 +55,27 @@ class GoalOracle:
         return ''
 
 
+class PageOracle:
+    """Judges the renewals of control that a page gave: the page must have been heard without a gap
+    since then."""
+
+    def __init__(self):
+        self.heard_at = None         # None: no person has given control since the page was lost
+
+    def gave(self, now):
+        self.heard_at = now
+
+    def hear(self, now, at):
+        """A message that was sent at `at`."""
+        if self.heard_at is not None and now - self.heard_at > LOST:
+            self.heard_at = None
+        elif self.heard_at is not None and now - at <= LOST:
+            self.heard_at = now
+
+    def objection(self):
+        return 'the page was lost since it gave control' if self.heard_at is None else ''
+
+
 class HandOracle:
     """Judges what is driven by hand, a stick or a mouse: it must be there, and have rested since it
     was lost, or since the node slept or started."""

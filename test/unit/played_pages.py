@@ -2,8 +2,9 @@
 
 Units: seconds.
 """
+from oracle import PageOracle
 from played_nodes import RENEWAL_PERIOD, Process
-from played_worlds import MOVER, NOTHING, WAITING, Labs, held_up, sleeping
+from played_worlds import MOVER, NOTHING, WAITING, Labs, Wrong, held_up, sleeping
 from tb3_labs.localization.sender_clock import Lateness
 from tb3_labs.panel.requests import Hand
 from tb3_labs.panel.wheel import LONGEST_DELAY, Wheel
@@ -21,16 +22,21 @@ class Panel(Process):
         super().__init__(world)
         self.core = Wheel()
         self.lateness = {page: Lateness() for page in 'ab'}
+        self.oracles = {page: PageOracle() for page in 'ab'}
         self.said_at = 0.0
 
     def on_request(self, page, kind, at, sent):
         now = self.world.now
         lateness = self.lateness[page].of(sent + CLOCK, now)
         pressed = min(at, now - lateness)
+        oracle = self.oracles[page]
+        oracle.hear(now, at)
         try:
             if kind == 'hand':
                 self.core.on_hand(page, Hand(), now, lateness)
                 if self.core.gives and now - self.said_at >= RENEWAL_PERIOD - 1e-6:
+                    if oracle.objection():
+                        raise Wrong(oracle.objection())
                     self.say(True, None)
             elif kind == 'stop':
                 self.core.stop(page, now, pressed)
@@ -40,6 +46,7 @@ class Panel(Process):
                 self.core.let_go(page)
             elif now - pressed <= LONGEST_DELAY:
                 self.core.give(page, now, pressed)
+                oracle.gave(now)
         except ValueError:
             return
         self.flush(at)
@@ -118,3 +125,12 @@ class TwoPages(Labs):
                 self.ask(page, kind)
                 self.wait(0.1)
             self.is_obeyed(0.3, 'page ' + page)
+
+
+class LatePages(TwoPages):
+    """The same pages behind a network that holds messages up, without sleeps and restarts"""
+
+    EVENTS = [event for event in TwoPages.EVENTS
+              if event[1] == 'hide' or event[1] == 'ask' and event[3] in ('give', 'stop')
+              or event[1] == 'let_pass' and event[2] in (0.31, 2.15)
+              or event[1] == 'hold_up' and event[4] == 1.95]

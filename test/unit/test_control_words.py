@@ -59,3 +59,10 @@ def test_a_press_from_before_a_stop_is_too_late(stop):
     assert not words.too_late(10.0, LONGEST_LAPSE) and words.too_late(10.0, LONGEST_LAPSE + 0.1)
     getattr(words, stop)(9.5)
     assert words.too_late(10.0, 0.6) and not words.too_late(10.0, 0.4)
+
+
+def test_a_late_b_does_not_hide_a_later_stop():
+    words = started()
+    words.stopped_by_others(9.5)
+    words.stop(9.0)
+    assert words.too_late(10.0, 0.6)

@@ -223,6 +223,16 @@ def test_a_lost_wheel_is_free_for_the_next_page_also_if_nobody_looked_at_the_clo
     assert room.wheel.page == 'B' and room.words == [True, False] and not room.wheel.gives
 
 
+def test_a_giving_that_was_pressed_before_the_page_was_lost_does_not_count(room):
+    room.give()
+    pressed = room.now + 0.125
+    room.run(0.5)
+    with pytest.raises(ValueError, match='pressed before the robot was stopped'):
+        room.wheel.give('A', room.now, pressed)
+    room.give()
+    assert room.words == [True, False, True]
+
+
 def test_a_page_that_slept_drives_nothing_as_it_wakes(room):
     """Its old messages arrive at once, the first ones late, the last ones in time."""
     room.give()
@@ -570,6 +580,7 @@ class Story:
         self.now += TICK
         kind, rest = step[0], step[1:]
         if self.driver is not None and self.now - self.heard_at > 0.25 and kind != 'wait':
+            self.stops[None] = max(self.stops[None], self.heard_at + 0.25)
             self.lose()
             self.wheel.update(self.now)
         refused, age = False, rest[-1] if kind in ('begin', 'give', 'hand') else 0.0

@@ -40,7 +40,8 @@ class ControlWords:
     def stop(self, caused_at: float) -> None:
         """False, for any holder of control: the operator's press at `caused_at`, or the pad's loss.
         """
-        self.gives, self._stopped_at = False, caused_at
+        self.gives = False
+        self._stopped_at = max(self._stopped_at, caused_at)    # a late B is older than a loss
         self._waiting.append(False)
 
     def end(self) -> None:

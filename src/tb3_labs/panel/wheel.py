@@ -9,7 +9,8 @@ sends the state of its hands about 20 times a second. The rules of a gamepad hol
 * A message that the network delayed for as long does not count, except for the button B.
 * "take", B and "stop" count from every page, whenever they arrive. Those of a page without the
   wheel stop the page that has it, too.
-* A grip, a giving or the button A counts only if it was pressed after the last stop of anyone.
+* A grip, a giving or the button A counts only if it was pressed after the last stop of anyone, and
+  after the last loss.
 
 A pad is published as it is heard; if it falls silent, the node `gamepad` notices that itself.
 
@@ -168,6 +169,7 @@ class Wheel:
     def update(self, now: float) -> None:
         """Look at the clock; to be called repeatedly while a page has the wheel."""
         if self.page is not None and now - self._heard_at > PAGE_TIMEOUT:
+            self._stopped(None, self._heard_at + PAGE_TIMEOUT)
             self._lose('The page that drives is silent for {:.1f} s'.format(now - self._heard_at))
 
     # -- what comes out
@@ -247,6 +249,7 @@ class Wheel:
 
     def _stopped(self, page: Optional[object], now: float) -> None:
         last, before = self._stops
+        now = max(now, last[1])    # a loss may be noticed after a later stop
         self._stops = (page, now), before if page is last[0] else last
 
     def _is_old(self, page: object, pressed: float) -> bool:
@@ -258,7 +261,7 @@ class Wheel:
 
     def _take(self, page: object, now: float, pressed: float) -> None:
         self._stopped(page, now)
-        self._own_stops[id(page)] = pressed
+        self._own_stops[id(page)] = max(pressed, self._own_stops.get(id(page), -math.inf))
         self.gives = False
         self._words.append(False)
 
