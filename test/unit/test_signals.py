@@ -8,6 +8,8 @@ import sys
 
 import pytest
 
+pytest.importorskip('rospy')    # the processes below need it
+
 BEGIN = '''
 import os, signal, threading, time
 from tb3_labs.ros.signals import Interrupted, Signals, when_stopped
