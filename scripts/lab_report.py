@@ -14,7 +14,7 @@ import sys
 import time
 
 from tb3_labs.command_line import Parser, number_or_text
-from tb3_labs.geometry.typed_pose import TypedPose
+from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
 
 #: Time between two lines of progress where the output is no terminal [s].

@@ -8,8 +8,8 @@ Units: seconds, metres, radians.
 import math
 from dataclasses import dataclass, replace
 
-from tb3_labs.control.drive_config import DriveConfig
 from tb3_labs.control.driving import make_law
+from tb3_labs.control.goal import DriveConfig
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous

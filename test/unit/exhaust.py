@@ -26,7 +26,7 @@ from played_worlds import (
     BEGIN, LONG_AGO, NOTHING, LatePad, MouseAndTurns, OnePad, Senders, TwoPads, Unheard, Wrong)
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.supervision.freshness import Freshness
-from tb3_labs.supervision.permission import _Giving
+from tb3_labs.supervision.permission import _Grant
 
 #: Of a state, these times are all the same if they are longer ago than this; the second also while no
 #: message is under way that may be older.
@@ -95,7 +95,7 @@ def listens(world):
 
 #: Attributes that change with each step, and no decision depends on.
 IRRELEVANT = {'count', 'dropped', 'attempt', 'drives', 'tremble', 'law', '_law', '_localizer',
-              '_frozen', '_pace', '_progress', '_settling', '_time', '_ended', '_is_new', '_reading',
+              '_frozen', '_pace', '_stalls', '_settling', '_time', '_ended', '_is_new', '_reading',
               '_longest_gap', '_config', '_model', '_sent', '_failed_before', '_tries_left',
               '_interrupted', 'begun', 'state', '_heading', '_asked', '_asked_by', '_last', '_read',
               'world', '_news', 'said_at', '_heard_for', '_candidates', '_last_arrival',
@@ -128,7 +128,7 @@ def _state(value, now, ages, oldest=LONG_AGO):
                             for key, item in value.items()))
     if isinstance(value, Freshness) and value.age(now) < 2.0 * TICK:
         return 'fresh'
-    if isinstance(value, _Giving):
+    if isinstance(value, _Grant):
         return value._renews and (_state(value.heard_at, now, ages),
                                   _state(value.sent_before, now, ages),
                                   value.heard_at - value.given_at > OVER)
@@ -139,7 +139,7 @@ def _state(value, now, ages, oldest=LONG_AGO):
 
 @lru_cache(maxsize=None)
 def _relevant(kind, names):
-    copies = {'_givings'} if kind is MoveToGoalCore else set()
+    copies = {'_grants'} if kind is MoveToGoalCore else set()
     return [name for name in sorted(names) if name not in IRRELEVANT | copies]
 
 

@@ -8,20 +8,17 @@ from dataclasses import fields
 import pytest
 
 from tb3_labs.control import (
-    approach, dead_time, drive_config, driving, goal_machine, heard_turns, motor_response, pace,
-    settling, turning)
-from tb3_labs.geometry import estimate, quaternions, typed_pose
+    approach, dead_time, driving, goal, goal_machine, motor_response, pace, turning)
+from tb3_labs.geometry import estimate, quaternions, se2
 from tb3_labs.localization import (
-    contradiction, heading, localizer, odometry_jumps, sample_buffer, sender_clock, yaw_noise)
-from tb3_labs.nodes import (
-    control_words, controller, demo, gamepad, imu_sub, mouse, move_to_goal, pad, pad_config)
+    contradiction, heading, localizer, odometry_jumps, sample_buffer, sender_clock)
+from tb3_labs.nodes import controller, demo, gamepad, mouse, move_to_goal, pad, pad_config
 from tb3_labs.robot import samples, turtlebot3
-from tb3_labs.supervision import freshness, frozen, permission, sleep, stall
+from tb3_labs.supervision import freshness, permission, stall
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 #: The places of the names that are checked.
-OURS = ('src/tb3_labs/localization/', 'src/tb3_labs/supervision/', 'src/tb3_labs/nodes/',
-        'src/tb3_labs/control/settling.py')
+OURS = ('src/tb3_labs/localization/', 'src/tb3_labs/supervision/', 'src/tb3_labs/nodes/')
 
 
 def constants():
@@ -66,10 +63,9 @@ NUMBERS = {
         'MAX_SAMPLE_DELAY': 0.15, 'SLOW_LEARNING': 0.01, 'LONGEST_AGE': 0.1,
         'DOUBTS': (0.03, 0.03, 0.05), 'BELIEVED': 1e-6, 'TIME_DOUBT': 0.002,
         'LEARNING': 0.1, 'STEADY': 0.08, 'STEADY_TIME': 0.12, 'CRUISING': 0.5,
-        'LEARNING_TIME': 1.5, 'ONSET': 0.03, 'SPEEDING_UP': (0.1, 1.5), 'TELLING': 0.2, 'PROMPT': 0.98},
-    heard_turns: {'RESOLUTION': 0.001, 'QUIET': 0.6},
+        'LEARNING_TIME': 1.5, 'ONSET': 0.03, 'SPEEDING_UP': (0.1, 1.5), 'TELLING': 0.2, 'PROMPT': 0.98,
+        'RESOLUTION': 0.001, 'QUIET': 0.6},
     pace: {'EARLY': 0.0035, 'LONGEST_IDLE': 0.036},
-    settling: {'REST_LINEAR': 0.005, 'REST_ANGULAR': 0.03, 'SETTLING_TIME': 0.03},
     turning: {'PERIOD': 1.0 / 30.0},
     turning.LabTurn: {'period': 0.1, 'MAX_ANGLE': math.pi},
     turning.PreciseTurn: {'period': 1.0 / 30.0, 'MAX_ANGLE': 100.0 * 2.0 * math.pi,
@@ -83,7 +79,7 @@ NUMBERS = {
         'UNEXPLAINED': 0.015, 'AGREED': 1.0, 'AT_REST': 0.024, 'STANDING_RATE': 0.03,
         'GYRO_GAP': 0.15, 'WHEEL_GAP': 0.3, 'WHEEL_MEMORY': 0.6},
     localizer: {'MAX_EXTRAPOLATION': 2.0 / 30.0},
-    localizer.Motion: {
+    samples.Motion: {
         'imu_age': 0.0, 'odometry_age': 0.0, 'yaw_noise': 0.0, 'extrapolated': 0.0},
     odometry_jumps: {
         'FASTEST': 0.5, 'FASTEST_TURN': 4.0, 'SLACK': 0.05, 'SLACK_TURN': 0.3,
@@ -95,25 +91,22 @@ NUMBERS = {
     sender_clock: {
         'WINDOW': 5.0, 'SMALL_STEP': 0.1, 'CLOCK_STEP': 1.0, 'LONG_SILENCE': 1.5,
         'MAX_REPEATS': 3, 'MAX_OFF': 1.0, 'MAX_BEHIND': 0.5, 'HEARD_BEFORE': 0.1},
-    yaw_noise: {'SLOW': 0.2, 'EVEN': 0.03, 'FARTHEST': 0.1, 'SHARE': 0.02},
-    control_words: {'CROSSING': 0.3},
     controller: {'DRIVEN_RATE': 0.1, 'JUDGING_RATE': 0.01},
     gamepad: {'HAND_BACK': 0.15},
-    heading: {'STEADY_DOUBT': math.radians(0.02)},
-    imu_sub: {'HALF_STEP': 1.6e-5},
+    heading: {'STEADY_DOUBT': math.radians(0.02), 'HALF_STEP': 1.6e-5, 'SLOW': 0.2, 'EVEN': 0.03,
+              'FARTHEST': 0.1, 'SHARE': 0.02},
     mouse: {'MOUSE_TIMEOUT': 0.2, 'MOUSE_DEAD_ZONE': 0.25, 'MOUSE_FULL': 0.5},
-    typed_pose: {'MAX_DISTANCE': 100.0, 'MAX_YAW_DEG': 360.0},
-    pad: {'PAD_TIMEOUT': 0.25, 'LATENESS_SHOWS': 0.3},
+    se2: {'MAX_DISTANCE': 100.0, 'MAX_YAW_DEG': 360.0},
+    pad: {'PAD_TIMEOUT': 0.25, 'LATENESS_SHOWS': 0.3, 'CROSSING': 0.3},
     pad_config: {'MOST': 31},
     samples: {'FARTHEST_TURN': 1.0},
     turtlebot3: {'CONTROL_RATE': 30.0, 'COMMAND_TIMEOUT': 0.5},
-    freshness: {'SENSOR_TIMEOUT': 0.22, 'RESUME_TIME': 2.0},
-    frozen: {'FROZEN_TIME': 0.6, 'SURELY_DRIVES': 0.02, 'SURELY_TURNS': 0.1},
-    permission: {'RENEWAL': 0.1, 'LAPSE': 0.5, 'LONGEST_LAPSE': 2.0,
-                               'CONFIRMATION': 0.04},
-    sleep: {'LONGEST_GAP': 1.0, 'WAKING': 0.3},
+    freshness: {'SENSOR_TIMEOUT': 0.22, 'RESUME_TIME': 2.0, 'FROZEN_TIME': 0.6, 'SURELY_DRIVES': 0.02, 'SURELY_TURNS': 0.1},
+    permission: {'RENEWAL': 0.1, 'LAPSE': 0.5, 'LONGEST_LAPSE': 2.0, 'CONFIRMATION': 0.04,
+                 'LONGEST_GAP': 1.0, 'WAKING': 0.3},
     stall: {'STALL_TIME': 1.3, 'STALL_STEP': 0.004, 'LONGEST_REST': 4.0,
-                          'AWAY_LIMIT': 0.8, 'MOVING': 0.005},
+            'AWAY_LIMIT': 0.8, 'MOVING': 0.005,
+            'REST_LINEAR': 0.005, 'REST_ANGULAR': 0.03, 'SETTLING_TIME': 0.03},
 }
 
 
@@ -132,7 +125,7 @@ def test_no_number_of_the_rooms_that_decide_is_left_out():
 
 #: Settings of the nodes that decide: (default, least, most).
 SETTINGS = {
-    drive_config.DriveConfig: {
+    goal.DriveConfig: {
         'law': ('precise', None, None), 'allow_reverse': (False, None, None),
         'distance_tolerance': (0.01, 0.002, 1.0), 'angle_tolerance_deg': (0.5, 0.2, 45.0),
         'max_linear': (0.26, 0.02, 1.0), 'max_angular': (1.5, 0.1, 5.0),

@@ -1,18 +1,18 @@
 """The words of a pad on ctrl_relinq: in order, none lost, and none too many."""
 import pytest
 
-from tb3_labs.nodes.control_words import CROSSING, ControlWords
+from tb3_labs.nodes.pad import CROSSING, ControlMessages
 from tb3_labs.supervision.permission import LONGEST_LAPSE, RENEWAL
 
 
 def started():
-    words = ControlWords()
+    words = ControlMessages()
     words.take()
     return words
 
 
 def test_a_pad_that_has_just_started_gives_nothing():
-    words = ControlWords()
+    words = ControlMessages()
     assert words.take() == [False] and not words.gives
     assert words.take() == []
 

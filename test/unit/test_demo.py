@@ -6,8 +6,8 @@ import threading
 
 import pytest
 
+from tb3_labs.control.goal import is_over
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.control.goal_state import is_over
 from tb3_labs.nodes.demo import HEADER, DemoConfig, DemoDrive, table
 
 SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / 'scripts'

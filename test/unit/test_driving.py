@@ -7,12 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tb3_labs.control.approach import ApproachConfig
-from tb3_labs.control.drive_config import DriveConfig
 from tb3_labs.control.driving import LabLaw, PreciseLaw, driving_approach, make_law
-from tb3_labs.control.goal_state import GoalState
+from tb3_labs.control.goal import DriveConfig, GoalState
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.localization.localizer import Motion
+from tb3_labs.robot.samples import Motion
 from tb3_labs.robot.turtlebot3 import robot_model
 
 BURGER = robot_model('burger')

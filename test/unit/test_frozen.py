@@ -1,8 +1,7 @@
 """Sensors that repeat themselves although the robot is told to move."""
 import pytest
 
-from tb3_labs.supervision.freshness import Freshness
-from tb3_labs.supervision.frozen import FROZEN_TIME, DriveFrozenWatch, FrozenWatch
+from tb3_labs.supervision.freshness import FROZEN_TIME, DriveFrozenWatch, Freshness, FrozenWatch
 
 DT = 0.05
 #: This many looks are longer than FROZEN_TIME.
@@ -45,7 +44,7 @@ def test_the_first_look_finds_nothing_frozen():
 def test_an_odometry_that_was_never_heard_does_not_show_the_imu():
     watch = DriveFrozenWatch(Freshness('imu'), Freshness('odom'))
     for _ in range(MANY):
-        watch.update(0.1, 0.0, DT)
+        watch.on_command(0.1, 0.0, DT)
     assert 'odom repeats' in watch.problem() and 'imu says' not in watch.problem()
 
 
@@ -71,7 +70,7 @@ def test_in_a_drive_it_depends_on_what_the_robot_is_told(linear, angular, odomet
         imu.heard(DT * k, 7)
         odometry.heard(DT * k, 7)
         watch.on_odometry(0.1 * (k + 1) if odometry_turns else 0.0)
-        watch.update(linear, angular, DT)
+        watch.on_command(linear, angular, DT)
     problem = watch.problem()
     assert [name for name in ('odom', 'imu') if name + ' repeats' in problem] == frozen
     watch.start()

@@ -44,7 +44,7 @@ class Pad:
         self.controller.update(self.now)
         if self.controller.due(self.now):
             self.sent.append((self.now, self.controller.command(self.now)))
-        self.words += self.controller.take_words()
+        self.words += self.controller.take_messages()
 
     def said(self):
         """The words on ctrl_relinq since the last call."""
@@ -197,7 +197,7 @@ def test_each_press_counts_though_the_messages_come_all_at_once(pad):
     for buttons in ([0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1], [0, 0, 0], [1, 0, 0], [0, 0, 0],
                     [0, 1, 0], [0, 0, 0]):
         pad.controller.on_joy([0.0] * 6, buttons + [0] * 5, pad.now)
-    assert pad.controller.take_words() == [False, True, False]
+    assert pad.controller.take_messages() == [False, True, False]
     assert pad.controller.take_reset() and pad.holder is GAMEPAD
 
 
@@ -206,16 +206,16 @@ def test_an_a_that_the_network_held_up_for_long_does_not_count(late, counts):
     controller = GamepadCore(PadConfig(), BURGER)
     for tick in range(40):
         controller.on_joy([0.0] * 6, [0] * 8, 100.0 + 0.05 * tick, 7.0 + 0.05 * tick)
-    controller.take_words()
+    controller.take_messages()
     look(controller, 102.0, 102.04 + late)
     controller.on_joy([0.0] * 6, [0] * 8, 102.04 + late, 9.04)
     controller.on_joy([0.0] * 6, [1] + [0] * 7, 102.05 + late, 9.05)
-    words = controller.take_words()
+    words = controller.take_messages()
     # with the renewals that were due since, so that they show the age of the giving
     assert words == [True] * (counts * (1 + round(late / 0.1)))
     assert warned(controller, 'press it again') is not counts
     controller.on_joy([0.0] * 6, [0, 1] + [0] * 6, 102.06 + late, 9.06)
-    assert controller.take_words() == [False]       # a stop is never too late
+    assert controller.take_messages() == [False]       # a stop is never too late
 
 
 # Other nodes --------------------------------------------------------------------------------------
@@ -224,7 +224,7 @@ def test_what_another_one_takes_is_not_renewed_and_a_gives_it_again(pad):
     pad.press(A)
     pad.said()
     pad.controller.on_taken(pad.now)
-    assert not pad.controller.gives and pad.controller.take_words() == [False]
+    assert not pad.controller.gives and pad.controller.take_messages() == [False]
     pad.run(1.0)
     assert pad.holder is GAMEPAD and not pad.controller.gives
     pad.press(A)
@@ -351,12 +351,12 @@ def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stop):
     look(controller, 101.0, 101.3)
     if stop == 'taken':
         controller.on_taken(101.3)
-    controller.take_words()
+    controller.take_messages()
     look(controller, 101.3, 101.5)
     # released at 101.5: rest, A pressed at 101.1; or B before it
     for buttons, stamp in (([0, 0], 8.05), ([0, int(stop == 'B')], 8.07), ([1, 0], 8.1), ([0, 0], 8.2)):
         controller.on_joy([0.0] * 6, buttons + [0] * 6, 101.5, stamp)
-    words = controller.take_words()
+    words = controller.take_messages()
     assert words[:2] == ([False, True] if stop == 'B' else [])
 
 
@@ -367,7 +367,7 @@ def test_an_a_of_a_pad_that_was_heard_for_a_moment_only_does_not_count(after, co
     controller = GamepadCore(PadConfig(), BURGER)
     for now, buttons in ((100.0, [0]), (100.0 + after, [1])):
         controller.on_joy([0.0] * 6, buttons + [0] * 7, now, now - 90.0 if stamped else 0.0)
-    assert (True in controller.take_words()) is counts
+    assert (True in controller.take_messages()) is counts
     assert warned(controller, 'the moment the pad was first heard') is not counts
 
 

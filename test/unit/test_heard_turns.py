@@ -6,8 +6,8 @@ import pytest
 from spins import miss, reset_in_a_spin
 from test_motor_response import response_at
 
-from tb3_labs.control.heard_turns import QUIET, HeardTurns
-from tb3_labs.control.motor_response import LEAST_SAMPLE_DELAY, LONGEST_AGE, Response
+from tb3_labs.control.motor_response import (
+    LEAST_SAMPLE_DELAY, LONGEST_AGE, QUIET, HeardTurns, Response)
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
 

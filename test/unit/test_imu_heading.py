@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from known_motion import angle_between
 from tb3_labs.geometry.angles import TURN
-from tb3_labs.nodes.imu_sub import compass_degrees
+from tb3_labs.localization.heading import compass_degrees
 
 
 @pytest.mark.parametrize('yaw_deg, heading', [

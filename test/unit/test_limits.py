@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from tb3_labs.geometry.limits import clamp
+from tb3_labs.geometry.angles import clamp
 
 
 @pytest.mark.parametrize('value, expected', [

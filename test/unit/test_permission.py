@@ -113,7 +113,7 @@ def test_renewed_it_is_suspended_when_the_giver_falls_silent(senders):
     senders.say('pad', True)
     senders.run(1.0)
     senders.renewing.clear()
-    last = senders.permission._givings['pad'].heard_at
+    last = senders.permission._grants['pad'].heard_at
     while senders.granted and senders.now < last + 10.0:
         senders.run(0.01)
     assert senders.now - last == pytest.approx(LAPSE, abs=0.011)

@@ -6,8 +6,7 @@ import math
 
 import pytest
 
-from tb3_labs.control.drive_config import DriveConfig
-from tb3_labs.control.least_time import least_time
+from tb3_labs.control.goal import DriveConfig, least_time
 from tb3_labs.control.turning import TurnConfig
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, robot_model

@@ -1,7 +1,7 @@
 """A process that did not run: noticed at the next look at the clock, and once."""
 import pytest
 
-from tb3_labs.supervision.sleep import SleepWatch
+from tb3_labs.supervision.permission import SleepWatch
 
 
 def test_the_first_look_sees_no_sleep():

@@ -2,7 +2,7 @@
 import pytest
 
 from tb3_labs.supervision.stall import (
-    AWAY_LIMIT, LONGEST_REST, MOVING, STALL_STEP, STALL_TIME, Progress)
+    AWAY_LIMIT, LONGEST_REST, MOVING, STALL_STEP, STALL_TIME, StallWatch)
 
 DT = 0.1
 STUCK, MISSED, UNSETTLED = 'does not move', 'has missed it', 'does not settle'
@@ -16,13 +16,13 @@ def after(progress, seconds, remaining, speed=(0.0, 0.0), **told):
 
 
 def test_before_the_first_update_there_is_no_problem():
-    assert Progress().problem() == ''
+    assert StallWatch().problem() == ''
 
 
 @pytest.mark.parametrize('speed, words', [
     ((0.0, 0.0), STUCK), ((MOVING, -MOVING), STUCK), ((0.1, 0.0), MISSED), ((0.0, -0.1), MISSED)])
 def test_a_robot_that_gets_no_nearer_is_stuck_or_has_missed_its_goal(speed, words):
-    progress = Progress()
+    progress = StallWatch()
     assert after(progress, STALL_TIME - DT, 1.0, speed) == ''
     assert words in after(progress, 4 * DT, 1.0, speed)
 
@@ -30,11 +30,11 @@ def test_a_robot_that_gets_no_nearer_is_stuck_or_has_missed_its_goal(speed, word
 @pytest.mark.parametrize('sign', [1.0, -1.0])
 def test_a_robot_that_gets_nearer_in_time_has_no_problem(sign):
     slowly = 1.1 * STALL_STEP / (STALL_TIME - 2 * DT)
-    assert after(Progress(), 20.0, lambda time: sign * (1.0 - slowly * time), (0.1, 0.0)) == ''
+    assert after(StallWatch(), 20.0, lambda time: sign * (1.0 - slowly * time), (0.1, 0.0)) == ''
 
 
 def test_a_robot_that_goes_away_has_missed_its_goal_at_once():
-    progress = Progress()
+    progress = StallWatch()
     progress.update(0.1, 0.2, 0.0, DT)
     progress.update(0.1 + AWAY_LIMIT, 0.2, 0.0, DT)
     assert progress.problem() == ''
@@ -43,13 +43,13 @@ def test_a_robot_that_goes_away_has_missed_its_goal_at_once():
 
 
 def test_a_rest_is_no_stall_but_has_an_end():
-    progress = Progress()
+    progress = StallWatch()
     assert after(progress, LONGEST_REST - DT, 1.0, told_to_move=False) == ''
     assert UNSETTLED in after(progress, 3 * DT, 1.0, told_to_move=False)
 
 
 def test_after_a_stand_the_way_may_be_longer_but_the_time_goes_on():
-    progress = Progress()
+    progress = StallWatch()
     assert after(progress, 1.0, 0.5) == ''
     progress.resume()
     progress.update(0.5 + 2.0 * AWAY_LIMIT, 0.0, 0.0, DT)
@@ -58,19 +58,19 @@ def test_after_a_stand_the_way_may_be_longer_but_the_time_goes_on():
 
 
 def test_a_stand_before_the_first_update_takes_no_time():
-    progress = Progress()
+    progress = StallWatch()
     progress.resume()
     assert after(progress, STALL_TIME - DT, 1.0) == ''
 
 
 def test_a_problem_ends_when_the_robot_gets_nearer_again():
-    progress = Progress()
+    progress = StallWatch()
     after(progress, DT, 0.1)
     assert MISSED in after(progress, DT, 1.0, (0.2, 0.0))
     assert after(progress, DT, 0.05) == ''
 
 
 def test_a_question_changes_nothing():
-    progress = Progress()
+    progress = StallWatch()
     after(progress, STALL_TIME - DT, 1.0)
     assert [progress.problem() for _ in range(100)] == 100 * ['']

@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from tb3_labs.nodes.turn import Turn
+from tb3_labs.nodes.controller import Turn
 
 
 def test_a_turn_makes_up_for_what_the_one_before_left():

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 from tb3_labs.control.dead_time import CommandHistory, followed, way_at_rest
 from tb3_labs.control.motor_response import TIME_DOUBT, Identification, Response
 from tb3_labs.control.speed_laws import braking_speed
+from tb3_labs.geometry.angles import clamp
 from tb3_labs.geometry.estimate import Estimate
-from tb3_labs.geometry.limits import clamp
 
 #: Samples whose times differ by less than this are the same, apart from rounding [s].
 SAME_MOMENT = 1e-6

@@ -7,14 +7,14 @@ import math
 from typing import Optional, Tuple
 
 from tb3_labs.control.approach import Approach, ApproachConfig
-from tb3_labs.control.drive_config import DriveConfig
+from tb3_labs.control.goal import DriveConfig, GoalState
 from tb3_labs.control.goal_machine import DrivingLaw
-from tb3_labs.control.goal_state import GoalState
 from tb3_labs.control.motor_response import Response
-from tb3_labs.control.speed_laws import LawStep, MeasuredMotion, Twist2, proportional, saturate
+from tb3_labs.control.speed_laws import LawStep, Twist2, proportional, saturate
 from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.robot.samples import Motion
 from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: A robot that would stop beyond the goal by more than this share of the tolerance backs up.
@@ -50,19 +50,19 @@ class LabLaw:
         """The handout's law goes on in the same state."""
         return state
 
-    def rotate_to_goal(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
+    def rotate_to_goal(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn towards the goal."""
         error = difference(motion.pose.bearing_to(goal), motion.pose.yaw)
         if motion.pose.distance_to(goal) < self.distance_tolerance:
             error = 0.0           # at the goal the bearing means nothing
         return self._turn(error, self.ROTATE_TO_GOAL_GAIN)
 
-    def move_forward(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
+    def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Straight on until near the goal."""
         distance = motion.pose.distance_to(goal)
         return LawStep(Twist2(self._forward, 0.0), distance, distance < self.distance_tolerance)
 
-    def rotate_to_final(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
+    def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn to the goal's heading."""
         return self._turn(difference(goal.yaw, motion.pose.yaw), self.ROTATE_TO_FINAL_GAIN)
 
@@ -145,14 +145,14 @@ class PreciseLaw:
             self.start(pose, goal)
         return state
 
-    def rotate_to_goal(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
+    def rotate_to_goal(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn to face along the line, and brake so that the turn would end there."""
         if self._there:
             return LawStep(Twist2(), 0.0, True)
         turn = self._turn(motion, dt)
         return self._step(0.0, turn, turn.remaining, abs(turn.remaining) < self.FACING)
 
-    def move_forward(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
+    def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Drive along the line; ends when the robot would come to rest at the goal.
 
         A delayed command may let the robot drive past the goal. The robot then waits for rest, and
@@ -169,7 +169,7 @@ class PreciseLaw:
         arrived = -self._outside <= at_rest <= self.STOP_AHEAD and not slips
         return self._step(speed, self._turn(motion, dt), ahead, self._there or arrived)
 
-    def rotate_to_final(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
+    def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn to the goal's heading; ends when settled: inside the tolerance and at rest."""
         if not self._final:
             self._final = True
@@ -188,7 +188,7 @@ class PreciseLaw:
     def _begin_turn(self, pose: Pose2, face: float) -> None:
         self._turning.start(pose.yaw, difference(face, pose.yaw))
 
-    def _turn(self, motion: MeasuredMotion, dt: float) -> LawStep:
+    def _turn(self, motion: Motion, dt: float) -> LawStep:
         measured = motion.pose.yaw - motion.extrapolated
         return self._turning.step(measured, motion.angular, dt, motion.imu_age, motion.yaw_noise)
 

@@ -16,12 +16,12 @@ Source: the Transformation lab's handout.
 """
 from typing import Dict, Optional, Protocol, Tuple
 
-from tb3_labs.control.goal_state import GoalState
-from tb3_labs.control.settling import REST_ANGULAR, REST_LINEAR, Settling
-from tb3_labs.control.speed_laws import LawStep, MeasuredMotion, Twist2
+from tb3_labs.control.goal import GoalState
+from tb3_labs.control.speed_laws import LawStep, Twist2
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.supervision.stall import Progress
+from tb3_labs.robot.samples import Motion
+from tb3_labs.supervision.stall import REST_ANGULAR, REST_LINEAR, Settling, StallWatch
 
 #: A drive that ends outside its tolerance, for instance by a stall of the network, goes on from
 #: there, but not more often than this.
@@ -45,13 +45,13 @@ class DrivingLaw(Protocol):
     def resume(self, state: GoalState, pose: Pose2, goal: Pose2) -> GoalState:
         """The state in which a drive goes on after an interruption in `state`."""
 
-    def rotate_to_goal(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
+    def rotate_to_goal(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """The command in ROTATE_TO_GOAL, `dt` [s] after the last step."""
 
-    def move_forward(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
+    def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """The same in MOVE_FORWARD."""
 
-    def rotate_to_final(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
+    def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """The same in ROTATE_TO_FINAL."""
 
     def shortfall(self, pose: Pose2, goal: Pose2) -> str:
@@ -76,7 +76,7 @@ class GoalMachine:
         self.attempt = 0
         self._tries_left = 0
         self._interrupted = False
-        self._progress: Dict[GoalState, Progress] = {}    # since the last restart
+        self._stalls: Dict[GoalState, StallWatch] = {}    # since the last restart
         self._settling = Settling()
         self._time = 0.0             # of the steps [s]
 
@@ -119,7 +119,7 @@ class GoalMachine:
             self.cancelled = True
             self.give_up('canceled')
 
-    def step(self, motion: MeasuredMotion, dt: float) -> Optional[Twist2]:
+    def step(self, motion: Motion, dt: float) -> Optional[Twist2]:
         """The command for now, or None where there is no drive (any more).
 
         `dt` is the time since the last step [s].
@@ -139,9 +139,9 @@ class GoalMachine:
             if finished and self.state is GoalState.ROTATE_TO_FINAL and not self._rests(motion):
                 return Twist2()
             if not finished:
-                progress = self._progress[self.state]
-                progress.update(remaining, motion.linear, motion.angular, dt, command != Twist2())
-                self.failure = progress.problem()
+                stall = self._stalls[self.state]
+                stall.update(remaining, motion.linear, motion.angular, dt, command != Twist2())
+                self.failure = stall.problem()
                 return None if self.failure else command
             self._finish_state(motion.pose, goal)
             dt = 0.0
@@ -154,14 +154,14 @@ class GoalMachine:
             raise ValueError('there is no goal')
         return pose.distance_to(self.goal), difference(self.goal.yaw, pose.yaw)
 
-    def _move(self, motion: MeasuredMotion, goal: Pose2, dt: float) -> LawStep:
+    def _move(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         if self.state is GoalState.ROTATE_TO_GOAL:
             return self.law.rotate_to_goal(motion, goal, dt)
         if self.state is GoalState.MOVE_FORWARD:
             return self.law.move_forward(motion, goal, dt)
         return self.law.rotate_to_final(motion, goal, dt)
 
-    def _rests(self, motion: MeasuredMotion) -> bool:
+    def _rests(self, motion: Motion) -> bool:
         """Has the robot settled, and was its odometry measured while it rested?"""
         since = self._settling.since
         return (self._settling.rests and since is not None
@@ -184,20 +184,20 @@ class GoalMachine:
                 self.failure = shortfall
 
     def _begin(self) -> None:
-        self._progress = {}
+        self._stalls = {}
         self._settling = Settling()
         self._enter(GoalState.ROTATE_TO_GOAL)
 
     def _resume(self, pose: Pose2, goal: Pose2) -> None:
         self._interrupted = False
-        for progress in self._progress.values():
-            progress.resume()
+        for stall in self._stalls.values():
+            stall.resume()
         self._enter(self.law.resume(self.state, pose, goal))
 
     def _enter(self, state: GoalState) -> None:
         self.state = state
-        self._progress.setdefault(state, Progress())
+        self._stalls.setdefault(state, StallWatch())
 
 
-def _is_slow(motion: MeasuredMotion) -> bool:
+def _is_slow(motion: Motion) -> bool:
     return abs(motion.linear) <= REST_LINEAR and abs(motion.angular) <= REST_ANGULAR

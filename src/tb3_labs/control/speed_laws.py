@@ -4,10 +4,9 @@ Units: metres or radians for the remaining way, per second for speeds. All laws 
 they treat both directions alike.
 """
 import math
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
-from tb3_labs.geometry.limits import clamp
-from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import RobotModel
 
 
@@ -16,38 +15,6 @@ class Twist2(NamedTuple):
 
     linear: float = 0.0
     angular: float = 0.0
-
-
-class MeasuredMotion(Protocol):
-    """The robot's motion as a law for driving needs it; a localizer.Motion is one."""
-
-    @property
-    def pose(self) -> Pose2:
-        """local_T_base, now."""
-
-    @property
-    def linear(self) -> float:
-        """Forward speed, by the wheels [m/s]."""
-
-    @property
-    def angular(self) -> float:
-        """Rate of turn, by the gyro [rad/s]."""
-
-    @property
-    def imu_age(self) -> float:
-        """Time since the latest IMU sample was measured [s]."""
-
-    @property
-    def odometry_age(self) -> float:
-        """Time since the latest odometry sample was measured [s]."""
-
-    @property
-    def yaw_noise(self) -> float:
-        """Standard deviation of one sample's yaw [rad]."""
-
-    @property
-    def extrapolated(self) -> float:
-        """The part of the pose's yaw that was not measured [rad]."""
 
 
 class LawStep(NamedTuple):

@@ -1,4 +1,4 @@
-"""Angles on the circle.
+"""Angles on the circle, and numbers kept within limits.
 
 Units: radians, counter-clockwise positive, except where a name ends in ``degrees``.
 Edge cases: the half-open interval is (-pi, pi], so that exactly half a turn is +pi. NaN stays NaN.
@@ -13,6 +13,11 @@ import numpy as np
 TURN = 2.0 * math.pi
 #: One number or many, in any form that numpy takes.
 Numbers = Union[float, Sequence[float], np.ndarray]
+
+
+def clamp(value: float, low: float, high: float) -> float:
+    """`value` clipped to [low, high]; NaN stays NaN (min and max would make it a limit)."""
+    return value if math.isnan(value) else max(low, min(high, value))
 
 
 def wrap(angle: float) -> float:

@@ -7,6 +7,9 @@ A pose ``A_T_B`` is the place of frame B in frame A. A point p_B in B is, in A,
 and the way back is ``p_B = R(theta)^-1 (p_A - t)`` (``A_T_B.inverse().act(p_A)``).
 Poses chain by their frames' names: ``A_T_B @ B_T_C`` is ``A_T_C``.
 
+A pose that a person types is in degrees, and within bounds that catch errors of the unit
+(:class:`TypedPose`).
+
 Units: metres and radians. Edge case: a computed yaw is in (-pi, pi].
 Source: the Transformation lab's handout; names of frame pairs as in the Sophus library.
 """
@@ -16,7 +19,13 @@ from typing import Sequence, Union
 
 import numpy as np
 
+from tb3_labs.config import Config, setting
 from tb3_labs.geometry.angles import interpolate_angle, wrap
+
+#: A place farther than this from the local origin is refused, most likely an error of the unit [m].
+MAX_DISTANCE = 100.0
+#: So is a heading of more than a whole turn [deg].
+MAX_YAW_DEG = 360.0
 
 
 def rotation_matrix(theta: float) -> np.ndarray:
@@ -71,3 +80,22 @@ def interpolate(start: Pose2, end: Pose2, fraction: float) -> Pose2:
     return Pose2(start.x + fraction * (end.x - start.x),
                  start.y + fraction * (end.y - start.y),
                  interpolate_angle(start.yaw, end.yaw, fraction))
+
+
+@dataclass(frozen=True)
+class TypedPose(Config):
+    """A pose in the local frame in the numbers that a person types."""
+
+    x: float = setting(0.0, 'in the local frame', 'm', -MAX_DISTANCE, MAX_DISTANCE)
+    y: float = setting(0.0, 'in the local frame', 'm', -MAX_DISTANCE, MAX_DISTANCE)
+    yaw_deg: float = setting(0.0, 'heading', 'deg', -MAX_YAW_DEG, MAX_YAW_DEG)
+
+    @property
+    def pose(self) -> Pose2:
+        """The same as a Pose2."""
+        return Pose2(self.x, self.y, wrap(math.radians(self.yaw_deg)))
+
+
+def check_pose(pose: Pose2) -> None:
+    """``ValueError`` for a Pose2 that is too far, in the words of a TypedPose."""
+    TypedPose(float(pose.x), float(pose.y))     # numpy's numbers are no Python numbers

@@ -22,7 +22,7 @@ a recorded drive of a Burger, of whose turns at most 0.5 deg are unexplained.
 from collections import deque
 from typing import Deque, NamedTuple, Optional, Tuple
 
-from tb3_labs.geometry.limits import clamp
+from tb3_labs.geometry.angles import clamp
 from tb3_labs.localization.sender_clock import SenderClock
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel

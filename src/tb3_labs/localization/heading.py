@@ -1,22 +1,69 @@
-"""Where does the robot face, by its IMU alone?
+"""Where does the robot face, by its IMU alone, and how noisy is that?
 
-For a node that only turns: the yaw, continuous over whole turns, the rate of turn, their age and
-their noise.
+`Heading` serves a node that only turns: the yaw, continuous over whole turns, the rate of turn,
+their age and their noise. `compass_degrees` is the heading that the IMU exercise prints.
 
-Frame: the IMU's own; its zero direction is any constant. Units: radians, rad/s, seconds on the
-receiver's clock (`now`).
+Frame: the IMU's own; its zero direction is any constant. Units: radians, rad/s; seconds on the
+receiver's clock (`now`), of a sample on the sender's clock (`time`).
 """
 import math
-from typing import Optional
+from typing import Optional, Tuple
 
-from tb3_labs.geometry.angles import continuous
+from tb3_labs.geometry.angles import continuous, difference, wrap
 from tb3_labs.geometry.estimate import Estimate
 from tb3_labs.localization.sender_clock import SenderClock
-from tb3_labs.localization.yaw_noise import YawNoise
 from tb3_labs.robot.samples import ImuSample, heading_jump
 
 #: The yaw of a robot at rest may change by this from one sample to the next: it drifts [rad].
 STEADY_DOUBT = math.radians(0.02)
+#: A robot turns slowly and evenly if its rate, and the change of its rate, are below these [rad/s].
+SLOW = 0.2
+EVEN = 0.03
+#: Samples farther apart than this are not compared [s].
+FARTHEST = 0.1
+#: Weight of each new sample in the variance, after the first ones.
+SHARE = 0.02
+#: A little more than half a step of a 32-bit number below 360 [deg].
+HALF_STEP = 1.6e-5
+
+
+def compass_degrees(yaw: float) -> float:
+    """`yaw` in radians as the lab's heading: degrees in [0, 360).
+
+    A heading that would round up to 360, printed by %f or sent as a 32-bit number, is 0.
+    """
+    heading = math.degrees(wrap(yaw)) % 360.0
+    return 0.0 if heading >= 360.0 - HALF_STEP else heading
+
+
+class YawNoise:
+    """Learns the noise of one IMU.
+
+    Each sample is compared with a prediction from the sample before and the gyro's rate. This is
+    done only while the robot turns slowly and evenly, since the difference is then only noise.
+    """
+
+    def __init__(self) -> None:
+        #: Standard deviation of one sample's yaw [rad].
+        self.deviation = 0.0
+        self._count = 0
+        self._before: Optional[Tuple[ImuSample, float]] = None    # the last, and its time
+
+    def learn(self, sample: ImuSample, time: float) -> None:
+        """Take in an ImuSample that was measured at `time`."""
+        before, self._before = self._before, (sample, time)
+        if before is None or not 0.0 < time - before[1] < FARTHEST:
+            return
+        first, begin = before
+        if abs(sample.yaw_rate) > SLOW or abs(sample.yaw_rate - first.yaw_rate) > EVEN:
+            return
+        turned = 0.5 * (first.yaw_rate + sample.yaw_rate) * (time - begin)
+        # the difference of two samples has twice the variance of one
+        square = 0.5 * (difference(sample.yaw, first.yaw) - turned) ** 2
+        self._count += 1
+        variance = self.deviation ** 2
+        self.deviation = math.sqrt(
+            variance + max(SHARE, 1.0 / self._count) * (square - variance))
 
 
 class Heading:

@@ -19,12 +19,12 @@ from typing import Any, List, NamedTuple, Optional
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.localization.heading import YawNoise
 from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.localization.odometry_jumps import (
     POSE_LOST, RESET_SILENCE, Jump, JumpFilter)
 from tb3_labs.localization.sample_buffer import SampleBuffer
-from tb3_labs.localization.yaw_noise import YawNoise
-from tb3_labs.robot.samples import ImuSample, OdometrySample, heading_jump
+from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, heading_jump
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 
 #: Motion is extrapolated from the latest samples for two control periods at most [s]. In these a
@@ -38,23 +38,6 @@ class Fix:
 
     stamp: float
     local_T_base: Pose2
-
-
-@dataclass(frozen=True)
-class Motion:
-    """The robot's motion for a controller: pose in ``local`` now, and measured speeds.
-
-    The pose is extrapolated from the latest samples, for `MAX_EXTRAPOLATION` at most. Their ages
-    count from the time of measurement, which SenderClock estimates by the least delay.
-    """
-
-    pose: Pose2
-    linear: float               # [m/s], from the wheels
-    angular: float              # [rad/s], from the gyro
-    imu_age: float = 0.0        # [s]
-    odometry_age: float = 0.0   # [s]
-    yaw_noise: float = 0.0      # standard deviation of a sample's yaw [rad]
-    extrapolated: float = 0.0   # part of the pose's yaw that was not measured [rad]
 
 
 @dataclass
@@ -187,7 +170,8 @@ class Localizer:
     def motion(self, now: float) -> Optional[Motion]:
         """The robot's Motion at `now`; None before the first samples, or if the pose is lost.
 
-        The samples may be of any age: the caller checks that they are fresh.
+        The pose is extrapolated from the latest samples, for `MAX_EXTRAPOLATION` at most. The
+        samples may be of any age: the caller checks that they are fresh.
         """
         if self.frame is None or self._imu is None or self._odometry is None:
             return None

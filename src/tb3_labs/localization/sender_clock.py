@@ -22,7 +22,7 @@ import math
 from collections import deque
 from typing import Deque, Dict, Optional, Tuple
 
-from tb3_labs.geometry.limits import clamp
+from tb3_labs.geometry.angles import clamp
 
 #: The least delay is taken over the messages of this time [s].
 WINDOW = 5.0

@@ -1,5 +1,5 @@
 """What does each node decide? Each node of `scripts/` that decides something has its core here, in
-a file named as the node. Beside them are the parts of single cores (`pad`, `mouse`, `turn`, ...).
+a file named as the node. Beside them are the parts of single cores (`pad`, `mouse`).
 
 How every core is used:
 

@@ -14,19 +14,62 @@ from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.heading import Heading
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.nodes.mouse import Mouse
-from tb3_labs.nodes.turn import Turn
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 from tb3_labs.supervision.arbitration import DRIVERS, Driver, DriverEvent, after
-from tb3_labs.supervision.freshness import RESUME_TIME, Freshness, SensorWatch, Sight
-from tb3_labs.supervision.frozen import FrozenWatch
-from tb3_labs.supervision.sleep import SleepWatch
-from tb3_labs.supervision.stall import Progress
+from tb3_labs.supervision.freshness import RESUME_TIME, Freshness, FrozenWatch, SensorWatch, Sight
+from tb3_labs.supervision.permission import SleepWatch
+from tb3_labs.supervision.stall import StallWatch
 
 #: A robot that turns faster than this without commands from here is driven by another node [rad/s].
 DRIVEN_RATE = 0.1
 #: A turn is judged when the robot turns slower than this [rad/s].
 JUDGING_RATE = 0.01
+
+
+class Turn:
+    """One turn, from the request until it is judged at rest.
+
+    Angles are of continuous yaw [rad], counter-clockwise positive.
+    """
+
+    def __init__(self, asked: float, yaw: float, carried: float, now: float) -> None:
+        """Turn by `asked` from `yaw`, and by the error that the turn before left (`carried`)."""
+        self.asked = asked
+        self.goal = yaw + carried + asked
+        self.stall = StallWatch()
+        self._start = yaw
+        self._begun_at = now
+        self._left_at_end: Optional[float] = None
+
+    def extend(self, angle: float) -> None:
+        """Turn by `angle` more, or less."""
+        self.asked += angle
+        self.goal += angle
+        self.stall = StallWatch()
+
+    def left(self, yaw: float) -> float:
+        """The angle from `yaw` to the goal."""
+        return self.goal - yaw
+
+    def end(self, left: float) -> None:
+        """The law has waited for rest, and knows the remaining angle `left` better than one sample.
+        """
+        self._left_at_end = left
+
+    def error(self, yaw: float) -> float:
+        """The remaining angle of a turn that is over, for a robot that rests at `yaw`."""
+        return self.left(yaw) if self._left_at_end is None else self._left_at_end
+
+    def result(self, yaw: float, now: float) -> str:
+        """The result in words, for a robot that rests at `yaw`."""
+        error, whole = self.error(yaw), self.goal - self._start
+        made_up = math.degrees(whole - self.asked)
+        return 'Turned {:.2f} degrees in {:.1f} s: {:.2f} degrees {} {:.2f}{}'.format(
+            math.degrees(whole - error), now - self._begun_at, abs(math.degrees(error)),
+            'short of' if error * self.asked > 0.0 else 'beyond', math.degrees(whole),
+            '' if abs(made_up) < 0.005 else ' (asked: {:g}; left by the turn before: {:+.2f})'.format(
+                round(math.degrees(self.asked), 2), made_up))
 
 
 class ControllerCore:
@@ -138,7 +181,7 @@ class ControllerCore:
         self._law = law
         self._pace = Pace(law.period)
         if self._turn is not None and self.driver is Driver.TURN:
-            self._turn.progress = Progress()
+            self._turn.stall = StallWatch()
             self._start_law(self._turn)
 
     # -- what comes out
@@ -234,7 +277,7 @@ class ControllerCore:
             self._pace.pause()
         elif self._sensors.sight is Sight.BACK_SOON:
             self._news.tell('Going on: the IMU is back')
-            turn.progress.resume()
+            turn.stall.resume()
             self._start_law(turn)
         elif self._sensors.sight is Sight.BACK_LATE:
             self._happens(DriverEvent.TURN_OVER, 'the IMU was silent for {:.1f} s'.format(
@@ -249,8 +292,8 @@ class ControllerCore:
         self._frozen.update(self.imu, True, dt)
         problem = self._frozen.problem() or self._gyro.problem()
         if not problem and not step.finished:
-            turn.progress.update(step.remaining, 0.0, heading.rate, dt, step.command != Twist2())
-            problem = turn.progress.problem()
+            turn.stall.update(step.remaining, 0.0, heading.rate, dt, step.command != Twist2())
+            problem = turn.stall.problem()
         if not step.finished and not problem:
             return step.command
         if self._law.carries_error:

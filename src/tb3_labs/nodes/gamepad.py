@@ -1,7 +1,7 @@
 """Everything that `gamepad` decides, without ROS: the holder of the robot, and its command.
 
-Every press of a button counts, also where several messages arrive together: the words for
-`ctrl_relinq` are collected in order (:meth:`GamepadCore.take_words`).
+Every press of a button counts, also where several messages arrive together: the messages for
+`ctrl_relinq` are collected in order (:meth:`GamepadCore.take_messages`).
 
 B always says False, for any holder of the robot. A says True. The node then sends renewals, which
 only keep the permission alive. A press of A that was delayed for long does not count.
@@ -16,14 +16,12 @@ from typing import List, Optional, Sequence
 
 from tb3_labs.control.speed_laws import Twist2, saturate
 from tb3_labs.news import News, NewsDesk
-from tb3_labs.nodes.control_words import ControlWords
-from tb3_labs.nodes.pad import PadListener, PadMessage, PadState
+from tb3_labs.nodes.pad import ControlMessages, PadListener, PadMessage, PadState
 from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.arbitration import HOLDERS, Holder, HolderEvent, after
 from tb3_labs.supervision.freshness import Freshness
-from tb3_labs.supervision.permission import LONGEST_LAPSE
-from tb3_labs.supervision.sleep import SleepWatch
+from tb3_labs.supervision.permission import LONGEST_LAPSE, SleepWatch
 
 #: After taking the robot back the pad waits until move_to_goal has stopped [s].
 HAND_BACK = 0.15
@@ -37,7 +35,7 @@ class GamepadCore:
         self._config = config
         self._model = model
         self._pad = PadListener(config)
-        self._words = ControlWords()
+        self._messages = ControlMessages()
         self._sleep = SleepWatch()
         self._silent_until = 0.0
         self._is_new = False         # something changed, so a command is due
@@ -71,18 +69,18 @@ class GamepadCore:
     def on_control(self, granted: bool, now: float) -> None:
         """move_to_goal says that it has control now, or that it has none."""
         if granted:
-            self._words.move_to_goal_has_control()
+            self._messages.move_to_goal_has_control()
             self._happens(HolderEvent.GIVEN, now)
-        elif not self._words.crossed(now):
+        elif not self._messages.crossed(now):
             self._happens(HolderEvent.TAKEN, now)
 
     def on_taken(self, now: float) -> None:
         """Another node took control from move_to_goal; this pad may have given it.
 
         Control that others gave is over when move_to_goal says so, since only move_to_goal knows
-        the order of both words.
+        the order of both messages.
         """
-        self._words.stopped_by_others(now)
+        self._messages.stopped_by_others(now)
         if self.gives:
             self._happens(HolderEvent.TAKEN, now)
 
@@ -99,9 +97,9 @@ class GamepadCore:
 
     # -- what comes out
 
-    def take_words(self) -> List[bool]:
-        """The words for `ctrl_relinq` since the last call, in order: True and False."""
-        return self._words.take()
+    def take_messages(self) -> List[bool]:
+        """The messages for `ctrl_relinq` since the last call, in order: True and False."""
+        return self._messages.take()
 
     def take_reset(self) -> bool:
         """Was the reset button pressed since the last call?"""
@@ -120,7 +118,7 @@ class GamepadCore:
     @property
     def gives(self) -> bool:
         """Has move_to_goal control by this pad's permission, which must be renewed?"""
-        return self._words.gives
+        return self._messages.gives
 
     @property
     def watched(self) -> bool:
@@ -189,16 +187,16 @@ class GamepadCore:
         elif not self._pad.tells_lateness(now):
             self._news.tell('A was pressed the moment the pad was first heard: press it again',
                             warning=True)
-        elif self._words.too_late(now, lateness):
+        elif self._messages.too_late(now, lateness):
             self._news.tell('A was pressed {:.1f} s ago, before something took control: press it '
                             'again'.format(lateness), warning=True)
         elif not self.gives:
-            self._words.give(now, lateness)
+            self._messages.give(now, lateness)
             self._happens(HolderEvent.RELINQUISH, now)
 
     def _stop(self, event: HolderEvent, now: float, caused_at: float) -> None:
         """Say False, for any holder: the operator takes the robot, or the pad is lost."""
-        self._words.stop(caused_at)
+        self._messages.stop(caused_at)
         self._happens(event, now)
 
     def _happens(self, event: HolderEvent, now: float) -> None:
@@ -206,7 +204,7 @@ class GamepadCore:
         self._is_new = self._is_new or self.holder is not before
         if before is Holder.MOVE_TO_GOAL is not self.holder:
             self._silent_until = now + HAND_BACK
-            self._words.end()       # another node took control
+            self._messages.end()       # another node took control
         if event is HolderEvent.TAKEN and self.holder is not before:
             self._news.tell('Control was taken from move_to_goal: press A to give it again')
         elif self.holder is Holder.MOVE_TO_GOAL is not before:

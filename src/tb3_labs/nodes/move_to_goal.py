@@ -10,24 +10,22 @@ from dataclasses import dataclass
 from typing import Any, List, NamedTuple, Optional, Tuple
 
 from tb3_labs.config import Config, setting
-from tb3_labs.control.goal_machine import DrivingLaw, GoalMachine
-from tb3_labs.control.goal_state import (
+from tb3_labs.control.goal import (
     GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState, with_reason)
-from tb3_labs.control.heard_turns import HeardTurns
-from tb3_labs.control.motor_response import Response
+from tb3_labs.control.goal_machine import DrivingLaw, GoalMachine
+from tb3_labs.control.motor_response import HeardTurns, Response
 from tb3_labs.control.pace import LONGEST_IDLE, Pace
 from tb3_labs.control.speed_laws import Twist2
-from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.geometry.typed_pose import MAX_DISTANCE, MAX_YAW_DEG, TypedPose, check_pose
+from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, Pose2, TypedPose, check_pose
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.localizer import Fix, Localizer, Reset
 from tb3_labs.localization.odometry_jumps import POSE_LOST
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
-from tb3_labs.supervision.freshness import Freshness, SensorWatch, Sight
-from tb3_labs.supervision.frozen import DriveFrozenWatch
+from tb3_labs.supervision.freshness import DriveFrozenWatch, Freshness, SensorWatch, Sight
 from tb3_labs.supervision.permission import Permission
+
 
 @dataclass(frozen=True)
 class MoveToGoalConfig(Config):
@@ -86,7 +84,7 @@ class MoveToGoalCore:
         self._machine = GoalMachine(law)
         self._permission = Permission(has_control)
         self._may_drive = has_control      # the permission at the last update,
-        self._givings = 0                  # and its count of givings then
+        self._grants = 0                   # and its count of grants then
         self._pace = Pace(law.period)
         self._sensors = SensorWatch(self.imu, self.odometry)
         self._frozen = DriveFrozenWatch(self.imu, self.odometry)
@@ -177,7 +175,7 @@ class MoveToGoalCore:
         for news in permission.take_news():
             self._news.tell(*news)
         before, self._may_drive = self._may_drive, permission.granted
-        given, self._givings = permission.count > self._givings, permission.count
+        given, self._grants = permission.count > self._grants, permission.count
         if given and (machine.failure or not before):
             # the robot may have been driven elsewhere meanwhile
             self._begin_anew()
@@ -222,7 +220,7 @@ class MoveToGoalCore:
             if motion is not None:
                 dt = self._pace.step(now)
                 self._heard.drop()
-                self._frozen.update(self._sent.linear, self._sent.angular, dt)
+                self._frozen.on_command(self._sent.linear, self._sent.angular, dt)
                 if self._frozen.problem():
                     self._machine.give_up(self._frozen.problem())
                 command = self._machine.step(motion, dt)

@@ -22,7 +22,7 @@ A message that is none of these raises ``ValueError`` with the reason: what is w
 import json
 from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple
 
-from tb3_labs.geometry.typed_pose import MAX_DISTANCE, MAX_YAW_DEG, TypedPose
+from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, TypedPose
 
 #: A message with more characters is refused; the longest valid one has about 200.
 LONGEST = 2000

@@ -40,6 +40,22 @@ class WheelSample(NamedTuple):
     right: float          # [rad]
 
 
+@dataclass(frozen=True)
+class Motion:
+    """The robot's motion as a law needs it, made of the latest samples by localizer.Localizer.
+
+    Their ages count from the time of measurement, which SenderClock estimates by the least delay.
+    """
+
+    pose: Pose2                 # local_T_base, now, extrapolated from the samples
+    linear: float               # [m/s], from the wheels
+    angular: float              # [rad/s], from the gyro
+    imu_age: float = 0.0        # [s]
+    odometry_age: float = 0.0   # [s]
+    yaw_noise: float = 0.0      # standard deviation of a sample's yaw [rad]
+    extrapolated: float = 0.0   # part of the pose's yaw that was not measured [rad]
+
+
 #: A sample of either sensor.
 Sample = Union[ImuSample, OdometrySample]
 AnySample = TypeVar('AnySample', ImuSample, OdometrySample, Sample)

@@ -1,18 +1,27 @@
-"""Is a source alive? The arrivals of its messages decide that, never their stamps.
+"""Is a source alive? It is lost if it is silent, and frozen if it repeats one reading.
 
-Units: seconds on the receiver's clock (`now`). Edge cases: a source that was never heard has an
+The arrivals of its messages show a silence, never their stamps. The readings of a working sensor
+always change while the robot moves; those of a driver that hangs do not.
+
+Units: seconds on the receiver's clock (`now`), m/s, rad/s. Edge cases: a source that was never heard has an
 infinite age. If the clock goes back, the last message counts as just received; otherwise it would
 count as fresh for too long.
 """
 import math
 from enum import Enum
-from typing import Any, Optional
+from typing import Any, Dict, Optional
 
 #: A sensor that is silent for longer than this is lost [s]; a robot at full speed drives 5 cm in
 #: this time.
 SENSOR_TIMEOUT = 0.22
 #: After a silence of the sensors of at most this length a motion goes on by itself [s].
 RESUME_TIME = 2.0
+#: A sensor that repeats itself for longer than this, though the robot is told to move, is frozen
+#: [s]. A slow network and slow motors delay the motion by less.
+FROZEN_TIME = 0.6
+#: With a command faster than this the readings must show a motion [m/s], [rad/s].
+SURELY_DRIVES = 0.02
+SURELY_TURNS = 0.1
 
 
 class Freshness:
@@ -147,3 +156,49 @@ class SensorWatch:
         which it must not move.
         """
         return all(source.count > 1 for source in self._sources)
+
+
+class FrozenWatch:
+    """Are sources frozen? They must change while the robot is told to move."""
+
+    def __init__(self) -> None:
+        self._repeated: Dict[Freshness, float] = {}    # time of repetition [s]
+
+    def start(self) -> None:
+        """The robot stood until now: what was repeated so far does not count."""
+        self._repeated = {}
+
+    def update(self, source: Freshness, must_change: bool, dt: float) -> None:
+        """Look at a source, `dt` after the last look at it [s]."""
+        repeats = not source.take_new() and must_change
+        self._repeated[source] = self._repeated.get(source, 0.0) + dt if repeats else 0.0
+
+    def problem(self) -> str:
+        """'' or the sources that are frozen, in words."""
+        return ' and '.join(
+            '{} repeats one reading though the robot is told to move (its driver '
+            'hangs?)'.format(source.name)
+            for source, seconds in self._repeated.items() if seconds > FROZEN_TIME)
+
+
+class DriveFrozenWatch(FrozenWatch):
+    """The same for a drive: from the command follows whether IMU and odometry must change."""
+
+    def __init__(self, imu: Freshness, odometry: Freshness) -> None:
+        super().__init__()
+        self._imu = imu
+        self._odometry = odometry
+        self._odometry_yaw: Optional[float] = None
+        self._odometry_turned = False
+
+    def on_odometry(self, yaw: float) -> None:
+        """Take in the odometry's yaw [rad]."""
+        self._odometry_turned = yaw != self._odometry_yaw
+        self._odometry_yaw = yaw
+
+    def on_command(self, linear: float, angular: float, dt: float) -> None:
+        """Look at both, `dt` [s] after the last look, at which these speeds were commanded."""
+        drives, turns = abs(linear) > SURELY_DRIVES, abs(angular) > SURELY_TURNS
+        self.update(self._odometry, drives or turns, dt)
+        # The odometry's yaw is the IMU's: if it turns, the IMU must change.
+        self.update(self._imu, turns or (drives and self._odometry_turned), dt)

@@ -4,45 +4,83 @@ Several senders give and take it by True and False. The rule, after ISO 13850 (a
 a person gives the machine anew):
 
 * A sender *gives* by its first True, and by each True that follows a False of its own. The robot
-  may be driven while a giving holds.
-* A repeated True, without a False in between, gives nothing new. It only renews a giving, if the
+  may be driven while a grant holds.
+* A repeated True, without a False in between, gives nothing new. It only renews a grant, if the
   sender is of the renewing kind.
 * A False of any sender takes all that was given, by any sender.
-* If the renewals stop for `LAPSE`, the giving is suspended. A renewal before `LONGEST_LAPSE`
+* If the renewals stop for `LAPSE`, the grant is suspended. A renewal before `LONGEST_LAPSE`
   restores it. After a longer silence it is gone.
-* If this process did not run for longer than `LONGEST_LAPSE`, all givings are gone. A True that it
+* If this process did not run for longer than `LONGEST_LAPSE`, all grants are gone. A True that it
   hears while it wakes from a sleep does not count: it may be older than a stop.
-* A stop counts, however it arrives; only a giving is doubted. A True that was latched, and perhaps
+* A stop counts, however it arrives; only a grant is doubted. A True that was latched, and perhaps
   said before this node could hear it, gives nothing: a False and then a True do. A False that came
   with the connection, as one that is older than this node does, leaves what was given at the start.
 * A True does not count if it was sent more than `LONGEST_LAPSE` ago, before another sender's
   False, or before this node started, or woke from such a sleep. Renewals that arrive faster than
   one in each `RENEWAL` show that it was delayed.
 
+A process sleeps when it is stopped, swapped out, or its computer is suspended. It sees that only
+by the clock: it looks at the clock repeatedly, and a long time between two looks is a sleep
+(:class:`SleepWatch`, which other nodes use as well).
+
 Units: seconds on a clock that never stands still and never goes back (`now`).
-:meth:`Permission.update` is to be called ten times a second; it notices a sleep of the process.
+:meth:`Permission.update` is to be called ten times a second.
 Edge case: a sender that renews must do so once before the robot may move. So a True of a dead
 sender, or a delayed one, moves nothing.
 """
 import math
-from typing import Dict, List, Set
+from typing import Dict, List, Optional, Set
 
 from tb3_labs.news import News, NewsDesk
-from tb3_labs.supervision.sleep import SleepWatch
 
 #: Time from one renewal of a permission to the next [s].
 RENEWAL = 0.1
 #: A permission that was being renewed is suspended after this silence [s],
 LAPSE = 0.5
-#: and gone after this one [s]. A giving that was delayed by more than this does not count.
+#: and gone after this one [s]. A grant that was delayed by more than this does not count.
 LONGEST_LAPSE = 2.0
-#: A giving holds after a renewal that comes later than this [s]. Earlier renewals may have been
+#: A grant holds after a renewal that comes later than this [s]. Earlier renewals may have been
 #: delayed and arrived together with it; they do not show that the sender is alive.
 CONFIRMATION = 0.04
+#: More than this between two looks is a sleep [s]; a busy machine makes a process wait for less.
+LONGEST_GAP = 1.0
+#: Messages within this time after a sleep may be as old as the sleep, and their order is lost, since
+#: each topic is read by a thread of its own [s].
+WAKING = 0.3
 
 
-class _Giving:
-    """A permission of one sender, and its renewals."""
+class SleepWatch:
+    """Did this process sleep? Looks at the clock for one node."""
+
+    def __init__(self) -> None:
+        #: Length of the sleep that the last update found [s]; 0 if it found none.
+        self.slept_for = 0.0
+        #: True if messages that are heard now may be as old as a sleep: a stop counts, nothing else.
+        self.is_waking = False
+        self._updated_at: Optional[float] = None
+        self._woke_at = -math.inf
+
+    def update(self, now: float) -> None:
+        """Look at the clock. To be called ten times a second, and before each message counts."""
+        gap = now - self._updated_at if self._updated_at else 0.0    # 0: the clock had not begun
+        self._updated_at = now
+        self.slept_for = gap if gap > LONGEST_GAP else 0.0
+        if self.slept_for:
+            self._woke_at = now
+        self.is_waking = now - self._woke_at < WAKING
+
+    def start(self, now: float) -> None:
+        """Begin to look now: no time before counts."""
+        self.slept_for, self.is_waking = 0.0, False
+        self._updated_at, self._woke_at = now, -math.inf
+
+    def in_words(self) -> str:
+        """The sleep that the last update found: '' or 'this node did not run for 3.2 s'."""
+        return 'this node did not run for {:.1f} s'.format(self.slept_for) if self.slept_for else ''
+
+
+class _Grant:
+    """The permission that one sender gave, and its renewals."""
 
     def __init__(self, now: float, renews: bool) -> None:
         self.given_at = self.heard_at = now
@@ -73,15 +111,15 @@ class _Giving:
 
 
 class Permission:
-    """The permission that follows from the words of all senders."""
+    """The permission that follows from the messages of all senders."""
 
     def __init__(self, granted: bool = False) -> None:
         #: May the robot be driven? As of the last :meth:`update`.
         self.granted = granted
-        #: Number of givings so far.
+        #: Number of grants so far.
         self.count = 0
-        # All three by sender: its giving, its last word, the time of its last False.
-        self._givings: Dict[str, _Giving] = {'': _Giving(0.0, False)} if granted else {}
+        # All three by sender: its grant, its last message, the time of its last False.
+        self._grants: Dict[str, _Grant] = {'': _Grant(0.0, False)} if granted else {}
         self._said: Dict[str, bool] = {}
         self._stops: Dict[str, float] = {}
         self._refused: Set[str] = set()    # senders that were told that their True did not count
@@ -104,27 +142,27 @@ class Permission:
 
     @property
     def stands(self) -> bool:
-        """Is there a giving that nobody has taken? Its sender may be silent for a moment."""
-        return bool(self._givings)
+        """Is there a grant that nobody has taken? Its sender may be silent for a moment."""
+        return bool(self._grants)
 
     def told(self, granted: bool, now: float, sender: str = '', renews: bool = False,
              is_doubtful: bool = False, is_old: bool = False) -> None:
-        """`sender` said True or False now; `renews`: it renews its giving, else it gives once.
+        """`sender` said True or False now; `renews`: it renews its grant, else it gives once.
 
         `is_doubtful`: this was latched, and perhaps said before; `is_old`: it was, for sure.
         """
         self.update(now)
         repeated, self._said[sender] = granted and self._said.get(sender, False), granted
-        if is_old and not granted and not any(self._givings):    # '' is the start's own giving
+        if is_old and not granted and not any(self._grants):    # '' is the start's own grant
             return
         if not granted:
             self._stops = {other: at for other, at in self._stops.items()
                            if now - at <= LONGEST_LAPSE}
             self._stops[sender] = now
-            self._givings = {}
+            self._grants = {}
             self._refused.discard(sender)
-        elif sender in self._givings:
-            self._givings[sender].renewed(now)
+        elif sender in self._grants:
+            self._grants[sender].renewed(now)
         elif is_doubtful:
             self._refuse(sender, 'Control was given by {} before this node could hear it, and does '
                          'not count: False, then True, gives it again')
@@ -132,7 +170,7 @@ class Permission:
             self._refuse(sender, 'Control from {} does not count: it may have been given while '
                          'this node did not run. False, then True, gives it again')
         elif not repeated:
-            self._givings[sender] = _Giving(now, renews)
+            self._grants[sender] = _Grant(now, renews)
             self._refused.discard(sender)
             self.count += 1
         elif not self.stands:
@@ -154,26 +192,26 @@ class Permission:
         if self._sleep.slept_for > LONGEST_LAPSE:
             self._began_at = now
             self._end_all(self._sleep.in_words())
-        for sender, giving in list(self._givings.items()):
-            reason = self._objection(sender, giving, now)
+        for sender, grant in list(self._grants.items()):
+            reason = self._objection(sender, grant, now)
             if reason:
                 self._news.tell('Control from {} is gone: {}'.format(sender, reason), warning=True)
-                del self._givings[sender]
-        self.granted = any(giving.holds(now) for giving in self._givings.values())
+                del self._grants[sender]
+        self.granted = any(grant.holds(now) for grant in self._grants.values())
 
-    def _objection(self, sender: str, giving: _Giving, now: float) -> str:
-        """'' or the reason why a giving is over."""
-        if giving.silent_for(now) > LONGEST_LAPSE:
-            return 'it was silent for {:.1f} s'.format(giving.silent_for(now))
-        if giving.given_at - giving.sent_before > LONGEST_LAPSE:
+    def _objection(self, sender: str, grant: _Grant, now: float) -> str:
+        """'' or the reason why a grant is over."""
+        if grant.silent_for(now) > LONGEST_LAPSE:
+            return 'it was silent for {:.1f} s'.format(grant.silent_for(now))
+        if grant.given_at - grant.sent_before > LONGEST_LAPSE:
             return 'the network delayed it by more than {:.0f} s'.format(LONGEST_LAPSE)
-        if giving.sent_before < min(self._began_at, giving.given_at):
+        if grant.sent_before < min(self._began_at, grant.given_at):
             return 'it was given before this node started, or woke'
-        if any(at > giving.sent_before for other, at in self._stops.items() if other != sender):
+        if any(at > grant.sent_before for other, at in self._stops.items() if other != sender):
             return 'it was taken while the network delayed it'
         return ''
 
     def _end_all(self, reason: str) -> None:
-        if self._givings:
-            self._givings = {}
+        if self._grants:
+            self._grants = {}
             self._news.tell('Control is gone: {}'.format(reason), warning=True)

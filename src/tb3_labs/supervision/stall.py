@@ -1,6 +1,7 @@
-"""Is the robot stalled: told to move, but no nearer to its goal?
+"""Does the robot obey? It is stalled if it is told to move and gets no nearer to its goal; it has
+settled when its samples show it at rest.
 
-Units: metres or radians for the remaining way, per second for speeds, seconds.
+Units: metres or radians for the remaining way, per second for speeds; seconds on one clock.
 """
 import math
 from typing import Optional
@@ -16,9 +17,14 @@ LONGEST_REST = 4.0
 AWAY_LIMIT = 0.8
 #: A robot that is faster than this moves [m/s or rad/s].
 MOVING = 0.005
+#: A sample that is slower than this shows a robot at rest [m/s], [rad/s].
+REST_LINEAR = 0.005
+REST_ANGULAR = 0.03
+#: Samples at rest must span this time, nearly one control period of the robot [s].
+SETTLING_TIME = 0.03
 
 
-class Progress:
+class StallWatch:
     """Watches the remaining way of one state of a drive, or of one turn."""
 
     def __init__(self) -> None:
@@ -64,3 +70,35 @@ class Progress:
     def problem(self) -> str:
         """'' or the problem that the last update found."""
         return self._problem
+
+
+class Settling:
+    """Does the robot rest, as the samples of one motion show?
+
+    It has settled when its samples show it at rest for `SETTLING_TIME`, by the times at which they
+    were measured. One sample is not enough, even if it is read repeatedly: it may be old, and the
+    robot elsewhere.
+    """
+
+    def __init__(self) -> None:
+        #: Time of the first of the samples at rest [s]; None while the robot moves.
+        self.since: Optional[float] = None
+        self._last = 0.0      # and of the latest [s]
+
+    def look(self, at_rest: bool, measured_at: float) -> None:
+        """Take in the latest sample: does it show a robot at rest, and when was it measured?"""
+        if not at_rest:
+            self.since = None
+        elif self.since is None or measured_at < self.since:
+            self.since = measured_at
+        self._last = measured_at
+
+    @property
+    def rested_for(self) -> float:
+        """Time that the samples at rest span [s]; 0 while the robot moves."""
+        return self._last - self.since if self.since is not None else 0.0
+
+    @property
+    def rests(self) -> bool:
+        """Has the robot settled?"""
+        return self.rested_for >= SETTLING_TIME

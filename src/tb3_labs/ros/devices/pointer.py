@@ -3,7 +3,7 @@ import os
 import threading
 from typing import Tuple
 
-from tb3_labs.geometry.limits import clamp
+from tb3_labs.geometry.angles import clamp
 
 
 class Pointer:

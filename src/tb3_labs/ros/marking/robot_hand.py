@@ -6,8 +6,7 @@ import rospy
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import Twist
 
-from tb3_labs.geometry.angles import difference
-from tb3_labs.geometry.limits import clamp
+from tb3_labs.geometry.angles import clamp, difference
 from tb3_labs.marking.topics import CMD_VEL
 from tb3_labs.ros.conversions import to_twist
 from tb3_labs.ros.marking.waiting import wait, wait_until

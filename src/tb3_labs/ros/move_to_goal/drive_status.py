@@ -8,7 +8,7 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Float32, String
 
-from tb3_labs.control.goal_state import DRIVING, WAITING_FOR_CONTROL, is_stopped, to_go
+from tb3_labs.control.goal import DRIVING, WAITING_FOR_CONTROL, is_stopped, to_go
 from tb3_labs.ros.conversions import frame, to_pose_stamped
 from tb3_labs.ros.move_to_goal.markers import GoalMarker
 

@@ -1,0 +1,94 @@
+"""A drive to a goal as others see it: its settings, its four states, the texts of `goal_state`, and
+the least time that it can take.
+
+The states are those that the Transformation lab lists:
+
+    ROTATE_TO_GOAL -> MOVE_FORWARD -> ROTATE_TO_FINAL -> GOAL_REACHED
+
+Units: metres, radians, seconds. Sources: the Transformation lab's handout; Balkcom and Mason, Time
+optimal trajectories for bounded velocity differential drive vehicles (2002).
+"""
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+from tb3_labs.config import Config, setting
+from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.robot.turtlebot3 import RobotModel
+
+
+@dataclass(frozen=True)
+class DriveConfig(Config):
+    """Settings of a drive to a goal."""
+
+    law: str = setting('precise', "precise, or lab for the handout's own law",
+                       choices=('precise', 'lab'))
+    allow_reverse: bool = setting(False, 'drive backwards where that is the shorter way')
+    distance_tolerance: float = setting(0.01, 'the goal is reached within this distance', unit='m',
+                                        low=0.002, high=1.0)
+    angle_tolerance_deg: float = setting(0.5, 'the heading is reached within this angle',
+                                         unit='deg', low=0.2, high=45.0)
+    max_linear: float = setting(0.26, "fastest drive; the robot's own limit holds as well",
+                                unit='m/s', low=0.02, high=1.0)
+    max_angular: float = setting(1.5, "fastest turn; the robot's own limit holds as well",
+                                 unit='rad/s', low=0.1, high=5.0)
+    linear_acceleration: float = setting(4.0, 'speeding up; a fifth of it for braking',
+                                         unit='m/s^2', low=0.1, high=10.0)
+    angular_acceleration: float = setting(45.0, 'speeding up a turn; a quarter of it for braking',
+                                          unit='rad/s^2', low=1.0, high=80.0)
+
+
+class GoalState(Enum):
+    """The state of a drive."""
+
+    ROTATE_TO_GOAL = 'ROTATE_TO_GOAL'
+    MOVE_FORWARD = 'MOVE_FORWARD'
+    ROTATE_TO_FINAL = 'ROTATE_TO_FINAL'
+    GOAL_REACHED = 'GOAL_REACHED'
+
+
+#: Names of the states in which the robot drives, in order.
+DRIVING = tuple(state.name for state in GoalState if state is not GoalState.GOAL_REACHED)
+#: `goal_state` is the name of a state, WAITING_FOR_CONTROL, or one of these and the reason.
+WAITING, STOPPED, GAVE_UP = 'waiting', 'stopped', 'gave up'
+WAITING_FOR_CONTROL = WAITING + ' for control'
+
+
+def to_go(distance: float, angle_deg: float) -> str:
+    """The remaining way of a drive in words [m, deg]. While the robot turns towards its goal the second number may
+    grow: it is the turn that is left at the end."""
+    return '{:.3f} m to go, {:.1f} deg off the final heading'.format(distance, abs(angle_deg))
+
+
+def with_reason(word: str, reason: str) -> str:
+    """The text of `goal_state` for one of WAITING, STOPPED, GAVE_UP and its reason."""
+    return '{}: {}'.format(word, reason)
+
+
+def is_stopped(goal_state: str) -> bool:
+    """Is a drive interrupted for a moment?"""
+    return goal_state.startswith(STOPPED)
+
+
+def is_over(goal_state: str) -> bool:
+    """Is it the end of a drive?"""
+    return goal_state == GoalState.GOAL_REACHED.name or goal_state.startswith(GAVE_UP)
+
+
+def least_time(start: Pose2, goal: Pose2, model: RobotModel, max_linear: float = math.inf,
+               max_angular: float = math.inf, reverse: bool = False) -> float:
+    """Least time [s] from pose to pose by a turn, a straight line and a turn.
+
+    Where the wheels are the only limit (Balkcom and Mason, 2002), it is
+    (b (|turn1| + |turn2|) + distance) / V, with b half the track and V a wheel's speed. The limits
+    `max_linear` [m/s] and `max_angular` [rad/s] can make it longer.
+    """
+    linear = min(max_linear, model.max_linear)
+    angular = min(max_angular, model.max_angular)
+    line = start.bearing_to(goal)
+    times = []
+    for face in (line, line + math.pi) if reverse else (line,):
+        turned = abs(difference(face, start.yaw)) + abs(difference(goal.yaw, face))
+        times.append(turned / angular + start.distance_to(goal) / linear)
+    return min(times)
