@@ -172,13 +172,6 @@ def test_interpolation_turns_the_short_way(start_deg, end_deg, quarter_deg):
 
 # Small things -------------------------------------------------------------------------------------
 
-@pytest.mark.parametrize('bad', [math.nan, math.inf, -math.inf])
-def test_is_finite(bad):
-    assert all(pose.is_finite() for pose in NASTY)
-    assert not any(Pose2(*(bad if k == place else 0.0 for k in range(3))).is_finite()
-                   for place in range(3))
-
-
 def test_a_pose_cannot_be_changed_by_mistake():
     with pytest.raises(FrozenInstanceError):
         IDENTITY.x = 1.0

@@ -11,6 +11,7 @@ optimal trajectories for bounded velocity differential drive vehicles (2002).
 import math
 from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple, Optional
 
 from tb3_labs.config import Config, setting
 from tb3_labs.geometry.angles import difference
@@ -64,6 +65,35 @@ def to_go(distance: float, angle_deg: float) -> str:
 def with_reason(word: str, reason: str) -> str:
     """The text of `goal_state` for one of WAITING, STOPPED, GAVE_UP and its reason."""
     return '{}: {}'.format(word, reason)
+
+
+class DriveStatus(NamedTuple):
+    """The public status of a drive at one moment; poses in local."""
+
+    state: GoalState
+    goal: Optional[Pose2]
+    tolerance: float              # of the distance to the goal [m]
+    attempt: int                  # number of the drive: each goal and restart begins a new one
+    begun: bool                   # has the robot been told to move in this attempt?
+    active: bool                  # is the drive going on?
+    failure: str                  # reason why the drive was given up; '' while it was not
+    last_failure: str             # the same, of the last drive that was given up
+    hold_reason: str              # reason why the robot stands during a drive, or ''
+    has_control: bool             # may the node drive?
+    sensor_problem: str           # lost or contradicting sensors, in words; '' if there are none
+
+    @property
+    def words(self) -> str:
+        """The text on `goal_state`; '' until the first command."""
+        if self.failure:
+            return with_reason(GAVE_UP, self.failure)
+        if not self.active:
+            return self.state.name
+        if not self.has_control:
+            return WAITING_FOR_CONTROL
+        if not self.begun:
+            return with_reason(WAITING, self.sensor_problem) if self.sensor_problem else ''
+        return with_reason(STOPPED, self.hold_reason) if self.hold_reason else self.state.name
 
 
 def is_stopped(goal_state: str) -> bool:

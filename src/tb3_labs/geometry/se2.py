@@ -67,10 +67,6 @@ class Pose2:
         """Direction of `other` from here, in the parent frame [rad], (-pi, pi]."""
         return wrap(math.atan2(other.y - self.y, other.x - self.x))
 
-    def is_finite(self) -> bool:
-        """False where any of the three numbers is NaN or infinite."""
-        return math.isfinite(self.x) and math.isfinite(self.y) and math.isfinite(self.yaw)
-
     def __str__(self) -> str:
         return 'x={:.3f}, y={:.3f}, yaw={:.1f} deg'.format(self.x, self.y, math.degrees(self.yaw))
 

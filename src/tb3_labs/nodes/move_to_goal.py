@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from typing import Any, List, NamedTuple, Optional, Tuple
 
 from tb3_labs.config import Config, setting
-from tb3_labs.control.goal import (
-    GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState, with_reason)
+from tb3_labs.control.goal import DriveStatus
 from tb3_labs.control.goal_machine import DrivingLaw, GoalMachine
 from tb3_labs.control.motor_response import HeardTurns, Response
 from tb3_labs.control.pace import LONGEST_IDLE, Pace
@@ -43,23 +42,6 @@ class MoveToGoalConfig(Config):
     def goal(self) -> Pose2:
         """The first goal as a Pose2 in local."""
         return TypedPose(self.goal_x, self.goal_y, self.goal_yaw_deg).pose
-
-
-class DriveStatus(NamedTuple):
-    """The public status of a drive at one moment; poses in local."""
-
-    words: str                    # the text on `goal_state`; '' until the first command
-    state: GoalState
-    goal: Optional[Pose2]
-    tolerance: float              # of the distance to the goal [m]
-    attempt: int                  # number of the drive: each goal and restart begins a new one
-    begun: bool                   # has the robot been told to move in this attempt?
-    active: bool                  # is the drive going on?
-    failure: str                  # reason why the drive was given up; '' while it was not
-    last_failure: str             # the same, of the last drive that was given up
-    hold_reason: str              # reason why the robot stands during a drive, or ''
-    has_control: bool             # may this node drive?
-    sensor_problem: str           # lost or contradicting sensors, in words; '' if there are none
 
 
 class DriveEnd(NamedTuple):
@@ -259,7 +241,7 @@ class MoveToGoalCore:
         machine, problem = self._machine, self._sensors.problem(now) or self._gyro.problem()
         failure = POSE_LOST if self._localizer.is_lost else machine.failure
         return DriveStatus(
-            self._words(failure, problem), machine.state, machine.goal,
+            machine.state, machine.goal,
             machine.law.distance_tolerance, machine.attempt, machine.begun,
             machine.active and not failure, failure, failure or machine.last_failure,
             self._sensors.hold_reason, self.has_control, problem)
@@ -288,20 +270,6 @@ class MoveToGoalCore:
             return 0.0
         driving = self.has_control and self._machine.active
         return self._pace.idle_for(now) if driving else LONGEST_IDLE
-
-    def _words(self, failure: str, sensor_problem: str) -> str:
-        machine = self._machine
-        if failure:
-            return with_reason(GAVE_UP, failure)
-        if not machine.active:
-            return machine.state.name
-        if not self.has_control:
-            return WAITING_FOR_CONTROL
-        if not machine.begun:
-            return with_reason(WAITING, sensor_problem) if sensor_problem else ''
-        if self._sensors.hold_reason:
-            return with_reason(STOPPED, self._sensors.hold_reason)
-        return machine.state.name
 
     # -- the drive
 
