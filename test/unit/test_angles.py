@@ -3,12 +3,11 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given
-from hypothesis import strategies as st
+from hypothesis import assume, example, given, strategies as st
 
 from known_motion import angle_between
 from tb3_labs.geometry.angles import (
-    TURN, continuous, continuous_at, difference, difference_degrees, interpolate_angle, wrap,
+    TURN, clamp, continuous, continuous_at, difference, difference_degrees, interpolate_angle, wrap,
     wrap_all)
 
 PI = math.pi
@@ -132,3 +131,16 @@ def test_samples_are_interpolated_across_half_a_turn():
     assert continuous_at([0.5, 1.0, 2.0], times, angles) == pytest.approx(
         [PI, TURN - 3.0, TURN - 2.0])
     assert continuous_at([-5.0, 9.0], times, angles) == pytest.approx([3.0, TURN - 2.0])
+
+
+# Numbers kept within limits -----------------------------------------------------------------------
+
+@pytest.mark.parametrize('value, expected', [
+    (-3.0, -1.0), (-1.0, -1.0), (0.5, 0.5), (2.0, 2.0), (9.0, 2.0), (math.inf, 2.0),
+    (-math.inf, -1.0)])
+def test_clamp(value, expected):
+    assert clamp(value, -1.0, 2.0) == expected
+
+
+def test_nan_never_becomes_a_limit():
+    assert math.isnan(clamp(math.nan, -1.0, 1.0))
