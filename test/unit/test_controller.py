@@ -1,4 +1,4 @@
-"""Turns, mouse and keyboard together, on the embedded robot; judged by its true heading."""
+"""Turns, mouse and keyboard together, on the simulated robot; judged by its true heading."""
 import math
 
 import pytest

@@ -57,8 +57,10 @@ WAITING_FOR_CONTROL = WAITING + ' for control'
 
 
 def to_go(distance: float, angle_deg: float) -> str:
-    """The remaining way of a drive in words [m, deg]. While the robot turns towards its goal the second number may
-    grow: it is the turn that is left at the end."""
+    """The remaining way of a drive in words [m, deg].
+
+    While the robot turns towards its goal the second number may grow: it is the turn at the end.
+    """
     return '{:.3f} m to go, {:.1f} deg off the final heading'.format(distance, abs(angle_deg))
 
 
@@ -110,7 +112,7 @@ def least_time(start: Pose2, goal: Pose2, model: RobotModel, max_linear: float =
                max_angular: float = math.inf, reverse: bool = False) -> float:
     """Least time [s] from pose to pose by a turn, a straight line and a turn.
 
-    Where the wheels are the only limit (Balkcom and Mason, 2002), it is
+    If the wheels are the only limit (Balkcom and Mason, 2002), it is
     (b (|turn1| + |turn2|) + distance) / V, with b half the track and V a wheel's speed. The limits
     `max_linear` [m/s] and `max_angular` [rad/s] can make it longer.
     """

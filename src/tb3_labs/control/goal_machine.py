@@ -11,7 +11,7 @@ A reset or a new goal starts again at ROTATE_TO_GOAL. A cancelled goal is over, 
 start it again.
 
 Units: metres, radians, seconds. Poses are in the local frame. Edge case: after GOAL_REACHED or a
-failure there is no command at all, not a zero.
+failure there is not any command, not even a zero.
 Source: the Transformation lab's handout.
 """
 from typing import Dict, Optional, Protocol, Tuple
@@ -68,7 +68,7 @@ class GoalMachine:
         #: The reason why the drive was given up; '' while it was not.
         self.failure = ''
         self._failed_before = ''     # the failure of an earlier drive
-        #: True where a person or program cancelled the drive: only another goal starts one then.
+        #: True after a person or program cancelled the drive: then only another goal starts one.
         self.cancelled = False
         #: True once the robot has been told to move for this goal.
         self.begun = False
@@ -120,7 +120,7 @@ class GoalMachine:
             self.give_up('canceled')
 
     def step(self, motion: Motion, dt: float) -> Optional[Twist2]:
-        """The command for now, or None where there is no drive (any more).
+        """The command for now, or None if there is no drive (any more).
 
         `dt` is the time since the last step [s].
         """

@@ -126,7 +126,7 @@ class Response:
 
 def look_at_start(time: float, first: float, travelled: float,
                   speed: float) -> Optional[Tuple[float, float]]:
-    """(delay, lag) [s] from one sample of a robot that speeds up; None where it says too little.
+    """(delay, lag) [s] from one sample of a robot that speeds up; None if it says too little.
 
     `time` [s] counts from the first command, which was not changed since; `first` is the steady
     speed that it leads to; `travelled` and `speed` are those of the sample. The speed must be that

@@ -8,8 +8,8 @@ Between two steps no IMU sample needs to be read: the IMU sends several in a per
 step needs a fresh one. Waking up for each of them is the largest cost of a rospy node. So
 `Listening` leaves the stream alone after a sample, until the next step is due. Of the samples that
 waited meanwhile the latest is read then, and takes the step. Its stamp tells its age, at most one
-period of the IMU, and the laws reckon with that. So a step costs one look at the stream. Nodes (:func:`tb3_labs.ros.topics.subscribe`) and roll-outs (:mod:`tb3_labs.simulation.rollout`)
-read their samples in this rhythm.
+period of the IMU, and the laws reckon with that. So a step costs one look at the stream. The nodes
+read their samples in this rhythm (:func:`tb3_labs.ros.topics.subscribe`).
 
 Units: seconds on the caller's clock (`now`). Edge cases: a clock that goes back makes a command
 due, and ends a pause in listening; the first step, and the first after a pause, counts as one
@@ -20,7 +20,7 @@ from typing import Callable, List, Optional, Sequence, TypeVar
 
 from tb3_labs.geometry.angles import clamp
 
-#: Steps after the first one are planned early by this [s]. Where every sample is read, a step is
+#: Steps after the first one are planned early by this [s]. If every sample is read, a step is
 #: taken when one arrives, up to 5 ms late. A late command is worse than an early one: until it
 #: arrives, the robot obeys the one before.
 EARLY = 0.0035

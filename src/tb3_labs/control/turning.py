@@ -20,12 +20,12 @@ from tb3_labs.supervision.stall import REST_ANGULAR, Settling
 
 #: The precise law gives one command in each control period of the firmware [s].
 PERIOD = 1.0 / CONTROL_RATE
-#: Turns by the words of the keyboard [deg].
+#: Turns by the keys of the keyboard [deg].
 WORDS = {'l': 90.0, 'r': -90.0, 'b': 180.0}
 
 
 def degrees_of(text: str) -> float:
-    """The turn that `text` asks for [deg]: a word, or a number; else ``ValueError``."""
+    """The turn that `text` asks for [deg]: a key, or a number; else ``ValueError``."""
     try:
         return WORDS[text] if text in WORDS else float(text)
     except ValueError:

@@ -12,8 +12,7 @@ CONTRADICTION = 4.0
 
 
 class Estimate:
-    """The mean of the samples, as long as the number does not change; then later ones count more.
-    """
+    """The mean of the samples while the number does not change; else later samples count more."""
 
     def __init__(self) -> None:
         #: The estimate; 0 before the first sample.

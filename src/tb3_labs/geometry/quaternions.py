@@ -13,13 +13,13 @@ from typing import Tuple
 try:
     import numpy as np
     from squaternion import Quaternion
-except ImportError as missing:    # in a workspace for which rosdep was not run; the build asks, too
+except ImportError as missing:    # rosdep was not run; the build imports this file
     raise SystemExit(
         'tb3_labs: {} has no package {}. On Noetic, in the workspace: rosdep install --from-paths '
         'src --ignore-src -y. On Debian: source src/tb3_labs/scripts/setup.sh; rm -rf build devel; '
         'catkin_make'.format(sys.executable, missing.name)) from None
 
-#: A norm that differs more from 1 is no rounding error; a real TurtleBot3 sends 0.999996.
+#: A norm that differs more from 1 is not a rounding error; a real TurtleBot3 sends 0.999996.
 NORM_TOLERANCE = 0.05
 #: A robot that drives is not tilted further; a quaternion with parts in a wrong order is.
 MAX_TILT = math.radians(45.0)
@@ -50,7 +50,7 @@ def yaws_from_quaternions(*, w: np.ndarray, x: np.ndarray, y: np.ndarray,
         norm = np.sqrt(w * w + x * x + y * y + z * z)
         w, x, y, z = w / norm, x / norm, y / norm, z / norm
         roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-        pitch = np.arcsin(2.0 * (w * y - z * x))    # NaN, too, is no valid tilt
+        pitch = np.arcsin(2.0 * (w * y - z * x))    # NaN is not a valid tilt
         yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
         valid = ((np.abs(norm - 1.0) <= NORM_TOLERANCE)
                  & (np.abs(roll) <= MAX_TILT) & (np.abs(pitch) <= MAX_TILT))

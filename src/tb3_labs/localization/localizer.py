@@ -70,7 +70,7 @@ class _Latest(NamedTuple):
     measured_at: float
 
     def age(self, now: float) -> float:
-        """[s]; 0 where the clock went back since."""
+        """[s]; 0 if the clock went back since."""
         return max(0.0, now - self.measured_at)
 
 
@@ -116,7 +116,7 @@ class Localizer:
         self._carry_out_resets()
 
     def take_fix(self) -> Optional[Fix]:
-        """The latest Fix, once; None where there is no new one. Older ones are dropped.
+        """The latest Fix, once; None if there is no new one. Older ones are dropped.
 
         The first one declares the frame, so it is at (0, 0, 0), unless a reset came before it.
         There is none while the pose is lost, nor between a reset's instant and its samples: it

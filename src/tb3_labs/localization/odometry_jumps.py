@@ -9,7 +9,7 @@ The odometry jumps for two reasons although the robot does not:
   silence, in which the motors keep their speed. A robot that stood before has not moved; the IMU's
   turn meanwhile is the calibration's. After any other such silence the pose is lost.
 * The odometry jumps without a silence, as when the wheels spin while the robot is carried. Then
-  the robot is taken to stand where it was, turned as the IMU says. Where the IMU jumps as well,
+  the robot is taken to stand where it was, turned as the IMU says. If the IMU jumps as well,
   the pose is lost.
 
 Frames: ``odom`` is the odometry's own, ``steady`` is the one without jumps; they are the same until
@@ -34,7 +34,7 @@ FASTEST_TURN = 4.0
 SLACK = 0.05
 SLACK_TURN = 0.3
 #: The displacement that is allowed grows with the silence up to this length [s]. After a longer
-#: one it is not known that a robot stayed where it stood.
+#: one the robot may have been moved.
 LONGEST_SILENCE = 5.0
 #: A rate of turn beyond this is the firmware's spike [rad/s].
 SPIKE = 10.0

@@ -68,7 +68,7 @@ class Track:
         return ((self._times[index - 1], self._values[index - 1]), after) if index else None
 
     def at(self, time: float) -> Any:
-        """The value at `time`, or None where it is not known: too early, too late, or in a gap."""
+        """The value at `time`, or None if it is not known: too early, too late, or in a gap."""
         around = self.around(time)
         if around is None:
             return None
@@ -125,7 +125,7 @@ class SampleBuffer:
         return pair
 
     def at(self, stamp: float) -> Optional[Instant]:
-        """The Instant at `stamp` [s, sender's clock]; None where it is not known (yet)."""
+        """The Instant at `stamp` [s, sender's clock]; None if it is not known (yet)."""
         pose = self._odometry.at(stamp)
         yaw = None if pose is None else self._imu_yaw_at(stamp)
         return None if yaw is None else Instant(stamp, pose, yaw)

@@ -3,8 +3,8 @@
 Header stamps show intervals well, but come from the robot's clock, which may be a second off, step,
 or stand at zero. Arrivals are on the receiver's clock, but a network delays messages. So samples
 are ordered by their stamps. The *least delay* between stamp and arrival within the last seconds
-converts one clock to the other, since it belongs to the fastest message. Where the stamps are no
-clock, arrivals take their place for both sensors.
+converts one clock to the other, since it belongs to the fastest message. If the stamps are not
+a clock, arrivals take their place for both sensors.
 
 Units: seconds. Cases:
 
@@ -13,7 +13,7 @@ Units: seconds. Cases:
   stands still for this source until its stamps have caught up.
 * A stamp that goes back further, comes from the future, or follows a long silence, begins a new
   *epoch*. Instants of different epochs cannot be compared.
-* Stamps are no clock if they are zero, stand still, or run back, or if only one of two sources is
+* Stamps are not a clock if they are zero, stand still, or run back, or if only one of two sources is
   off by a clock step for long.
 
 Source: the least delay as in NTP's clock filter (RFC 5905, section 10).
@@ -32,7 +32,7 @@ SMALL_STEP = 0.1
 CLOCK_STEP = 1.0
 #: A message after a silence of this length belongs to a new clock [s].
 LONG_SILENCE = 1.5
-#: A stamp that is repeated more often than this belongs to no clock.
+#: A stamp that is repeated more often than this does not belong to a clock.
 MAX_REPEATS = 3
 #: A source has no clock if it is off by a clock step for longer than the first of these [s], or has
 #: not caught up for longer than the second.
@@ -48,7 +48,7 @@ class SenderClock:
     def __init__(self) -> None:
         #: Number of the epoch.
         self.epoch = 0
-        #: False once the stamps turned out to be no clock.
+        #: False once the stamps have shown that they are not a clock.
         self.uses_stamps = True
         self._repeats: Dict[str, int] = {}
         self._last_arrival = math.nan    # before the first sample
@@ -123,7 +123,7 @@ class Lateness:
     """The delay of a single message beyond the usual delay of its sender.
 
     The usual delay is the least one of the last `WINDOW` seconds in which the sender was heard. A
-    silence is no part of them, so the messages of a silence count as late. A sender's clock that
+    silence is not part of them, so the messages of a silence count as late. A sender's clock that
     was set, or runs faster, is believed after that time.
     """
 
@@ -133,7 +133,7 @@ class Lateness:
         self._last_arrival = math.inf    # before the first message
 
     def of(self, stamp: float, arrival: float) -> float:
-        """That delay [s], given a message's stamp [s, sender's clock] and arrival [s, receiver's].
+        """The extra delay [s], given a message's stamp [s, sender's clock] and arrival [s, receiver's].
         """
         self._heard_for += clamp(arrival - self._last_arrival, 0.0, HEARD_BEFORE)
         self._last_arrival = arrival

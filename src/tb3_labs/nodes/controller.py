@@ -64,12 +64,14 @@ class Turn:
     def result(self, yaw: float, now: float) -> str:
         """The result in words, for a robot that rests at `yaw`."""
         error, whole = self.error(yaw), self.goal - self._start
-        made_up = math.degrees(whole - self.asked)
-        return 'Turned {:.2f} degrees in {:.1f} s: {:.2f} degrees {} {:.2f}{}'.format(
+        text = 'Turned {:.2f} degrees in {:.1f} s: {:.2f} degrees {} {:.2f}'.format(
             math.degrees(whole - error), now - self._begun_at, abs(math.degrees(error)),
-            'short of' if error * self.asked > 0.0 else 'beyond', math.degrees(whole),
-            '' if abs(made_up) < 0.005 else ' (asked: {:g}; left by the turn before: {:+.2f})'.format(
-                round(math.degrees(self.asked), 2), made_up))
+            'short of' if error * self.asked > 0.0 else 'beyond', math.degrees(whole))
+        carried = math.degrees(whole - self.asked)
+        if abs(carried) >= 0.005:
+            text += ' (asked: {:g}; left by the turn before: {:+.2f})'.format(
+                round(math.degrees(self.asked), 2), carried)
+        return text
 
 
 class ControllerCore:

@@ -3,7 +3,7 @@
 Every press of a button counts, also where several messages arrive together: the messages for
 `ctrl_relinq` are collected in order (:meth:`GamepadCore.take_messages`).
 
-B always says False, for any holder of the robot. A says True. The node then sends renewals, which
+B always sends False, for any holder of the robot. A sends True. The node then sends renewals, which
 only keep the permission alive. A press of A that was delayed for long does not count.
 
 A silent pad is lost if the robot depends on it: while a stick is off its middle, and while

@@ -52,8 +52,10 @@ class Mouse:
 
     def heard(self, active: bool, x: float, y: float, now: float, sender: str = '',
               stamp: float = 0.0) -> bool:
-        """A message arrived, sent at `stamp` [s, sender's clock; 0: unknown]. True if it deactivates
-        a mouse, also a lost one: that is a stop. ``ValueError`` for a position that is not finite.
+        """A message arrived, sent at `stamp` [s, sender's clock; 0: unknown]. Returns True if it
+        deactivates a mouse, also a lost one. This is a stop.
+
+        ``ValueError`` for a position that is not finite.
         """
         twist = mouse_twist(x, y)
         at_rest = not active or twist == Twist2()

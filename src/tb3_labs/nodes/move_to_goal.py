@@ -145,7 +145,7 @@ class MoveToGoalCore:
         self._permission.begin(now)
 
     def told_control(self, granted: bool, now: float, *details: Any, **more: Any) -> None:
-        """Somebody gives control, or takes it; arguments as of permission.Permission.told."""
+        """A sender gives control, or takes it; arguments as of permission.Permission.told."""
         self._permission.told(granted, now, *details, **more)
         self.update_control(now)
 
@@ -173,7 +173,7 @@ class MoveToGoalCore:
         return self._news.take()
 
     def take_fix(self) -> Optional[Fix]:
-        """The latest Fix, once; None where there is no new one."""
+        """The latest Fix, once; None if there is no new one."""
         return self._localizer.take_fix()
 
     def take_resets(self) -> List[Reset]:

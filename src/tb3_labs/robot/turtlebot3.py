@@ -69,9 +69,8 @@ def robot_model(name: str, said_by: str = 'model') -> RobotModel:
 
 
 def model_called(name: str, environment: Mapping[str, str]) -> RobotModel:
-    """The model called `name`; for NOT_GIVEN that of MODEL_VARIABLE in `environment`, else a Burger.
-
-    ``ValueError`` for an unknown one.
+    """The model called `name`, or ``ValueError``. NOT_GIVEN stands for the model that MODEL_VARIABLE
+    names in `environment`, or else for a Burger.
     """
     if name != NOT_GIVEN:
         return robot_model(name)

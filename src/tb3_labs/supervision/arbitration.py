@@ -105,10 +105,10 @@ HOLDERS = {
     (Holder.MOVE_TO_GOAL, HolderEvent.LOST): Holder.NOBODY,
 }
 
-Who = TypeVar('Who')
-What = TypeVar('What')
+State = TypeVar('State')
+Event = TypeVar('Event')
 
 
-def after(table: Dict[Tuple[Who, What], Who], who: Who, event: What) -> Who:
+def after(table: Dict[Tuple[State, Event], State], now: State, event: Event) -> State:
     """The driver or holder after `event`, by `table` (DRIVERS or HOLDERS)."""
-    return table.get((who, event), who)
+    return table.get((now, event), now)

@@ -3,9 +3,9 @@
 The arrivals of its messages show a silence, never their stamps. The readings of a working sensor
 always change while the robot moves; those of a driver that hangs do not.
 
-Units: seconds on the receiver's clock (`now`), m/s, rad/s. Edge cases: a source that was never heard has an
-infinite age. If the clock goes back, the last message counts as just received; otherwise it would
-count as fresh for too long.
+Units: seconds on the receiver's clock (`now`), m/s, rad/s. Edge cases: a source that was never
+heard has an infinite age. If the clock goes back, the last message counts as just received;
+otherwise it would count as fresh for too long.
 """
 import math
 from enum import Enum

@@ -44,7 +44,7 @@ LONGEST_LAPSE = 2.0
 CONFIRMATION = 0.04
 #: More than this between two looks is a sleep [s]; a busy machine makes a process wait for less.
 LONGEST_GAP = 1.0
-#: Messages within this time after a sleep may be as old as the sleep, and their order is lost, since
+#: Messages within this time after a sleep may be as old as the sleep. Their order is lost, since
 #: each topic is read by a thread of its own [s].
 WAKING = 0.3
 
@@ -55,7 +55,7 @@ class SleepWatch:
     def __init__(self) -> None:
         #: Length of the sleep that the last update found [s]; 0 if it found none.
         self.slept_for = 0.0
-        #: True if messages that are heard now may be as old as a sleep: a stop counts, nothing else.
+        #: True if messages heard now may be as old as a sleep: a stop counts, nothing else.
         self.is_waking = False
         self._updated_at: Optional[float] = None
         self._woke_at = -math.inf
