@@ -3,7 +3,8 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given, strategies as st
+from hypothesis import assume, example, given
+from hypothesis import strategies as st
 
 from known_motion import angle_between
 from tb3_labs.geometry.angles import (

@@ -23,6 +23,13 @@ def make_approach(acceleration, response=None, **more):
                     response or Response())
 
 
+def moved(remaining, speed, command, lag=0.05):
+    """(remaining way, speed) after one tick of a motor with a first-order lag, exactly."""
+    share = math.exp(-TICK / lag) if lag else 0.0
+    return (remaining - command * TICK - (speed - command) * lag * (1.0 - share),
+            command + (speed - command) * share)
+
+
 def approach_to(remaining, delay, lag=0.05, fastest=1.5, learned=None, prompt=False,
                 lost=0):
     """(remaining way at rest, greatest overshoot, time until it stays near 0, fastest command).
@@ -38,11 +45,7 @@ def approach_to(remaining, delay, lag=0.05, fastest=1.5, learned=None, prompt=Fa
         commands.append(approach.step(remaining, speed, fastest, TICK))
         greatest = max(greatest, abs(commands[-1]))
         command = commands.popleft() if time >= lost * TICK else 0.0 * commands.popleft()
-        # first-order lag, exact over one tick
-        share = math.exp(-TICK / lag) if lag else 0.0
-        travelled = command * TICK + (speed - command) * lag * (1.0 - share)
-        speed = command + (speed - command) * share
-        remaining -= travelled
+        remaining, speed = moved(remaining, speed, command, lag)
         overshoot = max(overshoot, -sign * remaining)
         time += TICK
         if abs(remaining) > NEAR:
@@ -106,9 +109,7 @@ def test_a_goal_that_moves_on_the_way_confuses_neither_the_stop_nor_what_is_lear
             remaining += 1.0
             approach.extend(1.0)
         command = approach.step(remaining, speed, 1.5, TICK)
-        share = math.exp(-TICK / 0.05)
-        remaining -= command * TICK + (speed - command) * 0.05 * (1.0 - share)
-        speed = command + (speed - command) * share
+        remaining, speed = moved(remaining, speed, command)
     assert abs(remaining) <= 0.006 and abs(speed) < 1e-3
     assert learned.delay + learned.lag == pytest.approx(0.05, abs=0.002)
 
@@ -187,9 +188,7 @@ def test_a_command_that_comes_late_is_made_good_backwards(stall, backs_up):
             held = (time + stall, command)
         if held and time < held[0]:
             command = held[1]
-        share = math.exp(-TICK / 0.05)
-        remaining -= command * TICK + (speed - command) * 0.05 * (1.0 - share)
-        speed = command + (speed - command) * share
+        remaining, speed = moved(remaining, speed, command)
         time, lowest = time + TICK, min(lowest, speed)
     assert abs(remaining) <= 0.009
     assert abs(speed) < 1e-3
@@ -230,9 +229,7 @@ def test_an_approach_that_waits_at_its_goal_identifies_the_robot_once_the_goal_m
     remaining, speed = 3.0, 0.0
     for _ in range(150):
         command = approach.step(remaining, speed, 1.5, TICK)
-        share = math.exp(-TICK / 0.1)
-        remaining -= command * TICK + (speed - command) * 0.1 * (1.0 - share)
-        speed = command + (speed - command) * share
+        remaining, speed = moved(remaining, speed, command, 0.1)
     assert learned.lag == pytest.approx(0.1, abs=0.003)
     assert learned.delay == pytest.approx(0.0, abs=0.003)
 
@@ -246,9 +243,7 @@ def test_a_first_command_that_just_misses_a_period_of_the_robot_costs_little_tim
     for tick in range(100):
         sent.append(approach.step(remaining, speed, 1.5, TICK))
         command = sent[tick - 2] if tick - 2 >= dropped else 0.0
-        share = math.exp(-TICK / 0.05)
-        remaining -= command * TICK + (speed - command) * 0.05 * (1.0 - share)
-        speed = command + (speed - command) * share
+        remaining, speed = moved(remaining, speed, command)
         if abs(remaining) > 0.006:
             arrived = tick * TICK
         least = min(least, remaining)

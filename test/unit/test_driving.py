@@ -30,10 +30,6 @@ def test_law_is_chosen_by_name():
         DriveConfig(law='fast')
 
 
-def test_handout_runs_at_10_hz():
-    assert LabLaw.period == 0.1
-
-
 def test_handout_rotates_to_the_goal_at_0_3_of_the_error():
     # the goal lies at 135 deg; 0.3 x 135 deg in rad
     step = LabLaw(LAB, BURGER).rotate_to_goal(at(0.0, 0.0, 0.0), GOAL, 0.1)

@@ -1,12 +1,14 @@
 """The heading of one IMU: whole turns, jumps, and the age of a sample."""
 import math
+import random
 
 import pytest
-from hypothesis import example, given, strategies as st
+from hypothesis import example, given
+from hypothesis import strategies as st
 
 from known_motion import angle_between
 from tb3_labs.geometry.angles import TURN
-from tb3_labs.localization.heading import Heading, compass_degrees
+from tb3_labs.localization.heading import Heading, YawNoise, compass_degrees
 from tb3_labs.robot.samples import ImuSample
 
 
@@ -77,6 +79,33 @@ def test_the_heading_at_rest_follows_a_drift():
         yaw = math.radians(0.03 * k / 60.0 + 0.1 * (-1) ** k)
         heading.on_imu(ImuSample(1.0 + 0.03 * k, yaw, 0.0), 0.03 * k)
     assert math.degrees(heading.steady_yaw) == pytest.approx(1.0, abs=0.03)
+
+
+@pytest.mark.parametrize('noise_deg', [0.0, 0.005, 0.1, 0.3, 2.0])
+@pytest.mark.parametrize('rate', [0.0, 0.1])
+def test_the_noise_of_an_imu_is_measured_while_it_turns_slowly(noise_deg, rate):
+    chance, noise = random.Random(1), YawNoise()
+    for k in range(400):
+        time = 0.03 * k
+        noise.learn(ImuSample(time, math.remainder(
+            3.0 + rate * time + math.radians(chance.gauss(0.0, noise_deg)), 2.0 * math.pi), rate), time)
+    assert math.degrees(noise.deviation) == pytest.approx(noise_deg, rel=0.3, abs=1e-6)
+
+
+def test_a_turn_that_speeds_up_is_not_taken_for_noise():
+    noise = YawNoise()
+    for k in range(100):
+        time = 0.03 * k
+        noise.learn(ImuSample(time, 0.5 * 2.0 * time ** 2 % 3.0, 2.0 * time), time)
+    assert noise.deviation < math.radians(0.01)
+
+
+@pytest.mark.parametrize('rates', [(0.3, 0.3), (0.0, 0.05)])     # fast, and unevenly slow
+def test_only_a_robot_that_turns_slowly_and_evenly_shows_the_noise(rates):
+    noise = YawNoise()
+    for k in range(20):
+        noise.learn(ImuSample(0.0, 0.02 * (k % 2), rates[k % 2]), 0.01 * k)
+    assert noise.deviation == 0.0
 
 
 # The heading of the IMU exercise: from 0 up to 360, never 360 itself ------------------------------

@@ -184,14 +184,6 @@ def test_a_robot_that_turns_at_1_rad_per_s_comes_to_rest_within_0_6_rad(turned, 
         (2.0, 1.0, 0.5 + turned) if kept else (0.0, 0.0, 0.0))
 
 
-def test_a_lost_pose_takes_the_jumps_before_it_along():
-    steady = JumpFilter()
-    for time, place in ((0.0, 1.0), (0.03, 4.0)):
-        steady.take(sample(place, 0.0, 0.0, time), time, IMU)
-    seen, jump = steady.take(sample(0.0, 0.0, 0.0, 4.0), 4.0, replace_yaw(IMU, 0.0))
-    assert jump.outcome == POSE_LOST and seen.pose == Pose2()
-
-
 class Heard:
     """A robot that is driven, and its localizer."""
 
@@ -304,18 +296,3 @@ def test_nobody_knows_where_a_board_was_carried_that_was_silent_for_long():
     steady.take(sample(0.191, 0.224, 0.865), 10.0, replace_yaw(IMU, 0.897))
     _, jump = steady.take(sample(0.0, 0.0, 0.066, 11.7), 21.7, replace_yaw(IMU, 0.098))
     assert jump.outcome == POSE_LOST
-
-
-def test_after_a_restart_of_the_board_the_pose_is_lost():
-    localizer = Localizer()
-    for k in range(30):
-        localizer.on_imu(ImuSample(0.03 * k, 2.0, 0.0), 0.03 * k)
-        localizer.on_odometry(sample(2.0, 1.0, 0.5, 0.03 * k), 0.03 * k)
-        localizer.take_fix()
-    for k in range(30):
-        now = 4.0 + 0.03 * k
-        localizer.on_imu(ImuSample(now, 0.0, 0.0), now)
-        localizer.on_odometry(sample(0.0, 0.0, 0.0, now), now)
-        localizer.take_fix()
-    assert [jump.outcome for jump in localizer.take_jumps()][-1] == POSE_LOST
-    assert localizer.motion(now) is None

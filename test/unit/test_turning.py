@@ -1,6 +1,5 @@
-"""Turns on the spot: both laws by the numbers, and from the keyboard's words."""
+"""Turns on the spot: both laws by the numbers, and by the keys of the keyboard."""
 import math
-import random
 from dataclasses import replace
 
 import pytest
@@ -9,8 +8,6 @@ from tb3_labs.control.approach import ApproachConfig
 from tb3_labs.control.motor_response import Response
 from tb3_labs.control.turning import (
     LabTurn, PreciseTurn, TurnConfig, degrees_of, make_turn, turning_approach)
-from tb3_labs.localization.heading import YawNoise
-from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.rollout import turns
 from tb3_labs.simulation.simulator_config import SimulatorConfig
@@ -149,33 +146,6 @@ def test_turns_by_a_noisy_imu_end_as_near_as_it_lets_know(noise, error):
     errors = [abs(abs(math.degrees(turn.turned)) - 90.0) for seed in range(15)
               for turn in turns([90.0], replace(robot, seed=seed), wait=1.0)]
     assert sorted(errors)[int(0.9 * len(errors))] <= error
-
-
-@pytest.mark.parametrize('noise_deg', [0.0, 0.005, 0.1, 0.3, 2.0])
-@pytest.mark.parametrize('rate', [0.0, 0.1])
-def test_the_noise_of_an_imu_is_measured_while_it_turns_slowly(noise_deg, rate):
-    chance, noise = random.Random(1), YawNoise()
-    for k in range(400):
-        time = 0.03 * k
-        noise.learn(ImuSample(time, math.remainder(
-            3.0 + rate * time + math.radians(chance.gauss(0.0, noise_deg)), 2.0 * math.pi), rate), time)
-    assert math.degrees(noise.deviation) == pytest.approx(noise_deg, rel=0.3, abs=1e-6)
-
-
-def test_a_turn_that_speeds_up_is_not_taken_for_noise():
-    noise = YawNoise()
-    for k in range(100):
-        time = 0.03 * k
-        noise.learn(ImuSample(time, 0.5 * 2.0 * time ** 2 % 3.0, 2.0 * time), time)
-    assert noise.deviation < math.radians(0.01)
-
-
-@pytest.mark.parametrize('rates', [(0.3, 0.3), (0.0, 0.05)])     # fast, and unevenly slow
-def test_only_a_robot_that_turns_slowly_and_evenly_shows_the_noise(rates):
-    noise = YawNoise()
-    for k in range(20):
-        noise.learn(ImuSample(0.0, 0.02 * (k % 2), rates[k % 2]), 0.01 * k)
-    assert noise.deviation == 0.0
 
 
 def test_a_precise_turn_brakes_with_a_quarter_of_what_it_speeds_up_with():
