@@ -97,14 +97,6 @@ def test_full_stick_is_the_robots_own_limit(pad):
     assert set(pad.run(0.3)[1:]) == {None}
 
 
-def test_a_stick_that_is_not_in_the_middle_at_the_start_drives_nothing():
-    fresh = GamepadCore(PadConfig(), BURGER)
-    for tick in range(20):
-        fresh.on_joy([0.0, 1.0, 0.0, 0.0], [0] * 3, 0.05 * tick)
-        assert fresh.command(0.05 * tick) is None
-    assert fresh.holder is NOBODY
-
-
 def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
     assert pad.holder is GAMEPAD and not pad.controller.gives and pad.said() == [False]
     pad.press(A)
@@ -272,12 +264,6 @@ def test_rising_edges_only(pad):
     assert pad.holder is GAMEPAD
 
 
-def test_what_is_pressed_at_first_was_not_pressed_now():
-    controller = GamepadCore(PadConfig(), BURGER)
-    controller.on_joy([0.0] * 4, [1, 0, 1], 0.0)
-    assert not controller.gives and not controller.take_reset()
-
-
 def test_reset_is_asked_for_once_a_press(pad):
     pad.pressed = (Y,)
     pad.run(1.0)
@@ -436,18 +422,6 @@ def test_a_pad_without_repetition_that_returns_with_a_pressed_gives_nothing():
     assert pad.holder is not GOAL and True not in pad.said()
 
 
-def test_the_hold_button_may_be_the_first_one():
-    pad = Pad(PadConfig(hold_button=0, relinquish_button=4))
-    pad.sticks = (1.0, 0.0)
-    assert set(pad.run(0.5)) <= {None, Twist2()}
-    pad.sticks = (0.0, 0.0)
-    pad.run(0.2)
-    pad.pressed = (0,)
-    pad.run(0.1)
-    pad.sticks = (1.0, 0.0)
-    assert pad.run(0.3)[-1] == pytest.approx(BURGER_FULL)
-
-
 def test_the_operator_is_told_of_each_change_of_hands_once(pad):
     def told():
         pad.run(1.0)
@@ -468,16 +442,6 @@ def test_a_stick_asks_for_its_share_of_the_scales_that_are_set():
                           ((0.0, -0.5), (0.0, -0.5)), ((0.0, 1.0), (0.0, 1.0))):
         pad.sticks = sticks
         assert pad.run(0.2)[-1] == pytest.approx(Twist2(*speed))
-
-
-def test_a_pad_that_drives_is_silent_at_once_when_somebody_else_gives_the_robot_away(pad):
-    assert not GamepadCore(PadConfig(), BURGER).due(0.0)
-    pad.sticks = (1.0, 0.0)
-    pad.run(0.2)
-    for is_new in (True, False):
-        pad.controller.on_control(True, pad.now)
-        assert pad.controller.due(pad.now) is is_new
-        assert pad.controller.command(pad.now) is None
 
 
 def test_somebody_must_look_at_the_clock_while_the_robot_depends_on_the_pad(pad):
