@@ -12,7 +12,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.move_to_goal import MoveToGoalConfig, MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import robot_model
-from tb3_labs.supervision.freshness import RESUME_TIME, SENSOR_TIMEOUT
+from tb3_labs.supervision.freshness import RESUME_TIME
 
 START = 100.0
 
@@ -73,18 +73,6 @@ def test_without_a_goal_there_is_silence():
     assert set(Robot().run(0.5)) == {None}
 
 
-def test_control_lost_silences_and_control_back_begins_anew():
-    robot = driving()
-    robot.control(False)
-    assert set(robot.run(0.2)) == {None}
-    robot.control(True)
-    commands = robot.run(0.1)
-    assert None not in commands
-    # from rest: the first command is the largest that the acceleration allows in one period
-    assert abs(commands[0].angular) == pytest.approx(
-        DriveConfig().angular_acceleration * PreciseLaw.period)
-
-
 def test_commands_come_at_the_laws_own_rate():
     assert len(driving().run(1.0)) == pytest.approx(30, abs=2)
     assert len(driving(law='lab').run(1.0)) == pytest.approx(10, abs=1)
@@ -122,26 +110,6 @@ def test_silent_sensors_stop_the_drive_in_time_and_say_which(lost):
     assert robot.now - before <= 0.3
     assert all(name in robot.status.hold_reason for name in lost)
     assert ('imu' in robot.status.hold_reason) is ('imu' in lost)
-
-
-def test_a_short_silence_is_driven_on_after_by_itself():
-    robot = driving()
-    robot.imu = False
-    assert None in robot.run(1.0)
-    robot.imu = True
-    assert None not in robot.run(0.3)[2:]
-    assert robot.status.hold_reason == ''
-
-
-def test_after_a_long_silence_the_robot_waits_to_be_told():
-    robot = driving()
-    robot.odom = False
-    robot.run(RESUME_TIME + SENSOR_TIMEOUT + 1.0)
-    robot.odom = True
-    assert set(robot.run(0.5)) == {None}
-    assert 'silent' in robot.status.failure
-    robot.core.set_goal(Pose2(1.0, 0.0, 0.0))
-    assert None not in robot.run(0.2)[2:]
 
 
 def test_a_goal_may_wait_long_for_the_first_samples():
@@ -296,7 +264,9 @@ def test_a_drive_that_was_given_up_begins_anew_when_control_is_given():
     robot.tremble = 1e-6
     robot.run(3.0)                     # a robot that stands is stalled
     assert 'does not move' in robot.status.failure
+    attempt = robot.status.attempt
     robot.control(True, 'another hand')
+    assert robot.status.attempt == attempt + 1
     assert None not in robot.run(0.2)[2:]
 
 
@@ -368,9 +338,11 @@ def test_the_words_of_a_drive_from_waiting_to_its_end():
     assert robot.status.sensor_problem == 'no imu'
     robot.run(RESUME_TIME)
     robot.imu = True
-    robot.run(0.5)
+    assert set(robot.run(0.5)) == {None}
     assert robot.status.words.startswith('gave up: sensors were silent')
     assert is_over(robot.status.words) and not robot.status.active
+    robot.core.set_goal(Pose2(1.0, 0.0, 0.0))
+    assert None not in robot.run(0.2)[2:]
 
 
 def test_the_words_that_end_a_drive():
@@ -472,7 +444,7 @@ def test_a_drive_that_was_silenced_begins_from_standing():
     robot = driving()
     robot.tremble = 1e-6
     robot.control(False)
-    robot.run(5.0)
+    assert set(robot.run(5.0)) == {None}
     robot.control(True)
     commands = robot.run(0.5)
     assert None not in commands and not robot.status.failure
@@ -580,14 +552,6 @@ def test_after_a_stand_the_law_is_told_that_its_drive_was_interrupted(stand):
     robot.imu = True
     renewed()
     assert law.times == 1
-
-
-def test_control_that_is_given_begins_the_drive_at_once():
-    robot = driving()
-    robot.core._machine.give_up('stuck')
-    attempt = robot.status.attempt
-    robot.control(True, 'another hand')
-    assert robot.status.attempt == attempt + 1
 
 
 def test_control_of_old_is_none():
