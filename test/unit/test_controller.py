@@ -186,13 +186,6 @@ def test_the_mouse_drives_outside_the_middle_while_it_is_active(bench):
     assert bench.told('The mouse is active') and bench.told('The mouse was deactivated')
 
 
-def test_a_mouse_that_is_not_active_means_nothing(bench):
-    bench.hold(False, 1.0, 1.0)
-    assert bench.run(0.5) == []
-    assert bench.turned(90.0) == pytest.approx(90.0, abs=0.5)
-    assert not any(news.warning for news in bench.news)
-
-
 def test_the_mouse_pre_empts_a_turn_at_once(bench):
     bench.hold(True)
     bench.ask(180.0)
@@ -271,19 +264,6 @@ def test_a_silent_mouse_is_lost_and_stops_the_robot(bench, x):
     assert bench.told('No mouse for 0.2 s')
 
 
-def test_a_lost_mouse_must_come_to_the_middle_before_it_drives_again(bench):
-    bench.hold(True, 1.0, 0.0)
-    bench.run(0.3)
-    bench.mouse = None
-    bench.run(0.5)
-    bench.hold(True, 1.0, 0.0)
-    assert set(bench.run(0.5)) <= {None}
-    bench.hold(True)
-    bench.run(0.2)
-    bench.hold(True, 1.0, 0.0)
-    assert Twist2(0.0, -0.5) in bench.run(0.2)
-
-
 def test_a_bad_position_is_refused_and_does_not_keep_the_mouse_alive(bench):
     bench.hold(True, 0.0, 1.0)
     bench.run(0.3)
@@ -356,21 +336,6 @@ def test_a_second_turn_before_rest_reports_both(bench):
     bench.ask(-90.0)
     bench.run(4.0)
     assert sum('Turned' in news.text for news in bench.news) == 2
-
-
-def test_a_turn_that_was_given_up_leaves_nothing_to_the_next():
-    bench = Bench()
-    bench.ask(90.0)
-    bench.run(0.4)
-    bench.hold(True, x=0.5)          # the mouse takes over in mid-turn
-    bench.run(0.3)
-    bench.hold(True)
-    bench.run(0.3)
-    bench.hold(False)
-    bench.run(1.0)
-    bench.mouse = None
-    bench.run(1.0)
-    assert bench.turned(30.0) == pytest.approx(30.0, abs=0.5)
 
 
 # -- a law that says what it is told, and an IMU in closed form
@@ -503,13 +468,6 @@ def test_an_error_is_forgotten_when_the_robot_was_in_other_hands(desk, between):
     assert math.degrees(desk.law.asked[-1]) == pytest.approx(90.0, abs=0.01)
 
 
-def test_a_silence_before_a_turn_does_not_count(desk):
-    desk.run(5.0, imu=False)
-    desk.run(0.1)
-    desk.ask()
-    assert None not in desk.run(0.5)
-
-
 def test_a_turn_begins_anew_from_where_the_robot_looks_after_a_short_silence(desk):
     desk.ask()
     desk.run(0.2)
@@ -599,19 +557,6 @@ def test_another_law_does_not_begin_a_turn_that_is_over(desk):
 
 # One turn: the angle asked for, the remaining angle, and the text of its result -------------------
 
-def test_a_turn_makes_up_for_what_the_one_before_left():
-    turn = Turn(asked=math.pi / 2.0, yaw=1.0, carried=0.01, now=5.0)
-    assert turn.goal == pytest.approx(1.0 + math.pi / 2.0 + 0.01)
-    assert turn.left(1.0) == pytest.approx(math.pi / 2.0 + 0.01)
-
-
-@pytest.mark.parametrize('degrees, more', [(90.0, 90.0), (90.0, -180.0), (-90.0, -0.5)])
-def test_more_is_added_to_the_goal(degrees, more):
-    turn = Turn(math.radians(degrees), 0.3, 0.0, 5.0)
-    turn.extend(math.radians(more))
-    assert math.degrees(turn.asked) == pytest.approx(degrees + more)
-    assert math.degrees(turn.left(0.3)) == pytest.approx(degrees + more)
-
 
 @pytest.mark.parametrize('asked, turned, words', [
     (90.0, 89.0, 'Turned 89.00 degrees in 2.5 s: 1.00 degrees short of 90.00'),
@@ -627,11 +572,3 @@ def test_a_result_tells_what_the_turn_before_left():
     turn = Turn(math.radians(90.0), 0.0, math.radians(0.21), 5.0)
     assert turn.result(math.radians(90.0), 7.0) == (
         'Turned 90.00 degrees in 2.0 s: 0.21 degrees short of 90.21 (asked: 90; left by the turn before: +0.21)')
-
-
-def test_what_the_law_knows_at_rest_counts_more_than_one_sample():
-    turn = Turn(1.0, 0.0, 0.0, 5.0)
-    assert turn.error(0.9) == pytest.approx(0.1)
-    turn.end(0.02)
-    assert turn.error(0.9) == 0.02
-    assert turn.result(0.9, 6.0).startswith('Turned {:.2f} degrees'.format(math.degrees(0.98)))

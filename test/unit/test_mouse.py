@@ -3,8 +3,7 @@ import math
 
 import pytest
 
-from tb3_labs.control.speed_laws import Twist2
-from tb3_labs.nodes.mouse import MOUSE_TIMEOUT, Mouse, mouse_twist
+from tb3_labs.nodes.mouse import Mouse, mouse_twist
 
 
 def inactive_mouse():
@@ -45,27 +44,6 @@ def test_mouse(x, y, linear, angular):
 def test_a_position_that_is_none_is_refused(x, y):
     with pytest.raises(ValueError, match='not finite'):
         mouse_twist(x, y)
-
-
-def test_a_mouse_drives_only_while_it_is_active():
-    mouse = inactive_mouse()
-    assert not mouse.active
-    mouse.heard(True, 0.0, 0.5, 1.0)
-    assert mouse.active and mouse.twist == Twist2(0.25, 0.0) and not mouse.is_centred
-    mouse.heard(True, 0.1, 0.1, 1.1)
-    assert mouse.active and mouse.is_centred
-    mouse.heard(False, 0.0, 0.5, 1.2)
-    assert not mouse.active
-
-
-@pytest.mark.parametrize('silence, lost', [(MOUSE_TIMEOUT, False), (1.01 * MOUSE_TIMEOUT, True)])
-def test_an_active_mouse_that_is_silent_is_lost(silence, lost):
-    mouse = inactive_mouse()
-    assert not mouse.is_silent(100.0)
-    mouse.heard(True, 0.0, 0.5, 0.0)
-    assert mouse.is_silent(silence) is lost
-    mouse.heard(False, 0.0, 0.5, 0.0)
-    assert not mouse.is_silent(100.0)
 
 
 @pytest.mark.parametrize('active, x', [(True, 0.0), (False, 0.9)])
@@ -114,11 +92,3 @@ def test_a_stamp_that_is_repeated_tells_no_time():
     for k in range(100):
         mouse.heard(True, 0.9, 0.0, 10.0 + 0.05 * k, 'laptop', 510.0)
         assert mouse.active
-
-
-def test_an_invalid_position_leaves_the_mouse_as_it_was():
-    mouse = inactive_mouse()
-    mouse.heard(True, 0.9, 0.0, 0.0)
-    with pytest.raises(ValueError):
-        mouse.heard(False, math.nan, 0.0, 5.0)
-    assert mouse.active and mouse.source.age(5.0) == 5.0

@@ -112,15 +112,6 @@ def test_silent_sensors_stop_the_drive_in_time_and_say_which(lost):
     assert ('imu' in robot.status.hold_reason) is ('imu' in lost)
 
 
-def test_a_goal_may_wait_long_for_the_first_samples():
-    robot = Robot()
-    robot.core.set_goal(Pose2(1.0, 1.0, 0.0))
-    robot.imu = robot.odom = False
-    assert set(robot.run(5.0)) == {None}
-    robot.imu = robot.odom = True
-    assert None not in robot.run(0.3)[2:]
-
-
 def test_a_reset_starts_the_drive_anew_in_the_new_frame():
     robot = driving()
     reset = robot.core.reset(Pose2(5.0, -1.0, math.pi / 2.0), robot.now)
@@ -244,8 +235,7 @@ def test_what_may_have_been_said_during_a_short_sleep_sets_nothing_in_motion():
     assert None not in robot.run(0.2)[2:]
 
 
-@pytest.mark.parametrize('goal_is_new', [False, True])
-def test_a_cancelled_goal_comes_back_neither_by_a_reset_nor_by_control(goal_is_new):
+def test_a_cancelled_goal_comes_back_neither_by_a_reset_nor_by_control():
     robot = driving()
     robot.core.cancel()
     assert set(robot.run(0.3)) == {None}
@@ -254,9 +244,8 @@ def test_a_cancelled_goal_comes_back_neither_by_a_reset_nor_by_control(goal_is_n
     robot.control(False)
     robot.control(True)
     assert set(robot.run(0.3)) == {None}
-    if goal_is_new:
-        robot.core.set_goal(Pose2(1.0, 1.0, 0.0))
-        assert None not in robot.run(0.2)[2:]
+    robot.core.set_goal(Pose2(1.0, 1.0, 0.0))
+    assert None not in robot.run(0.2)[2:]
 
 
 def test_a_drive_that_was_given_up_begins_anew_when_control_is_given():
@@ -307,18 +296,6 @@ def test_a_permission_that_is_suspended_for_a_moment_goes_on_with_the_same_drive
     robot.core.told_control(True, robot.now, 'pad', renews=True)
     assert None not in robot.run(0.2)[2:]
     assert robot.status.attempt == attempt
-
-
-def test_a_stuck_robot_on_a_flaky_network_is_given_up():
-    robot = driving()
-    robot.tremble = 1e-6
-    driven = 0
-    while robot.status.active and robot.now < START + 60.0:
-        robot.odom = not robot.odom
-        driven += sum(command is not None for command in robot.run(0.3))
-    assert 'does not move' in robot.status.failure
-    # 1.3 s of commands, 30 a second: the silences do not count
-    assert 1.3 * 30 - 8 <= driven <= 1.3 * 30 + 8
 
 
 # Status and events --------------------------------------------------------------------------------

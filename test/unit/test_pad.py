@@ -3,7 +3,8 @@ import math
 
 import pytest
 
-from tb3_labs.nodes.pad import LATENESS_SHOWS, PadListener, PadState, read_pad
+from tb3_labs.nodes.pad import (
+    LATENESS_SHOWS, ControlMessages, PadListener, PadState, read_pad)
 from tb3_labs.nodes.pad_config import PadConfig
 
 AXES = [0.0] * 8
@@ -79,3 +80,10 @@ def test_a_stamp_of_the_first_second_is_a_stamp():
     message = listener.hear(AXES, pressed(), 2.0, 0.6)
     assert message.came_after_loss and message.lateness == pytest.approx(0.5)
     assert listener.tells_lateness(2.0)
+
+
+def test_a_late_b_does_not_hide_a_later_stop():
+    messages = ControlMessages()
+    messages.stopped_by_others(9.5)
+    messages.stop(9.0)
+    assert messages.too_late(10.0, 0.6) and not messages.too_late(10.0, 0.4)
