@@ -28,12 +28,6 @@ def test_the_pose_is_the_declared_one_times_the_true_motion(start, declared, mot
     assert_pose(pose, declared.then(*motion))
 
 
-@given(TRUTHS, TRUTHS, TURNS)
-def test_at_the_reset_the_robot_is_where_it_was_declared(start, declared, imu_yaw):
-    frame = LocalFrame.declared(as_pose2(declared), as_pose2(start), imu_yaw)
-    assert_pose(frame.pose(as_pose2(start), imu_yaw), declared)
-
-
 @given(TRUTHS, TRUTHS, TRUTHS, TURNS)
 def test_the_transform_shown_in_tf_puts_the_robot_where_odometry_has_it(start, declared, motion,
                                                                         imu_yaw):

@@ -86,23 +86,6 @@ def test_steps_after_the_first_are_rather_early_than_late():
     assert taken == pytest.approx(150, abs=1)
 
 
-def test_a_stream_is_left_alone_until_the_next_step():
-    """Samples at 200 Hz, seen as they arrive: those that take the steps are read."""
-    pace = Pace(1.0 / 30.0)
-    listening, read, steps = Listening(pace.idle_for), [], []
-    for tick in range(2000):
-        now = 0.005 * tick
-        if listening.reads(now):
-            read.append(now)
-            if pace.due(now):
-                pace.step(now)
-                steps.append(now)
-            assert 0.0 <= listening.rest(now) <= LONGEST_IDLE
-    assert len(steps) == pytest.approx(300, abs=2)
-    assert set(steps) <= set(read)
-    assert len(read) <= 1.1 * len(steps)
-
-
 def test_a_driver_that_needs_every_sample_reads_every_one():
     listening = Listening(lambda now: 0.0)
     for now in (1.0, 1.0, 1.001):

@@ -46,11 +46,6 @@ def test_there_and_back(yaw):
     assert_yaw(quaternion_from_yaw(yaw), yaw)
 
 
-@given(st.floats(-50.0, 50.0))
-def test_any_number_of_turns(yaw):
-    assert_yaw(quaternion_from_yaw(yaw), yaw)
-
-
 @given(st.one_of(YAWS, st.sampled_from(AWKWARD)))
 def test_a_quaternion_and_its_negative_are_the_same_attitude(yaw):
     assert_yaw(about_z(yaw), yaw)

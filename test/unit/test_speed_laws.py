@@ -79,10 +79,6 @@ def test_following_the_profile_needs_no_more_than_the_deceleration(way, decelera
     assert needed <= deceleration * (1 + 1e-4)
 
 
-def test_far_from_the_end_the_whole_deceleration_is_used():
-    assert braking_speed(100.0, 2.0, 1000.0) == pytest.approx(20.0, rel=1e-6)
-
-
 # Limits -------------------------------------------------------------------------------------------
 
 def wheels(twist, model):
