@@ -71,13 +71,6 @@ def drive_with_a_reset(robot, asked_at, declared=DECLARED, end=4.0, **delays):
 
 # Fixes --------------------------------------------------------------------------------------------
 
-@pytest.mark.parametrize('robot', [RESTING, STRAIGHT, CURVING, SPINNING])
-def test_the_first_fix_is_the_origin(robot):
-    fixes, _ = feed(Localizer(), robot.messages(0.0, 8.0))
-    assert len(fixes) == 241
-    assert_pose(fixes[0].local_T_base, ZERO)
-    assert_fixes(fixes, robot, ZERO, since=0.0)
-
 
 @given(st.builds(SteadyRobot, st.floats(-0.3, 0.3), st.floats(-2.6, 2.6),
                  st.builds(Truth, st.builds(complex, st.floats(-9, 9), st.floats(-9, 9)),
@@ -92,13 +85,6 @@ def test_any_robot_and_whichever_message_comes_first(robot, imu_first):
     fixes, _ = feed(Localizer(), messages)
     assert len(fixes) >= 50
     assert_fixes(fixes, robot, ZERO, since=fixes[0].stamp - robot.clock_ahead, radians=1e-5)
-
-
-def test_nothing_is_known_before_both_sensors_have_spoken():
-    for only in (SPINNING.imu, SPINNING.odometry):
-        localizer = Localizer()
-        fixes, _ = feed(localizer, [(k / 10, only(k / 10)) for k in range(20)])
-        assert fixes == [] and localizer.motion(2.0) is None and localizer.frame is None
 
 
 def test_nothing_is_known_before_the_first_fix():
@@ -234,30 +220,6 @@ def test_a_thousand_resets_in_ten_seconds_each_see_the_one_before():
     assert_fixes(fixes[2:], SPINNING, declared[-1], asked_at[-1], metres=1e-9)
 
 
-def test_a_thousand_resets_to_where_the_robot_is_move_nothing():
-    robot, localizer = replace(SPINNING, angular=1.0), Localizer()
-    messages = robot.messages(0.0, 11.5)
-    fixes = feed(localizer, until(messages, 1.0))[0]
-    for k in range(1000):
-        now = 1.0 + k / 100
-        localizer.reset(as_pose2(Truth(*robot.moved(now))), now)
-        fixes += feed(localizer, [m for m in messages if now < m[0] <= now + 0.01])[0]
-    assert len(fixes) > 290
-    assert_fixes(fixes, robot, ZERO, since=0.0, metres=1e-9)
-
-
-def test_several_resets_that_wait_are_carried_out_in_order():
-    localizer = Localizer()
-    feed(localizer, SPINNING.messages(0.0, 1.0, 20.0, 20.0))
-    asked = [localizer.reset(Pose2(k, 0.0, 0.0), 1.01 + 0.01 * k) for k in range(3)]
-    localizer.on_imu(SPINNING.imu(1.05), 1.05)
-    localizer.on_odometry(SPINNING.odometry(1.05), 1.05)
-    assert localizer.take_resets() == asked
-    assert_pose(asked[1].before, Truth(0j, 2.6 * 0.01), radians=1e-6)
-    fixes, _ = feed(localizer, after(SPINNING.messages(0.0, 2.0, 20.0, 20.0), 1.05))
-    assert_fixes(fixes, SPINNING, Truth(2 + 0j, 0.0), since=1.03, metres=1e-9)
-
-
 def test_a_reset_in_a_dropout_is_never_guessed():
     messages = [m for m in SPINNING.messages(0.0, 4.0) if not 1.0 < m[0] < 1.5]
     localizer = Localizer()
@@ -316,18 +278,6 @@ def test_a_reset_that_waits_while_the_board_restarts_says_why_it_cannot_be_carri
     assert not localizer.has_resets and localizer.motion(1.01) is None
 
 
-def test_a_reset_that_was_given_up_changes_nothing():
-    localizer = Localizer()
-    messages = SPINNING.messages(0.0, 3.0)
-    feed(localizer, until(messages, 1.0))
-    reset = localizer.reset(as_pose2(DECLARED), 1.0)
-    localizer.give_up(reset)
-    localizer.give_up(reset)
-    fixes, resets = feed(localizer, after(messages, 1.0))
-    assert resets == [] and not reset.done
-    assert_fixes(fixes, SPINNING, ZERO, since=0.0)
-
-
 def test_a_reset_asked_for_before_the_first_message_is_never_guessed():
     localizer = Localizer()
     reset = localizer.reset(as_pose2(DECLARED), 0.5)
@@ -346,18 +296,6 @@ def test_a_reset_may_be_the_first_frame():
     assert localizer.take_resets() == [reset]
     assert reset.before is None and reset.done
     assert_pose(localizer.take_fix().local_T_base, DECLARED.then(0j, 2.6 * 0.05), radians=1e-6)
-
-
-def test_resets_work_on_arrival_times_where_stamps_are_zero():
-    messages = [(arrival, with_stamp(sample, 0.0))
-                for arrival, sample in SPINNING.messages(0.0, 4.0)]
-    localizer = Localizer()
-    feed(localizer, until(messages, 2.0))
-    reset = localizer.reset(as_pose2(DECLARED), 2.001)
-    feed(localizer, after(messages, 2.0))
-    assert reset.done
-    assert_pose(localizer.motion(4.0).pose,
-                DECLARED.then(*SPINNING.motion_between(2.001, 4.0)), 1e-9, 1e-6)
 
 
 # Motion -------------------------------------------------------------------------------------------
