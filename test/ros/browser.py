@@ -43,13 +43,13 @@ window.makeTestPad = (axes, pressed) => {
 #: without a pause of a second, since the page was loaded or it was set to 0.
 SILENCE_METER = """
 window.longestSilence = 0;
-let lastHand = 0;
+let lastJoy = 0;
 const send = WebSocket.prototype.send;
 WebSocket.prototype.send = function (text) {
-  if (text.includes('"hand"')) {
-    const gap = (performance.now() - lastHand) / 1000;
+  if (text.includes('"joy"')) {
+    const gap = (performance.now() - lastJoy) / 1000;
     if (gap < 1) window.longestSilence = Math.max(window.longestSilence, gap);
-    lastHand = performance.now();
+    lastJoy = performance.now();
   }
   return send.call(this, text);
 };

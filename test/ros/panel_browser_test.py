@@ -51,7 +51,7 @@ class PanelBrowserTest(PanelCase):
                              STARTING, 'all nodes')
         self.page.click('stop')
         self.rest()
-        self.page.wait_for(wheel='', has_control=False)
+        self.page.wait_for(page='', has_control=False)
 
     def pages(self):
         return [self.browser] if self.browser else []
@@ -163,9 +163,9 @@ class PanelBrowserTest(PanelCase):
         for press in lambda: self.page.press_key('b'), lambda: self.page.move_pad(pressed=[1]):
             self.assertEqual(other.ask('give'), (True, 'control given'))
             other.hold()
-            self.page.wait_for(has_control=True, wheel='other')
+            self.page.wait_for(has_control=True, page='other')
             press()
-            self.page.wait_for(5.0, has_control=False, wheel='')
+            self.page.wait_for(5.0, has_control=False, page='')
             other.fall_silent()
         self.page.run('window.testPad = null')
 

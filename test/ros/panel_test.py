@@ -63,7 +63,7 @@ class PanelTest(PanelCase):
             'can', {'': False}).values()), STARTING, 'all nodes')
         self.page.send('stop')
         self.rest()
-        self.page.wait_for(wheel='', has_control=False)
+        self.page.wait_for(page='', has_control=False)
 
     def open(self, address=None, **options):
         page = Page(address or self.address, **options)
@@ -311,14 +311,14 @@ class PanelTest(PanelCase):
             False, 'another page drives: it must let go first, or be stopped'))
         self.assertEqual(other.ask('give')[0], False)
         other.hold(pad={'forward': -1.0})
-        other.wait_for(wheel='other')
+        other.wait_for(page='other')
         self.let_pass(SILENCE)
         self.assertTrue(all(command[0] > 0.0 for _, command in self.seen.all(
             'cmd_vel', rospy.get_time() - SILENCE)))
         self.page.hold(pad={})
         self.page.send('let go')
         other.fall_silent()
-        other.wait_for(wheel='')
+        other.wait_for(page='')
         self.assertEqual(other.ask('begin'), (True, ''))
 
     def test_turns_and_mouse_are_refused_while_move_to_goal_drives(self):
@@ -372,13 +372,13 @@ class PanelTest(PanelCase):
 
     def test_bad_requests_are_refused_with_the_reason(self):
         for text, reason in (
-                ('{"type": "goal", "x": NaN, "y": 0, "yaw_deg": 0}', 'NaN is no number'),
+                ('{"type": "goal", "x": NaN, "y": 0, "yaw_deg": 0}', 'NaN is not a number'),
                 ('{"type": "reset", "x": 1e999, "y": 0, "yaw_deg": 0}',
                  'x = Infinity is not valid: a number from -100 to 100'),
                 ('{"type": "turn", "degrees": "90"}',
                  'degrees = "90" is not valid: a number from -360 to 360'),
                 ('{"type": "fly"}', 'type "fly" is unknown'),
-                ('[' * 1000, 'a message is no JSON'), ('x' * 3000, 'at most 2000')):
+                ('[' * 1000, 'a message is not JSON'), ('x' * 3000, 'at most 2000')):
             self.page.send_text(text)
             self.page.wait_until(lambda: any(reason in note for note in self.page.notes), 5.0,
                                  reason)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from tb3_labs.control.goal_state import WAITING_FOR_CONTROL, GoalState, with_reason
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.panel.picture import RobotView, phase_of
+from tb3_labs.panel.picture import RobotView, Trail, phase_of
 
 HALF_PI = math.pi / 2.0
 #: Poses as a page gets them: with 5 digits of an angle.
@@ -289,6 +289,44 @@ def test_a_point_that_is_none_is_left_out_of_the_path(view, number):
     view.hear_path([(0.0, number), (2.0, 3.0), (number, 0.0)])
     assert view.trail_in_local.points == [(2.0, 3.0)]
     assert view.trail_in_odom.points == [(3.0, 3.0)]
+
+
+# -- one trail
+
+def driven(count, step=1.0):
+    """The trail of a robot that drove straight on, and turned at each place."""
+    trail = Trail()
+    for number in range(count):
+        for yaw in (0.0, 1.0):
+            trail.add(Pose2(step * number, 0.0, yaw))
+    return trail
+
+
+@pytest.mark.parametrize('step, count', [(0.019, 51), (0.021, 101), (-0.021, 101), (1.0, 101)])
+def test_points_are_two_centimetres_apart_or_more_and_told_to_the_millimetre(step, count):
+    points = driven(101, step).points
+    assert len(points) == count
+    assert min(math.dist(*pair) for pair in zip(points, points[1:])) >= 0.02
+    assert all(round(x, 3) == x for x, _ in points)
+
+
+def test_a_long_trail_keeps_its_beginning_and_end_and_every_other_point_between():
+    assert driven(1000).points == [(float(x), 0.0) for x in range(1000)]
+    assert driven(1001).points == [(float(x), 0.0) for x in range(0, 1001, 2)]
+    assert len(driven(5000).points) <= 1000 and driven(5000).points[-1] == (4999.0, 0.0)
+
+
+@pytest.mark.parametrize('own', [0, 1, 5])
+@pytest.mark.parametrize('count', [2, 999, 1000, 5000])
+def test_the_points_driven_before_come_first_and_are_bounded_too(own, count):
+    trail, before = driven(own), [(float(x), 1.0) for x in range(count)]
+    trail.begin_with(before)
+    if own + count <= 1000:
+        assert trail.points == before + driven(own).points
+    assert min(count, 500) <= len(trail.points) <= 1000
+    assert trail.points[0] == (0.0, 1.0)
+    trail.clear()
+    assert trail.points == []
 
 
 # -- whatever a node of a student says

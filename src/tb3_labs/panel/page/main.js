@@ -307,7 +307,7 @@ const click = (id) => () => {
 
 /** May keys and a real gamepad drive now? */
 function mayDrive() {
-  return known.control && robot !== null && link.connected && Boolean(latest?.can?.pad) && latest.wheel !== 'other';
+  return known.control && robot !== null && link.connected && Boolean(latest?.can?.pad) && latest.page !== 'other';
 }
 
 function startKeys() {

@@ -140,9 +140,9 @@ export class Wheel {
   picture(picture) {
     this._picture = picture;
     const now = performance.now();
-    if (this._phase === 'asking' && picture.wheel === 'you') this._hold();    // the answer follows
+    if (this._phase === 'asking' && picture.page === 'this') this._hold();    // the answer follows
     if (this._phase !== 'held') return;
-    if (picture.wheel !== 'you' && now - this._since > SETTLE) {
+    if (picture.page !== 'this' && now - this._since > SETTLE) {
       const wasHeld = this._grips.size > 0 || this._mouse !== null;
       this._silence();
       if (wasHeld) this._say('The wheel was lost: let go, and grip again.', true);
@@ -218,7 +218,7 @@ export class Wheel {
     if (this._phase !== 'held' || document.hidden || this._link.crowded) return;
     const pad = this._padUsed ? this._pad() : null;
     const pressed = pad?.a ? this.buttons.a.pressed : null;
-    this._link.send({type: 'hand', t: timeNow(), pad, mouse: this._mouse, pressed});
+    this._link.send({type: 'joy', t: timeNow(), pad, mouse: this._mouse, pressed});
   }
 
   _pad() {
@@ -246,7 +246,7 @@ export class Wheel {
   /** May this grip drive? Once it was not ready in time, or no longer, it never drives again. */
   _judge(grip, now) {
     if (grip.spent) return;
-    const ready = this._picture?.pad === 'ready' && this._picture.wheel === 'you';
+    const ready = this._picture?.pad === 'ready' && this._picture.page === 'this';
     if (grip.open ? !ready : now - grip.at > READY_WITHIN) {
       grip.spent = true;
       grip.open = false;

@@ -11,7 +11,7 @@ const PAD = {ready: 'ready', connecting: 'connecting: hold still', 'held back': 
 export function showControls(picture, connected, wheel) {
   const can = picture?.can || {};
   const absent = (what) => (!connected ? 'not connected' : !picture ? 'no data yet' : can[what] ? '' : ABSENT[what]);
-  const other = picture?.wheel === 'other' ? 'another page drives' : '';
+  const other = picture?.page === 'other' ? 'another page drives' : '';
   const give = absent('control') || other || (picture.has_control === true ? 'move_to_goal has it already' : '');
   const turn = absent('turn') || (picture.has_control === true ? 'move_to_goal has control: take it first' : '');
   setReason($('give'), give);
