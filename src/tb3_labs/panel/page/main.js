@@ -6,7 +6,7 @@ import {Keys, MousePad, RealGamepad, SHORTCUTS, Stick, padButton} from './inputs
 import {Link} from './link.js';
 import {RobotMap, Trail} from './map.js';
 import {
-  $, LogBox, announce, fill, say, setHidden, setReason, setText, startTheme, typedRequest, typedYaw,
+  $, LogBox, announce, fill, say, setHidden, setText, startTheme, typedRequest, typedYaw,
 } from './page.js';
 import {Robots, showControls, showStatus} from './status.js';
 import {Strip} from './strips.js';
@@ -139,7 +139,6 @@ function look() {
   setHidden($('robot-view'), name === null);
   setHidden($('list-view'), name !== null);
   setHidden($('back'), names.length < 2 || name === null);
-  setReason($('stop'), name === null ? 'choose a robot first' : '');
   link.send({type: 'look', robot: name});
   document.title = name || 'Robot panel';
   redraw();
