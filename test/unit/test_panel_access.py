@@ -34,7 +34,8 @@ def test_the_loopback_has_three_names(host):
     'localhost@evil.com', 'localhost:8080@evil.com', 'evil.com#localhost', 'evil.com#@localhost',
     'evil.com/localhost', 'evil.com?localhost', 'evil.com\\@localhost', 'evil.com@localhost',
     'user:word@localhost:8080', 'localhost/evil.com', 'localhost#evil.com', 'localhost?evil.com',
-    'evil[::1]', '[::1]evil.com', '[localhost]', 'localhost:evil.com', 'localhost:80:80', '//localhost',
+    'evil[::1]', '[::1]evil.com', '[localhost]', 'localhost:evil.com', 'localhost:80:80',
+    '//localhost',
     'http://localhost', 'localhost\n', '\tlocalhost', ' localhost', 'local\nhost'])
 def test_any_other_name_is_refused_and_anything_beside_a_name_and_a_port(host):
     """RFC 7230, section 5.4: a Host has no user, path, query or fragment."""

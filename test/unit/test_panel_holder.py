@@ -206,6 +206,19 @@ def test_a_message_that_was_delayed_for_as_long_does_not_count(room, late, count
     assert (room.holder.pad == FULL) is counts
 
 
+def test_a_silence_is_noticed_by_the_next_message_also_if_nobody_looked_at_the_clock(room):
+    room.give()
+    room.joy('A', FULL, (0.5, 0.5))
+    room.said()
+    room.now += 0.5
+    room.joy('A', FULL, (0.5, 0.5))
+    assert room.said() == ([False], [], [MouseState(False)]) and room.holder.page is None
+    room.give('A')
+    room.now += 0.5
+    room.begin('B')
+    assert room.holder.page == 'B' and room.grants == [True, False]
+
+
 # -- control
 
 @pytest.mark.parametrize('end', [
@@ -581,7 +594,8 @@ class Story:
         for state in mouse:
             self.mouse_is_active = state.active
         if self.holder.page is None:
-            assert self.last_word is not True and not self.holder.has_granted and self.holder.pad is None
+            assert self.last_word is not True and not self.holder.has_granted
+            assert self.holder.pad is None
             assert not self.mouse_is_active
         else:
             assert self.holder.page == self.driver

@@ -166,7 +166,8 @@ def test_nothing_gripped_and_no_robot_are_null_or_missing(text, request_):
 
 
 @pytest.mark.parametrize('literal', [
-    '-1', '1.0', '1000000000001', 'true', 'false', '"7"', '[7]', '{}', '1e3', '1' + '0' * 1900], ids=short)
+    '-1', '1.0', '1000000000001', 'true', 'false', '"7"', '[7]', '{}', '1e3',
+    '1' + '0' * 1900], ids=short)
 @pytest.mark.parametrize('kind, name', [('seen', 'n'), ('begin', 'id'), ('stop', 'id')])
 def test_what_is_no_whole_number_is_refused(kind, name, literal):
     reason = refusal(with_literal(kind, name, literal))

@@ -5,7 +5,7 @@ the state of its pad and mouse (`Joy`) about 20 times a second. The rules of a g
 
 * Silence for more than `PAGE_TIMEOUT` is a loss: of the page, of the network, or a page that is
   hidden, since browsers slow its timers. Control that the page gave is taken back. No page holds
-  the robot until a person grips something again. So a page that comes back drives nothing by itself.
+  the robot until a person grips something again: a page that comes back drives nothing by itself.
 * A message that the network delayed for as long does not count, except for the button B.
 * "take", B and "stop" count from every page, whenever they arrive. Those of another page stop the
   holder, too.
@@ -117,8 +117,8 @@ class Holder:
             self._grants += [True] * (1 + int((now - pressed) / RENEWAL))
 
     def take(self, page: object, now: float, pressed: float = -math.inf) -> None:
-        """`page` takes control from move_to_goal, whoever gave it, and stops another page that holds
-        the robot; `pressed` as in :meth:`stop`."""
+        """`page` takes control from move_to_goal, whoever gave it, and stops another page that
+        holds the robot; `pressed` as in :meth:`stop`."""
         if page is self.page:
             self._take(page, now, pressed)
         else:

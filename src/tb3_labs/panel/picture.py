@@ -19,7 +19,8 @@ A picture is a JSON object. Poses are [x m, y m, yaw rad], null if nothing was h
     "can"                {request: does any node listen to it?}
     "pad", "mouse"       the state of the page's own: "ready", or the reason why it does not drive
 
-A number that is NaN or infinite is null as well: JSON does not have it, and any node may publish it.
+A number that is NaN or infinite is null as well: JSON does not have it, but any node may publish
+it.
 
 Units inside: metres, radians, seconds of arrival on one clock (`now`).
 """
@@ -39,13 +40,13 @@ MOST_POINTS = 1000
 FRAME_STEP = 0.001, math.radians(0.1)
 #: unless the odometry jumped by more than this, since it was zeroed: the frame then follows it.
 ODOMETRY_JUMP = 0.2, math.radians(60.0)
-#: A pose in local that jumps by more than this was declared [m], [rad]: no robot moves as far between
-#: two messages.
+#: A pose in local that jumps by more than this was declared [m], [rad]: no robot moves as far
+#: between two messages.
 LOCAL_JUMP = 0.1, math.radians(30.0)
 #: Truth and odometry that are farther apart in time than this are not compared [s].
 SAME_MOMENT = 0.3
-#: The age of a message that was heard within this time is shown as 0 [s]: streams are read a few times
-#: a second, the list of robots less often, so that a smaller number would only tell when.
+#: The age of a message that was heard within this time is shown as 0 [s]: streams are read a few
+#: times a second, the list of robots less often, so that a smaller number would only tell when.
 READ_WITHIN, LISTED_WITHIN = 0.3, 0.7
 #: Sources whose ages a picture has.
 SOURCES = ('imu', 'odom', 'joy')
@@ -273,7 +274,7 @@ def _numbers(pose: Optional[Pose2]) -> Optional[List[float]]:
 
 
 def _rounded(number: Optional[float], digits: int = 3) -> Optional[float]:
-    """None for a number that JSON does not have; 0.0 for -0.0, which would be shown with its sign."""
+    """None for a number that JSON does not have; 0.0 for -0.0, whose sign would be shown."""
     return None if number is None or not math.isfinite(number) else round(number, digits) + 0.0
 
 

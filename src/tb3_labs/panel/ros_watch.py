@@ -1,4 +1,4 @@
-"""Listens to one robot for pages: to nothing while nobody looks, and no faster than a page draws."""
+"""Listens to one robot for pages: to nothing while nobody looks, no faster than a page draws."""
 import threading
 
 import rospy
@@ -85,8 +85,8 @@ class Watch:
             'has_control': lambda: subscribe(self._prefix + 'has_control', Bool, self._on_control,
                                              _data, queue_size=None),
             'control_holder': self._keep('control_holder', String, 'holder'),
-            'odom': self._stream('odom', Odometry, self._write(_odometry), POSES, to_odometry_sample,
-                                 moves_robot=True),
+            'odom': self._stream('odom', Odometry, self._write(_odometry), POSES,
+                                 to_odometry_sample, moves_robot=True),
             'distance_error': self._stream('distance_error', Float32, self._hear('distance'),
                                            NUMBERS, _data)}
         if self._level == self.ALL:

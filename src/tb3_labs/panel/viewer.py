@@ -1,9 +1,9 @@
 """One page that looks at robots: its messages, and its pace.
 
 A page reports the number of a picture that it has drawn, once in several pictures. A page is too
-slow if it has not drawn the last `MOST_UNSEEN` of those that were sent to it: a suspended laptop, or
-a network that holds everything up. Its connection is closed, and nothing is stored for it. It
-connects anew when it runs again, and then sees the present picture and not those of the past minutes.
+slow if it has not drawn the last `MOST_UNSEEN` of those that were sent to it: a suspended laptop,
+or a network that holds everything up. Its connection is closed, and nothing is stored for it. It
+connects anew when it runs again, and then sees the present picture, not those of the past minutes.
 """
 import json
 from typing import Any, Callable, Dict, Optional
