@@ -5,4 +5,4 @@ from catkin_pkg.python_setup import generate_distutils_setup
 
 setup(**generate_distutils_setup(
     packages=find_packages('src'), package_dir={'': 'src'},
-    package_data={'tb3_labs.ros.panel': ['page/*']}))    # the panel's page
+    package_data={'tb3_labs.panel': ['page/*']}))    # HTML, style and JavaScript

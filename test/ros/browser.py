@@ -23,7 +23,7 @@ MISSING = '' if webdriver and CHROMIUM and DRIVER else (
 #: Nothing is looked up in the network; root and containers have no sandbox.
 FLAGS = ('--headless=new', '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run',
          '--disable-background-networking', '--disable-component-update', '--disable-sync',
-         '--disable-dev-shm-usage', '--window-size=1280,900')
+         '--disable-dev-shm-usage', '--window-size=1120,800')
 #: A map that has not moved for this long rests [s].
 STEADY = 0.3
 #: A gamepad as browsers offer one with the standard layout; `window.testPad` is what it shows.
@@ -43,13 +43,13 @@ window.makeTestPad = (axes, pressed) => {
 #: without a pause of a second, since the page was loaded or it was set to 0.
 SILENCE_METER = """
 window.longestSilence = 0;
-let lastHand = 0;
+let lastJoy = 0;
 const send = WebSocket.prototype.send;
 WebSocket.prototype.send = function (text) {
-  if (text.includes('"hand"')) {
-    const gap = (performance.now() - lastHand) / 1000;
+  if (text.includes('"joy"')) {
+    const gap = (performance.now() - lastJoy) / 1000;
     if (gap < 1) window.longestSilence = Math.max(window.longestSilence, gap);
-    lastHand = performance.now();
+    lastJoy = performance.now();
   }
   return send.call(this, text);
 };
@@ -57,7 +57,7 @@ WebSocket.prototype.send = function (text) {
 
 
 class Browser:
-    """A browser with one page, or with several in tabs."""
+    """A browser with one page."""
 
     def __init__(self, address):
         self._folder = tempfile.mkdtemp()
@@ -68,7 +68,7 @@ class Browser:
         options.set_capability('goog:loggingPrefs', {'browser': 'ALL'})
         self._driver = webdriver.Chrome(service=Service(DRIVER), options=options)
         self._driver.execute_cdp_cmd('Page.addScriptToEvaluateOnNewDocument', {'source': GAMEPAD + SILENCE_METER})
-        self.tabs = [self._driver.current_window_handle]
+        self._tab = self._driver.current_window_handle
         self._driver.get(address)
 
     # -- what a person sees
@@ -90,8 +90,10 @@ class Browser:
         deadline = time.monotonic() + seconds
         while not condition():
             if time.monotonic() > deadline:
-                raise RuntimeError('waited {:.0f} s in vain for {}; the page: {}; {}'.format(
-                    seconds, what, self.run('return JSON.stringify(panel.latest)'), self.errors()))
+                raise RuntimeError('waited {:.0f} s in vain for {}; the page: {}; {}; {}'.format(
+                    seconds, what, self.run('return JSON.stringify(panel.latest)'),
+                    self.run('return document.getElementById("message").textContent'),
+                    self.errors()))
             time.sleep(0.02)
 
     def wait_for(self, seconds=20.0, **values):
@@ -119,10 +121,6 @@ class Browser:
         """What the browser complains about."""
         return [entry['message'] for entry in self._driver.get_log('browser')
                 if entry['level'] in ('SEVERE', 'WARNING')]
-
-    def save(self, path):
-        """Save what is seen as a PNG file."""
-        self._driver.save_screenshot(path)
 
     # -- what a person does
 
@@ -182,12 +180,9 @@ class Browser:
         self._driver.switch_to.new_window('tab')
 
     def show(self):
-        """Back to the page."""
-        self._driver.switch_to.window(self.tabs[0])
-
-    def switch_to_last_tab(self):
-        """Look at the tab that was opened last."""
-        self._driver.switch_to.window(self._driver.window_handles[-1])
+        """Close that tab: the page is seen again."""
+        self._driver.close()
+        self._driver.switch_to.window(self._tab)
 
     def kill(self):
         """The browser ends at once, as if it had crashed."""

@@ -118,8 +118,8 @@ class LedgerCase(LedgerNodes):
             self.presses.append((rospy.get_time(), 'panel', B))
             self.stop('panel', what='all stopped' if what == 'stop' else 'stopped')
             if what == 'b':
-                page.send('hand', pad={'forward': 0, 'left': 0, 'b': True}, mouse=None)
-            page.send('hand', pad=None, mouse=None) if what == 'b' else page.send(what)
+                page.send('joy', pad={'forward': 0, 'left': 0, 'b': True}, mouse=None)
+            page.send('joy', pad=None, mouse=None) if what == 'b' else page.send(what)
         elif what == 'mouse':
             for place in ('released', 'moved'):    # a new grip
                 self.note('mouse', 'page %d' % number, place)

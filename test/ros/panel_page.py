@@ -70,7 +70,7 @@ class Page:
     def hold(self, pad=None, mouse=None):
         """From now on hands hold this, 20 times a second: `pad` is what differs from AT_REST."""
         self._held = {'pad': None if pad is None else dict(AT_REST, **pad), 'mouse': mouse}
-        self.send('hand', **self._held)
+        self.send('joy', **self._held)
 
     def fall_silent(self):
         """From now on nothing is sent."""
@@ -132,7 +132,7 @@ class Page:
             held, before = self._held, self._repeated_at
             self._repeated_at = None if held is None else time.monotonic()
             if held is not None:
-                self.send('hand', **held)
+                self.send('joy', **held)
                 if before is not None:
                     self.longest_silence = max(self.longest_silence, self._repeated_at - before)
 

@@ -18,7 +18,7 @@ from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.nodes.gamepad import GamepadCore
 from tb3_labs.nodes.mouse import Mouse
 from tb3_labs.nodes.pad import PadListener
-from tb3_labs.panel.wheel import Wheel
+from tb3_labs.panel.holder import Holder
 from tb3_labs.supervision import permission
 from tb3_labs.supervision.permission import Permission, SleepWatch
 
@@ -67,9 +67,9 @@ def sleepless(self, now):
 
 def give_at_once(self, page, now, pressed):
     self.begin(page, now, math.inf)
-    if not self.gives:
-        self.gives = True
-        self._words.append(True)
+    if not self.has_granted:
+        self.has_granted = True
+        self._grants.append(True)
 
 
 def never_cancelled(self):
@@ -100,10 +100,10 @@ DEFECTS = {
     'a stick that is pushed is ready': (OnePad, GamepadCore, '_is_ready', lambda *_: True),
     'a mouse may be silent for 9 s': (MouseAndTurns, mouse, 'MOUSE_TIMEOUT', 9.0),
     'a late giving of a page is compared with no stop': (
-        LatePages, Wheel, 'give', give_at_once),
-    'a page that is silent is not lost': (LatePages, Wheel, 'update', lambda *_: None),
+        LatePages, Holder, 'give', give_at_once),
+    'a page that is silent is not lost': (LatePages, Holder, 'update', lambda *_: None),
     'control that was lost by itself is given without a word': (
-        TwoPages, Wheel, 'on_control', lambda *_: None),
+        TwoPages, Holder, 'on_control', lambda *_: None),
     'a mouse is never lost': (MouseAndTurns, Mouse, 'lose', lambda *_: None),
 }
 

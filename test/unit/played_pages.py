@@ -6,8 +6,8 @@ from oracle import PageOracle
 from played_nodes import RENEWAL_PERIOD, Process
 from played_worlds import MOVER, NOTHING, WAITING, Labs, Wrong, held_up, sleeping
 from tb3_labs.localization.sender_clock import Lateness
-from tb3_labs.panel.requests import Hand
-from tb3_labs.panel.wheel import LONGEST_DELAY, Wheel
+from tb3_labs.panel.holder import LONGEST_DELAY, Holder
+from tb3_labs.panel.requests import Joy
 
 #: A page's clock, beside the panel's.
 CLOCK = 55.0
@@ -20,7 +20,7 @@ class Panel(Process):
 
     def __init__(self, world):
         super().__init__(world)
-        self.core = Wheel()
+        self.core = Holder()
         self.lateness = {page: Lateness() for page in 'ab'}
         self.oracles = {page: PageOracle() for page in 'ab'}
         self.said_at = 0.0
@@ -32,9 +32,9 @@ class Panel(Process):
         oracle = self.oracles[page]
         oracle.hear(now, at)
         try:
-            if kind == 'hand':
-                self.core.on_hand(page, Hand(), now, lateness)
-                if self.core.gives and now - self.said_at >= RENEWAL_PERIOD - 1e-6:
+            if kind == 'joy':
+                self.core.on_joy(page, Joy(), now, lateness)
+                if self.core.has_granted and now - self.said_at >= RENEWAL_PERIOD - 1e-6:
                     if oracle.objection():
                         raise Wrong(oracle.objection())
                     self.say(True, None)
@@ -68,7 +68,7 @@ class Panel(Process):
             self.flush(self.world.now)
 
     def flush(self, at):
-        for word in self.core.take_words():
+        for word in self.core.take_grants():
             self.say(word, at)
         self.core.take_news()
         self.core.take_mouse()
@@ -114,7 +114,7 @@ class TwoPages(Labs):
         """A page repeats the state of what is gripped."""
         for page in 'ab':
             if page not in self.hidden and self.panel.core.page == page:
-                self.ask(page, 'hand')
+                self.ask(page, 'joy')
 
     def ask_anew(self):
         self.hidden.clear()

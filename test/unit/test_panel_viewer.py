@@ -1,30 +1,35 @@
-"""A page that cannot keep up is dropped, one that can is not."""
+"""A page gets its messages, in time; a page that cannot keep up is dropped."""
+import json
 import re
 from pathlib import Path
 
 import pytest
 
+from tb3_labs.panel.requests import Request
 from tb3_labs.panel.viewer import MOST_UNSEEN, REPORT_EVERY, Viewer
 
-PAGE = Path(__file__).resolve().parents[2] / 'src' / 'tb3_labs' / 'ros' / 'panel' / 'page'
+PAGE = Path(__file__).resolve().parents[2] / 'src' / 'tb3_labs' / 'panel' / 'page'
 
 
-def sent(count):
-    viewer = Viewer()
-    for _ in range(count):
-        viewer.next_picture()
+def viewer_of(sent=0):
+    """A page to which that many pictures were sent; its messages are kept."""
+    messages = []
+    viewer = Viewer(lambda text: messages.append(json.loads(text)), lambda: None)
+    viewer.messages = messages
+    for _ in range(sent):
+        viewer.send_picture({'odom': None})
     return viewer
 
 
 def test_pictures_are_numbered_from_one():
-    viewer = Viewer()
-    assert [viewer.next_picture() for _ in range(3)] == [1, 2, 3] and viewer.sent == 3
+    assert viewer_of(3).messages == [
+        {'type': 'picture', 'odom': None, 'n': number} for number in (1, 2, 3)]
 
 
 @pytest.mark.parametrize('count, dropped', [(0, False), (1, False), (59, False), (60, True),
                                             (1000, True)])
 def test_a_page_that_never_reports_is_dropped_after_60_pictures(count, dropped):
-    assert sent(count).is_too_slow is dropped
+    assert viewer_of(count).is_too_slow is dropped
 
 
 def test_the_page_reports_as_often_as_is_said_here():
@@ -34,45 +39,48 @@ def test_the_page_reports_as_often_as_is_said_here():
 
 @pytest.mark.parametrize('seen', [1, 10, 17, 20])
 def test_it_is_dropped_60_pictures_after_the_one_that_it_has_seen(seen):
-    viewer = sent(20)
-    viewer.has_seen(seen)
+    viewer = viewer_of(20)
+    for number in (seen, 0, seen - 1):    # an older report takes nothing back
+        viewer.has_seen(number)
     while viewer.sent < seen + 59:
-        viewer.next_picture()
+        viewer.send_picture({})
         assert not viewer.is_too_slow
-    viewer.next_picture()
+    viewer.send_picture({})
     assert viewer.is_too_slow
     viewer.has_seen(seen + 1)
     assert not viewer.is_too_slow
 
 
-def test_a_page_that_reports_every_tenth_picture_stays():
-    viewer = Viewer()
-    for _ in range(1000):
-        number = viewer.next_picture()
-        assert not viewer.is_too_slow
-        if number % 10 == 0 and number > 40:
-            viewer.has_seen(number - 40)        # two seconds under way, there and back
-
-
-def test_an_old_report_takes_nothing_back():
-    viewer = sent(59)
-    viewer.has_seen(50)
-    viewer.has_seen(10)
-    viewer.has_seen(0)
-    for _ in range(50):
-        viewer.next_picture()
-    assert not viewer.is_too_slow
-
-
 @pytest.mark.parametrize('count, number', [(0, 1), (20, 21), (20, 10 ** 12)])
 def test_a_picture_that_was_not_sent_cannot_be_seen(count, number):
-    viewer = sent(count)
+    viewer = viewer_of(count)
     with pytest.raises(ValueError) as caught:
         viewer.has_seen(number)
     assert str(caught.value) == 'picture {} was not sent yet: the last one is {}'.format(
         number, count)
-    viewer.has_seen(count)
     for _ in range(60):
-        assert not viewer.is_too_slow
-        viewer.next_picture()
-    assert viewer.is_too_slow        # what was refused does not count
+        viewer.send_picture({})
+    assert viewer.is_too_slow        # the invalid report does not count
+
+
+def test_answers_have_the_number_of_their_request():
+    viewer = viewer_of()
+    viewer.answer(Request('stop', id=7), True, 'done')
+    viewer.answer(Request('stop'), True, 'done')    # without a number nobody waits for it
+    viewer.answer(Request('stop'), False, 'why')
+    viewer.answer(None, False, 'unreadable')
+    assert viewer.messages == [
+        {'type': 'answer', 'id': 7, 'ok': True, 'text': 'done'},
+        {'type': 'note', 'text': 'why', 'warning': True},
+        {'type': 'note', 'text': 'unreadable', 'warning': True}]
+
+
+def test_a_request_is_pressed_when_it_was_sent_or_earlier():
+    """The page's clock is 500 s ahead of the panel's."""
+    viewer = viewer_of()
+    assert viewer.timed(Request('stop', sent_at=600.0), 100.0).pressed == 100.0
+    late = viewer.timed(Request('give', sent_at=601.0), 101.5)
+    assert (late.lateness, late.pressed) == (0.5, 101.0)
+    assert viewer.timed(Request('give', sent_at=602.0, pressed=90.0), 102.0).pressed == 90.0
+    assert viewer.timed(Request('give', sent_at=603.0, pressed=999.0), 103.0).pressed == 103.0
+    assert viewer.timed(Request('give'), 104.0) == Request('give', pressed=104.0)

@@ -15,7 +15,7 @@ from tb3_labs.control.goal import DriveConfig
 from tb3_labs.control.turning import TurnConfig
 from tb3_labs.nodes.move_to_goal import MoveToGoalConfig
 from tb3_labs.nodes.pad_config import PadConfig
-from tb3_labs.panel.panel_config import PanelConfig
+from tb3_labs.panel.access import PanelConfig
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 sys.path.insert(0, str(ROOT / 'test'))

@@ -1,22 +1,26 @@
-"""What is known of one robot, as the picture that a page draws.
+"""All that was heard of one robot, as the picture that a page draws.
 
-A picture is a JSON object. Poses are [x m, y m, yaw rad], null where nothing was heard:
+A picture is a JSON object. Poses are [x m, y m, yaw rad], null if nothing was heard:
 
     "odom", "local"      of the robot, in the frames odom and local (the latter as believed)
     "frame"              of the frame local, in odom
-    "truth"              of an embedded robot, in odom
+    "truth"              of a simulated robot, in odom
     "goal"               in local; "tolerance" [m]
     "to_go"              [distance m, angle deg] to the goal, as the node publishes them
     "state", "phase"     the words of `goal_state`; their kind: driving, reached, waiting, stopped,
                          gave up, or ''
     "has_control"        may move_to_goal drive?
-    "holder"             who may drive, in words
+    "holder"             the node that may drive, in words
     "driver", "command"  the node whose commands move the robot now, and [v m/s, w rad/s]
     "heading_deg"        by the IMU, 0 to 360
     "ages"               {source: time since its last message [s]; 0: it is not silent}
     "epoch"              number of declarations of the frame local that were seen
+    "page"               the page that holds the robot: "", "this" or "other"
+    "can"                {request: does any node listen to it?}
+    "pad", "mouse"       the state of the page's own: "ready", or the reason why it does not drive
 
-A number that is NaN or infinite is null as well: JSON has none, and any node may publish one.
+A number that is NaN or infinite is null as well: JSON does not have it, but any node may publish
+it.
 
 Units inside: metres, radians, seconds of arrival on one clock (`now`).
 """
@@ -26,23 +30,56 @@ from typing import Any, Dict, Iterable, List, Optional, Tuple
 from tb3_labs.control.goal import DRIVING, GAVE_UP, STOPPED, WAITING, GoalState
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.panel.trail import Trail
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
+#: A point is added to a trail after this distance [m].
+TRAIL_STEP = 0.02
+#: Of a trail with more points than this every other one is dropped.
+MOST_POINTS = 1000
 #: A frame that moved by more than this was declared anew [m], [rad],
 FRAME_STEP = 0.001, math.radians(0.1)
 #: unless the odometry jumped by more than this, since it was zeroed: the frame then follows it.
 ODOMETRY_JUMP = 0.2, math.radians(60.0)
-#: A pose in local that jumps by more than this was declared [m], [rad]: no robot moves as far between
-#: two messages.
+#: A pose in local that jumps by more than this was declared [m], [rad]: no robot moves as far
+#: between two messages.
 LOCAL_JUMP = 0.1, math.radians(30.0)
 #: Truth and odometry that are farther apart in time than this are not compared [s].
 SAME_MOMENT = 0.3
-#: The age of a message that was heard within this time is shown as 0 [s]: streams are read a few times
-#: a second, the list of robots less often, so that a smaller number would only tell when.
+#: The age of a message that was heard within this time is shown as 0 [s]: streams are read a few
+#: times a second, the list of robots less often, so that a smaller number would only tell when.
 READ_WITHIN, LISTED_WITHIN = 0.3, 0.7
 #: Sources whose ages a picture has.
 SOURCES = ('imu', 'odom', 'joy')
+
+Point = Tuple[float, float]
+
+
+class Trail:
+    """Where the robot has driven, in one frame [m], thinned and bounded: for a page that comes
+    later."""
+
+    def __init__(self) -> None:
+        self.points: List[Point] = []
+
+    def add(self, pose: Pose2) -> None:
+        """The robot is there now."""
+        if self.points and pose.distance_to(Pose2(*self.points[-1])) < TRAIL_STEP:
+            return
+        self.points.append((round(pose.x, 3), round(pose.y, 3)))
+        self._thin()
+
+    def begin_with(self, points: List[Point]) -> None:
+        """The points that were driven before go before the points so far."""
+        self.points = [(round(x, 3), round(y, 3)) for x, y in points] + self.points
+        self._thin()
+
+    def clear(self) -> None:
+        """Forget everything: the frame was declared anew."""
+        self.points = []
+
+    def _thin(self) -> None:
+        while len(self.points) > MOST_POINTS:
+            self.points = self.points[::2]
 
 
 class RobotView:
@@ -58,7 +95,7 @@ class RobotView:
         self.trail_in_local = Trail()
         #: How often the trails got a new beginning.
         self.past_count = 0
-        self._past: List[Tuple[float, float]] = []    # driven before, in local, until the frame is known
+        self._past: List[Point] = []    # driven before, in local, until the frame is known
 
     # -- what comes in
 
@@ -77,7 +114,7 @@ class RobotView:
         self.hear('odom', pose, now)
 
     def hear_local(self, pose: Pose2, now: float, stamp: Optional[float] = None) -> None:
-        """The robot believed to be at `pose` in local, at `stamp` [s].
+        """The robot is believed to be at `pose` in local, at `stamp` [s].
 
         A pose that jumps while the odometry does not shows that the frame was declared anew. It is
         where the odometry says until the frame itself comes, a moment later.
@@ -110,8 +147,8 @@ class RobotView:
         self.trail_in_local.clear()
         self.hear('frame', frame, now)
 
-    def hear_path(self, path: List[Tuple[float, float]]) -> None:
-        """What was driven before, in local. It waits until the frame is known."""
+    def hear_path(self, path: List[Point]) -> None:
+        """The path driven before, in local. It waits until the frame is known."""
         self._past = [point for point in path if math.isfinite(math.hypot(*point))]
         self._put_past_first()
 
@@ -148,19 +185,19 @@ class RobotView:
         return phase_of(self.latest('state') or '')
 
     def driver(self, now: float) -> str:
-        """The node whose commands move the robot; '' if none does."""
+        """The node whose commands move the robot, or ''."""
         moving = [(at, sender) for sender, (at, linear, angular) in list(self._commands.items())
                   if now - at <= COMMAND_TIMEOUT and (linear or angular)]
         return max(moving)[1] if moving else ''
 
     def holder(self, now: float) -> str:
-        """Who may drive, in words."""
+        """The node that may drive, in words."""
         if self.latest('has_control'):
             return 'move_to_goal (it has control)'
         return self.driver(now) or self.latest('holder') or 'nobody'
 
     def picture(self, now: float) -> Dict[str, Any]:
-        """The picture, without what differs from page to page."""
+        """The picture, without the entries that differ from page to page."""
         driver, heading = self.driver(now), self.latest('heading')
         shown, stamp = self._in_odom()
         return {
@@ -181,7 +218,8 @@ class RobotView:
         """The robot's line in the list of all robots."""
         return {'state': self.latest('state') or '', 'phase': self.phase,
                 'has_control': self.latest('has_control'), 'holder': self.holder(now),
-                'age': self._silence('odom', now, LISTED_WITHIN), 'odom': _numbers(self.latest('odom')),
+                'age': self._silence('odom', now, LISTED_WITHIN),
+                'odom': _numbers(self.latest('odom')),
                 'distance': _rounded(self.latest('distance'))}
 
     def _silence(self, kind: str, now: float, within: float) -> Optional[float]:
@@ -236,7 +274,7 @@ def _numbers(pose: Optional[Pose2]) -> Optional[List[float]]:
 
 
 def _rounded(number: Optional[float], digits: int = 3) -> Optional[float]:
-    """None for a number that JSON does not have; 0.0 for -0.0, which would be shown with its sign."""
+    """None for a number that JSON does not have; 0.0 for -0.0, whose sign would be shown."""
     return None if number is None or not math.isfinite(number) else round(number, digits) + 0.0
 
 

@@ -1,9 +1,9 @@
-"""What a page may ask for: one JSON object a message, read into one of the types below.
+"""Requests of a page: one JSON object a message, read into one of the types below.
 
     {"type": "look", "robot": "robot3"}      show this robot; null: the list of all
     {"type": "seen", "n": 20}                picture 20 was drawn
     {"type": "begin"}                        a person grips a control of this page
-    {"type": "hand", "pad": {...}, "mouse": [x, y]}    the present state of what is gripped, or null
+    {"type": "joy", "pad": {...}, "mouse": [x, y]}     the present state of what is gripped, or null
     {"type": "let go"}                       the person is done
     {"type": "give"}, {"type": "take"}       give control to move_to_goal, take it
     {"type": "stop"}                         everything to zero
@@ -14,15 +14,16 @@
 "pad" is {"forward": -1..1, "left": -1..1, "a": bool, "b": bool, "y": bool, "hold": bool}; "mouse"
 counts from the middle of its square to its edges, -1..1, x right, y up. Each may have an "id", a
 whole number: the answer has it too. "t" is the time at which it was sent [ms, the page's clock].
-"pressed" is the time at which a person asked for it, and in a hand the time of the press of A
+"pressed" is the time at which a person asked for it, and in a "joy" the time of the press of A
 [s, the panel's clock]: "now" of the last picture, and the time since that picture came.
 
-A message that is none of these raises ``ValueError`` with the reason: what is wrong, what is valid.
+Any other message raises ``ValueError`` with the reason: the invalid value, and the valid ones.
 """
 import json
-from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, TypedPose
+from tb3_labs.nodes.pad_config import PadConfig
 
 #: A message with more characters is refused; the longest valid one has about 200.
 LONGEST = 2000
@@ -30,6 +31,8 @@ LONGEST = 2000
 LATEST = 1e15
 #: A turn is at most this [deg].
 MOST_DEGREES = 360.0
+#: Axes and buttons of the most common pad: nodes of students may look at any of them.
+AXES, BUTTONS = 8, 11
 
 
 class Pad(NamedTuple):
@@ -42,6 +45,28 @@ class Pad(NamedTuple):
     y: bool = False
     hold: bool = False
 
+    def as_joy(self, config: PadConfig) -> Tuple[List[float], List[int]]:
+        """(axes, buttons) of a sensor_msgs/Joy with the numbers of the node `gamepad`: axes from -1
+        to 1, forward and left positive. So a page needs no numbers of any make of pad."""
+        axes = [0.0] * max(AXES, 1 + config.linear_axis, 1 + config.angular_axis)
+        axes[config.linear_axis] = self.forward
+        axes[config.angular_axis] = self.left
+        functions = {config.relinquish_button: self.a, config.regain_button: self.b,
+                     config.reset_button: self.y}
+        if config.has_hold:
+            functions[config.hold_button] = self.hold
+        buttons = [0] * max(BUTTONS, 1 + max(functions))
+        for number, pressed in functions.items():
+            buttons[number] = int(pressed)
+        return axes, buttons
+
+
+class Joy(NamedTuple):
+    """What a person grips on a page; None: not gripped."""
+
+    pad: Optional[Pad] = None
+    mouse: Optional[Tuple[float, float]] = None
+
 
 class Request(NamedTuple):
     """One message of a page."""
@@ -51,13 +76,7 @@ class Request(NamedTuple):
     id: Optional[int] = None
     sent_at: Optional[float] = None    # [s, the page's clock]; None: unknown
     pressed: Optional[float] = None    # [s, the panel's clock]; None: unknown
-
-
-class Hand(NamedTuple):
-    """What a person grips on a page; None: not gripped."""
-
-    pad: Optional[Pad] = None
-    mouse: Optional[Tuple[float, float]] = None
+    lateness: float = 0.0          # its delay beyond the usual one [s]
 
 
 def read_request(text: str) -> Request:
@@ -66,10 +85,10 @@ def read_request(text: str) -> Request:
         raise ValueError('a message of {} characters is refused: at most {} are valid'.format(
             len(text), LONGEST))
     try:
-        # NaN and Infinity are no JSON, but Python's reader takes them
+        # NaN and Infinity are not JSON, but Python's reader takes them
         message = json.loads(text, parse_constant=_no_number)
     except (ValueError, RecursionError) as problem:
-        raise ValueError('a message is no JSON: {}'.format(problem)) from None
+        raise ValueError('a message is not JSON: {}'.format(problem)) from None
     if not isinstance(message, dict):
         raise ValueError('a message must be an object with "type"')
     kind = message.get('type')
@@ -103,19 +122,19 @@ def _turn(message: Dict) -> float:
 
 
 def _pose(message: Dict) -> TypedPose:
-    # the node refuses others as well, but nothing would show its reason on the page
+    # the node refuses others as well, but the page would not show its reason
     return TypedPose(
         _number(message, 'x', MAX_DISTANCE, 'm'), _number(message, 'y', MAX_DISTANCE, 'm'),
         _number(message, 'yaw_deg', MAX_YAW_DEG, 'deg'))
 
 
-def _hand(message: Dict) -> Hand:
+def _joy(message: Dict) -> Joy:
     pad, mouse = message.get('pad'), message.get('mouse')
     if pad is not None and not isinstance(pad, dict):
         raise ValueError('pad = {} is not valid: an object, or null'.format(_short(pad)))
     if mouse is not None and not (isinstance(mouse, list) and len(mouse) == 2):
         raise ValueError('mouse = {} is not valid: [x, y], or null'.format(_short(mouse)))
-    return Hand(
+    return Joy(
         None if pad is None else Pad(
             _number(pad, 'forward', 1.0), _number(pad, 'left', 1.0), _flag(pad, 'a'),
             _flag(pad, 'b'), _flag(pad, 'y'), _flag(pad, 'hold')),
@@ -125,7 +144,7 @@ def _hand(message: Dict) -> Hand:
 
 #: By type: the reader of a message's value.
 READERS: Dict[str, Callable[[Dict], Any]] = {
-    'look': _look, 'seen': _seen, 'begin': _nothing, 'hand': _hand, 'let go': _nothing,
+    'look': _look, 'seen': _seen, 'begin': _nothing, 'joy': _joy, 'let go': _nothing,
     'give': _nothing, 'take': _nothing, 'stop': _nothing, 'turn': _turn, 'goal': _pose,
     'reset': _pose}
 
@@ -133,7 +152,7 @@ READERS: Dict[str, Callable[[Dict], Any]] = {
 def _number(message: Dict, name: str, most: float, unit: str = '') -> float:
     """A finite number, of at most this size."""
     value = message.get(name)
-    # NaN and infinity fail the comparison; a whole number of 400 digits is no float, but compares
+    # NaN and infinity fail the comparison; a whole number of 400 digits is too large for a float
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= most:
         raise ValueError('{} = {} is not valid: a number from {:g} to {:g}{}'.format(
             name, _short(value), -most, most, unit and ' ' + unit))
@@ -158,10 +177,10 @@ def _short(value: Any) -> str:
     """`value` as a page writes it, cut if it is long."""
     try:
         text = json.dumps(value)
-    except RecursionError:    # the reader has coped with this depth just so
+    except RecursionError:    # the reader can take a little more depth than the writer
         return 'a value that is nested too deeply'
     return text if len(text) <= 40 else text[:37] + '...'
 
 
 def _no_number(name: str) -> None:
-    raise ValueError('{} is no number'.format(name))
+    raise ValueError('{} is not a number'.format(name))

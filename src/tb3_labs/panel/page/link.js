@@ -12,10 +12,9 @@ export class Link extends EventTarget {
   constructor() {
     super();
     this.connected = false;
-    this.sent = 0;
     this._socket = null;
     this._lastId = 0;
-    this._open = new Map();       // id -> what to do with the answer
+    this._open = new Map();       // id -> function that is called with the answer
     this._pictures = 0;
     this._heardAt = 0;
     this._clock = null;           // of the panel: its time in the last picture, and when that came
@@ -27,11 +26,10 @@ export class Link extends EventTarget {
   send(message) {
     if (!this._socket || this._socket.readyState !== WebSocket.OPEN) return false;
     this._socket.send(JSON.stringify(message));
-    this.sent += 1;
     return true;
   }
 
-  /** Do earlier messages still wait in this browser? A command behind them would be late. */
+  /** Do earlier messages still wait in this browser? A joy behind them would be late. */
   get crowded() {
     return this._socket !== null && this._socket.bufferedAmount > CROWDED;
   }
@@ -42,7 +40,7 @@ export class Link extends EventTarget {
     return this._clock && this._clock.shown + (performance.now() - this._clock.at) / 1000;
   }
 
-  /** Send what a person asks for now; the promise gives {ok, text}, and never fails. */
+  /** Send a person's request now; the promise gives {ok, text}, and never fails. */
   ask(message, within = ANSWER_WITHIN) {
     const id = ++this._lastId;
     return new Promise((resolve) => {
@@ -95,7 +93,9 @@ export class Link extends EventTarget {
     this._socket = null;
     socket.onclose = null;
     socket.close();
-    for (const id of [...this._open.keys()]) this._answered(id, {ok: false, text: 'the connection broke'});
+    for (const id of [...this._open.keys()]) {
+      this._answered(id, {ok: false, text: 'the connection broke'});
+    }
     if (this.connected) {
       this.connected = false;
       this._tell('connection', false);

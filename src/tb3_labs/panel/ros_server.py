@@ -12,8 +12,7 @@ import rosgraph.network
 import rospy
 from tornado import httpserver, ioloop, netutil, web, websocket
 
-from tb3_labs.panel.doors import Doors, new_token
-from tb3_labs.panel.panel_config import LOOPBACK
+from tb3_labs.panel.access import LOOPBACK, Access, new_token
 from tb3_labs.panel.requests import LONGEST
 from tb3_labs.ros.node import guarded
 
@@ -43,7 +42,7 @@ class Server:
     def __init__(self, config, open_page):
         is_open = config.address == LOOPBACK
         token = '' if is_open else config.token or new_token()
-        self._doors = Doors([] if is_open else names_of_this_computer(config.address), token)
+        self._access = Access([] if is_open else names_of_this_computer(config.address), token)
         self._open_page = open_page
         self._sockets, port = _bound(config.port, config.address)
         name = 'localhost' if is_open else _shown_name(config.address)
@@ -69,8 +68,8 @@ class Server:
     def _run(self):
         asyncio.set_event_loop(self._loop)
         application = web.Application([
-            (r'/socket', _Socket, {'doors': self._doors, 'open_page': self._open_page}),
-            (r'/(.*)', _File, {'doors': self._doors, 'path': str(FILES),
+            (r'/socket', _Socket, {'access': self._access, 'open_page': self._open_page}),
+            (r'/(.*)', _File, {'access': self._access, 'path': str(FILES),
                                'default_filename': 'index.html'})],
             log_function=lambda handler: None, websocket_max_message_size=4 * LONGEST)
         server = httpserver.HTTPServer(application)
@@ -79,7 +78,7 @@ class Server:
 
 
 class Timer:
-    """Calls `job()` every `seconds` while it runs; of use in the thread of the server alone."""
+    """Calls `job()` every `seconds` while it runs; for the thread of the server alone."""
 
     def __init__(self, seconds, job):
         self._seconds = seconds
@@ -100,7 +99,7 @@ class Timer:
 
 
 class Worker:
-    """Does what waits for the master, in a thread of its own: rospy asks a master that is gone
+    """Does jobs that wait for the master, in a thread of its own: rospy asks a master that is gone
     until it is back, and the thread of the server must hear stops meanwhile."""
 
     def __init__(self):
@@ -127,11 +126,11 @@ class Worker:
         return True
 
 
-class _Door:
-    """Refuses what Doors refuses, with one line."""
+class _Guarded:
+    """Refuses the requests that Access refuses, with one line."""
 
-    def initialize(self, doors, **options):
-        self._doors = doors
+    def initialize(self, access, **options):
+        self._access = access
         super().initialize(**options)
 
     def set_default_headers(self):
@@ -141,7 +140,7 @@ class _Door:
     def prepare(self):
         headers = self.request.headers
         token = self.get_query_argument('token', '') if self.needs_token() else None
-        refusal = self._doors.refusal(headers.get('Host'), headers.get('Origin'), token)
+        refusal = self._access.refusal(headers.get('Host'), headers.get('Origin'), token)
         if refusal:
             rospy.logwarn_throttle(1.0, 'a browser was refused: ' + refusal)
             self.set_status(403)
@@ -152,19 +151,19 @@ class _Door:
         return True
 
 
-class _File(_Door, web.StaticFileHandler):
+class _File(_Guarded, web.StaticFileHandler):
     """A file of the page; nothing outside of its folder."""
 
     def needs_token(self):
-        """The page itself asks for it. The style and the program are no secret."""
+        """The page itself asks for it. The style and the program are public."""
         return self.request.path in ('/', '/index.html')
 
 
-class _Socket(_Door, websocket.WebSocketHandler):
+class _Socket(_Guarded, websocket.WebSocketHandler):
     """The connection of one page."""
 
-    def initialize(self, doors, open_page):
-        super().initialize(doors)
+    def initialize(self, access, open_page):
+        super().initialize(access)
         self._open_page = open_page
         self._on_text = self._on_end = None
 

@@ -1,15 +1,50 @@
 // The map: both frames, the robot, its trails, the goal, and the true pose, drawn to scale.
 
-import {colours} from './colours.js';
-import {sharp} from './canvas.js';
-import {drawGrid, drawLegend} from './grid.js';
-import {Labels} from './labels.js';
-import {compose, degrees, inverse} from './se2.js';
-import {arrowHead, circle, diamond, heading, square, stroke} from './shapes.js';
-import {View} from './view.js';
+import {
+  Labels, arrowHead, circle, colours, diamond, disc, drawGrid, drawLegend, heading, sharp, square,
+  stroke,
+} from './drawing.js';
+import {View, compose, degrees, inverse} from './view.js';
 
 const AXIS = 0.35;           // [m] length of a frame's axes, if that can be seen
 const AXIS_PIXELS = [34, 90];
+const MOST = 2000;           // points kept; beyond it every other one is dropped
+const STEP = 0.004;          // [m] a nearer point adds nothing to the picture
+const JUMP = 0.5;            // [m] between two pictures: the robot was put elsewhere
+
+/** The points of one frame that the robot drove through, bounded in number. */
+export class Trail {
+  constructor() {
+    this.points = [];     // [x, y], or null where the line is broken
+  }
+
+  replace(points) {
+    this.points = points.slice();
+    this._bound();
+  }
+
+  add(pose) {
+    const last = this.points[this.points.length - 1];
+    const far = last ? Math.hypot(pose[0] - last[0], pose[1] - last[1]) : 0;
+    if (last && far < STEP) return;
+    if (far > JUMP) this.lift();
+    this.points.push([pose[0], pose[1]]);
+    this._bound();
+  }
+
+  /** The next point is not joined to the last one, e.g. after a reset of the frame. */
+  lift() {
+    if (this.points.length && this.points[this.points.length - 1]) this.points.push(null);
+  }
+
+  _bound() {
+    while (this.points.length > MOST) {
+      // Breaks stay, so that thinning never joins two pieces.
+      let keep = false;
+      this.points = this.points.filter((point) => { keep = !keep; return point === null || keep; });
+    }
+  }
+}
 
 export class RobotMap {
   constructor(canvas) {
@@ -32,7 +67,7 @@ export class RobotMap {
     if (this.view.auto || !middle) this.fit();
   }
 
-  /** A pose of one frame in another one; null where the frame local is unknown. */
+  /** A pose of one frame in another one; null while the frame local is unknown. */
   _into(to, from, pose) {
     if (!pose) return null;
     if (to === from) return pose;
@@ -44,7 +79,7 @@ export class RobotMap {
   /** A pose given in `frame`, in the frame that stands still. */
   shown(frame, pose) { return this._into(this.fixed, frame, pose); }
 
-  /** The point in local at a pixel of the canvas; null where that is unknown. */
+  /** The point in local at a pixel of the canvas; null while that is unknown. */
   localAt(px, py) {
     const point = this.view.point(px, py);
     return this._into('local', this.fixed, [point[0], point[1], 0]);
@@ -64,15 +99,20 @@ export class RobotMap {
   _points(withTrails) {
     const p = this.picture;
     if (!p) return [];
-    const points = [this.shown('odom', p.odom), this.shown('local', p.local), this.shown('local', p.goal), this.shown('odom', p.truth)];
+    const points = [this.shown('odom', p.odom), this.shown('local', p.local),
+                    this.shown('local', p.goal), this.shown('odom', p.truth)];
     for (const frame of ['odom', 'local']) {
-      for (const [x, y] of [[0, 0], [AXIS, 0], [0, AXIS]]) points.push(this.shown(frame, [x, y, 0]));
+      for (const [x, y] of [[0, 0], [AXIS, 0], [0, AXIS]]) {
+        points.push(this.shown(frame, [x, y, 0]));
+      }
     }
     if (withTrails) {
       for (const frame of ['odom', 'local']) {
         const trail = this.trails[frame].points;
         const step = Math.ceil(trail.length / 300) || 1;
-        for (let i = 0; i < trail.length; i += step) if (trail[i]) points.push(this.shown(frame, [...trail[i], 0]));
+        for (let i = 0; i < trail.length; i += step) {
+          if (trail[i]) points.push(this.shown(frame, [...trail[i], 0]));
+        }
       }
     }
     return points.filter(Boolean);
@@ -89,8 +129,7 @@ export class RobotMap {
     drawGrid(c, this.view, this._gridWords());
     if (!this.picture) return;
     const labels = new Labels(c, width, height);
-    labels.paper = colours.paper;
-    this._reserve(labels, width);
+    labels.keep([0, 0, Math.min(width, 330), 48]);    // the toolbar lies on the map
     drawLegend(c, labels, height);
     this._trails(c);
     this._goalLine(c);
@@ -102,11 +141,6 @@ export class RobotMap {
     labels.write();
   }
 
-  /** The toolbar lies on the map: no label goes beneath it. */
-  _reserve(labels, width) {
-    labels.keep([0, 0, Math.min(width, 330), 48]);
-  }
-
   _gridWords() {
     const unknown = this.picture && !this.picture.frame;
     return `[m] in ${this.fixed}${unknown ? ' \u00b7 the frame local is not known yet' : ''}`;
@@ -115,7 +149,7 @@ export class RobotMap {
   _trails(c) {
     for (const frame of ['odom', 'local']) {
       const points = this.trails[frame].points;
-      // What was driven in an older frame local is faint: it lay elsewhere then.
+      // The part that was driven in an older frame local is faint: it lay elsewhere then.
       const since = points.lastIndexOf(null) + 1;
       c.lineWidth = frame === 'odom' ? 2.5 : 2;
       c.setLineDash(frame === 'odom' ? [] : [7, 5]);
@@ -143,7 +177,8 @@ export class RobotMap {
   }
 
   _frames(c, labels) {
-    const origins = ['odom', 'local'].map((name) => [name, this.shown(name, [0, 0, 0])]).filter((o) => o[1]);
+    const origins = ['odom', 'local'].map((name) => [name, this.shown(name, [0, 0, 0])])
+      .filter((origin) => origin[1]);
     for (const [, pose] of origins) labels.avoid(...this.view.pixel(pose[0], pose[1]), 6);
     for (const [name, pose] of origins) this._frame(c, labels, name, pose);
   }
@@ -153,7 +188,8 @@ export class RobotMap {
     const [px, py] = this.view.pixel(pose[0], pose[1]);
     // The axes of local are longer and thinner: both are seen where the frames coincide.
     const factor = name === 'local' ? 1.35 : 1;
-    const length = factor * Math.max(AXIS_PIXELS[0], Math.min(AXIS_PIXELS[1], AXIS * this.view.scale));
+    const [least, most] = AXIS_PIXELS;
+    const length = factor * Math.max(least, Math.min(most, AXIS * this.view.scale));
     const ends = [['x', pose[2]], ['y', pose[2] + Math.PI / 2]].map(([axis, angle]) => {
       const ex = px + length * Math.cos(angle), ey = py - length * Math.sin(angle);
       c.lineWidth = name === 'odom' ? 4 : 2;
@@ -161,17 +197,21 @@ export class RobotMap {
       stroke(c, colour, [[px, py], [ex, ey]]);
       c.setLineDash([]);
       arrowHead(c, ex, ey, angle, colour, axis === 'x');
-      for (const part of [0.2, 0.4, 0.6, 0.8]) labels.avoid(px + part * (ex - px), py + part * (ey - py), 4);
+      for (const part of [0.2, 0.4, 0.6, 0.8]) {
+        labels.avoid(px + part * (ex - px), py + part * (ey - py), 4);
+      }
       return [axis, ex, ey];
     });
     for (const [axis, ex, ey] of ends) labels.add(axis, ex, ey, colour, {size: 12, away: 9});
-    if (name === 'odom') square(c, px, py, 5, colour); else diamond(c, px, py, 7, colour, colours.paper);
+    if (name === 'odom') square(c, px, py, 5, colour);
+    else diamond(c, px, py, 7, colour, colours.paper);
     labels.add(name, px, py, colour, {away: 12});
   }
 
   _goalLine(c) {
     const {goal, odom, local} = this.picture;
-    const from = this.shown('odom', odom) || this.shown('local', local), to = this.shown('local', goal);
+    const from = this.shown('odom', odom) || this.shown('local', local);
+    const to = this.shown('local', goal);
     if (!from || !to) return;
     c.lineWidth = 1.5;
     c.setLineDash([2, 5]);
@@ -193,12 +233,7 @@ export class RobotMap {
     for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
       stroke(c, colour, [[px + 9 * dx, py + 9 * dy], [px + 17 * dx, py + 17 * dy]]);
     }
-    c.globalAlpha = 0.35;
-    c.fillStyle = colour;
-    c.beginPath();
-    c.arc(px, py, Math.max(1, (tolerance || 0) * this.view.scale), 0, 2 * Math.PI);
-    c.fill();
-    c.globalAlpha = 1;
+    disc(c, px, py, Math.max(1, (tolerance || 0) * this.view.scale), colour, 0.35);
     const end = [px + 40 * Math.cos(pose[2]), py - 40 * Math.sin(pose[2])];
     c.lineWidth = 3;
     stroke(c, colour, [[px, py], end]);
@@ -217,7 +252,9 @@ export class RobotMap {
     c.lineWidth = 2;
     c.setLineDash([3, 3]);
     circle(c, px, py, size, colours.truth);
-    stroke(c, colours.truth, [[px, py], [px + size * 1.4 * Math.cos(pose[2]), py - size * 1.4 * Math.sin(pose[2])]]);
+    const nose = 1.4 * size;
+    stroke(c, colours.truth, [
+      [px, py], [px + nose * Math.cos(pose[2]), py - nose * Math.sin(pose[2])]]);
     c.setLineDash([]);
     labels.avoid(px, py, size * 0.72);
     labels.add('true', px, py, colours.truth, {size: 12, away: size * 0.72 + 8});
@@ -229,12 +266,7 @@ export class RobotMap {
       const [px, py] = this.view.pixel(pose[0], pose[1]);
       const size = this.radius * this.view.scale;
       c.lineWidth = 2;
-      c.globalAlpha = 0.25;
-      c.fillStyle = colours.robot;
-      c.beginPath();
-      c.arc(px, py, size, 0, 2 * Math.PI);
-      c.fill();
-      c.globalAlpha = 1;
+      disc(c, px, py, size, colours.robot, 0.25);
       circle(c, px, py, size, colours.robot);
       heading(c, px, py, pose[2], Math.max(size * 0.85, 11), colours.robot, colours.paper);
       labels.avoid(px, py, Math.max(size, 9) * 0.72);

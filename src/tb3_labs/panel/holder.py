@@ -1,15 +1,15 @@
-"""Which page drives a robot by hand? One at a time: the page that has *the wheel*.
+"""Which page drives a robot by hand? One at a time: the page that *holds* it.
 
-A page takes the wheel when a person grips something on it, if no other page has it. Whoever has it
-sends the state of its hands about 20 times a second. The rules of a gamepad hold:
+A page becomes the holder when a person grips something on it, if no other page is. The holder sends
+the state of its pad and mouse (`Joy`) about 20 times a second. The rules of a gamepad hold:
 
 * Silence for more than `PAGE_TIMEOUT` is a loss: of the page, of the network, or a page that is
-  hidden, since browsers slow its timers. Control that the page gave is taken back. The wheel is
-  gone until a person grips something again. So a page that comes back drives nothing by itself.
+  hidden, since browsers slow its timers. Control that the page gave is taken back. No page holds
+  the robot until a person grips something again: a page that comes back drives nothing by itself.
 * A message that the network delayed for as long does not count, except for the button B.
-* "take", B and "stop" count from every page, whenever they arrive. Those of a page without the
-  wheel stop the page that has it, too.
-* A grip, a giving or the button A counts only if it was pressed after the last stop of anyone, and
+* "take", B and "stop" count from every page, whenever they arrive. Those of another page stop the
+  holder, too.
+* A grip, a grant or the button A counts only if it was pressed after the last stop of anyone, and
   after the last loss.
 
 A pad is published as it is heard; if it falls silent, the node `gamepad` notices that itself.
@@ -20,12 +20,12 @@ import math
 from typing import Dict, List, NamedTuple, Optional, Set, Tuple
 
 from tb3_labs.news import News, NewsDesk
-from tb3_labs.panel.requests import Hand, Pad
+from tb3_labs.panel.requests import Joy, Pad
 from tb3_labs.supervision.permission import RENEWAL
 
 #: A page that is silent for longer than this is lost [s].
 PAGE_TIMEOUT = 0.25
-#: A request that was delayed by more than this is refused: its person no longer expects it [s].
+#: A request that was delayed by more than this is rejected: its person no longer expects it [s].
 LONGEST_DELAY = 2.0
 
 
@@ -47,14 +47,14 @@ class MouseState(NamedTuple):
 Stopped = Tuple[Optional[object], float]
 
 
-class Wheel:
-    """The wheel of one robot. Pages are told apart by any object that identifies them."""
+class Holder:
+    """The holder of one robot. Any object can identify a page."""
 
     def __init__(self) -> None:
-        #: The page that has the wheel, or None.
+        #: The page that holds the robot, or None.
         self.page: Optional[object] = None
         #: Has this page given control to move_to_goal, so that it must be renewed?
-        self.gives = False
+        self.has_granted = False
         #: The last state of its pad; None while none is gripped.
         self.pad: Optional[Pad] = None
         self._pad_since = 0.0          # time of its first message
@@ -66,9 +66,9 @@ class Wheel:
         # (the page or None, time) of the last stop, and of the last one of another page or node
         self._stops: Tuple[Stopped, Stopped] = ((None, -math.inf),) * 2
         self._own_stops: Dict[int, float] = {}    # by id() of a page: the press of its last stop
-        self._has_control: Optional[bool] = None    # by the last word of move_to_goal
+        self._has_control: Optional[bool] = None    # by the last message of move_to_goal
         self._lost = False             # has it lost control since this page gave it?
-        self._words: List[bool] = []
+        self._grants: List[bool] = []
         self._pads: List[LatePad] = []
         self._mouse: List[MouseState] = []
         self._news = NewsDesk()
@@ -76,8 +76,8 @@ class Wheel:
     # -- what comes in
 
     def begin(self, page: object, now: float, pressed: float) -> None:
-        """A person gripped something on `page` at `pressed`; ``ValueError`` if another page has the
-        wheel, or :meth:`check` refuses it."""
+        """A person gripped something on `page` at `pressed`; ``ValueError`` if another page holds
+        the robot, or :meth:`check` refuses it."""
         self.update(now)
         if self.page not in (None, page):
             raise ValueError('another page drives: it must let go first, or be stopped')
@@ -89,53 +89,53 @@ class Wheel:
         if self._is_old(page, pressed):
             raise ValueError('this was pressed before the robot was stopped: press it again')
 
-    def on_hand(self, page: object, hand: Hand, now: float, lateness: float = 0.0,
-                mouse_drives: bool = True, pressed: float = math.inf) -> None:
+    def on_joy(self, page: object, joy: Joy, now: float, lateness: float = 0.0,
+               mouse_drives: bool = True, pressed: float = math.inf) -> None:
         """The present state of what is gripped on `page`, delayed by `lateness` [s].
 
         Without `mouse_drives` another node drives: a mouse that is held then must be gripped anew.
         `pressed`: the time at which A was pressed, if it is.
         """
         self.update(now)
-        if self._is_press_of_b(page, hand.pad):
-            # also with the wheel: perhaps no node hears the pad
+        if self._is_press_of_b(page, joy.pad):
+            # also of the holder: perhaps no node hears the pad
             self.take(page, now, now - lateness)
         if page is not self.page or lateness > PAGE_TIMEOUT:
             return
         self._heard_at = now
-        self._hear_pad(self._without_old_a(page, hand.pad, pressed), now, lateness)
-        self._hear_mouse(hand, mouse_drives)
+        self._hear_pad(self._without_old_a(page, joy.pad, pressed), now, lateness)
+        self._hear_mouse(joy.mouse, mouse_drives)
 
     def give(self, page: object, now: float, pressed: float) -> None:
         """Give control to move_to_goal; ``ValueError`` as in :meth:`begin`."""
         self.begin(page, now, pressed)
         if self._lost:
-            self._end_giving()    # it must be given anew
+            self._end_grant()    # it must be given anew
         self._lost = False
-        if not self.gives:
-            self.gives = True
+        if not self.has_granted:
+            self.has_granted = True
             # with the renewals that were due since, which show its age
-            self._words += [True] * (1 + int((now - pressed) / RENEWAL))
+            self._grants += [True] * (1 + int((now - pressed) / RENEWAL))
 
     def take(self, page: object, now: float, pressed: float = -math.inf) -> None:
-        """`page` takes control from move_to_goal, whoever gave it, and the wheel from other pages;
-        `pressed` as in :meth:`stop`."""
+        """`page` takes control from move_to_goal, whoever gave it, and stops another page that
+        holds the robot; `pressed` as in :meth:`stop`."""
         if page is self.page:
             self._take(page, now, pressed)
         else:
             self.stop(page, now, pressed)
 
     def on_stop(self, now: float) -> None:
-        """Someone stopped the robot in a way that leaves control where it is."""
+        """Another node stopped the robot in a way that leaves control where it is."""
         self._stopped(None, now)
 
     def on_taken(self, now: float) -> None:
-        """Another node took control: what this page gave is over."""
+        """Another node took control: the grant of this page is over."""
         self._stopped(None, now)
-        self._end_giving()
+        self._end_grant()
 
     def on_control(self, granted: bool, now: float) -> None:
-        """move_to_goal says that it has control now, or that it has none, for whatever reason."""
+        """move_to_goal says whether it has control now."""
         if self._has_control and not granted:
             self._lost = True
             self._stopped(None, now)
@@ -144,8 +144,8 @@ class Wheel:
         self._has_control = granted
 
     def stop(self, page: object, now: float, pressed: float = -math.inf) -> None:
-        """Everything to zero, at the wish of any `page`: nothing is gripped any more. `pressed`: by
-        the clock of the page's other presses; one that waited in the page may come after it."""
+        """Everything to zero, as any `page` may ask: nothing is gripped any more. `pressed`: by the
+        clock of the page's other presses; a press that waited in the page may come after it."""
         if self.pad is not None:
             self._pads.append(LatePad(Pad(b=True), 0.0))
         # an active mouse that is deactivated also ends a turn
@@ -167,7 +167,7 @@ class Wheel:
             self._lose('The page that drives has gone')
 
     def update(self, now: float) -> None:
-        """Look at the clock; to be called repeatedly while a page has the wheel."""
+        """Look at the clock; to be called repeatedly while a page holds the robot."""
         if self.page is not None and now - self._heard_at > PAGE_TIMEOUT:
             self._stopped(None, self._heard_at + PAGE_TIMEOUT)
             self._lose('The page that drives is silent for {:.1f} s'.format(now - self._heard_at))
@@ -178,10 +178,11 @@ class Wheel:
         """Time for which the pad has been heard [s]; 0 while there is none."""
         return now - self._pad_since if self.pad is not None else 0.0
 
-    def take_words(self) -> List[bool]:
-        """The words for `ctrl_relinq` since the last call, in order."""
-        words, self._words = self._words, []
-        return words
+    def take_grants(self) -> List[bool]:
+        """The messages for `ctrl_relinq` since the last call, in order: True gives control, False
+        takes it."""
+        grants, self._grants = self._grants, []
+        return grants
 
     def take_pads(self) -> List[LatePad]:
         """The messages of the pad since the last call, in order."""
@@ -197,7 +198,7 @@ class Wheel:
         """The News since the last call."""
         return self._news.take()
 
-    # -- the hands
+    # -- the pad and the mouse
 
     def _is_press_of_b(self, page: object, pad: Optional[Pad]) -> bool:
         """Was B released before? A page that is held up must not hide the B of another one."""
@@ -226,13 +227,13 @@ class Wheel:
             self._pads.append(LatePad(pad, lateness))
         self.pad = pad
 
-    def _hear_mouse(self, hand: Hand, drives: bool) -> None:
-        self._mouse_refused = hand.mouse is not None and (self._mouse_refused or not drives)
-        if hand.mouse is not None and not self._mouse_refused:
+    def _hear_mouse(self, mouse: Optional[Tuple[float, float]], drives: bool) -> None:
+        self._mouse_refused = mouse is not None and (self._mouse_refused or not drives)
+        if mouse is not None and not self._mouse_refused:
             if not self._mouse_active:
                 self._mouse.append(MouseState(False))    # a mouse that begins must not be active
             self._mouse_active = True
-            self._mouse.append(MouseState(True, *hand.mouse))
+            self._mouse.append(MouseState(True, *mouse))
         elif self._mouse_active:
             self._release_mouse()
 
@@ -241,7 +242,7 @@ class Wheel:
         self._mouse.append(MouseState(False))
 
     def _lose(self, reason: str) -> None:
-        held = self.gives or self._mouse_active or self.pad is not None
+        held = self.has_granted or self._mouse_active or self.pad is not None
         self._release()
         if held:
             self._news.tell(reason + ': robot stopped; grip a control of the page to drive again',
@@ -253,8 +254,8 @@ class Wheel:
         self._stops = (page, now), before if page is last[0] else last
 
     def _is_old(self, page: object, pressed: float) -> bool:
-        """Was it pressed before the last stop? Those of the page itself are compared by its own
-        clock, since both may have been slow."""
+        """Was it pressed before the last stop? A stop of the page itself is compared by the page's
+        own clock, since both messages may have been slow."""
         last, before = self._stops
         by_others = (before if page is last[0] else last)[1]
         return pressed <= max(by_others, self._own_stops.get(id(page), -math.inf))
@@ -262,19 +263,19 @@ class Wheel:
     def _take(self, page: object, now: float, pressed: float) -> None:
         self._stopped(page, now)
         self._own_stops[id(page)] = max(pressed, self._own_stops.get(id(page), -math.inf))
-        self.gives = False
-        self._words.append(False)
+        self.has_granted = False
+        self._grants.append(False)
 
     def _release(self) -> None:
         if self._mouse_active:
             self._release_mouse()
-        self._end_giving()
+        self._end_grant()
         self._drop()
 
-    def _end_giving(self) -> None:
-        if self.gives:
-            self.gives = False
-            self._words.append(False)
+    def _end_grant(self) -> None:
+        if self.has_granted:
+            self.has_granted = False
+            self._grants.append(False)
 
     def _drop(self) -> None:
         self.page = self.pad = None

@@ -1,7 +1,6 @@
 // A number over the last 60 seconds.
 
-import {colours} from './colours.js';
-import {nice, sharp} from './canvas.js';
+import {colours, nice, sharp} from './drawing.js';
 
 const SPAN = 60;           // [s]
 const MOST = 2400;         // points kept
@@ -10,11 +9,13 @@ const ANGLES = [10, 20, 45, 90, 180];               // [degrees] scales of a str
 const LEFT = 40, RIGHT = 6, TOP = 6, BOTTOM = 16;   // [px] around the curve
 
 export class Strip {
-  constructor(canvas, {symmetric, digits, smallest}) {
+  /** `symmetric`: an angle about 0, else from 0; `smallest`: the scale never shows less than this;
+   *  `digits(top)`: of the numbers beside it. */
+  constructor(canvas, symmetric, smallest, digits) {
     this._canvas = canvas;
     this._symmetric = symmetric;
     this._digits = digits;
-    this._smallest = smallest;     // the scale never shows less than this
+    this._smallest = smallest;
     this.points = [];              // [time, value or null, is it a reset?]
   }
 
@@ -22,7 +23,7 @@ export class Strip {
 
   add(time, value, isReset) {
     const last = this.points[this.points.length - 1];
-    if (last && time < last[0]) this.clear();        // the clock was set back, or it is another node
+    if (last && time < last[0]) this.clear();        // the clock was set back, or another node's
     if (last && time - last[0] > GAP) this.points.push([time, null, false]);
     this.points.push([time, value, isReset]);
     while (this.points[0][0] < time - SPAN || this.points.length > MOST) this.points.shift();
@@ -44,8 +45,8 @@ export class Strip {
 
   _top() {
     let most = this._smallest;
-    for (const point of this.points) if (point[1] !== null) most = Math.max(most, Math.abs(point[1]));
-    return this._symmetric ? ANGLES.find((angle) => angle >= most) || nice(most) : nice(most);
+    for (const [, value] of this.points) most = Math.max(most, Math.abs(value));
+    return this._symmetric && ANGLES.find((angle) => angle >= most) || nice(most);
   }
 
   _axes(c, width, height, top, bottom, x, y, end) {
@@ -71,7 +72,9 @@ export class Strip {
   _resets(c, height, x) {
     c.strokeStyle = colours.ink;
     c.setLineDash([2, 3]);
-    for (const point of this.points) if (point[2]) line(c, x(point[0]), TOP, x(point[0]), height - BOTTOM);
+    for (const [time, , isReset] of this.points) {
+      if (isReset) line(c, x(time), TOP, x(time), height - BOTTOM);
+    }
     c.setLineDash([]);
   }
 

@@ -1,45 +1,88 @@
-// Driving by hand: who asks for the wheel, what is gripped, and what is sent 20 times a second.
+// This page as the holder of the robot: it asks to hold it, and sends the joys 20 times a second.
 //
 // A grip drives only once the node `gamepad` is ready. It must see the sticks at rest first, so a
 // grip sends zeros until then. A grip that waited for too long must be let go and gripped again:
 // the robot must not start at a moment that nobody expects.
 
-import {Presses} from './presses.js';
 import {timeNow} from './link.js';
 
 const PERIOD = 50;          // [ms] between two messages
 const READY_WITHIN = 1000;  // [ms] after a grip the pad must be ready
-const BUTTONS_AFTER = 450;  // [ms] the node must have heard the pad for so long before a press counts
-const IDLE = 30000;         // [ms] without a touch: the wheel is given back
-const STOPPED_WITHIN = 1000; // [ms] a stop without an answer for so long is not confirmed
+const BUTTONS_AFTER = 450;  // [ms] the node has heard the pad for so long before a press counts
+const IDLE = 30000;         // [ms] without a touch: another page may hold the robot
+const STOPPED_WITHIN = 1000;  // [ms] a stop without an answer for so long is not confirmed
 const SETTLE = 700;         // [ms] a picture may be older than the answer to a request
+const WAITS = 1500;         // [ms] a press that could not be shown for so long no longer counts
 
-export class Wheel {
+/** The presses of one button. Each is shown in at least one message as down, then as up. */
+class Presses {
+  constructor() {
+    this.drop();
+    this.down = false;
+  }
+
+  /** `pressed`: the time of the press, on the panel's clock [s]. */
+  press(pressed) {
+    this.down = true;
+    this.pressed = pressed;
+    this._waiting = true;
+    this._since = performance.now();
+  }
+
+  lift() {
+    this.down = false;
+  }
+
+  /** Forget everything; a button that is still down must be pressed anew. */
+  drop() {
+    this._waiting = this._shown = this._held = false;
+    this._since = 0;
+  }
+
+  /** A press that was not shown yet no longer counts. */
+  forgetWaiting() {
+    this._waiting = false;
+  }
+
+  /** Is it down in the next message? `allowed`: may a new press be shown now? */
+  next(allowed) {
+    if (this._waiting && performance.now() - this._since > WAITS) this._waiting = false;
+    if (this._shown) {
+      this._shown = this._held && this.down && !this._waiting;
+    } else if (this._waiting && allowed) {
+      this._waiting = false;
+      this._shown = this._held = true;
+    }
+    return this._shown;
+  }
+}
+
+export class Holder {
   constructor(link, say) {
     this._link = link;
     this._say = say;
-    this._phase = 'idle';          // idle, asking, held
-    this._asked = 0;               // counts requests, so that a late answer is not taken for another
+    this.phase = 'idle';           // idle, asking, held
+    this._asked = 0;               // counts requests, so that no late answer is taken for another
     this._grips = new Map();       // name -> {at, forward, left, hold, open, spent}
     this._mouse = null;
     this._padUsed = false;
     this._heardSince = Infinity;   // the node hears the pad since then
     this._takes = 0;               // counts how often control was taken from move_to_goal
-    this._gave = -Infinity;        // this page gave control at this time; -Infinity: it did not
-    this._since = 0;               // the wheel is held since then
+    this._granted = -Infinity;     // this page gave control at this time; -Infinity: it did not
+    this._since = 0;               // it holds the robot since then
     this._touched = 0;
     this._picture = null;
     this._timer = 0;
     this.buttons = {a: new Presses(), b: new Presses(), y: new Presses()};
   }
 
-  get phase() { return this._phase; }
-  get gave() { return this._gave > -Infinity; }
+  get hasGranted() { return this._granted > -Infinity; }
 
   // -- what a person does
 
   grip(name, hold = true) {
-    this._grips.set(name, {at: performance.now(), forward: 0, left: 0, hold, open: false, spent: false});
+    const at = performance.now();
+    this._grips.set(name, {at, forward: 0, left: 0, hold, open: false, spent: false});
     this._padUsed = true;
     this._touch();
   }
@@ -58,10 +101,10 @@ export class Wheel {
   has(name) { return this._grips.has(name); }
 
   press(button) {
-    // B counts at once, whoever has the wheel, and needs none.
+    // B counts at once, also while another page holds the robot, or none.
     if (button === 'b') {
       this.ontake();
-      if (this._phase !== 'held') return;
+      if (this.phase !== 'held') return;
     }
     this.buttons[button].press(this._link.pressed);
     this._padUsed = true;
@@ -92,24 +135,25 @@ export class Wheel {
 
   /** Give control to move_to_goal. This page then renews it. */
   async give() {
-    const asked = this._phase === 'held' ? this._asked : ++this._asked;
-    if (this._phase !== 'held') this._phase = 'asking';
+    const asked = this.phase === 'held' ? this._asked : ++this._asked;
+    if (this.phase !== 'held') this.phase = 'asking';
     const takes = this._takes;
     const answer = await this._link.ask({type: 'give'});
+    this._say(answer.text, !answer.ok);
     if (answer.ok && asked === this._asked) {
-      if (takes === this._takes) this._gave = performance.now();      // else it was taken meanwhile
-      if (this._phase !== 'held') this._hold();
-    } else if (asked === this._asked && this._phase === 'asking') {
-      this._phase = 'idle';
+      // else it was taken meanwhile
+      if (takes === this._takes) this._granted = performance.now();
+      if (this.phase !== 'held') this._hold();
+    } else if (asked === this._asked && this.phase === 'asking') {
+      this.phase = 'idle';
     }
-    return answer;
   }
 
-  /** A person takes control from move_to_goal: nothing that was asked before may give it. */
+  /** A person takes control from move_to_goal: no earlier request may give it. */
   took() {
     this._takes += 1;
     this.buttons.a.forgetWaiting();
-    this._endGiving();
+    this._endGrant();
   }
 
   /** Everything to zero, and nothing that is held counts until it is gripped anew. */
@@ -117,20 +161,20 @@ export class Wheel {
     const answer = this._link.ask({type: 'stop'}, STOPPED_WITHIN);
     this._drop();
     this.took();
-    if (this._phase === 'asking') this._silence();
+    if (this.phase === 'asking') this._silence();
     this._send();
     return answer;
   }
 
-  /** Give the wheel back. */
+  /** Another page may hold the robot. */
   letGo() {
-    if (this._phase === 'held') this._link.send({type: 'let go'});
+    if (this.phase === 'held') this._link.send({type: 'let go'});
     this._silence();
   }
 
-  /** Send nothing any more. The node takes that for a loss, and stops the robot. */
+  /** Send nothing any more. The panel takes that for a loss, and stops the robot. */
   silence() {
-    const drove = this._phase !== 'idle';
+    const drove = this.phase !== 'idle';
     this._silence();
     return drove;
   }
@@ -140,50 +184,52 @@ export class Wheel {
   picture(picture) {
     this._picture = picture;
     const now = performance.now();
-    if (this._phase === 'asking' && picture.wheel === 'you') this._hold();    // the answer follows
-    if (this._phase !== 'held') return;
-    if (picture.wheel !== 'you' && now - this._since > SETTLE) {
+    // the answer follows
+    if (this.phase === 'asking' && picture.page === 'this') this._hold();
+    if (this.phase !== 'held') return;
+    if (picture.page !== 'this' && now - this._since > SETTLE) {
       const wasHeld = this._grips.size > 0 || this._mouse !== null;
       this._silence();
-      if (wasHeld) this._say('The wheel was lost: let go, and grip again.', true);
+      if (wasHeld) this._say('This page no longer drives: let go, and grip again.', true);
       return;
     }
-    if (this.gave && picture.has_control === false && now - this._gave > SETTLE) this._endGiving();
+    const isOld = now - this._granted > SETTLE;
+    if (this.hasGranted && picture.has_control === false && isOld) this._endGrant();
   }
 
   // -- inside
 
   /** This page no longer renews the control of move_to_goal. */
-  _endGiving() {
-    this._gave = -Infinity;
+  _endGrant() {
+    this._granted = -Infinity;
     this._touched = performance.now();
   }
 
   _touch() {
     this._touched = performance.now();
-    if (this._phase === 'idle') this._begin();
+    if (this.phase === 'idle') this._begin();
     else this._send();
   }
 
   async _begin() {
     if (document.hidden) return;
-    this._phase = 'asking';
-    this._picture = null;          // what older pictures say of the pad no longer holds
+    this.phase = 'asking';
+    this._picture = null;          // the pad's state in older pictures no longer holds
     const asked = ++this._asked;
     const answer = await this._link.ask({type: 'begin'});
-    if (asked !== this._asked || this._phase !== 'asking') return;     // stopped or hidden meanwhile
+    if (asked !== this._asked || this.phase !== 'asking') return;    // stopped or hidden meanwhile
     if (answer.ok) {
       this._hold();
     } else {
       this._silence();
-      this._say('The wheel was refused: ' + answer.text, true);
+      this._say('This page may not drive: ' + answer.text, true);
     }
   }
 
   _hold() {
     if (document.hidden) { this._silence(); return; }
     clearInterval(this._timer);
-    this._phase = 'held';
+    this.phase = 'held';
     this._since = performance.now();
     this._timer = setInterval(() => this._tick(), PERIOD);
     this._send();
@@ -191,11 +237,11 @@ export class Wheel {
 
   _silence() {
     clearInterval(this._timer);
-    this._phase = 'idle';
+    this.phase = 'idle';
     this._asked += 1;
     this._padUsed = false;
     this._heardSince = Infinity;
-    this._gave = -Infinity;
+    this._granted = -Infinity;
     this._picture = null;
     this._drop();
   }
@@ -208,17 +254,17 @@ export class Wheel {
   }
 
   _tick() {
-    const busy = this._grips.size > 0 || this._mouse !== null || this.gave;
+    const busy = this._grips.size > 0 || this._mouse !== null || this.hasGranted;
     if (!busy && performance.now() - this._touched > IDLE) this.letGo();
     else this._send();
   }
 
   _send() {
     // A hidden page has slow timers: it would be lost at any time, so it never drives.
-    if (this._phase !== 'held' || document.hidden || this._link.crowded) return;
+    if (this.phase !== 'held' || document.hidden || this._link.crowded) return;
     const pad = this._padUsed ? this._pad() : null;
     const pressed = pad?.a ? this.buttons.a.pressed : null;
-    this._link.send({type: 'hand', t: timeNow(), pad, mouse: this._mouse, pressed});
+    this._link.send({type: 'joy', t: timeNow(), pad, mouse: this._mouse, pressed});
   }
 
   _pad() {
@@ -238,15 +284,15 @@ export class Wheel {
     pad.b = this.buttons.b.next(true);
     pad.a = this.buttons.a.next(heard);
     pad.y = this.buttons.y.next(heard);
-    if (pad.a && !this.gave) this._gave = now;
-    if (pad.b) this._endGiving();
+    if (pad.a && !this.hasGranted) this._granted = now;
+    if (pad.b) this._endGrant();
     return pad;
   }
 
   /** May this grip drive? Once it was not ready in time, or no longer, it never drives again. */
   _judge(grip, now) {
     if (grip.spent) return;
-    const ready = this._picture?.pad === 'ready' && this._picture.wheel === 'you';
+    const ready = this._picture?.pad === 'ready' && this._picture.page === 'this';
     if (grip.open ? !ready : now - grip.at > READY_WITHIN) {
       grip.spent = true;
       grip.open = false;

@@ -1,40 +1,34 @@
 // The page of the panel: it joins the socket, the map, the numbers and the controls.
 
-import {startColours} from './colours.js';
-import {showControls} from './controls.js';
-import {RealGamepad} from './gamepad.js';
-import {Keys, SHORTCUTS} from './keys.js';
+import {readColours} from './drawing.js';
+import {Holder} from './holder.js';
+import {Keys, MousePad, RealGamepad, SHORTCUTS, Stick, padButton} from './inputs.js';
 import {Link} from './link.js';
-import {LogBox} from './log_box.js';
-import {RobotMap} from './map.js';
-import {MapInput} from './map_input.js';
-import {announce, say} from './messages.js';
-import {$, setHidden, setReason, setText} from './page.js';
-import {fill, typedRequest, typedYaw} from './poses.js';
-import {Robots} from './robots.js';
-import {showStatus} from './status.js';
-import {MousePad, Stick, padButton} from './sticks.js';
+import {RobotMap, Trail} from './map.js';
+import {
+  $, LogBox, announce, fill, say, setHidden, setText, startTheme, typedRequest, typedYaw,
+} from './page.js';
+import {Robots, showControls, showStatus} from './status.js';
 import {Strip} from './strips.js';
-import {Trail} from './trails.js';
-import {Wheel} from './wheel.js';
+import {MapInput} from './view.js';
 
 const STRIPS_EVERY = 200;       // [ms]
 
 const link = new Link();
-const wheel = new Wheel(link, say);
+const holder = new Holder(link, say);
 const map = new RobotMap($('map'));
 const trails = {odom: new Trail(), local: new Trail()};
 map.trails = trails;
 const strips = {
-  distance: new Strip($('strip-distance'), {symmetric: false, smallest: 0.1, digits: (top) => (top < 1 ? 2 : 1)}),
-  angle: new Strip($('strip-angle'), {symmetric: true, smallest: 10, digits: () => 0}),
+  distance: new Strip($('strip-distance'), false, 0.1, (top) => (top < 1 ? 2 : 1)),
+  angle: new Strip($('strip-angle'), true, 10, () => 0),
 };
 const log = new LogBox($('log'), $('log-filter'));
 const robots = new Robots($('robots'), (name) => { location.hash = encodeURIComponent(name); });
 const input = new MapInput(map, {redraw, placed, toolChanged, yawOf: typedYaw});
 
-let known = {robots: [], control: false, radius: 0.105};   // the last hello
-let robot = null;              // name of the robot that is looked at; null: the list, or nothing yet
+let known = {robots: [], control: false};    // the last hello
+let robot = null;              // name of the robot that is looked at; null: the list, or none yet
 let latest = null;             // the last picture of that robot
 let drawing = false;
 
@@ -51,8 +45,7 @@ function redraw() {
 
 function draw() {
   if (latest) showStatus(latest);
-  setText($('brief'), latest?.to_go ? `${$('distance').textContent}  ${$('angle').textContent}` : '');
-  showControls(latest, link.connected, wheel);
+  showControls(latest, link.connected, holder);
   setText($('title'), robot || (known.robots.length > 1 ? 'Robots' : 'Robot panel'));
   $('fixed-odom').setAttribute('aria-pressed', String(map.fixed === 'odom'));
   $('fixed-local').setAttribute('aria-pressed', String(map.fixed === 'local'));
@@ -82,11 +75,11 @@ async function request(message) {
   return answer;
 }
 
-// -- what the node tells
+// -- messages of the panel
 
 link.addEventListener('hello', ({detail}) => {
   known = detail;
-  map.radius = detail.radius || map.radius;
+  map.radius = detail.radius;
   document.body.dataset.control = detail.control ? 'yes' : 'no';
   log.clear();
   robots.names(detail.robots);
@@ -94,7 +87,7 @@ link.addEventListener('hello', ({detail}) => {
 });
 
 link.addEventListener('connection', ({detail: connected}) => {
-  if (!connected) wheel.silence();
+  if (!connected) holder.silence();
   showBanner();
   redraw();
 });
@@ -108,7 +101,7 @@ link.addEventListener('picture', ({detail: picture}) => {
   if (picture.local) trails.local.add(picture.local);
   strips.distance.add(picture.now, picture.to_go ? picture.to_go[0] : null, isReset);
   strips.angle.add(picture.now, picture.to_go ? picture.to_go[1] : null, isReset);
-  wheel.picture(picture);
+  holder.picture(picture);
   announce(picture.state || '');
   redraw();
 });
@@ -146,15 +139,14 @@ function look() {
   setHidden($('robot-view'), name === null);
   setHidden($('list-view'), name !== null);
   setHidden($('back'), names.length < 2 || name === null);
-  setReason($('stop'), name === null ? 'choose a robot first' : '');
   link.send({type: 'look', robot: name});
   document.title = name || 'Robot panel';
   redraw();
 }
 
-/** Another robot: what was shown is of no use for it. */
+/** Another robot: forget all that was shown of the last one. */
 function forget() {
-  wheel.letGo();
+  holder.letGo();
   latest = map.picture = null;
   trails.odom.replace([]);
   trails.local.replace([]);
@@ -170,14 +162,14 @@ function toList() {
   if (known.robots.length > 1) location.hash = '';
 }
 
-// -- what a person asks for
+// -- requests of a person
 
 /** False on a page that only shows, and in the list: it has nothing to stop. */
 function stop() {
   if (!known.control || robot === null) return false;
   input.cancel();
   say('STOP: waiting for the answer');
-  wheel.stop().then((answer) => {
+  holder.stop().then((answer) => {
     if (link.connected) {
       say(answer.ok ? answer.text : `STOP is not confirmed: ${answer.text}`, !answer.ok);
       return;
@@ -192,15 +184,10 @@ function stop() {
   return true;
 }
 
-async function give() {
-  const answer = await wheel.give();
-  say(answer.text || 'control given', !answer.ok);
-}
-
-/** As stop(): nothing but a page that only shows, or the list, keeps it from being sent. */
+/** As stop(): only the list, and a page that only shows, keep it from being sent. */
 function take() {
   if (!known.control || robot === null) return;
-  wheel.took();
+  holder.took();
   request({type: 'take'});
 }
 
@@ -259,15 +246,13 @@ function showHand(what) {
 
 // -- the page's elements
 
-function onClick(id, action) {
-  $(id).addEventListener('click', action);
-}
+const onClick = (id, action) => $(id).addEventListener('click', action);
 
 function startControls() {
   // A stop must not wait until the finger is lifted.
   $('stop').addEventListener('pointerdown', stop);
   $('stop').addEventListener('click', (event) => { if (event.detail === 0) stop(); });
-  onClick('give', give);
+  onClick('give', () => holder.give());
   onClick('take', take);
   onClick('turn-left', () => turn(90));
   onClick('turn-about', () => turn(180));
@@ -277,7 +262,10 @@ function startControls() {
   onClick('tab-pad', () => showHand('pad'));
   onClick('tab-mouse', () => showHand('mouse'));
   for (const kind of ['goal', 'reset']) {
-    $(kind + '-form').addEventListener('submit', (event) => { event.preventDefault(); sendTyped(kind); });
+    $(kind + '-form').addEventListener('submit', (event) => {
+      event.preventDefault();
+      sendTyped(kind);
+    });
   }
 }
 
@@ -307,21 +295,27 @@ const click = (id) => () => {
 
 /** May keys and a real gamepad drive now? */
 function mayDrive() {
-  return known.control && robot !== null && link.connected && Boolean(latest?.can?.pad) && latest.wheel !== 'other';
+  if (!known.control || robot === null || !link.connected) return false;
+  return Boolean(latest?.can.pad) && latest.page !== 'other';
 }
 
 function startKeys() {
   const view = (action) => () => { if (robot !== null) action(); };
-  return new Keys(wheel, {
+  return new Keys(holder, {
     stop,
     escape: closeHelp,
     driving: mayDrive,
-    pan: (dx, dy) => { map.view.pan(dx, dy); redraw(); },
+    pan: (dx, dy) => {
+      map.view.pan(dx, dy);
+      redraw();
+    },
     buttons: {a: 'a', b: 'b', y: 'y'},
     actions: {
-      1: click('turn-left'), 2: click('turn-about'), 3: click('turn-right'), g: click('tool-goal'), r: click('tool-reset'),
-      v: view(() => fix(map.fixed === 'odom' ? 'local' : 'odom')), '+': view(() => zoom(1.25)), '=': view(() => zoom(1.25)),
-      '-': view(() => zoom(0.8)), f: view(() => $('fit').click()), w: view(() => $('log-filter').click()),
+      1: click('turn-left'), 2: click('turn-about'), 3: click('turn-right'),
+      g: click('tool-goal'), r: click('tool-reset'),
+      v: view(() => fix(map.fixed === 'odom' ? 'local' : 'odom')),
+      '+': view(() => zoom(1.25)), '=': view(() => zoom(1.25)), '-': view(() => zoom(0.8)),
+      f: view(() => $('fit').click()), w: view(() => $('log-filter').click()),
       t: () => $('theme').click(), u: toList, '?': help,
     },
   });
@@ -329,17 +323,20 @@ function startKeys() {
 
 startControls();
 startView();
-startColours($('theme'), redraw);
+startTheme($('theme'), () => {
+  readColours();
+  redraw();
+});
 const keys = startKeys();
-const held = [new Stick($('stick-left'), 'forward', wheel), new Stick($('stick-right'), 'left', wheel),
-              new MousePad($('mouse-pad'), wheel)];
-for (const name of ['a', 'b', 'y']) padButton($('button-' + name), name, wheel);
-const gamepad = new RealGamepad(wheel, mayDrive, (text) => setText($('gamepad-hint'), text));
+const held = [new Stick($('stick-left'), 'forward', holder),
+              new Stick($('stick-right'), 'left', holder), new MousePad($('mouse-pad'), holder)];
+for (const name of ['a', 'b', 'y']) padButton($('button-' + name), name, holder);
+const gamepad = new RealGamepad(holder, mayDrive, (text) => setText($('gamepad-hint'), text));
 
-wheel.ontake = take;
+holder.ontake = take;
 
-// Whatever was held counts no more until it is gripped anew.
-wheel.ondrop = () => {
+// Anything that was held counts no more until it is gripped anew.
+holder.ondrop = () => {
   for (const item of held) item.abandon();
   keys.forget();
   gamepad.disarm();
@@ -348,23 +345,18 @@ wheel.ondrop = () => {
 // A hidden page must not drive: its timers are slow, and nobody looks at it.
 const hide = () => {
   input.cancel();
-  if (wheel.silence()) say('The page was hidden: it drives again when something is gripped anew.', true);
+  if (!holder.silence()) return;
+  say('The page was hidden: it drives again when something is gripped anew.', true);
 };
-document.addEventListener('visibilitychange', () => { if (document.hidden) hide(); else redraw(); });
+document.addEventListener('visibilitychange', () => (document.hidden ? hide() : redraw()));
 addEventListener('pagehide', hide);
 
 showBanner();
 redraw();
 
-// For tests, and for the curious in the browser's console.
+// For tests, and for the browser's console.
 window.panel = {
   get latest() { return latest; },
-  get connected() { return link.connected; },
-  get sent() { return link.sent; },
-  get robot() { return robot; },
-  get wheel() { return wheel.phase; },
-  get view() { return {x: map.view.x, y: map.view.y, scale: map.view.scale, auto: map.view.auto, fixed: map.fixed, tool: input.tool}; },
-  get trails() { return {odom: trails.odom.points.length, local: trails.local.points.length}; },
   /** Client coordinates of a point in the frame local; null while that frame is unknown. */
   pixel(x, y) {
     const at = map.pixelOfLocal(x, y);

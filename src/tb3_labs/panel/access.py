@@ -1,13 +1,13 @@
-"""May this browser connect? A page of another site in the same browser must not.
+"""Where is the page offered, and which browser may connect? No page of another site.
 
-A browser sends requests for any page that it shows. So the address 127.0.0.1 alone protects nothing
-from pages of other sites. Three things are checked:
+A browser sends requests for any page that it shows, so the address 127.0.0.1 alone does not keep
+pages of other sites out. Three things are checked:
 
 * *Host*, the name under which the browser reached this node. A site whose name leads to 127.0.0.1
   (DNS rebinding) has another name there.
 * *Origin*, the site whose page opens the socket. It must be this node's own page.
-* *The token*, if the node listens at another address than the loopback. Whoever has not seen the
-  address that the node printed does not know it.
+* *The token*, if the node listens at another address than the loopback. It is part of the address
+  that the node prints.
 
 Sources: RFC 6454 (origins), RFC 6455 section 10.2 (origins of websockets), RFC 7230 section 5.4
 (Host).
@@ -15,18 +15,43 @@ Sources: RFC 6454 (origins), RFC 6455 section 10.2 (origins of websockets), RFC 
 import hmac
 import re
 import secrets
-from typing import Iterable, Optional
+from dataclasses import dataclass
+from typing import Iterable, List, Optional
 from urllib.parse import urlsplit
 
+from tb3_labs.config import Config, setting
+
+#: The address at which only programs of this computer can connect.
+LOOPBACK = '127.0.0.1'
 #: Names of the loopback.
-LOOPBACK_NAMES = ('localhost', '127.0.0.1', '::1')
+LOOPBACK_NAMES = ('localhost', LOOPBACK, '::1')
 #: A Host header: an IPv6 address in brackets, or another address or name; then a port.
 HOST = re.compile(r'(?:\[([0-9a-fA-F.]*:[0-9a-fA-F:.]*)\]|([^\s\\@:/?#\[\]]+))(?::[0-9]*)?')
 #: Length of a token [bytes].
 TOKEN_SIZE = 12
 
 
-class Doors:
+@dataclass(frozen=True)
+class PanelConfig(Config):
+    """Where the page is offered, what it shows, and whether it may drive."""
+
+    port: int = setting(8080, 'TCP port of the page; if it is in use, one of the next nine',
+                        low=1, high=65000)
+    address: str = setting(LOOPBACK, 'address at which the page is offered; 0.0.0.0: all; other '
+                                     'than the loopback it needs the token that is printed')
+    token: str = setting('', 'token of your own, where one is needed; else a new one each time')
+    control: bool = setting(True, 'pages may drive and set; false: they only show')
+    robots: int = setting(0, 'robots, in namespaces robot1, robot2, ...; 0: one in this namespace',
+                          low=0, high=200)
+    rate: float = setting(20.0, 'pictures', '1/s', 1.0, 60.0)
+
+    @property
+    def names(self) -> List[str]:
+        """The namespaces of the robots; '' is the node's own."""
+        return ['robot%d' % number for number in range(1, self.robots + 1)] or ['']
+
+
+class Access:
     """The names of this node, and its token ('': none is needed)."""
 
     def __init__(self, names: Iterable[str] = (), token: str = '') -> None:
@@ -38,8 +63,8 @@ class Doors:
                 token: Optional[str]) -> str:
         """'' or the reason why a request is refused.
 
-        `host` and `origin` are its headers; None: it has none. Programs other than browsers send
-        no origin. `token`: as it was given; None: this request needs none.
+        `host` and `origin` are its headers, None if it does not have them: programs other than
+        browsers send no origin. `token`: as it was given; None: this request needs none.
         """
         name = _name(host or '')
         if name not in self._names:
@@ -67,7 +92,7 @@ def _name(host: str) -> str:
 
 
 def _bytes(token: str) -> bytes:
-    """For the comparison, which takes no letters but ASCII; any text is possible."""
+    """The comparison takes ASCII or bytes; a browser may send any text."""
     return token.encode(errors='surrogatepass')
 
 

@@ -1,0 +1,226 @@
+// Drawing on a canvas: colours, lines and figures, the grid, and names that cover no other.
+// All sizes are in pixels, angles counter-clockwise.
+
+const NAMES = ['paper', 'grid', 'grid-strong', 'ink', 'faint', 'odom', 'local', 'goal', 'truth',
+               'robot'];
+const GAP = 6;    // [px] between two rows of names
+
+export const colours = {};
+
+/** Read the colours anew from the style sheet. */
+export function readColours() {
+  const style = getComputedStyle(document.documentElement);
+  for (const name of NAMES) {
+    colours[name.replace('-', '_')] = style.getPropertyValue('--' + name).trim();
+  }
+}
+
+/** The context of a canvas, scaled so that one unit is one CSS pixel; null while it has no size. */
+export function sharp(canvas) {
+  const width = canvas.clientWidth, height = canvas.clientHeight;
+  if (!width || !height) return null;
+  const ratio = Math.min(window.devicePixelRatio || 1, 2);
+  const w = Math.round(width * ratio), h = Math.round(height * ratio);
+  if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; }
+  const context = canvas.getContext('2d');
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.clearRect(0, 0, width, height);
+  return {context, width, height};
+}
+
+/** 1, 2 or 5 times a power of ten, not smaller than `value`. */
+export function nice(value) {
+  const power = Math.pow(10, Math.floor(Math.log10(value)));
+  return power * [1, 2, 5, 10].find((step) => step * power >= value * 0.999999);
+}
+
+export function stroke(c, colour, points) {
+  c.strokeStyle = colour;
+  c.beginPath();
+  points.forEach(([x, y], i) => (i ? c.lineTo(x, y) : c.moveTo(x, y)));
+  c.stroke();
+}
+
+export function circle(c, x, y, radius, colour) {
+  c.strokeStyle = colour;
+  c.beginPath();
+  c.arc(x, y, radius, 0, 2 * Math.PI);
+  c.stroke();
+}
+
+export function disc(c, x, y, radius, colour, opacity) {
+  c.globalAlpha = opacity;
+  c.fillStyle = colour;
+  c.beginPath();
+  c.arc(x, y, radius, 0, 2 * Math.PI);
+  c.fill();
+  c.globalAlpha = 1;
+}
+
+export function square(c, x, y, half, colour) {
+  c.fillStyle = colour;
+  c.fillRect(x - half, y - half, 2 * half, 2 * half);
+}
+
+export function diamond(c, x, y, half, colour, inside) {
+  c.beginPath();
+  c.moveTo(x, y - half);
+  c.lineTo(x + half, y);
+  c.lineTo(x, y + half);
+  c.lineTo(x - half, y);
+  c.closePath();
+  c.fillStyle = inside;
+  c.fill();
+  c.lineWidth = 2;
+  c.strokeStyle = colour;
+  c.stroke();
+}
+
+/** The x axis ends in a full arrow, the y axis in an open one. */
+export function arrowHead(c, x, y, angle, colour, full) {
+  const tip = [x + 7 * Math.cos(angle), y - 7 * Math.sin(angle)];
+  const wings = [2.5, -2.5].map((turn) => [
+    tip[0] + 12 * Math.cos(angle + turn), tip[1] - 12 * Math.sin(angle + turn)]);
+  c.beginPath();
+  c.moveTo(...wings[0]);
+  c.lineTo(...tip);
+  c.lineTo(...wings[1]);
+  c.fillStyle = colour;
+  c.strokeStyle = colour;
+  c.lineWidth = 2.5;
+  if (full) c.fill(); else c.stroke();
+}
+
+/** An arrow head of the robot that shows where it looks. */
+export function heading(c, x, y, yaw, size, colour, rim) {
+  const at = (angle, r) => [x + r * Math.cos(yaw + angle), y - r * Math.sin(yaw + angle)];
+  c.beginPath();
+  c.moveTo(...at(0, size));
+  c.lineTo(...at(2.5, size * 0.75));
+  c.lineTo(...at(Math.PI, size * 0.25));
+  c.lineTo(...at(-2.5, size * 0.75));
+  c.closePath();
+  c.fillStyle = colour;
+  c.fill();
+  c.strokeStyle = rim;
+  c.lineWidth = 1;
+  c.stroke();
+}
+
+/** A grid over the view `v`; `words`: which frame the numbers belong to. */
+export function drawGrid(c, v, words) {
+  const step = nice(70 / v.scale);
+  const [x0, y1] = v.point(0, 0), [x1, y0] = v.point(v.width, v.height);
+  c.lineWidth = 1;
+  c.font = '11px system-ui, sans-serif';
+  c.fillStyle = colours.faint;
+  const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  const text = (value) => (Math.abs(value) < step / 2 ? '0' : value.toFixed(digits));
+  for (let i = Math.ceil(x0 / step); i <= x1 / step; i += 1) {
+    const px = Math.round(v.pixel(i * step, 0)[0]) + 0.5;
+    stroke(c, i === 0 ? colours.grid_strong : colours.grid, [[px, 0], [px, v.height]]);
+    c.textAlign = 'center';
+    if (px > 40) c.fillText(text(i * step), px, v.height - 4);
+  }
+  for (let i = Math.ceil(y0 / step); i <= y1 / step; i += 1) {
+    const py = Math.round(v.pixel(0, i * step)[1]) + 0.5;
+    stroke(c, i === 0 ? colours.grid_strong : colours.grid, [[0, py], [v.width, py]]);
+    c.textAlign = 'left';
+    if (py > 60 && py < v.height - 24) c.fillText(text(i * step), 4, py - 3);
+  }
+  c.textAlign = 'right';
+  c.fillText(words, v.width - 6, v.height - 18);
+}
+
+/** What the lines mean, in the lower left corner. */
+export function drawLegend(c, labels, height) {
+  const lines = [['odom', [], 2.5, 'path in odom'], ['local', [7, 5], 2, 'path in local']];
+  c.font = '12px system-ui, sans-serif';
+  c.textAlign = 'left';
+  lines.forEach(([frame, dash, width, text], i) => {
+    const y = height - 44 + 16 * i;
+    c.lineWidth = width;
+    c.setLineDash(dash);
+    stroke(c, colours[frame], [[44, y - 4], [74, y - 4]]);
+    c.setLineDash([]);
+    c.fillStyle = colours.faint;
+    c.fillText(text, 80, y);
+  });
+  labels.keep([40, height - 58, 160, height]);
+}
+
+/** Names beside points of the map. */
+export class Labels {
+  constructor(context, width, height) {
+    this._context = context;
+    this._width = width;
+    this._height = height;
+    this._names = [];         // labels that wait for their place
+    this._taken = [];         // rectangles [x0, y0, x1, y1] that hold something already
+  }
+
+  /** Keep labels away from a place. */
+  avoid(x, y, radius) {
+    this._taken.push([x - radius, y - radius, x + radius, y + radius]);
+  }
+
+  /** Keep labels out of a rectangle [x0, y0, x1, y1]. */
+  keep(box) { this._taken.push(box); }
+
+  /** A text for the point (x, y). `write` writes it, after all places to avoid are known. */
+  add(text, x, y, colour, {size = 13, away = 10} = {}) {
+    this._names.push({text, x, y, colour, size, away});
+  }
+
+  /** Write all texts. */
+  write() {
+    for (const name of this._names) this._place(name);
+  }
+
+  /** Write a text in the first free place around its point. */
+  _place({text, x, y, colour, size, away}) {
+    const c = this._context;
+    c.font = `600 ${size}px system-ui, sans-serif`;
+    const w = c.measureText(text).width, h = size;
+    for (let ring = 0; ring < 4; ring += 1) {
+      const d = away + ring * (h + GAP);
+      const places = [[d, -d], [d, d + h], [-d - w, -d], [-d - w, d + h],
+                      [-w / 2, d + h], [-w / 2, -d], [d, h / 2], [-d - w, h / 2]];
+      for (const [dx, dy] of places) {
+        const box = [x + dx - 3, y + dy - h, x + dx + w + 3, y + dy + 4];
+        if (!this._free(box)) continue;
+        this._taken.push(box);
+        this._write(text, x + dx, y + dy, colour, ring > 0 ? [x, y, box] : null);
+        return;
+      }
+    }
+  }
+
+  _free(box) {
+    const [x0, y0, x1, y1] = box;
+    if (x0 < 2 || y0 < 2 || x1 > this._width - 2 || y1 > this._height - 2) return false;
+    return !this._taken.some((t) => x0 < t[2] && x1 > t[0] && y0 < t[3] && y1 > t[1]);
+  }
+
+  _write(text, x, y, colour, far) {
+    const c = this._context;
+    if (far) {
+      // A name that is far from its point gets a thin line to it.
+      const [px, py, box] = far;
+      c.strokeStyle = colour;
+      c.lineWidth = 1;
+      c.beginPath();
+      c.moveTo(px, py);
+      c.lineTo(Math.max(box[0], Math.min(box[2], px)), Math.max(box[1], Math.min(box[3], py)));
+      c.stroke();
+    }
+    c.textAlign = 'left';
+    c.textBaseline = 'alphabetic';
+    c.lineJoin = 'round';
+    c.lineWidth = 4;
+    c.strokeStyle = colours.paper;
+    c.strokeText(text, x, y);
+    c.fillStyle = colour;
+    c.fillText(text, x, y);
+  }
+}

@@ -1,0 +1,311 @@
+// The inputs of a person who drives: sticks, buttons and the mouse pad on the screen, the keyboard,
+// and a real gamepad. Each pointer holds its own element, so that several fingers work at once.
+
+const NEAR = 0.04;            // a stick nearer to its middle than this is at rest
+const HALF = 0.5;             // the deflection of the arrow keys
+const ARROWS = {
+  ArrowUp: [HALF, 0], ArrowDown: [-HALF, 0], ArrowLeft: [0, HALF], ArrowRight: [0, -HALF],
+};
+const TYPING = 'input, textarea, select';
+const OFF_MIDDLE = 0.12;      // a stick further from its middle than this is touched
+const BUTTONS = {a: 0, b: 1, y: 3, hold: 5};    // of the layout "standard"
+const DRIVING = ['a', 'y'];   // B is a stop, and counts at any time
+
+const clamp = (value) => Math.max(-1, Math.min(1, value));
+
+/** A stick that moves along one axis, 'forward' or 'left'. It counts from where it was gripped. */
+export class Stick {
+  constructor(element, axis, holder) {
+    this._element = element;
+    this._knob = element.querySelector('.knob');
+    this._axis = axis;
+    this._holder = holder;
+    this.abandon = onHold(
+      element, (event) => this._grip(event), (event) => this._move(event), () => this._let());
+  }
+
+  _grip(event) {
+    this._from = [event.clientX, event.clientY];
+    this._element.classList.add('held');
+    this._holder.grip(this._element.id);
+  }
+
+  _move(event) {
+    const travel = this._travel();
+    const up = this._axis === 'forward';
+    let value = (up ? this._from[1] - event.clientY : this._from[0] - event.clientX) / travel;
+    value = clamp(value);
+    if (Math.abs(value) < NEAR) value = 0;
+    this._show(value);
+    this._holder.move(this._element.id, up ? value : 0, up ? 0 : value);
+  }
+
+  _let() {
+    this._element.classList.remove('held');
+    this._show(0);
+    this._holder.release(this._element.id);
+  }
+
+  _travel() {
+    const box = this._element.getBoundingClientRect();
+    const knob = this._knob.getBoundingClientRect();
+    return this._axis === 'forward' ? (box.height - knob.height) / 2 : (box.width - knob.width) / 2;
+  }
+
+  _show(value) {
+    const shift = Math.round(-value * this._travel());
+    const direction = this._axis === 'forward' ? 'Y' : 'X';
+    this._knob.style.transform = `translate${direction}(${shift}px)`;
+  }
+}
+
+/** A square whose middle is (0, 0); x right, y up, each from -1 to 1. */
+export class MousePad {
+  constructor(element, holder) {
+    this._element = element;
+    this._dot = element.querySelector('.dot');
+    this._holder = holder;
+    const hold = (event) => this._hold(event);
+    this.abandon = onHold(element, hold, hold, () => this._let());
+  }
+
+  _hold(event) {
+    const box = this._element.getBoundingClientRect();
+    const x = clamp((event.clientX - box.left) / box.width * 2 - 1);
+    const y = clamp(1 - (event.clientY - box.top) / box.height * 2);
+    this._show(x, y);
+    this._holder.holdMouse(x, y);
+    this._element.classList.add('held');
+  }
+
+  _let() {
+    this._element.classList.remove('held');
+    this._show(0, 0);
+    this._holder.releaseMouse();
+  }
+
+  _show(x, y) {
+    this._dot.style.left = 50 + 50 * x + '%';
+    this._dot.style.top = 50 - 50 * y + '%';
+  }
+}
+
+/** A button of the pad: down while it is pressed. Enter presses it for a moment. */
+export function padButton(element, name, holder) {
+  onHold(element, () => holder.press(name), () => {}, () => holder.lift(name));
+  element.addEventListener('click', (event) => {
+    if (event.detail !== 0) return;      // a pointer's click was told already
+    holder.press(name);
+    holder.lift(name);
+  });
+}
+
+/** Calls back when a pointer grips the element, moves, and lets go in any way.
+ *  Returns a function that ends the hold: the pointer must then press anew. */
+function onHold(element, grip, move, letGo) {
+  let pointer = null;
+  element.addEventListener('pointerdown', (event) => {
+    if (pointer !== null || event.button !== 0 || element.disabled) return;
+    if (element.getAttribute('aria-disabled') === 'true') return;
+    pointer = event.pointerId;
+    element.setPointerCapture(pointer);
+    grip(event);
+  });
+  element.addEventListener('pointermove', (event) => {
+    if (event.pointerId === pointer) move(event);
+  });
+  const end = (event) => {
+    if (event.pointerId !== pointer) return;
+    pointer = null;
+    letGo(event);
+  };
+  for (const type of ['pointerup', 'pointercancel', 'lostpointercapture']) {
+    element.addEventListener(type, end);
+  }
+  element.addEventListener('contextmenu', (event) => event.preventDefault());
+  return () => { if (pointer !== null) end({pointerId: pointer}); };
+}
+
+// -- the keyboard
+
+/** Shortcuts, and the arrows as sticks at half deflection while they are held. */
+export class Keys {
+  /** `actions`: key -> function; `stop()`: false if there is nothing to stop; `driving()`: may the
+   *  arrows drive now? */
+  constructor(holder, {actions, buttons, stop, escape, driving, pan}) {
+    Object.assign(this, {
+      _holder: holder, _actions: actions, _buttons: buttons, _stop: stop, _escape: escape,
+      _driving: driving, _pan: pan,
+    });
+    this._arrows = new Set();
+    this._spaceStops = false;      // was the space key, when it went down, a stop?
+    // In the capture phase: nothing on the page can keep the stop key for itself.
+    addEventListener('keydown', (event) => this._down(event), true);
+    addEventListener('keyup', (event) => this._up(event), true);
+    // A window without the focus hears of no key that is let go.
+    addEventListener('blur', () => this.release());
+  }
+
+  /** The arrows are let go; a key that is still down must be pressed anew. */
+  release() {
+    this._arrows.clear();
+    this._holder.release('keys');
+    // A button that is held by a key counts as let go as well.
+    for (const name of Object.values(this._buttons)) this._holder.lift(name);
+  }
+
+  /** Forget the arrows: the holder has dropped them already. */
+  forget() { this._arrows.clear(); }
+
+  _down(event) {
+    if (event.key === ' ' || event.key === 'Escape') { this._stopKey(event); return; }
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.(TYPING)) return;
+    if (event.key in ARROWS) { this._arrow(event); return; }
+    const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+    if (event.repeat && key !== '+' && key !== '-') return;
+    if (key === 'b' || (key in this._buttons && this._driving())) {
+      this._holder.press(this._buttons[key]);
+      return;
+    }
+    const action = this._actions[key];
+    if (!action) return;
+    event.preventDefault();
+    action();
+  }
+
+  _stopKey(event) {
+    if (event.key === 'Escape') this._escape();
+    if (event.repeat ? this._spaceStops : this._stop()) {
+      // The space key must not press the button that has the focus, nor scroll.
+      if (event.key === ' ') event.preventDefault();
+      this._spaceStops = event.key === ' ';
+    } else {
+      this._spaceStops = false;
+    }
+  }
+
+  _arrow(event) {
+    if (event.shiftKey) {
+      const [up, left] = ARROWS[event.key];
+      this._pan(left * 120, up * 120);
+      event.preventDefault();
+      return;
+    }
+    if (!this._driving()) return;
+    event.preventDefault();
+    if (event.repeat) return;          // after a stop a key that is still down counts no more
+    this._arrows.add(event.key);
+    if (!this._holder.has('keys')) this._holder.grip('keys');
+    this._move();
+  }
+
+  _up(event) {
+    if (event.key === ' ' && this._spaceStops) event.preventDefault();
+    const button = this._buttons[event.key?.toLowerCase()];
+    if (button) this._holder.lift(button);
+    if (!this._arrows.delete(event.key)) return;
+    if (this._arrows.size) this._move(); else this._holder.release('keys');
+  }
+
+  _move() {
+    let forward = 0, left = 0;
+    for (const key of this._arrows) { forward += ARROWS[key][0]; left += ARROWS[key][1]; }
+    this._holder.move('keys', forward, left);
+  }
+}
+
+/** The table of the help: [keys, what they do, is it a control?]. */
+export const SHORTCUTS = [
+  ['Space, Escape', 'STOP', true],
+  ['arrows', 'drive, at half speed, while held', true],
+  ['A', 'pad: move_to_goal drives', true],
+  ['B', 'pad: take the robot back', true],
+  ['Y', 'pad: here is the origin', true],
+  ['1, 2, 3', 'turn by 90, 180, \u221290 degrees', true],
+  ['G', 'drag a goal on the map', true],
+  ['R', 'drag on the map where the robot is', true],
+  ['V', 'the other frame stands still', false],
+  ['+, \u2212', 'zoom', false],
+  ['F', 'show everything', false],
+  ['Shift + arrows', 'move the map', false],
+  ['W', 'only warnings in the log', false],
+  ['T', 'light, dark, or as the system', false],
+  ['U', 'back to the list of robots', false],
+  ['?', 'this list', false],
+];
+
+// -- a real gamepad
+
+/** The gamepad that the browser's Gamepad API offers. */
+export class RealGamepad {
+  /** `driving()`: may it drive now? `show(text)`: words about the gamepad. */
+  constructor(holder, driving, show) {
+    this._holder = holder;
+    this._driving = driving;
+    this._show = show;
+    this._timer = 0;
+    // False: sticks and buttons must all be let go once before anything but B counts.
+    this._armed = false;
+    this._was = {};
+    addEventListener('gamepadconnected', () => this._look());
+    addEventListener('gamepaddisconnected', () => this._look());
+  }
+
+  /** Nothing but B counts until everything was let go once. */
+  disarm() {
+    this._armed = false;
+    this._was = {};
+  }
+
+  _look() {
+    const pads = [...navigator.getGamepads()].filter(Boolean);
+    const usable = pads.find((pad) => pad.mapping === 'standard');
+    clearInterval(this._timer);
+    this.disarm();
+    this._b = false;
+    this._holder.release('gamepad');
+    if (usable) {
+      this._index = usable.index;
+      this._timer = setInterval(() => this._poll(), 25);
+      this._show('Gamepad: ' + usable.id);
+    } else {
+      this._show(pads.length
+        ? `Gamepad "${pads[0].id}" is not used: its mapping is not "standard".` : '');
+    }
+  }
+
+  _poll() {
+    const pad = navigator.getGamepads()[this._index];
+    if (!pad || !pad.connected) { this._look(); return; }
+    const now = read(pad);
+    if (now.b !== this._b) {
+      this._b = now.b;
+      if (now.b) this._holder.press('b'); else this._holder.lift('b');
+    }
+    const still = Math.abs(now.forward) < OFF_MIDDLE && Math.abs(now.left) < OFF_MIDDLE;
+    const rest = still && !now.hold && !now.a && !now.b && !now.y;
+    if (document.hidden || !this._driving()) this.disarm();
+    else if (!this._armed) this._armed = rest;
+    else this._tell(now, still);
+  }
+
+  _tell(now, still) {
+    const touched = !still || now.hold;
+    if (touched && !this._holder.has('gamepad')) this._holder.grip('gamepad', now.hold);
+    if (touched) this._holder.move('gamepad', now.forward, now.left, now.hold);
+    else this._holder.release('gamepad');
+    for (const name of DRIVING) {
+      if (now[name] && !this._was[name]) this._holder.press(name);
+      if (!now[name] && this._was[name]) this._holder.lift(name);
+    }
+    this._was = now;
+  }
+}
+
+function read(pad) {
+  const state = {forward: -(pad.axes[1] || 0), left: -(pad.axes[2] || 0)};
+  for (const [name, index] of Object.entries(BUTTONS)) {
+    state[name] = Boolean(pad.buttons[index]?.pressed);
+  }
+  return state;
+}

@@ -1,0 +1,244 @@
+"""The pages and the robots that they look at: pages come and go, see pictures, and ask."""
+import threading
+import time
+from collections import deque
+
+import rospy
+from rosgraph_msgs.msg import Log
+
+from tb3_labs.panel.requests import read_request
+from tb3_labs.panel.ros_robot import PanelRobot
+from tb3_labs.panel.ros_server import Server, Timer, Worker
+from tb3_labs.panel.ros_watch import Watch
+from tb3_labs.panel.viewer import Viewer
+from tb3_labs.ros.clocks import steady_time
+from tb3_labs.ros.console import log_news
+from tb3_labs.ros.topics import subscribe
+
+#: Time between two looks at pages that hold a robot [s],
+HOLDER_PERIOD = 0.02
+#: and between two lists of all robots [s].
+LIST_PERIOD = 0.5
+#: After this time without a page a robot is no longer listened to [s]: a page may be loaded again.
+PATIENCE = 3.0
+#: When the node ends: longest wait until the pages' controls are released [s].
+RELEASE_TIME = 0.5
+#: Number of log lines kept for a page that comes later.
+LINES_KEPT = 200
+#: A log line is cut after this number of characters.
+LONGEST_LINE = 500
+LEVELS = ((Log.ERROR, 'error'), (Log.WARN, 'warn'), (Log.INFO, 'info'))
+
+
+class Pages:
+    """Connects pages and robots. Its methods run in the thread of the server."""
+
+    def __init__(self, config, body_radius):
+        """Offer the page as a PanelConfig says; `body_radius`: of the robots [m]."""
+        self._hello = {'control': config.control, 'radius': body_radius,
+                       'robots': [{'name': name} for name in config.names]}
+        self._pages = []
+        self._log = LogLines()
+        self._server = Server(config, self._open_page)
+        worker = Worker()
+        self._robots = {name: PanelRobot(name, config.control, self._server, worker)
+                        for name in config.names}
+        self._drawing = Timer(1.0 / config.rate, self._draw)
+        self._listing = Timer(LIST_PERIOD, self._list)
+        self._holders = Timer(HOLDER_PERIOD, self._update_holders)
+        self._server.start()
+
+    @property
+    def address(self):
+        """The address to open in a browser."""
+        return self._server.address
+
+    def release(self):
+        """The node ends, or stands still: release all that pages hold; from any thread."""
+        released = threading.Event()
+
+        def release():
+            for page in list(self._pages):
+                self._leave_robot(page)
+            released.set()
+        self._server.soon(release)
+        released.wait(RELEASE_TIME)
+
+    # -- pages come and go
+
+    def _open_page(self, send, close):
+        page = Viewer(send, close)
+        self._pages.append(page)
+        page.send('hello', **self._hello)
+        if len(self._robots) == 1:
+            self._look(page, *self._robots)
+        self._drawing.start()
+        self._listing.start()
+        return (lambda text: self._on_text(page, text)), (lambda: self._on_end(page))
+
+    def _on_end(self, page):
+        """The page has gone, or is dropped; the second of both changes nothing."""
+        if page not in self._pages:
+            return
+        self._pages.remove(page)
+        self._leave_robot(page)
+        if not self._pages:
+            self._drawing.stop()
+            self._listing.stop()
+        self._server.later(PATIENCE, self._look_at_robots)
+
+    def _look(self, page, name):
+        """Show the robot `name`; None: the list."""
+        if name is not None and name not in self._robots:
+            raise ValueError('robot {!r} is unknown; known: {}'.format(
+                name, ', '.join(self._robots)))
+        self._leave_robot(page)
+        page.robot = None if name is None else self._robots[name]
+        self._look_at_robots()
+        page.log_count = page.past_count = None
+        self._send_log(page)
+
+    def _leave_robot(self, page):
+        if page.robot is not None:
+            page.robot.holder.gone(page)
+            self._flush(page.robot)
+            page.robot = None
+
+    def _look_at_robots(self):
+        """Listen to the robots that pages look at, and to nothing else."""
+        listed = Watch.SUMMARY if any(page.robot is None for page in self._pages) else Watch.NOTHING
+        for robot in self._robots.values():
+            seen = any(page.robot is robot for page in self._pages)
+            robot.look(Watch.ALL if seen else listed)
+
+    # -- what pages see
+
+    def _draw(self):
+        pictures = {}    # each robot's is made once
+        for page in list(self._pages):
+            if page.log_count != self._log.count:
+                self._send_log(page)
+            if page.robot is not None:
+                self._send_trails(page)
+                self._send_picture(page, pictures)
+
+    @staticmethod
+    def _send_trails(page):
+        """Send the trails so far, at first and when they get a new beginning."""
+        past_count = page.robot.watch.read(lambda view: view.past_count)
+        if page.past_count != past_count:
+            page.past_count = past_count
+            odom, local = page.robot.watch.read(lambda view: (
+                list(view.trail_in_odom.points), list(view.trail_in_local.points)))
+            page.send('trail', odom=odom, local=local, robot=page.robot.name)
+
+    def _send_log(self, page):
+        """Send the new lines of the log that concern the page's robot; at first all lines."""
+        is_first, count = page.log_count is None, self._log.count
+        others = [robot.name for robot in self._robots.values() if robot is not page.robot]
+        lines = self._log.since(page.log_count or 0, others)
+        page.log_count = count
+        if lines or is_first:
+            page.send('log', all=is_first, lines=lines)
+
+    def _send_picture(self, page, pictures):
+        if page.is_too_slow:
+            rospy.loginfo('A page is too slow, and dropped: it connects anew when it can')
+            self._on_end(page)
+            page.close()
+            return
+        robot, now = page.robot, steady_time()
+        if robot not in pictures:
+            pictures[robot] = robot.picture(now)
+        holder = robot.holder.page
+        page.send_picture(pictures[robot], robot=robot.name, now=now,
+                          page='' if holder is None else 'this' if holder is page else 'other')
+
+    def _list(self):
+        pages = [page for page in self._pages if page.robot is None]
+        if pages:
+            now = steady_time()
+            robots = [dict(robot.watch.read(lambda view: view.summary(now)), name=robot.name)
+                      for robot in self._robots.values()]
+            for page in pages:
+                page.send('robots', robots=robots)
+
+    # -- what pages ask for
+
+    def _on_text(self, page, text):
+        request = None
+        try:
+            request = page.timed(read_request(text), steady_time())
+            answer = self._carry_out(page, request)
+        except ValueError as problem:
+            page.answer(request, False, str(problem))
+        else:
+            if answer is not None:
+                page.answer(request, True, answer)
+
+    def _carry_out(self, page, request):
+        """The answer to a request, in words; None: it comes later."""
+        if request.kind == 'look':
+            self._look(page, request.value)
+            return ''
+        if request.kind == 'seen':
+            page.has_seen(request.value)
+            return ''
+        if not self._hello['control']:
+            raise ValueError('this panel only shows: it was started with control:=false')
+        if page.robot is None:
+            raise ValueError('choose a robot first')
+        answer = page.robot.carry_out(page, request)
+        self._flush(page.robot)
+        return answer
+
+    # -- the holders
+
+    def _flush(self, robot):
+        """Publish what the robot's holder says, tell its news, and watch it while there is one."""
+        robot.flush(steady_time())
+        news = robot.holder.take_news()
+        log_news(news)
+        for line in news:
+            for page in self._pages:
+                if page.robot is robot:
+                    page.send('note', text=line.text, warning=line.warning)
+        if robot.holder.page is not None:
+            self._holders.start()
+
+    def _update_holders(self):
+        held = [robot for robot in self._robots.values() if robot.holder.page is not None]
+        for robot in held:
+            robot.holder.update(steady_time())
+            self._flush(robot)
+        if not held:
+            self._holders.stop()
+
+
+class LogLines:
+    """The lines of /rosout from the level INFO on, for pages."""
+
+    def __init__(self):
+        self._lock = threading.Lock()    # each node's lines come by a thread of their own
+        self._kept = deque(maxlen=LINES_KEPT)
+        #: Number of lines so far.
+        self.count = 0
+        subscribe('/rosout', Log, self._on_line, queue_size=None)
+
+    def since(self, count, others):
+        """The lines after the first `count`, as far as they are kept, without those of nodes in the
+        namespaces `others`."""
+        with self._lock:
+            fresh = min(self.count - count, len(self._kept))
+            lines = list(self._kept)[len(self._kept) - fresh:]
+        prefixes = tuple('/{}/'.format(name) for name in others if name)
+        return [line for line in lines if not (line['node'] + '/').startswith(prefixes)]
+
+    def _on_line(self, message):
+        level = next((name for least, name in LEVELS if message.level >= least), None)
+        if level is None:
+            return
+        with self._lock:
+            self.count += 1
+            self._kept.append({'time': time.strftime('%H:%M:%S'), 'level': level,
+                               'node': message.name, 'text': message.msg[:LONGEST_LINE]})

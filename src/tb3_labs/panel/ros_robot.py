@@ -1,0 +1,306 @@
+"""One robot as pages see and drive it: requests of pages become messages to its nodes.
+
+A page gets control for move_to_goal in three steps: the request "give" arrives in `carry_out`,
+:class:`tb3_labs.panel.holder.Holder` decides whether it counts, and `flush` publishes what the
+holder says.
+"""
+import threading
+
+import rospy
+from geometry_msgs.msg import PoseStamped, Twist
+from sensor_msgs.msg import Joy
+from std_msgs.msg import Bool, Float64
+
+from tb3_labs.msg import MouseController
+from tb3_labs.nodes.pad_config import PadConfig
+from tb3_labs.panel.holder import LONGEST_DELAY, Holder
+from tb3_labs.panel.ros_watch import Watch
+from tb3_labs.ros.clocks import steady_time
+from tb3_labs.ros.conversions import frame, to_pose_stamped
+from tb3_labs.ros.driving.ctrl_relinq import ControlGiver
+from tb3_labs.ros.move_to_goal.reset_call import call_reset
+from tb3_labs.ros.node import guarded
+from tb3_labs.ros.parameters import read_config
+from tb3_labs.ros.rospy_internals import heard_by, messages_written
+
+#: A pad that publishes `joy` beside the pages has been heard within this time [s].
+OTHER_PAD = 0.5
+#: The list of nodes that listen is read again after this time [s],
+HEARD_FOR = 0.5
+#: and after this time, if some are missing: they may be about to connect [s].
+SOON = 0.1
+#: A node that does not tell who holds the robot hears a pad that has been sent for so long [s].
+PAD_IS_HEARD = 0.5
+#: Requests that count however late they come.
+STOPS = ('stop', 'take', 'let go', 'joy')
+#: Time within which a stop must be written to be confirmed, and between two looks [s].
+CONFIRM_WITHIN, CONFIRM_PERIOD = 0.5, 0.005
+
+
+class Senders:
+    """The publishers of one robot; `prefix` is its namespace with a slash, or ''.
+
+    Only making them, and :meth:`read_pad_numbers`, wait for the master.
+    """
+
+    def __init__(self, prefix):
+        self._prefix = prefix
+        self._pad_config = PadConfig()
+        #: The publisher of `ctrl_relinq`.
+        self.control = ControlGiver(prefix)
+        # nodes that hear stops, and that no stop is for
+        self._others = {rospy.get_name()} | {
+            rospy.resolve_name(prefix + name) for name in ('gamepad', 'controller')}
+        self._is_first = True            # before any message on ctrl_relinq
+        self._joy = rospy.Publisher(prefix + 'joy', Joy, queue_size=20, tcp_nodelay=True)
+        self._mouse = rospy.Publisher(prefix + 'mouse_info', MouseController, queue_size=20,
+                                      tcp_nodelay=True)
+        self.turn = rospy.Publisher(prefix + 'turn', Float64, queue_size=5)
+        self._goal = rospy.Publisher(prefix + 'move_base_simple/goal', PoseStamped, queue_size=5)
+        self.cmd_vel = rospy.Publisher(prefix + 'cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
+
+    def heard(self):
+        """{a page can ask for this: does any node listen to it?}"""
+        control, goal = self.takers, heard_by(self._goal)
+        return {'goal': bool(goal), 'reset': bool(goal or control), 'control': bool(control),
+                'turn': bool(heard_by(self.turn)), 'mouse': bool(heard_by(self._mouse)),
+                'pad': bool(heard_by(self._joy) - {rospy.get_name()})}
+
+    @property
+    def takers(self):
+        """Names of the nodes from which control can be taken."""
+        return self.control.takers - self._others
+
+    @property
+    def stoppable(self):
+        """Names of the nodes that hear a stop: those, and the robot's."""
+        return self.takers | heard_by(self.cmd_vel) - self._others
+
+    def stop_written(self):
+        """{connection: number of messages written to it}, of all by which a stop goes."""
+        return {**self.control.written, **messages_written(self.cmd_vel)}
+
+    def grant(self, granted, now):
+        """True gives control to move_to_goal, False takes it; `now` in [s], steady."""
+        if granted and self._is_first:
+            # As a gamepad's first message: of a panel that was started again under its old name, a
+            # True that comes first would count as one of the panel before.
+            self.control.say(False, now)
+        self._is_first = False
+        self.control.say(granted, now)
+
+    def read_pad_numbers(self):
+        """Learn the numbers of axes and buttons that the node gamepad uses now."""
+        try:
+            self._pad_config = read_config(PadConfig, of=rospy.resolve_name(
+                self._prefix + 'gamepad'))
+        except ValueError as problem:    # the node itself has rejected them, and does not run
+            rospy.logwarn('the pad has the usual numbers: %s', problem)
+            self._pad_config = PadConfig()
+
+    def pad(self, late_pad):
+        """Publish a panel.holder.LatePad as `joy`, as the package joy does."""
+        axes, buttons = late_pad.pad.as_joy(self._pad_config)
+        message = Joy(axes=axes, buttons=buttons)
+        message.header.stamp = rospy.Time.from_sec(
+            max(0.0, rospy.get_time() - late_pad.lateness))
+        self._joy.publish(message)
+
+    def mouse(self, state):
+        """Publish a panel.holder.MouseState as `mouse_info`, as mouse_client.py does."""
+        message = MouseController(status=Bool(state.active), xPos=state.x, yPos=state.y)
+        message.header.stamp = rospy.Time.now()
+        self._mouse.publish(message)
+
+    def goal(self, place):
+        """Send a goal, a geometry.typed_pose.TypedPose."""
+        self._goal.publish(to_pose_stamped(place.pose, frame(self._prefix + 'local'),
+                                           rospy.get_time()))
+
+
+class PanelRobot:
+    """The robot in namespace `name` ('': this node's own); with `control` it can be driven.
+
+    The thread of the `server` alone calls these methods. None of them waits for the master: the
+    `worker` does.
+    """
+
+    def __init__(self, name, control, server, worker):
+        self.name = name
+        self.holder = Holder()
+        self._prefix = name + '/' if name else ''
+        self._server, self._worker = server, worker
+        #: What is heard of it.
+        self.watch = Watch(self._prefix, self._tell_holder)
+        # from the start, so that a stop needs no master
+        self._senders = Senders(self._prefix) if control else None
+        self._last_heard = {}            # the last answer of Senders.heard(),
+        self._heard_until = 0.0          # which holds until then [s]
+
+    def look(self, level):
+        """Listen to the topics of `level` (one of Watch), soon."""
+        self._worker.put(lambda: self.watch.look(level))
+
+    def picture(self, now):
+        """The picture, with the requests that have a listener."""
+        picture, heard = self.watch.read(lambda view: view.picture(now)), self._heard(now)
+        picture.update(can=heard, pad=self._pad_words(heard, now),
+                       mouse='ready' if heard.get('mouse') else 'no node')
+        return picture
+
+    def carry_out(self, page, request):
+        """Do what `page` asks for, a Request with known times; the answer in words, or None if
+        the answer comes later. ``ValueError`` with the reason if it is rejected."""
+        now = steady_time()
+        if now - request.pressed > LONGEST_DELAY and request.kind not in STOPS:
+            raise ValueError('this came {:.1f} s late, and does not count: ask again'.format(
+                now - request.pressed))
+        return self._ACTIONS[request.kind](self, page, request, now)
+
+    def flush(self, now):
+        """Publish what the holder says."""
+        if self._senders is None:
+            return
+        for granted in self.holder.take_grants():
+            self._senders.grant(granted, now)
+        for pad in self.holder.take_pads():
+            if not self._other_pad(now):
+                self._senders.pad(pad)
+        for state in self.holder.take_mouse():
+            self._senders.mouse(state)
+
+    # -- the actions
+
+    def _begin(self, page, request, now):
+        self.holder.begin(page, now, request.pressed)
+        self._worker.put(self._senders.read_pad_numbers)
+        return ''
+
+    def _joy(self, page, request, now):
+        self.holder.on_joy(page, request.value, now, request.lateness, not self._is_driving(),
+                           request.pressed)
+        if self.holder.has_granted:
+            self._senders.control.renew(now)
+        return ''
+
+    def _let_go(self, page, _request, _now):
+        self.holder.let_go(page)
+        return ''
+
+    def _give(self, page, request, now):
+        if not self._senders.takers:
+            raise ValueError('no node listens on ctrl_relinq: is move_to_goal running?')
+        self.holder.give(page, now, request.pressed)
+        return 'control given'
+
+    def _take(self, page, request, now):
+        senders = self._senders
+        confirm = self._confirmation(
+            page, request, senders.takers, lambda: senders.control.written, 'control taken',
+            'no node listens on ctrl_relinq: there is no control to take')
+        self.holder.take(page, now, request.pressed)
+        self.flush(now)
+        confirm()
+
+    def _stop(self, page, request, now):
+        confirm = self._confirmation(page, request, self._senders.stoppable,
+                                     self._senders.stop_written, 'STOP was sent to {}',
+                                     'no node hears it')
+        self.holder.stop(page, now, request.pressed)
+        self.flush(now)
+        self._senders.cmd_vel.publish(Twist())    # for a robot that is driven by a simple node
+        confirm()
+
+    def _turn(self, page, request, _now):
+        if not self._senders.heard()['turn']:
+            raise ValueError('no node listens on turn: is the controller running?')
+        if self._is_driving():
+            raise ValueError('move_to_goal drives: take control first')
+        self.holder.check(page, request.pressed)
+        self._senders.turn.publish(request.value)
+        return 'asked for {:g} degrees'.format(request.value)
+
+    def _goal(self, page, request, _now):
+        if not self._senders.heard()['goal']:
+            raise ValueError('no node listens on move_base_simple/goal: is move_to_goal running?')
+        self.holder.check(page, request.pressed)
+        place = request.value
+        self._senders.goal(place)
+        return 'goal sent: {:.2f} m, {:.2f} m, {:.0f} deg'.format(place.x, place.y, place.yaw_deg)
+
+    def _reset(self, page, request, _now):
+        """Call the service in a thread of its own: it may take a second."""
+        place = request.value
+
+        def call():
+            try:
+                fulfilled, text = True, call_reset(place.x, place.y, place.yaw_deg, self._prefix)
+            except ValueError as problem:
+                fulfilled, text = False, str(problem)
+            self._server.soon(lambda: page.answer(request, fulfilled, text))
+        threading.Thread(target=guarded(call), name='reset', daemon=True).start()
+
+    def _confirmation(self, page, request, hearers, written, done, nobody):
+        """The function that answers when a stop was written to each connection that there is now,
+        or that it was not; a network that is cut may still lose it.
+
+        `hearers`: names of the nodes; `written()`: {connection: messages written to it}; `done`,
+        `nobody`: the words for a page, if it is confirmed, and if there are no hearers.
+        """
+        before, begun, names = written(), steady_time(), ', '.join(sorted(hearers))
+
+        def confirm():
+            now = written()
+            if not names:
+                page.answer(request, False, nobody)
+            elif all(now.get(link, 0) > count for link, count in before.items()):
+                page.answer(request, True, done.format(names))
+            elif steady_time() - begun > CONFIRM_WITHIN:
+                page.answer(request, False, 'a connection to {} takes nothing'.format(names))
+            else:
+                self._server.later(CONFIRM_PERIOD, confirm)
+        return confirm
+
+    #: By the type of a request.
+    _ACTIONS = {'begin': _begin, 'joy': _joy, 'let go': _let_go, 'give': _give, 'take': _take,
+                'stop': _stop, 'turn': _turn, 'goal': _goal, 'reset': _reset}
+
+    # -- what is heard
+
+    def _tell_holder(self, tell):
+        """Call `tell(holder, now)` in the thread of the server; from any thread."""
+        def call():
+            now = steady_time()
+            tell(self.holder, now)
+            self.flush(now)
+        self._server.soon(call)
+
+    def _heard(self, now):
+        """Senders.heard(), of half a second ago at most: it is asked for with each picture."""
+        if self._senders is not None and now >= self._heard_until:
+            # nothing is offered that could move the robot before the stops of others are heard
+            self._last_heard = {kind: heard and self.watch.hears_all
+                                for kind, heard in self._senders.heard().items()}
+            self._heard_until = now + (HEARD_FOR if all(self._last_heard.values()) else SOON)
+        return self._last_heard
+
+    def _is_driving(self):
+        return self.watch.read(lambda view: view.is_driving)
+
+    def _other_pad(self, now):
+        """The name of another node that publishes `joy` now; '' if there is none."""
+        age, name = self.watch.read(lambda view: (view.age('joy', now), view.latest('joy')))
+        return name if age is not None and age < OTHER_PAD else ''
+
+    def _pad_words(self, heard, now):
+        """The state of the page's pad; '' if none is gripped."""
+        if self.holder.pad is None:
+            return ''
+        if not heard.get('pad'):
+            return 'no node'
+        if self._other_pad(now):
+            return 'other pad'
+        holder = self.watch.read(lambda view: view.latest('holder'))
+        if holder is None:    # a node that does not tell
+            return 'ready' if self.holder.pad_heard_for(now) > PAD_IS_HEARD else 'connecting'
+        return {'gamepad': 'ready', 'move_to_goal': 'held back'}.get(holder, 'connecting')

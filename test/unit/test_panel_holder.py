@@ -1,0 +1,625 @@
+"""One page drives, only while it is there, and nothing goes on by itself after a stop."""
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tb3_labs.panel.requests import Joy, Pad
+from tb3_labs.panel.holder import Holder, LatePad, MouseState
+
+REST, FULL, B = Pad(), Pad(forward=1.0, hold=True), Pad(b=True)
+EMPTY = Joy()
+#: A person presses later than what happened before, by this [s] at least.
+TICK = 2.0 ** -20
+
+
+class Room:
+    """A holder and its clock. Times are sums of powers of two: exact."""
+
+    def __init__(self):
+        self.holder = Holder()
+        self.now = 1000.0
+
+    def joy(self, page, pad=None, mouse=None, lateness=0.0):
+        self.holder.on_joy(page, Joy(pad, mouse), self.now, lateness)
+
+    def drive(self, page='A', pad=FULL, mouse=None):
+        """`page` becomes the holder and grips; the messages of that are dropped."""
+        self.begin(page)
+        self.joy(page, pad, mouse)
+        self.said()
+
+    def begin(self, page='A'):
+        self.now += TICK
+        self.holder.begin(page, self.now, pressed=self.now)
+
+    def give(self, page='A'):
+        self.now += TICK
+        self.holder.give(page, self.now, pressed=self.now)
+
+    def run(self, seconds):
+        self.now += seconds
+        self.holder.update(self.now)
+
+    def said(self):
+        """(grants, pads, mouse states) since the last call."""
+        return self.holder.take_grants(), self.holder.take_pads(), self.holder.take_mouse()
+
+    @property
+    def grants(self):
+        return self.holder.take_grants()
+
+
+@pytest.fixture
+def room():
+    return Room()
+
+
+# -- one driver
+
+def test_no_page_holds_the_robot_at_first(room):
+    assert room.holder.page is None and not room.holder.has_granted and room.holder.pad is None
+    room.joy('A', FULL, (0.5, 0.5))
+    room.run(10.0)
+    assert room.said() == ([], [], []) and room.holder.page is None
+    assert room.holder.take_news() == []
+
+
+def test_of_several_pages_one_drives(room):
+    room.drive('A')
+    for ask in (room.begin, room.give):
+        with pytest.raises(ValueError, match='another page drives'):
+            ask('B')
+    room.joy('B', FULL, (1.0, 1.0))
+    assert room.said() == ([], [], []) and room.holder.page == 'A' and not room.holder.has_granted
+    room.joy('A', REST)
+    assert room.said() == ([], [LatePad(REST, 0.0)], [])
+
+
+def test_pages_that_are_equal_are_not_the_same_page(room):
+    first, second = [1], [1]
+    room.begin(first)
+    room.joy(second, FULL)
+    room.holder.let_go(second)
+    room.holder.gone(second)
+    assert room.holder.page is first and room.said() == ([], [], [])
+
+
+def test_another_page_may_drive_once_it_was_let_go(room):
+    room.drive('A')
+    room.holder.let_go('B')
+    assert room.holder.page == 'A'
+    room.holder.let_go('A')
+    assert room.holder.page is None and room.holder.pad is None
+    room.begin('B')
+    assert room.holder.page == 'B' and room.holder.take_news() == []
+
+
+def test_a_page_may_begin_again_and_keeps_what_it_holds(room):
+    room.give()
+    room.joy('A', REST)
+    room.begin('A')
+    assert room.holder.page == 'A' and room.holder.has_granted and room.holder.pad == REST
+    assert room.grants == [True]
+
+
+# -- pad and mouse
+
+def test_a_pad_is_published_as_it_is_heard(room):
+    room.drive(pad=None)
+    pads = [REST, FULL, Pad(left=-0.5, a=True), REST]
+    for lateness, pad in zip((0.0, 0.125, 0.25, 0.0625), pads):
+        room.joy('A', pad, lateness=lateness)
+    assert room.said() == (
+        [], [LatePad(pads[0], 0.0), LatePad(pads[1], 0.125), LatePad(pads[2], 0.25),
+             LatePad(pads[3], 0.0625)], [])
+
+
+def test_a_mouse_is_active_while_it_is_held_and_released_once(room):
+    room.drive(pad=None)
+    for mouse in (None, (0.25, -1.0), (0.0, 0.0), None, None):
+        room.joy('A', None, mouse)
+    assert room.said() == ([], [], [MouseState(False), MouseState(True, 0.25, -1.0),
+                                    MouseState(True, 0.0, 0.0), MouseState(False)])
+
+
+def test_the_time_since_a_pad_is_heard(room):
+    assert room.holder.pad_heard_for(room.now) == 0.0
+    room.drive(pad=None)
+    assert room.holder.pad_heard_for(room.now) == 0.0
+    for elapsed in (0.0, 0.125, 0.25, 0.375):
+        room.joy('A', REST)
+        assert room.holder.pad_heard_for(room.now) == elapsed
+        room.run(0.125)
+    room.joy('A', None)
+    assert room.holder.pad_heard_for(room.now) == 0.0
+    room.joy('A', REST)
+    assert room.holder.pad_heard_for(room.now + 0.125) == 0.125
+
+
+@pytest.mark.parametrize('drives, mouse_states', [
+    ([True, False, True], [MouseState(False), MouseState(True, 0.0, 1.0), MouseState(False)]),
+    ([False, True, True], [])])
+def test_a_mouse_that_is_held_while_another_node_drives_must_be_gripped_anew(
+        room, drives, mouse_states):
+    room.begin()
+    for mouse_drives in drives:
+        room.holder.on_joy('A', Joy(mouse=(0.0, 1.0)), room.now, mouse_drives=mouse_drives)
+    assert room.holder.take_mouse() == mouse_states
+    room.joy('A')
+    room.joy('A', mouse=(0.0, 1.0))
+    assert room.holder.take_mouse() == [MouseState(False), MouseState(True, 0.0, 1.0)]
+
+
+# -- silence
+
+@pytest.mark.parametrize('silence, lost', [
+    (0.25, False), (0.25 + 2.0 ** -30, True), (0.5, True), (3600.0, True)])
+@pytest.mark.parametrize('heard_by', ['begin', 'joy', 'give'])
+def test_a_page_is_lost_by_a_silence_of_more_than_a_quarter_of_a_second(
+        room, silence, lost, heard_by):
+    room.drive()
+    room.run(0.125)
+    {'begin': lambda: room.begin('A'), 'joy': lambda: room.joy('A', FULL),
+     'give': room.give}[heard_by]()
+    room.said()
+    room.run(silence)
+    assert (room.holder.page is None) is lost
+    assert room.said() == ([False] if lost and heard_by == 'give' else [], [], [])
+
+
+def test_a_loss_releases_all_that_was_held_and_is_told_once(room):
+    room.give()
+    room.joy('A', FULL, (0.5, 0.5))
+    room.said()
+    room.run(0.5)
+    assert room.said() == ([False], [], [MouseState(False)])
+    assert room.holder.pad is None and not room.holder.has_granted
+    news, = room.holder.take_news()
+    assert news.warning and news.text == (
+        'The page that drives is silent for 0.5 s: robot stopped; '
+        'grip a control of the page to drive again')
+    room.run(10.0)
+    room.holder.gone('A')
+    assert room.said() == ([], [], []) and room.holder.take_news() == []
+
+
+@pytest.mark.parametrize('hold', [
+    lambda room: room.joy('A', FULL), lambda room: room.joy('A', None, (0.0, 0.0)),
+    lambda room: room.give(), None])
+def test_a_loss_is_told_if_anything_was_held(room, hold):
+    room.drive(pad=None)
+    if hold:
+        hold(room)
+    room.holder.gone('A')
+    assert [news.text.split(':')[0] for news in room.holder.take_news()] == [
+        'The page that drives has gone'] * bool(hold)
+
+
+def test_a_grant_that_was_pressed_before_the_page_was_lost_does_not_count(room):
+    room.give()
+    pressed = room.now + 0.125
+    room.run(0.5)
+    with pytest.raises(ValueError, match='pressed before the robot was stopped'):
+        room.holder.give('A', room.now, pressed)
+    room.give()
+    assert room.said()[0] == [True, False, True]
+
+
+@pytest.mark.parametrize('late, counts', [(0.25, True), (0.25 + 2.0 ** -30, False), (1.0, False)])
+def test_a_message_that_was_delayed_for_as_long_does_not_count(room, late, counts):
+    room.drive(pad=None)
+    room.run(0.125)
+    room.joy('A', FULL, (1.0, 1.0), late)
+    assert (room.said() != ([], [], [])) is counts
+    room.run(0.25)
+    assert (room.holder.page == 'A') is counts      # nor does it keep the robot
+    assert (room.holder.pad == FULL) is counts
+
+
+def test_a_silence_is_noticed_by_the_next_message_also_if_nobody_looked_at_the_clock(room):
+    room.give()
+    room.joy('A', FULL, (0.5, 0.5))
+    room.said()
+    room.now += 0.5
+    room.joy('A', FULL, (0.5, 0.5))
+    assert room.said() == ([False], [], [MouseState(False)]) and room.holder.page is None
+    room.give('A')
+    room.now += 0.5
+    room.begin('B')
+    assert room.holder.page == 'B' and room.grants == [True, False]
+
+
+# -- control
+
+@pytest.mark.parametrize('end', [
+    lambda room: room.holder.take('A', room.now), lambda room: room.holder.on_taken(room.now),
+    lambda room: room.holder.stop('B', room.now), lambda room: room.holder.let_go('A'),
+    lambda room: room.holder.gone('A'), lambda room: room.run(0.5),
+    lambda room: room.joy('B', B)])
+def test_what_was_taken_by_anybody_is_given_again_by_a_person_alone(room, end):
+    room.give()
+    room.joy('A', REST)
+    end(room)
+    assert room.grants == [True, False] and not room.holder.has_granted
+    for _ in range(4):
+        room.joy('A', REST)
+        room.run(0.125)
+    assert room.grants == [] and not room.holder.has_granted
+    room.give()
+    assert room.grants == [True] and room.holder.has_granted
+
+
+def test_control_that_another_one_gave_is_taken_as_well(room):
+    room.holder.take('A', room.now)
+    assert room.grants == [False]
+    room.holder.stop('B', room.now)
+    assert room.grants == [False]
+
+
+def test_what_another_node_took_is_no_news_for_a_page_that_gave_nothing(room):
+    room.drive()
+    room.holder.on_taken(room.now)
+    assert room.said() == ([], [], []) and room.holder.page == 'A'
+
+
+@pytest.mark.parametrize('end', ['let_go', 'gone'])
+def test_a_page_that_gave_nothing_takes_nothing_as_it_goes(room, end):
+    """Another page, or a pad, may have given control meanwhile."""
+    room.drive()
+    getattr(room.holder, end)('A')
+    assert room.grants == []
+
+
+def test_the_page_that_drives_takes_control_and_keeps_what_it_holds(room):
+    room.give('A')
+    room.joy('A', FULL, (0.5, 0.5))
+    room.said()
+    room.holder.take('A', room.now)
+    assert room.said() == ([False], [], [])
+    assert room.holder.page == 'A' and room.holder.pad == FULL
+
+
+@pytest.mark.parametrize('take', [lambda room: room.joy('B', B),
+                                  lambda room: room.holder.take('B', room.now)])
+def test_take_and_b_of_another_page_stop_the_page_that_drives(room, take):
+    room.give('A')
+    room.joy('A', FULL, (0.5, 0.5))
+    room.said()
+    take(room)
+    assert room.said() == ([False], [LatePad(B, 0.0)], [MouseState(True), MouseState(False)])
+    room.joy('A', FULL, (0.5, 0.5))
+    assert room.said() == ([], [], []) and room.holder.page is None
+
+
+# -- a press that is older than a stop
+
+STOPS = {
+    'stop': lambda room: room.holder.stop('B', room.now),
+    'take': lambda room: room.holder.take('B', room.now),
+    'B': lambda room: room.joy('B', B),
+    'False of another node': lambda room: room.holder.on_taken(room.now),
+    'loss of control': lambda room: [room.holder.on_control(granted, room.now)
+                                     for granted in (True, False)],
+    'cancel': lambda room: room.holder.on_stop(room.now)}
+
+
+@pytest.mark.parametrize('stop', STOPS.values(), ids=list(STOPS))
+def test_what_was_pressed_before_a_stop_does_not_count_after_it(room, stop):
+    """It was held up on its way; another one has stopped the robot meanwhile."""
+    pressed = room.now
+    room.run(1.0)
+    stop(room)
+    room.said()
+    room.run(0.9)
+    for at in (pressed, pressed + 1.0):
+        for ask in (room.holder.begin, room.holder.give):
+            with pytest.raises(ValueError, match='pressed before the robot was stopped'):
+                ask('A', room.now, at)
+        with pytest.raises(ValueError, match='pressed before the robot was stopped'):
+            room.holder.check('A', at)
+    assert room.said() == ([], [], []) and room.holder.page is None
+    room.holder.give('A', room.now, pressed + 1.0 + TICK)
+    assert room.grants == [True] * 9      # with the renewals of 0.84 s, which show its age
+
+
+def test_what_waited_in_a_page_while_it_stopped_the_robot_does_not_count(room):
+    """A press may wait in the page, and STOP overtakes it."""
+    pressed = room.now
+    room.run(1.0)
+    room.holder.stop('A', room.now, pressed + 0.9)
+    for at, counts in ((pressed, False), (pressed + 0.9, False), (pressed + 0.95, True)):
+        if counts:
+            room.holder.give('A', room.now, at)
+        else:
+            with pytest.raises(ValueError, match='pressed before the robot was stopped'):
+                room.holder.give('A', room.now, at)
+
+
+def test_a_stop_of_the_page_itself_is_older_than_what_comes_after_it(room):
+    """It may have been slow, so that the next press is older than its arrival. Another's is not."""
+    pressed = room.now
+    room.run(0.125)
+    for _ in range(2):
+        room.holder.stop('A', room.now)
+        room.holder.check('A', pressed)
+    room.holder.stop('B', room.now)
+    room.holder.stop('A', room.now + 0.125)
+    for page in 'ABC':
+        with pytest.raises(ValueError):
+            room.holder.check(page, room.now)
+    room.holder.check('A', room.now + TICK)
+
+
+@pytest.mark.parametrize('stop', [STOPS[name] for name in (
+    'False of another node', 'loss of control', 'cancel')])
+def test_a_that_was_pressed_before_a_stop_is_not_shown_until_it_is_pressed_anew(room, stop):
+    """It may have waited in the page, or on its way."""
+    room.drive('A', REST)
+    pressed = room.now
+    stop(room)
+    for at in (pressed, pressed, room.now + 1.0):    # the last: of a page that tells no press
+        room.holder.on_joy('A', Joy(Pad(a=True)), room.now, pressed=at)
+    assert room.said() == ([], [LatePad(REST, 0.0)] * 3, [])
+    news, = room.holder.take_news()
+    assert news.warning and news.text == (
+        'A was pressed before the robot was stopped: press it again')
+    room.joy('A', REST)
+    room.holder.on_joy('A', Joy(Pad(a=True)), room.now, pressed=room.now + TICK)
+    assert room.holder.take_pads()[-1].pad.a
+
+
+def test_a_that_is_still_held_at_a_stop_is_released(room):
+    room.drive('A', REST)
+    pressed = room.now + TICK
+    room.holder.on_joy('A', Joy(Pad(a=True)), room.now, pressed=pressed)
+    room.now += 2 * TICK
+    room.holder.on_taken(room.now)
+    room.holder.on_joy('A', Joy(Pad(a=True)), room.now, pressed=pressed)
+    assert [late.pad.a for late in room.holder.take_pads()] == [True, False]
+
+
+def test_control_that_was_lost_by_itself_is_given_anew(room):
+    """A node that hears True again and again does not count it as a new grant."""
+    room.give()
+    room.holder.on_control(True, room.now)
+    room.joy('A')
+    room.run(0.125)
+    room.holder.on_control(False, room.now)
+    room.joy('A')
+    assert room.grants == [True]      # it may come back, if the network was slow
+    room.give()
+    assert room.grants == [False, True] and room.holder.has_granted
+    room.give()
+    assert room.grants == []
+
+
+# -- the button B
+
+def test_b_counts_once_for_each_press(room):
+    room.drive('A')
+    for pad in (B, B, Pad(b=True, forward=1.0), REST, FULL, B, None, B, B):
+        room.joy('B', pad)
+    assert room.grants == [False] * 3
+
+
+def test_b_counts_although_no_page_holds_the_robot(room):
+    room.joy('B', B)
+    assert room.said() == ([False], [], [MouseState(True), MouseState(False)])
+
+
+@pytest.mark.parametrize('button', ['a', 'y', 'hold'])
+def test_no_other_button_of_such_a_page_counts(room, button):
+    room.give('A')
+    room.joy('B', Pad(**{button: True}), (1.0, 1.0))
+    assert room.said() == ([True], [], []) and room.holder.has_granted
+
+
+def test_b_of_two_pages_counts_for_each_of_them(room):
+    """A page whose connection is held up may never tell that its B was released."""
+    room.joy('B', B)
+    room.give('A')
+    room.said()
+    room.joy('C', B)
+    assert room.grants == [False] and not room.holder.has_granted
+    room.joy('B', B)
+    room.joy('C', B)
+    assert room.grants == []
+
+
+def test_b_counts_after_a_page_released_it_while_it_held_the_robot(room):
+    room.joy('B', B)
+    room.begin('B')
+    room.joy('B', REST)
+    room.holder.let_go('B')
+    room.give('A')
+    room.said()
+    room.joy('B', B)
+    assert room.grants == [False]
+
+
+def test_b_that_is_held_through_a_loss_is_not_pressed_again(room):
+    room.drive('A', B)
+    room.run(0.5)
+    room.give('C')
+    room.joy('A', B)
+    assert room.grants == [True] and room.holder.has_granted
+    room.joy('A', REST)
+    room.joy('A', B)
+    assert room.grants == [False]
+
+
+def test_b_of_a_page_that_left_is_forgotten(room):
+    room.joy('B', B)
+    room.holder.gone('B')
+    room.said()
+    room.joy('B', B)
+    assert room.grants == [False]
+
+
+def test_b_of_the_holder_takes_control_although_no_node_may_hear_its_pad(room):
+    """Its pad is not sent while another pad publishes, and the node gamepad may not run."""
+    room.give('A')
+    for pad in (REST, B, B, REST):
+        room.joy('A', pad)
+    assert room.said() == ([True, False], [LatePad(pad, 0.0) for pad in (REST, B, B, REST)], [])
+    assert room.holder.page == 'A' and not room.holder.has_granted
+
+
+@pytest.mark.parametrize('late', [0.3, 2.0, 100.0])
+def test_b_counts_however_late_it_is(room, late):
+    room.give('A')
+    room.joy('A', Pad(forward=1.0, b=True), (1.0, 1.0), late)
+    assert room.said() == ([True, False], [], []) and not room.holder.has_granted
+    room.joy('A', Pad(b=True), lateness=late)
+    assert room.grants == []
+
+
+# -- stop
+
+@pytest.mark.parametrize('pad', [None, FULL])
+@pytest.mark.parametrize('mouse', [None, (1.0, 1.0)])
+@pytest.mark.parametrize('gives', [True, False])
+def test_a_stop_ends_everything(room, pad, mouse, gives):
+    room.drive('A', pad, mouse)
+    if gives:
+        room.give()
+    room.said()
+    room.holder.stop('B', room.now)
+    grants, pads, mouse_states = room.said()
+    assert grants == [False]
+    # the pad rests and takes the robot; an active mouse that is released also gives a turn up
+    assert pads == ([] if pad is None else [LatePad(Pad(0.0, 0.0, b=True), 0.0)])
+    assert mouse_states == [MouseState(True, 0.0, 0.0), MouseState(False, 0.0, 0.0)]
+    assert room.holder.page is None and room.holder.pad is None and not room.holder.has_granted
+
+
+def test_a_stop_is_said_although_nobody_drives_and_each_time(room):
+    for _ in range(2):
+        room.holder.stop('B', room.now)
+        assert room.said() == ([False], [], [MouseState(True), MouseState(False)])
+
+
+# -- whatever comes
+
+PAGES = st.sampled_from('ABC')
+PADS = st.sampled_from([None, REST, FULL, B, Pad(a=True)])
+AGES = st.sampled_from([0.0, 0.0, 0.1, 1.0])    # of a press
+STEPS = st.lists(st.one_of(
+    st.tuples(st.sampled_from(['begin', 'give']), PAGES, AGES),
+    st.tuples(st.sampled_from(['let_go', 'gone', 'take', 'stop']), PAGES),
+    st.tuples(st.just('joy'), PAGES, PADS, st.sampled_from([None, (0.5, 0.5)]),
+              st.sampled_from([0.0, 0.0, 0.25, 0.3, 4.0]), AGES),
+    st.tuples(st.sampled_from(['on_taken', 'on_stop'])),
+    st.tuples(st.just('on_control'), st.booleans()),
+    st.tuples(st.just('wait'), st.sampled_from([0.0625, 0.125, 0.25, 0.3, 5.0]), st.booleans())),
+    max_size=25)
+
+
+class Story:
+    """Pages that do anything, and a witness who knows the rules, not the code."""
+
+    def __init__(self):
+        self.holder, self.now = Holder(), 1000.0
+        self.driver, self.heard_at = None, 0.0    # the holder; its last message
+        self.given = self.lost = False            # by whom the witness saw it, and not taken since
+        self.stops, self.b_down, self.has_control = {None: 0.0}, set(), None
+        self.own_b = {}                           # by page: the press of its last B
+        self.last_word, self.mouse_is_active = None, False
+
+    def tell(self, step):
+        self.now += TICK
+        kind, rest = step[0], step[1:]
+        if self.driver is not None and self.now - self.heard_at > 0.25 and kind != 'wait':
+            self.stops[None] = max(self.stops[None], self.heard_at + 0.25)
+            self.lose()
+            self.holder.update(self.now)
+        refused, age = False, rest[-1] if kind in ('begin', 'give', 'joy') else 0.0
+        pressed = self.now - age
+        is_stop = self.is_stop(kind, rest)
+        if kind == 'wait':
+            self.now += rest[0]
+            if rest[1]:
+                self.holder.update(self.now)
+        elif kind == 'joy':
+            page, pad, mouse, late, _ = rest
+            self.holder.on_joy(page, Joy(pad, mouse), self.now, late, pressed=pressed)
+            if page == self.driver and late <= 0.25:
+                self.heard_at = self.now
+        elif kind in ('begin', 'give'):
+            try:
+                getattr(self.holder, kind)(rest[0], self.now, pressed)
+            except ValueError:
+                refused = True
+            assert refused is (self.driver not in (None, rest[0])
+                               or pressed <= self.stopped_before(rest[0]))
+            if not refused:
+                self.driver, self.heard_at = rest[0], self.now
+        elif kind in ('let_go', 'gone'):
+            getattr(self.holder, kind)(*rest)
+        else:
+            getattr(self.holder, kind)(*rest, self.now)
+        if is_stop:
+            self.stops[rest[0] if kind in ('take', 'stop', 'joy') else None] = self.now
+            if kind != 'on_control' and rest:
+                self.own_b[rest[0]] = self.now - rest[3] if kind == 'joy' else 0.0
+        ends = kind == 'stop' or (is_stop and kind in ('take', 'joy') and rest[0] != self.driver)
+        self.judge(kind, rest, refused, ends, pressed, is_stop)
+        if ends or kind in ('let_go', 'gone') and rest[0] == self.driver:
+            self.lose()
+
+    def stopped_before(self, page):
+        return max([self.own_b.get(page, 0.0)] + [
+            at for other, at in self.stops.items() if other != page])
+
+    def is_stop(self, kind, rest):
+        """Does this step stop the robot? The presses of B are counted."""
+        if kind == 'gone':
+            self.b_down.discard(rest[0])
+        if kind == 'on_control':
+            had_control, self.has_control = self.has_control, rest[0]
+            return had_control and not rest[0]
+        if kind != 'joy':
+            return kind in ('take', 'stop', 'on_taken', 'on_stop')
+        was_down = rest[0] in self.b_down
+        (self.b_down.add if rest[1] is not None and rest[1].b else self.b_down.discard)(rest[0])
+        return rest[0] in self.b_down and not was_down
+
+    def lose(self):
+        self.driver, self.given = None, False
+
+    def judge(self, kind, rest, refused, ends, pressed, is_stop):
+        may_give = kind == 'give' and not refused and (not self.given or self.lost)
+        grants, pads, mouse = (self.holder.take_grants(), self.holder.take_pads(),
+                              self.holder.take_mouse())
+        # a person's grant and the renewals since, and no grant without a person
+        assert grants.count(True) == may_give * (1 + int((self.now - pressed) / 0.1))
+        assert not any(late.pad.a and pressed <= self.stopped_before(rest[0]) for late in pads)
+        if kind == 'on_control' and (is_stop or rest[0]) or may_give:
+            self.lost = bool(is_stop)
+        for word in grants:
+            self.last_word = self.given = word
+        if not ends:
+            drives = kind == 'joy' and rest[0] == self.driver and rest[3] <= 0.25
+            assert not pads or drives
+            assert drives or not any(state.active for state in mouse)
+        for state in mouse:
+            self.mouse_is_active = state.active
+        if self.holder.page is None:
+            assert self.last_word is not True and not self.holder.has_granted
+            assert self.holder.pad is None
+            assert not self.mouse_is_active
+        else:
+            assert self.holder.page == self.driver
+            assert self.holder.has_granted is self.given
+
+
+@given(STEPS)
+def test_whatever_pages_do_nothing_goes_on_without_a_person(steps):
+    story = Story()
+    for step in steps:
+        story.tell(step)
+    for page in 'ABC':
+        story.tell(('gone', page))
+    assert story.holder.page is None and story.last_word is not True and not story.mouse_is_active
+
+
