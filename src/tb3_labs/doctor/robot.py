@@ -164,7 +164,7 @@ def judge_drivers(registered: Sequence[str], sent: Mapping[str, int], seconds: f
 
 @dataclass(frozen=True)
 class Stream:
-    """What came on a topic: `count` messages in `seconds`, the longest `gap` between arrivals, and
+    """A topic, as heard: `count` messages in `seconds`, the longest `gap` between arrivals, and
     by how much the message after it came later than the fastest (nan if unknown); `problem`: '' or
     why it cannot be heard; `own_pause`: for how long this computer did not let the doctor run;
     `robot_here`: does the robot run on this computer?
