@@ -15,9 +15,9 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, Float64, String
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report import analysis
-from tb3_labs.ros.bags.reader import BagProblem, read_run
-from tb3_labs.ros.bags.topics import RECORDED
+from tb3_labs.report import drives as analysis
+from tb3_labs.report.ros_bag import BagProblem, read_run
+from tb3_labs.report.messages import RECORDED
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 

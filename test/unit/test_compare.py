@@ -7,16 +7,15 @@ import re
 import pytest
 from made_motion import driven, turn
 from recorded_run import bag, run  # noqa: F401
-from test_report import lab_report
+from test_report import lab_report, script
 
-from tb3_labs.report.completed import completed
+from tb3_labs.report.movements import completed
 from tb3_labs.robot.turtlebot3 import robot_model
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
-from tb3_labs.report.compare import summarize, write_comparison  # noqa: E402
-from tb3_labs.report.compare_figures import turn_errors, ways  # noqa: E402
-from tb3_labs.ros.bags.reports import names_of  # noqa: E402
+from tb3_labs.report.compare import summarize, turn_errors, write_comparison  # noqa: E402
+from tb3_labs.report.path_figures import ways  # noqa: E402
 
 BURGER = robot_model('burger')
 #: Run: its turns [deg], one after the other.
@@ -57,10 +56,10 @@ def test_mean_spread_and_largest(summaries, tmp_path):
 
 def test_the_figure_has_a_point_for_each_turn(summaries):
     axes, = turn_errors(summaries).axes
-    points = [line.get_ydata() for line in axes.get_lines() if line.get_marker() == 'o']
+    points = [line.get_xdata() for line in axes.get_lines() if line.get_marker() == 'o']
     assert [len(values) for values in points] == [3, 2]
     assert points[0] == pytest.approx([2.0, 4.0, 9.0], abs=0.15)
-    assert [label.get_text() for label in axes.get_xticklabels()] == ['lab', 'precise']
+    assert [label.get_text() for label in axes.get_yticklabels()] == ['lab', 'precise']
     assert ways(summaries) is None
 
 
@@ -82,7 +81,7 @@ def test_bags_side_by_side_and_one_that_cannot_be_read(bag, tmp_path, capsys):  
 
 def test_each_run_has_a_name_of_its_own():
     bags = [pathlib.Path(path) for path in ('a/run.bag', 'b/run.bag', 'a/lab.bag', 'c/run.bag')]
-    assert names_of(bags) == ['run', 'run_2', 'lab', 'run_3']
+    assert script().names_of(bags) == ['run', 'run_2', 'lab', 'run_3']
 
 
 def test_all_bags_cannot_be_read(tmp_path, capsys):

@@ -12,10 +12,10 @@ from recorded_run import odometry_jumps
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.drives import GOAL
 from tb3_labs.nodes.move_to_goal import MoveToGoalConfig
-from tb3_labs.report import analysis
-from tb3_labs.report.completed import LAB_GOAL, RESTED, TAKEN, completed
-from tb3_labs.report.declared import declared_by
+from tb3_labs.report import drives as analysis
 from tb3_labs.report.epochs import epochs
+from tb3_labs.report.messages import declared_by
+from tb3_labs.report.movements import LAB_GOAL, RESTED, TAKEN, completed
 from tb3_labs.robot.turtlebot3 import robot_model
 
 BURGER = robot_model('burger')

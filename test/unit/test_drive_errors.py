@@ -7,7 +7,7 @@ import pytest
 from made_run import STATES, TIME, X, ZERO, goals, made, poses, states
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report import analysis
+from tb3_labs.report import drives as analysis
 from tb3_labs.report.run_data import ImuSamples, Poses
 from tb3_labs.robot.turtlebot3 import robot_model
 

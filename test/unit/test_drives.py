@@ -7,7 +7,7 @@ import pytest
 from recorded_run import BURGER, MISS, MISS_DEG, TRUE_DEG, bag, in_degrees, run  # noqa: F401
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report import analysis
+from tb3_labs.report import drives as analysis
 from tb3_labs.report.run_data import Poses, States
 
 

@@ -12,9 +12,9 @@ from recorded_run import (  # noqa: F401
 
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report import analysis
+from tb3_labs.report import drives as analysis
 from tb3_labs.report.epochs import (
-    AROUND, HALFWAY, HOLE, RESET_DELAY, between, epoch_of, epochs, local_in_odom)
+    AROUND, HALFWAY, HOLE, RESET_DELAY, epoch_of, epochs, local_in_odom)
 from tb3_labs.report.run_data import Poses, States
 
 
@@ -248,7 +248,7 @@ def test_a_drive_belongs_to_the_reset_that_began_it(begin, end, number):
 
 
 def test_what_lies_between_two_times_has_the_first_but_not_the_last():
-    assert between(poses(), 1.0, 1.2).time == pytest.approx([1.0, 1.05, 1.1, 1.15])
+    assert poses().between(1.0, 1.2).time == pytest.approx([1.0, 1.05, 1.1, 1.15])
 
 
 def test_the_first_frame_has_the_robot_at_its_origin():

@@ -11,9 +11,9 @@ from tb3_labs.robot.turtlebot3 import robot_model
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
-from tb3_labs.report.figures import STRETCHES, curve, new_figure, thin  # noqa: E402
+from tb3_labs.report.figures import (  # noqa: E402
+    STRETCHES, curve, errors, heading, new_figure, speeds, thin)
 from tb3_labs.report.path_figures import _frames, draw_path, paths  # noqa: E402
-from tb3_labs.report.run_figures import errors, heading, speeds  # noqa: E402
 
 BURGER = robot_model('burger')
 

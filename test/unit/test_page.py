@@ -13,9 +13,9 @@ from tb3_labs.robot.turtlebot3 import robot_model
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
-from tb3_labs.report import path_figures, run_figures  # noqa: E402
-from tb3_labs.report.csv_files import write_csv  # noqa: E402
+from tb3_labs.report import figures, path_figures  # noqa: E402
 from tb3_labs.report.page import write_report  # noqa: E402
+from tb3_labs.report.tables import write_csv  # noqa: E402
 
 BURGER = robot_model('burger')
 
@@ -148,7 +148,7 @@ def words_of(run, folder, monkeypatch):
     """The page without its pictures."""
     monkeypatch.setattr(path_figures, 'paths', lambda run, model: None)
     for name in 'errors', 'heading', 'speeds':
-        monkeypatch.setattr(run_figures, name, lambda run, model: None)
+        monkeypatch.setattr(figures, name, lambda run, model: None)
     return write_report(run, BURGER, folder).read_text(encoding='utf-8')
 
 

@@ -14,8 +14,8 @@ from recorded_run import (  # noqa: F401
     BURGER, MISS, MISS_DEG, bag, odometry_jumps, rosbag, run, sensors, write_bag)
 from sensor_msgs.msg import Imu
 
-from tb3_labs.report import analysis
-from tb3_labs.ros.bags.reader import read_run
+from tb3_labs.report import drives as analysis
+from tb3_labs.report.ros_bag import read_run
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
@@ -25,12 +25,17 @@ from tb3_labs.report.path_figures import LEAP, paths  # noqa: E402
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
+def script():
+    """The command as a module."""
+    spec = importlib.util.spec_from_file_location('lab_report', str(ROOT / 'scripts/lab_report.py'))
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
 def lab_report(*words):
     """The exit status of the command."""
-    spec = importlib.util.spec_from_file_location('lab_report', str(ROOT / 'scripts/lab_report.py'))
-    script = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(script)
-    return script.main([str(word) for word in words])
+    return script().main([str(word) for word in words])
 
 
 def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):
@@ -142,11 +147,10 @@ def test_what_cannot_be_reported_is_said_in_one_line(what, said, bag, tmp_path, 
 
 def test_without_matplotlib(bag, monkeypatch, capsys):
     for name in [name for name in sys.modules if name.startswith(
-            ('matplotlib', 'tb3_labs.report', 'tb3_labs.ros.bags.reports'))]:
+            ('matplotlib', 'tb3_labs.report'))]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, 'matplotlib', None)
     monkeypatch.delattr('tb3_labs.report', raising=False)
-    monkeypatch.delattr('tb3_labs.ros.bags.reports', raising=False)
     assert lab_report(bag) == 1
     said = capsys.readouterr().err
     assert said.count('\n') == 1

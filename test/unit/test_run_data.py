@@ -8,10 +8,10 @@ from recorded_run import AHEAD, BEGIN, BURGER, MISS, bag, run  # noqa: F401
 
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.geometry.quaternions import yaw_from_quaternion, yaws_from_quaternions
-from tb3_labs.report.analysis import drives
-from tb3_labs.report.run_data import (
-    ImuSamples, OdometrySamples, RunData, SenderClock, times_on_recorders_clock)
-from tb3_labs.report.sensors import path_length, rate, yaw_offset
+from tb3_labs.report.drives import drives
+from tb3_labs.report.messages import SenderClock, times_on_recorders_clock
+from tb3_labs.report.run_data import ImuSamples, OdometrySamples, RunData, yaw_offset
+from tb3_labs.report.tables import rate
 
 
 def test_rates_and_the_gap_in_the_imu(run):
@@ -27,7 +27,7 @@ def test_imu_minus_odometry_and_the_way(run):
     assert math.degrees(offset.mean) == pytest.approx(140.56, abs=1e-3)
     assert max(offset.spread, abs(offset.drift), abs(offset.deviation).max()) < 1e-6
     assert not any((offset.time > 7.6) & (offset.time < 7.65))      # in the middle of the gap
-    assert path_length(run.odometry) == pytest.approx(1.0 - MISS)
+    assert run.odometry.length == pytest.approx(1.0 - MISS)
 
 
 SENT = np.arange(100) / 10.0
@@ -155,5 +155,5 @@ def test_recordings_of_a_real_robot(name, offset_deg, metres):
     offset = yaw_offset(run)
     assert math.degrees(offset.mean) == pytest.approx(offset_deg, abs=0.05)
     assert math.degrees(offset.spread) < 0.1
-    assert path_length(run.odometry) == pytest.approx(metres, abs=0.01)
+    assert run.odometry.length == pytest.approx(metres, abs=0.01)
     assert drives(run, BURGER) == []

@@ -7,8 +7,8 @@ from made_run import TIME, X, ZERO, made
 
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.run_data import ImuSamples, OdometrySamples, Poses, Samples
-from tb3_labs.report.sensors import imu_yaw_at, path_length, rate, yaw_offset
+from tb3_labs.report.run_data import ImuSamples, OdometrySamples, Poses, Samples, yaw_offset
+from tb3_labs.report.tables import rate
 
 
 def test_a_rate_by_hand():
@@ -30,7 +30,7 @@ def test_too_few_messages_have_no_rate():
 def test_the_way_counts_forwards_and_backwards_along_both_axes():
     x, y = np.array([0.0, 3.0, 3.0, 0.0]), np.array([0.0, 4.0, 0.0, 0.0])
     nothing = 0.0 * x
-    assert path_length(OdometrySamples(*[nothing] * 2, x, y, *[nothing] * 3)) == pytest.approx(12.0)
+    assert OdometrySamples(*[nothing] * 2, x, y, *[nothing] * 3).length == pytest.approx(12.0)
 
 
 def offset_of(imu_yaw, kept=slice(None)):
@@ -85,7 +85,7 @@ def test_an_imu_of_another_time_has_no_offset():
 def test_the_imus_yaw_is_continuous_between_its_samples():
     run = made(imu=ImuSamples(TIME, TIME, wrap_all(3.0 * TIME), ZERO))
     at = np.array([0.02, 1.234, 7.77])
-    assert imu_yaw_at(run, at) == pytest.approx(3.0 * at)
+    assert run.imu.yaw_at(at) == pytest.approx(3.0 * at)
 
 
 # Poses as arrays do what Pose2 does ---------------------------------------------------------------

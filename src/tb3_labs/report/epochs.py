@@ -28,7 +28,7 @@ from tb3_labs.geometry.angles import continuous_at, difference, wrap, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.odometry_jumps import (
     FASTEST, POSE_LOST, RESET_SILENCE, SLACK, Jump, JumpFilter)
-from tb3_labs.report.run_data import ImuSamples, Kind, OdometrySamples, Poses, RunData
+from tb3_labs.report.run_data import ImuSamples, OdometrySamples, Poses, RunData
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 
 #: A jump of local_pose against the odometry by more than this is a reset [m], [rad].
@@ -83,11 +83,6 @@ def epoch_of(in_order: Sequence[Epoch], begin: float, end: float) -> Epoch:
     return [epoch for epoch in in_order if epoch.begin <= latest][-1]
 
 
-def between(samples: Kind, begin: float, end: float) -> Kind:
-    """The samples in [begin, end) [s]; their times never run back."""
-    return samples.take(slice(*np.searchsorted(samples.time, (begin, end))))
-
-
 def declared_at_first(run: RunData) -> Frame:
     """The frame in which the robot is at (0, 0, 0) in its first sample."""
     return declared_frame(run, run.odometry, float(run.odometry.time[0]), Pose2())
@@ -95,7 +90,7 @@ def declared_at_first(run: RunData) -> Frame:
 
 def declared_frame(run: RunData, odometry: Poses, time: float, local_T_base: Pose2) -> Frame:
     """The frame in which the robot is at `local_T_base` at `time` [s], by this odometry."""
-    imu_yaw = float(continuous_at(time, run.imu.time, run.imu.yaw))
+    imu_yaw = float(run.imu.yaw_at(time))
     return Frame(odometry.at(time) @ local_T_base.inverse(), wrap(imu_yaw - local_T_base.yaw))
 
 
@@ -187,13 +182,13 @@ class _Mended(NamedTuple):
 def _mended_odometry(run: RunData, begin: float, end: float) -> _Mended:
     around = begin - AROUND, end + AROUND
     first, last = np.searchsorted(run.odometry.time, around)
-    heard, imu = run.odometry.take(slice(max(0, first - 2), last)), between(run.imu, *around)
+    heard, imu = run.odometry.take(slice(max(0, first - 2), last)), run.imu.between(*around)
     if len(heard) < 2 or not len(imu):
         return _Mended(Pose2(), False, False)
     poses, steady, jumps = steady_odometry(heard, run.imu)
     jumps = [(time, jump) for time, jump in jumps if begin < time <= end]
     driven = poses.at(begin).inverse() @ poses.at(end)
-    before, after = continuous_at((begin, end), imu.time, imu.yaw)
+    before, after = imu.yaw_at((begin, end))
     pauses = np.diff(heard.time)
     turned = after - before - sum(jump.imu_turn for _, jump in jumps)
     return _Mended(Pose2(driven.x, driven.y, wrap(turned)),
@@ -225,7 +220,7 @@ def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
     """The pose by the first local_pose, which is true by definition right after a reset."""
     if not len(run.ground_truth):
         return None
-    known = between(run.local_pose, max(begin, run.ground_truth.time[0]),
+    known = run.local_pose.between(max(begin, run.ground_truth.time[0]),
                     min(end, run.ground_truth.time[-1]))
     if not len(known):
         return None

@@ -1,4 +1,4 @@
-"""The lab's analysis of a recorded run: its drives, their errors and drift.
+"""The drives of a recorded run: their states, errors, drift and times.
 
 Frames: ``odom`` (global), ``local`` (as last declared, see :mod:`tb3_labs.report.epochs`),
 ``world`` (of the ground truth).
@@ -17,9 +17,8 @@ from tb3_labs.control.goal_state import DRIVING, GoalState, is_stopped
 from tb3_labs.control.least_time import least_time
 from tb3_labs.geometry.angles import difference, wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.epochs import Epoch, between, declared_at_first, epoch_of, epochs
-from tb3_labs.report.run_data import Poses, RunData
-from tb3_labs.report.sensors import GAP, imu_yaw_at
+from tb3_labs.report.epochs import Epoch, declared_at_first, epoch_of, epochs
+from tb3_labs.report.run_data import GAP, Poses, RunData
 from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: The errors of a drive are measured at rest, at most this long after its end [s].
@@ -75,7 +74,7 @@ def local_poses(run: RunData) -> Poses:
     frame, odometry = declared_at_first(run), run.odometry
     x, y = frame.odom_T_local.inverse().act(odometry.points).T
     return Poses(odometry.arrival, odometry.time, x, y,
-                 wrap_all(imu_yaw_at(run, odometry.time) - frame.imu_yaw_of_x))
+                 wrap_all(run.imu.yaw_at(odometry.time) - frame.imu_yaw_of_x))
 
 
 def spans(run: RunData) -> List[Span]:
@@ -157,8 +156,8 @@ def _drive(run: RunData, model: RobotModel, frames: Sequence[Epoch], parts: Sequ
     rest = end
     if later and later[0].state != FIRST:
         rest = min(end + SETTLE_TIME, later[0].end)
-    local = between(local_poses(run), epoch.begin, min(rest, epoch.end))
-    truth = between(run.ground_truth, epoch.begin, min(rest, epoch.end))
+    local = local_poses(run).between(epoch.begin, min(rest, epoch.end))
+    truth = run.ground_truth.between(epoch.begin, min(rest, epoch.end))
     if epoch.local_T_world is not None:
         truth = truth.seen_from(epoch.local_T_world)
     drift, deviation = _drift(run, parts)
@@ -187,7 +186,7 @@ def _drift(run: RunData, parts: Sequence[Span]) -> Tuple[float, float]:
                    key=lambda part: part.end - part.begin, default=None)
     yaw = np.empty(0)
     if straight is not None:
-        yaw = np.unwrap(between(run.imu, straight.begin + STRAIGHT_AFTER, straight.end).yaw)
+        yaw = np.unwrap(run.imu.between(straight.begin + STRAIGHT_AFTER, straight.end).yaw)
     if len(yaw) < 2:
         return UNKNOWN
     return float(yaw[-1] - yaw[0]), float(np.abs(yaw - yaw[0]).max())
