@@ -247,10 +247,6 @@ def test_a_drive_belongs_to_the_reset_that_began_it(begin, end, number):
     assert epoch_of(in_order, begin, end) is in_order[number]
 
 
-def test_what_lies_between_two_times_has_the_first_but_not_the_last():
-    assert poses().between(1.0, 1.2).time == pytest.approx([1.0, 1.05, 1.1, 1.15])
-
-
 def test_the_first_frame_has_the_robot_at_its_origin():
     run = made(local_pose=Poses.none(), odometry=replace(
         made().odometry, x=X + 3.0, y=0.0 * X - 2.0, yaw=0.0 * X + 0.5))

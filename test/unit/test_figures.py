@@ -79,13 +79,6 @@ def test_a_pause_in_a_slow_topic_is_five_times_as_long(pause, blanks):
     assert np.isnan(lines(axes)[0][:, 1]).sum() == blanks
 
 
-def test_a_slow_topic_is_no_pause():
-    time = np.arange(0.0, 20.0, 1.0)
-    axes = new_figure(2.0).subplots()
-    curve(axes, time, time)
-    assert not np.isnan(lines(axes)[0]).any()
-
-
 def test_the_figures_draw_the_runs_own_numbers():
     run = made(commands=Commands(TIME, TIME, ZERO + 0.2, ZERO), imu=ImuSamples(
         TIME, TIME, ZERO + 0.5, ZERO + 0.1), goals=goals([0.5], [1.0], 0.0, 0.2))

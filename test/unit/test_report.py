@@ -1,4 +1,5 @@
-"""The run report, from bag to page: pictures, tables, the command and its refusals."""
+"""The run report, from bag to page: pictures, tables, the command and its refusals; several runs on
+one page."""
 import base64
 import csv
 import importlib.util
@@ -10,6 +11,7 @@ import sys
 
 import numpy as np
 import pytest
+from made_motion import driven, turn
 from recorded_run import (  # noqa: F401
     BURGER, MISS, MISS_DEG, bag, odometry_jumps, rosbag, run, sensors, write_bag)
 from sensor_msgs.msg import Imu
@@ -19,8 +21,9 @@ from tb3_labs.report.ros_bag import read_run
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
-from tb3_labs.report.figures import thin  # noqa: E402
-from tb3_labs.report.path_figures import LEAP, paths  # noqa: E402
+from tb3_labs.report.compare import summarize, turn_errors, write_comparison  # noqa: E402
+from tb3_labs.report.movements import completed  # noqa: E402
+from tb3_labs.report.path_figures import LEAP, paths, ways  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -82,13 +85,6 @@ def test_a_bag_of_sensors_only(tmp_path):
     assert 'No drives are listed' in page and 'declared (0, 0, 0)' in page
 
 
-def test_thinning_keeps_extremes_and_ends():
-    values = np.zeros(100000)
-    values[[777, 54321]] = 5.0, -5.0
-    kept = thin(values)
-    assert {0, 777, 54321, 99999} <= set(kept) and len(kept) < 3000
-
-
 def test_the_true_path_is_drawn_along_an_odometry_that_is_set_to_zero(run):
     here = run.odometry.pose(np.searchsorted(run.odometry.time, 3.99))
     run = odometry_jumps(run, 4.0, here.inverse())
@@ -103,10 +99,13 @@ def test_the_true_path_is_drawn_along_an_odometry_that_is_set_to_zero(run):
         assert near.max() < 0.06                  # it truly ends 0.05 m beside
 
 
-def test_wrong_usage():
+@pytest.mark.parametrize('words, said', [
+    ((), 'RUN.bag'), (('run.bag', '--goal', '1', '2'), '--goal'),
+    (('run.bag', '--goal', '1', '2', 'nan'), '--goal')])
+def test_wrong_usage(words, said, capsys):
     with pytest.raises(SystemExit) as end:
-        lab_report()
-    assert end.value.code == 2
+        lab_report(*words)
+    assert end.value.code == 2 and said in capsys.readouterr().err
 
 
 def spoil(what, bag, folder):
@@ -166,3 +165,73 @@ def test_marking_without_matplotlib_is_one_line(monkeypatch):
         runpy.run_path(str(ROOT / 'scripts' / 'mark.py'), run_name='__main__')
     assert ended.value.code == ('mark.py: matplotlib is missing; install it: sudo apt install '
                                 '--no-install-recommends python3-matplotlib')
+
+
+# Several runs ---------------------------------------------------------------------------------
+
+#: Run: its turns [deg], one after the other.
+TURNED = {'lab': (92.0, 94.0, 99.0), 'precise': (90.5, -91.5)}
+
+
+@pytest.fixture(scope='module')
+def summaries():
+    return [summarize(completed(driven([turn(2.0 + 4.0 * k, degrees)
+                                        for k, degrees in enumerate(turned)])),
+                      BURGER, name, name + '/report.html') for name, turned in TURNED.items()]
+
+
+def rows_of(text):
+    return [re.findall('<td[^>]*>(.*?)</td>', row) for row in re.findall('<tr>(.*?)</tr>', text)]
+
+
+def test_mean_spread_and_largest(summaries, tmp_path):
+    text = write_comparison(summaries, tmp_path, ['third.bag: no such file']).read_text()
+    assert 'third.bag: no such file' in text and '<a href="lab/report.html">lab</a>' in text
+    rows = [row for row in rows_of(text) if len(row) == 8]
+    names, words = [row[:2] for row in rows], [row[2] for row in rows]
+    assert names == [['lab', '3'], ['', ''], ['', ''], ['precise', '2'], ['', ''], ['', ''],
+                     ['all', '5'], ['', ''], ['', '']]
+    assert words == ['mean', 'spread', 'largest'] * 3
+    # beyond 90 deg: 2, 4, 9, and 0.5, 1.5
+    expected = [5.0, math.sqrt(13.0), 9.0, 1.0, math.sqrt(0.5), 1.5, 3.4, math.sqrt(11.425), 9.0]
+    assert [float(row[3]) for row in rows] == pytest.approx(expected, abs=0.15)
+    with open(str(tmp_path / 'turns.csv'), newline='') as file:
+        table = list(csv.DictReader(file))
+    assert [(row['run'], row['turn']) for row in table] == [
+        ('lab', '1'), ('lab', '2'), ('lab', '3'), ('precise', '1'), ('precise', '2')]
+    assert [float(row['turned_deg']) for row in table] == pytest.approx(
+        [92.0, 94.0, 99.0, 90.5, -91.5], abs=0.15)
+    assert [float(row['asked_deg']) for row in table] == [90.0] * 4 + [-90.0]
+    assert not (tmp_path / 'ways.png').exists() and (tmp_path / 'turn_errors.png').exists()
+
+
+def test_the_figure_has_a_point_for_each_turn(summaries):
+    axes, = turn_errors(summaries).axes
+    points = [line.get_xdata() for line in axes.get_lines() if line.get_marker() == 'o']
+    assert [len(values) for values in points] == [3, 2]
+    assert points[0] == pytest.approx([2.0, 4.0, 9.0], abs=0.15)
+    assert [label.get_text() for label in axes.get_yticklabels()] == ['lab', 'precise']
+    assert ways(summaries) is None
+
+
+def test_bags_side_by_side_and_one_that_cannot_be_read(bag, tmp_path, capsys):
+    assert lab_report(bag, tmp_path / 'none.bag', '-o', tmp_path / 'all') == 1
+    out, err = capsys.readouterr()
+    assert out.strip() == 'Report: {}'.format(tmp_path / 'all' / 'report.html')
+    said = [line for line in err.splitlines() if line.startswith('lab_report.py')]
+    assert len(said) == 1 and 'none.bag: there is no such file' in said[0]
+    for page in 'report.html', 'run/report.html', 'ways.png', 'drives.csv':
+        assert (tmp_path / 'all' / page).exists(), page
+    text = (tmp_path / 'all' / 'report.html').read_text(encoding='utf-8')
+    assert 'href="run/report.html"' in text
+    with open(str(tmp_path / 'all' / 'drives.csv'), newline='') as file:
+        table = list(csv.DictReader(file))
+    assert [(row['run'], row['drive'], row['distance_error_m']) for row in table] == [
+        ('run', '1', '0.0120'), ('run', '2', '0.5000')]
+
+
+def test_each_run_has_a_name_of_its_own():
+    bags = [pathlib.Path(path) for path in ('a/run.bag', 'b/run.bag', 'a/lab.bag', 'c/run.bag')]
+    assert script().names_of(bags) == ['run', 'run_2', 'lab', 'run_3']
+
+
