@@ -10,7 +10,7 @@ the IMU's yaw is unwrapped. Edge case: an unknown value (no ground truth) is NaN
 """
 import math
 from dataclasses import dataclass
-from typing import List, Optional, Sequence, Tuple
+from typing import List, Optional, Tuple
 
 import numpy as np
 
