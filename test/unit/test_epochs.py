@@ -14,6 +14,7 @@ from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.drives import drives
 from tb3_labs.report.epochs import epoch_of, epochs, local_in_odom
+from tb3_labs.report.movements import completed
 from tb3_labs.report.run_data import Poses
 
 
@@ -247,7 +248,7 @@ def test_a_drive_belongs_to_the_reset_that_began_it(begin, end, number):
 def test_the_first_frame_has_the_robot_at_its_origin():
     run = made(local_pose=Poses.none(), odometry=replace(
         made().odometry, x=X + 3.0, y=0.0 * X - 2.0, yaw=0.0 * X + 0.5))
-    epoch, = epochs(run)
+    epoch, = epochs(completed(run))
     assert (epoch.odom_T_local.x, epoch.odom_T_local.y, epoch.odom_T_local.yaw) == pytest.approx(
         (3.0, -2.0, 0.5))
     assert epoch.local_T_world is None

@@ -13,6 +13,7 @@ pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.figures import (  # noqa: E402
     STRETCHES, curve, errors, heading, new_figure, speeds, thin)
+from tb3_labs.report.movements import completed  # noqa: E402
 from tb3_labs.report.path_figures import _frames, draw_path, paths  # noqa: E402
 
 BURGER = robot_model('burger')
@@ -120,8 +121,8 @@ def test_more_than_six_labels_would_cover_each_other(number, labels):
 def test_the_names_of_frames_do_not_cover_each_other(start):
     """local stands on odom, or nearly."""
     x, y = Pose2(*start).act(np.column_stack([X, ZERO])).T
-    figure = paths(made(local_pose=Poses.none(), odometry=OdometrySamples(
-        TIME, TIME, x, y, ZERO + start[2], ZERO, ZERO)), BURGER)
+    figure = paths(completed(made(local_pose=Poses.none(), odometry=OdometrySamples(
+        TIME, TIME, x, y, ZERO + start[2], ZERO, ZERO))), BURGER)
     figure.canvas.draw()
     for axes in figure.axes:
         one, other = (text.get_window_extent() for text in axes.texts if text.get_text())
@@ -152,8 +153,9 @@ def test_a_path_is_blank_where_it_leaps_by_more_than_three_tenths_of_a_metre(lea
 
 def test_both_panels_of_the_paths_have_one_scale_that_holds_all():
     """The robot stands in odom at (3, -2), turned by 90 deg; local is declared where it stands."""
-    run = made(local_pose=Poses.none(), goals=goals([0.5], [1.0]), odometry=OdometrySamples(
-        TIME, TIME, ZERO + 3.0, X - 2.0, ZERO + math.pi / 2.0, ZERO, ZERO))
+    run = completed(made(
+        local_pose=Poses.none(), goals=goals([0.5], [1.0]), odometry=OdometrySamples(
+            TIME, TIME, ZERO + 3.0, X - 2.0, ZERO + math.pi / 2.0, ZERO, ZERO)))
     in_odom, in_local = paths(run, BURGER).axes
     assert lines(in_odom, 'path')[0][-1] == pytest.approx((3.0, -1.0))
     assert lines(in_local, 'path')[0][-1] == pytest.approx((1.0, 0.0), abs=1e-9)

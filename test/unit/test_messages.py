@@ -7,6 +7,7 @@ from real_recordings import arrays_of
 
 from tb3_labs.report.drives import drives
 from tb3_labs.report.messages import SenderClock, declared_by, times_on_recorders_clock
+from tb3_labs.report.movements import completed
 from tb3_labs.report.run_data import ImuSamples, OdometrySamples, RunData, yaw_offset
 from tb3_labs.robot.turtlebot3 import robot_model
 
@@ -113,7 +114,7 @@ def test_recordings_of_a_real_robot(name, offset_deg, metres):
     assert math.degrees(offset.mean) == pytest.approx(offset_deg, abs=0.05)
     assert math.degrees(offset.spread) < 0.1
     assert run.odometry.length == pytest.approx(metres, abs=0.01)
-    assert drives(run, robot_model('burger')) == []
+    assert drives(completed(run), robot_model('burger')) == []
 
 
 @pytest.mark.parametrize('line, pose', [

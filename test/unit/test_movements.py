@@ -15,7 +15,7 @@ from tb3_labs.nodes.move_to_goal import MoveToGoalConfig
 from tb3_labs.report.drives import drives
 from tb3_labs.report.epochs import epochs
 from tb3_labs.report.movements import LAB_GOAL, RESTED, TAKEN, Kind, completed, movements
-from tb3_labs.report.run_data import Commands
+from tb3_labs.report.run_data import Commands, Poses
 
 #: Any drive of the lab.
 DRIVE = drive(2.0, 135.0, 0.8, -135.0)
@@ -192,6 +192,14 @@ def test_the_robots_own_reset_leaves_the_local_pose():
     assert len(epochs(run)) == 1
     last = run.local_pose.pose(-1)
     assert (last.x, last.y, last.yaw) == pytest.approx((*END, math.radians(2.0)), abs=5e-3)
+
+
+def test_a_node_that_sends_tf_alone_has_the_local_pose_of_its_frames():
+    run = run_of(resets=resets((12.0, 0.5, -0.2, math.pi / 2.0)))
+    again = completed(replace(run, local_pose=Poses.none(), derived=()))
+    assert again.derived == ('local_pose',) and len(epochs(again)) == 2
+    last, expected = again.local_pose.pose(-1), run.local_pose.pose(-1)
+    assert (last.x, last.y, last.yaw) == pytest.approx((expected.x, expected.y, expected.yaw))
 
 
 def test_a_recording_of_the_packages_own_node_stays_as_it_is():

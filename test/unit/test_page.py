@@ -14,6 +14,7 @@ from tb3_labs.robot.turtlebot3 import robot_model
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report import figures, path_figures  # noqa: E402
+from tb3_labs.report.movements import completed  # noqa: E402
 from tb3_labs.report.page import write_report  # noqa: E402
 from tb3_labs.report.tables import write_csv  # noqa: E402
 
@@ -163,7 +164,7 @@ def test_a_drive_of_which_no_goal_was_recorded_has_no_errors(tmp_path, monkeypat
 def test_a_page_without_drives_says_where_local_stood(tmp_path, monkeypatch):
     text = words_of(made(states=States.none()), tmp_path, monkeypatch)
     assert 'the recorded one' in text and 'None' not in text and 'Along the way' not in text
-    text = words_of(made(states=States.none(), local_pose=Poses.none()), tmp_path, monkeypatch)
+    text = words_of(completed(made(states=States.none(), local_pose=Poses.none())), tmp_path, monkeypatch)
     assert 'declared (0, 0, 0)' in text
 
 

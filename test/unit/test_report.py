@@ -16,7 +16,6 @@ from recorded_run import (  # noqa: F401
     BURGER, MISS, MISS_DEG, bag, odometry_jumps, rosbag, run, sensors, write_bag)
 from sensor_msgs.msg import Imu
 
-from tb3_labs.report.drives import local_poses
 from tb3_labs.report.ros_bag import read_run
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
@@ -76,7 +75,7 @@ def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):
 
 def test_a_bag_of_sensors_only(tmp_path):
     path = write_bag(tmp_path / 'sensors.bag', sources=(sensors,))
-    poses = local_poses(read_run(path))
+    poses = completed(read_run(path)).local_pose
     assert (poses.x[0], poses.y[0], poses.yaw[0]) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
     assert (poses.x[-1], poses.y[-1], math.degrees(poses.yaw[-1])) == pytest.approx(
         (1.0 - MISS, 0.0, MISS_DEG), abs=1e-6)

@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tb3_labs.report.drives import DriveReport, drives, local_poses
+from tb3_labs.report.drives import DriveReport, drives
 from tb3_labs.report.epochs import epochs
 from tb3_labs.report.figures import GREY, STYLES, new_figure, save
 from tb3_labs.report.html import STYLE, Markup, image, number, table
@@ -64,10 +64,10 @@ class RunSummary:
 
 def summarize(run: RunData, model: RobotModel, name: str, page: str) -> RunSummary:
     """The RunSummary of a run that `model` made."""
-    local, found = local_poses(run), drives(run, model)
+    found = drives(run, model)
     return RunSummary(name, page, run.duration, run.odometry.length,
                       len(epochs(run)) - 1, turns(run), found,
-                      [local.between(drive.begin, drive.end) for drive in found])
+                      [run.local_pose.between(drive.begin, drive.end) for drive in found])
 
 
 def write_comparison(runs: Sequence[RunSummary], folder: Union[str, Path],

@@ -3,6 +3,8 @@
 Frames: ``odom`` (global), ``local`` (as last declared, see :mod:`tb3_labs.report.epochs`),
 ``world`` (of the ground truth).
 
+The run has a local_pose, recorded or completed (see :mod:`tb3_labs.report.movements`).
+
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
 Edge cases: an unknown value (no ground truth, no sample in time) is NaN.
 """
@@ -17,7 +19,7 @@ from tb3_labs.control.goal_state import DRIVING, GoalState, is_stopped
 from tb3_labs.control.least_time import least_time
 from tb3_labs.geometry.angles import difference, wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.epochs import Epoch, declared_at_first, epoch_of, epochs
+from tb3_labs.report.epochs import Epoch, epoch_of, epochs
 from tb3_labs.report.run_data import GAP, Poses, RunData
 from tb3_labs.robot.turtlebot3 import RobotModel
 
@@ -67,16 +69,6 @@ class DriveReport:
         return self.end - self.begin
 
 
-def local_poses(run: RunData) -> Poses:
-    """The robot's poses in ``local``: as recorded, else by odometry (place) and IMU (heading)."""
-    if len(run.local_pose):
-        return run.local_pose
-    frame, odometry = declared_at_first(run), run.odometry
-    x, y = frame.odom_T_local.inverse().act(odometry.points).T
-    return Poses(odometry.arrival, odometry.time, x, y,
-                 wrap_all(run.imu.yaw_at(odometry.time) - frame.imu_yaw_of_x))
-
-
 def spans(run: RunData) -> List[Span]:
     """The states of move_to_goal as Spans in order; the times by its own stamps where they fit."""
     begins: List[float] = []
@@ -113,7 +105,7 @@ def _goals_of_states(run: RunData) -> List[Optional[int]]:
 
 def goal_errors(run: RunData) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(time, distance [m], angle [rad]) of the robot from the goal in force, by local_pose."""
-    local, goals = local_poses(run), [(s.begin, s.goal) for s in spans(run) if s.goal is not None]
+    local, goals = run.local_pose, [(s.begin, s.goal) for s in spans(run) if s.goal is not None]
     poses = local.take(local.time >= (goals[0][0] if goals else math.inf))
     if not len(poses):
         return np.empty(0), np.empty(0), np.empty(0)
@@ -156,7 +148,7 @@ def _drive(run: RunData, model: RobotModel, frames: Sequence[Epoch], parts: Sequ
     rest = end
     if later and later[0].state != FIRST:
         rest = min(end + SETTLE_TIME, later[0].end)
-    local = local_poses(run).between(epoch.begin, min(rest, epoch.end))
+    local = run.local_pose.between(epoch.begin, min(rest, epoch.end))
     truth = run.ground_truth.between(epoch.begin, min(rest, epoch.end))
     if epoch.local_T_world is not None:
         truth = truth.seen_from(epoch.local_T_world)

@@ -15,8 +15,7 @@ shows the difference:
   because it is computed from both noisy sensors.
 
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
-Edge cases: without local_pose and tf there is one epoch, declared at the first sample; two resets
-between two messages are one.
+Edge case: two resets between two messages are one.
 """
 import math
 from dataclasses import dataclass
@@ -83,11 +82,6 @@ def epoch_of(in_order: Sequence[Epoch], begin: float, end: float) -> Epoch:
     return [epoch for epoch in in_order if epoch.begin <= latest][-1]
 
 
-def declared_at_first(run: RunData) -> Frame:
-    """The frame in which the robot is at (0, 0, 0) in its first sample."""
-    return declared_frame(run, run.odometry, float(run.odometry.time[0]), Pose2())
-
-
 def declared_frame(run: RunData, odometry: Poses, time: float, local_T_base: Pose2) -> Frame:
     """The frame in which the robot is at `local_T_base` at `time` [s], by this odometry."""
     imu_yaw = float(run.imu.yaw_at(time))
@@ -101,17 +95,14 @@ def local_in_odom(run: RunData, times: np.ndarray) -> Poses:
 
 
 def _frames(run: RunData) -> Poses:
-    """``local`` in ``odom`` over time: by tf, else by local_pose, else constant."""
+    """``local`` in ``odom`` over time: by tf, else by local_pose."""
     if len(run.frames):
         return run.frames
-    if len(run.local_pose):
-        return _robot_in_odom(run, run.local_pose.time) @ run.local_pose.inverse()
-    frame, odometry = declared_at_first(run).odom_T_local, run.odometry
-    return Poses(odometry.arrival[:1], odometry.time[:1],
-                 *(np.array([value]) for value in (frame.x, frame.y, frame.yaw)))
+    return robot_in_odom(run, run.local_pose.time) @ run.local_pose.inverse()
 
 
-def _robot_in_odom(run: RunData, times: np.ndarray) -> Poses:
+def robot_in_odom(run: RunData, times: np.ndarray) -> Poses:
+    """The robot's poses in ``odom`` at each of the times [s], interpolated."""
     odometry = run.odometry
     x, y = (np.interp(times, odometry.time, column) for column in (odometry.x, odometry.y))
     return Poses(times, times, x, y, wrap_all(continuous_at(times, odometry.time, odometry.yaw)))
@@ -128,7 +119,7 @@ def _begin(run: RunData, frames: Poses, k: int) -> float:
     first, last = np.searchsorted(run.local_pose.time, (frames.time[k - 1], frames.time[k]))
     local = run.local_pose.take(slice(first, last + 1))
     if len(local) > 2:
-        robot = _robot_in_odom(run, local.time)
+        robot = robot_in_odom(run, local.time)
         frames = robot @ local.inverse()
         distance, angle = _steps(frames, robot)
         k = 1 + int(np.argmax(distance / JUMP + angle / JUMP_ANGLE))
@@ -146,8 +137,7 @@ def _resets(run: RunData, frames: Poses) -> List[int]:
     """Indices of the frames that were declared by a reset."""
     if len(frames) < 2:
         return []
-    robot = _robot_in_odom(run, frames.time)
-    local = run.local_pose if len(run.local_pose) else frames.inverse() @ robot
+    robot = robot_in_odom(run, frames.time)
     distance, angle = _steps(frames, robot)
     moved = (distance > STILL) | (angle > STILL)
     by_tf = len(run.frames) > 0 and moved.mean() < 0.5
@@ -156,11 +146,12 @@ def _resets(run: RunData, frames: Poses) -> List[int]:
     too_far = np.hypot(np.diff(robot.x), np.diff(robot.y)) > (
         SLACK + FASTEST * np.diff(robot.time))
     return [k + 1 for k in np.flatnonzero(moved | too_far) if _is_reset(
-        run, local, frames.time[k], frames.time[k + 1], by_tf and bool(moved[k]))]
+        run, frames.time[k], frames.time[k + 1], by_tf and bool(moved[k]))]
 
 
-def _is_reset(run: RunData, local: Poses, last: float, first: float, moved: bool) -> bool:
+def _is_reset(run: RunData, last: float, first: float, moved: bool) -> bool:
     """Was ``local`` declared anew between `last` and `first`? `moved`: it moved in tf."""
+    local = run.local_pose
     before = max(0, int(np.searchsorted(local.time, last, side='right')) - 1)
     after = min(len(local) - 1, int(np.searchsorted(local.time, first)))
     mended = _mended_odometry(run, local.time[before], local.time[after])

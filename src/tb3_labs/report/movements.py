@@ -39,7 +39,7 @@ from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.odometry_jumps import POSE_LOST
-from tb3_labs.report.epochs import declared_frame, steady_odometry
+from tb3_labs.report.epochs import declared_frame, robot_in_odom, steady_odometry
 from tb3_labs.report.run_data import Poses, RunData, States
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
@@ -158,9 +158,14 @@ def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
 
     `goal` is that of each drive. Those fields are named in `derived`.
     """
-    if not len(run.local_pose) and not len(run.frames):
-        run = _with_local(run)
+    if not len(run.local_pose):
+        run = _with_local_by_tf(run) if len(run.frames) else _with_local(run)
     return run if len(run.states) else _with_states(run, goal)
+
+
+def _with_local_by_tf(run: RunData) -> RunData:
+    local = run.frames.inverse() @ robot_in_odom(run, run.frames.time)
+    return replace(run, local_pose=local, derived=run.derived + ('local_pose',))
 
 
 def _with_local(run: RunData) -> RunData:

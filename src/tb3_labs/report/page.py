@@ -144,15 +144,14 @@ def _along(driven: Sequence[DriveReport]) -> str:
     return '<h2>Along the way</h2>{}<p>{}</p>'.format(tables.along(driven), escape(tables.ALONG))
 
 
-# Sentences: findings, rules and frames ------------------------------------
+# Sentences: findings, rules and frames --------------------------------------------------------
 
 
 def _nothing(run: RunData) -> str:
     """Why no drives are listed."""
-    recorded = len(run.local_pose) and 'local_pose' not in run.derived
     words = NOTHING.format(
         NO_DRIVE if len(run.states) or len(run.commands) else NO_COMMANDS,
-        'the recorded one' if recorded else _declared(run))
+        _declared(run) if 'frames' in run.derived else 'the recorded one')
     return words if len(run.states) or not len(run.commands) else words + ' ' + _rule(run)
 
 
@@ -175,7 +174,7 @@ def _rule_of_drives(run: RunData) -> str:
         goal = run.goals.pose(0)
         words.append('Goal: taken as ({:g} m, {:g} m, {:g} deg), see --goal.'.format(
             goal.x, goal.y, round(math.degrees(goal.yaw), 3) + 0.0))
-    if 'local_pose' in run.derived:
+    if 'frames' in run.derived:
         words.append('The local frame is {}; the place in it is that of the odometry, the heading '
                      'that of the IMU.'.format(_declared(run)))
     return ' '.join(words)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.drives import DriveReport, drives, local_poses
+from tb3_labs.report.drives import DriveReport, drives
 from tb3_labs.report.epochs import Epoch, epoch_of, epochs, local_in_odom
 from tb3_labs.report.figures import (
     GREY, STYLES, legend_below, map_of_local, new_figure, thin)
@@ -28,7 +28,7 @@ def paths(run: RunData, model: RobotModel) -> Figure:
     """The path in odom and in local, side by side at one scale, with the axes of both frames."""
     figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)
-    frames, local = epochs(run), local_poses(run)
+    frames, local = epochs(run), run.local_pose
     for number, epoch in enumerate(frames):
         colour, style = STYLES[number % len(STYLES)]
         label = 'path after reset {}'.format(number) if number else 'path'

@@ -15,7 +15,7 @@ import numpy as np
 from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.report.drives import (
-    MAX_ANGULAR, STRAIGHT_AFTER, DriveReport, goal_errors, local_poses, spans)
+    MAX_ANGULAR, STRAIGHT_AFTER, DriveReport, goal_errors, spans)
 from tb3_labs.report.html import UNKNOWN, degrees, number, table
 from tb3_labs.report.run_data import GAP, Poses, RunData, Samples
 from tb3_labs.report.turns import TurnReport
@@ -196,7 +196,7 @@ def write_reports(path: Union[str, Path], columns: Sequence[Column],
 
 def write_csv(run: RunData, path: Union[str, Path]) -> None:
     """Write one row for each odometry message; a cell is empty if nothing was recorded then."""
-    odometry, local, at = run.odometry, local_poses(run), run.odometry.time
+    odometry, local, at = run.odometry, run.local_pose, run.odometry.time
     error_time, distance, angle = goal_errors(run)
     in_order = spans(run)
     words = np.array([''] + [safe(span.state) for span in in_order], dtype=object)
