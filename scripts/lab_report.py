@@ -21,7 +21,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.geometry.typed_pose import TypedPose
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
 
-#: Time between two lines of progress where the output is no terminal [s].
+#: Time between two lines of progress if the output is not a terminal [s].
 LINE_PERIOD = 2.0
 
 

@@ -9,7 +9,7 @@ from typing import Iterator, Mapping, Sequence, Tuple
 
 from tb3_labs.doctor.line import Line, fault, ok, warning
 
-#: What the labs' nodes import.
+#: The packages that the labs' nodes import.
 PACKAGES = ('rospy', 'numpy', 'squaternion', 'geometry_msgs.msg', 'nav_msgs.msg',
             'sensor_msgs.msg', 'tf2_ros', 'tb3_labs.srv')
 #: rosbag record stops with less space than the first of these, and warns below the second [bytes].

@@ -61,7 +61,7 @@ class _Robot:
         self._drivers = peers_of(master, self._graph.drivers)
 
     def examine(self, seconds):
-        """The lines on master, robot, its nodes, and what they send."""
+        """The lines on master, robot, its nodes, and their messages."""
         pids = ask_all(dict(self._drivers, **self._peers), 'getPid')
         hosts = {peer.address for peer in self._peers.values() if peer.address}
         yield judge_nat(nat_kind(), _way_or_first(self._here), not self._here.master_here or any(
@@ -80,7 +80,7 @@ class _Robot:
                           self._here.master_here)
         alive = {node: peer for node, peer in self._peers.items() if pids[node] is not None}
         if not alive:
-            return    # nobody is left who could be asked or heard
+            return    # no node is left that could be asked or heard
         yield from self._ways(alive)
         yield from self._listen(seconds, alive)
 

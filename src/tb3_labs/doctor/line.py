@@ -1,4 +1,4 @@
-"""One line of the doctor: a verdict, its subject, the reason, and what to do."""
+"""One line of the doctor: a verdict, its subject, the reason, and the remedy."""
 from dataclasses import dataclass
 from enum import Enum
 from typing import Sequence

@@ -52,20 +52,20 @@ def wheels_of(body):
 
 
 def _header(body):
-    """(stamp [s], where the fields after the header begin)."""
+    """(stamp [s], the begin of the fields after the header)."""
     _, seconds, nanoseconds = HEADER.unpack_from(body)
     _, at = _text(body, HEADER.size)
     return seconds + 1e-9 * nanoseconds, at
 
 
 def _text(body, at):
-    """(text, where the next field begins)."""
+    """(text, the begin of the next field)."""
     size, at = _length(body, at)
     return body[at:at + size], at + size
 
 
 def _length(body, at):
-    """(length of a list or text, where that begins)."""
+    """(length of a list or text, its begin)."""
     length, = struct.unpack_from('<I', body, at)
     return length, at + 4
 

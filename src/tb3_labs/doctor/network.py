@@ -114,7 +114,7 @@ class Address:
 
 
 def judge_address(here: Address) -> Line:
-    """Can others reach this computer by what its nodes tell them?"""
+    """Can others reach this computer by the address that its nodes tell them?"""
     if not here.ros_ip and not here.ros_hostname:
         if here.master_here:
             return ok('Address', 'neither ROS_IP nor ROS_HOSTNAME is set: good for this computer '
@@ -209,7 +209,7 @@ def judge_master(master: Answer) -> Line:
 
 
 def judge_second_master(master: str, others: Sequence[str]) -> Line:
-    """`others`: addresses, with port, where another master answered."""
+    """`others`: addresses, with port, of other masters that answered."""
     if not others:
         return ok('Masters', 'no second master was found')
     return warning('Masters', 'another master answers at {}: programs that use it do not see those '

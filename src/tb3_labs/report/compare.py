@@ -75,7 +75,7 @@ def write_comparison(runs: Sequence[RunSummary], folder: Union[str, Path],
     """Write report.html, its figures, turns.csv and drives.csv into a folder that exists; the path
     of report.html.
 
-    `left_out`: lines on what could not be read. ``OSError`` if nothing can be written.
+    `left_out`: lines on the bags that could not be read. ``OSError`` if nothing can be written.
     """
     folder = Path(str(folder))
     write_reports(folder / 'turns.csv', TURNS_CSV, [(run.name, run.turns) for run in runs])
@@ -195,6 +195,6 @@ def _points(axes: Axes, place: int, values: np.ndarray, colour: str) -> None:
 
 
 def _mean_and_spread(values: np.ndarray) -> Tuple[float, float]:
-    """The mean, and the standard deviation of a sample; NaN where there are too few values."""
+    """The mean, and the standard deviation of a sample; NaN for too few values."""
     return (float(values.mean()) if len(values) else math.nan,
             float(values.std(ddof=1)) if len(values) > 1 else math.nan)

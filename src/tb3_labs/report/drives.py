@@ -70,7 +70,7 @@ class DriveReport:
 
 
 def spans(run: RunData) -> List[Span]:
-    """The states of move_to_goal as Spans in order; the times by its own stamps where they fit."""
+    """The states of move_to_goal as Spans in order; their times are its own stamps if these fit."""
     begins: List[float] = []
     goals: List[Optional[Pose2]] = []
     for arrival, own in zip(run.states.arrival, _goals_of_states(run)):

@@ -2,13 +2,13 @@
 
 A *reset* is a jump of the robot's pose in ``local`` that odometry and IMU do not show.
 
-``local`` also moves in ``odom`` without a reset. Where the odometry jumps and the robot does not,
+``local`` also moves in ``odom`` without a reset. If the odometry jumps and the robot does not,
 move_to_goal shifts ``local`` in ``odom``, so that the robot keeps its pose in ``local`` (see
-:mod:`tb3_labs.localization.odometry_jumps`). The shift is up to 15 mm where the firmware reverses a
-displacement, and of any size where the robot's own `reset` zeroes the odometry. The odometry itself
+:mod:`tb3_labs.localization.odometry_jumps`). The shift is up to 15 mm if the firmware reverses a
+displacement, and of any size if the robot's own `reset` zeroes the odometry. The odometry itself
 shows the difference:
 
-* Where it is sound and complete, only a reset moves ``local`` in it, even by a small amount. tf
+* If it is sound and complete, only a reset moves ``local`` in it, even by a small amount. tf
   gives the exact pose of ``local``.
 * Elsewhere it is corrected as move_to_goal corrects it, and a reset is a jump of more than `JUMP`
   against that. The same holds everywhere without tf, and with a tf that hardly ever stands still,

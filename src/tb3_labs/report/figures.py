@@ -24,7 +24,7 @@ from tb3_labs.report.turns import REST_MEAN, turns as turns_of
 from tb3_labs.robot.turtlebot3 import RobotModel
 
 DOTS_PER_INCH = 150
-WIDTH = 7.2                     # [inch], what fits between the margins of A4
+WIDTH = 7.2                     # [inch], between the margins of A4
 #: Width of a letter of a legend, and of the rest of its entry [inch].
 LETTER, SAMPLE = 0.075, 0.55
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
@@ -49,7 +49,7 @@ MOST_NAMES = 12
 
 def thin(*columns: np.ndarray) -> np.ndarray:
     """Sorted indices that keep the least and the greatest of each column in each stretch, and both
-    ends; all indices where there are few. The columns are of one length."""
+    ends; all indices if there are few. The columns are of one length."""
     count = len(columns[0])
     if count <= 2 * STRETCHES:
         return np.arange(count)
@@ -79,7 +79,7 @@ def curve(axes: Axes, time: np.ndarray, values: np.ndarray, breaks: Sequence[flo
           circle: bool = False, **looks: Any) -> None:
     """A line with blanks at the times `breaks` [s] and in pauses.
 
-    `circle`: the values are angles [deg], with blanks also where they jump by half a turn.
+    `circle`: the values are angles [deg], with blanks also at jumps by half a turn.
     """
     pauses = np.diff(time)
     longest = max(BREAK, 5.0 * float(np.median(pauses))) if len(pauses) else BREAK
@@ -97,7 +97,7 @@ def curve(axes: Axes, time: np.ndarray, values: np.ndarray, breaks: Sequence[flo
 def map_of_local(figure: Figure, axes: Axes, margin: float) -> None:
     """Finish a map of the local frame: one scale, the axes' names, a grid, the legend below.
 
-    `margin`: around what is drawn, as a part of it.
+    `margin`: around the drawing, as a part of it.
     """
     axes.set_aspect('equal', adjustable='datalim')
     axes.margins(margin)

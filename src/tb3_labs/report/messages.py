@@ -55,8 +55,8 @@ SAME_CLOCK = 0.1
 LATE, TOO_LATE = 0.5, 10.0
 #: A sender's clock can be used if at least this fraction of its messages is in time.
 IN_TIME = 0.25
-#: If more than this fraction of the messages is not in time, all up to one or all from one on, the
-#: clock was set.
+#: The clock was set if more than this fraction of the messages is not in time, all up to one or all
+#: from one on.
 OTHER_CLOCK = 0.1
 
 
@@ -106,7 +106,7 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
 
 
 def declared_by(line: str) -> Optional[Pose2]:
-    """The declared pose of the robot in ``local``, or None if the line is no reset's."""
+    """The declared pose of the robot in ``local``, or None if the line is not that of a reset."""
     found = RESET_LINE.search(line)
     if found is None:
         return None

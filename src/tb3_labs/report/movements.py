@@ -4,11 +4,11 @@ A *movement* is a stretch of commands that are not zero, with pauses shorter tha
 and a change of `ctrl_relinq`, end a movement and begin the next. It is a
 
 * turn, if no command has a forward speed;
-* drive, if a turn, a straight line, a turn were commanded, of which one turn may be missing. The
-  line is straight if the heading stays within `KEPT` of where it began;
+* drive, if a turn, a straight line and a turn were commanded; one turn may be missing. The
+  line is straight if the heading stays within `KEPT` of its first value;
 * movement by hand, if it is neither.
 
-The commands do not tell who sent them, so other topics decide where they can:
+The commands do not name their sender, so other topics decide if they can:
 
 * With ctrl_relinq, a movement while a node has control is a drive, of whatever shape, and any other
   movement is by hand. With `joy` alone the pad never gave control, and all is by hand.
@@ -154,7 +154,7 @@ def _is_straight(run: RunData, begin: float, end: float) -> bool:
 
 
 def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
-    """The run, with local_pose, frames, states and goals where they were not recorded.
+    """The run, with local_pose, frames, states and goals if these were not recorded.
 
     `goal` is that of each drive. Those fields are named in `derived`.
     """

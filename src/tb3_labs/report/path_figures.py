@@ -85,7 +85,7 @@ def ways(runs: Sequence[Any]) -> Optional[Figure]:
 
 
 def draw_path(axes: Axes, poses: Poses, **looks: Any) -> None:
-    """A line with blanks where the poses jump, as at a reset of the odometry."""
+    """A line with blanks at jumps of the poses, such as a reset of the odometry."""
     leaps = np.flatnonzero(np.hypot(np.diff(poses.x), np.diff(poses.y)) > LEAP) + 1
     for piece in np.split(np.arange(len(poses)), leaps):
         if len(piece):

@@ -33,7 +33,7 @@ class BagProblem(Exception):
 def read_run(path, namespace=None, progress=lambda fraction: None):
     """The RunData of the bag file `path`.
 
-    `namespace` chooses a robot where there are several; `progress` is called with the share that
+    `namespace` chooses one robot of several; `progress` is called with the share that
     has been read, 0 to 1. Raises BagProblem.
     """
     try:
@@ -96,7 +96,7 @@ class BagByChunks(rosbag.Bag):
     """A bag whose index is read chunk by chunk, together with its messages, in the file's order.
 
     rosbag itself reads the whole index first, an object of 250 bytes for each message of each
-    topic. That is more memory than all samples take.
+    topic, which take more memory than all samples.
     """
 
     def __init__(self, path):

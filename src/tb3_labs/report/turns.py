@@ -2,8 +2,7 @@
 
 A turn is a movement without forward speed (see :mod:`tb3_labs.report.movements`) before and after
 which the robot rests, by at least `LEAST_TURN`. The angle that was asked for is that of topic
-`turn`. Where nobody said it there, it is taken as the nearest of +/-90 and 180 degrees, as the lab
-asks for.
+`turn`. Without a message there it is the nearest of +/-90 and 180 degrees, as the lab asks for.
 
 Units: radians, left positive; seconds. A turn by more than half a turn is counted in full, since
 the IMU's yaw is unwrapped. Edge case: an unknown value (no ground truth) is NaN.
@@ -53,7 +52,7 @@ class TurnReport:
 
     @property
     def error(self) -> float:
-        """How far the robot turned beyond what was asked, to either side; negative: short of it."""
+        """The angle beyond the asked one, to either side [rad]; negative: short of it."""
         return self._beyond(self.turned)
 
     @property
@@ -87,7 +86,7 @@ def _parts(run: RunData, movement: Movement, until: float) -> List[Tuple[float, 
     """The turns within one movement, as (first command, last command's end, next command).
 
     Turns that are asked for quickly one after the other have a pause with the robot at rest between
-    them, far from where either began. A correction of one turn has not.
+    them, far from the beginning of either. A correction of one turn has no such pause.
     """
     commands = run.commands.between(movement.begin, movement.end)
     turning = np.abs(commands.angular) > NO_SPEED
@@ -109,7 +108,7 @@ def _turned(run: RunData, begin: float, end: float, until: float) -> bool:
 def _turn(run: RunData, begin: float, end: float, until: float,
           since: float) -> Optional[TurnReport]:
     """The turn by the commands from `begin` to `end`, of a robot that may rest until `until`; None
-    if it is none. What was asked for before `since` was for another one."""
+    if it is not a turn. A request before `since` belongs to another turn."""
     before, rest = _rest_before(run.imu, begin), _rest(run.imu, end, min(end + REST_WAIT, until))
     if before is None or rest is None:
         return None
