@@ -188,7 +188,8 @@ def test_a_person_who_takes_control_ends_the_drive():
 def test_the_robots_own_reset_leaves_the_local_pose():
     run = driven(BACK, start=START, imu_offset=OFFSET)
     k = int(np.searchsorted(run.odometry.time, 11.0))
-    run = completed(odometry_jumps(run, float(run.odometry.time[k]), run.odometry.pose(k).inverse()))
+    jump = run.odometry.pose(k).inverse()
+    run = completed(odometry_jumps(run, float(run.odometry.time[k]), jump))
     assert len(epochs(run)) == 1
     last = run.local_pose.pose(-1)
     assert (last.x, last.y, last.yaw) == pytest.approx((*END, math.radians(2.0)), abs=5e-3)

@@ -135,7 +135,7 @@ def test_the_page_says_what_was_driven(page):
 
 
 def test_the_page_says_how_imu_and_odometry_differ(page):
-    """The odometry keeps 0, and the IMU is at 0.5 rad until 1.3 s, then turns by 3 deg until 6 s."""
+    """The odometry keeps 0. The IMU is at 0.5 rad until 1.3 s, then turns by 3 deg until 6 s."""
     mean, drift = map(float, re.search(
         r'mean ([+-][0-9.]+) deg, standard deviation [0-9.]+, .* ([+-][0-9.]+)\.',
         page[0]).groups())
@@ -164,7 +164,8 @@ def test_a_drive_of_which_no_goal_was_recorded_has_no_errors(tmp_path, monkeypat
 def test_a_page_without_drives_says_where_local_stood(tmp_path, monkeypatch):
     text = words_of(made(states=States.none()), tmp_path, monkeypatch)
     assert 'the recorded one' in text and 'None' not in text and 'Along the way' not in text
-    text = words_of(completed(made(states=States.none(), local_pose=Poses.none())), tmp_path, monkeypatch)
+    run = completed(made(states=States.none(), local_pose=Poses.none()))
+    text = words_of(run, tmp_path, monkeypatch)
     assert 'declared (0, 0, 0)' in text
 
 

@@ -5,8 +5,8 @@ from html import escape
 from pathlib import Path
 from typing import Sequence
 
-#: An unknown number.
-UNKNOWN = '\N{EN DASH}'
+#: An unknown number on a page.
+DASH = '\N{EN DASH}'
 STYLE = '''@page { size: A4; margin: 11mm 14mm; }
 body { font: 10pt/1.3 sans-serif; max-width: 182mm; margin: 1em auto; color: #111; }
 h1 { font-size: 15pt; margin: 0; } h2 { font-size: 11pt; margin: 0.7em 0 0.2em; }
@@ -25,7 +25,7 @@ class Markup(str):
     """Text that already is HTML."""
 
 
-def number(value: float, form: str, unknown: str = UNKNOWN) -> str:
+def number(value: float, form: str, unknown: str = DASH) -> str:
     """The value in this format, but never -0.00; `unknown` if it is not finite."""
     if not math.isfinite(value):
         return unknown

@@ -16,7 +16,7 @@ from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.report.drives import (
     MAX_ANGULAR, STRAIGHT_AFTER, DriveReport, goal_errors, spans)
-from tb3_labs.report.html import UNKNOWN, degrees, number, table
+from tb3_labs.report.html import DASH, degrees, number, table
 from tb3_labs.report.run_data import GAP, Poses, RunData, Samples
 from tb3_labs.report.turns import TurnReport
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
@@ -96,7 +96,7 @@ def drives(reports: Sequence[DriveReport]) -> str:
         goal = drive.goal
         rows.append([str(count)] + (
             ['{:.2f}'.format(goal.x), '{:.2f}'.format(goal.y),
-             '{:.1f}'.format(round(math.degrees(goal.yaw), 1) + 0.0)] if goal else [UNKNOWN] * 3)
+             '{:.1f}'.format(round(math.degrees(goal.yaw), 1) + 0.0)] if goal else [DASH] * 3)
             + [drive.outcome, number(drive.time, '{:.2f}'), number(drive.least_time, '{:.2f}')]
             + _error(drive.measured) + _error(drive.true))
     return table(['drive', 'asked x [m]', 'y [m]', 'yaw [deg]', 'outcome', 'time [s]',
