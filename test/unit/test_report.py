@@ -210,6 +210,7 @@ def test_the_figure_has_a_point_for_each_turn(summaries):
     assert [len(values) for values in points] == [3, 2]
     assert points[0] == pytest.approx([2.0, 4.0, 9.0], abs=0.15)
     assert [label.get_text() for label in axes.get_yticklabels()] == ['lab', 'precise']
+    assert axes.get_ylim() == (1.6, -0.6)         # the first run is the upper row
     assert ways(summaries) is None
 
 

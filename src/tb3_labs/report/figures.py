@@ -26,7 +26,7 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 DOTS_PER_INCH = 150
 WIDTH = 7.2                     # [inch], between the margins of A4
 #: Width of a letter of a legend, and of the rest of its entry [inch].
-LETTER, SAMPLE = 0.075, 0.55
+LETTER, SAMPLE = 0.075, 0.6
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
 #: (colour, line style) of successive curves.
 STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
@@ -109,17 +109,11 @@ def map_of_local(figure: Figure, axes: Axes, margin: float) -> None:
 def legend_below(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) -> None:
     """Put a legend below the figure, in as many columns as fit its width."""
     widths = [SAMPLE + LETTER * len(label) for label in labels]
-    columns = len(labels)
-    while columns > 1 and _width_of(widths, columns) > WIDTH:
+    columns = max(1, len(labels))
+    while columns > 1 and sum(map(max, np.array_split(widths, columns))) > WIDTH:
         columns -= 1
-    figure.legend(handles, labels, loc='upper center', ncol=max(1, columns), fontsize=8,
+    figure.legend(handles, labels, loc='upper center', ncol=columns, fontsize=8,
                   frameon=False, bbox_to_anchor=(0.5, 0.0))
-
-
-def _width_of(widths: Sequence[float], columns: int) -> float:
-    """Width of a legend whose entries fill one column after the other."""
-    rows = -(-len(widths) // columns)
-    return sum(max(widths[k:k + rows]) for k in range(0, len(widths), rows))
 
 
 # A run over time ------------------------------------------------------------------------------
