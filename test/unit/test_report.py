@@ -58,19 +58,11 @@ def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):
     assert first[4:] == ['reached', '6.50', '4.74', '0.0120', '0.70', '0.0500', '2.00']
     assert second[4:5] + second[7:] == [
         'gave up: it is stuck, alas', '0.5000', '90.00', '0.5000', '90.00']
-    assert next(row for row in rows if row[:1] == ['/imu']) == [
-        '/imu', '1122', '93.4', '0.800', '1', '0.800', '0']
     with open(str(tmp_path / 'out' / 'run.csv'), newline='') as file:
         table = list(csv.DictReader(file))
-    assert len(table) == 241
-    row = table[70]                                              # 3.5 s: half the way
-    assert float(row['time_s']) == pytest.approx(3.5, abs=1e-3)
-    assert (row['local_x_m'], row['local_y_m'], row['local_yaw_deg']) == (
-        '0.4940', '0.0000', '0.250')
-    assert (row['distance_error_m'], row['linear_m_s'], row['state']) == (
-        '0.5060', '0.1976', 'MOVE_FORWARD')
-    assert float(row['odom_x_m']) == pytest.approx(2.0 + 0.494 * math.cos(0.5), abs=1e-4)
-    assert table[-1]['state'] == 'gave up: it is stuck, alas'
+    assert len(table) == 241 and table[-1]['state'] == 'gave up: it is stuck, alas'
+    half_way = table[70]                                         # 3.5 s
+    assert (half_way['distance_error_m'], half_way['linear_m_s']) == ('0.5060', '0.1976')
 
 
 def test_a_bag_of_sensors_only(tmp_path):

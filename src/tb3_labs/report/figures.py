@@ -129,7 +129,8 @@ def errors(run: RunData, model: RobotModel) -> Optional[Figure]:
     curve(turned, time, np.degrees(angle), _resets(run), circle=True, color=BLUE)
     far.set_ylabel('distance error [m]')
     far.set_ylim(bottom=0.0)
-    _degrees_axis(turned, 'angle error [deg]')
+    turned.set_ylabel('angle error [deg]')
+    _whole_circle(turned)
     found = drives.drives(run, model)
     for drive in found if len(found) <= MOST_LABELS else ():
         if not math.isnan(drive.measured[0]):
@@ -152,7 +153,7 @@ def heading(run: RunData, _model: RobotModel) -> Figure:
     curve(line, run.imu.time, np.degrees(np.unwrap(run.imu.yaw)), color=BLUE)
     offset = yaw_offset(run)
     curve(apart, offset.time, np.degrees(offset.deviation), color=GREY, linewidth=0.8)
-    _degrees_axis(circle, '[deg]')
+    _whole_circle(circle)
     most = max([0.25] + list(1.1 * np.abs(np.degrees(offset.deviation))))
     apart.set_ylim(-most, most)
     for axes, title in ((circle, 'IMU, wrapped'), (line, 'IMU, continuous'),
@@ -252,7 +253,6 @@ def _finish_time(run: RunData, *plots: Axes) -> None:
     plots[-1].set_xlabel('time [s]')
 
 
-def _degrees_axis(axes: Axes, label: str) -> None:
-    axes.set_ylabel(label)
+def _whole_circle(axes: Axes) -> None:
     axes.set_ylim(-190.0, 190.0)
     axes.set_yticks([-180, -90, 0, 90, 180])
