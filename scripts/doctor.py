@@ -25,8 +25,8 @@ except ImportError:
     sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), os.pardir, 'src'))
 
 from tb3_labs.command_line import Parser    # noqa: E402
+from tb3_labs.doctor.examination import examine    # noqa: E402
 from tb3_labs.doctor.line import exit_status, fault, printed, summary    # noqa: E402
-from tb3_labs.ros.doctor.examination import examine    # noqa: E402
 
 
 def namespace(word):

@@ -10,14 +10,17 @@ Any bag with sensor_msgs/Imu and nav_msgs/Odometry will do. Drives and turns are
 or, for a node of your own, in cmd_vel; resets in the line `Local pose set to x=..., y=..., yaw=...`
 on /rosout. Several runs make one page that compares them, and a page for each.
 """
+import math
 import sys
 import time
+from pathlib import Path
 
 from tb3_labs.command_line import Parser, number_or_text
-from tb3_labs.geometry.se2 import TypedPose
+from tb3_labs.geometry.angles import wrap
+from tb3_labs.geometry.se2 import Pose2, TypedPose
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
 
-#: Time between two lines of progress where the output is no terminal [s].
+#: Time between two lines of progress if the output is not a terminal [s].
 LINE_PERIOD = 2.0
 
 
@@ -73,19 +76,58 @@ def parse(words):
     return given
 
 
+def report(arguments, step):
+    """(The page, [problem]) of the bags. The page is None if none of them can be read.
+
+    ``step(what)`` gives a function that takes the share of `what` that is done. ``OSError`` if
+    nothing can be written; ``ImportError`` without matplotlib.
+    """
+    from tb3_labs.report.compare import summarize, write_comparison
+    from tb3_labs.report.movements import LAB_GOAL, completed
+    from tb3_labs.report.page import write_report
+    from tb3_labs.report.ros_bag import BagProblem, read_run
+    goal, model = LAB_GOAL, robot_model(arguments.model)
+    if arguments.goal is not None:
+        x, y, yaw_deg = arguments.goal
+        goal = Pose2(x, y, wrap(math.radians(yaw_deg)))
+    bags, pages, summaries, problems = [Path(bag) for bag in arguments.bags], [], [], []
+    several = len(bags) > 1
+    folder = Path(arguments.folder) if arguments.folder else bags[0].with_name(
+        'runs_report' if several else bags[0].stem + '_report')
+    for bag, name in zip(bags, names_of(bags)):
+        part = ' ' + name if several else ''
+        try:
+            run = completed(read_run(str(bag), arguments.ns, step('reading' + part)), goal)
+        except BagProblem as problem:
+            problems.append(str(problem))
+            continue
+        own = folder / name if several else folder
+        pages.append(write_report(run, model, own, step('drawing' + part)))
+        if several:
+            summaries.append(summarize(run, model, name, name + '/report.html'))
+    if several and pages:
+        return write_comparison(summaries, folder, problems), problems
+    return (pages[0] if pages else None), problems
+
+
+def names_of(bags):
+    """A name for each run, which is also its folder: that of its file, with a number if others
+    before it have the same."""
+    names = []
+    for bag in bags:
+        alike = sum(other.stem == bag.stem for other in bags[:len(names)])
+        names.append(bag.stem + ('_{}'.format(alike + 1) if alike else ''))
+    return names
+
+
 def main(words):
     """Read, draw, write; the exit status."""
-    arguments = parse(words)
+    arguments, line = parse(words), ProgressLine()
     try:
-        from tb3_labs.ros.bags import reports
+        page, problems = report(arguments, line.step)
     except ImportError as problem:
         return _fail('{}; install it: sudo apt install --no-install-recommends python3-{}'.format(
             problem, (problem.name or 'matplotlib').split('.')[0]))
-    line = ProgressLine()
-    try:
-        page, problems = reports.write(
-            arguments.bags, arguments.folder, robot_model(arguments.model), arguments.ns,
-            arguments.goal, line.step)
     except OSError as problem:
         line.end()
         return _fail('cannot write the report to {}: {}; choose another folder with -o'.format(

@@ -14,7 +14,7 @@ import rosgraph
 from rosgraph.names import script_resolve_name
 
 from tb3_labs.command_line import Parser
-from tb3_labs.ros.bags.topics import RECORDED
+from tb3_labs.report.messages import RECORDED
 from tb3_labs.ros.launching.optional import how_to_install, path_of
 from tb3_labs.ros.launching.recording import problem_of_folder
 

@@ -21,8 +21,7 @@ from tb3_labs.control.driving import make_law
 from tb3_labs.control.goal import DRIVING, DriveConfig
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
-from tb3_labs.report.figures import BLUE, GREEN, GREY, ORANGE
-from tb3_labs.report.run_figures import STATES
+from tb3_labs.report.figures import BLUE, GREEN, GREY, ORANGE, STATES
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.rollout import navigation, run
 from tb3_labs.simulation.simulator import Simulator

@@ -13,10 +13,10 @@ import rospkg
 import rospy
 import rostest
 
-from tb3_labs.report.analysis import drives
+from tb3_labs.report.drives import drives
 from tb3_labs.report.epochs import epochs
 from tb3_labs.robot.turtlebot3 import robot_model
-from tb3_labs.ros.bags.reader import read_run
+from tb3_labs.report.ros_bag import read_run
 from tb3_labs.ros.testing.node_process import Program
 from tb3_labs.ros.testing.ports import free_port
 

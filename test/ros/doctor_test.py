@@ -27,7 +27,7 @@ sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import STARTING, Hiccups, Node, NodeCase, path_of    # noqa: E402 (a relay's folder)
 from two_hosts import PREFIX, TwoHosts    # noqa: E402
 
-#: The embedded robot, with less to send.
+#: The simulated robot, with less to send.
 ROBOT = 'fake_turtlebot3.py', '_imu_rate:=50'
 #: With a network that holds messages.
 HOLDING = '_stalls_per_min:=120', '_longest_stall:=1.2'
@@ -185,7 +185,7 @@ class DoctorTest(NodeCase):
 
     @staticmethod
     def state():
-        """What the master knows: publishers, subscribers, services."""
+        """The state of the master: publishers, subscribers, services."""
         return xmlrpc.client.ServerProxy(os.environ['ROS_MASTER_URI']).getSystemState('/test')[2]
 
     @classmethod

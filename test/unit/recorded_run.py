@@ -23,7 +23,7 @@ from sensor_msgs.msg import Imu  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 
-from tb3_labs.ros.bags.reader import read_run  # noqa: E402
+from tb3_labs.report.ros_bag import read_run  # noqa: E402
 
 BURGER = robot_model('burger')
 BEGIN = 1.7e9                            # of the recording

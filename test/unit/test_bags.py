@@ -15,16 +15,16 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, Float64, String
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report import analysis
-from tb3_labs.ros.bags.reader import BagProblem, read_run
-from tb3_labs.ros.bags.topics import RECORDED
+from tb3_labs.report.drives import drives
+from tb3_labs.report.ros_bag import BagProblem, read_run
+from tb3_labs.report.messages import RECORDED
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
 def test_topics_that_were_recorded_by_relative_names(tmp_path):
     run = read_run(write_bag(tmp_path / 'relative.bag', namespaces=(None,)))
-    first, _ = analysis.drives(run, BURGER)
+    first, _ = drives(run, BURGER)
     assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
 
 

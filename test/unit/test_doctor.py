@@ -6,8 +6,9 @@ from tb3_labs.doctor.line import Verdict, exit_status, fault, ok, printed, summa
 from tb3_labs.doctor.network import (
     PROBLEMS, Address, Answer, judge_address, judge_master, judge_nat, judge_second_master)
 from tb3_labs.doctor.robot import (
-    PAUSES, Clock, Driver, MasterName, Stream, judge_clock, judge_drivers, judge_gyro, judge_names,
+    Clock, Driver, MasterName, Stream, judge_clock, judge_drivers, judge_gyro, judge_names,
     judge_nodes, judge_presence, judge_stream, judge_way_back)
+from tb3_labs.supervision.freshness import SENSOR_TIMEOUT
 
 OK, WARNING, FAULT = Verdict.OK, Verdict.WARNING, Verdict.FAULT
 
@@ -50,10 +51,8 @@ def test_the_last_line_is_the_sum(lines, words, status):
 
 def test_python():
     check(judge_python('3.8.10', '/usr/bin/python3', {}), OK, '3.8.10')
-    check(judge_python('3.9.1', '/opt/conda/bin/python3', {'rospy': "No module named 'yaml'"}), FAULT,
-          '/opt/conda', 'rospy', 'yaml', 'source scripts/setup.sh')
     check(judge_python('3.9.1', '/opt/conda/bin/python3', {'rospy': 'why', 'numpy': '', 'yaml': ''}),
-          FAULT, 'import rospy (why), nor numpy, yaml. Do:')
+          FAULT, '/opt/conda', 'import rospy (why), nor numpy, yaml. Do:', 'source scripts/setup.sh')
     check(judge_python('3.8.10', '/usr/bin/python3', {}, '2'), FAULT, 'ROS 2', 'new terminal')
 
 
@@ -135,28 +134,23 @@ CORE = '/turtlebot3_core'
 def test_presence():
     check(judge_presence([CORE], [CORE], [CORE], '/'), OK, CORE, '/imu')
     check(judge_presence([], [], [], '/'), FAULT, 'nobody publishes /imu or /odom', 'bringup')
-    check(judge_presence([], [], [], '/robot9/', ['/robot3/']), FAULT, '/robot9/imu', '/robot3/',
+    check(judge_presence([], [], [], '/robot9/', ['/robot3/']), FAULT,
           'rosrun tb3_labs doctor.py robot3')
     check(judge_presence([], [], [], '/robot9/', ['/']), FAULT, 'bringup')
     check(judge_presence([], [CORE], [CORE], '/'), FAULT, 'nobody publishes /imu')
     check(judge_presence([CORE], [], [CORE], '/'), FAULT, 'nobody publishes /odom')
     check(judge_presence([CORE], [CORE], [], '/'), FAULT, 'cannot be driven')
-    check(judge_presence([CORE], [CORE, '/gazebo'], [CORE], '/'), FAULT, '2 robots answer', '/gazebo')
 
 
 def test_nodes():
     good = Answer('http://192.168.0.9:40001/', '', '192.168.0.9', 0.003)
     check(judge_nodes({CORE: good}, False), OK, CORE, '3 ms')
-    check(judge_nodes({'/a': good, CORE: Answer('http://robot3:40001/', 'unresolved')}, False), FAULT,
-          'robot3', 'cannot resolve', '/etc/hosts')
     check(judge_nodes({CORE: Answer('http://localhost:40001/', 'refused', '127.0.0.1')}, False),
           FAULT, 'others cannot reach that', 'on the robot')
     check(judge_nodes({CORE: Answer('http://localhost:40001/', 'refused', '127.0.0.1')}, True),
           FAULT, 'rosnode cleanup', 'on the robot')
     check(judge_nodes({CORE: Answer('http://robot3:40001/', 'refused', '192.168.0.8')}, False),
           FAULT, 'refuses', 'is robot3 really 192.168.0.8?')
-    check(judge_nodes({CORE: Answer('http://192.168.0.9:40001/', 'silent', '192.168.0.9')}, True),
-          FAULT, 'does not answer', 'ping 192.168.0.9')
 
 
 def test_names():
@@ -188,12 +182,11 @@ def test_drivers():
     check(judge_drivers(['/a'], {'/a': 0}, 5.0), OK, 'does not now')
     check(judge_drivers(['/a', '/b'], {'/a': 50, '/b': 0}, 5.0), OK, '/a drives')
     check(judge_drivers(['/b', '/a'], {'/a': 0}, 5.0), OK, '/a, /b could', 'if it jerks')
-    check(judge_drivers(['/a', '/b'], {'/a': 50, '/b': 150}, 5.0), FAULT, '/a (10/s) and /b (30/s)')
     check(judge_drivers(['/a'], {}, 5.0, ['/a']), WARNING, '/a', 'rosnode cleanup')
 
 
 @pytest.mark.parametrize('stream, verdict, words', [
-    (dict(count=1000, gap=0.02), OK, '200/s'), (dict(count=150, gap=PAUSES), OK, '30/s'),
+    (dict(count=1000, gap=0.02), OK, '200/s'), (dict(count=150, gap=SENSOR_TIMEOUT), OK, '30/s'),
     (dict(count=25, gap=0.2), WARNING, 'only 5/s'),
     (dict(count=900, gap=0.3, late=0.29), WARNING,
      'your WLAN holds messages for 0.3 s: the robot will pause'),

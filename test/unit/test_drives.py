@@ -1,44 +1,156 @@
-"""The drives of a recorded run: their errors, their outcome, their states, in closed form."""
+"""The drives of a recorded run: their outcome, states, errors, drift and times, from both sides of
+each limit."""
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from recorded_run import BURGER, MISS, MISS_DEG, TRUE_DEG, bag, in_degrees, run  # noqa: F401
+from made_run import STATES, TIME, X, ZERO, goals, made, poses, states
+from recorded_run import BURGER, MISS, MISS_DEG, bag, in_degrees, run  # noqa: F401
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report import analysis
-from tb3_labs.report.run_data import Poses, States
+from tb3_labs.report.drives import drives, goal_errors, spans
+from tb3_labs.report.run_data import ImuSamples, Poses
+
+#: A shift of local_pose that is too small for a reset [m].
+SHIFT = 0.015
 
 
-def test_the_drives_numbers(run):
-    first, second = analysis.drives(run, BURGER)
-    assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
-    assert in_degrees(first.true) == pytest.approx((0.05, TRUE_DEG), abs=1e-6)
-    assert (first.outcome, second.outcome) == ('reached', 'gave up: it is stuck, alas')
-    assert first.time == pytest.approx(6.5, abs=0.005)
-    assert first.least_time == pytest.approx(1.0 / BURGER.max_linear)
-    assert first.in_state == pytest.approx(
-        {'ROTATE_TO_GOAL': 0.5, 'MOVE_FORWARD': 5.0, 'ROTATE_TO_FINAL': 1.0}, abs=0.005)
-    assert math.degrees(first.drift) == pytest.approx(0.47, abs=0.002)    # 4.7 s at 0.1 deg/s
-    assert math.degrees(first.deviation) == pytest.approx(0.47, abs=0.002)
-    assert in_degrees(second.measured) == pytest.approx((0.5, 90.0), abs=1e-6)
-    assert in_degrees(second.true) == pytest.approx((0.5, 90.0), abs=1e-6)
-    assert math.isnan(second.drift)
+def drive_of(run):
+    drive, = drives(run, BURGER)
+    return drive
 
 
-def test_errors_to_the_goal_over_time(run):
-    time, distance, angle = analysis.goal_errors(run)
-    middle = np.argmin(np.abs(time - 3.5))
-    assert distance[middle] == pytest.approx(1.0 - 0.5 * (1.0 - MISS), abs=1e-6)
-    assert math.degrees(angle[middle]) == pytest.approx(-0.25, abs=1e-6)
-    assert (distance[-1], math.degrees(angle[-1])) == pytest.approx((0.5, -90.0))
+# Place and time of the measurement ----------------------------------------------------------------
+
+def test_a_drive_by_hand():
+    drive = drive_of(made(goals=goals([0.5], [1.02], 0.03, 0.2)))
+    assert (drive.begin, drive.end, drive.time) == (0.5, 7.0, 6.5)
+    assert drive.goal == Pose2(1.02, 0.03, 0.2) and drive.outcome == 'reached'
+    assert drive.measured == pytest.approx((math.hypot(0.02, 0.03), 0.2))
+    assert drive.true == pytest.approx((math.nan, math.nan), nan_ok=True)
+    assert drive.in_state == {'ROTATE_TO_GOAL': 0.5, 'MOVE_FORWARD': 5.0, 'ROTATE_TO_FINAL': 1.0}
 
 
-GOALS = {1: (1.0, 0.0), 2: (2.0, 0.0)}
+@pytest.mark.parametrize('moves_at, counts', [(7.9, True), (8.02, False)])
+def test_it_is_measured_at_rest_within_a_second_of_its_end(moves_at, counts):
+    late = np.where(TIME > moves_at, SHIFT, 0.0)
+    drive = drive_of(made(local_pose=poses(X, late)))
+    assert drive.measured[0] == pytest.approx(SHIFT if counts else 0.0)
 
 
-@pytest.mark.parametrize('states, outcomes', [
+@pytest.mark.parametrize('next_state', ['ROTATE_TO_GOAL', 'waiting for control'])
+def test_it_is_measured_before_what_comes_next(next_state):
+    """A new drive begins where the old one ends; any other state leaves time to come to rest."""
+    late = np.where(TIME > 7.05, SHIFT, 0.0)
+    run = made(local_pose=poses(X, late), goals=goals([0.5, 7.0], [1.0, 3.0]),
+               states=states(*STATES[:3], (7.0, next_state), (7.3, 'GOAL_REACHED')))
+    first = drives(run, BURGER)[0]
+    assert first.measured[0] == pytest.approx(0.0 if next_state == 'ROTATE_TO_GOAL' else SHIFT)
+
+
+@pytest.mark.parametrize('silence, known', [(0.25, True), (0.4, False)])
+def test_a_pose_of_long_before_the_end_says_nothing(silence, known):
+    kept = TIME <= 7.0 - silence
+    drive = drive_of(made(local_pose=poses().take(kept)))
+    assert math.isnan(drive.measured[0]) != known and math.isnan(drive.measured[1]) != known
+
+
+def test_the_last_pose_alone_may_be_close_to_the_end():
+    assert drive_of(made(local_pose=poses().take([0, 138]))).measured == pytest.approx((0.0, 0.0))
+
+
+def test_without_a_goal_nothing_is_measured():
+    drive = drive_of(made(goals=Poses.none()))
+    assert drive.goal is None and drive.outcome == 'reached'
+    assert math.isnan(drive.measured[0]) and math.isnan(drive.least_time)
+
+
+def test_the_true_error_is_seen_from_where_local_truly_stands():
+    world_T_local = Pose2(5.0, -3.0, 2.0)
+    truth = poses(X, np.where(TIME > 5.0, 0.05, 0.0), np.where(TIME > 6.5, 0.1, 0.0))
+    run = made(ground_truth=truth.seen_from(world_T_local))
+    drive = drive_of(run)
+    assert drive.true == pytest.approx((0.05, -0.1))
+    assert drive.measured == pytest.approx((0.0, 0.0))
+
+
+def test_the_least_time_counts_from_where_it_begins():
+    """At 0.5 s the robot is at x = 0; the goal is 1 m off, and turned to by 90 deg at 1.5 rad/s."""
+    drive = drive_of(made(goals=goals([0.5], [1.0], 0.0, math.pi / 2.0)))
+    least = 1.0 / BURGER.max_linear + math.pi / 2.0 / 1.5
+    assert drive.least_time == pytest.approx(least, rel=0.01)
+
+
+# Drift --------------------------------------------------------------------------------------------
+
+def heading(times, degrees):
+    yaw = np.radians(np.interp(TIME, times, degrees))
+    return ImuSamples(TIME, TIME, yaw, ZERO)
+
+
+def test_drift_and_deviation_count_from_three_tenths_into_the_straight_part():
+    """The turn before ends at 1.3 s; then 2 deg to the left, and 3 back."""
+    drive = drive_of(made(imu=heading([1.0, 1.3, 4.0, 5.9], [40.0, 0.0, 2.0, -1.0])))
+    assert math.degrees(drive.drift) == pytest.approx(-1.0, abs=0.01)
+    assert math.degrees(drive.deviation) == pytest.approx(2.0, abs=0.01)
+
+
+def test_drift_is_that_of_the_longest_straight_part():
+    words = [(0.5, 'MOVE_FORWARD'), (2.0, 'ROTATE_TO_FINAL'), (3.0, 'MOVE_FORWARD'),
+             (6.0, 'ROTATE_TO_FINAL'), (7.0, 'GOAL_REACHED')]
+    drive = drive_of(made(states=states(*words), goals=goals([0.5], [1.0]),
+                          imu=heading([0.8, 1.9, 3.25, 6.0], [0.0, 9.0, 0.0, 3.0])))
+    assert math.degrees(drive.drift) == pytest.approx(3.0, abs=0.15)
+
+
+@pytest.mark.parametrize('lasts, known', [(0.34, False), (0.36, True)])
+def test_two_headings_are_needed(lasts, known):
+    """20 samples a second, counted from 0.3 s on: one in 0.34 s, two in 0.36 s."""
+    words = [(1.0, 'MOVE_FORWARD'), (1.0 + lasts, 'ROTATE_TO_FINAL'), (7.0, 'GOAL_REACHED')]
+    drive = drive_of(made(states=states(*words), goals=goals([1.0], [1.0])))
+    assert math.isnan(drive.drift) != known and math.isnan(drive.deviation) != known
+
+
+# Errors over time, and goals that belong to states ------------------------------------------------
+
+def test_errors_are_those_of_the_goal_in_force():
+    run = made(states=states((2.0, 'ROTATE_TO_GOAL'), (4.0, 'ROTATE_TO_GOAL')),
+               goals=goals([2.0, 4.0], [1.0, 2.0], 0.5, 0.3))
+    time, distance, angle = goal_errors(run)
+    assert time[0] == 2.0 and time[-1] == 10.0 and len(time) == 161
+    for moment, x in ((3.95, 1.0), (4.0, 2.0), (9.0, 2.0)):
+        k = int(np.searchsorted(time, moment - 0.01))
+        here = np.interp(moment, [1.0, 6.0], [0.0, 1.0])
+        assert distance[k] == pytest.approx(math.hypot(x - here, 0.5))
+    assert angle == pytest.approx(0.3 + 0.0 * time)
+
+
+@pytest.mark.parametrize('apart, own', [(0.45, True), (0.55, False)])
+def test_a_goal_belongs_to_a_state_of_its_moment(apart, own):
+    """The state is as old as its goal's stamp, if the goal arrived within half a second of it."""
+    run = made(states=states((5.0, 'ROTATE_TO_GOAL'), (8.0, 'GOAL_REACHED')),
+               goals=Poses(np.array([5.0 - apart]), np.array([4.0]), np.array([1.0]),
+                           np.array([0.0]), np.array([0.0])))
+    first, second = spans(run)
+    assert (first.begin, first.end, second.end) == (4.0 if own else 5.0, 8.0, 10.0)
+    assert first.goal == second.goal == Pose2(1.0, 0.0, 0.0)
+
+
+def test_a_state_before_any_goal_has_none():
+    run = made(states=states((1.0, 'waiting'), (3.0, 'ROTATE_TO_GOAL')), goals=goals([3.0], [1.0]))
+    assert [span.goal for span in spans(run)] == [None, Pose2(1.0, 0.0, 0.0)]
+
+
+def test_spans_never_run_back():
+    run = made(states=states((1.0, 'ROTATE_TO_GOAL'), (2.0, 'MOVE_FORWARD')),
+               goals=Poses(np.array([1.0, 2.0]), np.array([0.9, 0.2]), *np.zeros((3, 2))))
+    assert [(span.begin, span.end) for span in spans(run)] == [(0.9, 0.9), (0.9, 10.0)]
+
+
+# How drives end ------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('words, outcomes', [
     ([('ROTATE_TO_GOAL', 1), ('MOVE_FORWARD', 1)], ['recording ended']),
     ([('ROTATE_TO_GOAL', 1), ('waiting for control', 1)], ['waiting for control']),
     ([('ROTATE_TO_GOAL', 1), ('ROTATE_TO_GOAL', 2), ('GOAL_REACHED', 2)],
@@ -56,27 +168,19 @@ GOALS = {1: (1.0, 0.0), 2: (2.0, 0.0)}
     ([('ROTATE_TO_GOAL', 1), ('MOVE_FORWARD', 1), ('ROTATE_TO_GOAL', 1), ('GOAL_REACHED', 1)],
      ['begun anew', 'reached']),
     ([('waiting for control', 1), ('GOAL_REACHED', 1)], [])])
-def test_how_drives_end(run, states, outcomes):
-    time = 1.0 + np.arange(len(states))
-    x, y = np.array([GOALS[goal] for _, goal in states]).T
-    words = np.array([word for word, _ in states], dtype=object)
-    run = replace(run, states=States(time, time, words), goals=Poses(time, time, x, y, 0.0 * x))
-    assert [drive.outcome for drive in analysis.drives(run, BURGER)] == outcomes
+def test_how_drives_end(run, words, outcomes):
+    """The goals are at x = 1 m and x = 2 m."""
+    time = 1.0 + np.arange(len(words))
+    run = replace(run, states=states(*zip(time, [word for word, _ in words])),
+                  goals=goals(time, [x for _, x in words]))
+    assert [drive.outcome for drive in drives(run, BURGER)] == outcomes
 
 
-@pytest.mark.parametrize('state', ['ROTATE_TO_GOAL', 'ROTATE_TO_FINAL'])
-def test_a_drive_that_is_ended_by_a_reset(run, state):
-    time = np.array([9.0, 10.02, 11.0])
-    words = np.array([state, 'ROTATE_TO_GOAL', 'GOAL_REACHED'], dtype=object)
-    run = replace(run, states=States(time, time, words))
-    assert [drive.outcome for drive in analysis.drives(run, BURGER)] == [
-        'ended by a reset', 'reached']
-
-
-def test_a_short_drive_that_is_ended_by_a_reset(run):
-    time = np.array([9.92, 10.02, 11.0])
-    words = np.array(['ROTATE_TO_GOAL', 'ROTATE_TO_GOAL', 'GOAL_REACHED'], dtype=object)
-    first, second = analysis.drives(replace(run, states=States(time, time, words)), BURGER)
+@pytest.mark.parametrize('begin, state', [
+    (9.0, 'ROTATE_TO_GOAL'), (9.0, 'ROTATE_TO_FINAL'), (9.92, 'ROTATE_TO_GOAL')])
+def test_a_drive_that_is_ended_by_a_reset(run, begin, state):
+    words = (begin, state), (10.02, 'ROTATE_TO_GOAL'), (11.0, 'GOAL_REACHED')
+    first, second = drives(replace(run, states=states(*words)), BURGER)
     assert (first.outcome, second.outcome) == ('ended by a reset', 'reached')
     assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
     assert in_degrees(second.measured) == pytest.approx((0.5, 90.0), abs=1e-6)
@@ -86,11 +190,11 @@ def test_a_short_drive_that_is_ended_by_a_reset(run):
 def test_states_that_arrive_in_a_burst(run, lost, later):
     """Their times are those of the goals that were sent with them, in the same order."""
     arrival, sent = np.array([1.0, 8.0, 8.0, 8.0]), np.array([1.0, 6.0, 7.0, 7.5])
-    states = States(arrival, arrival, np.array(
-        ['ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL', 'GOAL_REACHED'], dtype=object))
+    told = states(*zip(arrival, (
+        'ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL', 'GOAL_REACHED')))
     heard = arrival + later * np.array([1, 3, 2, 1] if later < 0.0 else [1, 1, 2, 3])
-    goals = Poses(heard, sent, 1.0 + 0.0 * sent, 0.0 * sent, 0.0 * sent)
-    run = replace(run, states=states, goals=goals.take(slice(0, 3 if lost else 4)))
-    assert [span.begin for span in analysis.spans(run)] == pytest.approx(
+    asked = Poses(heard, sent, 1.0 + 0.0 * sent, 0.0 * sent, 0.0 * sent)
+    run = replace(run, states=told, goals=asked.take(slice(0, 3 if lost else 4)))
+    assert [span.begin for span in spans(run)] == pytest.approx(
         [1.0, 6.0, 7.0, 8.0 if lost else 7.5])
-    assert all(span.goal == Pose2(1.0, 0.0, 0.0) for span in analysis.spans(run))
+    assert all(span.goal == Pose2(1.0, 0.0, 0.0) for span in spans(run))

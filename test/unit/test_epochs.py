@@ -5,17 +5,33 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from known_motion import angle_between
-from made_run import TIME, X, made, poses
+from made_run import TIME, X, made, poses, states
 from recorded_run import (  # noqa: F401
     BURGER, MISS, MISS_DEG, RESET, TRUE_DEG, TRUE_END, bag, changed, declared, frame_at,
     in_degrees, odometry_jumps, placed, recorded, run, steps_backwards, way)
 
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report import analysis
-from tb3_labs.report.epochs import (
-    AROUND, HALFWAY, HOLE, RESET_DELAY, between, epoch_of, epochs, local_in_odom)
-from tb3_labs.report.run_data import Poses, States
+from tb3_labs.report.drives import drives
+from tb3_labs.report.epochs import epoch_of, epochs, local_in_odom
+from tb3_labs.report.movements import completed
+from tb3_labs.report.run_data import Poses
+
+
+@pytest.fixture(params=[True, False])
+def by_tf(request):
+    return request.param
+
+
+def pose_before(poses, time):
+    """The last pose before `time` [s]."""
+    return poses.pose(np.searchsorted(poses.time, time - 0.01))
+
+
+def turned(run, time, angle):
+    """The IMU's yaw jumps by `angle` [rad] at `time` [s]."""
+    yaw = wrap_all(run.imu.yaw + np.where(run.imu.time > time - 0.01, angle, 0.0))
+    return replace(run, imu=replace(run.imu, yaw=yaw))
 
 
 def resets(run):
@@ -23,7 +39,6 @@ def resets(run):
     return [pytest.approx(epoch.begin + 0.025, abs=0.026) for epoch in epochs(run)[1:]]
 
 
-@pytest.mark.parametrize('by_tf', [True, False])
 def test_a_reset_is_found_by_tf_and_by_local_pose(run, by_tf):
     run = recorded(run, by_tf)
     assert [RESET] == resets(run)
@@ -34,7 +49,6 @@ def test_a_reset_is_found_by_tf_and_by_local_pose(run, by_tf):
         assert angle_between(epoch.odom_T_local.yaw, yaw) < 1e-6
 
 
-@pytest.mark.parametrize('by_tf', [True, False])
 @pytest.mark.parametrize('time, driven', [
     (3.0, (1.0 - MISS) / 100.0),     # in full drive, 20 messages a second for 5 s: 9.9 mm
     (6.95, 2e-5),                    # in the last turn
@@ -42,20 +56,19 @@ def test_a_reset_is_found_by_tf_and_by_local_pose(run, by_tf):
 def test_the_firmwares_step_backwards_is_no_reset(run, time, driven, by_tf):
     run = recorded(steps_backwards(run, time, driven), by_tf)
     assert [RESET] == resets(run)
-    first, second = analysis.drives(run, BURGER)
+    first, second = drives(run, BURGER)
     assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
     assert in_degrees(first.true) == pytest.approx((0.05, TRUE_DEG), abs=1e-6)
     assert in_degrees(second.true) == pytest.approx((0.5, 90.0), abs=1e-6)
 
 
-@pytest.mark.parametrize('by_tf', [True, False])
 @pytest.mark.parametrize('time', [6.9, 8.5])
 def test_an_odometry_that_is_set_to_zero_is_no_reset(run, time, by_tf):
-    here = run.odometry.pose(np.searchsorted(run.odometry.time, time - 0.01))
+    here = pose_before(run.odometry, time)
     run = odometry_jumps(run, time, here.inverse())
     moved = run.frames.pose(-1)
     assert [RESET] == resets(recorded(run, by_tf))
-    first, second = analysis.drives(recorded(run, by_tf), BURGER)
+    first, second = drives(recorded(run, by_tf), BURGER)
     assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
     assert in_degrees(first.true) == pytest.approx((0.05, TRUE_DEG), abs=1e-6)
     assert in_degrees(second.measured) == pytest.approx((0.5, 90.0), abs=1e-6)
@@ -65,31 +78,25 @@ def test_an_odometry_that_is_set_to_zero_is_no_reset(run, time, by_tf):
 
 def test_the_turn_of_a_calibration_at_rest_is_no_reset(run):
     """The board is silent for 1.2 s. Then odometry and IMU have the turn of its calibration."""
-    here = run.odometry.pose(np.searchsorted(run.odometry.time, 8.49))
+    here = pose_before(run.odometry, 8.5)
     turn = math.radians(1.9)
-    run = odometry_jumps(run, 8.5, Pose2(0.0, 0.0, turn) @ here.inverse())
-    imu = replace(run.imu, yaw=wrap_all(run.imu.yaw + np.where(run.imu.time > 8.49, turn, 0.0)))
-    run = replace(run, **{
-        name: table.take(np.flatnonzero((table.time < 8.19) | (table.time > 9.41)))
-        for name, table in (('odometry', run.odometry), ('imu', imu), ('frames', run.frames),
-                            ('local_pose', run.local_pose))})
-    assert [RESET] == resets(run)
+    run = turned(odometry_jumps(run, 8.5, Pose2(0.0, 0.0, turn) @ here.inverse()), 8.5, turn)
+    silent = {name: getattr(run, name) for name in ('odometry', 'imu', 'frames', 'local_pose')}
+    assert [RESET] == resets(replace(run, **{
+        name: table.take((table.time < 8.19) | (table.time > 9.41))
+        for name, table in silent.items()}))
 
 
-@pytest.mark.parametrize('by_tf', [True, False])
 def test_a_robot_that_is_turned_while_its_odometry_is_set_to_zero(run, by_tf):
-    odom, local = (poses.pose(np.searchsorted(poses.time, 8.49))
-                   for poses in (run.odometry, run.local_pose))
-    turned = Pose2(0.0, 0.0, math.radians(3.0))
-    run = declared(odometry_jumps(run, 8.5, odom.inverse()), 8.5,
-                   local @ turned @ local.inverse())
-    yaw = wrap_all(run.imu.yaw + np.where(run.imu.time > 8.49, turned.yaw, 0.0))
-    assert [RESET] == resets(recorded(replace(run, imu=replace(run.imu, yaw=yaw)), by_tf))
+    odom, local = pose_before(run.odometry, 8.5), pose_before(run.local_pose, 8.5)
+    turn = Pose2(0.0, 0.0, math.radians(3.0))
+    run = declared(odometry_jumps(run, 8.5, odom.inverse()), 8.5, local @ turn @ local.inverse())
+    assert [RESET] == resets(recorded(turned(run, 8.5, turn.yaw), by_tf))
 
 
 def test_a_local_that_is_not_moved_along_is_another_one(run):
     """A node that knows nothing of the robot's own reset: its local jumps with the odometry."""
-    here = run.odometry.pose(np.searchsorted(run.odometry.time, 8.49))
+    here = pose_before(run.odometry, 8.5)
     run = replace(run, odometry=changed(run.odometry, 8.5, here.inverse()))
     jump = run.frames.pose(0).inverse() @ here.inverse() @ run.frames.pose(0)
     run = replace(run, local_pose=changed(run.local_pose, 8.5, jump, RESET - 0.01))
@@ -100,17 +107,15 @@ def test_a_board_that_restarts_is_a_reset(run):
     """Odometry and IMU jump: move_to_goal begins anew at (0, 0, 0), here in the same place of odom.
     """
     run = odometry_jumps(run, -1.0, run.frames.pose(0).inverse())
-    here = run.odometry.pose(np.searchsorted(run.odometry.time, 8.49))
+    here = pose_before(run.odometry, 8.5)
     run = declared(odometry_jumps(run, 8.5, here.inverse()), 8.5, here.inverse())
     assert np.abs(np.hypot(run.frames.x, run.frames.y)[run.frames.time < 9.9]).max() < 1e-6
-    yaw = wrap_all(run.imu.yaw + np.where(run.imu.time > 8.49, 1.0, 0.0))
-    assert [8.5, RESET] == resets(replace(run, imu=replace(run.imu, yaw=yaw)))
+    assert [8.5, RESET] == resets(turned(run, 8.5, 1.0))
 
 
-@pytest.mark.parametrize('by_tf', [True, False])
 @pytest.mark.parametrize('new', [Pose2(0.03, 0.0, 0.0), Pose2(0.0, 0.0, math.radians(1.5))])
 def test_a_reset_of_place_or_heading_alone(run, new, by_tf):
-    here = run.local_pose.pose(np.searchsorted(run.local_pose.time, 8.49))
+    here = pose_before(run.local_pose, 8.5)
     run = steps_backwards(declared(run, 8.5, here @ new @ here.inverse()), 8.5, 2e-5)
     assert [8.5, RESET] == resets(recorded(run, by_tf))
 
@@ -118,30 +123,28 @@ def test_a_reset_of_place_or_heading_alone(run, new, by_tf):
 def test_a_reset_by_next_to_nothing_is_one(run):
     run = declared(run, 0.2, Pose2(0.0, 0.0004, 0.0))
     assert [0.2, RESET] == resets(run)
-    first, _ = analysis.drives(run, BURGER)
+    first, _ = drives(run, BURGER)
     # where it stood at 0.2 s is 0.4 mm to the left now, as is where it truly ends
     assert first.true[0] == pytest.approx(abs(1.0 - TRUE_END - 0.0004j), abs=1e-6)
 
 
-@pytest.mark.parametrize('by_tf', [True, False])
 def test_resets_in_quick_succession(run, by_tf):
     run = declared(run, 8.5, Pose2(0.3, 0.0, 1.0), 8.55)
     run = declared(run, 8.55, Pose2(0.0, 0.1, -1.0))
     assert [8.5, 8.55, RESET] == resets(recorded(run, by_tf))
 
 
-@pytest.mark.parametrize('by_tf', [True, False])
 @pytest.mark.parametrize('driven', [0.0, (1.0 - MISS) / 100.0])
 def test_a_reset_while_it_drives(run, driven, by_tf):
     """The second reset is at the very moment of the firmware's reversed displacement."""
     new = Pose2(0.2, -0.1, 0.3)
     run = declared(run, 3.0, new)
     run = recorded(steps_backwards(run, 3.0, driven) if driven else run, by_tf)
-    time = np.array([0.5, 1.0, 3.02, 4.0, 7.0])
-    run = replace(run, states=States(time, time, np.array(
-        ['ROTATE_TO_GOAL', 'MOVE_FORWARD'] * 2 + ['GOAL_REACHED'], dtype=object)))
+    run = replace(run, states=states(
+        (0.5, 'ROTATE_TO_GOAL'), (1.0, 'MOVE_FORWARD'), (3.02, 'ROTATE_TO_GOAL'),
+        (4.0, 'MOVE_FORWARD'), (7.0, 'GOAL_REACHED')))
     assert [3.0, RESET] == resets(run)
-    first, second = analysis.drives(run, BURGER)
+    first, second = drives(run, BURGER)
     assert (first.outcome, second.outcome) == ('ended by a reset', 'reached')
     fraction, yaw = way(2.95)
     assert in_degrees(first.measured) == pytest.approx(
@@ -175,11 +178,11 @@ def test_a_reset_in_a_gap_of_tf_is_where_local_pose_jumps(run):
 @pytest.mark.parametrize('later', [-0.01, 0.0, 0.01])
 def test_tf_and_local_pose_of_one_moment_belong_together(run, later):
     """Here the drive lasts until the reset, and its last pose is the last one of the old frame."""
-    frames, time = run.frames, np.array([9.0, 9.5, 10.02, 11.0])
-    run = replace(run, frames=replace(frames, time=frames.time + later), states=States(
-        time, time, np.array(['ROTATE_TO_FINAL', 'GOAL_REACHED'] * 2, dtype=object)))
+    run = replace(run, frames=replace(run.frames, time=run.frames.time + later), states=states(
+        (9.0, 'ROTATE_TO_FINAL'), (9.5, 'GOAL_REACHED'), (10.02, 'ROTATE_TO_FINAL'),
+        (11.0, 'GOAL_REACHED')))
     assert [RESET] == resets(run)
-    first, second = analysis.drives(run, BURGER)
+    first, second = drives(run, BURGER)
     assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
     assert in_degrees(second.true) == pytest.approx((0.5, 90.0), abs=1e-6)
 
@@ -223,11 +226,6 @@ def test_one_local_pose_in_a_gap_of_tf_tells_when_it_was(jumps_at, begin):
         pytest.approx(begin)]
 
 
-def test_two_poses_show_a_reset():
-    run = shifted(0.5)
-    assert len(epochs(replace(run, local_pose=run.local_pose.take([0, 200])))) == 2
-
-
 def test_a_new_frame_is_in_force_from_halfway_to_its_first_message():
     """20 messages a second: the jump at 8.0 s counts from 7.975 s on."""
     before, after = epochs(shifted(0.5))
@@ -247,14 +245,10 @@ def test_a_drive_belongs_to_the_reset_that_began_it(begin, end, number):
     assert epoch_of(in_order, begin, end) is in_order[number]
 
 
-def test_what_lies_between_two_times_has_the_first_but_not_the_last():
-    assert between(poses(), 1.0, 1.2).time == pytest.approx([1.0, 1.05, 1.1, 1.15])
-
-
 def test_the_first_frame_has_the_robot_at_its_origin():
     run = made(local_pose=Poses.none(), odometry=replace(
         made().odometry, x=X + 3.0, y=0.0 * X - 2.0, yaw=0.0 * X + 0.5))
-    epoch, = epochs(run)
+    epoch, = epochs(completed(run))
     assert (epoch.odom_T_local.x, epoch.odom_T_local.y, epoch.odom_T_local.yaw) == pytest.approx(
         (3.0, -2.0, 0.5))
     assert epoch.local_T_world is None
@@ -267,8 +261,3 @@ def test_local_stands_in_the_world_by_the_first_pose_of_its_epoch():
     assert [epoch.odom_T_local.x for epoch in epochs(run)] == pytest.approx([0.0, -0.5])
     ended = replace(run, ground_truth=run.ground_truth.take(slice(100)))     # before the second one
     assert [epoch.local_T_world is None for epoch in epochs(ended)] == [False, True]
-
-
-def test_how_much_around_a_moment_is_looked_at():
-    """The limits themselves."""
-    assert (AROUND, HOLE, HALFWAY, RESET_DELAY) == (0.25, 1.5, 0.05, 0.1)

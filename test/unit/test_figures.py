@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 import pytest
-from made_run import TIME, X, ZERO, goals, made, poses, states
+from made_run import STATES, TIME, X, ZERO, goals, made, poses, states
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.run_data import Commands, ImuSamples, OdometrySamples, Poses
@@ -11,9 +11,10 @@ from tb3_labs.robot.turtlebot3 import robot_model
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
-from tb3_labs.report.figures import STRETCHES, curve, new_figure, thin  # noqa: E402
+from tb3_labs.report.figures import (  # noqa: E402
+    STRETCHES, curve, errors, heading, new_figure, speeds, thin)
+from tb3_labs.report.movements import completed  # noqa: E402
 from tb3_labs.report.path_figures import _frames, draw_path, paths  # noqa: E402
-from tb3_labs.report.run_figures import errors, heading, speeds  # noqa: E402
 
 BURGER = robot_model('burger')
 
@@ -41,9 +42,12 @@ def test_thin_keeps_all_of_few_and_the_extremes_of_many():
     assert {1, 19990} <= set(thin(peaks))
 
 
-@pytest.mark.parametrize('pause, blanks', [(0.45, 0), (0.55, 1)])
-def test_a_curve_is_blank_in_a_pause(pause, blanks):
-    time = np.concatenate([np.arange(0.0, 2.0, 0.05), 1.95 + pause + np.arange(0.0, 1.0, 0.05)])
+@pytest.mark.parametrize('period, pause, blanks', [
+    (0.05, 0.45, 0), (0.05, 0.55, 1), (1.0, 4.8, 0), (1.0, 5.2, 1)])
+def test_a_curve_is_blank_in_a_pause(period, pause, blanks):
+    """Of half a second; of five periods in a slow topic."""
+    before = np.arange(40) * period
+    time = np.concatenate([before, before[-1] + pause + np.arange(20) * period])
     axes = new_figure(2.0).subplots()
     curve(axes, time, np.ones(len(time)))
     assert np.isnan(lines(axes)[0][:, 1]).sum() == blanks
@@ -69,21 +73,6 @@ def test_a_break_before_or_after_all_leaves_no_blank(breaks, blanks):
     axes = new_figure(2.0).subplots()
     curve(axes, TIME, ZERO, breaks)
     assert list(np.flatnonzero(np.isnan(lines(axes)[0][:, 1]))) == blanks
-
-
-@pytest.mark.parametrize('pause, blanks', [(4.8, 0), (5.2, 1)])
-def test_a_pause_in_a_slow_topic_is_five_times_as_long(pause, blanks):
-    time = np.concatenate([np.arange(0.0, 20.0, 1.0), 19.0 + pause + np.arange(0.0, 9.0, 1.0)])
-    axes = new_figure(2.0).subplots()
-    curve(axes, time, time)
-    assert np.isnan(lines(axes)[0][:, 1]).sum() == blanks
-
-
-def test_a_slow_topic_is_no_pause():
-    time = np.arange(0.0, 20.0, 1.0)
-    axes = new_figure(2.0).subplots()
-    curve(axes, time, time)
-    assert not np.isnan(lines(axes)[0]).any()
 
 
 def test_the_figures_draw_the_runs_own_numbers():
@@ -114,6 +103,16 @@ def test_no_goal_no_errors():
     assert errors(made(goals=Poses.none()), BURGER) is None
 
 
+def test_a_legend_is_not_wider_than_its_figure():
+    """All states that have a shade of their own, and a reset."""
+    told = states(*STATES, (8.0, 'gave up'))
+    figure = errors(made(states=told, local_pose=poses(X + np.where(TIME > 8.5, 0.5, 0.0))), BURGER)
+    figure.canvas.draw()
+    legend, = figure.legends
+    assert len(legend.get_texts()) == 6
+    assert legend.get_window_extent().width <= figure.bbox.width
+
+
 @pytest.mark.parametrize('number, labels', [(6, 6), (7, 0)])
 def test_more_than_six_labels_would_cover_each_other(number, labels):
     begins = 1.0 + np.arange(number)
@@ -127,8 +126,8 @@ def test_more_than_six_labels_would_cover_each_other(number, labels):
 def test_the_names_of_frames_do_not_cover_each_other(start):
     """local stands on odom, or nearly."""
     x, y = Pose2(*start).act(np.column_stack([X, ZERO])).T
-    figure = paths(made(local_pose=Poses.none(), odometry=OdometrySamples(
-        TIME, TIME, x, y, ZERO + start[2], ZERO, ZERO)), BURGER)
+    figure = paths(completed(made(local_pose=Poses.none(), odometry=OdometrySamples(
+        TIME, TIME, x, y, ZERO + start[2], ZERO, ZERO))), BURGER)
     figure.canvas.draw()
     for axes in figure.axes:
         one, other = (text.get_window_extent() for text in axes.texts if text.get_text())
@@ -141,8 +140,9 @@ def test_nor_do_those_of_many_resets_at_one_place(apart):
     axes, _ = new_figure(4.0).subplots(1, 2)
     axes.set(xlim=(-0.8, 0.3), ylim=(-0.3, 0.8), aspect='equal')
     axes.plot([0.0, -0.6], [0.0, 0.6])
-    _frames(axes, 'odom', [(Pose2(apart * k, -apart * k, 13.0 * apart * k), 'local, reset {}'.format(k))
-                           for k in range(4)], 1.1)
+    places = [Pose2(apart * k, -apart * k, 13.0 * apart * k) for k in range(4)]
+    _frames(axes, 'odom', [
+        (place, 'local, reset {}'.format(k)) for k, place in enumerate(places)], 1.1)
     axes.figure.canvas.draw()
     boxes = [text.get_window_extent() for text in axes.texts if text.get_text()]
     assert len(boxes) == 5
@@ -159,8 +159,9 @@ def test_a_path_is_blank_where_it_leaps_by_more_than_three_tenths_of_a_metre(lea
 
 def test_both_panels_of_the_paths_have_one_scale_that_holds_all():
     """The robot stands in odom at (3, -2), turned by 90 deg; local is declared where it stands."""
-    run = made(local_pose=Poses.none(), goals=goals([0.5], [1.0]), odometry=OdometrySamples(
-        TIME, TIME, ZERO + 3.0, X - 2.0, ZERO + math.pi / 2.0, ZERO, ZERO))
+    run = completed(made(
+        local_pose=Poses.none(), goals=goals([0.5], [1.0]), odometry=OdometrySamples(
+            TIME, TIME, ZERO + 3.0, X - 2.0, ZERO + math.pi / 2.0, ZERO, ZERO)))
     in_odom, in_local = paths(run, BURGER).axes
     assert lines(in_odom, 'path')[0][-1] == pytest.approx((3.0, -1.0))
     assert lines(in_local, 'path')[0][-1] == pytest.approx((1.0, 0.0), abs=1e-9)

@@ -16,7 +16,7 @@ FLOOR = {room: floor for floor, rooms in enumerate(NOTIONS + [{'ros'}, set(TOOLS
 #: Modules that the notions do not use.
 ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 'threading'}
 #: Folders of ros/ that still hold a part of a tool.
-PARTS = {'ros/marking': 'marking', 'ros/doctor': 'doctor', 'ros/bags': 'report',
+PARTS = {'ros/marking': 'marking',
          'ros/robot': 'simulation', 'ros/testing': 'marking'}
 
 
@@ -82,11 +82,11 @@ def test_every_room_says_which_question_it_answers(room):
 #: Floors within ros/, from the ground up: its own files, then its folders.
 ROS_FLOORS = [{'rospy_internals', 'conversions', 'parameters', 'reconfigure', 'signals'},
               {'clocks', 'traffic', 'awaited'}, {'console'}, {'node'}, {'topics', 'diagnostics'},
-              {'driving', 'devices', 'robot', 'bags', 'move_to_goal', 'testing', 'doctor', 'launching'},
+              {'driving', 'devices', 'robot', 'move_to_goal', 'testing', 'launching'},
               {'marking'}]
 ROS_FLOOR = {part: floor for floor, parts in enumerate(ROS_FLOORS) for part in parts}
 #: These files alone touch private parts of libraries.
-INTERNALS = {'rospy_internals.py', 'rosbag_internals.py', 'roslaunch_internals.py',
+INTERNALS = {'rospy_internals.py', 'roslaunch_internals.py',
              'rosunit_internals.py'}
 #: Private without an underscore: modules that rospy keeps for itself, and what its handles hold.
 ROSPY_PARTS = {'impl', 'core', 'rostime', 'get_stats'}

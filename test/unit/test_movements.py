@@ -1,11 +1,21 @@
-"""Movements that are found in the commands alone: what is a turn, a drive, or driven by hand."""
+"""Movements that are found in the commands alone: a turn, a drive, or driven by hand. The drives of
+nodes that say nothing of themselves follow from them, from the sensors and from resets."""
 import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from made_motion import drive, driven, resets, turn, values
+from made_run import goals, made
+from recorded_run import BURGER, odometry_jumps
 
-from tb3_labs.report.movements import Kind, movements
-from tb3_labs.report.run_data import Commands
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.marking.drives import GOAL
+from tb3_labs.nodes.move_to_goal import MoveToGoalConfig
+from tb3_labs.report.drives import drives
+from tb3_labs.report.epochs import epochs
+from tb3_labs.report.movements import LAB_GOAL, RESTED, TAKEN, Kind, completed, movements
+from tb3_labs.report.run_data import Commands, Poses
 
 #: Any drive of the lab.
 DRIVE = drive(2.0, 135.0, 0.8, -135.0)
@@ -104,3 +114,98 @@ def test_a_command_that_is_not_renewed_lasts_for_the_robots_timeout():
 def test_no_commands_no_movements():
     assert movements(driven([], commands=Commands.none())) == []
     assert movements(driven([(2.0, 3.0, 0.0, 0.0)])) == []
+
+
+# Runs that are completed -----------------------------------------------------------------------
+
+START, OFFSET = (1.0, -0.5, 2.8), 2.45
+#: A turn to the left, 0.8 m, and back by 133 deg, so that the robot faces 2 deg at last.
+BACK = drive(2.0, 135.0, 0.8, -133.0)
+END = 0.8 * math.cos(math.radians(135.0)), 0.8 * math.sin(math.radians(135.0))
+
+
+def run_of(segments=BACK, **parts):
+    return completed(driven(segments, start=START, imu_offset=OFFSET, **parts))
+
+
+def drives_of(run):
+    return drives(run, BURGER)
+
+
+def test_the_labs_goal_is_one_in_all_rooms():
+    assert LAB_GOAL == MoveToGoalConfig().goal == Pose2(*GOAL)
+
+
+def test_a_drive_by_numbers():
+    run = run_of()
+    found, = drives_of(run)
+    off = math.hypot(END[0] + 0.61, END[1] - 0.61)
+    assert found.goal == LAB_GOAL and found.outcome == RESTED
+    assert found.measured == pytest.approx((off, math.radians(-2.0)), abs=2e-3)
+    assert found.true == pytest.approx((off, math.radians(-2.0)), abs=2e-3)
+    times = math.radians(135.0) / 1.5 + 0.1, 4.0 + 0.1, math.radians(133.0) / 1.5
+    assert [found.in_state[state] for state in (
+        'ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL')] == pytest.approx(
+            [times[0], times[1] - 0.1, times[2] + 0.1], abs=1e-6)
+    assert found.time == pytest.approx(sum(times))
+    assert found.drift == pytest.approx(0.0, abs=1e-3)
+    assert run.derived == ('local_pose', 'frames', 'states', 'goals')
+    assert run.recorded() == ('imu', 'odometry', 'commands', 'ground_truth')
+
+
+def test_another_goal():
+    found, = drives_of(completed(driven(BACK), Pose2(END[0], END[1], math.radians(2.0))))
+    assert found.measured == pytest.approx((0.0, 0.0), abs=2e-3)
+
+
+def test_a_reset_declares_where_the_robot_is():
+    """The same drive twice: the second one begins at (0.5, -0.2), facing 90 deg."""
+    later = drive(13.0, 135.0, 0.8, -133.0)
+    run = run_of(BACK + later, duration=30.0, resets=resets((12.0, 0.5, -0.2, math.pi / 2.0)))
+    first, second = drives_of(run)
+    assert len(epochs(run)) == 2 and epochs(run)[1].begin == pytest.approx(12.0, abs=0.04)
+    assert first.measured[0] == pytest.approx(math.hypot(END[0] + 0.61, END[1] - 0.61), abs=2e-3)
+    end = 0.5 - END[1], -0.2 + END[0]                    # END, turned by 90 deg
+    for miss in second.measured, second.true:
+        assert miss[0] == pytest.approx(math.hypot(end[0] + 0.61, end[1] - 0.61), abs=2e-3)
+        assert math.degrees(miss[1]) == pytest.approx(-92.0, abs=0.2)
+
+
+def test_a_reset_while_it_drives_ends_the_drive():
+    run = run_of([turn(2.0, 90.0), (3.2, 12.0, 0.2, 0.0)], resets=resets((8.02, 0.0, 0.0, 0.0)),
+                 control=values([1.0], [1.0]))
+    first, second = drives_of(run)
+    assert (first.outcome, second.outcome) == ('ended by a reset', RESTED)
+    assert second.begin == pytest.approx(8.1)
+    assert list(second.in_state) == ['ROTATE_TO_GOAL', 'MOVE_FORWARD']
+
+
+def test_a_person_who_takes_control_ends_the_drive():
+    found, = drives_of(run_of(BACK[:2], control=values([1.0, BACK[1][1] - 0.1], [1.0, 0.0])))
+    assert found.outcome == TAKEN
+
+
+def test_the_robots_own_reset_leaves_the_local_pose():
+    run = driven(BACK, start=START, imu_offset=OFFSET)
+    k = int(np.searchsorted(run.odometry.time, 11.0))
+    jump = run.odometry.pose(k).inverse()
+    run = completed(odometry_jumps(run, float(run.odometry.time[k]), jump))
+    assert len(epochs(run)) == 1
+    last = run.local_pose.pose(-1)
+    assert (last.x, last.y, last.yaw) == pytest.approx((*END, math.radians(2.0)), abs=5e-3)
+
+
+def test_a_node_that_sends_tf_alone_has_the_local_pose_of_its_frames():
+    run = run_of(resets=resets((12.0, 0.5, -0.2, math.pi / 2.0)))
+    again = completed(replace(run, local_pose=Poses.none(), derived=()))
+    assert again.derived == ('local_pose',) and len(epochs(again)) == 2
+    last, expected = again.local_pose.pose(-1), run.local_pose.pose(-1)
+    assert (last.x, last.y, last.yaw) == pytest.approx((expected.x, expected.y, expected.yaw))
+
+
+def test_a_recording_of_the_packages_own_node_stays_as_it_is():
+    run = made()
+    assert completed(run) is run
+    run = replace(driven(BACK), goals=goals([0.0], [1.0]))
+    assert completed(run).derived == ('local_pose', 'frames', 'states')
+    assert drives_of(completed(run))[0].goal == Pose2(1.0, 0.0, 0.0)

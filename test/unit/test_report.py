@@ -1,4 +1,5 @@
-"""The run report, from bag to page: pictures, tables, the command and its refusals."""
+"""The run report, from bag to page: pictures, tables, the command and its refusals; several runs on
+one page."""
 import base64
 import csv
 import importlib.util
@@ -10,27 +11,33 @@ import sys
 
 import numpy as np
 import pytest
+from made_motion import driven, turn
 from recorded_run import (  # noqa: F401
     BURGER, MISS, MISS_DEG, bag, odometry_jumps, rosbag, run, sensors, write_bag)
 from sensor_msgs.msg import Imu
 
-from tb3_labs.report import analysis
-from tb3_labs.ros.bags.reader import read_run
+from tb3_labs.report.ros_bag import read_run
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
-from tb3_labs.report.figures import thin  # noqa: E402
-from tb3_labs.report.path_figures import LEAP, paths  # noqa: E402
+from tb3_labs.report.compare import summarize, turn_errors, write_comparison  # noqa: E402
+from tb3_labs.report.movements import completed  # noqa: E402
+from tb3_labs.report.path_figures import LEAP, paths, ways  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
+def script():
+    """The command as a module."""
+    spec = importlib.util.spec_from_file_location('lab_report', str(ROOT / 'scripts/lab_report.py'))
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
 def lab_report(*words):
     """The exit status of the command."""
-    spec = importlib.util.spec_from_file_location('lab_report', str(ROOT / 'scripts/lab_report.py'))
-    script = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(script)
-    return script.main([str(word) for word in words])
+    return script().main([str(word) for word in words])
 
 
 def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):
@@ -51,37 +58,22 @@ def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):
     assert first[4:] == ['reached', '6.50', '4.74', '0.0120', '0.70', '0.0500', '2.00']
     assert second[4:5] + second[7:] == [
         'gave up: it is stuck, alas', '0.5000', '90.00', '0.5000', '90.00']
-    assert next(row for row in rows if row[:1] == ['/imu']) == [
-        '/imu', '1122', '93.4', '0.800', '1', '0.800', '0']
     with open(str(tmp_path / 'out' / 'run.csv'), newline='') as file:
         table = list(csv.DictReader(file))
-    assert len(table) == 241
-    row = table[70]                                              # 3.5 s: half the way
-    assert float(row['time_s']) == pytest.approx(3.5, abs=1e-3)
-    assert (row['local_x_m'], row['local_y_m'], row['local_yaw_deg']) == (
-        '0.4940', '0.0000', '0.250')
-    assert (row['distance_error_m'], row['linear_m_s'], row['state']) == (
-        '0.5060', '0.1976', 'MOVE_FORWARD')
-    assert float(row['odom_x_m']) == pytest.approx(2.0 + 0.494 * math.cos(0.5), abs=1e-4)
-    assert table[-1]['state'] == 'gave up: it is stuck, alas'
+    assert len(table) == 241 and table[-1]['state'] == 'gave up: it is stuck, alas'
+    half_way = table[70]                                         # 3.5 s
+    assert (half_way['distance_error_m'], half_way['linear_m_s']) == ('0.5060', '0.1976')
 
 
 def test_a_bag_of_sensors_only(tmp_path):
     path = write_bag(tmp_path / 'sensors.bag', sources=(sensors,))
-    poses = analysis.local_poses(read_run(path))
+    poses = completed(read_run(path)).local_pose
     assert (poses.x[0], poses.y[0], poses.yaw[0]) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
     assert (poses.x[-1], poses.y[-1], math.degrees(poses.yaw[-1])) == pytest.approx(
         (1.0 - MISS, 0.0, MISS_DEG), abs=1e-6)
     assert lab_report(path) == 0
     page = (tmp_path / 'sensors_report' / 'report.html').read_text(encoding='utf-8')
     assert 'No drives are listed' in page and 'declared (0, 0, 0)' in page
-
-
-def test_thinning_keeps_extremes_and_ends():
-    values = np.zeros(100000)
-    values[[777, 54321]] = 5.0, -5.0
-    kept = thin(values)
-    assert {0, 777, 54321, 99999} <= set(kept) and len(kept) < 3000
 
 
 def test_the_true_path_is_drawn_along_an_odometry_that_is_set_to_zero(run):
@@ -98,10 +90,13 @@ def test_the_true_path_is_drawn_along_an_odometry_that_is_set_to_zero(run):
         assert near.max() < 0.06                  # it truly ends 0.05 m beside
 
 
-def test_wrong_usage():
+@pytest.mark.parametrize('words, said', [
+    ((), 'RUN.bag'), (('run.bag', '--goal', '1', '2'), '--goal'),
+    (('run.bag', '--goal', '1', '2', 'nan'), '--goal')])
+def test_wrong_usage(words, said, capsys):
     with pytest.raises(SystemExit) as end:
-        lab_report()
-    assert end.value.code == 2
+        lab_report(*words)
+    assert end.value.code == 2 and said in capsys.readouterr().err
 
 
 def spoil(what, bag, folder):
@@ -142,11 +137,10 @@ def test_what_cannot_be_reported_is_said_in_one_line(what, said, bag, tmp_path, 
 
 def test_without_matplotlib(bag, monkeypatch, capsys):
     for name in [name for name in sys.modules if name.startswith(
-            ('matplotlib', 'tb3_labs.report', 'tb3_labs.ros.bags.reports'))]:
+            ('matplotlib', 'tb3_labs.report'))]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, 'matplotlib', None)
     monkeypatch.delattr('tb3_labs.report', raising=False)
-    monkeypatch.delattr('tb3_labs.ros.bags.reports', raising=False)
     assert lab_report(bag) == 1
     said = capsys.readouterr().err
     assert said.count('\n') == 1
@@ -162,3 +156,74 @@ def test_marking_without_matplotlib_is_one_line(monkeypatch):
         runpy.run_path(str(ROOT / 'scripts' / 'mark.py'), run_name='__main__')
     assert ended.value.code == ('mark.py: matplotlib is missing; install it: sudo apt install '
                                 '--no-install-recommends python3-matplotlib')
+
+
+# Several runs ---------------------------------------------------------------------------------
+
+#: Run: its turns [deg], one after the other.
+TURNED = {'lab': (92.0, 94.0, 99.0), 'precise': (90.5, -91.5)}
+
+
+@pytest.fixture(scope='module')
+def summaries():
+    return [summarize(completed(driven([turn(2.0 + 4.0 * k, degrees)
+                                        for k, degrees in enumerate(turned)])),
+                      BURGER, name, name + '/report.html') for name, turned in TURNED.items()]
+
+
+def rows_of(text):
+    return [re.findall('<td[^>]*>(.*?)</td>', row) for row in re.findall('<tr>(.*?)</tr>', text)]
+
+
+def test_mean_spread_and_largest(summaries, tmp_path):
+    text = write_comparison(summaries, tmp_path, ['third.bag: no such file']).read_text()
+    assert 'third.bag: no such file' in text and '<a href="lab/report.html">lab</a>' in text
+    rows = [row for row in rows_of(text) if len(row) == 8]
+    names, words = [row[:2] for row in rows], [row[2] for row in rows]
+    assert names == [['lab', '3'], ['', ''], ['', ''], ['precise', '2'], ['', ''], ['', ''],
+                     ['all', '5'], ['', ''], ['', '']]
+    assert words == ['mean', 'spread', 'largest'] * 3
+    # beyond 90 deg: 2, 4, 9, and 0.5, 1.5
+    expected = [5.0, math.sqrt(13.0), 9.0, 1.0, math.sqrt(0.5), 1.5, 3.4, math.sqrt(11.425), 9.0]
+    assert [float(row[3]) for row in rows] == pytest.approx(expected, abs=0.15)
+    with open(str(tmp_path / 'turns.csv'), newline='') as file:
+        table = list(csv.DictReader(file))
+    assert [(row['run'], row['turn']) for row in table] == [
+        ('lab', '1'), ('lab', '2'), ('lab', '3'), ('precise', '1'), ('precise', '2')]
+    assert [float(row['turned_deg']) for row in table] == pytest.approx(
+        [92.0, 94.0, 99.0, 90.5, -91.5], abs=0.15)
+    assert [float(row['asked_deg']) for row in table] == [90.0] * 4 + [-90.0]
+    assert not (tmp_path / 'ways.png').exists() and (tmp_path / 'turn_errors.png').exists()
+
+
+def test_the_figure_has_a_point_for_each_turn(summaries):
+    axes, = turn_errors(summaries).axes
+    points = [line.get_xdata() for line in axes.get_lines() if line.get_marker() == 'o']
+    assert [len(values) for values in points] == [3, 2]
+    assert points[0] == pytest.approx([2.0, 4.0, 9.0], abs=0.15)
+    assert [label.get_text() for label in axes.get_yticklabels()] == ['lab', 'precise']
+    assert axes.get_ylim() == (1.6, -0.6)         # the first run is the upper row
+    assert ways(summaries) is None
+
+
+def test_bags_side_by_side_and_one_that_cannot_be_read(bag, tmp_path, capsys):
+    assert lab_report(bag, tmp_path / 'none.bag', '-o', tmp_path / 'all') == 1
+    out, err = capsys.readouterr()
+    assert out.strip() == 'Report: {}'.format(tmp_path / 'all' / 'report.html')
+    said = [line for line in err.splitlines() if line.startswith('lab_report.py')]
+    assert len(said) == 1 and 'none.bag: there is no such file' in said[0]
+    for page in 'report.html', 'run/report.html', 'ways.png', 'drives.csv':
+        assert (tmp_path / 'all' / page).exists(), page
+    text = (tmp_path / 'all' / 'report.html').read_text(encoding='utf-8')
+    assert 'href="run/report.html"' in text
+    with open(str(tmp_path / 'all' / 'drives.csv'), newline='') as file:
+        table = list(csv.DictReader(file))
+    assert [(row['run'], row['drive'], row['distance_error_m']) for row in table] == [
+        ('run', '1', '0.0120'), ('run', '2', '0.5000')]
+
+
+def test_each_run_has_a_name_of_its_own():
+    bags = [pathlib.Path(path) for path in ('a/run.bag', 'b/run.bag', 'a/lab.bag', 'c/run.bag')]
+    assert script().names_of(bags) == ['run', 'run_2', 'lab', 'run_3']
+
+

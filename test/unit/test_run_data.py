@@ -1,159 +1,127 @@
-"""Samples of a recorded run: their times on one clock, their quaternions, rates and offsets."""
+"""Samples and poses as arrays: rates, gaps, path lengths, and offsets of made-up samples."""
 import math
 
 import numpy as np
 import pytest
-from real_recordings import arrays_of
-from recorded_run import AHEAD, BEGIN, BURGER, MISS, bag, run  # noqa: F401
+from made_run import TIME, X, ZERO, made
 
 from tb3_labs.geometry.angles import wrap_all
-from tb3_labs.geometry.quaternions import yaw_from_quaternion, yaws_from_quaternions
-from tb3_labs.report.analysis import drives
-from tb3_labs.report.run_data import (
-    ImuSamples, OdometrySamples, RunData, SenderClock, times_on_recorders_clock)
-from tb3_labs.report.sensors import path_length, rate, yaw_offset
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report.run_data import ImuSamples, OdometrySamples, Poses, Samples, yaw_offset
+from tb3_labs.report.tables import rate
 
 
-def test_rates_and_the_gap_in_the_imu(run):
-    imu, odometry = rate(run.imu), rate(run.odometry)
-    assert (imu.gaps, odometry.gaps) == (1, 0)
-    assert (imu.longest, imu.longest_arrival) == pytest.approx((0.8, 0.8), abs=1e-6)
-    assert (odometry.messages, odometry.mean) == (241, pytest.approx(20.0))
-    assert (run.odometry.angular.min(), run.odometry.angular.max()) == (-143.6, 0.0)
+def test_a_rate_by_hand():
+    sent = np.array([0.0, 0.1, 0.2, 0.49, 0.8, 1.0])
+    told = rate(Samples(sent + np.array([0.0, 0.0, 0.0, 0.0, 0.4, 0.4]), sent))
+    assert (told.messages, told.gaps) == (6, 1)          # 0.31 s is one, 0.29 s is none
+    assert (told.mean, told.longest, told.longest_arrival) == pytest.approx((5.0, 0.31, 0.71))
 
 
-def test_imu_minus_odometry_and_the_way(run):
-    offset = yaw_offset(run)
-    assert math.degrees(offset.mean) == pytest.approx(140.56, abs=1e-3)
-    assert max(offset.spread, abs(offset.drift), abs(offset.deviation).max()) < 1e-6
-    assert not any((offset.time > 7.6) & (offset.time < 7.65))      # in the middle of the gap
-    assert path_length(run.odometry) == pytest.approx(1.0 - MISS)
+def test_too_few_messages_have_no_rate():
+    for count in 0, 1:
+        told = rate(Samples(np.zeros(count), np.zeros(count)))
+        assert told.messages == count and told.gaps == 0
+        assert all(math.isnan(value) for value in (told.mean, told.longest, told.longest_arrival))
+    both_at_once = rate(Samples(np.zeros(2), np.zeros(2)))
+    assert math.isnan(both_at_once.mean) and both_at_once.longest == 0.0
 
 
-SENT = np.arange(100) / 10.0
+def test_the_way_counts_forwards_and_backwards_along_both_axes():
+    x, y = np.array([0.0, 3.0, 3.0, 0.0]), np.array([0.0, 4.0, 0.0, 0.0])
+    nothing = 0.0 * x
+    assert OdometrySamples(*[nothing] * 2, x, y, *[nothing] * 3).length == pytest.approx(12.0)
 
 
-def test_clocks(run):
-    assert run.odometry.time == pytest.approx(run.odometry.arrival, abs=1e-6)
-    assert SenderClock.of(SENT, SENT + AHEAD).lag == pytest.approx(-AHEAD)
-    for set_at in 0.3, 0.5, 0.8:
-        for by in 1e6, 2.0, -2.0, -1e6:
-            stamp = SENT + AHEAD + np.where(SENT > 10.0 * set_at, by, 0.0)
-            assert times_on_recorders_clock(SENT, stamp, None) == pytest.approx(SENT, abs=1e-6)
+def offset_of(imu_yaw, kept=slice(None)):
+    imu = ImuSamples(TIME, TIME, wrap_all(imu_yaw), ZERO).take(kept)
+    return yaw_offset(made(imu=imu))
 
 
-@pytest.mark.parametrize('begin, end, arrival', [
-    (3.0, 5.0, 5.0),       # the recorder was busy, and took all messages at once
-    (0.0, 0.6, 0.6),       # it was busy at its begin
-    (9.25, 9.95, 10.6),    # and at its end
-    (6.0, 8.0, 6.0)])      # its simulated clock stood still
-def test_stamps_count_where_the_recorder_is_late(begin, end, arrival):
-    late = np.where((SENT > begin - 0.01) & (SENT < end), arrival, SENT)
-    assert times_on_recorders_clock(late, SENT + AHEAD, None) == pytest.approx(SENT, abs=1e-6)
+def test_an_offset_that_grows_has_its_mean_spread_and_drift():
+    """From 170 deg to 190: the mean is half a turn, the spread that of a uniform distribution."""
+    offset = offset_of(np.radians(170.0 + 2.0 * TIME))
+    assert abs(math.degrees(offset.mean)) == pytest.approx(180.0)
+    assert math.degrees(offset.spread) == pytest.approx(20.0 / math.sqrt(12.0), rel=0.01)
+    # the last 20 of 201 samples against the first 20
+    assert math.degrees(offset.drift) == pytest.approx(18.1)
+    assert np.degrees(offset.deviation) == pytest.approx(2.0 * TIME - 10.0, abs=1e-9)
+    assert np.array_equal(offset.time, TIME)
 
 
-def test_stamps_that_are_passed_on_stay_the_senders():
-    """local_pose has the odometry's stamps, and comes long after it."""
-    robot = SenderClock.of(SENT, SENT + AHEAD)
-    passed_on = SENT[::2]
-    assert times_on_recorders_clock(
-        passed_on + 0.3, passed_on + AHEAD, robot) == pytest.approx(passed_on)
-    own = passed_on + AHEAD + 0.033
-    assert times_on_recorders_clock(passed_on + 0.3, own, robot) == pytest.approx(passed_on + 0.3)
+@pytest.mark.parametrize('kept, first, last, lost', [
+    ((TIME <= 4.0) | (TIME >= 4.25), 0.0, 10.0, 0),
+    # of the 19 messages in a pause of 1 s and the one at its end none has an IMU sample both less
+    # than 0.3 s before and less than 0.3 s after it
+    ((TIME <= 4.0) | (TIME >= 5.0), 0.0, 10.0, 20),
+    ((TIME < 0.06) | (TIME > 0.99), 0.0, 10.0, 19),
+    # the two last IMU samples, at 8.95 s and 9 s, are less than 0.3 s old until then
+    (TIME < 9.01, 0.0, 9.2, 16)])
+def test_odometry_in_a_gap_of_the_imu_is_left_out(kept, first, last, lost):
+    offset = offset_of(ZERO + 0.5, kept)
+    assert offset.time[[0, -1]] == pytest.approx([first, last])
+    assert len(TIME) - len(offset.time) == lost and offset.mean == pytest.approx(0.5)
 
 
-def test_old_and_strange_stamps():
-    arrival = np.array([0.0, 0.1, 2.0, 4.0])
-    latched = np.array([-100.0, 0.1, 2.0, 4.0])
-    assert times_on_recorders_clock(arrival, latched, None) == pytest.approx(arrival)
-    assert times_on_recorders_clock(SENT, 0.0 * SENT - BEGIN, None) == pytest.approx(SENT)
-    from_the_future = np.where(SENT == 5.0, 1e9, SENT)
-    assert times_on_recorders_clock(SENT, from_the_future, None) == pytest.approx(SENT)
+def test_a_tenth_of_few_samples_is_one():
+    """2 deg/s for 14 twentieths of a second."""
+    imu = ImuSamples(TIME, TIME, np.radians(2.0 * TIME), ZERO)
+    offset = yaw_offset(made(imu=imu, odometry=made().odometry.take(slice(15))))
+    assert math.degrees(offset.drift) == pytest.approx(1.4)
 
 
-@pytest.mark.parametrize('apart, shared', [(0.095, True), (0.105, False), (-0.095, True),
-                                           (-0.105, False)])
-def test_senders_whose_clocks_differ_by_less_than_a_tenth_of_a_second_share_one(apart, shared):
-    robot = SenderClock.of(SENT, SENT + AHEAD)
-    time = times_on_recorders_clock(SENT, SENT + AHEAD + apart, robot)
-    assert time == pytest.approx(SENT + (apart if shared else 0.0))
+def test_an_imu_of_another_time_has_no_offset():
+    offset = yaw_offset(made(imu=ImuSamples(TIME + 100.0, TIME + 100.0, ZERO, ZERO)))
+    assert math.isnan(offset.mean) and math.isnan(offset.spread) and math.isnan(offset.drift)
+    assert len(offset.time) == len(offset.deviation) == 0
 
 
-@pytest.mark.parametrize('share, passed_on', [(52, True), (48, False)])
-def test_most_stamps_must_be_passed_on(share, passed_on):
-    """They come 0.3 s late, and the others have stamps that are 0.033 s newer. The rounding of a
-    stamp of today in a float is no difference."""
-    robot = SenderClock.of(SENT, SENT + AHEAD)
-    stamp = SENT + AHEAD + np.where(np.arange(100) < share, 2e-7, 0.033)
-    time = times_on_recorders_clock(SENT + 0.3, stamp, robot)
-    assert time[:share] == pytest.approx(SENT[:share] + (0.0 if passed_on else 0.267), abs=1e-5)
+def test_the_imus_yaw_is_continuous_between_its_samples():
+    at = np.array([0.02, 1.234, 7.77])
+    assert ImuSamples(TIME, TIME, wrap_all(3.0 * TIME), ZERO).yaw_at(at) == pytest.approx(3.0 * at)
 
 
-@pytest.mark.parametrize('every, by_stamp', [(4, True), (5, False)])
-def test_a_quarter_of_the_messages_must_come_in_time(every, by_stamp):
-    robot, number = SenderClock.of(SENT, SENT + AHEAD), np.arange(100)
-    arrival = SENT + np.where((number % every == 0) | (number == 99), 0.0, 0.6)
-    time = times_on_recorders_clock(arrival, SENT + AHEAD, robot)
-    assert time == pytest.approx(SENT if by_stamp else np.maximum.accumulate(arrival))
+# Poses as arrays do what Pose2 does ---------------------------------------------------------------
+
+A = [Pose2(1.0, -2.0, 0.5), Pose2(0.3, 4.0, 3.0), Pose2(-1.0, 0.0, -2.8)]
+B = [Pose2(0.1, 0.2, 1.0), Pose2(-3.0, 1.0, 0.7), Pose2(2.0, 2.0, -0.9)]
 
 
-@pytest.mark.parametrize('number, by_stamp', [(10, True), (11, False)])
-def test_a_clock_that_is_off_for_more_than_a_tenth_of_the_messages_was_set(number, by_stamp):
-    """Off by 0.6 s: too little at first, too much at last."""
-    first, last = np.arange(100) < number, np.arange(100) >= 100 - number
-    for off in -0.6 * first, 0.6 * last:
-        time = times_on_recorders_clock(SENT, SENT + AHEAD + off, None)
-        assert time == pytest.approx(SENT + off * by_stamp)
+def arrays(these, time=(1.0, 2.0, 4.0)):
+    time = np.array(time)
+    return Poses(time, time, *np.array([(pose.x, pose.y, pose.yaw) for pose in these]).T)
 
 
-@pytest.mark.parametrize('late, time', [(9.5, 4.9), (10.5, 5.0)])
-def test_a_stamp_that_is_ten_seconds_old_says_nothing(late, time):
-    """Else it counts, but time does not run back."""
-    stamp = SENT - np.where(np.arange(100) == 50, late, 0.0)
-    assert times_on_recorders_clock(SENT, stamp, None)[50] == pytest.approx(time)
+def assert_are(poses, expected):
+    for k, pose in enumerate(expected):
+        assert (poses.x[k], poses.y[k]) == pytest.approx((pose.x, pose.y))
+        assert wrap_all(poses.yaw[k] - pose.yaw) == pytest.approx(0.0, abs=1e-12)
+        assert -math.pi <= poses.yaw[k] < math.pi
 
 
-@pytest.mark.parametrize('lags, lag', [
-    ([0.0, 100.0], 0.0), ([-100.0, 0.1, 0.2], 0.1), ([-100.0, 0.2, 0.3, 100.0], 0.2),
-    (np.arange(100) / 1000.0, 0.005), (np.arange(42) / 1000.0, 0.002)])
-def test_a_clock_goes_by_its_quickest_messages_but_for_outliers(lags, lag):
-    """A twentieth of them may be quicker."""
-    stamp = np.arange(len(lags)) / 10.0
-    assert SenderClock.of(stamp + lags, stamp).lag == pytest.approx(lag)
+def test_products_inverses_and_parents_of_many_poses():
+    assert_are(arrays(A) @ arrays(B), [a @ b for a, b in zip(A, B)])
+    assert_are(arrays(A).inverse(), [a.inverse() for a in A])
+    assert_are(arrays(A).seen_from(B[0]), [B[0] @ a for a in A])
+    assert np.array_equal((arrays(A) @ arrays(B)).time, [1.0, 2.0, 4.0])
 
 
-def test_no_messages_have_no_times():
-    assert len(times_on_recorders_clock(np.empty(0), np.empty(0), None)) == 0
+@pytest.mark.parametrize('time, share, pair', [
+    (1.5, 0.5, (0, 1)), (2.5, 0.25, (1, 2)), (3.5, 0.75, (1, 2)), (0.0, 0.0, (0, 1)),
+    (9.0, 1.0, (1, 2)), (2.0, 0.0, (1, 2)), (4.0, 1.0, (1, 2)), (1.0, 0.0, (0, 1))])
+def test_a_pose_between_two(time, share, pair):
+    here, (before, after) = arrays(A).at(time), (A[k] for k in pair)
+    assert (here.x, here.y) == pytest.approx((before.x + share * (after.x - before.x),
+                                              before.y + share * (after.y - before.y)))
+    turned = float(wrap_all(after.yaw - before.yaw))
+    assert float(wrap_all(here.yaw - before.yaw - share * turned)) == pytest.approx(0.0, abs=1e-9)
 
 
-def test_yaws_of_many_quaternions():
-    rng = np.random.RandomState(1)
-    tilt, yaw = rng.uniform(-0.3, 0.3, 200), rng.uniform(-math.pi, math.pi, 200)
-    w, x, y, z = np.cos(yaw / 2), 0.0 * yaw, 0.0 * yaw, np.sin(yaw / 2)
-    w, x, y, z = (w * np.cos(tilt / 2), w * np.sin(tilt / 2), z * np.sin(tilt / 2),
-                  z * np.cos(tilt / 2))
-    w, x, y, z = 0.99 * w, 0.99 * x, 0.99 * y, 0.99 * z
-    expected = [yaw_from_quaternion(w=a, x=b, y=c, z=d) for a, b, c, d in zip(w, x, y, z)]
-    assert np.abs(wrap_all(yaws_from_quaternions(w=w, x=x, y=y, z=z) - expected)).max() < 1e-9
-    bad = np.array([[0.0] * 4, [math.nan, 0.0, 0.0, 1.0], [2.0, 0.0, 0.0, 0.0],
-                    [math.inf, 0.0, 0.0, 0.0]]).T
-    assert np.isnan(yaws_from_quaternions(**dict(zip('wxyz', bad)))).all()
+def test_what_was_recorded_is_named_sensors_first():
+    run = made()
+    assert run.recorded() == ('imu', 'odometry', 'local_pose', 'goals', 'states')
+    assert len(run.imu) == 201 and len(run.imu.take(TIME < 1.0)) == 20 and X[-1] == 1.0
 
 
-@pytest.mark.parametrize('name, offset_deg, metres', [
-    ('burger_drive', 140.56, 4.46), ('burger_static', -105.51, 0.0)])
-def test_recordings_of_a_real_robot(name, offset_deg, metres):
-    imu, odometry = (table.T for table in arrays_of(name))
-    start = odometry[0][0]
-    for table in imu, odometry:
-        table[:2] -= start
-    clock = SenderClock.of(odometry[0], odometry[1])
-    imu, odometry = ([table[0], times_on_recorders_clock(table[0], table[1], clock), *table[2:]]
-                     for table in (imu, odometry))
-    run = RunData(name=name, start=0.0, duration=float(odometry[0][-1]), imu=ImuSamples(*imu),
-                  odometry=OdometrySamples(*odometry))
-    offset = yaw_offset(run)
-    assert math.degrees(offset.mean) == pytest.approx(offset_deg, abs=0.05)
-    assert math.degrees(offset.spread) < 0.1
-    assert path_length(run.odometry) == pytest.approx(metres, abs=0.01)
-    assert drives(run, BURGER) == []
+def test_samples_between_two_times_hold_the_first_but_not_the_last():
+    assert made().odometry.between(1.0, 1.2).time == pytest.approx([1.0, 1.05, 1.1, 1.15])

@@ -21,7 +21,7 @@ from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.marks_table import Table
 from tb3_labs.marking.points import points_of
-from tb3_labs.report.csv_files import safe
+from tb3_labs.report.tables import safe
 from tb3_labs.ros.marking.intake import submissions_from
 from tb3_labs.ros.marking.marker import Marker
 from tb3_labs.ros.marking.marks_folder import MarksFolder, due_time, late_by

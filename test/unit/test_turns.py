@@ -7,7 +7,7 @@ import pytest
 from made_motion import drive, driven, turn, values
 from made_run import states
 
-from tb3_labs.report.completed import completed
+from tb3_labs.report.movements import completed
 from tb3_labs.report.run_data import Poses
 from tb3_labs.report.turns import turns
 

@@ -1,13 +1,36 @@
-"""Judgements of this computer: its Python, its gamepad and mouse, its disk."""
-from typing import Mapping, Sequence, Tuple
+"""This computer: its Python and packages, its gamepad and mouse, its disk."""
+import glob
+import importlib
+import importlib.util
+import os
+import shutil
+import sys
+from typing import Iterator, Mapping, Sequence, Tuple
 
 from tb3_labs.doctor.line import Line, fault, ok, warning
 
+#: The packages that the labs' nodes import.
+PACKAGES = ('rospy', 'numpy', 'squaternion', 'geometry_msgs.msg', 'nav_msgs.msg',
+            'sensor_msgs.msg', 'tf2_ros', 'tb3_labs.srv')
 #: rosbag record stops with less space than the first of these, and warns below the second [bytes].
 RECORDS_NO_MORE = 1e9
 RECORDS_NOT_LONG = 5e9
 
 SOURCE = 'source scripts/setup.sh in this terminal, then rosrun tb3_labs doctor.py'
+
+
+def look_at_python() -> Line:
+    """The line on the interpreter and its packages. Each is really imported: a package may be there
+    and lack its own packages."""
+    missing = {}
+    for name in PACKAGES:
+        try:
+            importlib.import_module(name)
+        except Exception as trouble:    # a broken package may raise anything
+            missing[name.partition('.')[0] if name != 'tb3_labs.srv' else 'tb3_labs'] = (
+                ' '.join(str(trouble).split()) or type(trouble).__name__)
+    return judge_python('.'.join(map(str, sys.version_info[:3])), sys.executable, missing,
+                        os.environ.get('ROS_VERSION', '1'))
 
 
 def judge_python(version: str, executable: str, missing: Mapping[str, str],
@@ -22,6 +45,14 @@ def judge_python(version: str, executable: str, missing: Mapping[str, str],
         return fault('Python', '{} cannot import {} ({}){}'.format(
             here, first, missing[first], ', nor ' + ', '.join(others) if others else ''), SOURCE)
     return ok('Python', here + ' has all packages')
+
+
+def look_at_devices() -> Iterator[Line]:
+    """The lines on gamepad and mouse."""
+    yield judge_pad([(path, os.access(path, os.R_OK))
+                     for path in sorted(glob.glob('/dev/input/js*'))])
+    yield judge_mouse(bool(os.environ.get('DISPLAY')), bool(os.environ.get('WAYLAND_DISPLAY')),
+                      importlib.util.find_spec('pynput') is not None)
 
 
 def judge_pad(pads: Sequence[Tuple[str, bool]]) -> Line:
@@ -46,6 +77,15 @@ def judge_mouse(has_display: bool, is_wayland: bool, has_pynput: bool) -> Line:
         return warning('Mouse', 'the mouse needs the Python package pynput',
                        'sudo apt install python3-pynput')
     return ok('Mouse', 'it can be read')
+
+
+def look_at_disk() -> Line:
+    """The line on the space for bags in the current folder."""
+    try:
+        folder = os.getcwd()
+        return judge_disk(folder, shutil.disk_usage(folder).free, os.access(folder, os.W_OK))
+    except OSError:
+        return judge_disk('this folder, which is gone', 0.0, False)
 
 
 def judge_disk(folder: str, free: float, writable: bool = True) -> Line:

@@ -1,4 +1,4 @@
-"""One line of the doctor: a verdict, its subject, the reason, and what to do."""
+"""One line of the doctor: a verdict, its subject, the reason, and the remedy."""
 from dataclasses import dataclass
 from enum import Enum
 from typing import Sequence
@@ -18,7 +18,7 @@ COLOURS = {Verdict.OK: '32', Verdict.WARNING: '33', Verdict.FAULT: '1;31'}
 
 @dataclass(frozen=True)
 class Line:
-    """`text` is the reason. `remedy` is what a person should do; '' where nothing is to be done."""
+    """`text` is the reason. `remedy` is the thing to do; '' if nothing is to be done."""
 
     verdict: Verdict
     subject: str
@@ -27,23 +27,23 @@ class Line:
 
 
 def ok(subject: str, text: str) -> Line:
-    """A line on what is as it should be."""
+    """A line on a sound thing."""
     return Line(Verdict.OK, subject, text)
 
 
 def warning(subject: str, text: str, remedy: str) -> Line:
-    """A line on what may harm."""
+    """A line on a thing that may harm."""
     return Line(Verdict.WARNING, subject, text, remedy)
 
 
 def fault(subject: str, text: str, remedy: str) -> Line:
-    """A line on what keeps a lab from working."""
+    """A line on a thing that keeps a lab from working."""
     return Line(Verdict.FAULT, subject, text, remedy)
 
 
 def printed(line: Line, in_colour: bool = False) -> str:
-    """The line as text, always a single one: what others say may contain line ends, or codes that
-    a terminal obeys."""
+    """The line as text, always a single one. The texts of others may contain line ends, or codes
+    that a terminal obeys."""
     word = line.verdict.value.ljust(7)
     if in_colour:
         word = '\033[{}m{}\033[0m'.format(COLOURS[line.verdict], word)
@@ -54,13 +54,11 @@ def printed(line: Line, in_colour: bool = False) -> str:
 
 def summary(lines: Sequence[Line]) -> str:
     """The last line: the sum of all."""
-    faults = _count(lines, Verdict.FAULT)
-    counted = ', '.join(_words(number, noun) for number, noun in (
-        (faults, 'fault'), (_count(lines, Verdict.WARNING), 'warning')) if number)
-    if not counted:
-        return 'no fault found'
+    faults, warnings = _count(lines, Verdict.FAULT), _count(lines, Verdict.WARNING)
+    counted = ', '.join('{} {}{}'.format(number, noun, '' if number == 1 else 's')
+                        for number, noun in ((faults, 'fault'), (warnings, 'warning')) if number)
     if not faults:
-        return 'no fault found, ' + counted
+        return 'no fault found' + (', ' + counted if counted else '')
     return counted + (': begin with the first fault' if faults > 1 else '')
 
 
@@ -71,7 +69,3 @@ def exit_status(lines: Sequence[Line]) -> int:
 
 def _count(lines: Sequence[Line], verdict: Verdict) -> int:
     return sum(line.verdict is verdict for line in lines)
-
-
-def _words(number: int, noun: str) -> str:
-    return '{} {}{}'.format(number, noun, '' if number == 1 else 's')

@@ -1,9 +1,14 @@
-"""Judgements of the way between this computer and the others: addresses, names, master.
+"""The way between this computer and the others: addresses, names, NAT, masters.
 
-Addresses are texts such as '192.168.0.5'; '' is none. *Told* is what nodes of this computer tell
-others to connect to: ROS_HOSTNAME, else ROS_IP, else the computer's own name, as rospy has it.
+Addresses are texts such as '192.168.0.5', IPv4 alone, as ROS 1 has it; '' is none. Nodes of this
+computer *tell* others an address to connect to: ROS_HOSTNAME, else ROS_IP, else the computer's own
+name, as rospy has it.
 """
+import fcntl
 import ipaddress
+import os
+import socket
+import struct
 from dataclasses import dataclass
 from typing import Sequence, Tuple
 
@@ -11,6 +16,8 @@ from tb3_labs.doctor.line import Line, fault, ok, warning
 
 #: The private network that WSL 2 and Docker put between a Linux and its host.
 NAT = ipaddress.ip_network('172.16.0.0/12')
+#: Asks for the address of an interface (Linux, netdevice(7)).
+SIOCGIFADDR = 0x8915
 
 
 def is_loopback(address: str) -> bool:
@@ -18,14 +25,62 @@ def is_loopback(address: str) -> bool:
     return address.startswith('127.') or address in ('localhost', '::1')
 
 
+def own_addresses() -> Tuple[str, ...]:
+    """The addresses of this computer, without the loopback's."""
+    found = []
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        for _, name in socket.if_nameindex():
+            try:
+                answer = fcntl.ioctl(probe.fileno(), SIOCGIFADDR,
+                                     struct.pack('256s', name.encode()[:15]))
+            except OSError:
+                continue    # an interface without an address
+            address = socket.inet_ntoa(answer[20:24])
+            if not is_loopback(address):
+                found.append(address)
+    return tuple(found)
+
+
+def resolved(name: str) -> str:
+    """The address of a name. It may wait for seconds: call it within a deadline."""
+    return str(socket.getaddrinfo(name, None, socket.AF_INET, socket.SOCK_STREAM)[0][4][0])
+
+
+def way_out(address: str) -> str:
+    """This computer's address on the way to another; '' without a way. Nothing is sent."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect((address, 9))
+            return str(probe.getsockname()[0])
+        except OSError:
+            return ''
+
+
+def is_own(address: str) -> bool:
+    """Does an address belong to this computer?"""
+    return is_loopback(address) or address in own_addresses()
+
+
+def nat_kind() -> str:
+    """'WSL', 'a container', or '' for a computer of its own."""
+    try:
+        with open('/proc/version') as file:
+            if 'microsoft' in file.read().lower():
+                return 'WSL'
+    except OSError:
+        pass
+    return 'a container' if any(map(os.path.exists, (
+        '/.dockerenv', '/run/.containerenv'))) else ''
+
+
 @dataclass(frozen=True)
 class Address:
-    """What this computer says where it is, and where it is.
+    """The address that this computer tells others, and its real addresses.
 
-    `hostname` is the computer's own name, `resolved` the address of what is told, as looked up
+    `hostname` is the computer's own name, `resolved` the address of the told name, as looked up
     here, `own` all addresses but the loopback, `way_out` the one from which packets go to the
-    master (that of the loopback if the master is reached so), `master_here` whether the master
-    runs on this computer.
+    master (that of the loopback if the master is reached so). `master_here`: does the master run on
+    this computer?
     """
 
     ros_ip: str = ''
@@ -38,7 +93,7 @@ class Address:
 
     @property
     def told(self) -> str:
-        """What others are told."""
+        """The address or name that others are told."""
         return self.ros_hostname or self.ros_ip or self.hostname
 
     @property
@@ -59,7 +114,7 @@ class Address:
 
 
 def judge_address(here: Address) -> Line:
-    """Can others reach this computer by what its nodes tell them?"""
+    """Can others reach this computer by the address that its nodes tell them?"""
     if not here.ros_ip and not here.ros_hostname:
         if here.master_here:
             return ok('Address', 'neither ROS_IP nor ROS_HOSTNAME is set: good for this computer '
@@ -101,7 +156,7 @@ def judge_nat(kind: str, way_out: str, others_elsewhere: bool) -> Line:
     if not _is_behind_nat(way_out):
         return ok('NAT', 'this is {}, but its address is not one of NAT'.format(kind))
     if not others_elsewhere:
-        return ok('NAT', 'this is {} behind NAT ({}): good for the embedded robot alone'.format(
+        return ok('NAT', 'this is {} behind NAT ({}): good for the simulated robot alone'.format(
             kind, way_out))
     return fault(
         'NAT', 'this is {} behind NAT: no robot can reach {}'.format(kind, way_out),
@@ -116,7 +171,7 @@ def _is_behind_nat(address: str) -> bool:
         return False
 
 
-#: What can be wrong with a program at an address, and how it is told.
+#: The problems of a program at an address, and their words.
 PROBLEMS = {
     'malformed': 'is no address such as http://192.168.0.5:11311',
     'unresolved': 'has a name that this computer cannot resolve',
@@ -128,8 +183,8 @@ PROBLEMS = {
 
 @dataclass(frozen=True)
 class Answer:
-    """What came of asking a program at `uri`: `problem` is a key of PROBLEMS, or ''; `address` is
-    what its name resolved to; `round_trip` [s] how long the answer took."""
+    """The outcome of a question to a program at `uri`: `problem` is a key of PROBLEMS, or '';
+    `address` is that of its name; `round_trip` is the time until the answer [s]."""
 
     uri: str
     problem: str = ''
@@ -154,7 +209,7 @@ def judge_master(master: Answer) -> Line:
 
 
 def judge_second_master(master: str, others: Sequence[str]) -> Line:
-    """`others`: addresses, with port, where another master answered."""
+    """`others`: addresses, with port, of other masters that answered."""
     if not others:
         return ok('Masters', 'no second master was found')
     return warning('Masters', 'another master answers at {}: programs that use it do not see those '

@@ -1,5 +1,5 @@
-"""Judgements of a robot: who answers for it, who drives it, do its messages come, and does its
-gyro lie?
+"""Judgements of a robot: its nodes, its drivers, the way back to this computer, its messages, its
+clock, and its gyro.
 
 Units: seconds, messages per second. `gap` is the longest time between two arrivals.
 """
@@ -9,11 +9,8 @@ from typing import Mapping, Optional, Sequence, Tuple
 
 from tb3_labs.doctor.line import Line, fault, ok, warning
 from tb3_labs.doctor.network import PROBLEMS, Address, Answer, is_loopback
+from tb3_labs.supervision.freshness import RESUME_TIME, SENSOR_TIMEOUT
 
-#: The labs' nodes stop the robot after a silence of a sensor of this length [s],
-PAUSES = 0.22
-#: and give up the drive after one of this length [s]. Both are supervision.freshness's.
-GIVES_UP = 2.0
 #: Fewer samples than this are too few to steer by [1/s].
 FEW = 10.0
 #: A clock that is off by more than the first of these upsets tf; by more than the second, nothing
@@ -77,8 +74,8 @@ def judge_nodes(answers: Mapping[str, Answer], master_here: bool) -> Line:
 
 @dataclass(frozen=True)
 class MasterName:
-    """The name by which a node of the robot calls its master: `uri`, what it resolves to here, and
-    whether that is the computer of the master that this terminal uses, and its port."""
+    """The name by which a node of the robot calls its master: `uri`, `address` as resolved here;
+    `is_ours`: is that, with its port, the master that this terminal uses?"""
 
     node: str
     uri: str
@@ -164,7 +161,7 @@ def judge_drivers(registered: Sequence[str], sent: Mapping[str, int], seconds: f
 
 @dataclass(frozen=True)
 class Stream:
-    """What came on a topic: `count` messages in `seconds`, the longest `gap` between arrivals, and
+    """A topic, as heard: `count` messages in `seconds`, the longest `gap` between arrivals, and
     by how much the message after it came later than the fastest (nan if unknown); `problem`: '' or
     why it cannot be heard; `own_pause`: for how long this computer did not let the doctor run;
     `robot_here`: does the robot run on this computer?
@@ -195,15 +192,15 @@ def judge_stream(stream: Stream) -> Line:
         return fault(name, 'nothing came on {} for {:.1f} s'.format(stream.topic, stream.seconds),
                      "restart the robot's bringup; switch the robot's board off and on")
     rate = '{:.0f}/s'.format(stream.rate)
-    if stream.gap <= PAUSES:
+    if stream.gap <= SENSOR_TIMEOUT:
         if stream.rate < FEW:
             return warning(name, 'only {} on {}: the robot will drive badly'.format(
                 rate, stream.topic), 'a bad WLAN? go nearer to its access point')
         return ok(name, '{}, never silent for more than {:.2f} s'.format(rate, stream.gap))
-    judge = fault if stream.gap > GIVES_UP else warning
-    effect = 'a drive is given up' if stream.gap > GIVES_UP else 'the robot will pause'
+    judge = fault if stream.gap > RESUME_TIME else warning
+    effect = 'a drive is given up' if stream.gap > RESUME_TIME else 'the robot will pause'
     held = stream.late > 0.5 * stream.gap
-    if held and stream.robot_here or stream.gap - stream.own_pause <= PAUSES:
+    if held and stream.robot_here or stream.gap - stream.own_pause <= SENSOR_TIMEOUT:
         return judge(name, '{}, but this computer held messages for {:.1f} s: {}'.format(
             rate, stream.gap, effect), 'close other programs: it is too busy')
     if held:

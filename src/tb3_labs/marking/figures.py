@@ -17,8 +17,11 @@ from tb3_labs.marking.steering import ANGULAR, LINEAR
 from tb3_labs.report.figures import (
     BLUE, GREEN, GREY, ORANGE, curve, map_of_local, new_figure, save)
 
-#: Distance between the labels of two stimuli, as a part of the figure's width.
-LABEL_WIDTH = 0.022
+#: Distance between the labels of two stimuli, and the place of the last one, as parts of the axes'
+#: width.
+LABEL_WIDTH, LAST_LABEL = 0.03, 1.05
+#: Most lines of the heading's axis.
+MOST_LINES = 6
 
 
 def png(figure: Figure) -> bytes:
@@ -49,7 +52,8 @@ def over_time(observation: Observation) -> Figure:
             axes.axvline(run.begin, color=GREY, linewidth=0.8, linestyle=':')
     end = max([1.0] + [row[0] for row in observation.truth[-1:]])
     _label_stimuli(heading, observation.stimuli, end)
-    heading.yaxis.set_major_locator(MultipleLocator(90.0))
+    quarters = np.ptp(heading.get_ylim()) / 90.0
+    heading.yaxis.set_major_locator(MultipleLocator(90.0 * np.ceil(quarters / MOST_LINES)))
     linear.set_xlim(0.0, end)
     linear.set_xlabel('time [s]; dotted: the node was started')
     return figure
@@ -58,11 +62,13 @@ def over_time(observation: Observation) -> Figure:
 def _label_stimuli(axes, stimuli, end):
     """Write the names above the axes, no two of them over each other."""
     place = -1.0
-    for stimulus in stimuli:
+    for left, stimulus in zip(range(len(stimuli) - 1, -1, -1), stimuli):
         place = max(stimulus.begin / end, place + LABEL_WIDTH)
+        place = min(place, LAST_LABEL - left * LABEL_WIDTH)
         axes.annotate(stimulus.name, (stimulus.begin / end, 1.0), (place, 1.08), rotation=60,
                       fontsize=7, xycoords='axes fraction', ha='left', va='bottom',
-                      arrowprops=dict(arrowstyle='-', linewidth=0.4, color=GREY))
+                      arrowprops=dict(arrowstyle='-', linewidth=0.4, color=GREY,
+                                      relpos=(0.0, 0.0)))
 
 
 def path(observation: Observation) -> Optional[Figure]:

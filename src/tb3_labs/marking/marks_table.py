@@ -12,7 +12,7 @@ from typing import Dict, List, Sequence
 from tb3_labs.marking import course
 from tb3_labs.marking.criteria import Outcome
 from tb3_labs.marking.marks import Marks
-from tb3_labs.report.csv_files import safe
+from tb3_labs.report.tables import safe
 
 STUDENT, POINTS, OF, NODE, LATE, REMARKS = 'student', 'points', 'of', 'node', 'late', 'remarks'
 YES, NO = 'yes', 'no'

@@ -1,1 +1,1 @@
-"""What did a recorded run show? From arrays to figures, numbers and a page; no ROS."""
+"""What did a recorded run show? From a bag to arrays, drives, turns, tables, figures and a page."""

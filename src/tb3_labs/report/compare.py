@@ -7,30 +7,27 @@ from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from string import Template
-from typing import Any, List, Sequence, Tuple, Union
+from typing import Any, List, Optional, Sequence, Tuple, Union
 from urllib.parse import quote
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from tb3_labs.report import compare_figures, csv_files, figures, html, sensors
-from tb3_labs.report.analysis import DriveReport, drives, local_poses
-from tb3_labs.report.epochs import between, epochs
+from tb3_labs.report.drives import DriveReport, drives
+from tb3_labs.report.epochs import epochs
+from tb3_labs.report.figures import GREY, STYLES, new_figure, save
+from tb3_labs.report.html import STYLE, Markup, image, number, table
+from tb3_labs.report.path_figures import ways
 from tb3_labs.report.run_data import Poses, RunData
-from tb3_labs.report.tables import TURNS, Column, number
+from tb3_labs.report.tables import (
+    DRIVES, DRIVES_CSV, TURNS, TURNS_CSV, Column, write_reports)
 from tb3_labs.report.turns import TurnReport, turns
 from tb3_labs.robot.turtlebot3 import RobotModel
 
-#: As tables.TURNS, of a DriveReport.
-DRIVES: Sequence[Column] = (
-    ('off by [m]', lambda drive: drive.measured[0], '{:.4f}'),
-    ('off by [deg]', lambda drive: math.degrees(drive.measured[1]), '{:+.2f}'),
-    ('heading drift [deg]', lambda drive: math.degrees(drive.drift), '{:+.2f}'),
-    ('time [s]', lambda drive: drive.time, '{:.2f}'),
-    ('time / least', lambda drive: drive.time / drive.least_time if drive.least_time else math.nan,
-     '{:.2f}'),
-    ('truly off [m]', lambda drive: drive.true[0], '{:.4f}'),
-    ('truly off [deg]', lambda drive: math.degrees(drive.true[1]), '{:+.2f}'))
-#: Columns of which a mean says nothing: what was asked, and what was turned to either side.
+#: Height of a run's row in a figure [inch]; its points are spread over the second part of it.
+ROW, SPREAD_OVER = 0.5, 0.5
+#: Columns whose mean says nothing: they have turns to either side.
 NO_MEAN = 'asked [deg]', 'turned [deg]'
 
 PAGE = Template('''<!DOCTYPE html>
@@ -67,10 +64,10 @@ class RunSummary:
 
 def summarize(run: RunData, model: RobotModel, name: str, page: str) -> RunSummary:
     """The RunSummary of a run that `model` made."""
-    local, found = local_poses(run), drives(run, model)
-    return RunSummary(name, page, run.duration, sensors.path_length(run.odometry),
+    found = drives(run, model)
+    return RunSummary(name, page, run.duration, run.odometry.length,
                       len(epochs(run)) - 1, turns(run), found,
-                      [between(local, drive.begin, drive.end) for drive in found])
+                      [run.local_pose.between(drive.begin, drive.end) for drive in found])
 
 
 def write_comparison(runs: Sequence[RunSummary], folder: Union[str, Path],
@@ -78,24 +75,25 @@ def write_comparison(runs: Sequence[RunSummary], folder: Union[str, Path],
     """Write report.html, its figures, turns.csv and drives.csv into a folder that exists; the path
     of report.html.
 
-    `left_out`: lines on what could not be read. ``OSError`` if nothing can be written.
+    `left_out`: lines on the bags that could not be read. ``OSError`` if nothing can be written.
     """
     folder = Path(str(folder))
-    csv_files.write_turns(folder / 'turns.csv', [(run.name, run.turns) for run in runs])
-    csv_files.write_drives(folder / 'drives.csv', [(run.name, run.drives) for run in runs])
+    write_reports(folder / 'turns.csv', TURNS_CSV, [(run.name, run.turns) for run in runs])
+    write_reports(folder / 'drives.csv', DRIVES_CSV, [(run.name, run.drives) for run in runs])
     parts = dict.fromkeys(('turn_errors', 'drive_errors', 'ways'), '')
     for name, caption, figure in (
-            ('turn_errors', 'How far each turn went beyond what was asked. Line: mean; bar: spread.',
-             compare_figures.turn_errors(runs)),
+            ('turn_errors',
+             'How far each turn went beyond what was asked. Line: mean; bar: spread.',
+             turn_errors(runs)),
             ('drive_errors', 'How far each drive ended from its goal. Line: mean; bar: spread.',
-             compare_figures.drive_errors(runs)),
-            ('ways', 'All drives in the local frame.', compare_figures.ways(runs))):
+             drive_errors(runs)),
+            ('ways', 'All drives in the local frame.', ways(runs))):
         if figure is not None:
-            figures.save(figure, folder / (name + '.png'))
-            parts[name] = html.image(folder / (name + '.png'), caption)
+            save(figure, folder / (name + '.png'))
+            parts[name] = image(folder / (name + '.png'), caption)
     page = folder / 'report.html'
     page.write_text(PAGE.substitute(
-        parts, style=html.STYLE, left_out=escape(' '.join(left_out)), runs=_runs(runs),
+        parts, style=STYLE, left_out=escape(' '.join(left_out)), runs=_runs(runs),
         turns=_compared('Turns', 'turn', TURNS, [(run.name, run.turns) for run in runs]),
         drives=_compared('Drives', 'drive', DRIVES, [(run.name, run.drives) for run in runs])),
         encoding='utf-8')
@@ -103,9 +101,9 @@ def write_comparison(runs: Sequence[RunSummary], folder: Union[str, Path],
 
 
 def _runs(runs: Sequence[RunSummary]) -> str:
-    return html.table(
+    return table(
         ['run', 'turns', 'drives', 'resets', 'driven [m]', 'time [s]'],
-        [[html.Markup('<a href="{}">{}</a>'.format(escape(quote(run.page)), escape(run.name))),
+        [[Markup('<a href="{}">{}</a>'.format(escape(quote(run.page)), escape(run.name))),
           str(len(run.turns)), str(len(run.drives)), str(run.resets), '{:.2f}'.format(run.driven),
           '{:.1f}'.format(run.seconds)] for run in runs])
 
@@ -126,8 +124,8 @@ def _compared(title: str, what: str, columns: Sequence[Column],
             for name, reports in runs for count, report in enumerate(reports, 1)]
     return '<h2>{0}</h2>{1}<h2>{0}, one by one</h2>{2}'.format(
         title,
-        html.table(['run', what + 's', ''] + [head for head, _, _ in meant], means, words=('',)),
-        html.table(['run', what] + [head for head, _, _ in columns], rows))
+        table(['run', what + 's', ''] + [head for head, _, _ in meant], means, words=('',)),
+        table(['run', what] + [head for head, _, _ in columns], rows))
 
 
 def _spread(columns: Sequence[Column], reports: Sequence[Any]) -> List[Tuple[str, List[str]]]:
@@ -136,9 +134,67 @@ def _spread(columns: Sequence[Column], reports: Sequence[Any]) -> List[Tuple[str
     for _, value, form in columns:
         values = np.array([value(report) for report in reports])
         values = values[np.isfinite(values)]
-        mean, spread = compare_figures.mean_and_spread(values)
+        mean, spread = _mean_and_spread(values)
         largest = float(values[np.argmax(np.abs(values))]) if len(values) else math.nan
         rows[0].append(number(mean, form))
         rows[1].append(number(spread, form.replace('+', '')))
         rows[2].append(number(largest, form))
     return list(zip(('mean', 'spread', 'largest'), rows))
+
+
+# Figures --------------------------------------------------------------------------------------
+
+
+def turn_errors(runs: Sequence[RunSummary]) -> Optional[Figure]:
+    """The error of each turn, a row for each run; None without turns."""
+    return _errors(runs, [('beyond (+), short (-) [deg]', [
+        [math.degrees(turn.error) for turn in run.turns] for run in runs])])
+
+
+def drive_errors(runs: Sequence[RunSummary]) -> Optional[Figure]:
+    """The errors of each drive, a row for each run; None without drives."""
+    return _errors(runs, [
+        ('off by [mm]', [[1000.0 * drive.measured[0] for drive in run.drives] for run in runs]),
+        ('off by [deg]', [[math.degrees(drive.measured[1]) for drive in run.drives]
+                          for run in runs])])
+
+
+def _errors(runs: Sequence[RunSummary],
+            panels: Sequence[Tuple[str, List[List[float]]]]) -> Optional[Figure]:
+    """A panel for each (label, values of each run). The runs are rows, beside their names: a name
+    may be long."""
+    shown = [k for k, values in enumerate(panels[0][1]) if values]
+    if not shown:
+        return None
+    figure = new_figure(0.8 + ROW * max(3, len(shown)))
+    plots = figure.subplots(1, len(panels), squeeze=False, sharey=True)[0]
+    for axes, (label, rows) in zip(plots, panels):
+        for place, k in enumerate(shown):
+            _points(axes, place, np.array(rows[k]), STYLES[k % len(STYLES)][0])
+        axes.axvline(0.0, color=GREY, linewidth=0.8)
+        axes.set_xlabel(label)
+        axes.set_ylim(len(shown) - 0.4, -0.6)
+        axes.set_yticks(range(len(shown)))
+        axes.set_yticklabels([runs[k].name for k in shown], fontsize=8)
+        axes.grid(True, axis='x', linewidth=0.3)
+    return figure
+
+
+def _points(axes: Axes, place: int, values: np.ndarray, colour: str) -> None:
+    """The finite values as points around `place`, in their order, with mean and spread."""
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return
+    across = place + SPREAD_OVER * (np.arange(1, len(values) + 1) / (len(values) + 1.0) - 0.5)
+    axes.plot(values, across, 'o', color=colour, markersize=4, markerfacecolor='none')
+    mean, spread = _mean_and_spread(values)
+    axes.plot([mean, mean], [place - SPREAD_OVER / 2.0, place + SPREAD_OVER / 2.0], color=colour,
+              linewidth=1.6)
+    if len(values) > 1:
+        axes.errorbar(mean, place, xerr=spread, color=colour, capsize=4, linewidth=1.0)
+
+
+def _mean_and_spread(values: np.ndarray) -> Tuple[float, float]:
+    """The mean, and the standard deviation of a sample; NaN for too few values."""
+    return (float(values.mean()) if len(values) else math.nan,
+            float(values.std(ddof=1)) if len(values) > 1 else math.nan)

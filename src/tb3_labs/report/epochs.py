@@ -2,21 +2,20 @@
 
 A *reset* is a jump of the robot's pose in ``local`` that odometry and IMU do not show.
 
-``local`` also moves in ``odom`` without a reset. Where the odometry jumps and the robot does not,
+``local`` also moves in ``odom`` without a reset. If the odometry jumps and the robot does not,
 move_to_goal shifts ``local`` in ``odom``, so that the robot keeps its pose in ``local`` (see
-:mod:`tb3_labs.localization.odometry_jumps`). The shift is up to 15 mm where the firmware reverses a
-displacement, and of any size where the robot's own `reset` zeroes the odometry. The odometry itself
+:mod:`tb3_labs.localization.odometry_jumps`). The shift is up to 15 mm if the firmware reverses a
+displacement, and of any size if the robot's own `reset` zeroes the odometry. The odometry itself
 shows the difference:
 
-* Where it is sound and complete, only a reset moves ``local`` in it, even by a small amount. tf
+* If it is sound and complete, only a reset moves ``local`` in it, even by a small amount. tf
   gives the exact pose of ``local``.
 * Elsewhere it is corrected as move_to_goal corrects it, and a reset is a jump of more than `JUMP`
   against that. The same holds everywhere without tf, and with a tf that hardly ever stands still,
   because it is computed from both noisy sensors.
 
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
-Edge cases: without local_pose and tf there is one epoch, declared at the first sample; two resets
-between two messages are one.
+Edge case: two resets between two messages are one.
 """
 import math
 from dataclasses import dataclass
@@ -28,7 +27,7 @@ from tb3_labs.geometry.angles import continuous_at, difference, wrap, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.odometry_jumps import (
     FASTEST, POSE_LOST, RESET_SILENCE, SLACK, Jump, JumpFilter)
-from tb3_labs.report.run_data import ImuSamples, Kind, OdometrySamples, Poses, RunData
+from tb3_labs.report.run_data import ImuSamples, OdometrySamples, Poses, RunData
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 
 #: A jump of local_pose against the odometry by more than this is a reset [m], [rad].
@@ -83,19 +82,9 @@ def epoch_of(in_order: Sequence[Epoch], begin: float, end: float) -> Epoch:
     return [epoch for epoch in in_order if epoch.begin <= latest][-1]
 
 
-def between(samples: Kind, begin: float, end: float) -> Kind:
-    """The samples in [begin, end) [s]; their times never run back."""
-    return samples.take(slice(*np.searchsorted(samples.time, (begin, end))))
-
-
-def declared_at_first(run: RunData) -> Frame:
-    """The frame in which the robot is at (0, 0, 0) in its first sample."""
-    return declared_frame(run, run.odometry, float(run.odometry.time[0]), Pose2())
-
-
 def declared_frame(run: RunData, odometry: Poses, time: float, local_T_base: Pose2) -> Frame:
     """The frame in which the robot is at `local_T_base` at `time` [s], by this odometry."""
-    imu_yaw = float(continuous_at(time, run.imu.time, run.imu.yaw))
+    imu_yaw = float(run.imu.yaw_at(time))
     return Frame(odometry.at(time) @ local_T_base.inverse(), wrap(imu_yaw - local_T_base.yaw))
 
 
@@ -106,17 +95,14 @@ def local_in_odom(run: RunData, times: np.ndarray) -> Poses:
 
 
 def _frames(run: RunData) -> Poses:
-    """``local`` in ``odom`` over time: by tf, else by local_pose, else constant."""
+    """``local`` in ``odom`` over time: by tf, else by local_pose."""
     if len(run.frames):
         return run.frames
-    if len(run.local_pose):
-        return _robot_in_odom(run, run.local_pose.time) @ run.local_pose.inverse()
-    frame, odometry = declared_at_first(run).odom_T_local, run.odometry
-    return Poses(odometry.arrival[:1], odometry.time[:1],
-                 *(np.array([value]) for value in (frame.x, frame.y, frame.yaw)))
+    return robot_in_odom(run, run.local_pose.time) @ run.local_pose.inverse()
 
 
-def _robot_in_odom(run: RunData, times: np.ndarray) -> Poses:
+def robot_in_odom(run: RunData, times: np.ndarray) -> Poses:
+    """The robot's poses in ``odom`` at each of the times [s], interpolated."""
     odometry = run.odometry
     x, y = (np.interp(times, odometry.time, column) for column in (odometry.x, odometry.y))
     return Poses(times, times, x, y, wrap_all(continuous_at(times, odometry.time, odometry.yaw)))
@@ -133,7 +119,7 @@ def _begin(run: RunData, frames: Poses, k: int) -> float:
     first, last = np.searchsorted(run.local_pose.time, (frames.time[k - 1], frames.time[k]))
     local = run.local_pose.take(slice(first, last + 1))
     if len(local) > 2:
-        robot = _robot_in_odom(run, local.time)
+        robot = robot_in_odom(run, local.time)
         frames = robot @ local.inverse()
         distance, angle = _steps(frames, robot)
         k = 1 + int(np.argmax(distance / JUMP + angle / JUMP_ANGLE))
@@ -151,8 +137,7 @@ def _resets(run: RunData, frames: Poses) -> List[int]:
     """Indices of the frames that were declared by a reset."""
     if len(frames) < 2:
         return []
-    robot = _robot_in_odom(run, frames.time)
-    local = run.local_pose if len(run.local_pose) else frames.inverse() @ robot
+    robot = robot_in_odom(run, frames.time)
     distance, angle = _steps(frames, robot)
     moved = (distance > STILL) | (angle > STILL)
     by_tf = len(run.frames) > 0 and moved.mean() < 0.5
@@ -161,11 +146,12 @@ def _resets(run: RunData, frames: Poses) -> List[int]:
     too_far = np.hypot(np.diff(robot.x), np.diff(robot.y)) > (
         SLACK + FASTEST * np.diff(robot.time))
     return [k + 1 for k in np.flatnonzero(moved | too_far) if _is_reset(
-        run, local, frames.time[k], frames.time[k + 1], by_tf and bool(moved[k]))]
+        run, frames.time[k], frames.time[k + 1], by_tf and bool(moved[k]))]
 
 
-def _is_reset(run: RunData, local: Poses, last: float, first: float, moved: bool) -> bool:
+def _is_reset(run: RunData, last: float, first: float, moved: bool) -> bool:
     """Was ``local`` declared anew between `last` and `first`? `moved`: it moved in tf."""
+    local = run.local_pose
     before = max(0, int(np.searchsorted(local.time, last, side='right')) - 1)
     after = min(len(local) - 1, int(np.searchsorted(local.time, first)))
     mended = _mended_odometry(run, local.time[before], local.time[after])
@@ -187,13 +173,13 @@ class _Mended(NamedTuple):
 def _mended_odometry(run: RunData, begin: float, end: float) -> _Mended:
     around = begin - AROUND, end + AROUND
     first, last = np.searchsorted(run.odometry.time, around)
-    heard, imu = run.odometry.take(slice(max(0, first - 2), last)), between(run.imu, *around)
+    heard, imu = run.odometry.take(slice(max(0, first - 2), last)), run.imu.between(*around)
     if len(heard) < 2 or not len(imu):
         return _Mended(Pose2(), False, False)
     poses, steady, jumps = steady_odometry(heard, run.imu)
     jumps = [(time, jump) for time, jump in jumps if begin < time <= end]
     driven = poses.at(begin).inverse() @ poses.at(end)
-    before, after = continuous_at((begin, end), imu.time, imu.yaw)
+    before, after = imu.yaw_at((begin, end))
     pauses = np.diff(heard.time)
     turned = after - before - sum(jump.imu_turn for _, jump in jumps)
     return _Mended(Pose2(driven.x, driven.y, wrap(turned)),
@@ -225,7 +211,7 @@ def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
     """The pose by the first local_pose, which is true by definition right after a reset."""
     if not len(run.ground_truth):
         return None
-    known = between(run.local_pose, max(begin, run.ground_truth.time[0]),
+    known = run.local_pose.between(max(begin, run.ground_truth.time[0]),
                     min(end, run.ground_truth.time[-1]))
     if not len(known):
         return None

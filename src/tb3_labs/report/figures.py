@@ -1,19 +1,32 @@
-"""The parts of every figure of a report: its size, colours, curves and legend.
+"""The figures of a run over time: errors, heading, speeds and turns; and the parts of any figure.
 
-Curves are thinned to the resolution of paper; extremes are kept.
-Units: inch for sizes; a curve's are its caller's, its times seconds.
+Readable in black and white: lines differ by style and width, states by hatching. Curves are thinned
+to the resolution of paper; extremes are kept.
+
+Units on the axes: metres, degrees, seconds since the recording's start, m/s, rad/s; inch for sizes.
 """
 import math
 from pathlib import Path
-from typing import Any, BinaryIO, Sequence, Union
+from typing import Any, BinaryIO, Dict, List, Optional, Sequence, Union
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from tb3_labs.report import drives
+from tb3_labs.report.epochs import epochs
+from tb3_labs.report.html import degrees
+from tb3_labs.report.movements import RESTED
+from tb3_labs.report.run_data import RunData, yaw_offset
+from tb3_labs.report.turns import REST_MEAN, turns as turns_of
+from tb3_labs.robot.turtlebot3 import RobotModel
 
 DOTS_PER_INCH = 150
-WIDTH = 7.2                     # [inch], what fits between the margins of A4
+WIDTH = 7.2                     # [inch], between the margins of A4
+#: Width of a letter of a legend, and of the rest of its entry [inch].
+LETTER, SAMPLE = 0.075, 0.6
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
 #: (colour, line style) of successive curves.
 STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
@@ -21,11 +34,22 @@ STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
 STRETCHES = 700
 #: A pause in a curve longer than this is left blank [s].
 BREAK = 0.5
+#: state: (fill, hatching); '' stands for all other states (waiting, stopped, gave up).
+STATES = {'ROTATE_TO_GOAL': ('#c9d8ee', '///'), 'MOVE_FORWARD': ('#f7e3c4', ''),
+          'ROTATE_TO_FINAL': ('#d3e8d3', '\\\\\\'), 'GOAL_REACHED': ('#ffffff', ''),
+          RESTED: ('#ffffff', ''),
+          '': ('#dddddd', '...')}
+#: Most labels in a figure: more would cover each other.
+MOST_LABELS = 6
+#: A turn is drawn from this time before it until this time after it [s].
+BEFORE, AFTER = 0.2, 2.0 * REST_MEAN
+#: Up to this many turns have names in the legend.
+MOST_NAMES = 12
 
 
 def thin(*columns: np.ndarray) -> np.ndarray:
     """Sorted indices that keep the least and the greatest of each column in each stretch, and both
-    ends; all indices where there are few. The columns are of one length."""
+    ends; all indices if there are few. The columns are of one length."""
     count = len(columns[0])
     if count <= 2 * STRETCHES:
         return np.arange(count)
@@ -55,7 +79,7 @@ def curve(axes: Axes, time: np.ndarray, values: np.ndarray, breaks: Sequence[flo
           circle: bool = False, **looks: Any) -> None:
     """A line with blanks at the times `breaks` [s] and in pauses.
 
-    `circle`: the values are angles [deg], with blanks also where they jump by half a turn.
+    `circle`: the values are angles [deg], with blanks also at jumps by half a turn.
     """
     pauses = np.diff(time)
     longest = max(BREAK, 5.0 * float(np.median(pauses))) if len(pauses) else BREAK
@@ -73,18 +97,162 @@ def curve(axes: Axes, time: np.ndarray, values: np.ndarray, breaks: Sequence[flo
 def map_of_local(figure: Figure, axes: Axes, margin: float) -> None:
     """Finish a map of the local frame: one scale, the axes' names, a grid, the legend below.
 
-    `margin`: around what is drawn, as a part of it.
+    `margin`: around the drawing, as a part of it.
     """
     axes.set_aspect('equal', adjustable='datalim')
     axes.margins(margin)
-    axes.set_xlabel('x in local [m]')
-    axes.set_ylabel('y in local [m]')
+    axes.set(xlabel='x in local [m]', ylabel='y in local [m]')
     axes.grid(True, linewidth=0.3)
-    legend_below(figure, axes)
+    legend_below(figure, *axes.get_legend_handles_labels())
 
 
-def legend_below(figure: Figure, axes: Axes) -> None:
-    """Put the legend of `axes` below the figure."""
-    handles, labels = axes.get_legend_handles_labels()
-    figure.legend(handles, labels, loc='upper center', ncol=7, fontsize=8, frameon=False,
-                  bbox_to_anchor=(0.5, 0.0))
+def legend_below(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) -> None:
+    """Put a legend below the figure, in as many columns as fit its width."""
+    widths = [SAMPLE + LETTER * len(label) for label in labels]
+    columns = max(1, len(labels))
+    while columns > 1 and sum(map(max, np.array_split(widths, columns))) > WIDTH:
+        columns -= 1
+    figure.legend(handles, labels, loc='upper center', ncol=columns, fontsize=8,
+                  frameon=False, bbox_to_anchor=(0.5, 0.0))
+
+
+# A run over time ------------------------------------------------------------------------------
+
+def errors(run: RunData, model: RobotModel) -> Optional[Figure]:
+    """Distance and angle to the goal over time; None without a goal."""
+    time, distance, angle = drives.goal_errors(run)
+    if not len(time):
+        return None
+    figure = new_figure(4.3)
+    far, turned = figure.subplots(2, 1, sharex=True)
+    curve(far, time, distance, _resets(run), color=BLUE)
+    curve(turned, time, np.degrees(angle), _resets(run), circle=True, color=BLUE)
+    far.set_ylabel('distance error [m]')
+    far.set_ylim(bottom=0.0)
+    turned.set_ylabel('angle error [deg]')
+    _whole_circle(turned)
+    found = drives.drives(run, model)
+    for drive in found if len(found) <= MOST_LABELS else ():
+        if not math.isnan(drive.measured[0]):
+            far.annotate(
+                '{:.1f} mm\n{:.1f} deg'.format(1000.0 * drive.measured[0],
+                                               abs(math.degrees(drive.measured[1]))),
+                (drive.end, drive.measured[0]), xytext=(-6, 16), textcoords='offset points',
+                ha='right', fontsize=8, bbox=dict(boxstyle='round,pad=0.2', facecolor='white',
+                                                  linewidth=0.5),
+                arrowprops=dict(arrowstyle='-', linewidth=0.8))
+    _shade(figure, (far, turned), run)
+    return figure
+
+
+def heading(run: RunData, _model: RobotModel) -> Figure:
+    """The IMU's heading, wrapped and continuous, and its difference from the odometry's."""
+    figure = new_figure(5.6)
+    circle, line, apart = figure.subplots(3, 1, sharex=True)
+    curve(circle, run.imu.time, np.degrees(run.imu.yaw), circle=True, color=BLUE)
+    curve(line, run.imu.time, np.degrees(np.unwrap(run.imu.yaw)), color=BLUE)
+    offset = yaw_offset(run)
+    curve(apart, offset.time, np.degrees(offset.deviation), color=GREY, linewidth=0.8)
+    _whole_circle(circle)
+    most = max([0.25] + list(1.1 * np.abs(np.degrees(offset.deviation))))
+    apart.set_ylim(-most, most)
+    for axes, title in ((circle, 'IMU, wrapped'), (line, 'IMU, continuous'),
+                        (apart, 'IMU minus odometry, minus its mean of {} deg'.format(
+                            degrees(offset.mean, '{:+.2f}')))):
+        axes.set_title(title, fontsize=9, loc='left')
+        axes.set_ylabel('[deg]')
+    _finish_time(run, circle, line, apart)
+    return figure
+
+
+def speeds(run: RunData, model: RobotModel) -> Figure:
+    """Commanded against measured speeds, with the robot's limits."""
+    figure = new_figure(4.3)
+    linear, angular = figure.subplots(2, 1, sharex=True)
+    curve(linear, run.odometry.time, run.odometry.linear, color=BLUE, label='measured')
+    curve(angular, run.imu.time, run.imu.yaw_rate, color=BLUE, label='measured')
+    for axes, commands, limit in ((linear, run.commands.linear, model.max_linear),
+                                  (angular, run.commands.angular, model.max_angular)):
+        if len(commands):
+            curve(axes, run.commands.time, commands, color=ORANGE, linestyle='--', linewidth=1.1,
+                  drawstyle='steps-post', label='commanded')
+        for sign in (1.0, -1.0):
+            axes.axhline(sign * limit, color='black', linewidth=0.8, linestyle=':',
+                         label='limit of the {}'.format(model.name) if sign > 0.0 else None)
+        axes.margins(y=0.1)
+    linear.set_ylabel('linear [m/s]\n(odometry)')
+    angular.set_ylabel('angular [rad/s]\n(gyro)')
+    _finish_time(run, linear, angular)
+    legend_below(figure, *linear.get_legend_handles_labels())
+    return figure
+
+
+def turns(run: RunData, _model: RobotModel) -> Optional[Figure]:
+    """The angle left, and the rate of turn, both in the direction that was asked for; None without
+    a turn."""
+    found = turns_of(run)
+    if not found:
+        return None
+    figure = new_figure(4.3)
+    left, rate = figure.subplots(2, 1, sharex=True)
+    ends = [turn.begin for turn in found[1:]] + [math.inf]
+    for number, (turn, following) in enumerate(zip(found, ends)):
+        until = min(turn.end + AFTER, following)
+        sign = math.copysign(1.0, turn.asked)
+        imu = run.imu.between(turn.begin - BEFORE, until)
+        yaw = np.unwrap(imu.yaw)
+        remaining = abs(turn.asked) - sign * (yaw - np.interp(turn.begin, imu.time, yaw))
+        colour, style = STYLES[number % len(STYLES)]
+        looks: Dict[str, Any] = dict(color=colour, linestyle=style, linewidth=1.1)
+        name = '{}: {:+.0f} deg'.format(number + 1, math.degrees(turn.asked))
+        curve(left, imu.time - turn.begin, np.degrees(remaining),
+              label=name if number < MOST_NAMES else None, **looks)
+        curve(rate, imu.time - turn.begin, sign * imu.yaw_rate, **looks)
+        commands = run.commands.between(turn.begin - BEFORE, until)
+        rate.plot(commands.time - turn.begin, sign * commands.angular, '.', color=ORANGE,
+                  markersize=2.5, label=None if number else 'commanded')
+    left.axhline(0.0, color=GREY, linewidth=0.8)
+    left.set_ylabel('angle left [deg]')
+    rate.set_ylabel('rate of turn [rad/s]\n(gyro)')
+    rate.set_xlabel('time since the first command [s]')
+    rate.legend(fontsize=8, frameon=False)
+    for axes in (left, rate):
+        axes.grid(True, linewidth=0.3)
+    legend_below(figure, *left.get_legend_handles_labels())
+    return figure
+
+
+def _shade(figure: Figure, plots: Sequence[Axes], run: RunData) -> None:
+    """Draw states as shades and resets as lines, with a legend for both."""
+    used = {}
+    for span in drives.spans(run):
+        kind = span.state if span.state in STATES else ''
+        fill, hatch = STATES[kind]
+        used[kind] = Patch(facecolor=fill, hatch=hatch, edgecolor='#aaaaaa',
+                           label=kind or 'waiting, stopped or gave up')
+        for axes in plots:
+            axes.axvspan(max(0.0, span.begin), span.end, facecolor=fill, hatch=hatch,
+                         edgecolor='#bbbbbb', linewidth=0.0, zorder=0)
+    _finish_time(run, *plots)
+    handles = list(used.values()) + [
+        line for line in plots[0].get_lines() if line.get_label() == 'reset']
+    legend_below(figure, handles, [handle.get_label() for handle in handles])
+
+
+def _resets(run: RunData) -> List[float]:
+    return [epoch.begin for epoch in epochs(run)[1:]]
+
+
+def _finish_time(run: RunData, *plots: Axes) -> None:
+    for axes in plots:
+        for number, reset in enumerate(_resets(run)):
+            axes.axvline(reset, color='black', linewidth=1.4, linestyle=(0, (4, 2)),
+                         label=None if number else 'reset')
+        axes.grid(True, linewidth=0.3)
+        axes.set_xlim(0.0, run.duration)
+    plots[-1].set_xlabel('time [s]')
+
+
+def _whole_circle(axes: Axes) -> None:
+    axes.set_ylim(-190.0, 190.0)
+    axes.set_yticks([-180, -90, 0, 90, 180])

@@ -1,9 +1,12 @@
-"""Pieces of a page that needs no other file: its style, tables, pictures."""
+"""Pieces of a page that needs no other file: its style, numbers, tables, pictures."""
 import base64
+import math
 from html import escape
 from pathlib import Path
 from typing import Sequence
 
+#: An unknown number on a page.
+DASH = '\N{EN DASH}'
 STYLE = '''@page { size: A4; margin: 11mm 14mm; }
 body { font: 10pt/1.3 sans-serif; max-width: 182mm; margin: 1em auto; color: #111; }
 h1 { font-size: 15pt; margin: 0; } h2 { font-size: 11pt; margin: 0.7em 0 0.2em; }
@@ -13,13 +16,26 @@ th, td { border-bottom: 1px solid #999; padding: 1px 5px; text-align: right; }
 th { border-bottom: 2px solid #333; vertical-align: bottom; }
 th:first-child, td:first-child, .words { text-align: left; }
 figure { margin: 0.4em 0; text-align: center; break-inside: avoid; }
-figure img { max-width: 100%; max-height: 84mm; } figcaption { font-size: 8.5pt; }
+figure img { max-width: 100%; } figcaption { font-size: 8.5pt; }
 section { break-inside: avoid; } .next { break-before: page; }
-@media print { body { margin: 0; } }'''
+@media print { body { margin: 0; } figure img { max-height: 84mm; } }'''
 
 
 class Markup(str):
     """Text that already is HTML."""
+
+
+def number(value: float, form: str, unknown: str = DASH) -> str:
+    """The value in this format, but never -0.00; `unknown` if it is not finite."""
+    if not math.isfinite(value):
+        return unknown
+    text = form.format(value)
+    return text if float(text) else form.format(0.0)
+
+
+def degrees(angle: float, form: str) -> str:
+    """The angle [rad] in degrees, in this format, or a dash."""
+    return number(math.degrees(angle), form)
 
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]], words: Sequence[str] = ()) -> str:

@@ -4,11 +4,11 @@ A *movement* is a stretch of commands that are not zero, with pauses shorter tha
 and a change of `ctrl_relinq`, end a movement and begin the next. It is a
 
 * turn, if no command has a forward speed;
-* drive, if a turn, a straight line, a turn were commanded, of which one turn may be missing. The
-  line is straight if the heading stays within `STRAIGHT` of where it began;
+* drive, if a turn, a straight line and a turn were commanded; one turn may be missing. The
+  line is straight if the heading stays within `KEPT` of its first value;
 * movement by hand, if it is neither.
 
-The commands do not tell who sent them, so other topics decide where they can:
+The commands do not name their sender, so other topics decide if they can:
 
 * With ctrl_relinq, a movement while a node has control is a drive, of whatever shape, and any other
   movement is by hand. With `joy` alone the pad never gave control, and all is by hand.
@@ -16,18 +16,31 @@ The commands do not tell who sent them, so other topics decide where they can:
 
 Otherwise a person who turns, drives straight on and turns, by keys, counts as a drive.
 
+`completed` adds to the run of a node that publishes `cmd_vel` and nothing else the rest that the
+package's own nodes would have published. It follows from the sensors:
+
+* the robot's pose in ``local``, and ``local`` in ``odom``: declared (0, 0, 0) at the first sample,
+  then by each reset; place by the odometry without its jumps, heading by the IMU. It is the pose by
+  the lab's theory, not the one that the node may believe;
+* the states of a drive and its goal: by the movements that the commands show.
+
 Units: metres, radians, seconds since the recording's start.
 Edge cases: a command is in force until the next one, at most for the robot's timeout. A run without
 commands has no movements.
 """
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from enum import Enum
-from typing import List
+from typing import List, Tuple
 
 import numpy as np
 
-from tb3_labs.report.epochs import between
-from tb3_labs.report.run_data import RunData
+from tb3_labs.control.goal import DRIVING
+from tb3_labs.geometry.angles import wrap_all
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.localization.odometry_jumps import POSE_LOST
+from tb3_labs.report.epochs import declared_frame, robot_in_odom, steady_odometry
+from tb3_labs.report.run_data import Poses, RunData, States
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: A longer time without a command that moves the robot ends a movement [s].
@@ -36,12 +49,18 @@ PAUSE = 1.0
 NO_SPEED = 1e-3
 #: On a straight line the heading differs from that at its begin by no more than this [rad], counted
 #: from this time after its begin, when the turn before is over [s].
-STRAIGHT = np.radians(20.0)
+KEPT = math.radians(20.0)
 TURN_IS_OVER = 0.3
 #: A drive moves the robot at least this far [m].
 SHORTEST_DRIVE = 0.1
 #: The mouse commands no faster turn than this [rad/s], by the handout.
 FASTEST_BY_MOUSE = 0.5
+#: The goal of the lab: x, y [m], heading [rad].
+LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
+#: States after a drive that was found: it ended by itself, or because another one took control.
+RESTED, TAKEN = 'came to rest', 'control was taken'
+#: Control was taken at this time from the last command, or nearer [s].
+TAKEN_WITHIN = 0.3
 
 
 class Kind(Enum):
@@ -130,5 +149,74 @@ def _has_control(run: RunData, time: float) -> bool:
 
 def _is_straight(run: RunData, begin: float, end: float) -> bool:
     """Did the robot keep its heading from `begin` to `end` [s]?"""
-    yaw = np.unwrap(between(run.imu, begin + TURN_IS_OVER, end).yaw)
-    return not len(yaw) or bool(np.abs(yaw - yaw[0]).max() <= STRAIGHT)
+    yaw = np.unwrap(run.imu.between(begin + TURN_IS_OVER, end).yaw)
+    return not len(yaw) or bool(np.abs(yaw - yaw[0]).max() <= KEPT)
+
+
+def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
+    """The run, with local_pose, frames, states and goals if these were not recorded.
+
+    `goal` is that of each drive. Those fields are named in `derived`.
+    """
+    if not len(run.local_pose):
+        run = _with_local_by_tf(run) if len(run.frames) else _with_local(run)
+    return run if len(run.states) else _with_states(run, goal)
+
+
+def _with_local_by_tf(run: RunData) -> RunData:
+    local = run.frames.inverse() @ robot_in_odom(run, run.frames.time)
+    return replace(run, local_pose=local, derived=run.derived + ('local_pose',))
+
+
+def _with_local(run: RunData) -> RunData:
+    steady, _, jumps = steady_odometry(run.odometry, run.imu)
+    declared = [(float(steady.time[0]), Pose2())] + [
+        (time, Pose2()) for time, jump in jumps if jump.outcome == POSE_LOST]
+    declared += [(float(run.resets.time[k]), run.resets.pose(k)) for k in range(len(run.resets))]
+    declared.sort(key=lambda reset: reset[0])
+    frames = [declared_frame(run, steady, *reset) for reset in declared]
+    number = np.searchsorted([time for time, _ in declared], steady.time, side='right') - 1
+    x, y, yaw, imu_yaw = np.array([
+        (frame.odom_T_local.x, frame.odom_T_local.y, frame.odom_T_local.yaw, frame.imu_yaw_of_x)
+        for frame in frames])[number.clip(0)].T
+    steady_T_local = Poses(steady.arrival, steady.time, x, y, yaw)
+    local = steady_T_local.inverse() @ steady
+    heading = wrap_all(run.imu.yaw_at(steady.time) - imu_yaw)
+    return replace(
+        run, local_pose=replace(local, yaw=heading), derived=run.derived + ('local_pose', 'frames'),
+        frames=run.odometry @ steady.inverse() @ steady_T_local)
+
+
+def _with_states(run: RunData, goal: Pose2) -> RunData:
+    begins: List[Tuple[float, str]] = []
+    drives = [movement for movement in movements(run) if movement.kind is Kind.DRIVE]
+    next_begins = [drive.begin for drive in drives[1:]] + [math.inf]
+    for drive, next_begin in zip(drives, next_begins):
+        begins += _states(drive)
+        was_reset = len(run.resets.between(drive.end - COMMAND_TIMEOUT, drive.end)) > 0
+        if drive.end < run.duration and not (was_reset and next_begin < drive.end + PAUSE):
+            begins.append((drive.end, _after(run, drive)))
+    if not begins:
+        return run
+    time = np.array([begin for begin, _ in begins])
+    words = np.array([word for _, word in begins], dtype=object)
+    goals = run.goals if len(run.goals) else Poses(
+        time, time, *(value + 0.0 * time for value in (goal.x, goal.y, goal.yaw)))
+    return replace(run, states=States(time, time, words), goals=goals, derived=run.derived + (
+        ('states',) if goals is run.goals else ('states', 'goals')))
+
+
+def _states(drive: Movement) -> List[Tuple[float, str]]:
+    """The states of a drive, each with its begin."""
+    begins = [drive.begin]
+    if drive.forward < drive.turns_again:
+        begins.append(drive.forward)
+        if drive.turns_again < drive.end:
+            begins.append(drive.turns_again)
+    return list(zip(begins, DRIVING))
+
+
+def _after(run: RunData, drive: Movement) -> str:
+    """The state after a drive."""
+    taken = run.control.time[run.control.value == 0.0]
+    return TAKEN if (np.abs(taken - drive.end) < TAKEN_WITHIN).any() else RESTED

@@ -7,14 +7,14 @@ from datetime import datetime
 from html import escape
 from pathlib import Path
 from string import Template
-from typing import Callable, Dict, Sequence, Union
+from typing import Callable, Dict, List, Sequence, Union
 
-from tb3_labs.report import (
-    analysis, csv_files, figures, html, notes, path_figures, run_figures, sensors, tables,
-    turn_figures)
-from tb3_labs.report.analysis import DriveReport
+from tb3_labs.report import figures, path_figures, tables
+from tb3_labs.report.drives import DriveReport, drives
 from tb3_labs.report.epochs import epochs
-from tb3_labs.report.run_data import RunData
+from tb3_labs.report.html import STYLE, degrees, image, number
+from tb3_labs.report.movements import FASTEST_BY_MOUSE, PAUSE, Kind, movements
+from tb3_labs.report.run_data import RunData, yaw_offset
 from tb3_labs.report.turns import TurnReport, turns
 from tb3_labs.robot.turtlebot3 import RobotModel
 
@@ -26,6 +26,19 @@ CAPTIONS = {
     'errors': 'Distance to the goal, and angle off its heading, in local. Labels: errors at rest.',
     'heading': 'The IMU\'s heading, and how its difference from the odometry\'s varies.',
     'speeds': 'Commanded and measured speeds.'}
+NOTHING = 'No drives are listed: {}. The local frame is {}.'
+NO_COMMANDS = 'the recording holds neither goal_state nor commands; record /cmd_vel too'
+NO_DRIVE = 'neither goal_state nor the commands show one'
+#: How turns and drives are told from movements by hand.
+BY_CONTROL = ('By the commands and ctrl_relinq: each movement while a node had control is a '
+              'drive, any other is by hand.')
+PAD_ALONE = ('A gamepad (joy) was recorded, but it never gave control (ctrl_relinq): all movements '
+             'count as by hand.')
+WITH_MOUSE = ('By the commands: a turn has no forward speed, from rest to rest, and is faster '
+              'than any by the mouse ({:g} rad/s); all else is by hand.'.format(FASTEST_BY_MOUSE))
+BY_SHAPE = ('By the commands: a turn has no forward speed, from rest to rest; a drive is a '
+            'turn, a straight line and a turn, with pauses under {:g} s; all else is by '
+            'hand.'.format(PAUSE))
 
 PAGE = Template('''<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>Run report: $name</title><style>
@@ -59,18 +72,18 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
     """
     folder = Path(str(folder))
     folder.mkdir(parents=True, exist_ok=True)
-    drives, turned = analysis.drives(run, model), turns(run)
+    driven, turned = drives(run, model), turns(run)
     parts = _figures(run, model, folder, progress)
     name = Path(run.name).name
-    csv_files.write_csv(run, folder / 'run.csv')
-    csv_files.write_turns(folder / 'turns.csv', [(name, turned)])
-    csv_files.write_drives(folder / 'drives.csv', [(name, drives)])
+    tables.write_csv(run, folder / 'run.csv')
+    tables.write_reports(folder / 'turns.csv', tables.TURNS_CSV, [(name, turned)])
+    tables.write_reports(folder / 'drives.csv', tables.DRIVES_CSV, [(name, driven)])
     page = folder / 'report.html'
     page.write_text(PAGE.substitute(
-        parts, style=html.STYLE, name=escape(name), summary=_summary(run, model),
-        turn_table=_turns(run, turned), drives=_drives(run, drives, turned),
-        along=_along(drives), rates=tables.rates(run),
-        next='<div class="next"></div>' if drives else ''), encoding='utf-8')
+        parts, style=STYLE, name=escape(name), summary=_summary(run, model),
+        turn_table=_turns(run, turned), drives=_drives(run, driven, turned),
+        along=_along(driven), rates=tables.rates(run),
+        next='<div class="next"></div>' if driven else ''), encoding='utf-8')
     progress(1.0)
     return page
 
@@ -79,9 +92,9 @@ def _figures(run: RunData, model: RobotModel, folder: Path,
              progress: Callable[[float], None]) -> Dict[str, str]:
     """{name: HTML} of each figure; '' for one that would show nothing."""
     parts = dict.fromkeys(CAPTIONS, '')
-    drawings = [('turns', turn_figures.turns), ('errors', run_figures.errors),
-                ('heading', run_figures.heading), ('speeds', run_figures.speeds)]
-    if sensors.path_length(run.odometry) >= SHORTEST_PATH:
+    drawings = [('turns', figures.turns), ('errors', figures.errors),
+                ('heading', figures.heading), ('speeds', figures.speeds)]
+    if run.odometry.length >= SHORTEST_PATH:
         drawings.append(('paths', path_figures.paths))
     for number, (name, draw) in enumerate(drawings):
         progress(number / (len(drawings) + 1))
@@ -89,20 +102,20 @@ def _figures(run: RunData, model: RobotModel, folder: Path,
         if figure is not None:
             path = folder / (name + '.png')
             figures.save(figure, path)
-            parts[name] = html.image(path, CAPTIONS[name])
+            parts[name] = image(path, CAPTIONS[name])
     progress(len(drawings) / (len(drawings) + 1))
     return parts
 
 
 def _summary(run: RunData, model: RobotModel) -> str:
-    offset, resets = sensors.yaw_offset(run), len(epochs(run)) - 1
+    offset, resets = yaw_offset(run), len(epochs(run)) - 1
     words = '{} on {}, {:.1f} s, {:.2f} m driven, {} reset{}. '.format(
         model.name.capitalize(), datetime.fromtimestamp(run.start).strftime('%Y-%m-%d %H:%M'),
-        run.duration, sensors.path_length(run.odometry), resets or 'no',
+        run.duration, run.odometry.length, resets or 'no',
         '' if resets == 1 else 's')
     words += 'IMU yaw minus odometry yaw: mean {} deg, standard deviation {}, change from the ' \
         'first to the last tenth of the run {}.'.format(
-            *(tables.degrees(value, form) for value, form in
+            *(degrees(value, form) for value, form in
               ((offset.mean, '{:+.2f}'), (offset.spread, '{:.3f}'), (offset.drift, '{:+.3f}'))))
     return escape(words)
 
@@ -112,20 +125,89 @@ def _turns(run: RunData, turned: Sequence[TurnReport]) -> str:
         return ''
     return '<h2>Turns</h2>{}<p>{}</p>'.format(
         tables.turns(turned),
-        escape(' '.join([notes.of_turns(run, turned), notes.unlisted(run, turned)])))
+        escape(' '.join([_rule_of_turns(run, turned), _unlisted(run, turned)])))
 
 
-def _drives(run: RunData, drives: Sequence[DriveReport], turned: Sequence[TurnReport]) -> str:
-    if not drives and turned:
+def _drives(run: RunData, driven: Sequence[DriveReport], turned: Sequence[TurnReport]) -> str:
+    if not driven and turned:
         return ''
-    words = notes.of_drives(run) if drives else notes.nothing(run)
+    words = _rule_of_drives(run) if driven else _nothing(run)
     if not turned:
-        words += ' ' + notes.unlisted(run, turned)
+        words += ' ' + _unlisted(run, turned)
     return '<h2>Drives</h2>{}<p>{}</p>'.format(
-        tables.drives(drives) if drives else '', escape(words))
+        tables.drives(driven) if driven else '', escape(words))
 
 
-def _along(drives: Sequence[DriveReport]) -> str:
-    if not drives:
+def _along(driven: Sequence[DriveReport]) -> str:
+    if not driven:
         return ''
-    return '<h2>Along the way</h2>{}<p>{}</p>'.format(tables.along(drives), escape(tables.ALONG))
+    return '<h2>Along the way</h2>{}<p>{}</p>'.format(tables.along(driven), escape(tables.ALONG))
+
+
+# Sentences: findings, rules and frames --------------------------------------------------------
+
+
+def _nothing(run: RunData) -> str:
+    """Why no drives are listed."""
+    words = NOTHING.format(
+        NO_DRIVE if len(run.states) or len(run.commands) else NO_COMMANDS,
+        _declared(run) if 'frames' in run.derived else 'the recorded one')
+    return words if len(run.states) or not len(run.commands) else words + ' ' + _rule(run)
+
+
+def _declared(run: RunData) -> str:
+    """Where ``local`` was declared, for a run that did not record it."""
+    words = ['taken as declared (0, 0, 0) at the first sample']
+    for k, time in enumerate(run.resets.time):
+        pose = run.resets.pose(k)
+        words.append('({} m, {} m, {} deg) at {:.1f} s'.format(
+            number(pose.x, '{:.2f}'), number(pose.y, '{:.2f}'), degrees(pose.yaw, '{:.1f}'), time))
+    return ', then '.join(words)
+
+
+def _rule_of_drives(run: RunData) -> str:
+    """How the drives of a run were found, if goal_state was not recorded."""
+    words = []
+    if 'states' in run.derived:
+        words.append(_rule(run))
+    if 'goals' in run.derived:
+        goal = run.goals.pose(0)
+        words.append('Goal: taken as ({:g} m, {:g} m, {:g} deg), see --goal.'.format(
+            goal.x, goal.y, round(math.degrees(goal.yaw), 3) + 0.0))
+    if 'frames' in run.derived:
+        words.append('The local frame is {}; the place in it is that of the odometry, the heading '
+                     'that of the IMU.'.format(_declared(run)))
+    return ' '.join(words)
+
+
+def _rule_of_turns(run: RunData, reports: Sequence[TurnReport]) -> str:
+    """How the turns of a run were found."""
+    words = [_rule(run)] if 'states' not in run.derived else []
+    if not all(turn.was_said for turn in reports):
+        words.append('Asked: taken as the nearest multiple of 90 degrees{}.'.format(
+            ' where topic turn said nothing' if len(run.asked) else ''))
+    return ' '.join(words)
+
+
+def _unlisted(run: RunData, reports: Sequence[TurnReport]) -> str:
+    """The movements that are neither a turn nor a drive; '' if there are none, or goal_state tells.
+    """
+    if len(run.states) and 'states' not in run.derived:
+        return ''
+    others: List[float] = []
+    for movement in movements(run):
+        listed = any(movement.begin < turn.end and turn.begin < movement.end for turn in reports)
+        if not listed and movement.kind is not Kind.DRIVE:
+            others.append(movement.end - movement.begin)
+    if not others:
+        return ''
+    return 'Not listed: {} other movement{}, {} s in all.'.format(
+        len(others), '' if len(others) == 1 else 's', number(sum(others), '{:.1f}'))
+
+
+def _rule(run: RunData) -> str:
+    if len(run.control):
+        return BY_CONTROL
+    if 'joy' in run.devices:
+        return PAD_ALONE
+    return WITH_MOUSE if 'mouse_info' in run.devices else BY_SHAPE

@@ -1,9 +1,9 @@
-"""The figure of a run's path, in the global and in the local frame.
+"""The paths of a run in the global and in the local frame, and the drives of several runs.
 
 Units on the axes: metres.
 """
 import math
-from typing import Any, List, Sequence, Tuple
+from typing import Any, List, Optional, Sequence, Tuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report import analysis
-from tb3_labs.report.analysis import DriveReport
-from tb3_labs.report.epochs import Epoch, between, epoch_of, epochs, local_in_odom
-from tb3_labs.report.figures import GREY, STYLES, legend_below, new_figure, thin
+from tb3_labs.report.drives import DriveReport, drives
+from tb3_labs.report.epochs import Epoch, epoch_of, epochs, local_in_odom
+from tb3_labs.report.figures import (
+    GREY, STYLES, legend_below, map_of_local, new_figure, thin)
 from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.robot.turtlebot3 import RobotModel
 
@@ -28,22 +28,22 @@ def paths(run: RunData, model: RobotModel) -> Figure:
     """The path in odom and in local, side by side at one scale, with the axes of both frames."""
     figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)
-    frames, local = epochs(run), analysis.local_poses(run)
+    frames, local = epochs(run), run.local_pose
     for number, epoch in enumerate(frames):
         colour, style = STYLES[number % len(STYLES)]
         label = 'path after reset {}'.format(number) if number else 'path'
         looks = dict(color=colour, linestyle=style, linewidth=1.6,
                      label=label if number < len(STYLES) else None)
-        draw_path(in_odom, between(run.odometry, epoch.begin, epoch.end), **looks)
-        draw_path(in_local, between(local, epoch.begin, epoch.end), **looks)
+        draw_path(in_odom, run.odometry.between(epoch.begin, epoch.end), **looks)
+        draw_path(in_local, local.between(epoch.begin, epoch.end), **looks)
         if epoch.local_T_world is not None:
-            truth = between(run.ground_truth, epoch.begin, epoch.end).seen_from(
+            truth = run.ground_truth.between(epoch.begin, epoch.end).seen_from(
                 epoch.local_T_world)
             looks = dict(color='#bbbbbb', linewidth=4.5, zorder=1,
                          label=None if number else 'ground truth')
             draw_path(in_local, truth, **looks)
             draw_path(in_odom, local_in_odom(run, truth.time) @ truth, **looks)
-    goals = [(drive, drive.goal) for drive in analysis.drives(run, model) if drive.goal]
+    goals = [(drive, drive.goal) for drive in drives(run, model) if drive.goal]
     _ends(in_odom, run.odometry, [_in_odom(run, frames, *pair) for pair in goals])
     _ends(in_local, local, [goal for _, goal in goals])
     size = _same_scale((in_odom, [epoch.odom_T_local for epoch in frames]),
@@ -57,12 +57,35 @@ def paths(run: RunData, model: RobotModel) -> Figure:
         axes.set_xlabel('x [m]')
         axes.set_ylabel('y [m]')
         axes.grid(True, linewidth=0.3)
-    legend_below(figure, in_odom)
+    legend_below(figure, *in_odom.get_legend_handles_labels())
+    return figure
+
+
+def ways(runs: Sequence[Any]) -> Optional[Figure]:
+    """All drives in the local frame, with their goals; None without drives."""
+    if not any(run.drives for run in runs):
+        return None
+    figure = new_figure(4.6)
+    axes = figure.subplots()
+    for number, run in enumerate(runs):
+        colour, style = STYLES[number % len(STYLES)]
+        label = run.name
+        for way in run.ways:
+            draw_path(axes, way, color=colour, linestyle=style, linewidth=1.2, label=label)
+            axes.plot(way.x[-1:], way.y[-1:], 's', color=colour, markersize=4)
+            label = None
+    goals = sorted({(drive.goal.x, drive.goal.y) for run in runs for drive in run.drives
+                    if drive.goal})
+    for number, (x, y) in enumerate(goals):
+        axes.plot(x, y, '*', markerfacecolor='none', markeredgecolor='black', markersize=13,
+                  linestyle='', label=None if number else 'goal')
+    axes.plot(0.0, 0.0, 'o', color='black', markersize=5, linestyle='', label='origin of local')
+    map_of_local(figure, axes, 0.1)
     return figure
 
 
 def draw_path(axes: Axes, poses: Poses, **looks: Any) -> None:
-    """A line with blanks where the poses jump, as at a reset of the odometry."""
+    """A line with blanks at jumps of the poses, such as a reset of the odometry."""
     leaps = np.flatnonzero(np.hypot(np.diff(poses.x), np.diff(poses.y)) > LEAP) + 1
     for piece in np.split(np.arange(len(poses)), leaps):
         if len(piece):
@@ -142,5 +165,3 @@ def _ends(axes: Axes, poses: Poses, goals: Sequence[Pose2]) -> None:
     for number, goal in enumerate(goals):
         axes.plot(goal.x, goal.y, '*', markerfacecolor='none', markeredgecolor='black',
                   markersize=13, linestyle='', zorder=6, label=None if number else 'goal')
-
-

@@ -1,4 +1,4 @@
-"""The recorded data of one run, as arrays: no ROS, no analysis.
+"""The recorded data of one run, as arrays: no ROS, and no search for drives, turns or resets.
 
 Each sample has two times, both in seconds since the recording's start. `arrival` is its arrival at
 the recorder. `time` is its stamp, converted from the sender's clock (on a real robot up to a second
@@ -7,26 +7,19 @@ Messages without a stamp have their arrival in both.
 
 Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi] as the sender sent them.
 Edge cases: a topic that was not recorded has samples of length 0; an invalid quaternion (see
-:mod:`tb3_labs.geometry.quaternions`) or a number that is not finite is no sample, only counted.
+:mod:`tb3_labs.geometry.quaternions`) or a number that is not finite is not a sample, only counted.
 """
+import math
 from dataclasses import dataclass, field, fields
-from typing import Any, Dict, Optional, Tuple, Type, TypeVar
+from typing import Any, Dict, Tuple, Type, TypeVar
 
 import numpy as np
 
-from tb3_labs.geometry.angles import wrap_all
+from tb3_labs.geometry.angles import continuous_at, wrap, wrap_all
 from tb3_labs.geometry.se2 import Pose2, interpolate
 
-#: Two senders whose clocks differ by less than this share one [s].
-SAME_CLOCK = 0.1
-#: A message that comes this much later than others is late [s]; no recorder is busy for longer than
-#: the second of these [s].
-LATE, TOO_LATE = 0.5, 10.0
-#: A sender's clock can be used if at least this fraction of its messages is in time.
-IN_TIME = 0.25
-#: If more than this fraction of the messages is not in time, all up to one or all from one on, the
-#: clock was set.
-OTHER_CLOCK = 0.1
+#: An interval of a topic longer than this is a gap [s].
+GAP = 0.3
 
 #: One kind of Samples.
 Kind = TypeVar('Kind', bound='Samples')
@@ -46,6 +39,10 @@ class Samples:
         """The samples at a numpy index (mask, slice, integers)."""
         return type(self)(*(getattr(self, part.name)[index] for part in fields(self)))
 
+    def between(self: Kind, begin: float, end: float) -> Kind:
+        """The samples in [begin, end) [s]; their times never run back."""
+        return self.take(slice(*np.searchsorted(self.time, (begin, end))))
+
     @classmethod
     def none(cls: Type[Kind]) -> Kind:
         """No samples."""
@@ -59,6 +56,10 @@ class ImuSamples(Samples):
     yaw: np.ndarray
     yaw_rate: np.ndarray
 
+    def yaw_at(self, time: Any) -> np.ndarray:
+        """The continuous yaw [rad] at each time [s], linear between two samples."""
+        return continuous_at(time, self.time, self.yaw)
+
 
 @dataclass(frozen=True)
 class Poses(Samples):
@@ -67,6 +68,11 @@ class Poses(Samples):
     x: np.ndarray
     y: np.ndarray
     yaw: np.ndarray
+
+    @property
+    def length(self) -> float:
+        """Length of the path driven [m], forwards and backwards."""
+        return float(np.hypot(np.diff(self.x), np.diff(self.y)).sum())
 
     @property
     def points(self) -> np.ndarray:
@@ -165,45 +171,26 @@ class RunData:
 
 
 @dataclass(frozen=True)
-class SenderClock:
-    """The clock of messages' stamps: it is `lag` [s] behind the recorder's."""
+class YawOffset:
+    """IMU's yaw minus odometry's: `mean` [rad], and continuous deviations from it at `time`."""
 
-    lag: float
-    stamps: np.ndarray
-
-    @classmethod
-    def of(cls, arrival: np.ndarray, stamp: np.ndarray) -> 'SenderClock':
-        """The clock by the fastest messages except outliers; at least one message is needed."""
-        lags = np.sort(arrival - stamp)
-        lags = lags[np.abs(lags - lags[(len(lags) - 1) // 2]) < LATE]
-        return cls(float(lags[len(lags) // 20]), stamp)
-
-    def is_same_as(self, other: 'SenderClock') -> bool:
-        """Do both senders share one clock, or does one copy the other's stamps?"""
-        shared = np.isin(np.round(self.stamps, 6), np.round(other.stamps, 6))
-        return abs(self.lag - other.lag) < SAME_CLOCK or shared.mean() > 0.5
+    mean: float
+    spread: float                     # standard deviation [rad]
+    drift: float                      # last tenth of the recording minus first tenth [rad]
+    time: np.ndarray
+    deviation: np.ndarray
 
 
-def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
-                             robot_clock: Optional[SenderClock]) -> np.ndarray:
-    """The sender's times on the recorder's clock [s], never running back.
-
-    `robot_clock`, the odometry's SenderClock or None, is used for all senders that share it, so
-    that their stamps stay comparable to the microsecond. Messages come late while the recorder is
-    busy, and early while its simulated clock stands still; their stamps count. But if no message is
-    in time up to some moment, or from then on, the sender's clock was set, and the arrivals count.
+def yaw_offset(run: RunData) -> YawOffset:
+    """The YawOffset at each odometry message that is not in a gap of the IMU; NaN if there is none.
     """
-    if not len(stamp):
-        return arrival
-    clock = SenderClock.of(arrival, stamp)
-    if robot_clock is not None and clock.is_same_as(robot_clock):
-        clock = robot_clock
-    delay = np.abs(arrival - stamp - clock.lag)
-    in_time, few = np.flatnonzero(delay < LATE), OTHER_CLOCK * len(stamp)
-    if len(in_time) < IN_TIME * len(stamp):
-        return np.maximum.accumulate(arrival)
-    first, last = in_time[0], in_time[-1]
-    by_stamp = delay < TOO_LATE
-    by_stamp[:first if first > few else 0] = False
-    by_stamp[last + 1 if len(stamp) - 1 - last > few else len(stamp):] = False
-    return np.maximum.accumulate(np.where(by_stamp, stamp + clock.lag, arrival))
+    imu_time, at = run.imu.time, run.odometry.time
+    after = np.searchsorted(imu_time, at).clip(1, len(imu_time) - 1)
+    close = (np.abs(imu_time[after] - at) < GAP) & (np.abs(imu_time[after - 1] - at) < GAP)
+    if not close.any():
+        return YawOffset(math.nan, math.nan, math.nan, np.empty(0), np.empty(0))
+    offset = np.unwrap((run.imu.yaw_at(at) - np.unwrap(run.odometry.yaw))[close])
+    mean, tenth = float(offset.mean()), max(1, len(offset) // 10)
+    return YawOffset(wrap(mean), float(offset.std()),
+                     float(offset[-tenth:].mean() - offset[:tenth].mean()), at[close],
+                     offset - mean)

@@ -2,28 +2,27 @@
 
 A turn is a movement without forward speed (see :mod:`tb3_labs.report.movements`) before and after
 which the robot rests, by at least `LEAST_TURN`. The angle that was asked for is that of topic
-`turn`. Where nobody said it there, it is taken as the nearest of +/-90 and 180 degrees, as the lab
-asks for.
+`turn`. Without a message there it is the nearest of +/-90 and 180 degrees, as the lab asks for.
 
 Units: radians, left positive; seconds. A turn by more than half a turn is counted in full, since
 the IMU's yaw is unwrapped. Edge case: an unknown value (no ground truth) is NaN.
 """
 import math
 from dataclasses import dataclass
-from typing import List, Optional, Sequence, Tuple
+from typing import List, Optional, Tuple
 
 import numpy as np
 
+from tb3_labs.control.goal import DRIVING
 from tb3_labs.geometry.angles import continuous_at
-from tb3_labs.report.analysis import DRIVING, spans
-from tb3_labs.report.epochs import between
+from tb3_labs.report.drives import spans
 from tb3_labs.report.movements import NO_SPEED, Kind, Movement, movements
 from tb3_labs.report.run_data import ImuSamples, RunData
 
 #: A robot rests if the mean of its rate of turn [rad/s] over this time [s] is less.
 AT_REST, REST_LOOK = 0.03, 0.15
-#: It comes to rest within this time after the last command [s]; its heading at rest is the mean over
-#: this time [s], from REST_LOOK on.
+#: It comes to rest within this time after the last command [s]; its heading at rest is the mean
+#: over this time [s], from REST_LOOK on.
 REST_WAIT, REST_MEAN = 2.0, 0.3
 #: The recorder may miss a new node's first commands; the robot rested this long before [s].
 MISSED = 1.0
@@ -53,7 +52,7 @@ class TurnReport:
 
     @property
     def error(self) -> float:
-        """How far the robot turned beyond what was asked, to either side; negative: short of it."""
+        """The angle beyond the asked one, to either side [rad]; negative: short of it."""
         return self._beyond(self.turned)
 
     @property
@@ -87,9 +86,9 @@ def _parts(run: RunData, movement: Movement, until: float) -> List[Tuple[float, 
     """The turns within one movement, as (first command, last command's end, next command).
 
     Turns that are asked for quickly one after the other have a pause with the robot at rest between
-    them, far from where either began. A correction of one turn has not.
+    them, far from the beginning of either. A correction of one turn has no such pause.
     """
-    commands = between(run.commands, movement.begin, movement.end)
+    commands = run.commands.between(movement.begin, movement.end)
     turning = np.abs(commands.angular) > NO_SPEED
     stops = np.flatnonzero(turning[:-1] & ~turning[1:]) + 1
     parts, begin = [], movement.begin
@@ -109,12 +108,12 @@ def _turned(run: RunData, begin: float, end: float, until: float) -> bool:
 def _turn(run: RunData, begin: float, end: float, until: float,
           since: float) -> Optional[TurnReport]:
     """The turn by the commands from `begin` to `end`, of a robot that may rest until `until`; None
-    if it is none. What was asked for before `since` was for another one."""
+    if it is not a turn. A request before `since` belongs to another turn."""
     before, rest = _rest_before(run.imu, begin), _rest(run.imu, end, min(end + REST_WAIT, until))
     if before is None or rest is None:
         return None
     settled = min(rest + REST_LOOK + REST_MEAN, until)
-    imu = between(run.imu, before - REST_LOOK, settled)
+    imu = run.imu.between(before - REST_LOOK, settled)
     yaw = np.unwrap(imu.yaw)
     yaw -= yaw[imu.time <= before].mean()
     at_rest = imu.time >= rest + REST_LOOK
@@ -131,7 +130,7 @@ def _turn(run: RunData, begin: float, end: float, until: float,
 def _rest_before(imu: ImuSamples, begin: float) -> Optional[float]:
     """The last time until which the robot rested before the commands that `begin` here, or None."""
     for time in begin - np.arange(0.0, MISSED, REST_LOOK / 3.0):
-        before = between(imu, time - REST_LOOK, time)
+        before = imu.between(time - REST_LOOK, time)
         if len(before) and abs(before.yaw_rate.mean()) < AT_REST:
             return float(time)
     return None
@@ -139,8 +138,8 @@ def _rest_before(imu: ImuSamples, begin: float) -> Optional[float]:
 
 def _rest(imu: ImuSamples, begin: float, until: float) -> Optional[float]:
     """The first time in [begin, until) from which on the robot rests, or None."""
-    for time in between(imu, begin, until).time:
-        after = between(imu, time, min(time + REST_LOOK, until))
+    for time in imu.between(begin, until).time:
+        after = imu.between(time, min(time + REST_LOOK, until))
         if abs(after.yaw_rate.mean()) < AT_REST:
             return float(time)
     return None
@@ -148,7 +147,7 @@ def _rest(imu: ImuSamples, begin: float, until: float) -> Optional[float]:
 
 def _asked(run: RunData, since: float, end: float, turned: float) -> Tuple[float, bool]:
     """(the angle that was asked for, was it said on topic `turn`?); 0 if there was none."""
-    said = between(run.asked, since, end)
+    said = run.asked.between(since, end)
     if len(said):
         return float(said.value.sum()), True
     if abs(turned) < LEAST_TURN:

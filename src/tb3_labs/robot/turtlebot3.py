@@ -21,6 +21,8 @@ CONTROL_RATE = 30.0
 COMMAND_TIMEOUT = 0.5
 #: Width of a wheel, for all models, as in turtlebot3_description [m].
 WHEEL_WIDTH = 0.018
+#: The wheels' names in its messages, as in turtlebot3_description.
+WHEEL_JOINTS = 'wheel_left_joint', 'wheel_right_joint'
 
 
 @dataclass(frozen=True)

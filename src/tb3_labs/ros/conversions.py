@@ -11,6 +11,7 @@ from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped, Twist
 from tb3_labs.geometry.quaternions import quaternion_from_yaw, yaw_from_quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
+from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 
 
 def frame(name):
@@ -62,7 +63,7 @@ def to_wheel_sample(message):
     """The WheelSample of a TurtleBot3's sensor_msgs/JointState; ``ValueError`` without wheels."""
     angles = dict(zip(message.name, message.position))
     try:
-        left, right = angles['wheel_left_joint'], angles['wheel_right_joint']
+        left, right = (angles[joint] for joint in WHEEL_JOINTS)
     except KeyError as missing:
         raise ValueError('no angle of {}'.format(missing)) from None
     return _finite(WheelSample(message.header.stamp.to_sec(), left, right), left, right)

@@ -8,9 +8,9 @@ from geometry_msgs.msg import Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 
+from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.conversions import to_quaternion
 
-WHEEL_JOINTS = ['wheel_left_joint', 'wheel_right_joint']
 GRAVITY = 9.80665  # [m/s^2]
 
 

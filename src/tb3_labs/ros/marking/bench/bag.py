@@ -5,7 +5,7 @@ import subprocess
 import roslib.packages
 import rospy
 
-from tb3_labs.ros.bags.topics import RECORDED
+from tb3_labs.report.messages import RECORDED
 
 #: The bag is closed within this time [s].
 CLOSING = 10.0

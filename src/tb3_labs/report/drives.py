@@ -1,7 +1,9 @@
-"""The lab's analysis of a recorded run: its drives, their errors and drift.
+"""The drives of a recorded run: their states, errors, drift and times.
 
 Frames: ``odom`` (global), ``local`` (as last declared, see :mod:`tb3_labs.report.epochs`),
 ``world`` (of the ground truth).
+
+The run has a local_pose, recorded or completed (see :mod:`tb3_labs.report.movements`).
 
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
 Edge cases: an unknown value (no ground truth, no sample in time) is NaN.
@@ -15,9 +17,8 @@ import numpy as np
 from tb3_labs.control.goal import DRIVING, DriveConfig, GoalState, is_stopped, least_time
 from tb3_labs.geometry.angles import difference, wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.epochs import Epoch, between, declared_at_first, epoch_of, epochs
-from tb3_labs.report.run_data import Poses, RunData
-from tb3_labs.report.sensors import GAP, imu_yaw_at
+from tb3_labs.report.epochs import Epoch, epoch_of, epochs
+from tb3_labs.report.run_data import GAP, Poses, RunData
 from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: The errors of a drive are measured at rest, at most this long after its end [s].
@@ -66,18 +67,8 @@ class DriveReport:
         return self.end - self.begin
 
 
-def local_poses(run: RunData) -> Poses:
-    """The robot's poses in ``local``: as recorded, else by odometry (place) and IMU (heading)."""
-    if len(run.local_pose):
-        return run.local_pose
-    frame, odometry = declared_at_first(run), run.odometry
-    x, y = frame.odom_T_local.inverse().act(odometry.points).T
-    return Poses(odometry.arrival, odometry.time, x, y,
-                 wrap_all(imu_yaw_at(run, odometry.time) - frame.imu_yaw_of_x))
-
-
 def spans(run: RunData) -> List[Span]:
-    """The states of move_to_goal as Spans in order; the times by its own stamps where they fit."""
+    """The states of move_to_goal as Spans in order; their times are its own stamps if these fit."""
     begins: List[float] = []
     goals: List[Optional[Pose2]] = []
     for arrival, own in zip(run.states.arrival, _goals_of_states(run)):
@@ -112,7 +103,7 @@ def _goals_of_states(run: RunData) -> List[Optional[int]]:
 
 def goal_errors(run: RunData) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(time, distance [m], angle [rad]) of the robot from the goal in force, by local_pose."""
-    local, goals = local_poses(run), [(s.begin, s.goal) for s in spans(run) if s.goal is not None]
+    local, goals = run.local_pose, [(s.begin, s.goal) for s in spans(run) if s.goal is not None]
     poses = local.take(local.time >= (goals[0][0] if goals else math.inf))
     if not len(poses):
         return np.empty(0), np.empty(0), np.empty(0)
@@ -155,8 +146,8 @@ def _drive(run: RunData, model: RobotModel, frames: Sequence[Epoch], parts: Sequ
     rest = end
     if later and later[0].state != FIRST:
         rest = min(end + SETTLE_TIME, later[0].end)
-    local = between(local_poses(run), epoch.begin, min(rest, epoch.end))
-    truth = between(run.ground_truth, epoch.begin, min(rest, epoch.end))
+    local = run.local_pose.between(epoch.begin, min(rest, epoch.end))
+    truth = run.ground_truth.between(epoch.begin, min(rest, epoch.end))
     if epoch.local_T_world is not None:
         truth = truth.seen_from(epoch.local_T_world)
     drift, deviation = _drift(run, parts)
@@ -185,7 +176,7 @@ def _drift(run: RunData, parts: Sequence[Span]) -> Tuple[float, float]:
                    key=lambda part: part.end - part.begin, default=None)
     yaw = np.empty(0)
     if straight is not None:
-        yaw = np.unwrap(between(run.imu, straight.begin + STRAIGHT_AFTER, straight.end).yaw)
+        yaw = np.unwrap(run.imu.between(straight.begin + STRAIGHT_AFTER, straight.end).yaw)
     if len(yaw) < 2:
         return UNKNOWN
     return float(yaw[-1] - yaw[0]), float(np.abs(yaw - yaw[0]).max())

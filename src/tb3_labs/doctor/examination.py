@@ -3,19 +3,17 @@ import os
 import socket
 import time
 
+from tb3_labs.doctor.computer import look_at_devices, look_at_disk, look_at_python
+from tb3_labs.doctor.listening import Ear, compare, imu_of, listen, stamp_of, wheels_of
 from tb3_labs.doctor.network import (
-    Address, judge_address, judge_master, judge_nat, judge_second_master)
+    Address, is_own, judge_address, judge_master, judge_nat, judge_second_master, nat_kind,
+    own_addresses, resolved, way_out)
+from tb3_labs.doctor.questions import (
+    RESOLVING, Graph, Peer, ask_all, local_drivers, master_names, peers_of, second_masters,
+    together, within)
 from tb3_labs.doctor.robot import (
     Clock, Stream, judge_clock, judge_drivers, judge_gyro, judge_names, judge_nodes,
     judge_presence, judge_stream, judge_way_back)
-from tb3_labs.ros.doctor.addresses import is_own, nat_kind, own_addresses, resolved, way_out
-from tb3_labs.ros.doctor.computer import look_at_devices, look_at_disk, look_at_python
-from tb3_labs.ros.doctor.deadline import together, within
-from tb3_labs.ros.doctor.graph import (
-    Graph, ask_all, local_drivers, master_names, peers_of, second_masters)
-from tb3_labs.ros.doctor.gyro import compare, imu_of, wheels_of
-from tb3_labs.ros.doctor.listening import Ear, listen
-from tb3_labs.ros.doctor.questions import ANSWERING, RESOLVING, Peer
 
 #: A robot needs at most this long to connect to a driver that has just been started [s].
 CONNECTING = 1.0
@@ -25,27 +23,18 @@ def examine(namespace, seconds):
     """The lines on this computer and on the robot in `namespace`, listening for `seconds`."""
     yield look_at_python()
     master = Peer(os.environ.get('ROS_MASTER_URI', ''))
-    asked, state = together(RESOLVING + ANSWERING, [
-        (_address_of, _told()), (master.ask, 'getSystemState')])
-    here = _address(asked.or_none() or '', master.address)
+    told = os.environ.get('ROS_HOSTNAME') or os.environ.get('ROS_IP') or socket.gethostname()
+    address, state = together([
+        (within, RESOLVING, resolved, told), (master.ask, 'getSystemState')])
+    here = _address(address or '', master.address)
     yield judge_address(here)
-    state = state.or_none()
-    elsewhere = not here.master_here
     if state is None:
-        yield judge_nat(nat_kind(), _way_or_first(here), elsewhere)
+        yield judge_nat(nat_kind(), _way_or_first(here), not here.master_here)
         yield judge_master(master.answer)
     else:
         yield from _Robot(namespace, master, here, state).examine(seconds)
     yield from look_at_devices()
     yield look_at_disk()
-
-
-def _told():
-    return os.environ.get('ROS_HOSTNAME') or os.environ.get('ROS_IP') or socket.gethostname()
-
-
-def _address_of(name):
-    return within(RESOLVING, resolved, name)
 
 
 def _address(of_told, master_address):
@@ -72,7 +61,7 @@ class _Robot:
         self._drivers = peers_of(master, self._graph.drivers)
 
     def examine(self, seconds):
-        """The lines on master, robot, its nodes, and what they send."""
+        """The lines on master, robot, its nodes, and their messages."""
         pids = ask_all(dict(self._drivers, **self._peers), 'getPid')
         hosts = {peer.address for peer in self._peers.values() if peer.address}
         yield judge_nat(nat_kind(), _way_or_first(self._here), not self._here.master_here or any(
@@ -91,7 +80,7 @@ class _Robot:
                           self._here.master_here)
         alive = {node: peer for node, peer in self._peers.items() if pids[node] is not None}
         if not alive:
-            return    # nobody is left who could be asked or heard
+            return    # no node is left that could be asked or heard
         yield from self._ways(alive)
         yield from self._listen(seconds, alive)
 
@@ -124,32 +113,31 @@ class _Robot:
 
     def _listen(self, seconds, alive):
         """The lines on drivers, sensors and clock."""
-        graph = self._graph
-        sensors = {name: [Ear(self._namespace + name, node, alive[node].uri, read=read)
-                          for node in nodes if node in alive][:1]
-                   for name, nodes, read in (('imu', graph.imu, imu_of), ('odom', graph.odom, None),
-                                             ('joint_states', graph.joints, wheels_of))}
-        joints = sensors.pop('joint_states')
-        commands = [Ear(self._namespace + 'cmd_vel', node, peer.uri, has_header=False)
+        imu, odom, joints = (
+            [Ear(self._namespace + name, node, alive[node].uri, read)
+             for node in nodes if node in alive][:1]
+            for name, nodes, read in (('imu', self._graph.imu, imu_of),
+                                      ('odom', self._graph.odom, stamp_of),
+                                      ('joint_states', self._graph.joints, wheels_of)))
+        commands = [Ear(self._namespace + 'cmd_vel', node, peer.uri)
                     for node, peer in self._drivers.items() if not peer.answer.problem]
-        pause = listen(commands + sensors['imu'] + sensors['odom'] + joints, seconds)
+        pause = listen(commands + imu + odom + joints, seconds)
         yield judge_drivers(self._graph.drivers, {
-            ear.node: len(ear.arrivals) for ear in commands}, seconds, [
+            ear.node: len(ear.messages) for ear in commands}, seconds, [
                 node for node, peer in self._drivers.items() if peer.answer.problem])
-        for name, ears in sensors.items():
-            for ear in ears:
-                yield judge_stream(_stream(ear, pause, is_own(alive[ear.node].address)))
-        yield judge_clock(self._clock(sensors['imu'] + sensors['odom'], alive))
-        watch = compare(*([sample for ear in ears for sample in ear.samples]
-                          for ears in (sensors['imu'], joints)), self._namespace + 'reset')
+        for ear in imu + odom:
+            yield judge_stream(_stream(ear, pause, is_own(alive[ear.node].address)))
+        yield judge_clock(self._clock(imu + odom, alive))
+        watch = compare(imu, joints, self._namespace + 'reset')
         if watch:
             yield judge_gyro(watch.cause if watch.problem() else '', watch.remedy,
                              watch.has_compared)
 
     def _clock(self, ears, alive):
         simulated = Peer(self._master.uri).ask('getParam', '/use_sim_time') is True
-        delays = [wall - stamp for ear in ears for _, wall, stamp in ear.arrivals]
-        zero = any(stamp == 0.0 for ear in ears for _, _, stamp in ear.arrivals)
+        heard = [(wall, fields[0]) for ear in ears for _, wall, fields in ear.messages]
+        delays = [wall - stamp for wall, stamp in heard]
+        zero = any(stamp == 0.0 for _, stamp in heard)
         answers = [peer.answer.round_trip for peer in alive.values()]
         dates = [peer.date_offset for peer in alive.values() if peer.date_offset is not None]
         return Clock(min(delays, default=None), min(answers, default=0.0),
@@ -160,5 +148,5 @@ class _Robot:
 def _stream(ear, pause, robot_here):
     """The Stream that an Ear heard."""
     gap, late = ear.gap()
-    return Stream(ear.topic, len(ear.arrivals), ear.seconds, gap, late, ear.problem, pause,
+    return Stream(ear.topic, len(ear.messages), ear.seconds, gap, late, ear.problem, pause,
                   robot_here)

@@ -1,33 +1,86 @@
 """Listens to a topic by a connection to each of its publishers, without a node of its own.
 
 The publisher's node is asked for its port (requestTopic), and sends its messages from then on, as
-to any subscriber (wiki.ros.org/ROS/TCPROS). The master is told nothing.
+to any subscriber (wiki.ros.org/ROS/TCPROS). The master is told nothing. The fields of a message are
+read from its bytes, because the doctor also runs where no message class can be imported
+(wiki.ros.org/msg: fields one after the other, little-endian, a length in front of each list).
 """
 import math
+import os
 import socket
 import struct
 import threading
 import time
 
-from tb3_labs.ros.doctor.questions import ANSWERING, CALLER, Peer
+from tb3_labs.config import NOT_GIVEN
+from tb3_labs.doctor.questions import ANSWERING, CALLER, Peer
+from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS, model_called
 
 #: No message of these topics is longer than this [bytes].
 LONGEST = 1 << 20
 #: The clock of this computer is looked at this often, to see whether it stands still [s].
 PERIOD = 0.02
+HEADER = struct.Struct('<III')    # number, stamp [s], [ns]
+#: Of an Imu, after its header: the orientation, its covariances, the angular velocity.
+MOTION = struct.Struct('<4d72x3d')
+
+
+def stamp_of(body):
+    """(stamp [s],) of a message with a header."""
+    return _header(body)[0],
+
+
+def imu_of(body):
+    """The fields of an ImuSample, of a sensor_msgs/Imu. Its "yaw" only shows a repetition."""
+    stamp, at = _header(body)
+    motion = MOTION.unpack_from(body, at)
+    return stamp, motion[2], motion[-1]
+
+
+def wheels_of(body):
+    """The fields of a WheelSample, of a sensor_msgs/JointState; None without these wheels."""
+    stamp, at = _header(body)
+    count, at = _length(body, at)
+    names = []
+    for _ in range(count):
+        name, at = _text(body, at)
+        names.append(name)
+    count, at = _length(body, at)
+    angles = dict(zip(names, struct.unpack_from('<{}d'.format(count), body, at)))
+    left, right = (angles.get(joint.encode()) for joint in WHEEL_JOINTS)
+    return None if left is None or right is None else (stamp, left, right)
+
+
+def _header(body):
+    """(stamp [s], the begin of the fields after the header)."""
+    _, seconds, nanoseconds = HEADER.unpack_from(body)
+    _, at = _text(body, HEADER.size)
+    return seconds + 1e-9 * nanoseconds, at
+
+
+def _text(body, at):
+    """(text, the begin of the next field)."""
+    size, at = _length(body, at)
+    return body[at:at + size], at + size
+
+
+def _length(body, at):
+    """(length of a list or text, its begin)."""
+    length, = struct.unpack_from('<I', body, at)
+    return length, at + 4
 
 
 class Ear:
-    """One publisher of one topic, heard by a thread of its own until it is closed. `read` makes a
-    sample of a message's bytes."""
+    """One publisher of one topic, heard by a thread of its own until it is closed.
 
-    def __init__(self, topic, node, uri, has_header=True, read=None):
+    `read` gives the fields of a message's bytes, the stamp first; None if they are not to be read.
+    """
+
+    def __init__(self, topic, node, uri, read=None):
         self.topic, self.node = topic, node
-        self.samples = []                # (monotonic, what `read` made)
-        self._read = read
-        self._uri, self._has_header = uri, has_header
+        self._uri, self._read = uri, read
         self._lock = threading.Lock()    # guards all below
-        self._arrivals = []              # (monotonic, wall clock, stamp) [s]
+        self._messages = []              # (monotonic [s], wall clock [s], fields or None)
         self._problem = 'no connection to {}'.format(node)
         self._begun = self._ended = time.monotonic()
         self._is_closed = False
@@ -49,19 +102,19 @@ class Ear:
         return max(0.0, self._ended - self._begun)
 
     @property
-    def arrivals(self):
-        """(monotonic, wall clock, stamp) of each message [s]."""
-        return list(self._arrivals)
+    def messages(self):
+        """(monotonic [s], wall clock [s], fields or None) of each message."""
+        return list(self._messages)
 
     def gap(self):
         """(longest time without a message; by how much the message after it was later than the
         fastest, nan if none came) [s]. The time after the last message, whose cause is unknown, is
         taken only if it is twice as long as any other."""
-        least = min((wall - stamp for _, wall, stamp in self._arrivals), default=math.nan)
+        least = min((wall - fields[0] for _, wall, fields in self._messages), default=math.nan)
         worst, late, last = 0.0, math.nan, self._begun
-        for at, wall, stamp in self._arrivals:
+        for at, wall, fields in self._messages:
             if at - last > worst:
-                worst, late = at - last, wall - stamp - least
+                worst, late = at - last, wall - fields[0] - least
             last = at
         if self._ended - last > 2.0 * worst:
             worst, late = self._ended - last, math.nan
@@ -72,7 +125,7 @@ class Ear:
             self._listen()
         except (OSError, ValueError, TypeError, struct.error) as trouble:
             with self._lock:
-                if not self._is_closed and not self._arrivals:
+                if not self._is_closed and not self._messages:
                     self._problem = '{} ({})'.format(self.node, trouble or 'connection lost')
 
     def _listen(self):
@@ -82,7 +135,7 @@ class Ear:
             raise ValueError('it does not offer the topic')
         _, host, port = found
         with socket.create_connection((host, port), ANSWERING) as link:
-            link.sendall(_header(callerid=CALLER, topic=self.topic, type='*', md5sum='*'))
+            link.sendall(_connection(callerid=CALLER, topic=self.topic, type='*', md5sum='*'))
             data = _Reader(link)
             answer = data.take(data.length())
             if b'error=' in answer:
@@ -95,15 +148,10 @@ class Ear:
                 self._heard(body)
 
     def _heard(self, body):
-        stamp = math.nan
-        if self._has_header:
-            _, seconds, nanoseconds = struct.unpack_from('<III', body)
-            stamp = seconds + 1e-9 * nanoseconds
+        fields = self._read(body) if self._read else None
         with self._lock:
             if not self._is_closed:
-                if self._read:
-                    self.samples.append((time.monotonic(), self._read(body)))
-                self._arrivals.append((time.monotonic(), time.time(), stamp))
+                self._messages.append((time.monotonic(), time.time(), fields))
 
 
 class _Reader:
@@ -130,7 +178,7 @@ class _Reader:
         return piece
 
 
-def _header(**fields):
+def _connection(**fields):
     """A connection header: each field, and the whole, after its length."""
     packed = b''
     for name, value in fields.items():
@@ -150,3 +198,20 @@ def listen(ears, seconds):
     for ear in ears:
         ear.close()
     return longest
+
+
+def compare(imu, wheels, reset_topic):
+    """The GyroWatch that heard both, the ears of imu and of joint_states; None without numpy."""
+    try:
+        from tb3_labs.localization.contradiction import GyroWatch
+        from tb3_labs.robot.samples import ImuSample, WheelSample
+    except ImportError:    # the line on Python tells it
+        return None
+    watch = GyroWatch(model_called(NOT_GIVEN, os.environ), reset_topic)
+    heard = [(arrival, hear, kind(*fields))
+             for ears, hear, kind in ((imu, watch.on_imu, ImuSample),
+                                      (wheels, watch.on_wheels, WheelSample))
+             for ear in ears for arrival, _, fields in ear.messages if fields]
+    for arrival, hear, sample in sorted(heard, key=lambda entry: entry[0]):
+        hear(sample, arrival)
+    return watch

@@ -1,0 +1,231 @@
+"""Questions to a master and to nodes by XML-RPC, each with a deadline. All of them only read.
+
+The calls are those of ROS's Master API and Slave API (wiki.ros.org).
+"""
+import email.utils
+import http.client
+import os
+import socket
+import threading
+import time
+import urllib.parse
+import xmlrpc.client
+from concurrent import futures
+
+from tb3_labs.doctor.network import Answer, is_loopback, is_own, resolved
+from tb3_labs.doctor.robot import Driver, MasterName
+
+#: The name under which the doctor asks; it is registered nowhere.
+CALLER = '/doctor_{}'.format(os.getpid())
+#: Longest wait for the address of a name, for a connection or an answer, and for both [s].
+RESOLVING = 1.0
+ANSWERING = 1.0
+QUESTION = RESOLVING + ANSWERING
+#: A master's usual port.
+PORT = 11311
+
+
+# Calls that are given up after a time ---------------------------------------------------------
+
+
+def within(seconds, function, *arguments):
+    """The value of a call, or its exception; TimeoutError if it takes longer than that."""
+    try:
+        return _begun(function, *arguments).result(seconds)
+    except futures.TimeoutError:
+        raise TimeoutError('no answer within {:.1f} s'.format(seconds)) from None
+
+
+def together(calls, seconds=QUESTION):
+    """The value of each call, in order; ``calls``: tuples of a function and its arguments.
+
+    All run at the same time. The value is None if the call takes longer than `seconds`, or meets a
+    problem of the network.
+    """
+    begun = [_begun(*call) for call in calls]
+    end = time.monotonic() + seconds
+    return [_value(future, max(0.0, end - time.monotonic())) for future in begun]
+
+
+def _value(future, seconds):
+    try:
+        return future.result(seconds)
+    except (OSError, UnicodeError, futures.TimeoutError):
+        return None
+
+
+def _begun(function, *arguments):
+    """The Future of a call in a daemon thread. Nobody waits for a thread that is stuck, as the
+    threads of a pool are waited for when the program ends."""
+    future = futures.Future()
+
+    def run():
+        try:
+            future.set_result(function(*arguments))
+        except Exception as problem:    # raised for the caller who asks for the result
+            future.set_exception(problem)
+
+    threading.Thread(target=run, daemon=True).start()
+    return future
+
+
+# Master and nodes -----------------------------------------------------------------------------
+
+class Refused(Exception):
+    """A program answered that it cannot answer."""
+
+
+class _Transport(xmlrpc.client.Transport):
+    """With a limit for each wait; it keeps the date of the answer."""
+
+    date = None
+
+    def make_connection(self, host):
+        connection = super().make_connection(host)
+        connection.timeout = ANSWERING
+        return connection
+
+    def parse_response(self, response):
+        if hasattr(response, 'getheader'):
+            self.date = response.getheader('Date')
+        return super().parse_response(response)
+
+
+class Peer:
+    """A master or a node, by its URI. `answer` tells how the last question went."""
+
+    def __init__(self, uri):
+        self.uri = uri
+        self.host, self.address, self.port = '', '', 0
+        #: Its clock minus ours by the date of its last answer [s, exact to a second]; or None.
+        self.date_offset = None
+        self.answer = Answer(uri, 'silent')
+
+    def ask(self, method, *arguments):
+        """Its answer; None if there is none, and `answer` tells why."""
+        begun = time.monotonic()
+        try:
+            value, problem = self._ask(method, arguments), ''
+        except Exception as trouble:    # a peer may answer with anything
+            value, problem = None, _problem(trouble)
+        self.answer = Answer(self.uri, problem, self.address, time.monotonic() - begun)
+        return value
+
+    def _ask(self, method, arguments):
+        self._find()
+        transport = _Transport()
+        proxy = xmlrpc.client.ServerProxy('http://{}:{}/'.format(self.address, self.port),
+                                          transport)
+        code, reason, value = within(ANSWERING, getattr(proxy, method), CALLER, *arguments)
+        if transport.date:
+            # Its clock is cut down to whole seconds: half of one is missing on average.
+            told = email.utils.parsedate_to_datetime(transport.date).timestamp()
+            self.date_offset = told + 0.5 - time.time()
+        if code != 1:
+            raise Refused(reason)
+        return value
+
+    def _find(self):
+        if self.address:
+            return
+        try:
+            parts = urllib.parse.urlparse(self.uri)
+            self.host, self.port = parts.hostname or '', parts.port or 0
+        except ValueError:
+            self.host = ''
+        if not self.host or not self.port or parts.scheme != 'http':
+            raise ValueError('malformed')
+        try:
+            self.address = within(RESOLVING, resolved, self.host)
+        except (OSError, UnicodeError):
+            raise socket.gaierror('unresolved') from None
+
+
+def _problem(trouble):
+    """The key of network.PROBLEMS for an exception."""
+    for kind, problem in ((socket.gaierror, 'unresolved'), (ConnectionRefusedError, 'refused'),
+                          (TimeoutError, 'silent'), (socket.timeout, 'silent'),
+                          (ConnectionError, 'strange'), (http.client.HTTPException, 'strange'),
+                          (OSError, 'unreachable')):
+        if isinstance(trouble, kind):
+            return problem
+    return 'malformed' if str(trouble) == 'malformed' else 'strange'
+
+
+class Graph:
+    """The nodes around one robot in `namespace` ('/' or '/robot3/'), as a master's state has it."""
+
+    def __init__(self, namespace, state):
+        self._publishers, self._subscribers, _ = (
+            {topic: list(nodes) for topic, nodes in part} for part in state)
+        self.namespace = namespace
+        self.imu = self._publishers.get(namespace + 'imu', [])
+        self.odom = self._publishers.get(namespace + 'odom', [])
+        self.joints = self._publishers.get(namespace + 'joint_states', [])
+        self.drivers = self._publishers.get(namespace + 'cmd_vel', [])
+        self.hearers = self._robots_own(self._subscribers.get(namespace + 'cmd_vel', []))
+
+    def _robots_own(self, hearers):
+        """Nodes that listen to cmd_vel without being a robot (a recorder, the panel, a driver that
+        looks for others) are left out if a robot's node hears it as well."""
+        own = [node for node in hearers if node in self.imu + self.odom]
+        return own or [node for node in hearers if node not in self.drivers]
+
+    @property
+    def robot_nodes(self):
+        """The names of the nodes that are the robot."""
+        return sorted(set(self.imu + self.odom + self.hearers))
+
+    @property
+    def others(self):
+        """The namespaces that have a robot, other than this one."""
+        return sorted(topic[:-len('odom')] for topic in self._publishers
+                      if topic.endswith('/odom') and topic[:-len('odom')] != self.namespace)
+
+
+def peers_of(master, nodes):
+    """{node: Peer} of those that the master knows."""
+    uris = together([(Peer(master.uri).ask, 'lookupNode', node) for node in nodes])
+    return {node: Peer(str(uri or '')) for node, uri in zip(nodes, uris)}
+
+
+def ask_all(peers, method):
+    """{node: its answer, or None}; each Peer's `answer` tells why."""
+    return dict(zip(peers, together([(peer.ask, method) for peer in peers.values()])))
+
+
+def master_names(uris, master):
+    """A MasterName for each node; `uris`: {node: (Peer, URI of its master as the node has it)}."""
+    names = []
+    peers = {node: Peer(uri) for node, (_, uri) in uris.items()}
+    ask_all(peers, 'getPid')
+    for node, (peer, uri) in uris.items():
+        theirs = peers[node]
+        # localhost, said by the robot, is the robot
+        address = peer.address if is_loopback(theirs.address) else theirs.address
+        names.append(MasterName(node, uri.rstrip('/'), theirs.address,
+                                _is_ours(master, address, theirs.port)))
+    return names
+
+
+def second_masters(master, addresses):
+    """Addresses, with port, of masters other than ours: on this computer, and on those given."""
+    places = {(address, PORT) for address in addresses} | {('127.0.0.1', PORT)}
+    places = [place for place in sorted(places) if not _is_ours(master, *place)]
+    peers = [Peer('http://{}:{}'.format(*place)) for place in places]
+    uris = together([(peer.ask, 'getUri') for peer in peers])
+    return ['{}:{}'.format(*place) for place, uri in zip(places, uris) if uri]
+
+
+def _is_ours(master, address, port):
+    """Is that our master, by any of the addresses of its computer?"""
+    same = address == master.address or is_own(address) and is_own(master.address)
+    return same and port == master.port
+
+
+def local_drivers(drivers, bus):
+    """A Driver for each node of this computer: `drivers` {node: Peer}, `bus` the getBusInfo of the
+    robot's node."""
+    heard = {str(row[1]).rstrip('/') for row in bus if row[2] == 'i'}
+    return [Driver(node, peer.uri, peer.uri.rstrip('/') in heard)
+            for node, peer in sorted(drivers.items())]

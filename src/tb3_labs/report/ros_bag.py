@@ -1,0 +1,172 @@
+"""Reads a rosbag into a RunData: any bag with an Imu and an Odometry.
+
+`BagByChunks` uses private parts of rosbag, read in the source of rosbag 1.15.15 (Debian 12). If
+rosbag keeps the index of a bag in another way, reading ends by an AttributeError, or takes the
+memory of the whole index: test/unit/test_bags.py reads bags of many chunks, compressed ones too.
+"""
+import struct
+
+import numpy as np
+import rosbag
+
+from tb3_labs.report.messages import LOG, SenderClock, make_collectors
+from tb3_labs.report.run_data import RunData
+
+IMU, ODOMETRY = 'sensor_msgs/Imu', 'nav_msgs/Odometry'
+POSE, TWIST = 'geometry_msgs/PoseStamped', 'geometry_msgs/Twist'
+STRING, TF = 'std_msgs/String', 'tf2_msgs/TFMessage'
+POSE_ESTIMATE = 'geometry_msgs/PoseWithCovarianceStamped'
+#: RunData's field: (name of the topic, type), besides the IMU and the odometry.
+OPTIONAL = {
+    'commands': ('cmd_vel', TWIST), 'local_pose': ('local_pose', POSE),
+    'ground_truth': ('ground_truth', POSE), 'goals': ('current_goal', POSE),
+    'states': ('goal_state', STRING), 'resets': ('initialpose', POSE_ESTIMATE),
+    'asked': ('turn', 'std_msgs/Float64'), 'control': ('ctrl_relinq', 'std_msgs/Bool')}
+#: Topics by which a person drives, of any type.
+DEVICES = 'joy', 'mouse_info'
+
+
+class BagProblem(Exception):
+    """No report can be made of a bag; one line with the reason and the remedy."""
+
+
+def read_run(path, namespace=None, progress=lambda fraction: None):
+    """The RunData of the bag file `path`.
+
+    `namespace` chooses one robot of several; `progress` is called with the share that
+    has been read, 0 to 1. Raises BagProblem.
+    """
+    try:
+        recording, collectors = _gather(path, namespace, progress)
+    except FileNotFoundError:
+        raise BagProblem('{}: there is no such file'.format(path)) from None
+    except rosbag.ROSBagUnindexedException:
+        raise BagProblem('{0}: the recording was cut off and has no index; mend it with: '
+                         'rosbag reindex {0}'.format(path)) from None
+    except rosbag.ROSBagException as problem:
+        raise BagProblem('{0}: not a whole bag file ({1}); if it was cut off, try: rosbag reindex '
+                         '{0}'.format(path, _one_line(problem))) from None
+    except (OSError, EOFError, ValueError, KeyError, struct.error) as problem:
+        raise BagProblem('{}: cannot be read ({}); is it a bag, and a whole one?'.format(
+            path, _one_line(problem))) from None
+    return _arrange(recording, collectors)
+
+
+def _one_line(problem):
+    return ' '.join(str(getattr(problem, 'strerror', None) or problem).split())
+
+
+def _gather(path, namespace, progress):
+    """({RunData's field: value} of the bag itself, {RunData's field: collector})."""
+    with BagByChunks(str(path)) as bag:
+        types = {topic: (info.msg_type, info.message_count) for topic, info
+                 in bag.get_type_and_topic_info().topics.items() if info.message_count}
+        topics = choose_topics(types, namespace)
+        start, total = bag.get_start_time(), sum(types[topic][1] for topic in topics.values())
+        prefix = parent(topics['odometry'])
+        collectors = make_collectors(
+            {part: types[topic][0] for part, topic in topics.items()}, prefix)
+        add = {topic: collectors[part].add for part, topic in topics.items()}
+        step = max(1, total // 200)
+        for number, (topic, message, arrival) in enumerate(
+                bag.read_messages(list(add), raw=True)):
+            add[topic](message[1], arrival.to_sec() - start, start)
+            if number % step == 0:
+                progress(number / total)
+        progress(1.0)
+        return dict(name=str(path), start=start, duration=bag.get_end_time() - start,
+                    topics=topics, devices=devices(types, prefix)), collectors
+
+
+def _arrange(recording, collectors):
+    """The RunData of all that was gathered."""
+    odometry = collectors['odometry']
+    clock = SenderClock.of(np.array(odometry.arrival), np.array(odometry.stamp)) if (
+        len(odometry.stamp)) else None
+    samples = {part: collector.samples(clock) for part, collector in collectors.items()}
+    for part in ('imu', 'odometry'):
+        if not len(samples[part]):
+            raise BagProblem('{}: not one good message on {} (bad quaternions?)'.format(
+                recording['name'], recording['topics'][part]))
+    dropped = {part: collector.bad for part, collector in collectors.items()}
+    return RunData(dropped=dropped, **recording, **samples)
+
+
+class BagByChunks(rosbag.Bag):
+    """A bag whose index is read chunk by chunk, together with its messages, in the file's order.
+
+    rosbag itself reads the whole index first, an object of 250 bytes for each message of each
+    topic, which take more memory than all samples.
+    """
+
+    def __init__(self, path):
+        super().__init__(path, skip_index=True)
+
+    def _get_entries(self, connections=None, start_time=None, end_time=None):
+        """The index entries for rosbag's read_messages()."""
+        wanted = {connection.id for connection in connections}
+        for chunk in self._chunks:
+            header = self._chunk_headers[chunk.pos]
+            self._file.seek(header.data_pos + header.compressed_size)    # its index comes after it
+            self._curr_chunk_info = chunk       # rosbag's reader uses this chunk
+            entries = []
+            for _ in chunk.connection_counts:
+                connection, index = self._reader.read_connection_index_record()
+                if connection in wanted:
+                    entries += index
+            yield from sorted(entries, key=lambda entry: entry.offset)
+
+
+def choose_topics(types, namespace):
+    """{RunData's field: topic} of one robot: the one in `namespace` if there are several.
+
+    `types` is {topic: (type, number of messages)}. Raises BagProblem.
+    """
+    prefix = None if namespace is None else '/{}/'.format(namespace.strip('/')).replace('//', '/')
+    topics = {'imu': _by_type(types, IMU, 'imu', prefix),
+              'odometry': _by_type(types, ODOMETRY, 'odom', prefix)}
+    prefix = prefix or parent(topics['odometry'])
+    for part, (name, kind) in OPTIONAL.items():
+        topic = next((topic for topic, (of, _) in types.items()
+                      if of == kind and _absolute(topic) == prefix + name), None)
+        if topic:
+            topics[part] = topic
+    if types.get('/tf', ('',))[0] == TF:
+        topics['frames'] = '/tf'
+    if types.get('/rosout', ('',))[0] == LOG:
+        topics['resets'] = '/rosout'      # the answer to a reset says more than the request
+    return topics
+
+
+def devices(types, prefix):
+    """Those of DEVICES that were recorded in the namespace `prefix`."""
+    absolute = {_absolute(topic) for topic in types}
+    return tuple(name for name in DEVICES if prefix + name in absolute)
+
+
+def _by_type(types, kind, ending, prefix):
+    """The topic of a type in `prefix`: the one named `ending` if there is one, else the busiest."""
+    names = [topic for topic, (of, _) in types.items() if of == kind
+             and (prefix is None or _absolute(topic).startswith(prefix))]
+    if not names:
+        raise BagProblem('no {} was recorded{}; the bag has: {}'.format(
+            kind, ' in ' + prefix if prefix else '',
+            ', '.join(sorted(types)) or 'no messages at all'))
+    named = [topic for topic in names if topic.rsplit('/', 1)[-1] == ending]
+    exact = [topic for topic in named if prefix and _absolute(topic) == prefix + ending]
+    if exact:
+        return exact[0]
+    if len({parent(topic) for topic in named}) > 1:
+        raise BagProblem('several robots were recorded ({}): choose one, such as --ns {}'.format(
+            ', '.join(sorted(named)), parent(sorted(named)[-1]).strip('/') or '/'))
+    return max(named or names, key=lambda topic: types[topic][1])
+
+
+def _absolute(topic):
+    """The absolute name: `rosbag record` keeps relative names as they were given."""
+    return '/' + topic.lstrip('/')
+
+
+def parent(topic):
+    """The namespace of a topic: `/robot3/` of `/robot3/odom`."""
+    return _absolute(topic).rpartition('/')[0] + '/'

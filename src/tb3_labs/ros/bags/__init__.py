@@ -1,1 +1,0 @@
-"""How does a recorded bag become a `report.run_data.RunData`?"""
