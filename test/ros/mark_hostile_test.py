@@ -17,7 +17,7 @@ from pathlib import Path
 
 import rospkg
 
-from tb3_labs.ros.marking import box, limits
+from tb3_labs.marking import processes, sandbox
 from tb3_labs.ros.testing.rosunit_internals import rosrun
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
@@ -120,7 +120,7 @@ ODD_DEEDS = '''    import sys
 '''
 
 
-@unittest.skipIf(box.problem(), 'no boxes here: {}'.format(box.problem()))
+@unittest.skipIf(sandbox.problem(), 'no sandboxes here: {}'.format(sandbox.problem()))
 class HostileTest(unittest.TestCase):
     """mark.py runs once, at home in a throw-away folder; the tests look at what is left."""
 
@@ -218,14 +218,14 @@ class HostileTest(unittest.TestCase):
     def test_it_does_not_find_the_laws(self):
         self.assertIn('laws: No module named', self.printed)
 
-    @unittest.skipUnless(box.sized(), 'this bubblewrap cannot limit the size of a folder')
+    @unittest.skipUnless(sandbox.sized(), 'this bubblewrap cannot limit the size of a folder')
     def test_the_disk_is_not_filled(self):
         self.assertRegex(self.printed, r'disk: \d+ .*No space left on device')
 
     def test_it_cannot_fork_without_end(self):
         # the marker saw it first, or Linux did
         self.assertRegex(self.printed, 'since it used more than {} processes|Cannot fork'.format(
-            limits.PROCESSES))
+            processes.PROCESSES))
 
     def test_nobody_waits_for_the_end(self):
         lines = subprocess.check_output(['ps', '-eo', 'args'], universal_newlines=True)

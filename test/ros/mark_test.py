@@ -24,7 +24,7 @@ import rospkg
 
 from tb3_labs.handout.skeletons import FOLDER, skeleton, write
 from tb3_labs.marking.labs import LABS
-from tb3_labs.ros.marking import box
+from tb3_labs.marking import sandbox
 from tb3_labs.ros.testing.rosunit_internals import rosrun
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
@@ -243,7 +243,7 @@ class MarkTest(unittest.TestCase):
         done = subprocess.run(
             [path_of('mark.py'), str(base / 'submissions'), '--lab', lab, '-o',
              str(base / 'marks'), '--parts', parts, '--jobs', '2' if key in PAIRS else '1',
-             '--limit', '150', *own, *options] + ['--unprotected'] * bool(box.problem()),
+             '--limit', '150', *own, *options] + ['--unprotected'] * bool(sandbox.problem()),
             env=dict(os.environ, TMPDIR=str(cls.temporary)), stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, timeout=560, universal_newlines=True)
         return base / 'marks', done.stdout, done.returncode

@@ -8,11 +8,9 @@ from datetime import datetime
 import pytest
 
 from tb3_labs.marking import archives
-from tb3_labs.marking.archives import Budget, Refused
-from tb3_labs.marking.foreign import file_name
-from tb3_labs.marking.handed_in import HandedIn, by_student, read_name, repositories
-from tb3_labs.ros.marking.intake import Submission, digest, submissions_from
-from tb3_labs.ros.marking.unpack import newest_in, unpack
+from tb3_labs.marking.archives import Budget, Refused, newest_in, unpack
+from tb3_labs.marking.intake import Submission, digest, submissions_from
+from tb3_labs.marking.names import HandedIn, by_student, file_name, read_name, repositories
 
 NODE = 'lab2/scripts/turtlebot_controller.py'
 
@@ -139,7 +137,7 @@ def test_archives_within_archives_have_one_budget(tmp_path, monkeypatch):
     with open(str(tmp_path / 'in' / 'b.zip'), 'wb') as file:
         file.truncate(10 ** 12)
     (tmp_path / 'work').mkdir()
-    folder, remarks = Submission('Ann', [tmp_path / 'in']).lay_out(tmp_path / 'work')
+    folder, _, remarks = Submission('Ann', [tmp_path / 'in']).lay_out(tmp_path / 'work')
     sizes = [file.stat().st_size for file in folder.rglob('*') if file.is_file()]
     assert path.stat().st_size < 20000 and sum(sizes) <= 100000
     assert set(remarks) == {'More than 0.1 MB: not all of it was unpacked.'}
@@ -166,7 +164,7 @@ def test_what_is_no_zip_file_is_refused(tmp_path, data):
 def test_odd_paths_in_an_archive_end_nothing(tmp_path, name):
     (tmp_path / 'work').mkdir()
     submission = Submission('Ann', [zipped(tmp_path / 'a.zip', {name: 'x'})])
-    folder, remarks = submission.lay_out(tmp_path / 'work')
+    folder, _, remarks = submission.lay_out(tmp_path / 'work')
     assert len(files_below(folder)) + len(remarks) == 1
     assert ('deeper than 50' in ' '.join(remarks)) is (name.count('/') > 50)
 
@@ -176,9 +174,9 @@ def test_odd_paths_in_an_archive_end_nothing(tmp_path, name):
 def laid_out(submission, tmp_path):
     """(the files that a submission consists of, remarks)."""
     (tmp_path / 'work').mkdir()
-    folder, remarks = submission.lay_out(tmp_path / 'work')
+    folder, remarks, unread = submission.lay_out(tmp_path / 'work')
     assert folder.name == submission.student
-    return files_below(folder.resolve()), remarks
+    return files_below(folder.resolve()), remarks + unread
 
 
 def test_a_folder_of_everything(tmp_path):
@@ -217,7 +215,7 @@ def test_zip_files_in_zip_files_are_unpacked_unless_there_is_code(tmp_path):
     one = Submission('Ann', [zipped(tmp_path / 'one.zip', {'a/inner.zip': inner})])
     assert laid_out(one, tmp_path)[0] == {'one.unpacked/a/inner.unpacked/' + NODE}
     two = Submission('Bo', [zipped(tmp_path / 'two.zip', {'n.py': 'x', 'a/inner.zip': inner})])
-    folder, _ = two.lay_out(tmp_path / 'work')
+    folder = two.lay_out(tmp_path / 'work').folder
     assert files_below(folder) == {'two.unpacked/n.py', 'two.unpacked/a/inner.zip'}
 
 

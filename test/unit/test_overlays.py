@@ -1,5 +1,5 @@
 """A marker that forgets the instructor's own workspaces."""
-from tb3_labs.ros.marking.sandbox import forget_overlays
+from tb3_labs.marking.processes import forget_overlays
 
 
 def workspace(folder, *packages):

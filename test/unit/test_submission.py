@@ -11,12 +11,12 @@ import rospkg
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import LABS
-from tb3_labs.ros.marking import python_build
+from tb3_labs.marking import messages
+from tb3_labs.marking.choice import NoNode, find_node
+from tb3_labs.marking.intake import Submission
 from tb3_labs.ros.marking.any_service import packages_with_services
-from tb3_labs.ros.marking.intake import Submission
 from tb3_labs.ros.marking.requests import fill_pose, is_origin
-from tb3_labs.ros.marking.submission import Unusable, find_node
-from tb3_labs.ros.marking.workspace import prepare
+from tb3_labs.marking.workspace import prepare
 from tb3_labs.srv import ResetPoseRequest, SetInitialPoseRequest
 
 LAB = LABS['move2goal']
@@ -35,8 +35,8 @@ def hand_in(folder, **files):
 
 def prepared(tmp_path, folder):
     (tmp_path / 'work').mkdir()
-    copy, _ = Submission(folder.name, [folder]).lay_out(tmp_path / 'work')
-    return prepare(copy, LAB, tmp_path / 'ws')
+    copy = Submission(folder.name, [folder]).lay_out(tmp_path / 'work')
+    return prepare(copy.folder, LAB, tmp_path / 'ws', {})
 
 
 @pytest.mark.parametrize('found', [
@@ -49,10 +49,10 @@ def test_a_node_is_found_wherever_it_is(tmp_path, found):
 
 
 def test_without_a_node_the_python_files_are_named(tmp_path):
-    with pytest.raises(Unusable, match='No Python file was found at all'):
+    with pytest.raises(NoNode, match='No Python file was found at all'):
         find_node(tmp_path, LAB)
     hand_in(tmp_path, lab7__scripts__goal=NODE)
-    with pytest.raises(Unusable, match=r'There is no move2goal_tf.py or move2goal.py.*goal\.py'):
+    with pytest.raises(NoNode, match=r'There is no move2goal_tf.py or move2goal.py.*goal\.py'):
         find_node(tmp_path, LAB)
 
 
@@ -186,7 +186,7 @@ def course(tmp_path, recipe=LAB1_RECIPE, node=TURN_NODE):
     (LAB1_RECIPE, 'lab1 asks CMake for turtlebot3_bringup, which the marking machine lacks'),
     ('# generate_messages()', 'generate_messages() is missing')])
 def test_only_what_the_node_needs_is_built_and_what_is_lacking_is_left_out(tmp_path, recipe, told):
-    ready = prepare(course(tmp_path, recipe), LABS['turn'], tmp_path / 'ws')
+    ready = prepare(course(tmp_path, recipe), LABS['turn'], tmp_path / 'ws', {})
     words = ' '.join(ready.remarks)
     assert told in words and 'cv3, nothing_here.msg: imported, but not used' in words
     assert ready.lacking == ['apriltag_rosx']       # it is used: the node cannot run without it
@@ -206,7 +206,7 @@ def test_a_message_package_without_a_manifest_and_one_that_needs_another(tmp_pat
         tmp_path / 'bob', turtlebot_controller='#!/usr/bin/env python3\nfrom outer.msg import O\n'
         'print(O().inner.value)\n', **{'outer__msg__O.msg': 'inner/I inner\n',
                                        'inner__msg__I.msg': 'float32 value\n'})
-    ready = prepare(folder, LABS['turn'], tmp_path / 'ws')
+    ready = prepare(folder, LABS['turn'], tmp_path / 'ws', {})
     assert ready.lacking == []
     copy = tmp_path / 'ws' / 'src' / 'package' / 'turtlebot_controller.py'
     assert subprocess.check_output([str(copy)], env=ready.environment) == b'0.0\n'
@@ -215,7 +215,7 @@ def test_a_message_package_without_a_manifest_and_one_that_needs_another(tmp_pat
 def test_a_node_from_windows_has_its_messages(tmp_path):
     node = ('\ufeff#!/usr/bin/env python3\nfrom lab1.msg import MouseController\n'
             'print(MouseController().xPos)\n').replace('\n', '\r\n')
-    ready = prepare(course(tmp_path, node=node), LABS['turn'], tmp_path / 'ws')
+    ready = prepare(course(tmp_path, node=node), LABS['turn'], tmp_path / 'ws', {})
     copy = tmp_path / 'ws' / 'src' / 'package' / 'src' / 'turtlebot_controller.py'
     assert subprocess.check_output([str(copy)], env=ready.environment) == b'0.0\n'
 
@@ -224,7 +224,7 @@ def test_a_message_that_cannot_be_built_stops_no_other(tmp_path):
     folder = course(tmp_path, node=TURN_NODE.replace('apriltag_rosx as tags', 'sys as tags'))
     hand_in(folder, **{'lab1__msg__Broken.msg': 'nowhere/Type t\n',
                        'lab1__srv__S.srv': 'no type here\n---\n'})
-    ready = prepare(folder, LABS['turn'], tmp_path / 'ws')
+    ready = prepare(folder, LABS['turn'], tmp_path / 'ws', {})
     words = ' '.join(ready.remarks)
     assert 'lab1/Broken.msg cannot be built: Cannot locate message [Type]: unknown package' in words
     assert 'lab1/S.srv cannot be built: Invalid declaration: no type here.' in words
@@ -237,7 +237,7 @@ def test_rosrun_finds_the_copy_and_not_what_somebody_built_of_the_same_name(tmp_
     (built / 'lib' / 'lab2').mkdir(parents=True)
     (other / 'lib' / 'lab1').mkdir(parents=True)
     monkeypatch.setenv('CMAKE_PREFIX_PATH', '{}:{}'.format(built, other))
-    ready = prepare(course(tmp_path), LABS['turn'], tmp_path / 'ws')
+    ready = prepare(course(tmp_path), LABS['turn'], tmp_path / 'ws', {})
     assert ready.package == 'lab2'
     assert ready.environment['CMAKE_PREFIX_PATH'] == str(other)
 
@@ -256,14 +256,14 @@ def test_whoever_asks_while_the_packages_are_looked_up_gets_all_of_them(
                 half_way.set()
                 go_on.wait(5.0)
             return str(tmp_path / name)
-    monkeypatch.setattr(python_build.rospkg, 'RosPack', Packages)
-    for asked in (python_build.system_packages, python_build.system_messages):
+    monkeypatch.setattr(messages.rospkg, 'RosPack', Packages)
+    for asked in (messages.system_packages, messages.system_messages):
         asked.cache_clear()
         request.addfinalizer(asked.cache_clear)
     with ThreadPoolExecutor(2) as pool:
-        first = pool.submit(lambda: sorted(python_build.system_messages()))
+        first = pool.submit(lambda: sorted(messages.system_messages()))
         assert half_way.wait(5.0)
-        second = pool.submit(lambda: sorted(python_build.system_messages()))
+        second = pool.submit(lambda: sorted(messages.system_messages()))
         wait([second], 0.05)
         go_on.set()
         assert first.result() == second.result() == ['one', 'two']
@@ -271,7 +271,7 @@ def test_whoever_asks_while_the_packages_are_looked_up_gets_all_of_them(
 
 def test_a_guarded_import_is_left_alone(tmp_path):
     node = 'try:\n    import cv3\nexcept ImportError:\n    cv3 = None\n'
-    ready = prepare(course(tmp_path, node=NODE + node), LABS['turn'], tmp_path / 'ws')
+    ready = prepare(course(tmp_path, node=NODE + node), LABS['turn'], tmp_path / 'ws', {})
     assert ready.lacking == []
     copy = tmp_path / 'ws' / 'src' / 'package' / 'src' / 'turtlebot_controller.py'
     assert copy.read_text() == NODE + node

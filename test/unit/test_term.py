@@ -4,8 +4,7 @@ import csv
 import io
 import json
 import os
-import pathlib
-import runpy
+import sys
 import threading
 from datetime import datetime
 
@@ -13,20 +12,18 @@ import pytest
 import yaml
 
 from test_marking import TABLE, marks_of, observation, turned
-from tb3_labs.marking import course, figures, kept, turn
-from tb3_labs.marking.course import Row, cells, course_of, scaled
-from tb3_labs.marking.gradescope import results
-from tb3_labs.marking.handed_in import chosen
+from tb3_labs.marking import figures, marked_class, turn
+from tb3_labs.marking.feedback import results
+from tb3_labs.marking.intake import Copy, submissions_from
 from tb3_labs.marking.labs import LABS
-from tb3_labs.marking.marks import Marks
-from tb3_labs.marking.marks_table import Table
-from tb3_labs.marking.points import points_of
+from tb3_labs.marking.marks import Marks, from_record, points_of, to_record
+from tb3_labs.marking.marks_folder import MarksFolder, due_time, late_by
+from tb3_labs.marking.marks_table import Row, Table, cells, course_of, labels, scaled
+from tb3_labs.marking.names import chosen
 from tb3_labs.report.csv_files import safe
-from tb3_labs.ros.marking.intake import submissions_from
-from tb3_labs.ros.marking.marker import Marker
-from tb3_labs.ros.marking.marks_folder import MarksFolder, due_time, late_by
+from tb3_labs.ros.marking.progress import Progress
+from tb3_labs.marking.ros_marker import Marker
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 ROWS = [Row('code', 25.0), Row('demonstration', 25.0), Row('report', 50.0)]
 WORTH = points_of('turn', turn.CRITERIA, TABLE)
 
@@ -69,8 +66,8 @@ def test_the_sum_is_empty_until_a_person_has_judged_all(given, total):
     assert found[1:3] == [given.get('demonstration', ''), given.get('report', '')]
     assert last == '' if total == '' else float(last) == pytest.approx(
         total + float(found[0]), abs=0.01)
-    assert len(course.labels(ROWS)) == 4 and course.labels(ROWS)[-1] == 'total (100)'
-    assert len(cells(ROWS[:1], marks, given)) == len(course.labels(ROWS[:1])) == 1
+    assert len(labels(ROWS)) == 4 and labels(ROWS)[-1] == 'total (100)'
+    assert len(cells(ROWS[:1], marks, given)) == len(labels(ROWS[:1])) == 1
 
 
 # -- the table
@@ -168,14 +165,14 @@ def written(path, student='Ann', **more):
 def test_a_record_gives_the_same_marks(tmp_path):
     marks = marks_of('Ann', turned(90.0))
     marks.remarks, marks.late = ['Hm.'], 'Late.'
-    record = json.loads(json.dumps(kept.to_record(marks, {'lab': 'turn'})))
-    again = kept.from_record(record, turn.CRITERIA, WORTH)
+    record = json.loads(json.dumps(to_record(marks, {'lab': 'turn'})))
+    again = from_record(record, turn.CRITERIA, WORTH)
     marks.observation = None
     assert again == marks
     del record['verdicts']['left']
     with pytest.raises(ValueError, match='left'):
-        kept.from_record(record, turn.CRITERIA, WORTH)
-    assert kept.from_record(record, turn.CRITERIA, WORTH, ['mouse']).worth == 6
+        from_record(record, turn.CRITERIA, WORTH)
+    assert from_record(record, turn.CRITERIA, WORTH, ['mouse']).worth == 6
 
 
 def test_what_has_not_changed_is_kept(tmp_path):
@@ -257,18 +254,20 @@ class Marking:
     """mark.py on a class, with a marker that needs no robot; `acts`: student -> what it does."""
 
     def __init__(self, path, acts):
-        program = runpy.run_path(str(ROOT / 'scripts' / 'mark.py'), run_name='mark')
+        self.problems = []
         self.folder, self._acts = folder_of(path / 'marks'), acts
         self._marker = Marker('turn', WORTH, self.folder.logs)
         self._marker.mark = self._mark
-        self.marking = program['Marking'](self._marker, self.folder, None, False)
+        self.marking = marked_class.MarkedClass(
+            self._marker, self.folder, None, False, Progress(sys.stdout), self.problems.append)
         for student in acts:
             (path / 'in' / student).mkdir(parents=True)
         self.found = submissions_from(path / 'in', path, print)
 
-    def _mark(self, folder, tell, trying):
-        act = self._acts.get(folder.name)
-        return act() if act else marks_of(folder.name, turned(90.0))
+    def _mark(self, copy, tell, trying):
+        student = copy.folder.name
+        act = self._acts.get(student)
+        return act() if act else marks_of(student, turned(90.0))
 
     def rows(self):
         self.folder.write_overview()
@@ -284,7 +283,7 @@ def fail_by(problem):
 ODD = os.fsdecode(b'M\xfcller')
 
 
-def test_one_odd_submission_does_not_end_the_class(tmp_path, capsys, monkeypatch):
+def test_one_odd_submission_does_not_end_the_class(tmp_path, monkeypatch):
     """A name that is not UTF-8, problems in the marking, odd remarks, an undrawn page."""
     odd, undrawn = marks_of('dot', turned(90.0)), marks_of('fay', turned(90.0))
     odd.remarks = ['=1+1', '\x1b[2J' + ODD, 'x' * 200000]
@@ -305,7 +304,7 @@ def test_one_odd_submission_does_not_end_the_class(tmp_path, capsys, monkeypatch
         assert 'Not judged' in (tmp_path / 'marks' / (student + '.html')).read_text()
     assert rows['dot']['remarks'].startswith("'=1+1 \\x1b[2JM\\xfcller")
     assert len(rows['dot']['remarks']) < 5000
-    assert len(capsys.readouterr().err.splitlines()) == 4
+    assert len(done.problems) == 4
     assert folder_of(tmp_path / 'marks').students == sorted(rows)
 
 
@@ -322,7 +321,7 @@ def test_marks_that_are_ready_at_an_interruption_are_written(tmp_path, monkeypat
         go_on.set()
         raise KeyboardInterrupt
     done = Marking(tmp_path, {'ann': None, 'bob': slowly})
-    monkeypatch.setitem(done.marking.mark_all.__func__.__globals__, 'wait', interrupted)
+    monkeypatch.setattr(marked_class, 'wait', interrupted)
     assert done.marking.mark_all(done.found, 2) is True
     assert list(done.rows()) == ['ann', 'bob']
 
@@ -353,12 +352,12 @@ def test_the_row_of_a_student_with_an_odd_name_is_found_again():
 def test_a_machine_that_is_too_busy_is_told(tmp_path, monkeypatch, gaps, told, remark):
     gaps, words = list(gaps), []
 
-    def tried(marker, folder, trying):
+    def tried(marker, copy, trying):
         seen = observation(truth=[[t, 0.0, 0.0, 0.0] for t in (0.0, gaps.pop(0))])
-        return Marks(folder.name, 'lab2/node.py', observation=seen)
+        return Marks(copy.folder.name, 'lab2/node.py', observation=seen)
     monkeypatch.setattr(Marker, '_try', tried)
     marker = Marker('turn', WORTH, tmp_path)
-    marks = marker.mark(tmp_path / 'Ann', words.append)
+    marks = marker.mark(Copy(tmp_path / 'Ann', [], []), words.append)
     assert words == ['the machine held the robot up for 0.21 s; tried again'] * told
     assert gaps == [] and any('may be unfair' in said for said in marks.remarks) is remark
     assert marker.held_up(marks) is remark
