@@ -6,6 +6,7 @@ import json
 import os
 import sys
 import threading
+import zipfile
 from datetime import datetime
 
 import pytest
@@ -32,15 +33,16 @@ def rows_of(text):
     return {row['student']: row for row in csv.DictReader(io.StringIO(text))}
 
 
+def table_of(row, **more):
+    """A table with one row, as a spreadsheet writes it."""
+    out = io.StringIO()
+    writer = csv.DictWriter(out, list(row) + [name for name in more if name not in row])
+    writer.writeheader()
+    writer.writerow(dict(row, **more))
+    return out.getvalue()
+
+
 # -- the course
-
-def test_the_handouts_weights():
-    assert [(row.name, row.points) for row in course_of('turn', TABLE)] == [
-        ('code', 25), ('demonstration', 25), ('report', 50)]
-    files = [row for lab in ('move2goal', 'gamepad') for row in course_of(lab, TABLE)]
-    assert [row.points for row in files] == [20, 15, 15]
-    assert course_of('imu', TABLE) == []
-
 
 @pytest.mark.parametrize('section, words', [
     ({'code': -1}, 'code = -1'), ({'code': 'x'}, "code = 'x'"), ([3], 'section of its own'),
@@ -50,23 +52,17 @@ def test_weights_that_are_not_valid_are_refused(section, words):
         course_of('turn', {'turn': {'course': section}})
 
 
-def test_points_are_scaled():
-    marks = marks_of('Ann', turned(90.0))
-    assert 0 < marks.points < marks.worth == 30
-    assert scaled(marks, 60.0) == 2 * marks.points
-    assert scaled(Marks('nobody'), 25.0) == 0.0
-
-
 @pytest.mark.parametrize('given, total', [
     ({}, ''), ({'demonstration': '20'}, ''), ({'demonstration': '20', 'report': '40,5'}, 60.5),
     ({'demonstration': 'ill', 'report': '40'}, ''), ({'demonstration': '0', 'report': '0'}, 0.0)])
 def test_the_sum_is_empty_until_a_person_has_judged_all(given, total):
     marks = marks_of('Ann', turned(90.0))
+    assert 0 < marks.points < marks.worth == 30 and scaled(marks, 60.0) == 2 * marks.points
     *_, last = found = cells(ROWS, marks, given)
     assert found[1:3] == [given.get('demonstration', ''), given.get('report', '')]
     assert last == '' if total == '' else float(last) == pytest.approx(
         total + float(found[0]), abs=0.01)
-    assert len(labels(ROWS)) == 4 and labels(ROWS)[-1] == 'total (100)'
+    assert labels(ROWS)[-1] == 'total (100)'
     assert len(cells(ROWS[:1], marks, given)) == len(labels(ROWS[:1])) == 1
 
 
@@ -100,26 +96,20 @@ def test_a_table_that_is_none_is_refused():
 
 # -- Gradescope
 
-#: Field -> types, from the "Output format" of Gradescope's Autograder Specifications.
-TEXT_FORMATS = ('text', 'html', 'simple_format', 'md', 'ansi')
-VISIBILITIES = ('hidden', 'after_due_date', 'after_published', 'visible')
-NUMBER = (int, float)
-WHOLE = {'score': NUMBER, 'execution_time': NUMBER, 'output': str, 'output_format': TEXT_FORMATS,
-         'test_output_format': TEXT_FORMATS, 'test_name_format': TEXT_FORMATS,
-         'visibility': VISIBILITIES, 'stdout_visibility': VISIBILITIES, 'extra_data': dict,
-         'tests': list, 'leaderboard': list}
+#: Field -> type or values, from the "Output format" of Gradescope's Autograder Specifications.
+NUMBER, SHOWN = (int, float), ('after_published', 'hidden')
+WHOLE = {'score': NUMBER, 'execution_time': NUMBER, 'output': str, 'output_format': ('text',),
+         'test_output_format': ('text',), 'test_name_format': ('text',), 'visibility': SHOWN,
+         'stdout_visibility': SHOWN, 'extra_data': dict, 'tests': list}
 TEST = {'score': NUMBER, 'max_score': NUMBER, 'status': ('passed', 'failed'), 'name': str,
-        'name_format': TEXT_FORMATS, 'number': str, 'output': str, 'output_format': TEXT_FORMATS,
-        'tags': list, 'visibility': VISIBILITIES, 'extra_data': dict}
+        'number': str, 'output': str, 'visibility': SHOWN}
 
 
 def check_fields(given, fields):
     for name, value in given.items():
         kinds = fields[name]
-        if isinstance(kinds, tuple) and isinstance(kinds[0], str):
-            assert value in kinds, name
-        else:
-            assert isinstance(value, kinds) and not isinstance(value, bool), name
+        assert value in kinds if isinstance(kinds, tuple) and isinstance(kinds[0], str) else (
+            isinstance(value, kinds) and not isinstance(value, bool)), name
 
 
 @pytest.mark.parametrize('rows, most', [([], 30.0), (ROWS, 25.0)])
@@ -204,11 +194,7 @@ def test_new_points_and_filled_cells_reach_the_pages_without_another_try(tmp_pat
     assert page.read_text() == 'not written again'
     table = tmp_path / 'marks.csv'
     row = rows_of(table.read_text())['Ann']
-    out = io.StringIO()
-    writer = csv.DictWriter(out, list(row))
-    writer.writeheader()
-    writer.writerow(dict(row, **{'demonstration (25)': '20'}))
-    table.write_text(out.getvalue())
+    table.write_text(table_of(row, **{'demonstration (25)': '20'}))
     folder_of(tmp_path).write_overview()
     text = page.read_text()
     assert 'demonstration 20 of 25' in text and 'data:image/png' in text
@@ -250,34 +236,27 @@ def test_a_record_that_was_cut_off_and_a_table_that_cannot_be_read(tmp_path):
 
 # -- a class with odd submissions
 
-class Marking:
-    """mark.py on a class, with a marker that needs no robot; `acts`: student -> what it does."""
+def marked(path, acts, problems):
+    """(a class marked by a marker that needs no robot, its submissions); `acts`: student -> what
+    the marker does."""
+    folder = folder_of(path / 'marks')
+    marker = Marker('turn', WORTH, folder.logs)
 
-    def __init__(self, path, acts):
-        self.problems = []
-        self.folder, self._acts = folder_of(path / 'marks'), acts
-        self._marker = Marker('turn', WORTH, self.folder.logs)
-        self._marker.mark = self._mark
-        self.marking = marked_class.MarkedClass(
-            self._marker, self.folder, None, False, Progress(sys.stdout), self.problems.append)
-        for student in acts:
-            (path / 'in' / student).mkdir(parents=True)
-        self.found = submissions_from(path / 'in', path, print)
-
-    def _mark(self, copy, tell, trying):
-        student = copy.folder.name
-        act = self._acts.get(student)
-        return act() if act else marks_of(student, turned(90.0))
-
-    def rows(self):
-        self.folder.write_overview()
-        return rows_of((self.folder.logs.parent / 'marks.csv').read_text())
+    def mark(copy, tell, trying):
+        act = acts.get(copy.folder.name)
+        if isinstance(act, Exception):
+            raise act
+        return act() if act else marks_of(copy.folder.name, turned(90.0))
+    marker.mark = mark
+    for student in acts:
+        (path / 'in' / student).mkdir(parents=True)
+    return marked_class.MarkedClass(marker, folder, None, False, Progress(sys.stdout),
+                                    problems.append), submissions_from(path / 'in', path, print)
 
 
-def fail_by(problem):
-    def fail():
-        raise problem
-    return fail
+def marks_below(path):
+    folder_of(path).write_overview()
+    return rows_of((path / 'marks.csv').read_text())
 
 
 ODD = os.fsdecode(b'M\xfcller')
@@ -291,11 +270,11 @@ def test_one_odd_submission_does_not_end_the_class(tmp_path, monkeypatch):
     monkeypatch.setattr(figures, 'over_time', lambda seen: {'turn': None}[seen.lab])
     unjudged = {'bob': RecursionError('too deep'), 'eve': MemoryError(),
                 'cat': UnicodeEncodeError('utf-8', ODD, 1, 2, 'no')}
-    acts = {student: fail_by(problem) for student, problem in unjudged.items()}
-    acts.update({'ann': None, 'dot': lambda: odd, 'fay': lambda: undrawn, ODD: None})
-    done = Marking(tmp_path, acts)
-    assert done.marking.mark_all(done.found, 2) is True
-    rows = done.rows()
+    acts = dict(unjudged, ann=None, dot=lambda: odd, fay=lambda: undrawn, **{ODD: None})
+    problems = []
+    marking, found = marked(tmp_path, acts, problems)
+    assert marking.mark_all(found, 2) is True
+    rows = marks_below(tmp_path / 'marks')
     assert set(rows) == {'ann', 'bob', 'cat', 'dot', 'eve', 'fay', 'M\\xfcller'}
     unjudged['fay'] = KeyError('')
     assert rows['ann']['points'] == rows['M\\xfcller']['points'] != ''
@@ -304,7 +283,7 @@ def test_one_odd_submission_does_not_end_the_class(tmp_path, monkeypatch):
         assert 'Not judged' in (tmp_path / 'marks' / (student + '.html')).read_text()
     assert rows['dot']['remarks'].startswith("'=1+1 \\x1b[2JM\\xfcller")
     assert len(rows['dot']['remarks']) < 5000
-    assert len(done.problems) == 4
+    assert len(problems) == 4
     assert folder_of(tmp_path / 'marks').students == sorted(rows)
 
 
@@ -320,28 +299,45 @@ def test_marks_that_are_ready_at_an_interruption_are_written(tmp_path, monkeypat
         begun.wait(10.0)
         go_on.set()
         raise KeyboardInterrupt
-    done = Marking(tmp_path, {'ann': None, 'bob': slowly})
+    marking, found = marked(tmp_path, {'ann': None, 'bob': slowly}, [])
     monkeypatch.setattr(marked_class, 'wait', interrupted)
-    assert done.marking.mark_all(done.found, 2) is True
-    assert list(done.rows()) == ['ann', 'bob']
+    assert marking.mark_all(found, 2) is True
+    assert list(marks_below(tmp_path / 'marks')) == ['ann', 'bob']
+
+
+def test_a_zip_file_that_was_cut_off_is_no_zero(tmp_path):
+    """It is not judged, and one line tells the instructor why."""
+    with zipfile.ZipFile(str(tmp_path / 'whole.zip'), 'w') as archive:
+        archive.writestr('lab2/turtlebot_controller.py', 'x' * 5000)
+    (tmp_path / 'in').mkdir()
+    (tmp_path / 'in' / 'ann.zip').write_bytes((tmp_path / 'whole.zip').read_bytes()[:3000])
+    folder = folder_of(tmp_path / 'marks')
+    marking = marked_class.MarkedClass(Marker('turn', WORTH, folder.logs), folder, None, False,
+                                       Progress(sys.stdout), print)
+    assert marking.mark_all(submissions_from(tmp_path / 'in', tmp_path, print), 1) is True
+    said = 'The zip file cannot be unpacked: File is not a zip file.'
+    assert folder.write_overview()[1] == ['To look at: ann: Not judged: ' + said]
+    row = marks_below(tmp_path / 'marks')['ann']
+    assert row['points'] == row['starts'] == '' and row['remarks'] == said
+    page = (tmp_path / 'marks' / 'ann.html').read_text()
+    assert 'Not judged.' in page and page.count(said) == 1 and 'never started' not in page
+    assert not (tmp_path / 'marks' / 'gradescope' / 'ann' / 'results.json').exists()
 
 
 @pytest.mark.parametrize('text, cell', [
     ('=1+1', "'=1+1"), ('+1', "'+1"), ('-1', "'-1"), ('@x', "'@x"), ('\t=x', "'\t=x"),
     ('\r', "'\r"), (' =x', "' =x"), ('a;=x', "a;'=x"), ('a;"=x', "a;'\"=x"), ('', ''),
     ('a=1; b - 1', 'a=1; b - 1')])
-def test_no_text_of_a_stranger_is_a_formula(text, cell):
+def test_no_text_of_a_submission_is_a_formula(text, cell):
     assert safe(text) == cell == safe(cell)
 
 
 def test_the_row_of_a_student_with_an_odd_name_is_found_again():
-    marks, out = marks_of('=Ann', turned(90.0)), io.StringIO()
+    marks = marks_of('=Ann', turned(90.0))
     row, = rows_of(Table().renewed([marks], ROWS)).values()
     assert row['student'] == "'=Ann"
-    writer = csv.DictWriter(out, list(row))
-    writer.writeheader()
-    writer.writerow(dict(row, **{'report (50)': '-1.5'}))
-    again, = rows_of(Table(out.getvalue()).renewed([marks], ROWS)).values()
+    filled_in = Table(table_of(row, **{'report (50)': '-1.5'}))
+    again, = rows_of(filled_in.renewed([marks], ROWS)).values()
     assert again['report (50)'] == '-1.5'       # a person's number
 
 
