@@ -18,7 +18,7 @@ from pathlib import Path
 
 import rospkg
 
-if importlib.util.find_spec('matplotlib') is None:    # the pages need it, and the set-up leaves it out
+if importlib.util.find_spec('matplotlib') is None:    # the set-up leaves it out
     sys.exit('mark.py: matplotlib is missing; install it: sudo apt install --no-install-recommends '
              'python3-matplotlib')
 
@@ -57,10 +57,10 @@ def parse(words):
     parser.add_argument('--due', metavar='TIME', help='"2026-11-20 23:59"; what is newer is late')
     parser.add_argument('--points', type=Path, help='YAML file with the points of each criterion; '
                         'default: test/marking/points.yaml of this package')
-    parser.add_argument('--package', default='', metavar='NAME', help="the node's package, if it is "
-                        'not called as usual')
-    parser.add_argument('--type', default='', metavar='NAME', help="the node's file, if it is not "
-                        'called as usual')
+    parser.add_argument('--package', default='', metavar='NAME',
+                        help="the node's package, if it is not called as usual")
+    parser.add_argument('--type', default='', metavar='NAME',
+                        help="the node's file, if it is not called as usual")
     parser.add_argument('--parts', default='', help='these parts of the lab alone, with commas: '
                         + '; '.join('{}: {}'.format(name, ', '.join(lab.parts))
                         for name, lab in sorted(LABS.items())))
@@ -68,8 +68,9 @@ def parse(words):
                         help='for one submission; default: %(default)g')
     parser.add_argument('--network', choices=list(NETWORKS), default=QUIET,
                         help='between robot and node; default: %(default)s')
-    parser.add_argument('--pad', metavar='NAME', help='for the lab {}: numbers of the gamepad that is '
-                        'played, launch/params/pad_NAME.yaml; default: {}'.format(GAMEPAD, HANDOUT))
+    parser.add_argument('--pad', metavar='NAME',
+                        help='for the lab {}: numbers of the gamepad that is played, '
+                        'launch/params/pad_NAME.yaml; default: {}'.format(GAMEPAD, HANDOUT))
     parser.add_argument('--jobs', type=int, default=1, choices=range(1, 17), metavar='N',
                         help='submissions at a time; each needs about one processor core')
     parser.add_argument('--unprotected', action='store_true', help='mark without sandboxes: the '

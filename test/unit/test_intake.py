@@ -90,7 +90,8 @@ def test_what_is_nobodys_work_is_not_unpacked(tmp_path):
     """Nor is a link; Windows writes its own separators."""
     path = zipped(tmp_path / 'a.zip', {
         'a/' + NODE: 'x', '__MACOSX/a/._x.py': 'x', 'a/.DS_Store': 'x', 'a/run.bag': 'x',
-        'a/.git/config': 'x', 'a/build/x.py': 'x', 'a/builder.py': 'x', 'a\\b\\c.py': 'x'}, mode=0o755)
+        'a/.git/config': 'x', 'a/build/x.py': 'x', 'a/builder.py': 'x', 'a\\b\\c.py': 'x'},
+        mode=0o755)
     link = zipped(tmp_path / 'b.zip', {'passwd': '/etc/passwd'}, mode=0o120777)
     for file in (path, link):
         unpack(file, tmp_path / 'out', Budget())

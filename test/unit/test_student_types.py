@@ -1,4 +1,4 @@
-"""The classes of a student's messages, made from their description without a line of theirs."""
+"""The classes of a student's messages, made from a description without a line of their code."""
 import importlib
 import io
 import os
@@ -124,7 +124,8 @@ def test_a_description_that_a_box_forged_is_not_believed():
 # -- names of files
 
 NASTY = ['X"""\nopen("harm","w")\n\'\'\'\nif 1: #', 'X;import os', 'A.B', '\u202eX',
-         os.fsdecode(b'X\xfc'), "X'", 'X\\', '..', '-X', 'X Y', 'class', '', '\N{KELVIN SIGN}X', 'X\n']
+         os.fsdecode(b'X\xfc'), "X'", 'X\\', '..', '-X', 'X Y', 'class', '', '\N{KELVIN SIGN}X',
+         'X\n']
 
 
 def test_the_name_of_a_file_is_no_code(tmp_path, monkeypatch):

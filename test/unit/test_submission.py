@@ -134,7 +134,9 @@ def test_an_expression_that_is_too_deep_ends_nothing(tmp_path, code):
 
 # -- the choice of a node
 
-MOUSE_ONLY = "class Controller:\n    rospy.Subscriber('mouse_info', M, f)\nrospy.init_node('controller')"
+MOUSE_ONLY = """class Controller:
+    rospy.Subscriber('mouse_info', M, f)
+rospy.init_node('controller')"""
 IMU_TOO = MOUSE_ONLY + "\nrospy.Subscriber('imu', Imu, f)"
 
 
@@ -155,8 +157,8 @@ def test_of_lab1_lab2_and_lab3_it_is_lab2():
     path, remarks = choose(TURN, files)
     assert path == 'lab2/src/turtlebot_controller.py'
     assert remarks == [
-        '3 files can be the node; judged was lab2/src/turtlebot_controller.py, because it is in the '
-        'package lab2. The others: lab3/src/turtlebot_controller.py, '
+        '3 files can be the node; judged was lab2/src/turtlebot_controller.py, because it is in '
+        'the package lab2. The others: lab3/src/turtlebot_controller.py, '
         'lab1/src/turtlebot_controller.py.']
 
 
@@ -198,8 +200,8 @@ def test_listening_is_seen(line):
 
 
 @pytest.mark.parametrize('line', [
-    "# rospy.Subscriber('imu', Imu, f)", "rospy.Subscriber('imu_raw', Imu, f)", 'class Controllers:',
-    "rospy.Publisher('imu', Imu)"])
+    "# rospy.Subscriber('imu', Imu, f)", "rospy.Subscriber('imu_raw', Imu, f)",
+    'class Controllers:', "rospy.Publisher('imu', Imu)"])
 def test_what_does_not_listen_is_no_node(line):
     with pytest.raises(NoNode, match=r'There is no turtlebot_controller\.py, .*a/b\.py'):
         choose(TURN, repository(a__b=line))
@@ -289,7 +291,8 @@ def test_a_message_package_without_a_manifest_and_one_that_needs_another(tmp_pat
                                        'inner__msg__I.msg': 'float32 value\n'})
     ready = prepare(folder, TURN, tmp_path / 'ws', {})
     assert ready.lacking == []
-    assert output_of(tmp_path / 'ws' / 'src' / 'package' / 'turtlebot_controller.py', ready) == '0.0\n'
+    copy = tmp_path / 'ws' / 'src' / 'package' / 'turtlebot_controller.py'
+    assert output_of(copy, ready) == '0.0\n'
 
 
 def test_a_node_from_windows_has_its_messages(tmp_path):

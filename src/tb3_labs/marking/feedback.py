@@ -41,7 +41,7 @@ $more
 $body
 </body></html>
 ''')
-#: An overview has a column for each criterion: its names are upright, and its paper lies on its side.
+#: An overview has a column for each criterion: names are upright, the paper is in landscape.
 WIDE = '''@page { size: A4 landscape; }
 body { max-width: 269mm; }
 th, td { padding: 1px 2px; text-align: center; overflow-wrap: anywhere; }
