@@ -23,7 +23,7 @@ COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERE
 
 #: Headings of the columns of words, which are wide.
 SEEN, REMARKS = 'what was seen, and where to look', 'remarks'
-#: When a student sees the tests in Gradescope; whether a student sees what the marking printed.
+#: When a student sees the tests in Gradescope; whether a student sees the output of the marking.
 VISIBILITY, STDOUT_VISIBILITY = 'after_published', 'hidden'
 PASSED, FAILED = 'passed', 'failed'
 TEXT = 'text'
@@ -53,7 +53,7 @@ tr { break-inside: avoid; }
 
 
 def feedback(marks: Marks, lab: str, course: str = '') -> str:
-    """The page of one student, HTML; `lab`: its title; `course`: what it counts there."""
+    """The page of one student, HTML; `lab`: its title; `course`: a sentence on its points there."""
     node = 'Node: {}.'.format(marks.node) if marks.node else ''
     parts = ['<p><b>{:g} of {:g} points.</b> {}</p>'.format(marks.points, marks.worth, escape(
         ' '.join(filter(None, [course, node])))) if marks.judged else
@@ -128,8 +128,7 @@ def _page(title, parts, more=''):
 # -- Gradescope
 
 def results(marks: Marks, rows: Sequence[Row] = ()) -> Dict[str, Any]:
-    """What json.dump() writes; `rows`: of the course, whose first one is what full marks are worth.
-    """
+    """The object for json.dump(); `rows`: of the course, the first of which has the full marks."""
     factor = rows[0].points / marks.worth if rows and marks.worth else 1.0
     score = scaled(marks, rows[0].points) if rows else marks.points
     return {

@@ -65,7 +65,7 @@ class Submission:
         return copy
 
     def handed_in_at(self) -> Tuple[Optional[datetime], str]:
-        """(the time, what it is the time of); None for the first if it is not known.
+        """(the time, the thing that has this time); None for the time if it is not known.
 
         That of the last commit if it is a repository, else of the newest file: of a zip file as it
         says itself, of other files as this computer says.

@@ -86,9 +86,9 @@ class Marks:
 def points_of(lab: str, criteria: Iterable[Criterion], table: Any) -> Dict[str, float]:
     """The points of each criterion, by its name.
 
-    `table` is what yaml.safe_load() returns. ``ValueError`` if it has no section for the lab, names
-    a criterion that the lab does not have, lacks one, or has points that are not valid: anything
-    but a finite number of at least 0.
+    `table`: from yaml.safe_load(). ``ValueError`` if it has no section for the lab, names a
+    criterion that the lab does not have, lacks one, or has points that are not valid: anything but
+    a finite number of at least 0.
     """
     criteria = list(criteria)
     if not isinstance(table, dict) or not isinstance(table.get(lab), dict):
@@ -152,7 +152,7 @@ def from_record(record: Mapping[str, Any], criteria: Iterable[Criterion],
                 worth: Mapping[str, float], parts: Sequence[str] = ()) -> Marks:
     """The Marks of a record, with these points for each criterion.
 
-    ``ValueError`` if it lacks a criterion of these parts, or is no record of this version.
+    ``ValueError`` if it lacks a criterion of these parts, or is of another version.
     """
     try:
         marks = Marks(**record[MARKS])

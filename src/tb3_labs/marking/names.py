@@ -24,7 +24,7 @@ LONGEST = 180
 MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
 CANVAS = re.compile(r'(?P<student>[^_]+)(?P<late>_late)?_(?P<number>\d+)_\d+_(?P<file>.+)',
                     re.IGNORECASE)
-#: What Canvas adds to the name of a file that was handed in again.
+#: The number that Canvas adds to the name of a file that was handed in again.
 AGAIN = re.compile(r'-\d+(?=\.\w+$)')
 ZIP = '.zip'
 

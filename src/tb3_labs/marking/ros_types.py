@@ -68,7 +68,7 @@ class Types:
         try:
             return make(kind)
         except (KeyError, ValueError, RecursionError):
-            return None     # not described, or no valid description
+            return None     # not described, or not validly
 
     def _make_message(self, kind):
         made = self._class_of(kind, self._sums[kind])
