@@ -24,11 +24,10 @@ import rospy
 
 from tb3_labs.command_line import Parser, reason
 from tb3_labs.marking.labs import LABS
-from tb3_labs.marking.points import points_of
+from tb3_labs.marking.marks import points_of, read_points
 from tb3_labs.ros.marking.bench.bag import Bag
 from tb3_labs.ros.marking.bench.checkoff import Checkoff, Impossible, parts_of
 from tb3_labs.ros.marking.bench.person import Person
-from tb3_labs.ros.marking.points_file import read_points
 
 
 def parse(words):

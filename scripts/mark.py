@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Marks a class's submissions by the criteria of their lab, on the embedded robot.
+"""Marks a class's submissions by the criteria of their lab, on the simulated robot.
 
 Usage: mark.py SUBMISSIONS --lab turn -o MARKS
 
@@ -13,33 +13,31 @@ import os
 import signal
 import sys
 import tempfile
-import threading
-import time
-from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import asdict
 from pathlib import Path
 
-if importlib.util.find_spec('matplotlib') is None:    # the pages need it, and the set-up leaves it out
+import rospkg
+
+if importlib.util.find_spec('matplotlib') is None:    # the set-up leaves it out
     sys.exit('mark.py: matplotlib is missing; install it: sudo apt install --no-install-recommends '
              'python3-matplotlib')
 
 from tb3_labs.command_line import Parser, reason, seconds
+from tb3_labs.handout import skeletons
+from tb3_labs.marking import sandbox
 from tb3_labs.marking.archives import Refused
 from tb3_labs.marking.conduct import UNPROTECTED
-from tb3_labs.marking.course import course_of
-from tb3_labs.marking.foreign import printable
-from tb3_labs.marking.handed_in import chosen
+from tb3_labs.marking.intake import submissions_from
 from tb3_labs.marking.labs import GAMEPAD, LABS
-from tb3_labs.marking.marks import NOT_JUDGED
-from tb3_labs.marking.points import points_of
-from tb3_labs.ros.marking import box
-from tb3_labs.ros.marking.intake import digest, submissions_from
-from tb3_labs.ros.marking.marker import QUIET, Interrupted, Marker, Options
-from tb3_labs.ros.marking.marks_folder import MarksFolder, due_time, late_by
+from tb3_labs.marking.marked_class import MarkedClass
+from tb3_labs.marking.marks import points_of, read_points
+from tb3_labs.marking.marks_folder import MarksFolder, due_time
+from tb3_labs.marking.marks_table import course_of
+from tb3_labs.marking.names import chosen, printable
+from tb3_labs.marking.processes import forget_overlays
+from tb3_labs.marking.ros_marker import QUIET, Marker, Options
 from tb3_labs.ros.marking.pads import HANDOUT, pad_called
-from tb3_labs.ros.marking.points_file import read_points
 from tb3_labs.ros.marking.progress import Progress
-from tb3_labs.ros.marking.sandbox import forget_overlays
 from tb3_labs.simulation.network import NETWORKS
 
 
@@ -59,10 +57,10 @@ def parse(words):
     parser.add_argument('--due', metavar='TIME', help='"2026-11-20 23:59"; what is newer is late')
     parser.add_argument('--points', type=Path, help='YAML file with the points of each criterion; '
                         'default: test/marking/points.yaml of this package')
-    parser.add_argument('--package', default='', metavar='NAME', help="the node's package, if it is "
-                        'not called as usual')
-    parser.add_argument('--type', default='', metavar='NAME', help="the node's file, if it is not "
-                        'called as usual')
+    parser.add_argument('--package', default='', metavar='NAME',
+                        help="the node's package, if it is not called as usual")
+    parser.add_argument('--type', default='', metavar='NAME',
+                        help="the node's file, if it is not called as usual")
     parser.add_argument('--parts', default='', help='these parts of the lab alone, with commas: '
                         + '; '.join('{}: {}'.format(name, ', '.join(lab.parts))
                         for name, lab in sorted(LABS.items())))
@@ -70,11 +68,12 @@ def parse(words):
                         help='for one submission; default: %(default)g')
     parser.add_argument('--network', choices=list(NETWORKS), default=QUIET,
                         help='between robot and node; default: %(default)s')
-    parser.add_argument('--pad', metavar='NAME', help='for the lab {}: numbers of the gamepad that is '
-                        'played, launch/params/pad_NAME.yaml; default: {}'.format(GAMEPAD, HANDOUT))
+    parser.add_argument('--pad', metavar='NAME',
+                        help='for the lab {}: numbers of the gamepad that is played, '
+                        'launch/params/pad_NAME.yaml; default: {}'.format(GAMEPAD, HANDOUT))
     parser.add_argument('--jobs', type=int, default=1, choices=range(1, 17), metavar='N',
                         help='submissions at a time; each needs about one processor core')
-    parser.add_argument('--unprotected', action='store_true', help='mark without boxes: the '
+    parser.add_argument('--unprotected', action='store_true', help='mark without sandboxes: the '
                         "submissions' programs can read and delete your files")
     return parser.parse_args(words)
 
@@ -84,9 +83,10 @@ def main(words):
     given = parse(words)
     sys.stdout.reconfigure(errors='backslashreplace')    # not every terminal has every letter
     forget_overlays()
-    lab = LABS[given.lab]
+    progress = Progress(sys.stdout)
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
         try:
+            lab = LABS[given.lab]
             parts = lab.checked_parts(given.parts)
             due = due_time(given.due) if given.due else None
             table = read_points(given.points)
@@ -98,27 +98,32 @@ def main(words):
                 found = [submission for submission in found if submission.student in names]
             options = Options(given.package, given.type, given.limit, given.network,
                               checked_pad(given.lab, given.pad), not given.unprotected)
-            check_boxes(given.unprotected)
+            check_sandboxes(given.unprotected, progress)
             folder = MarksFolder(given.folder, given.lab, parts, worth, rows, asdict(options))
         except (OSError, ValueError, Refused) as problem:
-            tell_problem(problem)
+            tell_problem(reason(problem))
             return 2
-        marker = Marker(given.lab, worth, folder.logs, parts, options)
         signal.signal(signal.SIGTERM, signal.default_int_handler)
-        marking = Marking(marker, folder, due, given.anew or bool(given.only))
-        failed = marking.mark_all(found, given.jobs)
+        marked = MarkedClass(Marker(given.lab, worth, folder.logs, parts, options), folder, due,
+                             given.anew or bool(given.only), progress, tell_problem)
+        failed = marked.mark_all(found, given.jobs)
     try:
-        page, notes = folder.write_overview(given.unprotected)
+        page, notes = folder.write_overview(given.unprotected, given_programs())
     except (OSError, ValueError) as problem:
-        tell_problem(problem)
+        tell_problem(reason(problem))
         return 2
     for note in notes[given.unprotected:]:      # the first was told at the beginning
-        tell(note)
+        progress.line(printable(note))
     if page is not None:
-        tell('Overview: {}'.format(page))
-    for student, modules in marking.lacking:
-        tell('Not judged: {} (this machine lacks {})'.format(student, ' and '.join(modules)))
+        progress.line(printable('Overview: {}'.format(page)))
     return 1 if failed else 0
+
+
+def given_programs():
+    """The programs of the skeletons, which every student was given."""
+    folder = Path(rospkg.RosPack().get_path('tb3_labs')) / skeletons.FOLDER
+    return [program for lab in LABS if (folder / lab).is_dir()
+            for program in skeletons.programs(folder / lab)]
 
 
 def checked_pad(lab, pad):
@@ -138,127 +143,20 @@ def check_place(submissions, marks):
                          'them'.format(marks))
 
 
-def check_boxes(unprotected):
-    """Say that there is no protection; ``ValueError`` if that is not wanted, and boxes do not work
-    here."""
+def check_sandboxes(unprotected, progress):
+    """Say that there is no protection; ``ValueError`` if that is not wanted, and sandboxes do not
+    work here."""
     if unprotected:
-        tell(UNPROTECTED)
-    elif box.problem():
-        raise ValueError('{}: programs of strangers cannot be kept in boxes here; nothing was '
-                         'started. --unprotected marks without: {}'.format(
-                             box.problem(), UNPROTECTED))
+        progress.line(UNPROTECTED)
+    elif sandbox.problem():
+        raise ValueError("{}: the submissions' programs cannot be kept in sandboxes here; nothing "
+                         'was started. --unprotected marks without: {}'.format(
+                             sandbox.problem(), UNPROTECTED))
 
 
-#: Of all submissions that are marked now.
-PROGRESS = Progress(sys.stdout)
-
-
-class Marking:
-    """Marks submissions, several at a time, and tells of each."""
-
-    def __init__(self, marker, folder, due, anew):
-        """`due`: a datetime, or None; `anew`: try also what has been marked and has not changed."""
-        self._marker, self._folder, self._due, self._anew = marker, folder, due, anew
-        #: (student, modules) of those that were not judged, since this machine lacks modules.
-        self.lacking = []
-        self._failed, self._unchanged = False, 0
-        self._writing = threading.Lock()
-
-    def mark_all(self, submissions, jobs):
-        """Mark them, `jobs` at a time, and write each one's marks as soon as it has them; whether
-        anything failed."""
-        with ThreadPoolExecutor(jobs) as pool:
-            tasks = [pool.submit(self._mark, submission, '[{}/{}] {}'.format(
-                number, len(submissions), submission.student)) for number, submission
-                in enumerate(submissions, 1)]
-            try:
-                wait(tasks)
-            except KeyboardInterrupt:
-                tell_problem('interrupted; the marks so far are written, and the same command '
-                             'goes on from here')
-                self._failed = True
-                for task in tasks:
-                    task.cancel()
-                self._marker.interrupt()
-        for task in tasks:
-            if not task.cancelled() and task.exception() is not None:
-                tell_problem(task.exception())      # its marks cannot be written
-                self._failed = True
-        if self._unchanged:
-            tell('{} of {} had been marked and have not changed (--anew tries them again)'.format(
-                self._unchanged, len(submissions)))
-        return self._failed
-
-    def _mark(self, submission, name):
-        try:
-            self._write(*self._marked(submission, name))
-        except Interrupted:
-            pass
-        except Exception as problem:    # whatever a submission brings about: the others are marked
-            said = '{} ({})'.format(reason(problem), type(problem).__name__)
-            tell_problem('{}: not judged: {}'.format(name, said))
-            self._write(self._marker.not_judged(
-                submission.student, 'The marking of it failed: {}.'.format(said)), '')
-        finally:
-            PROGRESS.done(name)
-
-    def _write(self, marks, what):
-        """Write Marks; `what`: the digest of what was tried, None if it was not tried again."""
-        with self._writing:
-            if what is None:
-                self._unchanged += 1
-            else:
-                self._folder.write(marks, what, self._marker.held_up(marks) or marks.failed)
-            if marks.lacking:
-                self.lacking.append((marks.student, marks.lacking))
-            self._failed = self._failed or marks.failed
-
-    def _marked(self, submission, name):
-        """(Marks, digest of what was tried), or (Marks, None) if it was not tried again."""
-        begun = time.monotonic()
-        with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
-            folder, remarks = submission.lay_out(work)
-            what, late = digest(folder), self._late(submission)
-            marks = None if self._anew else self._folder.kept(submission.student, what)
-            if marks is not None:
-                self._folder.set_late(submission.student, late)
-                tell('{}: {:g} of {:g} points, marked before'.format(
-                    name, marks.points, marks.worth))
-                return marks, None
-            tell_trying(name)
-            marks = self._marker.mark(
-                folder, lambda words: tell('{}: {}'.format(name, words)),
-                lambda words: tell_trying(name, words, time.monotonic() - begun))
-        marks.remarks[:0] = remarks
-        marks.late, marks.seconds = late, time.monotonic() - begun
-        tell('{}: {}, {:.0f} s{}'.format(
-            name, '{:g} of {:g} points'.format(marks.points, marks.worth) if marks.judged
-            else NOT_JUDGED, marks.seconds, ', late' * bool(late)))
-        return marks, what
-
-    def _late(self, submission):
-        if submission.late:
-            return 'Late, as the learning platform says.'
-        return late_by(self._due, *submission.handed_in_at()) if self._due else ''
-
-
-def tell(line):
-    """Print a line that stays."""
-    PROGRESS.line(printable(line))
-
-
-def tell_trying(name, words='', seconds=0.0):
-    """Print what is tried of a submission: each part, and on a terminal each step and the time."""
-    part, _, step = words.partition(': ')
-    if part:
-        PROGRESS.now(name, '{}: {}'.format(name, part), ', {}, {:.0f} s'.format(step, seconds))
-    else:
-        PROGRESS.now(name, name + ' ...', ' {:.0f} s'.format(seconds))
-
-
-def tell_problem(problem):
+def tell_problem(words):
     """Print why something was not done."""
-    print('mark.py: {}'.format(printable(reason(problem))), file=sys.stderr)
+    print('mark.py: {}'.format(printable(words)), file=sys.stderr)
 
 
 if __name__ == '__main__':

@@ -12,7 +12,7 @@ import re
 import yaml
 
 from tb3_labs.marking.labs import LABS
-from tb3_labs.marking.points import points_of
+from tb3_labs.marking.marks import points_of
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 POINTS = ROOT / 'test' / 'marking' / 'points.yaml'

@@ -24,12 +24,10 @@ import rosunit
 
 from tb3_labs.marking.criteria import Outcome, judge
 from tb3_labs.marking.labs import GAMEPAD, LABS
-from tb3_labs.marking.marks import Marks
-from tb3_labs.marking.points import points_of
+from tb3_labs.marking.marks import Marks, points_of, read_points
 from tb3_labs.ros.marking.executable import place_of
 from tb3_labs.ros.marking.launch import Launch
 from tb3_labs.ros.marking.pads import HANDOUT, pad_called
-from tb3_labs.ros.marking.points_file import read_points
 from tb3_labs.ros.marking.progress import TRYING, Progress
 from tb3_labs.ros.marking.trial import try_out
 

@@ -9,7 +9,7 @@ from tb3_labs.marking import move2goal, turn
 from tb3_labs.marking.bench import MARGIN, QUESTIONS, Falling, next_turn
 from tb3_labs.marking.criteria import Outcome
 from tb3_labs.marking.labs import LABS
-from tb3_labs.marking.points import points_of
+from tb3_labs.marking.marks import points_of
 from tb3_labs.marking.turning import TURNS
 from tb3_labs.ros.marking.bench.checkoff import parts_of
 from tb3_labs.ros.marking.bench.scripts import MOST_TURNS, PARTS, PLAYED, RELEASES, WITH_MARGIN

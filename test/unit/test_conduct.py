@@ -4,7 +4,7 @@ from tb3_labs.marking.conduct import (UNPROTECTED, changed, for_instructor, laws
                                       published)
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.observation import MOST_FINDINGS, Observation
-from tb3_labs.marking.page import feedback, overview
+from tb3_labs.marking.feedback import feedback, overview
 
 TRUTH = ('/truth_1', '/ground_truth')
 INPUTS = {'/mouse_info', '/cmd_vel', '/ctrl_relinq'}

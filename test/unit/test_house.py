@@ -10,7 +10,7 @@ SOURCES = os.path.join(os.path.dirname(__file__), os.pardir, os.pardir, 'src', '
 NOTIONS = [{'config', 'news', 'command_line'}, {'geometry'}, {'robot', 'supervision'}, {'localization', 'control'},
            {'nodes'}]
 #: What a tool takes from other tools. Each holds all of one tool, its ROS in files named ros_*.py.
-TOOLS = {'simulation': set(), 'report': {'simulation'}, 'marking': {'report', 'simulation', 'handout'}, 'panel': set(),
+TOOLS = {'simulation': set(), 'report': {'simulation'}, 'marking': {'report', 'simulation'}, 'panel': set(),
          'doctor': set(), 'handout': set()}
 FLOOR = {room: floor for floor, rooms in enumerate(NOTIONS + [{'ros'}, set(TOOLS)]) for room in rooms}
 #: Modules that the notions do not use.

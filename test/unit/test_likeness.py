@@ -4,7 +4,7 @@ import random
 import re
 
 import pytest
-from tb3_labs.marking.likeness import (FEWEST, LENGTH, NEARLY_SAME, likeness, nearly_same, shingles,
+from tb3_labs.marking.likeness import (FEWEST, NEARLY_SAME, likeness, nearly_same, shingles,
                                        tokens_of)
 
 NODES = pathlib.Path(__file__).resolve().parents[1] / 'ros' / 'student_nodes'
@@ -29,14 +29,10 @@ def test_tokens_have_no_comments_docstrings_or_values():
                                '+', "''"]
 
 
-def test_a_text_is_like_itself_and_like_nothing_else():
-    assert alike(TURN, TURN) == 1.0
-    assert alike(TURN, '') == alike('', '') == 0.0
-
-
 @pytest.mark.parametrize('change', [
     renamed, lambda code: code.replace('\n', '  # so\n'), lambda code: code.replace('    ', '\t'),
-    lambda code: re.sub(r'\b90\b', '180', code), lambda code: code.replace("'cmd_vel'", '"/cmd_vel"')])
+    lambda code: re.sub(r'\b90\b', '180', code),
+    lambda code: code.replace("'cmd_vel'", '"/cmd_vel"')])
 def test_a_disguise_changes_nothing(change):
     changed = change(TURN)
     assert changed != TURN and alike(TURN, changed) == 1.0
@@ -68,7 +64,7 @@ def test_broken_python_is_compared_all_the_same():
 def test_short_texts_tell_nothing():
     short = 'a = b\n' * 3
     assert len(shingles('x = y + z * w\n' * 100)) < FEWEST
-    assert len(shingles(short)) == 0 < LENGTH and alike(short, short) == 0.0
+    assert alike(short, short) == alike(TURN, '') == alike('', '') == 0.0
 
 
 def test_what_everybody_was_given_does_not_count():
@@ -79,13 +75,14 @@ def test_what_everybody_was_given_does_not_count():
     texts = {'a': given + TURN, 'b': given + other}
     assert [pair[:2] for pair in nearly_same(texts, {})] == [('a', 'b')]
     assert nearly_same(texts, {}, [given]) == []
-    assert [pair[:2] for pair in nearly_same(dict(texts, c=given + renamed(TURN)), {}, [given])] == [
-        ('a', 'c')]
+    copied = dict(texts, c=given + renamed(TURN))
+    assert [pair[:2] for pair in nearly_same(copied, {}, [given])] == [('a', 'c')]
 
 
 def test_pairs_are_told_once_the_most_alike_first():
     other = (NODES / 'gamepad.py').read_text(encoding='utf-8')
-    half = TURN.replace('self.cmd_pub', 'self.publisher.of').replace('self.turning', 'self.now.turning') + other
+    half = TURN.replace('self.cmd_pub', 'self.publisher.of').replace(
+        'self.turning', 'self.now.turning') + other
     found = nearly_same({'b': renamed(TURN), 'a': TURN, 'c': other}, {'own': half, 'own too': TURN})
     assert [pair[:2] for pair in found[:3]] == [('a', 'b'), ('a', 'own too'), ('b', 'own too')]
     assert ('c', 'own') in [pair[:2] for pair in found]

@@ -1,4 +1,4 @@
-"""The classes of a student's messages, made from their description without a line of theirs."""
+"""The classes of a student's messages, made from a description without a line of their code."""
 import importlib
 import io
 import os
@@ -7,9 +7,9 @@ import sys
 import genpy
 import pytest
 from tb3_labs.msg import MouseController
-from tb3_labs.ros.marking.box import NoBox
-from tb3_labs.ros.marking.python_build import Builder
-from tb3_labs.ros.marking.types import Types
+from tb3_labs.marking.messages import build
+from tb3_labs.marking.ros_types import Types
+from tb3_labs.marking.sandbox import NoSandbox
 from tb3_labs.srv import SetInitialPose
 
 TEXTS = {
@@ -26,14 +26,14 @@ TEXTS = {
     'srv/Set.srv': 'geometry_msgs/PoseWithCovarianceStamped pose\n---\n'}
 
 
-def build(tmp_path, texts, remarks):
+def built(tmp_path, texts, remarks):
     """What is said of a package lab2 with these files."""
     for name, text in texts.items():
         path = tmp_path / 'lab2' / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
-    return Builder(tmp_path / 'python', dict(os.environ), remarks, NoBox()).build(
-        {'lab2': tmp_path / 'lab2'})
+    return build({'lab2': tmp_path / 'lab2'}, tmp_path / 'python', dict(os.environ), remarks,
+                 NoSandbox())
 
 
 @pytest.fixture(scope='module')
@@ -46,7 +46,7 @@ def described(place):
     own = '\n---\n'.join('\n'.join('{} {}'.format(kind, name) for kind, name in zip(
         part._slot_types, part.__slots__)) for part in (
             SetInitialPose._request_class, SetInitialPose._response_class))
-    return build(place, dict(TEXTS, **{'srv/SetInitialPose.srv': own}), [])
+    return built(place, dict(TEXTS, **{'srv/SetInitialPose.srv': own}), [])
 
 
 def bytes_of(message):
@@ -124,14 +124,15 @@ def test_a_description_that_a_box_forged_is_not_believed():
 # -- names of files
 
 NASTY = ['X"""\nopen("harm","w")\n\'\'\'\nif 1: #', 'X;import os', 'A.B', '\u202eX',
-         os.fsdecode(b'X\xfc'), "X'", 'X\\', '..', '-X', 'X Y', 'class', '', '\N{KELVIN SIGN}X', 'X\n']
+         os.fsdecode(b'X\xfc'), "X'", 'X\\', '..', '-X', 'X Y', 'class', '', '\N{KELVIN SIGN}X',
+         'X\n']
 
 
 def test_the_name_of_a_file_is_no_code(tmp_path, monkeypatch):
     """Read by genpy in the marker, the first one wrote a file."""
     monkeypatch.chdir(tmp_path)
     remarks, long = [], 'x' * 251
-    said = build(tmp_path, {'srv/{}.srv'.format(name): '---\n'
+    said = built(tmp_path, {'srv/{}.srv'.format(name): '---\n'
                             for name in NASTY + ['Good', long]}, remarks)
     assert list(said['sums']) == ['lab2/Good', 'lab2/' + long]
     assert len(Types(said).own_services()) == 2 and not (tmp_path / 'harm').exists()

@@ -1,4 +1,5 @@
-"""Submissions are found and repaired; services of unknown types are filled and read."""
+"""The node of a submission is found, repaired and built, as real students keep it; services of
+unknown types are filled and read."""
 import math
 import os
 import subprocess
@@ -11,15 +12,16 @@ import rospkg
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import LABS
-from tb3_labs.ros.marking import python_build
+from tb3_labs.marking import messages
+from tb3_labs.marking.choice import NoNode, SourceFile, choose, find_node
+from tb3_labs.marking.intake import Submission
 from tb3_labs.ros.marking.any_service import packages_with_services
-from tb3_labs.ros.marking.intake import Submission
 from tb3_labs.ros.marking.requests import fill_pose, is_origin
-from tb3_labs.ros.marking.submission import Unusable, find_node
-from tb3_labs.ros.marking.workspace import prepare
+from tb3_labs.marking.processes import forget_overlays
+from tb3_labs.marking.workspace import prepare
 from tb3_labs.srv import ResetPoseRequest, SetInitialPoseRequest
 
-LAB = LABS['move2goal']
+TURN, PAD, LAB = LABS['turn'], LABS['gamepad'], LABS['move2goal']
 MANIFEST = '<package format="2"><name>{}</name></package>'
 NODE = '#!/usr/bin/env python3\nprint("runs")\n'
 
@@ -35,8 +37,8 @@ def hand_in(folder, **files):
 
 def prepared(tmp_path, folder):
     (tmp_path / 'work').mkdir()
-    copy, _ = Submission(folder.name, [folder]).lay_out(tmp_path / 'work')
-    return prepare(copy, LAB, tmp_path / 'ws')
+    copy = Submission(folder.name, [folder]).lay_out(tmp_path / 'work')
+    return prepare(copy.folder, LAB, tmp_path / 'ws', {})
 
 
 @pytest.mark.parametrize('found', [
@@ -46,14 +48,6 @@ def test_a_node_is_found_wherever_it_is(tmp_path, found):
                                   'devel__lib__lab7__move2goal_tf': NODE})
     path, remarks = find_node(folder, LAB)
     assert str(path) == str(tmp_path / (found.replace('__', '/') + '.py')) and remarks == []
-
-
-def test_without_a_node_the_python_files_are_named(tmp_path):
-    with pytest.raises(Unusable, match='No Python file was found at all'):
-        find_node(tmp_path, LAB)
-    hand_in(tmp_path, lab7__scripts__goal=NODE)
-    with pytest.raises(Unusable, match=r'There is no move2goal_tf.py or move2goal.py.*goal\.py'):
-        find_node(tmp_path, LAB)
 
 
 @pytest.mark.parametrize('code, words', [
@@ -75,8 +69,13 @@ def test_a_node_that_could_not_be_started_is_made_to_run(tmp_path, code, words):
 
 
 @pytest.mark.parametrize('manifest, words', [
-    (None, 'no package.xml'), ('<package', 'cannot be read'),
-    (MANIFEST.format('tb3_labs'), 'tb3_labs'), (MANIFEST.format('lab 7'), 'lab 7')])
+    (None, 'no package.xml'), ('<package', 'cannot be read'), (b'\xff\xfe<\0p', 'cannot be read'),
+    (MANIFEST.format('tb3_labs'), 'tb3_labs'), (MANIFEST.format('lab 7'), 'lab 7'),
+    ('<!DOCTYPE p [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><package><name>&b;</name></package>',
+     'it has entities'),
+    ('<?xml version="1.0" encoding="utf-9"?><package>', 'cannot be read'), ('<p>' * 9000, 'cannot'),
+    ('<package><name/></package>', "called ''"), (MANIFEST.format('../../etc'), 'etc'),
+    (MANIFEST.format('lab7\N{KELVIN SIGN}'), 'got another name')])
 def test_a_package_whose_name_cannot_be_used_gets_another(tmp_path, manifest, words):
     files = {'lab7__package.xml': manifest} if manifest else {}
     folder = hand_in(tmp_path / 'bob', lab7__scripts__move2goal=NODE, lab7__scripts__helper=NODE,
@@ -88,19 +87,9 @@ def test_a_package_whose_name_cannot_be_used_gets_another(tmp_path, manifest, wo
     assert (copy / 'scripts' / 'helper.py').exists()
 
 
-def test_what_is_large_or_leads_elsewhere_is_not_copied(tmp_path):
-    folder = hand_in(tmp_path / 'bob', move2goal=NODE, **{'run.bag': 'x', '.git__config': 'x'})
-    with open(str(folder / 'core'), 'wb') as file:
-        file.truncate(30000000)
-    os.symlink('/', str(folder / 'all'))
-    os.mkfifo(str(folder / 'pipe'))
-    prepared(tmp_path, folder)
-    copied = sorted(os.listdir(str(tmp_path / 'ws' / 'src' / 'package')))
-    assert copied == ['move2goal.py', 'package.xml']
-
-
-def test_nothing_is_read_or_written_through_a_link(tmp_path):
-    """A manifest that is a link to a file of the instructor's, modules that are one to a folder."""
+def test_no_link_is_followed(tmp_path):
+    """A manifest that is a link to a file of the instructor's, modules that are one to a folder.
+    Devices and large files are left out as well."""
     home = hand_in(tmp_path / 'home', bashrc='mine\n', ssh__key='secret')
     folder = hand_in(tmp_path / 'bob', move2goal='import keys\n' + NODE, keys__setup='',
                      keys__src__other='', **{'keys__package.xml': MANIFEST.format('keys'),
@@ -109,20 +98,17 @@ def test_nothing_is_read_or_written_through_a_link(tmp_path):
     (folder / 'keys' / 'src' / 'keys').symlink_to(home / 'ssh')
     (folder / 'keys' / 'src' / 'soft.py').symlink_to(home / 'ssh' / 'key.py')
     os.link(str(home / 'ssh' / 'key.py'), str(folder / 'keys' / 'src' / 'hard.py'))
+    os.mkfifo(str(folder / 'pipe'))
+    with open(str(folder / 'core'), 'wb') as file:
+        file.truncate(30000000)
+    hand_in(folder, **{'run.bag': 'x', '.git__config': 'x'})
     prepared(tmp_path, folder)
+    assert sorted(os.listdir(str(tmp_path / 'ws' / 'src' / 'package'))) == [
+        'keys', 'move2goal.py', 'package.xml']
     assert (home / 'bashrc.py').read_text() == 'mine\n'
     copied = [path for path in (tmp_path / 'ws').rglob('*') if path.is_file()]
     assert tmp_path / 'ws' / 'python' / 'keys' / 'msg' / '_Key.py' in copied
     assert [path for path in copied if b'secret' in path.read_bytes()] == []
-
-
-@pytest.mark.parametrize('manifest', [
-    '<!DOCTYPE p [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><package><name>&b;</name></package>',
-    '<?xml version="1.0" encoding="utf-9"?><package>', '<p>' * 9000, '<package><name/></package>',
-    MANIFEST.format('lab7\N{KELVIN SIGN}'), MANIFEST.format('../../etc'), b'\xff\xfe<\0p'])
-def test_a_hostile_manifest_is_not_believed(tmp_path, manifest):
-    folder = hand_in(tmp_path / 'bob', move2goal=NODE, **{'package.xml': manifest})
-    assert prepared(tmp_path, folder).package == 'submission'
 
 
 @pytest.mark.parametrize('name', [
@@ -146,6 +132,99 @@ def test_an_expression_that_is_too_deep_ends_nothing(tmp_path, code):
     assert ready.executable == 'move2goal.py'
 
 
+# -- the choice of a node
+
+MOUSE_ONLY = """class Controller:
+    rospy.Subscriber('mouse_info', M, f)
+rospy.init_node('controller')"""
+IMU_TOO = MOUSE_ONLY + "\nrospy.Subscriber('imu', Imu, f)"
+
+
+def repository(**texts):
+    """SourceFiles; '__' stands for '/', and the first folder is a package if it has a digit."""
+    files = []
+    for name, text in texts.items():
+        path = name.replace('__', '/') + '.py'
+        first = path.split('/')[0]
+        files.append(SourceFile(path, first if any(c.isdigit() for c in first) else '', text))
+    return files
+
+
+def test_of_lab1_lab2_and_lab3_it_is_lab2():
+    files = repository(lab1__src__turtlebot_controller=MOUSE_ONLY,
+                       lab2__src__turtlebot_controller=IMU_TOO,
+                       lab3__src__turtlebot_controller=IMU_TOO)
+    path, remarks = choose(TURN, files)
+    assert path == 'lab2/src/turtlebot_controller.py'
+    assert remarks == [
+        '3 files can be the node; judged was lab2/src/turtlebot_controller.py, because it is in '
+        'the package lab2. The others: lab3/src/turtlebot_controller.py, '
+        'lab1/src/turtlebot_controller.py.']
+
+
+@pytest.mark.parametrize('texts, expected, said', [
+    # the package goes before the name
+    (dict(lab1__turtlebot_controller=IMU_TOO, lab2__src__controller=IMU_TOO),
+     'lab2/src/controller.py', 'in the package lab2'),
+    # the name goes before the signs
+    (dict(lab2__src__turtlebot_controller='', lab2__src__old=IMU_TOO),
+     'lab2/src/turtlebot_controller.py', 'the usual name'),
+    # the signs go before the folder
+    (dict(lab2__scripts__turtlebot_controller=MOUSE_ONLY,
+          lab2__src__turtlebot_controller=IMU_TOO), 'lab2/src/turtlebot_controller.py',
+     'it listens to imu'),
+    # a package that is called nearly so goes before any other, but lab20 is no lab2
+    (dict(lab2_final__turtlebot_controller=IMU_TOO, a__turtlebot_controller=IMU_TOO),
+     'lab2_final/turtlebot_controller.py', 'in the package lab2'),
+    (dict(lab20__turtlebot_controller=IMU_TOO, a__turtlebot_controller=IMU_TOO),
+     'a/turtlebot_controller.py', 'it comes first (there is no package lab2)'),
+    # a helper of lab2 is not the node of lab2
+    (dict(lab1__turtlebot_controller=MOUSE_ONLY, lab2__helper='x = 1'),
+     'lab1/turtlebot_controller.py', ''),
+    # the node's class and name tell it, too
+    (dict(lab2__src__node=MOUSE_ONLY), 'lab2/src/node.py',
+     'There is no turtlebot_controller.py; judged was lab2/src/node.py, which has the class '
+     'Controller and is the node controller.'),
+])
+def test_package_then_name_then_signs(texts, expected, said):
+    path, remarks = choose(TURN, repository(**texts))
+    assert path == expected
+    assert said in ' '.join(remarks) if said else remarks == []
+
+
+@pytest.mark.parametrize('line', [
+    "rospy.Subscriber('imu', Imu, f)", 'rospy.Subscriber("/imu", Imu, f)',
+    'Subscriber( name="robot3/imu" , data_class=Imu)'])
+def test_listening_is_seen(line):
+    assert choose(TURN, repository(a__b=line)).path == 'a/b.py'
+
+
+@pytest.mark.parametrize('line', [
+    "# rospy.Subscriber('imu', Imu, f)", "rospy.Subscriber('imu_raw', Imu, f)",
+    'class Controllers:', "rospy.Publisher('imu', Imu)"])
+def test_what_does_not_listen_is_no_node(line):
+    with pytest.raises(NoNode, match=r'There is no turtlebot_controller\.py, .*a/b\.py'):
+        choose(TURN, repository(a__b=line))
+    with pytest.raises(NoNode, match='No Python file was found at all'):
+        choose(TURN, [])
+
+
+def test_package_and_name_overrule():
+    files = repository(lab1__turtlebot_controller=IMU_TOO, lab2__turtlebot_controller=IMU_TOO,
+                       lab2__mine='')
+    assert choose(TURN, files, package='lab1').path == 'lab1/turtlebot_controller.py'
+    assert choose(TURN, files, name='mine.py').path == 'lab2/mine.py'
+    with pytest.raises(NoNode, match='There is no mine.py in a package lab1'):
+        choose(TURN, files, package='lab1', name='mine.py')
+
+
+def test_a_lab_with_several_usual_packages():
+    files = repository(lab4_gamepad__gamepad='', lab7__gamepad='', other__gamepad='',
+                       **{'a{}__gamepad'.format(n): '' for n in range(9)})
+    path, remarks = choose(PAD, files)
+    assert path == 'lab4_gamepad/gamepad.py' and remarks[0].endswith(' and 5 more.')
+
+
 # -- a course's repository
 
 LAB1_MESSAGE = 'Header header\nbool activestatus\nfloat32 xPos\nfloat32 yPos\n'
@@ -167,38 +246,42 @@ add_message_files(FILES MouseController.msg)
 generate_messages(DEPENDENCIES std_msgs)
 catkin_package(CATKIN_DEPENDS turtlebot3_bringup)
 '''
-FULL_MANIFEST = (
-    '<package format="2"><name>{}</name><version>0.0.0</version><description>-</description>'
-    '<maintainer email="a@example.org">-</maintainer><license>-</license><buildtool_depend>catkin'
-    '</buildtool_depend><depend>turtlebot3_bringup</depend></package>')
+
 
 
 def course(tmp_path, recipe=LAB1_RECIPE, node=TURN_NODE):
     return hand_in(tmp_path / 'bob', lab2__src__turtlebot_controller=node, **{
         'lab1__msg__MouseController.msg': LAB1_MESSAGE, 'lab1__CMakeLists.txt': recipe,
-        'lab1__package.xml': FULL_MANIFEST.format('lab1'),
-        'lab2__package.xml': FULL_MANIFEST.format('lab2'),
+        'lab1__package.xml': MANIFEST.format('lab1'),
+        'lab2__package.xml': MANIFEST.format('lab2'),
         'lab3__CMakeLists.txt': 'message(FATAL_ERROR "never built")',
-        'lab3__package.xml': FULL_MANIFEST.format('lab3')})
+        'lab3__package.xml': MANIFEST.format('lab3')})
+
+
+def copy_in(tmp_path):
+    return tmp_path / 'ws' / 'src' / 'package' / 'src' / 'turtlebot_controller.py'
+
+
+def output_of(copy, ready):
+    return subprocess.check_output([str(copy)], env=ready.environment, universal_newlines=True)
 
 
 @pytest.mark.parametrize('recipe, told', [
     (LAB1_RECIPE, 'lab1 asks CMake for turtlebot3_bringup, which the marking machine lacks'),
     ('# generate_messages()', 'generate_messages() is missing')])
 def test_only_what_the_node_needs_is_built_and_what_is_lacking_is_left_out(tmp_path, recipe, told):
-    ready = prepare(course(tmp_path, recipe), LABS['turn'], tmp_path / 'ws')
+    ready = prepare(course(tmp_path, recipe), TURN, tmp_path / 'ws', {})
     words = ' '.join(ready.remarks)
     assert told in words and 'cv3, nothing_here.msg: imported, but not used' in words
     assert ready.lacking == ['apriltag_rosx']       # it is used: the node cannot run without it
     assert sorted(os.listdir(str(tmp_path / 'ws' / 'src'))) == ['other1', 'package']
-    copy = tmp_path / 'ws' / 'src' / 'package' / 'src' / 'turtlebot_controller.py'
+    copy = copy_in(tmp_path)
     code = copy.read_text().splitlines()
     assert code[2] == 'pass    # import cv3' and code[4] == 'pass    # ' \
         'from nothing_here.msg import Tag, Tags'
     code[3] = 'tags = 7'
     copy.write_text('\n'.join(code))
-    assert subprocess.check_output([str(copy)], env=ready.environment,
-                                   universal_newlines=True) == 'False 7 rospy\n'
+    assert output_of(copy, ready) == 'False 7 rospy\n'
 
 
 def test_a_message_package_without_a_manifest_and_one_that_needs_another(tmp_path):
@@ -206,30 +289,31 @@ def test_a_message_package_without_a_manifest_and_one_that_needs_another(tmp_pat
         tmp_path / 'bob', turtlebot_controller='#!/usr/bin/env python3\nfrom outer.msg import O\n'
         'print(O().inner.value)\n', **{'outer__msg__O.msg': 'inner/I inner\n',
                                        'inner__msg__I.msg': 'float32 value\n'})
-    ready = prepare(folder, LABS['turn'], tmp_path / 'ws')
+    ready = prepare(folder, TURN, tmp_path / 'ws', {})
     assert ready.lacking == []
     copy = tmp_path / 'ws' / 'src' / 'package' / 'turtlebot_controller.py'
-    assert subprocess.check_output([str(copy)], env=ready.environment) == b'0.0\n'
+    assert output_of(copy, ready) == '0.0\n'
 
 
 def test_a_node_from_windows_has_its_messages(tmp_path):
+    """An import that its node guards is left alone."""
     node = ('\ufeff#!/usr/bin/env python3\nfrom lab1.msg import MouseController\n'
-            'print(MouseController().xPos)\n').replace('\n', '\r\n')
-    ready = prepare(course(tmp_path, node=node), LABS['turn'], tmp_path / 'ws')
-    copy = tmp_path / 'ws' / 'src' / 'package' / 'src' / 'turtlebot_controller.py'
-    assert subprocess.check_output([str(copy)], env=ready.environment) == b'0.0\n'
+            'print(MouseController().xPos)\n'
+            'try:\n    import cv3\nexcept ImportError:\n    cv3 = None\n').replace('\n', '\r\n')
+    ready = prepare(course(tmp_path, node=node), TURN, tmp_path / 'ws', {})
+    assert ready.lacking == [] and 'import cv3' in copy_in(tmp_path).read_text()
+    assert output_of(copy_in(tmp_path), ready) == '0.0\n'
 
 
 def test_a_message_that_cannot_be_built_stops_no_other(tmp_path):
     folder = course(tmp_path, node=TURN_NODE.replace('apriltag_rosx as tags', 'sys as tags'))
     hand_in(folder, **{'lab1__msg__Broken.msg': 'nowhere/Type t\n',
                        'lab1__srv__S.srv': 'no type here\n---\n'})
-    ready = prepare(folder, LABS['turn'], tmp_path / 'ws')
+    ready = prepare(folder, TURN, tmp_path / 'ws', {})
     words = ' '.join(ready.remarks)
     assert 'lab1/Broken.msg cannot be built: Cannot locate message [Type]: unknown package' in words
     assert 'lab1/S.srv cannot be built: Invalid declaration: no type here.' in words
-    copy = tmp_path / 'ws' / 'src' / 'package' / 'src' / 'turtlebot_controller.py'
-    assert subprocess.call([str(copy)], env=ready.environment) == 0
+    assert output_of(copy_in(tmp_path), ready)
 
 
 def test_rosrun_finds_the_copy_and_not_what_somebody_built_of_the_same_name(tmp_path, monkeypatch):
@@ -237,7 +321,7 @@ def test_rosrun_finds_the_copy_and_not_what_somebody_built_of_the_same_name(tmp_
     (built / 'lib' / 'lab2').mkdir(parents=True)
     (other / 'lib' / 'lab1').mkdir(parents=True)
     monkeypatch.setenv('CMAKE_PREFIX_PATH', '{}:{}'.format(built, other))
-    ready = prepare(course(tmp_path), LABS['turn'], tmp_path / 'ws')
+    ready = prepare(course(tmp_path), TURN, tmp_path / 'ws', {})
     assert ready.package == 'lab2'
     assert ready.environment['CMAKE_PREFIX_PATH'] == str(other)
 
@@ -256,25 +340,60 @@ def test_whoever_asks_while_the_packages_are_looked_up_gets_all_of_them(
                 half_way.set()
                 go_on.wait(5.0)
             return str(tmp_path / name)
-    monkeypatch.setattr(python_build.rospkg, 'RosPack', Packages)
-    for asked in (python_build.system_packages, python_build.system_messages):
+    monkeypatch.setattr(messages.rospkg, 'RosPack', Packages)
+    for asked in (messages.system_packages, messages.system_messages):
         asked.cache_clear()
         request.addfinalizer(asked.cache_clear)
     with ThreadPoolExecutor(2) as pool:
-        first = pool.submit(lambda: sorted(python_build.system_messages()))
+        first = pool.submit(lambda: sorted(messages.system_messages()))
         assert half_way.wait(5.0)
-        second = pool.submit(lambda: sorted(python_build.system_messages()))
+        second = pool.submit(lambda: sorted(messages.system_messages()))
         wait([second], 0.05)
         go_on.set()
         assert first.result() == second.result() == ['one', 'two']
 
 
-def test_a_guarded_import_is_left_alone(tmp_path):
-    node = 'try:\n    import cv3\nexcept ImportError:\n    cv3 = None\n'
-    ready = prepare(course(tmp_path, node=NODE + node), LABS['turn'], tmp_path / 'ws')
-    assert ready.lacking == []
-    copy = tmp_path / 'ws' / 'src' / 'package' / 'src' / 'turtlebot_controller.py'
-    assert copy.read_text() == NODE + node
+# -- the instructor's own workspaces
+
+def devel_space(folder, *packages):
+    """A devel space; its path."""
+    for name in packages:
+        (folder / 'devel' / 'share' / name).mkdir(parents=True)
+    (folder / 'devel' / '.catkin').write_text(str(folder / 'src'))
+    return str(folder / 'devel')
+
+
+def test_what_lies_over_this_package_is_forgotten_and_what_it_needs_stays(tmp_path):
+    over = devel_space(tmp_path / 'over', 'lab2')
+    # in the other's source folder, as a clone in somebody's own workspace
+    own = devel_space(tmp_path / 'over' / 'src' / 'clone' / 'ws', 'tb3_labs')
+    under = devel_space(tmp_path / 'under', 'lab2')
+    source = {prefix: prefix[:-len('devel')] + 'src' for prefix in (over, own, under)}
+    environment = {
+        'CMAKE_PREFIX_PATH': ':'.join((over, own, under)),
+        'PYTHONPATH': ':'.join((over + '/lib/python3', own + '/lib/python3')),
+        'ROS_PACKAGE_PATH': ':'.join((source[over], source[own], source[under])),
+        'PATH': ':'.join((over + '/bin', own[:-len('devel')] + 'venv/bin', '/usr/bin')),
+        'HOME': over}
+    modules = ['', over + '/lib/python3', own + '/lib/python3']
+    forget_overlays(environment, modules)
+    assert environment == {
+        'CMAKE_PREFIX_PATH': own + ':' + under,
+        'PYTHONPATH': own + '/lib/python3',
+        'ROS_PACKAGE_PATH': source[own] + ':' + source[under],
+        'PATH': own[:-len('devel')] + 'venv/bin:/usr/bin',
+        'HOME': over}
+    assert modules == ['', own + '/lib/python3']
+
+
+def test_without_such_workspaces_nothing_is_forgotten(tmp_path):
+    own = devel_space(tmp_path / 'own', 'tb3_labs')
+    other = devel_space(tmp_path / 'other', 'lab2')
+    for prefixes in (own, own + ':' + other, other, ''):
+        environment = {'CMAKE_PREFIX_PATH': prefixes, 'PYTHONPATH': other + '/lib/python3'}
+        before, modules = dict(environment), [other + '/lib/python3']
+        forget_overlays(environment, modules)
+        assert (environment, modules) == (before, [other + '/lib/python3'])
 
 
 # -- services

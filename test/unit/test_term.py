@@ -4,29 +4,27 @@ import csv
 import io
 import json
 import os
-import pathlib
-import runpy
+import sys
 import threading
+import zipfile
 from datetime import datetime
 
 import pytest
 import yaml
 
 from test_marking import TABLE, marks_of, observation, turned
-from tb3_labs.marking import course, figures, kept, turn
-from tb3_labs.marking.course import Row, cells, course_of, scaled
-from tb3_labs.marking.gradescope import results
-from tb3_labs.marking.handed_in import chosen
+from tb3_labs.marking import figures, marked_class, turn
+from tb3_labs.marking.feedback import results
+from tb3_labs.marking.intake import Copy, submissions_from
 from tb3_labs.marking.labs import LABS
-from tb3_labs.marking.marks import Marks
-from tb3_labs.marking.marks_table import Table
-from tb3_labs.marking.points import points_of
+from tb3_labs.marking.marks import Marks, from_record, points_of, to_record
+from tb3_labs.marking.marks_folder import MarksFolder, due_time, late_by
+from tb3_labs.marking.marks_table import Row, Table, cells, course_of, labels, scaled
+from tb3_labs.marking.names import chosen
 from tb3_labs.report.tables import safe
-from tb3_labs.ros.marking.intake import submissions_from
-from tb3_labs.ros.marking.marker import Marker
-from tb3_labs.ros.marking.marks_folder import MarksFolder, due_time, late_by
+from tb3_labs.ros.marking.progress import Progress
+from tb3_labs.marking.ros_marker import Marker
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 ROWS = [Row('code', 25.0), Row('demonstration', 25.0), Row('report', 50.0)]
 WORTH = points_of('turn', turn.CRITERIA, TABLE)
 
@@ -35,15 +33,16 @@ def rows_of(text):
     return {row['student']: row for row in csv.DictReader(io.StringIO(text))}
 
 
+def table_of(row, **more):
+    """A table with one row, as a spreadsheet writes it."""
+    out = io.StringIO()
+    writer = csv.DictWriter(out, list(row) + [name for name in more if name not in row])
+    writer.writeheader()
+    writer.writerow(dict(row, **more))
+    return out.getvalue()
+
+
 # -- the course
-
-def test_the_handouts_weights():
-    assert [(row.name, row.points) for row in course_of('turn', TABLE)] == [
-        ('code', 25), ('demonstration', 25), ('report', 50)]
-    files = [row for lab in ('move2goal', 'gamepad') for row in course_of(lab, TABLE)]
-    assert [row.points for row in files] == [20, 15, 15]
-    assert course_of('imu', TABLE) == []
-
 
 @pytest.mark.parametrize('section, words', [
     ({'code': -1}, 'code = -1'), ({'code': 'x'}, "code = 'x'"), ([3], 'section of its own'),
@@ -53,24 +52,18 @@ def test_weights_that_are_not_valid_are_refused(section, words):
         course_of('turn', {'turn': {'course': section}})
 
 
-def test_points_are_scaled():
-    marks = marks_of('Ann', turned(90.0))
-    assert 0 < marks.points < marks.worth == 30
-    assert scaled(marks, 60.0) == 2 * marks.points
-    assert scaled(Marks('nobody'), 25.0) == 0.0
-
-
 @pytest.mark.parametrize('given, total', [
     ({}, ''), ({'demonstration': '20'}, ''), ({'demonstration': '20', 'report': '40,5'}, 60.5),
     ({'demonstration': 'ill', 'report': '40'}, ''), ({'demonstration': '0', 'report': '0'}, 0.0)])
 def test_the_sum_is_empty_until_a_person_has_judged_all(given, total):
     marks = marks_of('Ann', turned(90.0))
+    assert 0 < marks.points < marks.worth == 30 and scaled(marks, 60.0) == 2 * marks.points
     *_, last = found = cells(ROWS, marks, given)
     assert found[1:3] == [given.get('demonstration', ''), given.get('report', '')]
     assert last == '' if total == '' else float(last) == pytest.approx(
         total + float(found[0]), abs=0.01)
-    assert len(course.labels(ROWS)) == 4 and course.labels(ROWS)[-1] == 'total (100)'
-    assert len(cells(ROWS[:1], marks, given)) == len(course.labels(ROWS[:1])) == 1
+    assert labels(ROWS)[-1] == 'total (100)'
+    assert len(cells(ROWS[:1], marks, given)) == len(labels(ROWS[:1])) == 1
 
 
 # -- the table
@@ -96,24 +89,15 @@ def test_what_a_person_wrote_stays():
     assert list(renewed) == ['Ann', 'Bo', 'Cy'] and renewed['Bo']['report (60)'] == ''
 
 
-def test_a_table_that_is_none_is_refused():
-    with pytest.raises(ValueError, match='does not begin with the columns student'):
-        Table('a,b\n1,2\n')
-
-
 # -- Gradescope
 
-#: Field -> types, from the "Output format" of Gradescope's Autograder Specifications.
-TEXT_FORMATS = ('text', 'html', 'simple_format', 'md', 'ansi')
-VISIBILITIES = ('hidden', 'after_due_date', 'after_published', 'visible')
-NUMBER = (int, float)
-WHOLE = {'score': NUMBER, 'execution_time': NUMBER, 'output': str, 'output_format': TEXT_FORMATS,
-         'test_output_format': TEXT_FORMATS, 'test_name_format': TEXT_FORMATS,
-         'visibility': VISIBILITIES, 'stdout_visibility': VISIBILITIES, 'extra_data': dict,
-         'tests': list, 'leaderboard': list}
+#: Field -> type or values, from the "Output format" of Gradescope's Autograder Specifications.
+NUMBER, SHOWN = (int, float), ('after_published', 'hidden')
+WHOLE = {'score': NUMBER, 'execution_time': NUMBER, 'output': str, 'output_format': ('text',),
+         'test_output_format': ('text',), 'test_name_format': ('text',), 'visibility': SHOWN,
+         'stdout_visibility': SHOWN, 'extra_data': dict, 'tests': list}
 TEST = {'score': NUMBER, 'max_score': NUMBER, 'status': ('passed', 'failed'), 'name': str,
-        'name_format': TEXT_FORMATS, 'number': str, 'output': str, 'output_format': TEXT_FORMATS,
-        'tags': list, 'visibility': VISIBILITIES, 'extra_data': dict}
+        'number': str, 'output': str, 'visibility': SHOWN}
 
 
 def check_fields(given, fields):
@@ -168,14 +152,14 @@ def written(path, student='Ann', **more):
 def test_a_record_gives_the_same_marks(tmp_path):
     marks = marks_of('Ann', turned(90.0))
     marks.remarks, marks.late = ['Hm.'], 'Late.'
-    record = json.loads(json.dumps(kept.to_record(marks, {'lab': 'turn'})))
-    again = kept.from_record(record, turn.CRITERIA, WORTH)
+    record = json.loads(json.dumps(to_record(marks, {'lab': 'turn'})))
+    again = from_record(record, turn.CRITERIA, WORTH)
     marks.observation = None
     assert again == marks
     del record['verdicts']['left']
     with pytest.raises(ValueError, match='left'):
-        kept.from_record(record, turn.CRITERIA, WORTH)
-    assert kept.from_record(record, turn.CRITERIA, WORTH, ['mouse']).worth == 6
+        from_record(record, turn.CRITERIA, WORTH)
+    assert from_record(record, turn.CRITERIA, WORTH, ['mouse']).worth == 6
 
 
 def test_what_has_not_changed_is_kept(tmp_path):
@@ -207,11 +191,7 @@ def test_new_points_and_filled_cells_reach_the_pages_without_another_try(tmp_pat
     assert page.read_text() == 'not written again'
     table = tmp_path / 'marks.csv'
     row = rows_of(table.read_text())['Ann']
-    out = io.StringIO()
-    writer = csv.DictWriter(out, list(row))
-    writer.writeheader()
-    writer.writerow(dict(row, **{'demonstration (25)': '20'}))
-    table.write_text(out.getvalue())
+    table.write_text(table_of(row, **{'demonstration (25)': '20'}))
     folder_of(tmp_path).write_overview()
     text = page.read_text()
     assert 'demonstration 20 of 25' in text and 'data:image/png' in text
@@ -247,44 +227,39 @@ def test_a_record_that_was_cut_off_and_a_table_that_cannot_be_read(tmp_path):
     assert folder_of(tmp_path).kept('Ann', 'digest') is None
     assert folder_of(tmp_path).write_overview() == (None, [])
     (tmp_path / 'marks.csv').write_text('my own table\n')
-    with pytest.raises(ValueError, match='may hold what a person wrote'):
+    with pytest.raises(ValueError, match='may hold what a person wrote: it does not begin with'):
         folder_of(tmp_path)
 
 
 # -- a class with odd submissions
 
-class Marking:
-    """mark.py on a class, with a marker that needs no robot; `acts`: student -> what it does."""
+def marked(path, acts, problems):
+    """(a class marked by a marker that needs no robot, its submissions); `acts`: student -> what
+    the marker does."""
+    folder = folder_of(path / 'marks')
+    marker = Marker('turn', WORTH, folder.logs)
 
-    def __init__(self, path, acts):
-        program = runpy.run_path(str(ROOT / 'scripts' / 'mark.py'), run_name='mark')
-        self.folder, self._acts = folder_of(path / 'marks'), acts
-        self._marker = Marker('turn', WORTH, self.folder.logs)
-        self._marker.mark = self._mark
-        self.marking = program['Marking'](self._marker, self.folder, None, False)
-        for student in acts:
-            (path / 'in' / student).mkdir(parents=True)
-        self.found = submissions_from(path / 'in', path, print)
-
-    def _mark(self, folder, tell, trying):
-        act = self._acts.get(folder.name)
-        return act() if act else marks_of(folder.name, turned(90.0))
-
-    def rows(self):
-        self.folder.write_overview()
-        return rows_of((self.folder.logs.parent / 'marks.csv').read_text())
+    def mark(copy, tell, trying):
+        act = acts.get(copy.folder.name)
+        if isinstance(act, Exception):
+            raise act
+        return act() if act else marks_of(copy.folder.name, turned(90.0))
+    marker.mark = mark
+    for student in acts:
+        (path / 'in' / student).mkdir(parents=True)
+    return marked_class.MarkedClass(marker, folder, None, False, Progress(sys.stdout),
+                                    problems.append), submissions_from(path / 'in', path, print)
 
 
-def fail_by(problem):
-    def fail():
-        raise problem
-    return fail
+def marks_below(path):
+    folder_of(path).write_overview()
+    return rows_of((path / 'marks.csv').read_text())
 
 
 ODD = os.fsdecode(b'M\xfcller')
 
 
-def test_one_odd_submission_does_not_end_the_class(tmp_path, capsys, monkeypatch):
+def test_one_odd_submission_does_not_end_the_class(tmp_path, monkeypatch):
     """A name that is not UTF-8, problems in the marking, odd remarks, an undrawn page."""
     odd, undrawn = marks_of('dot', turned(90.0)), marks_of('fay', turned(90.0))
     odd.remarks = ['=1+1', '\x1b[2J' + ODD, 'x' * 200000]
@@ -292,11 +267,11 @@ def test_one_odd_submission_does_not_end_the_class(tmp_path, capsys, monkeypatch
     monkeypatch.setattr(figures, 'over_time', lambda seen: {'turn': None}[seen.lab])
     unjudged = {'bob': RecursionError('too deep'), 'eve': MemoryError(),
                 'cat': UnicodeEncodeError('utf-8', ODD, 1, 2, 'no')}
-    acts = {student: fail_by(problem) for student, problem in unjudged.items()}
-    acts.update({'ann': None, 'dot': lambda: odd, 'fay': lambda: undrawn, ODD: None})
-    done = Marking(tmp_path, acts)
-    assert done.marking.mark_all(done.found, 2) is True
-    rows = done.rows()
+    acts = dict(unjudged, ann=None, dot=lambda: odd, fay=lambda: undrawn, **{ODD: None})
+    problems = []
+    marking, found = marked(tmp_path, acts, problems)
+    assert marking.mark_all(found, 2) is True
+    rows = marks_below(tmp_path / 'marks')
     assert set(rows) == {'ann', 'bob', 'cat', 'dot', 'eve', 'fay', 'M\\xfcller'}
     unjudged['fay'] = KeyError('')
     assert rows['ann']['points'] == rows['M\\xfcller']['points'] != ''
@@ -305,7 +280,7 @@ def test_one_odd_submission_does_not_end_the_class(tmp_path, capsys, monkeypatch
         assert 'Not judged' in (tmp_path / 'marks' / (student + '.html')).read_text()
     assert rows['dot']['remarks'].startswith("'=1+1 \\x1b[2JM\\xfcller")
     assert len(rows['dot']['remarks']) < 5000
-    assert len(capsys.readouterr().err.splitlines()) == 4
+    assert len(problems) == 4
     assert folder_of(tmp_path / 'marks').students == sorted(rows)
 
 
@@ -321,28 +296,45 @@ def test_marks_that_are_ready_at_an_interruption_are_written(tmp_path, monkeypat
         begun.wait(10.0)
         go_on.set()
         raise KeyboardInterrupt
-    done = Marking(tmp_path, {'ann': None, 'bob': slowly})
-    monkeypatch.setitem(done.marking.mark_all.__func__.__globals__, 'wait', interrupted)
-    assert done.marking.mark_all(done.found, 2) is True
-    assert list(done.rows()) == ['ann', 'bob']
+    marking, found = marked(tmp_path, {'ann': None, 'bob': slowly}, [])
+    monkeypatch.setattr(marked_class, 'wait', interrupted)
+    assert marking.mark_all(found, 2) is True
+    assert list(marks_below(tmp_path / 'marks')) == ['ann', 'bob']
+
+
+def test_a_zip_file_that_was_cut_off_is_no_zero(tmp_path):
+    """It is not judged, and one line tells the instructor why."""
+    with zipfile.ZipFile(str(tmp_path / 'whole.zip'), 'w') as archive:
+        archive.writestr('lab2/turtlebot_controller.py', 'x' * 5000)
+    (tmp_path / 'in').mkdir()
+    (tmp_path / 'in' / 'ann.zip').write_bytes((tmp_path / 'whole.zip').read_bytes()[:3000])
+    folder = folder_of(tmp_path / 'marks')
+    marking = marked_class.MarkedClass(Marker('turn', WORTH, folder.logs), folder, None, False,
+                                       Progress(sys.stdout), print)
+    assert marking.mark_all(submissions_from(tmp_path / 'in', tmp_path, print), 1) is True
+    said = 'The zip file cannot be unpacked: File is not a zip file.'
+    assert folder.write_overview()[1] == ['To look at: ann: Not judged: ' + said]
+    row = marks_below(tmp_path / 'marks')['ann']
+    assert row['points'] == row['starts'] == '' and row['remarks'] == said
+    page = (tmp_path / 'marks' / 'ann.html').read_text()
+    assert 'Not judged.' in page and page.count(said) == 1 and 'never started' not in page
+    assert not (tmp_path / 'marks' / 'gradescope' / 'ann' / 'results.json').exists()
 
 
 @pytest.mark.parametrize('text, cell', [
     ('=1+1', "'=1+1"), ('+1', "'+1"), ('-1', "'-1"), ('@x', "'@x"), ('\t=x', "'\t=x"),
     ('\r', "'\r"), (' =x', "' =x"), ('a;=x', "a;'=x"), ('a;"=x', "a;'\"=x"), ('', ''),
     ('a=1; b - 1', 'a=1; b - 1')])
-def test_no_text_of_a_stranger_is_a_formula(text, cell):
+def test_no_text_of_a_submission_is_a_formula(text, cell):
     assert safe(text) == cell == safe(cell)
 
 
 def test_the_row_of_a_student_with_an_odd_name_is_found_again():
-    marks, out = marks_of('=Ann', turned(90.0)), io.StringIO()
+    marks = marks_of('=Ann', turned(90.0))
     row, = rows_of(Table().renewed([marks], ROWS)).values()
     assert row['student'] == "'=Ann"
-    writer = csv.DictWriter(out, list(row))
-    writer.writeheader()
-    writer.writerow(dict(row, **{'report (50)': '-1.5'}))
-    again, = rows_of(Table(out.getvalue()).renewed([marks], ROWS)).values()
+    filled_in = Table(table_of(row, **{'report (50)': '-1.5'}))
+    again, = rows_of(filled_in.renewed([marks], ROWS)).values()
     assert again['report (50)'] == '-1.5'       # a person's number
 
 
@@ -353,12 +345,12 @@ def test_the_row_of_a_student_with_an_odd_name_is_found_again():
 def test_a_machine_that_is_too_busy_is_told(tmp_path, monkeypatch, gaps, told, remark):
     gaps, words = list(gaps), []
 
-    def tried(marker, folder, trying):
+    def tried(marker, copy, trying):
         seen = observation(truth=[[t, 0.0, 0.0, 0.0] for t in (0.0, gaps.pop(0))])
-        return Marks(folder.name, 'lab2/node.py', observation=seen)
+        return Marks(copy.folder.name, 'lab2/node.py', observation=seen)
     monkeypatch.setattr(Marker, '_try', tried)
     marker = Marker('turn', WORTH, tmp_path)
-    marks = marker.mark(tmp_path / 'Ann', words.append)
+    marks = marker.mark(Copy(tmp_path / 'Ann', [], []), words.append)
     assert words == ['the machine held the robot up for 0.21 s; tried again'] * told
     assert gaps == [] and any('may be unfair' in said for said in marks.remarks) is remark
     assert marker.held_up(marks) is remark

@@ -4,15 +4,23 @@ A repository of a whole course has several files with the same name. A file is c
 package, then by its name, then by what it does. Real submissions: see doc/marking.md.
 """
 import re
+from pathlib import Path
 from typing import List, NamedTuple, Sequence, Tuple
 
 from tb3_labs.marking.labs import Lab
+from tb3_labs.marking.packages import MANIFEST, files_in, name_in, package_folder
 
 #: The folders of a package where nodes usually are, likeliest first.
 FOLDERS = ('scripts', 'nodes', 'src')
 LISTENS_TO = 'listens to '
 #: No more files than this are named in a remark.
 NAMED = 6
+#: A larger file is not a program [bytes].
+LARGEST_PROGRAM = 1000000
+
+
+class NoNode(Exception):
+    """A submission has no node that could be run; the text is the reason, a sentence."""
 
 
 class SourceFile(NamedTuple):
@@ -35,15 +43,46 @@ class _Candidate(NamedTuple):
 
     package: int            # 0: a usual package; 1: one that begins like it; 2: another one
     name: int               # place among the usual names; their number: another name
-    deeds: int              # how many deeds are missing
+    signs: int              # how many signs of the node are missing
     folder: int             # place among the usual folders
     depth: int
     path: str
-    said: Tuple[str, ...]   # the deeds that were found
+    said: Tuple[str, ...]   # the signs that were found
 
 
-class NoNode(ValueError):
-    """No file can be the node; the text says which files there are."""
+def find_node(folder: Path, lab: Lab, package: str = '', name: str = '') -> Tuple[Path, List[str]]:
+    """The path of a Lab's node below `folder`, and remarks on the choice.
+
+    `package` and `name`, if given, are those of the node. ``NoNode`` if there is none.
+    """
+    choice = choose(lab, [
+        SourceFile(str(path.relative_to(folder)), _package_name(path, folder), _text(path))
+        for path in files_in(folder) if _is_program(path)], package, name)
+    return folder / choice.path, choice.remarks
+
+
+def source_of(node: Path, folder: Path) -> Path:
+    """The folder to copy for a node: that of its package, or a guess without a package.xml."""
+    found = package_folder(node, folder)
+    if found is not None:
+        return found
+    in_usual = node.parent.name in FOLDERS and node.parent != folder
+    return node.parent.parent if in_usual else node.parent
+
+
+def _is_program(path):
+    if path.stat().st_size > LARGEST_PROGRAM:
+        return False
+    return path.suffix == '.py' or not path.suffix and b'python' in path.read_bytes()[:80]
+
+
+def _text(path):
+    return path.read_bytes().decode(errors='replace')
+
+
+def _package_name(path, folder):
+    found = package_folder(path, folder)
+    return name_in(found / MANIFEST)[0] if found else ''
 
 
 def choose(lab: Lab, files: Sequence[SourceFile], package: str = '', name: str = '') -> Choice:
@@ -64,7 +103,7 @@ def choose(lab: Lab, files: Sequence[SourceFile], package: str = '', name: str =
 
 def _candidate(lab, file, packages, names):
     folders, low = file.path.split('/')[:-1], file.path.rsplit('/', 1)[-1].lower()
-    said = _deeds(lab, file.text)
+    said = _signs(lab, file.text)
     lower = [usual.lower() for usual in names]
     return _Candidate(
         min(_package_rank(usual, [file.package] + folders) for usual in packages),
@@ -82,8 +121,8 @@ def _package_rank(usual, called):
     return 1 if any(re.match(re.escape(usual) + r'(?![a-z0-9])', name) for name in called) else 2
 
 
-def _deeds(lab, text):
-    """Which of the lab's deeds does a program do? As clauses that follow its name."""
+def _signs(lab, text):
+    """The signs of the lab's node in a program, as clauses that follow its name."""
     code = '\n'.join(line for line in text.splitlines() if not line.lstrip().startswith('#'))
     return tuple(said for pattern, said in (
         (r'Subscriber\(\s*(name\s*=\s*)?[\'"]/?(\w+/)*{}[\'"]'.format(lab.listens),
@@ -113,7 +152,7 @@ def _remarks(found, packages, names):
         why = 'it is in the package {}'.format(' or '.join(packages))
     elif best.name != second.name:
         why = 'it has the usual name'
-    elif best.deeds != second.deeds:
+    elif best.signs != second.signs:
         why = 'it {}'.format(_listed(best.said))
     else:
         why = 'it comes first'

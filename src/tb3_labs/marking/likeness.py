@@ -21,7 +21,7 @@ LENGTH = 16
 #: one with other names, other strings, other comparisons and its methods in another order was alike
 #: by 0.85, and one with other names alone by 1.
 NEARLY_SAME = 0.8
-#: A text with fewer shingles is that of everybody. Without what the skeletons give, the handouts'
+#: A text with fewer shingles is that of everybody. Without those of the skeletons, the handouts'
 #: nodes have 80 (IMU exercise; 160 with it), 105 (gamepad), 274 (move to goal) and 352 (turns).
 FEWEST = 200
 IGNORED = (tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT,
@@ -41,7 +41,7 @@ def tokens_of(code: str) -> List[str]:
                 found.append(_plain(text, kind == tokenize.STRING))
             begins_line = kind in IGNORED and (begins_line or kind != tokenize.COMMENT)
     except (tokenize.TokenError, SyntaxError):
-        # no Python; its words will do
+        # not valid Python; its words are enough
         found = [_plain(text, text[0] in '"\'') for text in WORD.findall(code)
                  if not text.startswith('#')]
     return found
@@ -81,7 +81,7 @@ def nearly_same(submitted: Mapping[str, str], published: Mapping[str, str],
     """(one, other, likeness) of each pair that is nearly the same, the most alike first.
 
     `submitted` and `published`: name -> program; the latter are not compared among themselves.
-    `given`: programs that everybody was given; what is in them does not count.
+    `given`: programs that every student was given; their shingles do not count.
     """
     common = frozenset().union(*(shingles(code) for code in given))
     students, others = ([(name, shingles(code) - common) for name, code in sorted(texts.items())]

@@ -1,13 +1,39 @@
-"""The marks of a submission."""
-from dataclasses import dataclass, field
-from typing import List, Optional
+"""The marks of a submission: its verdicts, and the points of each criterion.
 
-from tb3_labs.marking.criteria import Verdict
+The points stand in a table that an instructor edits. It has a lab's name at its first level, the
+criteria's names at its second, and below `extra` the criteria beyond the handout:
+
+    turn:
+      left: 3
+      extra: {within_1_deg: 0}
+      course: {code: 25, demonstration: 25, report: 50}
+
+`course` is optional: see tb3_labs.marking.marks_table.
+
+Marks are kept in a record, so that a submission is tried once and judged by any points. The record
+holds the verdicts, without the observation they came from, and the key of the try: a try with the
+same key would end alike.
+"""
+import math
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence
+
+import rospkg
+import yaml
+
+from tb3_labs.command_line import reason
+from tb3_labs.marking.criteria import Criterion, Outcome, Verdict
 from tb3_labs.marking.observation import Observation
-
 
 #: The words for marks that could not be given.
 NOT_JUDGED = 'not judged'
+#: The sections of a lab's points: criteria beyond the handout, and the weights in the course.
+EXTRA, COURSE = 'extra', 'course'
+#: Parts of a record.
+KEY, MARKS, VERDICTS = 'key', 'marks', 'verdicts'
+#: Fields of Marks that a record does not hold as they are; VERDICTS is one of them.
+LEFT_OUT = (VERDICTS, 'observation')
 
 
 @dataclass
@@ -20,20 +46,19 @@ class Marks:
     remarks: List[str] = field(default_factory=list)      # sentences
     observation: Optional[Observation] = None  # None: nothing could be observed
     findings: List[str] = field(default_factory=list)     # for the instructor alone; sentences
-    failed: bool = False             # it could not be judged, by no known fault of its own
-    lacking: List[str] = field(default_factory=list)      # modules that this machine lacks
+    unjudged: str = ''               # why it could not be judged, a sentence; '' if it was
     late: str = ''                   # a sentence if it was handed in after it was due
     seconds: float = 0.0             # it took so long to mark
 
     @property
     def judged(self) -> bool:
-        """Are these marks of what was handed in? Marks that could not be given are no zero."""
-        return not self.failed
+        """Are these marks of what was handed in? A submission that was not judged has no zero."""
+        return not self.unjudged
 
     @property
     def sentences(self) -> List[str]:
-        """All remarks, that it is late too."""
-        return [self.late] * bool(self.late) + self.remarks
+        """All remarks, with the reason why it was not judged, and its lateness."""
+        return [said for said in (self.unjudged, self.late) if said] + self.remarks
 
     @property
     def points(self) -> float:
@@ -54,3 +79,88 @@ class Marks:
     def extra(self) -> List[Verdict]:
         """The verdicts on criteria beyond the handout."""
         return [verdict for verdict in self.verdicts if verdict.criterion.extra]
+
+
+# -- points
+
+def points_of(lab: str, criteria: Iterable[Criterion], table: Any) -> Dict[str, float]:
+    """The points of each criterion, by its name.
+
+    `table`: from yaml.safe_load(). ``ValueError`` if it has no section for the lab, names a
+    criterion that the lab does not have, lacks one, or has points that are not valid: anything but
+    a finite number of at least 0.
+    """
+    criteria = list(criteria)
+    if not isinstance(table, dict) or not isinstance(table.get(lab), dict):
+        raise ValueError('the points have no section "{}"'.format(lab))
+    given = dict(table[lab])
+    given.pop(COURSE, None)
+    extra = given.pop(EXTRA, {})
+    if not isinstance(extra, dict):
+        raise ValueError('{}: "{}" is a section of its own'.format(lab, EXTRA))
+    worth = {}
+    for section, names in ((given, [c.name for c in criteria if not c.extra]),
+                           (extra, [c.name for c in criteria if c.extra])):
+        for name in section:
+            if name not in names:
+                raise ValueError('{}: no criterion is called "{}"; these are: {}'.format(
+                    lab, name, ', '.join(names)))
+        for name in names:
+            worth[name] = checked_points(lab, name, section.get(name))
+    return worth
+
+
+def checked_points(lab: str, name: str, points: Any) -> float:
+    """These points; ``ValueError`` if they are not valid."""
+    if isinstance(points, bool) or not isinstance(points, (int, float)) or not (
+            math.isfinite(points) and points >= 0):
+        raise ValueError('{}: {} = {!r} is not valid: a number of at least 0'.format(
+            lab, name, points))
+    return points
+
+
+def read_points(path: Optional[Path]) -> Any:
+    """The table in a file of points, which is this package's if `path` is None.
+
+    ``ValueError`` with the reason if it cannot be read.
+    """
+    path = path or (
+        Path(rospkg.RosPack().get_path('tb3_labs')) / 'test' / 'marking' / 'points.yaml')
+    try:
+        with open(str(path), encoding='utf-8') as file:
+            return yaml.safe_load(file)
+    except OSError as problem:
+        raise ValueError('the points, {}, cannot be read: {}'.format(
+            path, problem.strerror)) from None
+    except (UnicodeDecodeError, yaml.YAMLError) as problem:
+        raise ValueError('the points, {}, are no YAML: {}'.format(
+            path, reason(problem))) from None
+
+
+# -- records
+
+def to_record(marks: Marks, key: Mapping[str, Any]) -> Dict[str, Any]:
+    """The record of these marks."""
+    return {KEY: dict(key),
+            MARKS: {item.name: getattr(marks, item.name) for item in fields(marks)
+                    if item.name not in LEFT_OUT},
+            VERDICTS: {verdict.criterion.name: [verdict.outcome.value, verdict.seen]
+                       for verdict in marks.verdicts}}
+
+
+def from_record(record: Mapping[str, Any], criteria: Iterable[Criterion],
+                worth: Mapping[str, float], parts: Sequence[str] = ()) -> Marks:
+    """The Marks of a record, with these points for each criterion.
+
+    ``ValueError`` if it lacks a criterion of these parts, or is of another version.
+    """
+    try:
+        marks = Marks(**record[MARKS])
+        for criterion in criteria:
+            if not parts or criterion.part in parts:
+                outcome, seen = record[VERDICTS][criterion.name]
+                marks.verdicts.append(Verdict(criterion, Outcome(outcome), seen,
+                                              worth[criterion.name]))
+    except (KeyError, TypeError) as problem:
+        raise ValueError('the record lacks {}'.format(problem)) from None
+    return marks

@@ -1,27 +1,112 @@
 """The table of all marks, marks.csv, in which a person fills in cells.
 
-Columns: student, points, of (full marks), the points for each criterion, node, late, what the lab
-counts in the course, remarks, and the columns that a person has added. A criterion beyond the
+Columns: student, points, of (full marks), the points for each criterion, node, late, the weights of
+the lab in the course, remarks, and the columns that a person has added. A criterion beyond the
 handout has 'extra_' before its name, and 'yes' or 'no' if it is worth nothing. The points of a
-submission that could not be judged are empty. What a stranger may have written is no formula.
+submission that could not be judged are empty. A text of a submission is never a formula.
+
+The section `course` of a lab's points has rows of name and points, such as ``{code: 25,
+demonstration: 25, report: 50}``. The first row is that of the criteria, scaled. The others are a
+person's.
 """
 import csv
 import io
-from typing import Dict, List, Sequence
+import math
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence
 
-from tb3_labs.marking import course
 from tb3_labs.marking.criteria import Outcome
-from tb3_labs.marking.marks import Marks
+from tb3_labs.marking.marks import COURSE, Marks, checked_points
 from tb3_labs.report.tables import safe
 
 STUDENT, POINTS, OF, NODE, LATE, REMARKS = 'student', 'points', 'of', 'node', 'late', 'remarks'
 YES, NO = 'yes', 'no'
+TOTAL = 'total'
 
+
+# -- the course
+
+class Row(NamedTuple):
+    """One row of what a lab counts in the course."""
+
+    name: str
+    points: float      # full marks
+
+    @property
+    def label(self) -> str:
+        """The name, and the points of full marks."""
+        return '{} ({:g})'.format(self.name, self.points)
+
+
+def course_of(lab: str, table: Any) -> List[Row]:
+    """The rows of a lab's section `course`, none without one; `table`: as for points_of().
+
+    ``ValueError`` if they are not valid.
+    """
+    given = table[lab].get(COURSE) or {}
+    if not isinstance(given, dict):
+        raise ValueError('{}: "{}" is a section of its own'.format(lab, COURSE))
+    if TOTAL in given:
+        raise ValueError('{}: "{}" is the sum of the other rows'.format(lab, TOTAL))
+    return [Row(str(name), checked_points(lab, name, points)) for name, points in given.items()]
+
+
+def scaled(marks: Marks, points: float) -> float:
+    """The points that were earned if full marks are worth so many."""
+    return round(points * marks.points / marks.worth, 2) if marks.worth else 0.0
+
+
+def cells(rows: Sequence[Row], marks: Marks, given: Mapping[str, str]) -> List[str]:
+    """The cell of each row, and of their sum if there are several rows.
+
+    `given`: the cells of a person, by a row's name. The sum is empty until each cell is a number.
+    """
+    if not rows:
+        return []
+    texts = ['{:g}'.format(scaled(marks, rows[0].points)) if marks.judged else ''] + [
+        given.get(row.name, '') for row in rows[1:]]
+    if len(rows) == 1:
+        return texts
+    numbers = [number_in(text) for text in texts]
+    known = [number for number in numbers if number is not None]
+    return texts + ['{:g}'.format(sum(known)) if len(known) == len(rows) else '']
+
+
+def labels(rows: Sequence[Row]) -> List[str]:
+    """The heading of each cell of :func:`cells`."""
+    if len(rows) < 2:
+        return [row.label for row in rows]
+    return [row.label for row in rows] + [
+        Row(TOTAL, sum(row.points for row in rows)).label]
+
+
+def name_in(label: str) -> str:
+    """The name in a label, '' if it is none: the points may have been changed since."""
+    name, bracket, points = label.rpartition(' (')
+    return name if bracket and number_in(points.rstrip(')')) is not None else ''
+
+
+def number_in(text: str) -> Optional[float]:
+    """The number that a person wrote, with a comma or a point; None if it is none."""
+    try:
+        number = float(text.strip().replace(',', '.'))
+    except ValueError:
+        return None
+    return number if math.isfinite(number) else None
+
+
+def sentence(rows: Sequence[Row], marks: Marks, given: Mapping[str, str]) -> str:
+    """The points in the course, for the student's page; '' without rows."""
+    parts = ['{} {} of {:g}'.format(row.name, cell, row.points)
+             for row, cell in zip(rows, cells(rows, marks, given)) if cell.strip()]
+    return 'In the course: {}.'.format(', '.join(parts)) if parts else ''
+
+
+# -- the table
 
 class Table:
-    """The table as it was, by which what a person wrote is kept. `text` is '' at first.
+    """The table as it was, with the cells that a person filled in. `text` is '' at first.
 
-    ``ValueError`` if the text is no such table.
+    ``ValueError`` if the text is not such a table.
     """
 
     def __init__(self, text: str = '') -> None:
@@ -40,18 +125,18 @@ class Table:
             raise ValueError(str(problem)) from None
 
     def given(self, student: str) -> Dict[str, str]:
-        """What a person wrote of a student: the name of a course's row -> text."""
+        """The cells that a person filled in for a student: the name of a course's row -> text."""
         row = self._rows.get(safe(student), {})
-        return {course.name_in(head): text for head, text in row.items() if course.name_in(head)}
+        return {name_in(head): text for head, text in row.items() if name_in(head)}
 
-    def renewed(self, all_marks: Sequence[Marks], rows: Sequence[course.Row]) -> str:
+    def renewed(self, all_marks: Sequence[Marks], rows: Sequence[Row]) -> str:
         """The table with these marks in place of the old ones.
 
         The cells and the columns that a person filled in stay, and the rows of other students.
         """
         some = all_marks[0]
         heads = [STUDENT, POINTS, OF] + [v.criterion.label for v in some.graded + some.extra] + [
-            NODE, LATE] + course.labels(rows) + [REMARKS]
+            NODE, LATE] + labels(rows) + [REMARKS]
         added = [head for head in self._heads[self._heads.index(REMARKS) + 1:]] \
             if REMARKS in self._heads else []
         out = io.StringIO(newline='')
@@ -66,7 +151,7 @@ class Table:
         for student, old in self._rows.items():
             if student not in students:
                 given = self.given(student)
-                writer.writerow([old.get(head) or given.get(course.name_in(head), '')
+                writer.writerow([old.get(head) or given.get(name_in(head), '')
                                  for head in heads + added])
         return out.getvalue()
 
@@ -79,4 +164,4 @@ def _cells(marks, rows, given):
              '{:g}'.format(marks.worth)]
             + (points if marks.judged else [''] * len(points))
             + [safe(marks.node), YES if marks.late else '']
-            + course.cells(rows, marks, given) + [safe(' '.join(marks.sentences))])
+            + cells(rows, marks, given) + [safe(' '.join(marks.sentences))])

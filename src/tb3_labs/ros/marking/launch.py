@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Dict, List, Optional
 
-from tb3_labs.ros.marking.box import NoBox
+from tb3_labs.marking.sandbox import NoSandbox
 
 #: The variable with the path of that file.
 VARIABLE = 'TB3_LABS_LAUNCH'
@@ -23,9 +23,9 @@ MASTER = 'ROS_MASTER_URI'
 class Launch:
     """The start of a node: `prefix`, then its own command."""
 
-    prefix: List[str] = field(default_factory=lambda: ALWAYS + NoBox.command([]))
+    prefix: List[str] = field(default_factory=lambda: ALWAYS + NoSandbox.command([]))
     environment: Optional[Dict[str, str]] = None            # None: that of this process
-    types: Optional[Dict[str, Any]] = None                  # of the student; see types_in_box
+    types: Optional[Dict[str, Any]] = None                  # of the student; see messages_in_sandbox
     boxed: bool = False
 
     def write(self, path):

@@ -10,11 +10,11 @@ import rospy
 
 from tb3_labs.marking.life import START_TIME
 from tb3_labs.marking.observation import Run
-from tb3_labs.ros.marking.box import OWN_FOLDERS
+from tb3_labs.marking.sandbox import OWN_FOLDERS
 from tb3_labs.ros.marking.graph import LISTENS, Graph
 from tb3_labs.ros.marking.launch import Launch
-from tb3_labs.ros.marking.limits import Watch
-from tb3_labs.ros.marking.types import Types
+from tb3_labs.marking.processes import ResourceWatch
+from tb3_labs.marking.ros_types import Types
 from tb3_labs.ros.marking.waiting import wait_until
 from tb3_labs.ros.testing.node_process import NodeProcess
 
@@ -75,7 +75,7 @@ class StudentNode:
         self._process = NodeProcess(*self._what, *arguments, terminal=True,
                                     prefix=self._launch.prefix, environment=environment,
                                     clean=environment is not None)
-        self._watch = Watch(self._process.pid, OWN_FOLDERS) if (
+        self._watch = ResourceWatch(self._process.pid, OWN_FOLDERS) if (
             self._launch.boxed) else None
         if self._is_ready_in_time(topic, known):
             run.ready = self._now()

@@ -15,7 +15,7 @@ from rosgraph_msgs.msg import Log
 from tb3_labs.marking.observation import Run
 from tb3_labs.marking.topics import CMD_VEL, IMU, ODOM
 from tb3_labs.ros.marking.graph import LISTENS, PUBLISHES, Graph
-from tb3_labs.ros.marking.types import Types
+from tb3_labs.marking.ros_types import Types
 from tb3_labs.ros.marking.waiting import wait, wait_until
 from tb3_labs.ros.testing.bounded_text import BoundedText
 

@@ -1,7 +1,7 @@
-"""Judges one submission by its lab's check_LAB.test, in a world of its own.
+"""Judges one submission by its lab's check_LAB.test, in a ROS of its own.
 
-That world has a master, an embedded robot, a home and a log folder of its own, and a time limit. At
-the end not a process is left, whatever the submission did.
+It has a master, a simulated robot, a home and a log folder of its own, and a time limit. At the end
+not a process is left, whatever the submission did.
 """
 import os
 import shutil
@@ -11,21 +11,23 @@ import time
 import uuid
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Callable, Mapping, Sequence, Set
 
+from tb3_labs.marking.choice import NoNode
 from tb3_labs.marking.conduct import NODE_TEXT, laws_imported
 from tb3_labs.marking.criteria import judge
+from tb3_labs.marking.intake import Copy
 from tb3_labs.marking.labs import GAMEPAD, LABS
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.observation import Observation
-from tb3_labs.ros.marking.box import Box, NoBox
+from tb3_labs.marking.processes import IDENTITY, environment_in, sweep
+from tb3_labs.marking.sandbox import NoSandbox, Sandbox
+from tb3_labs.marking.workspace import prepare
 from tb3_labs.ros.marking.launch import ALWAYS, VARIABLE, Launch
 from tb3_labs.ros.marking.pads import HANDOUT, pad_in_words
 from tb3_labs.ros.marking.progress import tried_last
-from tb3_labs.ros.marking.sandbox import COOKIE, environment_in, sweep
-from tb3_labs.ros.marking.submission import Unusable
-from tb3_labs.ros.marking.workspace import prepare
 
-#: What is tried is told so often [s].
+#: The check is asked so often which part it tries [s].
 TOLD = 0.5
 #: The network that takes no time; any other is told in the remarks.
 QUIET = 'quiet'
@@ -44,103 +46,108 @@ class Options:
     limit: float = 300.0        # time for one submission [s]
     network: str = QUIET        # between robot and node; see tb3_labs.simulation.network.NETWORKS
     pad: str = HANDOUT          # the gamepad that is played
-    boxed: bool = True          # do strangers' programs run in a Box?
+    sandbox: bool = True        # do the submissions' programs run in a Sandbox?
 
 
 class Marker:
     """Marks submissions of one lab; several at a time, by threads, if wanted."""
 
-    def __init__(self, lab, worth, logs, parts=(), options=Options()):
+    def __init__(self, lab: str, worth: Mapping[str, float], logs: Path, parts: Sequence[str] = (),
+                 options: Options = Options()) -> None:
         """`worth`: criterion -> points; `logs`: an existing folder; `parts`: these alone."""
         self._lab, self._worth, self._logs = lab, worth, Path(logs)
         self._parts, self._options = parts, options
         self._interrupted = False
-        self._cookies = set()
+        self._identities: Set[str] = set()
 
-    def interrupt(self):
-        """Kill what is under way: each :meth:`mark` raises Interrupted from now on."""
+    def interrupt(self) -> None:
+        """Kill all that runs: each :meth:`mark` raises Interrupted from now on."""
         self._interrupted = True
-        for cookie in list(self._cookies):
-            sweep(cookie)
+        for identity in list(self._identities):
+            sweep(identity)
 
-    def mark(self, folder, tell=lambda words: None, trying=lambda words: None):
-        """The Marks of the submission in `folder`.
+    def mark(self, copy: Copy, tell: Callable[[str], None] = lambda words: None,
+             trying: Callable[[str], None] = lambda words: None) -> Marks:
+        """The Marks of a submission.
 
         If the machine was too busy to judge it fairly, it is tried once more, and ``tell(words)``
-        hears that. ``trying(words)`` hears what is tried now, at least once a second.
+        hears that. ``trying(words)`` hears which part is tried now, at least once a second.
         """
-        marks = self._try(Path(folder), trying)
+        marks = self._try(copy, trying)
         if self.held_up(marks):
             tell('the machine held the robot up for {:.2f} s; tried again'.format(
                 marks.observation.longest_gap))
-            marks = self._try(Path(folder), trying)
+            marks = self._try(copy, trying)
             if self.held_up(marks):
                 marks.remarks.append(marks.observation.unfair)
         return marks
 
     @staticmethod
-    def held_up(marks):
+    def held_up(marks: Marks) -> bool:
         """Was the machine too busy to judge it fairly?"""
         return marks.observation is not None and bool(marks.observation.unfair)
 
-    def _try(self, folder, trying):
-        marks = Marks(folder.name)
+    def _try(self, copy, trying):
+        marks = Marks(copy.folder.name, remarks=list(copy.remarks))
+        unread = list(dict.fromkeys(copy.unread))
         with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
-            cookie = uuid.uuid4().hex
-            self._cookies.add(cookie)
+            identity = uuid.uuid4().hex
+            self._identities.add(identity)
             try:
-                self._observe(marks, folder, Path(work), cookie, trying)
-            except Unusable as reason:
-                marks.remarks.append(str(reason))
+                self._observe(marks, copy.folder, Path(work), identity, trying)
+                marks.remarks += unread
+            except NoNode as reason:
+                if unread:      # the node may be in there
+                    marks.unjudged = ' '.join(unread)
+                else:
+                    marks.remarks.append(str(reason))
             finally:
-                sweep(cookie)
-                self._cookies.remove(cookie)
+                sweep(identity)
+                self._identities.remove(identity)
         return self._judged(marks)
 
-    def not_judged(self, student, reason):
+    def not_judged(self, student: str, reason: str) -> Marks:
         """The Marks of a submission that cannot be judged, for this reason, a sentence."""
-        return self._judged(Marks(student, remarks=[reason], failed=True))
+        return self._judged(Marks(student, unjudged=reason))
 
     def _judged(self, marks):
+        if marks.unjudged:
+            marks.findings.append('Not judged: ' + marks.unjudged)
         observation = marks.observation or Observation(self._lab, marks.node)
         marks.verdicts = judge(LABS[self._lab].criteria, observation, self._worth, self._parts)
         return marks
 
-    def _observe(self, marks, folder, work, cookie, trying):
+    def _observe(self, marks, folder, work, identity, trying):
         """Write node, remarks and Observation of a submission into its Marks."""
         log, record = self._logs / (folder.name + '.log'), work / 'observation.json'
-        box = Box([work / 'ws', work / 'etc']) if self._options.boxed else NoBox()
-        prepared = prepare(folder, LABS[self._lab], work / 'ws', {COOKIE: cookie},
-                           self._options.package, self._options.name, box)
+        sandbox = Sandbox([work / 'ws', work / 'etc']) if self._options.sandbox else NoSandbox()
+        prepared = prepare(folder, LABS[self._lab], work / 'ws', {IDENTITY: identity},
+                           self._options.package, self._options.name, sandbox)
         marks.node = '{}/{}'.format(prepared.package, prepared.executable)
         marks.remarks += prepared.remarks
         self._read(marks, work / 'ws' / 'src', prepared.executable)
         if prepared.lacking:
-            marks.lacking, marks.failed = prepared.lacking, True
-            marks.remarks.append(
-                'The marking machine lacks {}, which the node imports: it was not judged.'.format(
-                    ' and '.join(prepared.lacking)))
+            marks.unjudged = 'The marking machine lacks {}, which the node imports.'.format(
+                ' and '.join(prepared.lacking))
             return
         if self._options.network != QUIET:
             marks.remarks.append('Judged over the network "{}".'.format(self._options.network))
         if self._lab == GAMEPAD:
             marks.remarks.append(pad_in_words(self._options.pad))
         self._go_on()
-        if not self._check(prepared, box, work, log, record, cookie, trying):
+        if not self._check(prepared, sandbox, work, log, record, identity, trying):
             marks.remarks.append('It was stopped after {:g} s, the limit.'.format(
                 self._options.limit))
         self._go_on()
         if not record.exists():
-            marks.failed = True
-            marks.remarks.append('It could not be judged; see {}.'.format(log))
+            marks.unjudged = 'The check left no record; see {}.'.format(log)
             return
         marks.observation = Observation.from_json(record.read_text())
         marks.remarks += marks.observation.remarks
         marks.findings += marks.observation.findings
         if marks.observation.broken:
-            marks.failed = True
-            marks.remarks.append('The marker itself failed ({}), so this was not judged; see {}.'
-                                 .format(marks.observation.broken, log))
+            marks.unjudged = 'The marker itself failed ({}); see {}.'.format(
+                marks.observation.broken, log)
         shutil.copy(str(record), str(self._logs / (folder.name + '.json')))
 
     def _read(self, marks, sources, executable):
@@ -153,28 +160,29 @@ class Marker:
         for path in sorted(sources.rglob(executable))[:1]:
             (self._logs / (marks.student + NODE_TEXT)).write_bytes(path.read_bytes())
 
-    def _check(self, prepared, box, work, log, record, cookie, trying):
+    def _check(self, prepared, sandbox, work, log, record, identity, trying):
         """Run the lab's check; False if the time was up.
 
-        The environment of the student's workspace is the node's alone: the modules in it are a
-        stranger's.
+        The environment of the student's workspace is the node's alone: the modules in it are the
+        submission's.
         """
-        box.hand_over(work / 'ws')
-        world = environment_in(work, dict(os.environ, **{COOKIE: cookie}))
-        Launch(ALWAYS + box.command([]),
-               box.environment(environment_in(work, prepared.environment)),
-               prepared.types, box.boxed).write(work / 'launch.json')
+        sandbox.hand_over(work / 'ws')
+        own = environment_in(work, dict(os.environ, **{IDENTITY: identity}))
+        Launch(ALWAYS + sandbox.command([]),
+               sandbox.environment(environment_in(work, prepared.environment)),
+               prepared.types, sandbox.isolates).write(work / 'launch.json')
         with open(str(log), 'w') as file:
             check = subprocess.Popen(
-                box.world(['rostest', 'tb3_labs', 'check_{}.test'.format(self._lab),
-                 'pkg:=' + prepared.package, 'type:=' + prepared.executable,
-                 'parts:=' + ','.join(self._parts), 'record:={}'.format(record),
-                 'network:=' + self._options.network, 'truth:=truth_' + uuid.uuid4().hex]
-                + (['pad:=' + self._options.pad] if self._lab == GAMEPAD else [])),
-                env=dict(world, **{VARIABLE: str(work / 'launch.json')}), cwd=str(work),
+                sandbox.own_network([
+                    'rostest', 'tb3_labs', 'check_{}.test'.format(self._lab),
+                    'pkg:=' + prepared.package, 'type:=' + prepared.executable,
+                    'parts:=' + ','.join(self._parts), 'record:={}'.format(record),
+                    'network:=' + self._options.network, 'truth:=truth_' + uuid.uuid4().hex]
+                    + (['pad:=' + self._options.pad] if self._lab == GAMEPAD else [])),
+                env=dict(own, **{VARIABLE: str(work / 'launch.json')}), cwd=str(work),
                 stdin=subprocess.DEVNULL, stdout=file, stderr=file, start_new_session=True)
             in_time = self._wait_for(check, log, trying)
-            sweep(cookie)
+            sweep(identity)
             check.wait()
         return in_time
 

@@ -1,15 +1,18 @@
-"""Pages of feedback: one for each student, and an overview for the person who marks.
+"""Feedback: a page and a results.json for each student, an overview for the person who marks.
 
-A page needs no other file.
+A page needs no other file. Gradescope reads results.json: a test's score is a number, and the
+scores add up to that of the whole. Nothing is shown before the instructor publishes the grades.
+Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 """
 from html import escape
 from string import Template
-from typing import Sequence
+from typing import Any, Dict, Sequence
 from urllib.parse import quote
 
 from tb3_labs.marking import figures
-from tb3_labs.marking.criteria import Outcome
+from tb3_labs.marking.criteria import Outcome, Verdict
 from tb3_labs.marking.marks import NOT_JUDGED, Marks
+from tb3_labs.marking.marks_table import Row, scaled
 from tb3_labs.report.html import STYLE, Markup, picture, table
 
 #: The number of lines that are shown of each run, its last ones; the length of a line.
@@ -20,6 +23,10 @@ COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERE
 
 #: Headings of the columns of words, which are wide.
 SEEN, REMARKS = 'what was seen, and where to look', 'remarks'
+#: When a student sees the tests in Gradescope; whether a student sees the output of the marking.
+VISIBILITY, STDOUT_VISIBILITY = 'after_published', 'hidden'
+PASSED, FAILED = 'passed', 'failed'
+TEXT = 'text'
 
 PAGE = Template('''<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>$title</title><style>
@@ -34,7 +41,7 @@ $more
 $body
 </body></html>
 ''')
-#: An overview has a column for each criterion: its names are upright, and its paper lies on its side.
+#: An overview has a column for each criterion: names are upright, the paper is in landscape.
 WIDE = '''@page { size: A4 landscape; }
 body { max-width: 269mm; }
 th, td { padding: 1px 2px; text-align: center; overflow-wrap: anywhere; }
@@ -46,7 +53,7 @@ tr { break-inside: avoid; }
 
 
 def feedback(marks: Marks, lab: str, course: str = '') -> str:
-    """The page of one student, HTML; `lab`: its title; `course`: what it counts there."""
+    """The page of one student, HTML; `lab`: its title; `course`: a sentence on its points there."""
     node = 'Node: {}.'.format(marks.node) if marks.node else ''
     parts = ['<p><b>{:g} of {:g} points.</b> {}</p>'.format(marks.points, marks.worth, escape(
         ' '.join(filter(None, [course, node])))) if marks.judged else
@@ -116,3 +123,37 @@ def overview(all_marks: Sequence[Marks], lab: str, page_names: Sequence[str],
 
 def _page(title, parts, more=''):
     return PAGE.substitute(title=escape(title), style=STYLE, more=more, body='\n'.join(parts))
+
+
+# -- Gradescope
+
+def results(marks: Marks, rows: Sequence[Row] = ()) -> Dict[str, Any]:
+    """The object for json.dump(); `rows`: of the course, the first of which has the full marks."""
+    factor = rows[0].points / marks.worth if rows and marks.worth else 1.0
+    score = scaled(marks, rows[0].points) if rows else marks.points
+    return {
+        'score': round(float(score), 2),
+        'execution_time': int(round(marks.seconds)),
+        'output': '\n'.join(['Node: {}.'.format(marks.node)] * bool(marks.node) + marks.sentences),
+        'output_format': TEXT,
+        'test_output_format': TEXT,
+        'test_name_format': TEXT,
+        'visibility': VISIBILITY,
+        'stdout_visibility': STDOUT_VISIBILITY,
+        'tests': [_test(verdict, factor, str(number))
+                  for number, verdict in enumerate(marks.graded + marks.extra, 1)],
+        'extra_data': {'student': marks.student, 'late': bool(marks.late)},
+    }
+
+
+def _test(verdict: Verdict, factor: float, number: str) -> Dict[str, Any]:
+    extra = verdict.criterion.extra
+    return {
+        'name': ('Beyond the handout: ' if extra else '') + verdict.criterion.meaning,
+        'number': number,
+        'score': round(verdict.points * factor, 4),
+        'max_score': 0.0 if extra else round(verdict.worth * factor, 4),
+        'status': PASSED if verdict.outcome is Outcome.MET else FAILED,
+        'output': verdict.sentence,
+        'visibility': VISIBILITY,
+    }

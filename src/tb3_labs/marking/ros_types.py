@@ -1,8 +1,8 @@
 """The classes of a student's messages and services, made from a description of their fields.
 
-Importing the student's own modules would run a stranger's code in the marker, and so may code that
-is generated from their texts. A box has read those (see types_in_box); here no code is made, only
-values are written and read, field by field.
+Importing the student's own modules would run their code in the marker, and so may code that is
+generated from their texts. A sandbox has read those (see messages_in_sandbox); here no code is
+made, only values are written and read, field by field.
 
 Source: https://wiki.ros.org/msg, "Fields"; numbers are little-endian, a text and an array of any
 length begin with their length, uint32.
@@ -11,10 +11,11 @@ import importlib
 import re
 import struct
 from types import SimpleNamespace
+from typing import Any, BinaryIO, Dict, Iterator, List, Optional, Tuple
 
 import genpy
 
-from tb3_labs.marking.foreign import is_name, is_type
+from tb3_labs.marking.names import is_name, is_type
 
 #: Type of a field -> format of its bytes.
 NUMBERS = {'bool': '?', 'byte': 'b', 'char': 'B', 'int8': 'b', 'uint8': 'B', 'int16': 'h',
@@ -32,23 +33,23 @@ MOST_VALUES = 20000
 class Types:
     """Knows the types that this process can import, and those of a description."""
 
-    def __init__(self, described=None):
-        """`described`: what types_in_box says of the student's types; None: there are none."""
+    def __init__(self, described: Optional[Dict[str, Any]] = None) -> None:
+        """`described`: the answer of messages_in_sandbox; None: there are no own types."""
         described = described or {'fields': {}, 'sums': {}}
         self._sums = described['sums']
         self._fields = {kind: fields for kind, fields in described['fields'].items()
                         if is_type(kind) and all(map(_is_field, fields))}
-        self._classes = {}
+        self._classes: Dict[str, Any] = {}
 
-    def message(self, kind):
+    def message(self, kind: str) -> Any:
         """The class of a message type, such as 'lab2/MouseController'; None if there is none."""
         return self._imported(kind, 'msg') or self._made(kind, self._make_message)
 
-    def service(self, kind):
+    def service(self, kind: str) -> Any:
         """The class of a service type; None if there is none."""
         return self._imported(kind, 'srv') or self._made(kind, self._make_service)
 
-    def own_services(self):
+    def own_services(self) -> List[Any]:
         """The classes of all services of the description."""
         made = [self._made(kind, self._make_service) for kind in sorted(self._sums)]
         return [kind for kind in made if kind is not None]
@@ -67,7 +68,7 @@ class Types:
         try:
             return make(kind)
         except (KeyError, ValueError, RecursionError):
-            return None     # not described, or no valid description
+            return None     # not described, or not validly
 
     def _make_message(self, kind):
         made = self._class_of(kind, self._sums[kind])
@@ -91,7 +92,7 @@ class Types:
 
     # -- values, by the type of their field
 
-    def first(self, kind, room):
+    def first(self, kind: str, room: Iterator[int]) -> Any:
         """The value in a new message; `room`: an iterator that has an item for each value."""
         if next(room, None) is None:
             raise ValueError('a new message has more than {} values'.format(MOST_VALUES))
@@ -105,7 +106,7 @@ class Types:
         made = self._class_of(base)
         return made(*(self.first(inner, room) for inner in made._slot_types))
 
-    def write(self, kind, value, out):
+    def write(self, kind: str, value: Any, out: BinaryIO) -> None:
         """Write a value into a stream."""
         base, length = _split(kind)
         if length is not None:
@@ -123,7 +124,7 @@ class Types:
             for inner, name in self._fields[base]:
                 self.write(inner, getattr(value, name), out)
 
-    def read(self, kind, stream):
+    def read(self, kind: str, stream: '_Stream') -> Any:
         """Read a value from a :class:`_Stream`."""
         base, length = _split(kind)
         if length is not None:
@@ -142,22 +143,22 @@ class Types:
 class _Message(genpy.Message):
     """A message of which only the description is known."""
 
-    __slots__ = ()
+    __slots__: Tuple[str, ...] = ()
 
-    def __init__(self, *values):
+    def __init__(self, *values: Any) -> None:
         room = iter(range(1, MOST_VALUES))
-        values = values or [self._codec.first(kind, room) for kind in self._slot_types]
+        values = values or tuple(self._codec.first(kind, room) for kind in self._slot_types)
         for name, value in zip(self.__slots__, values):
             setattr(self, name, value)
 
-    def serialize(self, buff):
+    def serialize(self, buff: BinaryIO) -> None:
         """Write it into a stream, as genpy's do."""
         try:
             self._codec.write(self._type, self, buff)
         except (struct.error, TypeError, AttributeError) as problem:
             raise genpy.SerializationError(str(problem)) from None
 
-    def deserialize(self, data):
+    def deserialize(self, data: bytes) -> '_Message':
         """Read it from bytes, as genpy's do."""
         stream = _Stream(data)
         for kind, name in zip(self._slot_types, self.__slots__):
@@ -168,22 +169,22 @@ class _Message(genpy.Message):
 class _Stream:
     """Bytes that are read piece by piece; a DeserializationError if there are too few."""
 
-    def __init__(self, data):
+    def __init__(self, data: bytes) -> None:
         self._data, self._place = data, 0
 
-    def take(self, number):
+    def take(self, number: int) -> bytes:
         """The next bytes."""
         self._place += number
         if self._place > len(self._data):
             raise genpy.DeserializationError('the message is too short')
         return self._data[self._place - number:self._place]
 
-    def unpack(self, form):
+    def unpack(self, form: str) -> tuple:
         """The next numbers."""
         return struct.unpack(form, self.take(struct.calcsize(form)))
 
-    def length(self):
-        """The length of what follows: no more than there are bytes."""
+    def length(self) -> int:
+        """The length of the next text or array: no more than there are bytes."""
         number, = LENGTH.unpack(self.take(LENGTH.size))
         if number > len(self._data) - self._place:
             raise genpy.DeserializationError('the message is too short')

@@ -1,95 +1,101 @@
-"""The folder of the marks: what is written into it, and what it keeps from one run to the next.
+"""The folder of the marks, which keeps them from one run to the next.
 
     marks.csv, overview.html     all students
     STUDENT.html                 to hand back
     gradescope/STUDENT/          results.json
-    logs/                        STUDENT.json (what was observed), STUDENT.marks.json, output
+    logs/                        STUDENT.json (the observation), STUDENT.marks.json, output
 """
 import hashlib
 import json
 import os
 from datetime import datetime
 from pathlib import Path
+from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
-from tb3_labs.marking import course, kept
-from tb3_labs.marking.conduct import for_instructor
-from tb3_labs.marking.foreign import printable
-from tb3_labs.marking.gradescope import results
+import rospkg
+
+from tb3_labs.marking.conduct import NODE_TEXT, for_instructor
+from tb3_labs.marking.feedback import feedback, overview, results
 from tb3_labs.marking.labs import LABS
-from tb3_labs.marking.marks_table import LATE, Table
+from tb3_labs.marking.marks import KEY, MARKS, Marks, from_record, to_record
+from tb3_labs.marking.marks_table import LATE, Row, Table, sentence
+from tb3_labs.marking.names import printable
 from tb3_labs.marking.observation import Observation
-from tb3_labs.marking.page import feedback, overview
-from tb3_labs.ros.marking.programs import given_programs, node_texts, own_programs
 
 #: Names of files.
 TABLE, OVERVIEW, RESULTS, RECORD = 'marks.csv', 'overview.html', 'results.json', '.marks.json'
-#: Keys of a record, beside those of tb3_labs.marking.kept: is it worth another try as it is; what
-#: does its page depend on, beside the try?
+#: Keys of a record, beside those of tb3_labs.marking.marks: is it worth another try as it is? the
+#: parts of its page that do not come from the try.
 AGAIN, PAGE = 'again', 'page'
 #: Of the remarks and the findings of one student this is written: sentences, characters of each.
 MOST_SENTENCES, LONGEST = 100, 2000
 #: Keys of a try.
 LAB, PARTS, SUBMISSION, OPTIONS, VERSION = 'lab', 'parts', 'submission', 'options', 'version'
+#: Folders with nodes of this package, with which those of the students are compared.
+FOLDERS = ('scripts', 'src/tb3_labs/nodes', 'test/ros/student_nodes')
 
 
 class MarksFolder:
     """The marks of one lab, or of some of its parts, in a folder that is made if need be."""
 
-    def __init__(self, path, lab, parts, worth, rows, options):
-        """`worth`: criterion -> points; `rows`: what the lab counts in the course; `options`: all
-        else that a try depends on, a dict. ``ValueError`` if the folder has other marks."""
+    def __init__(self, path: Path, lab: str, parts: Iterable[str], worth: Mapping[str, float],
+                 rows: Sequence[Row], options: Dict[str, Any]) -> None:
+        """`worth`: criterion -> points; `rows`: of the course; `options`: all else that a try
+        depends on. ``ValueError`` if the folder has other marks."""
         self._path, self._lab, self._parts = Path(path), lab, sorted(parts)
         self._worth, self._rows = worth, rows
         self._key = {LAB: lab, PARTS: self._parts, OPTIONS: options, VERSION: _version()}
         self.logs.mkdir(parents=True, exist_ok=True)
-        self._records = {}
+        self._records: Dict[str, Dict[str, Any]] = {}
         for file in sorted(self.logs.glob('*' + RECORD)):
             self._read(file)
         self._table()       # tells at once if it cannot be read
 
     @property
-    def logs(self):
+    def logs(self) -> Path:
         """The folder of the logs."""
         return self._path / 'logs'
 
     @property
-    def students(self):
-        """Those who have marks."""
+    def students(self) -> List[str]:
+        """The students that have marks."""
         return sorted(self._records)
 
-    def kept(self, student, submission):
-        """The Marks that a student has, if another try could come to nothing else; else None.
+    def kept(self, student: str, submission: str) -> Optional[Marks]:
+        """The Marks that a student has, if another try would end alike; else None.
 
         `submission`: its digest.
         """
         record = self._records.get(student)
-        if record is None or record[AGAIN] or record[kept.KEY] != self._key_of(submission):
+        if record is None or record[AGAIN] or record[KEY] != self._key_of(submission):
             return None
         try:
             return self._marks(record)
         except ValueError:
             return None
 
-    def write(self, marks, submission, again=False):
+    def write(self, marks: Marks, submission: str, again: bool = False) -> None:
         """Write the marks of one student; `again`: the next run is to try it once more.
 
         The observation of these Marks is forgotten afterwards: a class has hundreds of MB of it.
         """
         marks.remarks, marks.findings = _cleaned(marks.remarks), _cleaned(marks.findings)
         self._write_page(marks)
-        record = dict(kept.to_record(marks, self._key_of(submission)), **{
+        record = dict(to_record(marks, self._key_of(submission)), **{
             AGAIN: again, PAGE: self._page_of(marks)})
         self._records[marks.student] = record
         _replace(self.logs / (marks.student + RECORD), json.dumps(record))
         marks.observation = None
 
-    def set_late(self, student, late):
+    def set_late(self, student: str, late: str) -> None:
         """Write into the marks that are kept whether they are late, '' or a sentence."""
-        self._records[student][kept.MARKS][LATE] = late
+        self._records[student][MARKS][LATE] = late
 
-    def write_overview(self, unprotected=False):
-        """Write what is about all students; the path of the page, None if there are no marks, and
-        the lines for the instructor. `unprotected`: were there no boxes?"""
+    def write_overview(self, unprotected: bool = False,
+                       given: Sequence[str] = ()) -> Tuple[Optional[Path], List[str]]:
+        """Write the files about all students; the path of the page, None if there are no marks, and
+        the lines for the instructor. `unprotected`: were there no sandboxes? `given`: programs that
+        every student was given."""
         all_marks = []
         for student in self.students:
             try:
@@ -102,16 +108,20 @@ class MarksFolder:
         for marks in all_marks:
             self._renew_page(marks)
         path = self._path / OVERVIEW
-        notes = for_instructor(all_marks, node_texts(self.logs), own_programs(), unprotected,
-                               given_programs())
+        notes = for_instructor(all_marks, self._nodes(), _own_nodes(), unprotected, given)
         _replace(path, overview(all_marks, LABS[self._lab].title, [
             marks.student + '.html' for marks in all_marks], notes))
         return path, notes
 
+    def _nodes(self):
+        """Student -> the program of the node."""
+        return {path.name[:-len(NODE_TEXT)]: path.read_text(errors='replace')
+                for path in sorted(self.logs.glob('*' + NODE_TEXT))}
+
     def _read(self, file):
         try:
             record = json.loads(file.read_text(encoding='utf-8'))
-            key = record[kept.KEY]
+            key = record[KEY]
             mine = (key[LAB], key[PARTS]) == (self._lab, self._parts)
         except (ValueError, KeyError, TypeError):
             return      # cut off, or of another version: it is tried again
@@ -124,7 +134,7 @@ class MarksFolder:
         return dict(self._key, **{SUBMISSION: submission})
 
     def _marks(self, record):
-        return kept.from_record(record, LABS[self._lab].criteria, self._worth, self._parts)
+        return from_record(record, LABS[self._lab].criteria, self._worth, self._parts)
 
     def _table(self):
         path = self._path / TABLE
@@ -135,7 +145,7 @@ class MarksFolder:
                 path, problem)) from None
 
     def _sentence(self, marks):
-        return course.sentence(self._rows, marks, self._table().given(marks.student))
+        return sentence(self._rows, marks, self._table().given(marks.student))
 
     def _page_of(self, marks):
         return [self._sentence(marks), marks.late] + [verdict.worth for verdict in marks.verdicts]
@@ -164,10 +174,10 @@ class MarksFolder:
             (folder / RESULTS).unlink()     # of an earlier try: it says another thing
 
 
-def late_by(due, handed_in, what):
-    """A sentence if something was handed in late, else ''; both are datetimes.
+def late_by(due: datetime, handed_in: Optional[datetime], what: str) -> str:
+    """A sentence if something was handed in late, else ''.
 
-    `what`: that whose time it is.
+    `what`: the thing that has this time.
     """
     if handed_in is None or handed_in <= due:
         return ''
@@ -175,7 +185,7 @@ def late_by(due, handed_in, what):
         what, handed_in, due)
 
 
-def due_time(text):
+def due_time(text: str) -> datetime:
     """A datetime from 'YYYY-MM-DD HH:MM', or from a date alone, which ends at midnight.
 
     ``ValueError`` if it is neither.
@@ -189,7 +199,7 @@ def due_time(text):
 
 
 def _cleaned(sentences):
-    """Sentences that may have a stranger's words in them."""
+    """Sentences that may have words of a submission in them."""
     return [printable(sentence[:LONGEST]) for sentence in sentences[:MOST_SENTENCES]]
 
 
@@ -201,10 +211,15 @@ def _replace(path, text):
 
 
 def _version():
-    """A text that is different as soon as the code that marks is."""
+    """A text that differs if the code that marks does."""
     whole = hashlib.sha256()
-    here = Path(__file__).resolve().parent
-    for folder in (here, here.parents[1] / 'marking'):
-        for path in sorted(folder.glob('*.py')):
-            whole.update(path.read_bytes())
+    for path in sorted(Path(__file__).resolve().parent.glob('*.py')):
+        whole.update(path.read_bytes())
     return whole.hexdigest()
+
+
+def _own_nodes():
+    """Name -> program of this package, as far as its sources are here."""
+    place = Path(rospkg.RosPack().get_path('tb3_labs'))
+    return {'tb3_labs/{}/{}'.format(folder, path.name): path.read_text(errors='replace')
+            for folder in FOLDERS for path in sorted((place / folder).glob('*.py'))}

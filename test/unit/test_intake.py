@@ -8,11 +8,9 @@ from datetime import datetime
 import pytest
 
 from tb3_labs.marking import archives
-from tb3_labs.marking.archives import Budget, Refused
-from tb3_labs.marking.foreign import file_name
-from tb3_labs.marking.handed_in import HandedIn, by_student, read_name, repositories
-from tb3_labs.ros.marking.intake import Submission, digest, submissions_from
-from tb3_labs.ros.marking.unpack import newest_in, unpack
+from tb3_labs.marking.archives import Budget, Refused, newest_in, unpack
+from tb3_labs.marking.intake import Submission, digest, submissions_from
+from tb3_labs.marking.names import HandedIn, by_student, file_name, read_name, repositories
 
 NODE = 'lab2/scripts/turtlebot_controller.py'
 
@@ -21,13 +19,10 @@ NODE = 'lab2/scripts/turtlebot_controller.py'
 
 @pytest.mark.parametrize('name, is_folder, said', [
     ('Ann Miller_12345_assignsubmission_file_', True, ('Ann Miller', '12345', '', False)),
-    ('Ann Miller_12345_assignsubmission_file', True, ('Ann Miller', '12345', '', False)),
     ('Ann-Li de Groot_7_assignsubmission_file_my_work.zip', False,
      ('Ann-Li de Groot', '7', 'my_work.zip', False)),
-    ('millerann_12345_67890_lab2.zip', False, ('millerann', '12345', 'lab2.zip', False)),
     ('millerann_LATE_12345_67890_lab2.zip', False, ('millerann', '12345', 'lab2.zip', True)),
     ('millerann_late_12345_67890_lab_2-3.zip', False, ('millerann', '12345', 'lab_2.zip', True)),
-    ('miller.zip', False, ('miller', '', 'miller.zip', False)),
     ('miller.ZIP', False, ('miller', '', 'miller.ZIP', False)),
     ('miller_2_3_lab2', True, ('miller_2_3_lab2', '', '', False)),
     ('late_miller', True, ('late_miller', '', '', False))])
@@ -92,17 +87,16 @@ def files_below(folder):
 
 
 def test_what_is_nobodys_work_is_not_unpacked(tmp_path):
+    """Nor is a link; Windows writes its own separators."""
     path = zipped(tmp_path / 'a.zip', {
         'a/' + NODE: 'x', '__MACOSX/a/._x.py': 'x', 'a/.DS_Store': 'x', 'a/run.bag': 'x',
-        'a/.git/config': 'x', 'a/build/x.py': 'x', 'a/builder.py': 'x'})
-    unpack(path, tmp_path / 'out', Budget())
-    assert files_below(tmp_path / 'out') == {'a/' + NODE, 'a/builder.py'}
-
-
-def test_windows_separators_and_the_exec_bit(tmp_path):
-    unpack(zipped(tmp_path / 'a.zip', {'lab2\\scripts\\n.py': 'x'}, mode=0o755), tmp_path / 'out',
-           Budget())
-    assert os.access(str(tmp_path / 'out/lab2/scripts/n.py'), os.X_OK)
+        'a/.git/config': 'x', 'a/build/x.py': 'x', 'a/builder.py': 'x', 'a\\b\\c.py': 'x'},
+        mode=0o755)
+    link = zipped(tmp_path / 'b.zip', {'passwd': '/etc/passwd'}, mode=0o120777)
+    for file in (path, link):
+        unpack(file, tmp_path / 'out', Budget())
+    assert files_below(tmp_path / 'out') == {'a/' + NODE, 'a/builder.py', 'a/b/c.py'}
+    assert os.access(str(tmp_path / 'out' / 'a' / NODE), os.X_OK)
 
 
 @pytest.mark.parametrize('name', ['../x.py', 'a/../../x.py', '/etc/x', 'C:\\x.py', '..\\x.py'])
@@ -113,16 +107,9 @@ def test_paths_that_lead_out_are_refused(tmp_path, name):
     assert files_below(tmp_path) == {'in/a.zip'}
 
 
-def test_a_link_is_left_out(tmp_path):
-    unpack(zipped(tmp_path / 'a.zip', {'passwd': '/etc/passwd'}, mode=0o120777), tmp_path / 'out',
-           Budget())
-    assert files_below(tmp_path) == {'a.zip'}
-
-
-def test_a_bomb_is_refused_by_what_it_says_and_by_what_it_holds(tmp_path, monkeypatch):
+def test_a_bomb_is_refused_by_the_sizes_that_it_declares(tmp_path, monkeypatch):
     monkeypatch.setattr(archives, 'MOST_BYTES', 100000)
     path = zipped(tmp_path / 'a.zip', {'a.txt': '0' * 90000, 'b.txt': '0' * 90000})
-    assert path.stat().st_size < 2000
     with pytest.raises(Refused, match='More than 0.1 MB: not all of it was unpacked'):
         unpack(path, tmp_path / 'out', Budget())
     assert files_below(tmp_path) == {'a.zip'}
@@ -135,13 +122,13 @@ def test_archives_within_archives_have_one_budget(tmp_path, monkeypatch):
     """Sixty bombs of 90 kB each in one file, and a file that is nothing but holes."""
     monkeypatch.setattr(archives, 'MOST_BYTES', 100000)
     bomb = zipped(tmp_path / 'bomb.zip', {'a.txt': '0' * 90000}).read_bytes()
-    path = zipped(tmp_path / 'in' / 'a.zip', {'{}.zip'.format(n): bomb for n in range(60)})
+    zipped(tmp_path / 'in' / 'a.zip', {'{}.zip'.format(n): bomb for n in range(60)})
     with open(str(tmp_path / 'in' / 'b.zip'), 'wb') as file:
         file.truncate(10 ** 12)
     (tmp_path / 'work').mkdir()
-    folder, remarks = Submission('Ann', [tmp_path / 'in']).lay_out(tmp_path / 'work')
+    folder, _, remarks = Submission('Ann', [tmp_path / 'in']).lay_out(tmp_path / 'work')
     sizes = [file.stat().st_size for file in folder.rglob('*') if file.is_file()]
-    assert path.stat().st_size < 20000 and sum(sizes) <= 100000
+    assert sum(sizes) <= 100000
     assert set(remarks) == {'More than 0.1 MB: not all of it was unpacked.'}
 
 
@@ -164,21 +151,19 @@ def test_what_is_no_zip_file_is_refused(tmp_path, data):
 @pytest.mark.parametrize('name', ['a/' * 1500 + 'x.py', 'x' * 300 + '.py', '"\n\u202e.py',
                                   'a\\..\\..\\x.py'])
 def test_odd_paths_in_an_archive_end_nothing(tmp_path, name):
-    (tmp_path / 'work').mkdir()
-    submission = Submission('Ann', [zipped(tmp_path / 'a.zip', {name: 'x'})])
-    folder, remarks = submission.lay_out(tmp_path / 'work')
-    assert len(files_below(folder)) + len(remarks) == 1
-    assert ('deeper than 50' in ' '.join(remarks)) is (name.count('/') > 50)
+    files, said = laid_out(Submission('Ann', [zipped(tmp_path / 'a.zip', {name: 'x'})]), tmp_path)
+    assert len(files) + len(said) == 1
+    assert ('deeper than 50' in ' '.join(said)) is (name.count('/') > 50)
 
 
 # -- submissions
 
 def laid_out(submission, tmp_path):
     """(the files that a submission consists of, remarks)."""
-    (tmp_path / 'work').mkdir()
-    folder, remarks = submission.lay_out(tmp_path / 'work')
+    (tmp_path / 'work').mkdir(exist_ok=True)
+    folder, remarks, unread = submission.lay_out(tmp_path / 'work')
     assert folder.name == submission.student
-    return files_below(folder.resolve()), remarks
+    return files_below(folder.resolve()), remarks + unread
 
 
 def test_a_folder_of_everything(tmp_path):
@@ -194,31 +179,26 @@ def test_a_folder_of_everything(tmp_path):
     assert [(s.student, s.late) for s in found] == [
         ('Ann', False), ('kim', False), ('lee', True), ('plain', False)]
     assert len(told) == 1 and 'neither a folder nor a zip file' in told[0]
-    (tmp_path / 'work').mkdir()
-    work = tmp_path / 'work'
-    assert files_below(found[0].lay_out(work)[0]) == {'work.unpacked/' + NODE}
-    assert files_below(found[1].lay_out(work)[0]) == {'turtlebot_controller.py'}
-    assert files_below(found[2].lay_out(work)[0]) == {'lab2.unpacked/lee/' + NODE}
+    assert [laid_out(submission, tmp_path)[0] for submission in found[:3]] == [
+        {'work.unpacked/' + NODE}, {'turtlebot_controller.py'}, {'lab2.unpacked/lee/' + NODE}]
 
 
 def test_a_platforms_whole_zip_file(tmp_path):
-    zipped(tmp_path / 'b.zip', {NODE: 'x'})
+    inner = zipped(tmp_path / 'b.zip', {NODE: 'x'}).read_bytes()
     path = zipped(tmp_path / 'IMU lab.zip', {
         'IMU lab/Ann_1_assignsubmission_file_/' + NODE: 'x',
-        'IMU lab/Bo_2_assignsubmission_file_/b.zip': (tmp_path / 'b.zip').read_bytes()})
+        'IMU lab/Bo_2_assignsubmission_file_/b.zip': inner})
     found = submissions_from(path, tmp_path, print)
     assert [submission.student for submission in found] == ['Ann', 'Bo']
     assert laid_out(found[1], tmp_path) == ({'b.unpacked/' + NODE}, [])
 
 
 def test_zip_files_in_zip_files_are_unpacked_unless_there_is_code(tmp_path):
-    zipped(tmp_path / 'inner.zip', {NODE: 'x'})
-    inner = (tmp_path / 'inner.zip').read_bytes()
+    inner = zipped(tmp_path / 'inner.zip', {NODE: 'x'}).read_bytes()
     one = Submission('Ann', [zipped(tmp_path / 'one.zip', {'a/inner.zip': inner})])
     assert laid_out(one, tmp_path)[0] == {'one.unpacked/a/inner.unpacked/' + NODE}
     two = Submission('Bo', [zipped(tmp_path / 'two.zip', {'n.py': 'x', 'a/inner.zip': inner})])
-    folder, _ = two.lay_out(tmp_path / 'work')
-    assert files_below(folder) == {'two.unpacked/n.py', 'two.unpacked/a/inner.zip'}
+    assert laid_out(two, tmp_path)[0] == {'two.unpacked/n.py', 'two.unpacked/a/inner.zip'}
 
 
 def test_what_cannot_be_unpacked_is_told(tmp_path):
@@ -240,14 +220,12 @@ def test_a_list_of_repositories_is_found(tmp_path):
         submissions_from(tmp_path / 'class.txt', tmp_path, print)
 
 
-def test_when_a_zip_file_was_handed_in(tmp_path):
+@pytest.mark.skipif(shutil.which('git') is None, reason='git is not installed')
+def test_when_it_was_handed_in(tmp_path):
+    """A zip file as it says itself, else the newest file, a repository by its last commit."""
     path = zipped(tmp_path / 'a.zip', {NODE: 'x'}, date=(2026, 11, 20, 23, 58, 0))
     assert Submission('Ann', [path]).handed_in_at() == (
         datetime(2026, 11, 20, 23, 58), 'the newest file')
-
-
-@pytest.mark.skipif(shutil.which('git') is None, reason='git is not installed')
-def test_when_a_repository_was_handed_in(tmp_path):
     folder = tmp_path / 'repository'
     folder.mkdir()
     (folder / 'n.py').write_text('x')

@@ -1,7 +1,7 @@
 """The submissions as they come: folders, zip files of a learning platform, a list of repositories.
 
 Nothing that was handed in is changed or run: it is copied into a folder of its own, which has no
-links, no devices, and no more than a budget. Whatever looks at a submission looks at this copy.
+links, no devices, and no more than a budget. All later steps look at this copy.
 """
 import hashlib
 import os
@@ -13,13 +13,11 @@ from collections import Counter
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import List
+from typing import Callable, List, NamedTuple, Optional, Tuple
 
-from tb3_labs.marking.archives import DEEPEST, LEFT_OUT, Budget, Refused
-from tb3_labs.marking.foreign import printable
-from tb3_labs.marking.handed_in import by_student, is_zip, repositories
-from tb3_labs.ros.marking.submission import files_in
-from tb3_labs.ros.marking.unpack import newest_in, unpack
+from tb3_labs.marking.archives import DEEPEST, LEFT_OUT, Budget, Refused, newest_in, unpack
+from tb3_labs.marking.names import by_student, is_zip, printable, repositories
+from tb3_labs.marking.packages import files_in
 
 #: A zip file may hold another one, up to this depth.
 DEPTH = 3
@@ -30,37 +28,44 @@ LARGEST = 20000000
 #: This number of files that were left out is named in a remark.
 NAMED = 3
 COMMITTER = re.compile(r'^committer .* (\d+) [+-]\d{4}$', re.MULTILINE)
-#: git as a stranger's repository needs it: it runs no program and asks no other machine.
-GIT = ('git', '--no-replace-objects', '-c', 'core.fsmonitor=false', '-c', 'safe.directory=*')
+#: git for a repository that nobody has checked: it runs no program and asks no other machine.
+GIT = 'git --no-replace-objects -c core.fsmonitor=false -c safe.directory=*'.split()
+
+
+class Copy(NamedTuple):
+    """A copy of a submission, unpacked."""
+
+    folder: Path            # called as the student
+    remarks: List[str]      # on files that were left out
+    unread: List[str]       # on archives that could not be unpacked
 
 
 @dataclass
 class Submission:
-    """What one student handed in."""
+    """The files and folders that one student handed in."""
 
     student: str
     paths: List[Path]                       # folders and files
     names: List[str] = field(default_factory=list)     # the student's own names of the files
     late: bool = False                      # as the platform says
 
-    def lay_out(self, work):
-        """A copy of all that was handed in, unpacked, in a folder called as the student below
-        `work`, an existing folder; and remarks."""
-        folder, remarks, budget = Path(work) / self.student, [], Budget()
-        folder.mkdir()
+    def lay_out(self, work: Path) -> Copy:
+        """Copy it into a folder below `work`, an existing folder."""
+        copy, budget = Copy(Path(work) / self.student, [], []), Budget()
+        copy.folder.mkdir()
         try:
             for path, name in zip(self.paths, self.names or [path.name for path in self.paths]):
                 if path.is_dir():
-                    _copy_folder(path, folder, budget, remarks)
+                    _copy_folder(path, copy, budget)
                 else:
-                    _copy_file(path, folder / name, budget)
+                    _copy_file(path, copy.folder / name, budget)
         except Refused as reason:
-            remarks.append(str(reason))
-        _unpack_all(folder, budget, remarks)
-        return folder, remarks
+            copy.unread.append(str(reason))
+        _unpack_all(copy, budget)
+        return copy
 
-    def handed_in_at(self):
-        """(a datetime, what it is the time of); None for the first if it is not known.
+    def handed_in_at(self) -> Tuple[Optional[datetime], str]:
+        """(the time, the thing that has this time); None for the time if it is not known.
 
         That of the last commit if it is a repository, else of the newest file: of a zip file as it
         says itself, of other files as this computer says.
@@ -77,10 +82,10 @@ class Submission:
         return max(times, default=None), 'the newest file'
 
 
-def submissions_from(path, work, tell):
+def submissions_from(path: Path, work: Path, tell: Callable[[str], None]) -> List[Submission]:
     """The Submissions in a folder, a zip file, or a list of repositories, in order of their names.
 
-    `work`: an existing folder for what is unpacked; ``tell(line)`` hears what is left out.
+    `work`: an existing folder for unpacked files; ``tell(line)`` hears which files are left out.
     ``ValueError``, ``OSError`` or ``Refused`` if there is nothing to mark.
     """
     path = Path(path)
@@ -103,8 +108,8 @@ def submissions_from(path, work, tell):
     return sorted(found, key=lambda submission: submission.student)
 
 
-def digest(folder):
-    """A text that is different as soon as anything in a submission is."""
+def digest(folder: Path) -> str:
+    """A text that differs if anything in the copy of a submission does."""
     whole = hashlib.sha256()
     for path in files_in(folder):
         whole.update('{} {}\n'.format(path.relative_to(folder), path.stat().st_size).encode(
@@ -113,21 +118,23 @@ def digest(folder):
     return whole.hexdigest()
 
 
-def sort_out(folder):
-    """(files, others) below a folder, zip files too, but not what is nobody's work.
+def sort_out(folder: Path) -> Tuple[List[Path], List[Path]]:
+    """(files, others) below a folder, zip files too, but not those that are nobody's work.
 
-    The others are links, devices, and what is too deep. A file that has another name outside of the
-    folder is a link as well: it may be anybody's.
+    The others are links, devices, and folders that are too deep. A file that has another name
+    outside of the folder is a link as well: it may be anybody's.
     """
     files, others, top = {}, [], len(folder.parts)
     for root, folders, names in os.walk(str(folder)):
         folders[:] = sorted(name for name in folders if not LEFT_OUT.search(name))
-        paths = [Path(root) / name for name in sorted(names) if not LEFT_OUT.search(name)]
         others += [path for path in map(Path(root).joinpath, folders) if path.is_symlink()]
         if len(Path(root).parts) - top >= DEEPEST:
             others += [Path(root) / name for name in folders]
             folders.clear()
-        for path in paths:
+        for name in sorted(names):
+            path = Path(root) / name
+            if LEFT_OUT.search(name):
+                continue
             about = path.lstat()
             if stat.S_ISREG(about.st_mode):
                 files[path] = about
@@ -143,13 +150,13 @@ def sort_out(folder):
 def _in_folder(folder, tell):
     paths = {path.name: path for path in sorted(folder.iterdir())
              if not path.name.startswith('.') and not LEFT_OUT.search(path.name)}
-    groups = by_student((name, path.is_dir()) for name, path in paths.items())
     found = []
-    for student, parts in groups.items():
-        kept = [(paths[name], said) for name, said in parts
-                if paths[name].is_dir() or said.number or is_zip(name)]
-        for name, _ in parts:
-            if not any(path.name == name for path, _ in kept):
+    for student, parts in by_student((name, path.is_dir()) for name, path in paths.items()).items():
+        kept = []
+        for name, said in parts:
+            if paths[name].is_dir() or said.number or is_zip(name):
+                kept.append((paths[name], said))
+            else:
                 tell('left out, because it is neither a folder nor a zip file: {}'.format(
                     paths[name]))
         if kept:
@@ -171,18 +178,18 @@ def _without_wrapping(folder):
     return folder
 
 
-def _copy_folder(source, target, budget, remarks):
-    """Copy the files of a folder, and tell what is left out."""
+def _copy_folder(source, copy, budget):
+    """Copy the files of a folder, and tell which are left out."""
     files, others = sort_out(source)
     small = [path for path in files if is_zip(path.name) or path.stat().st_size <= LARGEST]
-    for path in sorted(small, key=lambda path: path.stat().st_size):    # programs are small
-        _copy_file(path, target / path.relative_to(source), budget)
     for what, left in (('a link, a device, or too deep', others),
                        ('larger than {:g} MB'.format(LARGEST / 1e6), set(files) - set(small))):
         if left:
             named = [printable(str(path.relative_to(source))) for path in sorted(left)]
-            remarks.append('Left out, because each is {}: {}.'.format(what, ', '.join(
+            copy.remarks.append('Left out, because each is {}: {}.'.format(what, ', '.join(
                 named[:NAMED] + ['{} more'.format(len(named) - NAMED)] * (len(named) > NAMED))))
+    for path in sorted(small, key=lambda path: path.stat().st_size):    # programs are small
+        _copy_file(path, copy.folder / path.relative_to(source), budget)
 
 
 def _copy_file(source, target, budget):
@@ -192,11 +199,11 @@ def _copy_file(source, target, budget):
     target.chmod(0o755 if os.access(str(source), os.X_OK) else 0o644)
 
 
-def _unpack_all(folder, budget, remarks):
+def _unpack_all(copy, budget):
     """Unpack the zip files below a folder, and those in them, as long as there is no Python file
     yet: a zip file beside the code is none of it."""
     for _ in range(DEPTH):
-        files = sort_out(folder)[0]
+        files = sort_out(copy.folder)[0]
         archives = [path for path in files if is_zip(path.name)]
         if any(path.suffix == '.py' for path in files):
             return
@@ -206,11 +213,12 @@ def _unpack_all(folder, budget, remarks):
             try:
                 unpack(path, path.parent / (path.stem + '.unpacked'), budget)
             except Refused as reason:
-                remarks.append(str(reason))
+                copy.unread.append(str(reason))
             path.unlink()
-    others = [path.name for path in sort_out(folder)[0] if path.suffix.lower() in OTHER_ARCHIVES]
+    others = [path.name for path in sort_out(copy.folder)[0]
+              if path.suffix.lower() in OTHER_ARCHIVES]
     if others:
-        remarks.append('{} was not unpacked: only zip files are.'.format(others[0]))
+        copy.unread.append('{} was not unpacked: only zip files are.'.format(others[0]))
 
 
 def _committed_at(folder):

@@ -1,7 +1,7 @@
 """A workspace with a copy of a student's package that can run.
 
-Some faults keep a node from running and say nothing about it: no exec bit, Windows line endings, a
-wrong first line, no package.xml, an import that nobody uses. They are repaired in the copy, and
+Some faults keep a node from running and have nothing to do with its work: no exec bit, Windows line
+endings, a wrong first line, no package.xml, an unused import. They are repaired in the copy, and
 told in a remark.
 """
 import importlib
@@ -12,16 +12,17 @@ import sys
 from dataclasses import dataclass, field
 from importlib.machinery import PathFinder
 from pathlib import Path
+from typing import Any, Dict, List, Mapping, Optional, Union
 
-from tb3_labs.marking.foreign import NAME, printable
-from tb3_labs.marking.imports import imports_of, without
-from tb3_labs.ros.marking.box import NoBox
-from tb3_labs.ros.marking.python_build import Builder
-from tb3_labs.ros.marking.repository import needed_by, packages_in
-from tb3_labs.ros.marking.submission import (LEFT_OUT, MANIFEST, Unusable, find_node, name_in,
-                                             source_of)
+from tb3_labs.marking.choice import NoNode, find_node, source_of
+from tb3_labs.marking.labs import Lab
+from tb3_labs.marking.messages import build
+from tb3_labs.marking.names import NAME, printable
+from tb3_labs.marking.packages import (LEFT_OUT, MANIFEST, imports_of, name_in, needed_by,
+                                       packages_in, without)
+from tb3_labs.marking.processes import MODULES, PREFIXES
+from tb3_labs.marking.sandbox import OWN_PACKAGE, NoSandbox, Sandbox
 
-OWN_PACKAGE = 'tb3_labs'
 #: The name of a package in the copy if its own name cannot be used.
 SUBSTITUTE = 'submission'
 SUBSTITUTE_MANIFEST = '''<package format="2"><name>{}</name><version>0.0.0</version>
@@ -40,21 +41,22 @@ class Prepared:
 
     package: str
     executable: str
-    environment: dict
-    types: dict                                      # of types_in_box; None: it brings no types
-    remarks: list = field(default_factory=list)      # sentences
-    lacking: list = field(default_factory=list)      # modules that the node needs, found nowhere
+    environment: Dict[str, str]
+    types: Optional[Dict[str, Any]]     # see messages_in_sandbox; None: it brings no types
+    remarks: List[str] = field(default_factory=list)      # sentences
+    lacking: List[str] = field(default_factory=list)      # modules that the node needs, not found
 
 
-def prepare(folder, lab, workspace, variables=(), package='', name='', box=NoBox()):
+def prepare(folder: Path, lab: Lab, workspace: Path, variables: Mapping[str, str],
+            package: str = '', name: str = '',
+            sandbox: Union[Sandbox, NoSandbox] = NoSandbox()) -> Prepared:
     """The Prepared of a Lab's node below `folder`; `package` and `name` of the node, if given.
 
     `folder` is a copy of the submission as Submission.lay_out() makes it: it has no links. Its
     packages are copied into `workspace`, the node is repaired, and the Python modules that it
-    needs are built, in `box`. The environment has these `variables` too. ``Unusable`` if there is
+    needs are built, in `sandbox`. The environment has these `variables` too. ``NoNode`` if there is
     no such node, or if it cannot be copied.
     """
-    folder, workspace = Path(folder), Path(workspace)
     node, remarks = find_node(folder, lab, package, name)
     source = source_of(node, folder)
     packages = packages_in(folder, node)
@@ -69,18 +71,16 @@ def prepare(folder, lab, workspace, variables=(), package='', name='', box=NoBox
                 copies[packages[other]] = _copy(
                     packages[other], workspace / 'src' / 'other{}'.format(number))
     except OSError as problem:
-        raise Unusable('It cannot be copied: {}.'.format(problem)) from None
-    environment = dict(os.environ, **dict(variables))
+        raise NoNode('It cannot be copied: {}.'.format(problem)) from None
+    environment, modules = dict(os.environ, **variables), workspace / 'python'
     environment['ROS_PACKAGE_PATH'] = '{}:{}'.format(
         workspace / 'src', environment.get('ROS_PACKAGE_PATH', ''))
-    environment['CMAKE_PREFIX_PATH'] = _workspaces_without(
-        called, environment.get('CMAKE_PREFIX_PATH', ''))
-    builder = Builder(workspace / 'python', environment, remarks, box)
-    types = builder.build({called if packages[other] == source else other: copies[packages[other]]
-                           for other in needed})
-    ready = Prepared(called, copied.name, builder.environment, types, remarks)
-    ready.lacking = _leave_out_lacking(copied, set(packages), workspace / 'python', remarks)
-    return ready
+    environment[PREFIXES] = _workspaces_without(called, environment.get(PREFIXES, ''))
+    types = build({called if packages[other] == source else other: copies[packages[other]]
+                   for other in needed}, modules, environment, remarks, sandbox)
+    environment[MODULES] = os.pathsep.join(filter(None, [str(modules), environment.get(MODULES)]))
+    lacking = _leave_out_lacking(copied, set(packages), modules, remarks)
+    return Prepared(called, copied.name, environment, types, remarks, lacking)
 
 
 def _workspaces_without(package, prefixes):
@@ -91,8 +91,9 @@ def _workspaces_without(package, prefixes):
 
 
 def _leave_out_lacking(node, packages, modules, remarks):
-    """Take the imports out that nobody has and the node does not use; the modules that it uses and
-    nobody has. `packages`: names of those of the submission; `modules`: folder of what was built."""
+    """Take out the imports that are not found and the node does not use; the modules that it uses
+    and that are not found. `packages`: names of those of the submission; `modules`: folder of the
+    built ones."""
     text = node.read_bytes().decode(errors='replace')
     imports = [item for item in imports_of(text) if not item.guarded]
     named = set().union(*(item.packages for item in imports)) - packages
@@ -108,7 +109,7 @@ def _leave_out_lacking(node, packages, modules, remarks):
 
 def _not_found(modules, folders):
     """Which of these modules does Python not find, for a program with these folders first on its
-    path? None of them is imported: they are a stranger's."""
+    path? None of them is imported: they are the submission's."""
     importlib.invalidate_caches()
     path = [str(folder) for folder in folders] + sys.path[1:]
     return {name for name in modules if name not in sys.builtin_module_names

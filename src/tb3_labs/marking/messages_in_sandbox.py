@@ -1,7 +1,7 @@
-"""Reads a stranger's messages and services in a box: makes their modules, and describes them.
+"""Reads a submission's messages and services in a sandbox: makes their modules, describes them.
 
 genpy pastes names into Python code, and genmsg of Noetic evaluates constants, so neither reads a
-stranger's file outside of a box. The text of this file is what ``python3 -c`` runs there, so it
+file of a submission outside of a sandbox. ``python3 -c`` runs the text of this file there, so it
 imports nothing of this package.
 
 Reads a JSON object: "search" (package -> folders of its messages, of the system's packages) and
@@ -14,34 +14,36 @@ import os
 import resource
 import sys
 import tempfile
+from typing import Any, Dict, List
 
 import genmsg
 from genmsg.msg_loader import load_msg_from_file, load_srv_from_file
 from genpy.generate_initpy import write_modules
 from genpy.generator import MsgGenerator, SrvGenerator
 
-#: What it may use: memory [bytes], processor time [s].
+#: The most that it may use: memory [bytes], processor time [s].
 LIMITS = {resource.RLIMIT_AS: 10 ** 9, resource.RLIMIT_CPU: 20}
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
 LOADERS = {'msg': load_msg_from_file, 'srv': load_srv_from_file}
 
 
-def main(search, definitions):
-    """The object that is written, but for the modules, which are made in the present folder."""
-    problems, fields, sums = {}, {}, {}
+def main(search: Dict[str, List[str]], definitions: List[List[str]]) -> Dict[str, Any]:
+    """The object that is written; works in the present folder."""
+    problems: Dict[str, str] = {}
+    fields, sums = {}, {}
     for package, kind, name, text in definitions:
         os.makedirs(os.path.join('in', package, kind), exist_ok=True)
         search[package] = [os.path.join('in', package, 'msg')]
-        with open(path_of(package, kind, name), 'w', encoding='utf-8') as file:
+        with open(_path_of(package, kind, name), 'w', encoding='utf-8') as file:
             file.write(text)
     for package, kind, name, _ in definitions:
         target, full_name = os.path.join('out', package, kind), '{}/{}'.format(package, name)
-        path = path_of(package, kind, name)
+        path = _path_of(package, kind, name)
         try:
             GENERATORS[kind]().generate(genmsg.MsgContext.create_default(), full_name, path,
                                         target, search)
             write_modules(target)
-            described = describe(path, kind, full_name, search)
+            described = _describe(path, kind, full_name, search)
         except Exception as problem:    # whatever the text brings about: other files can be well
             said = str(problem).replace(path + ': ', '') or repr(problem)
             problems['{}.{}'.format(full_name, kind)] = said
@@ -51,15 +53,15 @@ def main(search, definitions):
         else:
             fields.update(described[0])
             sums[full_name] = described[1]
-    return {'problems': problems, 'fields': fields, 'sums': sums, 'modules': modules()}
+    return {'problems': problems, 'fields': fields, 'sums': sums, 'modules': _modules()}
 
 
-def path_of(package, kind, name):
+def _path_of(package, kind, name):
     """The file of a type."""
     return os.path.join('in', package, kind, '{}.{}'.format(name, kind))
 
 
-def describe(path, kind, full_name, search):
+def _describe(path, kind, full_name, search):
     """The fields of a type and of all types in it, and its checksum, in which constants count."""
     context, fields = genmsg.MsgContext.create_default(), {}
     spec = LOADERS[kind](context, path, full_name)
@@ -73,7 +75,7 @@ def describe(path, kind, full_name, search):
     return fields, genmsg.compute_md5(context, spec)
 
 
-def modules():
+def _modules():
     """All modules that were made."""
     found = []
     for folder, _, names in os.walk('out'):

@@ -1,28 +1,78 @@
-"""Names of submissions as learning platforms hand them out: whose each is, and is it late?
+"""Names of submissions: as learning platforms write them, and as files and lines can have them.
 
 Moodle: ``Ann Miller_12345_assignsubmission_file_`` (a folder), or the same with the file's name
 behind it. Canvas: ``millerann_12345_67890_lab2.zip``, with ``_LATE`` after the name if it is late,
 and ``lab2-1.zip`` for a file that was handed in again. Any other name is the student's.
 
-List of repositories: one path a line, or ``path, name``. Lines that begin with # are left out.
+A file system, the master and a program of a submission take any bytes as a name: quotes, line ends,
+escape sequences of a terminal, characters that turn the direction of writing. Each name is checked
+here before this package uses or shows it.
 """
 import difflib
+import hashlib
+import keyword
 import re
 from collections import Counter
 from typing import Dict, Iterable, List, NamedTuple, Tuple
 
-from tb3_labs.marking.foreign import file_name
-
+#: A name of a package, a type or a field that ROS allows. `\\w` would allow more letters.
+NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
+#: Names of files that a folder of marks has itself, or that no file can have.
+TAKEN = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
+#: A name is no longer than this, so that an ending fits behind it [bytes; Linux takes 255].
+LONGEST = 180
 MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
 CANVAS = re.compile(r'(?P<student>[^_]+)(?P<late>_late)?_(?P<number>\d+)_\d+_(?P<file>.+)',
                     re.IGNORECASE)
-#: What Canvas adds to the name of a file that was handed in again.
+#: The number that Canvas adds to the name of a file that was handed in again.
 AGAIN = re.compile(r'-\d+(?=\.\w+$)')
 ZIP = '.zip'
 
 
+# -- any name
+
+def is_name(text: str) -> bool:
+    """Does ROS allow this as the name of a package, a type or a field, and Python too?"""
+    return bool(NAME.fullmatch(text)) and not keyword.iskeyword(text)
+
+
+def is_type(text: str) -> bool:
+    """Is this the name of a type, such as ``lab2/MouseController``?"""
+    return len(text.split('/')) == 2 and all(map(is_name, text.split('/')))
+
+
+def is_zip(name: str) -> bool:
+    """Is this the name of a zip file?"""
+    return name.lower().endswith(ZIP)
+
+
+def printable(text: str) -> str:
+    """The text in one line, in which every character shows; the others are escaped: \\n, \\xfc."""
+    return ''.join(char if char.isprintable() else _escaped(char) for char in text)
+
+
+def _escaped(char):
+    if '\udc80' <= char <= '\udcff':    # a byte that is not UTF-8, as os.fsdecode() writes it
+        return '\\x{:02x}'.format(ord(char) - 0xdc00)
+    return char.encode('unicode_escape').decode()
+
+
+def file_name(text: str) -> str:
+    """A name that a file can have, and a line can show; most names stay as they are."""
+    name = printable(text.strip()).replace('/', '_')
+    if TAKEN.fullmatch(name):
+        name = '_{}_'.format(name)
+    data = name.encode()
+    if len(data) > LONGEST:
+        name = '{}-{}'.format(data[:LONGEST - 9].decode(errors='ignore'),
+                              hashlib.sha256(data).hexdigest()[:8])
+    return name
+
+
+# -- names on a platform
+
 class HandedIn(NamedTuple):
-    """What a name on a platform says."""
+    """The parts of a name on a platform."""
 
     student: str
     number: str     # of the student on the platform; '' if the name has none
@@ -31,7 +81,7 @@ class HandedIn(NamedTuple):
 
 
 def read_name(name: str, is_folder: bool) -> HandedIn:
-    """What the name of a file or a folder says."""
+    """The parts of the name of a file or a folder."""
     moodle = MOODLE.fullmatch(name)
     if moodle:
         return HandedIn(moodle['student'].strip(), moodle['number'],
@@ -45,17 +95,12 @@ def read_name(name: str, is_folder: bool) -> HandedIn:
     return HandedIn(name[:-len(ZIP)] if is_zip(name) else name, '', name, False)
 
 
-def is_zip(name: str) -> bool:
-    """Is this the name of a zip file?"""
-    return name.lower().endswith(ZIP)
-
-
 def by_student(names: Iterable[Tuple[str, bool]]) -> Dict[str, List[Tuple[str, HandedIn]]]:
-    """The names of each student, with what they say; `names`: (name, is it a folder?).
+    """The names of each student, with their parts; `names`: (name, is it a folder?).
 
     Several files of one student belong together. Two students of the same name are told apart by
-    their numbers, or, without a number, by the whole names of their files. Each name can be that of
-    a file.
+    their numbers, or, without a number, by the whole names of their files. Each key can be the name
+    of a file.
     """
     groups: Dict[Tuple[str, str, str], List[Tuple[str, HandedIn]]] = {}
     for name, is_folder in names:
@@ -67,16 +112,17 @@ def by_student(names: Iterable[Tuple[str, bool]]) -> Dict[str, List[Tuple[str, H
     for (student, number, alone), parts in groups.items():
         if times[student] > 1:
             student = file_name('{} ({})'.format(student, number or alone))
-        while student in students:      # the names differed only in what no name can show
+        while student in students:      # the names differed only in characters that do not show
             student += '_'
         students[student] = parts
     return students
 
 
 def repositories(text: str) -> Dict[str, str]:
-    """name -> path, as a list of repositories says; ``ValueError`` if two have the same name.
+    """name -> path, from a list of repositories: one path a line, or ``path, name``.
 
-    The name of a path without one is that of its folder.
+    Lines that begin with # are left out. The name of a path without one is that of its folder.
+    ``ValueError`` if two have the same name.
     """
     found: Dict[str, str] = {}
     for line in text.splitlines():

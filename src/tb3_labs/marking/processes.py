@@ -1,0 +1,206 @@
+"""The processes of one submission: their environment, the resources that they use, their end.
+
+Each process of a submission has the submission's identity in its environment, so that one which
+left its process group is found as well. Linux counts memory for each process alone, and old
+versions of bubblewrap give the folders of a sandbox no size: the sums are computed here.
+"""
+import os
+import signal
+import sys
+import threading
+from pathlib import Path
+from typing import Dict, Iterable, List, MutableMapping
+
+#: The variable of the identity; each try of a submission has a value of its own.
+IDENTITY = 'TB3_LABS_SUBMISSION'
+#: Variables of the caller that would change the result.
+FORGOTTEN = ('ROS_MASTER_URI', 'ROS_IP', 'ROS_NAMESPACE', 'TURTLEBOT3_MODEL', 'ROSCONSOLE_FORMAT',
+             'DISPLAY', 'WAYLAND_DISPLAY')
+PREFIXES, MODULES = 'CMAKE_PREFIX_PATH', 'PYTHONPATH'
+#: Variables that list folders of catkin's workspaces.
+LISTS = (PREFIXES, 'LD_LIBRARY_PATH', 'PATH', 'PKG_CONFIG_PATH', MODULES, 'ROS_PACKAGE_PATH')
+#: The master alone: rosout would write all that a node prints to a file.
+ROSCORE = '<launch/>'
+#: Log lines go to the terminal as usual, but to no file.
+LOGGING = '''[loggers]
+keys=root,rosout
+[handlers]
+keys=stream
+[formatters]
+keys=plain
+[logger_root]
+level=INFO
+handlers=
+[logger_rosout]
+level=INFO
+handlers=stream
+propagate=0
+qualname=rosout
+[handler_stream]
+class=rosgraph.roslogging.RosStreamHandler
+level=DEBUG
+formatter=plain
+args=(True,)
+[formatter_plain]
+format=[%(name)s][%(levelname)s] %(asctime)s: %(message)s
+'''
+#: The most that the programs of a sandbox may use together: memory [bytes], files in their own
+#: folders [bytes], processes.
+MEMORY, OWN_DISK, PROCESSES = 2 * 10 ** 9, 300 * 10 ** 6, 100
+#: The period of the watch [s].
+PERIOD = 0.25
+PAGE = os.sysconf('SC_PAGE_SIZE')
+
+
+# -- the environment
+
+def environment_in(work: Path, environment: Dict[str, str]) -> Dict[str, str]:
+    """The environment of a ROS of its own, which writes nowhere but below `work`, an existing
+    folder; `environment`: that of the submission's workspace."""
+    settings = work / 'etc'
+    settings.mkdir(exist_ok=True)
+    logging = settings / 'logging.conf'
+    logging.write_text(LOGGING)
+    (settings / 'roscore.xml').write_text(ROSCORE)
+    given = {name: value for name, value in environment.items() if name not in FORGOTTEN}
+    return dict(given, ROS_HOSTNAME='localhost', ROS_HOME=str(work / 'ros'),
+                ROS_LOG_DIR=str(work / 'log'), ROS_ETC_DIR=str(settings),
+                ROS_PYTHON_LOG_CONFIG_FILE=str(logging), ROS_TEST_RESULTS_DIR=str(work / 'results'))
+
+
+def forget_overlays(environment: MutableMapping[str, str] = os.environ,
+                    modules: List[str] = sys.path) -> None:
+    """Take the catkin workspaces that go before this package's out of an environment, and out of
+    Python's search path: an instructor's own nodes and messages must not stand in for those of a
+    submission, nor be read by it. Both are changed."""
+    prefixes = [path for path in environment.get(PREFIXES, '').split(':') if path]
+    holders = [number for number, prefix in enumerate(prefixes)
+               if os.path.isdir(os.path.join(prefix, 'share', 'tb3_labs'))]
+    overlays = prefixes[:holders[0]] if holders else []
+    sources = {source for prefix in overlays for source in _sources_of(prefix)}
+
+    def stays(path: str) -> bool:
+        return path not in sources and not any(
+            (path + '/').startswith(prefix.rstrip('/') + '/') for prefix in overlays)
+    for name in LISTS:
+        if name in environment:
+            environment[name] = ':'.join(filter(stays, environment[name].split(':')))
+    modules[:] = filter(stays, modules)
+
+
+def _sources_of(prefix):
+    """The source folders of a devel space of catkin; those of any other folder: none."""
+    try:
+        with open(os.path.join(prefix, '.catkin')) as file:
+            return file.read().split(';')
+    except OSError:
+        return ()
+
+
+# -- the end
+
+def sweep(identity: str) -> None:
+    """Kill every process that has this identity in its environment, until there is none."""
+    mark = '{}={}'.format(IDENTITY, identity).encode()
+    while True:
+        found = [number for number in os.listdir('/proc') if number.isdigit()
+                 and mark in _environment_of(number)]
+        if not found:
+            return
+        for number in found:
+            _kill(int(number))
+
+
+def _environment_of(number):
+    try:
+        with open('/proc/{}/environ'.format(number), 'rb') as file:
+            return file.read().split(b'\0')
+    except OSError:
+        return ()
+
+
+def _kill(pid):
+    try:
+        os.kill(pid, signal.SIGKILL)
+    except ProcessLookupError:
+        pass    # it has ended already
+
+
+# -- the resources
+
+class ResourceWatch:
+    """Watches the sandbox whose outermost process is `pid`, until :meth:`end`, and ends all its
+    programs if they use too much."""
+
+    def __init__(self, pid: int, own_folders: Iterable[str]) -> None:
+        """`own_folders`: of the sandbox, as its programs know them."""
+        self._pid, self._own = pid, own_folders
+        self._over = threading.Event()
+        #: The limit that was exceeded, a clause; '' so far.
+        self.exceeded = ''
+        threading.Thread(target=self._look, daemon=True).start()
+
+    def end(self) -> None:
+        """Watch no more."""
+        self._over.set()
+
+    def _look(self):
+        while not self._over.wait(PERIOD):
+            self.exceeded = self._excess()
+            if self.exceeded:
+                _kill(self._pid)      # the sandbox ends with it
+                return
+
+    def _excess(self):
+        processes = _below(self._pid)
+        if len(processes) > PROCESSES:
+            return 'more than {} processes'.format(PROCESSES)
+        if sum(map(_memory, processes)) > MEMORY and sum(map(_own_memory, processes)) > MEMORY:
+            return 'more than {:g} GB of memory'.format(MEMORY / 1e9)
+        if processes and sum(_used(processes[-1], own) for own in self._own) > OWN_DISK:
+            return 'files of more than {:g} MB'.format(OWN_DISK / 1e6)
+        return ''
+
+
+def _below(pid):
+    """The numbers of all processes that descend from one."""
+    found, open_ = [], [pid]
+    while open_:
+        parent = open_.pop()
+        try:
+            for thread in os.listdir('/proc/{}/task'.format(parent)):
+                with open('/proc/{}/task/{}/children'.format(parent, thread)) as file:
+                    children = [int(number) for number in file.read().split()]
+                found += children
+                open_ += children
+        except OSError:
+            pass    # it has ended meanwhile
+    return found
+
+
+def _memory(pid):
+    """The memory of a process, without files [bytes]; pages shared since a fork count for each."""
+    try:
+        with open('/proc/{}/statm'.format(pid)) as file:
+            _, resident, shared = file.read().split()[:3]
+    except OSError:
+        return 0
+    return (int(resident) - int(shared)) * PAGE
+
+
+def _own_memory(pid):
+    """The same, but each process has its part of shared pages; slower [bytes]."""
+    try:
+        with open('/proc/{}/smaps_rollup'.format(pid)) as file:
+            return 1024 * next(int(line.split()[1]) for line in file if line.startswith('Pss:'))
+    except (OSError, StopIteration):
+        return _memory(pid)
+
+
+def _used(pid, folder):
+    """The size of the files in a sandbox's own folder, by a process in the sandbox [bytes]."""
+    try:
+        state = os.statvfs('/proc/{}/root{}'.format(pid, folder))
+    except OSError:
+        return 0
+    return (state.f_blocks - state.f_bfree) * state.f_frsize
