@@ -36,9 +36,9 @@ from tb3_labs.ros.marking import box
 from tb3_labs.ros.marking.intake import digest, submissions_from
 from tb3_labs.ros.marking.marker import QUIET, Interrupted, Marker, Options
 from tb3_labs.ros.marking.marks_folder import MarksFolder, due_time, late_by
-from tb3_labs.ros.marking.pads import HANDOUT, pad_called
+from tb3_labs.marking.ros_gamepad import HANDOUT, pad_called
 from tb3_labs.ros.marking.points_file import read_points
-from tb3_labs.ros.marking.progress import Progress
+from tb3_labs.marking.progress import Progress
 from tb3_labs.ros.marking.sandbox import forget_overlays
 from tb3_labs.simulation.network import NETWORKS
 

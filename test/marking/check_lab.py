@@ -26,12 +26,11 @@ from tb3_labs.marking.criteria import Outcome, judge
 from tb3_labs.marking.labs import GAMEPAD, LABS
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.points import points_of
-from tb3_labs.ros.marking.executable import place_of
-from tb3_labs.ros.marking.launch import Launch
-from tb3_labs.ros.marking.pads import HANDOUT, pad_called
+from tb3_labs.marking.progress import TRYING, Progress
+from tb3_labs.marking.ros_gamepad import HANDOUT, pad_called
+from tb3_labs.marking.ros_stage import try_out
+from tb3_labs.marking.ros_student_node import Launch, place_of
 from tb3_labs.ros.marking.points_file import read_points
-from tb3_labs.ros.marking.progress import TRYING, Progress
-from tb3_labs.ros.marking.trial import try_out
 
 OWN_PACKAGE = 'tb3_labs'
 #: rostest names the file for the results by this word.

@@ -6,20 +6,19 @@ import pytest
 from test_marking import TABLE, observation, stimulus
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.marking import move2goal, turn
-from tb3_labs.marking.bench import MARGIN, QUESTIONS, Falling, next_turn
+from tb3_labs.marking.checkoff import MARGIN, QUESTIONS, Falling, next_turn
 from tb3_labs.marking.criteria import Outcome
 from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.points import points_of
-from tb3_labs.marking.turning import TURNS
-from tb3_labs.ros.marking.bench.checkoff import parts_of
-from tb3_labs.ros.marking.bench.scripts import MOST_TURNS, PARTS, PLAYED, RELEASES, WITH_MARGIN
+from tb3_labs.marking.ros_bench import MOST_TURNS, PARTS, PLAYED, RELEASES, WITH_MARGIN
+from tb3_labs.marking.ros_checkoff import parts_of
 
 SIGNS = {'l': 1.0, 'r': -1.0}
 
 
 def walk(heading, error):
     """The turns of a robot that turns by 90 degrees and ``error()``: [(begin, end, name)]."""
-    left, way, step = set(TURNS), [], None
+    left, way, step = set(turn.EACH_TURN), [], None
     for number in range(MOST_TURNS):
         step = next_turn(heading, left, MARGIN if number < WITH_MARGIN else 0.0, step)
         if step is None:
@@ -49,7 +48,7 @@ def test_a_turn_is_what_its_name_says():
     for heading in range(0, 360, 7):
         for begin, end, step in walk(float(heading), lambda: -4.0)[:WITH_MARGIN]:
             if step.name:
-                assert TURNS[step.name].typed == step.typed
+                assert turn.EACH_TURN[step.name].typed == step.typed
             for jump, name in ((180.0, 'across 180'), (0.0, 'across 0')):
                 if step.name.endswith(name):
                     before, after = (difference_degrees(at, jump) for at in (begin, end))
@@ -76,14 +75,14 @@ def turned(name, degrees, begin):
 def test_a_criterion_falls_as_soon_as_it_can():
     board, seen = falling(), observation()
     assert [v.criterion.name for v in board.look(seen)] == ['starts']
-    for number, (name, turn_asked) in enumerate(TURNS.items()):
+    for number, (name, turn_asked) in enumerate(turn.EACH_TURN.items()):
         done, rows = turned(name, turn_asked.asked_deg, 10.0 * number)
         seen.stimuli.append(done)
         seen.truth += rows
         seen.commands.append([10.0 * number + 0.1, 0.0, 1.5])
         fallen = {v.criterion.name for v in board.look(seen)}
         assert ('left' in fallen) is (name == 'l') and ('right' in fallen) is (name == 'r')
-        assert ('clamped' in fallen) is (number == len(TURNS) - 1)    # each turn may yet be fast
+        assert ('clamped' in fallen) is (number == len(turn.EACH_TURN) - 1)    # each turn may yet be fast
     assert not board.all_met        # nonsense was not typed yet
     assert board.points == (13.0, 14.0)
     seen.stimuli.append(stimulus('nonsense', 90.0, 91.0, printed='l or r'))

@@ -10,8 +10,8 @@ import rosunit
 
 from tb3_labs.marking.criteria import Criterion, Outcome, Place, Verdict
 from tb3_labs.marking.marks import Marks
-from tb3_labs.ros.marking.executable import place_of
-from tb3_labs.ros.marking.progress import Progress, tried_last
+from tb3_labs.marking.ros_student_node import place_of
+from tb3_labs.marking.progress import Progress, tried_last
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'marking'))
 from check_lab import checks_of, total    # noqa: E402 (it is beside this folder)

@@ -6,7 +6,7 @@ import pathlib
 import pytest
 import yaml
 
-from tb3_labs.marking import drives, gamepad, imu, life, mouse, turning
+from tb3_labs.marking import criteria, gamepad, imu, mouse, move2goal, turn as turns
 from tb3_labs.marking.criteria import Outcome, judge
 from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.observation import Observation, Run, Stimulus
@@ -297,7 +297,7 @@ def test_one_drive_is_enough_to_see_its_speeds():
 
 def test_a_robot_that_was_never_turned_or_driven_is_not_within_limits():
     still = scene((0.1, 0.0, 0.0), moved=False, rested=True)
-    parts = {name: still for name in turning.TURNS}
+    parts = {name: still for name in turns.EACH_TURN}
     assert {'clamped', 'on_the_spot'} <= missed('turn', observed('turn', **parts))
     none = {name: scene(moved=False, rested=True) for name in ('first drive', 'second drive')}
     assert 'within_limits' in missed('move2goal', observed('move2goal', **none))
@@ -351,8 +351,8 @@ def test_where_the_sticks_and_the_mouse_are():
 
 def test_a_drive_may_take_its_time():
     """Seconds, and metres away, before it is ended."""
-    assert (drives.DRIVE_TIME, drives.ASTRAY) == (50.0, 3.0)
-    assert (turning.TURN_TIME, life.ENDING) == (8.0, 5.0)
+    assert (move2goal.DRIVE_TIME, move2goal.ASTRAY) == (50.0, 3.0)
+    assert (turns.TURN_TIME, criteria.ENDING) == (8.0, 5.0)
 
 
 def test_where_the_robot_stands_and_begins_to_turn():
@@ -360,7 +360,7 @@ def test_where_the_robot_stands_and_begins_to_turn():
     assert {name: 'at {:.0f} degrees'.format(angle) for name, angle in imu.STANDS.items()} == {
         name: name for name in imu.STANDS}
     assert len({angle // 90.0 for angle in imu.STANDS.values()}) == 4       # all four quadrants
-    for name, asked in turning.TURNS.items():
+    for name, asked in turns.EACH_TURN.items():
         assert asked.asked_deg == {'l': 90.0, 'r': -90.0}[asked.typed] and name[0] == asked.typed
         ends = sorted((asked.begins_deg, asked.begins_deg + asked.asked_deg))
         crossed = [jump for jump in (0.0, 180.0, 360.0) if ends[0] - 20.0 < jump < ends[1] + 20.0]

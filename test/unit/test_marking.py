@@ -14,21 +14,20 @@ import pytest
 import yaml
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking import drives, imu, move2goal, turn, turning
+from tb3_labs.marking import imu, move2goal, turn
 from tb3_labs.marking.course import Row, cells
-from tb3_labs.marking.criteria import Criterion, Outcome, Place, judge
+from tb3_labs.marking.criteria import (
+    Criterion, Outcome, Place, judge, tracebacks_before_the_end)
 from tb3_labs.marking.figures import over_time, path
 from tb3_labs.marking.labs import LABS
-from tb3_labs.marking.life import tracebacks_before_the_end
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.marks_table import Table
 from tb3_labs.marking.observation import NotOffered, Observation, Run, Stimulus
 from tb3_labs.marking.page import feedback, overview
 from tb3_labs.marking.points import points_of
+from tb3_labs.marking.ros_gamepad import AXES, BUTTONS, pad_called, pad_in_words
+from tb3_labs.marking.ros_stage import SCRIPTS
 from tb3_labs.nodes.pad_config import PadConfig
-from tb3_labs.ros.marking.gamepad import AXES, BUTTONS
-from tb3_labs.ros.marking.pads import pad_called, pad_in_words
-from tb3_labs.ros.marking.trial import SCRIPTS
 from tb3_labs.ros.testing.bounded_text import BoundedText
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
@@ -53,6 +52,12 @@ def turned(degrees, typed='l', moved=True, rested=True, forward=0.0, rate=1.5):
         stimuli=[stimulus(typed, facts={'moved': moved, 'rested': rested})],
         truth=[[0.02 * k, 0.0, 0.0, 3.0 + angle * k / 100.0] for k in range(101)],
         commands=[[0.1, forward, math.copysign(rate, degrees)], [1.9, 0.0, 0.0]])
+
+
+def missed_of(lab, name, seen):
+    """'' if the criterion of this name is met, else a clause."""
+    criterion, = [criterion for criterion in LABS[lab].criteria if criterion.name == name]
+    return criterion.judge(seen)
 
 
 def outcomes(seen, lab='turn', parts=()):
@@ -148,19 +153,25 @@ def named(tree):
 
 
 def test_core_and_bridge_share_names_by_constants():
-    core, bridge = ({text for tree in parsed(folder).values() for text in literals(tree)}
-                    for folder in ('src/tb3_labs/marking', 'src/tb3_labs/ros/marking'))
+    core, bridge = set(), set()
+    for folder in ('src/tb3_labs/marking', 'src/tb3_labs/ros/marking'):
+        for name, tree in parsed(folder).items():
+            (bridge if name.startswith('ros_') or 'ros/' in folder else core).update(literals(tree))
     for program in ('scripts/mark.py', 'test/marking/check_lab.py'):
         bridge.update(literals(ast.parse((REPOSITORY / program).read_text(encoding='utf-8'))))
     assert core & bridge - BY_CHANCE == set()
 
 
-@pytest.mark.parametrize('name, tree', parsed('src/tb3_labs/marking').items())
+CORE = [(name, tree) for name, tree in parsed('src/tb3_labs/marking').items()
+        if not name.startswith('ros_')]
+
+
+@pytest.mark.parametrize('name, tree', CORE)
 def test_a_string_that_has_a_name_stands_once(name, tree):
     assert [text for text in named(tree) if literals(tree).count(text) > 1] == [], name
 
 
-@pytest.mark.parametrize('name, tree', parsed('src/tb3_labs/marking').items())
+@pytest.mark.parametrize('name, tree', CORE)
 def test_public_functions_say_their_types(name, tree):
     functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)
                  and not re.match('_(?!_)', node.name)]
@@ -176,7 +187,7 @@ def test_public_functions_say_their_types(name, tree):
     (90.0, True), (79.5, True), (100.5, True), (78.5, False), (101.5, False), (-90.0, False),
     (450.0, False), (-270.0, False), (0.0, False)])
 def test_a_turn_to_the_left_is_counted_as_it_was_turned(degrees, met):
-    missed = turning.left(turned(degrees))
+    missed = missed_of('turn', 'left', turned(degrees))
     assert (missed == '') is met
     if missed and degrees:
         assert '{:.1f} degrees to the {}'.format(
@@ -184,19 +195,19 @@ def test_a_turn_to_the_left_is_counted_as_it_was_turned(degrees, met):
 
 
 def test_a_turn_to_the_right_is_one():
-    assert turning.right(turned(-85.0, 'r')) == ''
-    assert turning.right(turned(85.0, 'r')) != ''
+    assert missed_of('turn', 'right', turned(-85.0, 'r')) == ''
+    assert missed_of('turn', 'right', turned(85.0, 'r')) != ''
 
 
 def test_a_robot_that_does_not_rest_or_does_not_move_has_not_turned():
-    assert 'still moving' in turning.left(turned(90.0, rested=False))
-    assert 'did not turn' in turning.left(turned(0.0, moved=False))
+    assert 'still moving' in missed_of('turn', 'left', turned(90.0, rested=False))
+    assert 'did not turn' in missed_of('turn', 'left', turned(0.0, moved=False))
 
 
 def test_commands_while_turning():
-    assert turning.clamped(turned(90.0)) == turning.on_the_spot(turned(90.0)) == ''
-    assert '9.0 rad/s' in turning.clamped(turned(90.0, rate=9.0))
-    assert '0.10 m/s' in turning.on_the_spot(turned(90.0, forward=0.1))
+    assert turn.clamped(turned(90.0)) == turn.on_the_spot(turned(90.0)) == ''
+    assert '9.0 rad/s' in turn.clamped(turned(90.0, rate=9.0))
+    assert '0.10 m/s' in turn.on_the_spot(turned(90.0, forward=0.1))
 
 
 @pytest.mark.parametrize('answer, met', [
@@ -204,12 +215,12 @@ def test_commands_while_turning():
     ('x\nnot a valid letter, really\n', False)])
 def test_an_answer_names_the_valid_inputs(answer, met):
     seen = observation(stimuli=[stimulus('nonsense', printed=answer, lines=2)])
-    assert (turning.answers_nonsense(seen) == '') is met
+    assert (turn.answers_nonsense(seen) == '') is met
 
 
 def test_an_answer_in_a_flood_is_not_seen():
     seen = observation(stimuli=[stimulus('nonsense', printed='l or r', lines=20000)])
-    assert '20000 lines' in turning.answers_nonsense(seen)
+    assert '20000 lines' in turn.answers_nonsense(seen)
 
 
 # -- drives
@@ -224,11 +235,11 @@ def test_a_drive_is_judged_in_the_frame_it_began_in(start, end, place, heading):
     local_T_world = start.inverse()
     there = start @ end
     seen = observation('move2goal', stimuli=[stimulus('first drive', facts={
-        'moved': True, 'rested': True, 'goal': drives.GOAL,
+        'moved': True, 'rested': True, 'goal': move2goal.GOAL,
         'local_T_world': [local_T_world.x, local_T_world.y, local_T_world.yaw]})],
         truth=[[0.0, start.x, start.y, start.yaw], [2.0, there.x, there.y, there.yaw]])
-    assert (move2goal.goal_place(seen) == '') is place
-    assert (move2goal.goal_heading(seen) == '') is heading
+    assert (missed_of('move2goal', 'goal_place', seen) == '') is place
+    assert (missed_of('move2goal', 'goal_heading', seen) == '') is heading
 
 
 # -- what was not seen
@@ -263,11 +274,10 @@ def test_a_node_that_dies_of_a_stimulus_does_not_meet_it():
     ({'took': 0.8, 'signal': 0}, '[ERROR] [17.2]: Traceback (most recent call last):\n  x\n', 'traceback')])
 def test_a_clean_exit(facts, printed, words):
     """At the first Ctrl+C, or at one that is tried again."""
-    clean_exit, = [c for c in turn.CRITERIA if c.name == 'clean_exit']
     this = dict(died=True, printed=printed, facts=facts)
     good = stimulus('Ctrl+C', died=True, printed='bye', facts={'took': 0.8, 'signal': 0})
     for stimuli in ([stimulus('Ctrl+C', **this)], [good, stimulus('Ctrl+C again', 3.0, 5.0, **this)]):
-        missed = clean_exit.judge(observation(stimuli=stimuli))
+        missed = missed_of('turn', 'clean_exit', observation(stimuli=stimuli))
         assert words in missed and bool(missed) is bool(words)
 
 
@@ -291,8 +301,7 @@ def test_a_zero_is_sent_at_ctrl_c(commands, met):
     seen = observation(commands=commands, stimuli=[
         stimulus('Ctrl+C', died=True, facts={'was_moving': True}),
         stimulus('Ctrl+C again', 5.0, 6.0, died=True, facts={'was_moving': True})])
-    stops_robot, = [c for c in turn.CRITERIA if c.name == 'stops_robot']
-    assert (stops_robot.judge(seen) == '') is met
+    assert (missed_of('turn', 'stops_robot', seen) == '') is met
 
 
 def test_an_observation_comes_back_from_its_file():
@@ -472,7 +481,7 @@ def test_the_figure_of_the_drives_is_in_their_local_frames():
     seen = observation('move2goal', truth=[
         [0.0, 0.0, 0.0, 0.0], [0.5, 2.0, 0.0, 0.1], [1.0, 3.0, 0.5, 0.5],
         [5.0, 1.0, 2.0, 0.0], [6.0, 1.0, 3.0, 2.0]],
-        stimuli=[stimulus('first', 0.0, 1.0, facts={'goal': drives.GOAL,
+        stimuli=[stimulus('first', 0.0, 1.0, facts={'goal': move2goal.GOAL,
                                                     'local_T_world': frames[0]}),
                  stimulus('none', 1.5, 2.0),
                  stimulus('second', 5.0, 6.0, facts={'goal': [4.0, 5.0, 0.0],

@@ -1,7 +1,7 @@
 """The mouse is found in the messages that students define."""
 import pytest
 
-from tb3_labs.marking.mouse_message import mouse_fields
+from tb3_labs.marking.mouse import mouse_fields
 
 
 @pytest.mark.parametrize('names, types, fields, told', [

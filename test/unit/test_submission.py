@@ -12,9 +12,9 @@ from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import LABS
 from tb3_labs.ros.marking import python_build
-from tb3_labs.ros.marking.any_service import packages_with_services
+from tb3_labs.marking.ros_interface import packages_with_services
 from tb3_labs.ros.marking.intake import Submission
-from tb3_labs.ros.marking.requests import fill_pose, is_origin
+from tb3_labs.marking.ros_interface import fill_pose, is_origin
 from tb3_labs.ros.marking.submission import Unusable, find_node
 from tb3_labs.ros.marking.workspace import prepare
 from tb3_labs.srv import ResetPoseRequest, SetInitialPoseRequest

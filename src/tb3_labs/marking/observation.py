@@ -11,6 +11,20 @@ from typing import Any, Dict, List, Optional
 
 import numpy as np
 
+#: The topics that the labs are about, as the handouts call them; all names are relative.
+IMU = 'imu'
+ODOM = 'odom'
+JOY = 'joy'
+MOUSE_INFO = 'mouse_info'
+CTRL_RELINQ = 'ctrl_relinq'
+CMD_VEL = 'cmd_vel'
+#: The robot's own: its reset, its joints, its time if that is simulated.
+RESET = 'reset'
+JOINT_STATES = 'joint_states'
+CLOCK = 'clock'
+#: The true pose of the simulated robot.
+TRUTH = 'ground_truth'
+
 #: Keys of `facts` that several labs use: did the node command a movement after it was asked to;
 #: did the robot come to rest; did the node move the robot when the stimulus began?
 MOVED = 'moved'

@@ -18,9 +18,9 @@ from tb3_labs.marking.labs import GAMEPAD, LABS
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.observation import Observation
 from tb3_labs.ros.marking.box import Box, NoBox
-from tb3_labs.ros.marking.launch import ALWAYS, VARIABLE, Launch
-from tb3_labs.ros.marking.pads import HANDOUT, pad_in_words
-from tb3_labs.ros.marking.progress import tried_last
+from tb3_labs.marking.ros_student_node import ALWAYS, VARIABLE, Launch
+from tb3_labs.marking.ros_gamepad import HANDOUT, pad_in_words
+from tb3_labs.marking.progress import tried_last
 from tb3_labs.ros.marking.sandbox import COOKIE, environment_in, sweep
 from tb3_labs.ros.marking.submission import Unusable
 from tb3_labs.ros.marking.workspace import prepare

@@ -1,4 +1,4 @@
-"""The checkoff at the bench: criteria that fall while a person works with the node that runs.
+"""The checkoff at the bench: criteria are judged while a person works with the node that runs.
 
 Headings are those of the IMU in [deg], 0 to 360.
 """
@@ -10,10 +10,10 @@ from typing import (Deque, Dict, FrozenSet, Iterable, List, Mapping, NamedTuple,
 from tb3_labs.marking import gamepad, move2goal
 from tb3_labs.marking.criteria import Criterion, Outcome, Verdict, judge
 from tb3_labs.marking.observation import Observation, Scene
-from tb3_labs.marking.turning import LEFT, RIGHT
+from tb3_labs.marking.turn import LEFT, RIGHT
 
-#: Where a turn across the jump of the heading begins at least so far beyond the quadrant's begin
-#: that it has jumped well before its end [deg].
+#: A turn across the jump of the heading begins at least so far beyond the quadrant's begin, so that
+#: the heading has jumped well before the end of the turn [deg].
 MARGIN = 20.0
 #: The turns of the IMU lab by the quadrant where they begin; those across a jump need the margin.
 BY_QUADRANT: Sequence[Mapping[str, str]] = (
@@ -22,14 +22,14 @@ BY_QUADRANT: Sequence[Mapping[str, str]] = (
 
 
 class Question(NamedTuple):
-    """What a person is asked about a stimulus, and the text that a yes stands for."""
+    """A question to a person about a stimulus, and the text that a yes stands for."""
 
     stimulus: str
     words: str
     text: str
 
 
-#: What only a person sees: the criteria by what a node prints. Name of the criterion -> Question.
+#: A person alone sees what a node prints. Name of the criterion that is judged by it -> Question.
 QUESTIONS = {
     'says_reached': Question(move2goal.AT_GOAL, 'Did it print "Goal reached!", once?',
                              'Goal reached!'),
@@ -47,7 +47,7 @@ class Pending(Exception):
 
 
 class _SoFar(Observation):
-    """An Observation to which more may be added: what is missing may come."""
+    """An Observation to which more may be added: a stimulus that is missing may come."""
 
     def has(self, name: str) -> bool:
         if not super().has(name):
@@ -77,8 +77,8 @@ class Falling:
         return self._fall(so_far, self._open, asked=True)
 
     def questions(self, observation: Observation, part: str) -> List[Question]:
-        """What is to be asked before a part ends: of criteria that did not fall, since it is not
-        known all that the node printed."""
+        """The questions before a part ends, one for each criterion that did not fall because the
+        output of the node is not fully known."""
         return [QUESTIONS[criterion.name] for criterion in self._open
                 if criterion.part == part and criterion.name in QUESTIONS
                 and observation.has(QUESTIONS[criterion.name].stimulus)]
@@ -123,8 +123,8 @@ class Falling:
 
 
 class Next(NamedTuple):
-    """The next turn to ask for: what to type, and the stimulus that it is; '' if it only leads to
-    where the next one begins."""
+    """The next turn to ask for: the letter to type, and its stimulus; '' if it only leads to the
+    begin of the next one."""
 
     typed: str
     name: str
