@@ -60,36 +60,36 @@ class _SoFar(Observation):
         return super().during(name, may_die)
 
 
-class Falling:
-    """The verdicts on the criteria of these parts, each as soon as it cannot change any more."""
+class OpenCriteria:
+    """The criteria of these parts; each is judged as soon as its verdict cannot change any more."""
 
     def __init__(self, criteria: Iterable[Criterion], worth: Mapping[str, float],
                  parts: Sequence[str]) -> None:
         self._open = [criterion for criterion in criteria if criterion.part in parts]
         self._worth = worth
-        #: Those that have fallen.
+        #: The verdicts so far.
         self.verdicts: List[Verdict] = []
 
     def look(self, observation: Observation) -> List[Verdict]:
-        """The verdicts that fall now, in the middle of a part."""
+        """The verdicts that are certain now, in the middle of a part."""
         so_far = _SoFar(**{item.name: getattr(observation, item.name)
                            for item in fields(observation)})
-        return self._fall(so_far, self._open, asked=True)
+        return self._judge(so_far, self._open, asked=True)
 
     def questions(self, observation: Observation, part: str) -> List[Question]:
-        """The questions before a part ends, one for each criterion that did not fall because the
-        output of the node is not fully known."""
+        """The questions before a part ends, one for each open criterion about the print of the
+        node, which is not fully known."""
         return [QUESTIONS[criterion.name] for criterion in self._open
                 if criterion.part == part and criterion.name in QUESTIONS
                 and observation.has(QUESTIONS[criterion.name].stimulus)]
 
     def end(self, observation: Observation, part: str) -> List[Verdict]:
-        """The verdicts that fall at the end of a part."""
-        return self._fall(observation, [c for c in self._open if c.part == part])
+        """The verdicts on the open criteria of a part at its end."""
+        return self._judge(observation, [c for c in self._open if c.part == part])
 
-    def _fall(self, observation, criteria, asked=False):
+    def _judge(self, observation, criteria, asked=False):
         """`asked`: is a person asked before a criterion of QUESTIONS is missed?"""
-        fallen = []
+        judged = []
         for criterion in list(criteria):
             try:
                 verdict, = judge([criterion], observation, self._worth)
@@ -97,10 +97,10 @@ class Falling:
                 continue
             if asked and criterion.name in QUESTIONS and verdict.outcome is Outcome.MISSED:
                 continue
-            fallen.append(verdict)
+            judged.append(verdict)
             self._open.remove(criterion)
-        self.verdicts += fallen
-        return fallen
+        self.verdicts += judged
+        return judged
 
     @property
     def graded(self) -> List[Verdict]:
@@ -109,14 +109,14 @@ class Falling:
 
     @property
     def all_met(self) -> bool:
-        """Has each of the handout's criteria fallen, and is it met?"""
+        """Was each of the handout's criteria judged, and is it met?"""
         return bool(self.graded) and all(
             verdict.outcome is Outcome.MET for verdict in self.graded) and not any(
             not criterion.extra for criterion in self._open)
 
     @property
     def points(self) -> Tuple[float, float]:
-        """(points that were earned, full marks); those of criteria that did not fall count."""
+        """(points that were earned, full marks); the points of open criteria count."""
         return (sum(verdict.points for verdict in self.verdicts),
                 sum(verdict.worth for verdict in self.graded)
                 + sum(self._worth[c.name] for c in self._open if not c.extra))

@@ -3,11 +3,10 @@ from functools import partial
 
 from tb3_labs.marking.criteria import (ANGULAR, AT_ONCE, CLEAN_EXIT, CLEAN_EXIT_LIMITS, IN_TIME,
                                        LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE, STOPS_IN_TIME,
-                                       STOPS_WHEN_LOST, TRACEBACK, Criterion, clean_exit,
+                                       STOPS_WHEN_LOST, THUMB, TRACEBACK, Criterion, clean_exit,
                                        first_missed, opposite, starts, steers, stops_robot,
                                        stops_when_silent)
 from tb3_labs.marking.observation import NotSeen, Observation
-from tb3_labs.marking.sheets import THUMB
 
 #: The parts of the lab.
 STICKS, BUTTONS, NO_SERVICE, LOST = 'sticks', 'buttons', 'no service', 'lost'

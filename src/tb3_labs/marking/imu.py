@@ -3,10 +3,10 @@ import re
 from typing import List
 
 from tb3_labs.geometry.angles import difference_degrees
-from tb3_labs.marking.criteria import (CLEAN_EXIT, CLEAN_EXIT_LIMITS, CTRL_C, IN_TIME, TRACEBACK,
-                                       Criterion, Place, clean_exit, says, starts)
+from tb3_labs.marking.criteria import (CLEAN_EXIT, CLEAN_EXIT_LIMITS, CTRL_C, EXERCISE,
+                                       HEADING_EXERCISE, IMU_SHEET, IN_TIME, TRACEBACK, Criterion,
+                                       Place, clean_exit, says, starts)
 from tb3_labs.marking.observation import NotSeen, Observation
-from tb3_labs.marking.sheets import EXERCISE, HEADING_EXERCISE, IMU_SHEET
 
 #: The parts of the lab.
 HEADING, ODD_SAMPLES = 'heading', 'odd samples'

@@ -8,11 +8,10 @@ import numpy as np
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.criteria import (AT_ONCE, CLEAN_EXIT, CLEAN_EXIT_LIMITS, IN_TIME, ROUNDING,
-                                       STOPS_AT_ONCE, STOPS_IN_TIME, STOPS_WHEN_LOST, Criterion,
-                                       Place, clean_exit, first_missed, starts, stops_robot,
-                                       stops_when_silent)
+                                       STATES, STOPS_AT_ONCE, STOPS_IN_TIME, STOPS_WHEN_LOST,
+                                       TRANSFORMATION_SHEET, Criterion, Place, clean_exit,
+                                       first_missed, starts, stops_robot, stops_when_silent)
 from tb3_labs.marking.observation import MOVED, RESTED, WAS_MOVING, Observation, Scene
-from tb3_labs.marking.sheets import STATES, TRANSFORMATION_SHEET
 
 #: The parts of the lab.
 DRIVE, RESET, CONTROL, DECLARED, OFFSET, LOST = (

@@ -9,7 +9,7 @@ import rosgraph
 import rospy
 from roslib.packages import find_node
 
-from tb3_labs.marking.checkoff import Falling
+from tb3_labs.marking.checkoff import OpenCriteria
 from tb3_labs.marking.labs import IMU, LABS
 from tb3_labs.marking.observation import IMU as IMU_TOPIC
 from tb3_labs.marking.observation import ODOM, TRUTH, Observation
@@ -50,23 +50,23 @@ class Checkoff:
         """`worth`: criterion -> points; `name`: that of the node, '' if any will do. ``Impossible``
         if there is no robot, or somebody else plays the part of this program."""
         self._lab, self._parts, self._person = lab, parts, person
-        self._falling = Falling(LABS[lab].criteria, worth, parts)
+        self._open = OpenCriteria(LABS[lab].criteria, worth, parts)
         self.has_truth = self._look_round()
         self._observation = Observation(lab, '')
         self.node = RunningNode(person, LABS[lab].listens, lab != IMU, name, lambda: recorder.now)
         recorder = Recorder(self._observation, self.node.is_it, self.has_truth)
         self._stage = Stage(self._observation, recorder, self.node,
-                           lambda seen: self._say(self._falling.look(seen)))
+                           lambda seen: self._say(self._open.look(seen)))
 
     @property
     def all_met(self):
         """Is each criterion of the handout met?"""
-        return self._falling.all_met
+        return self._open.all_met
 
     @property
     def points(self):
         """(points that were earned, full marks of these parts)."""
-        return self._falling.points
+        return self._open.points
 
     def run(self):
         """Try all parts; whatever happens, nothing is held afterwards.
@@ -83,7 +83,7 @@ class Checkoff:
                 self._stage.keep()
                 PARTS[self._lab][part](self._stage)
                 self._ask(part)
-                self._say(self._falling.end(self._observation, part))
+                self._say(self._open.end(self._observation, part))
         except NotFound as reason:
             raise Impossible(str(reason)) from None
         except rospy.ROSException as problem:
@@ -93,7 +93,7 @@ class Checkoff:
 
     def _ask(self, part):
         """Ask for the print of the node, as far as it is not known."""
-        for question in self._falling.questions(self._observation, part):
+        for question in self._open.questions(self._observation, part):
             if self._person.asks(question.words) == YES:
                 for stimulus in self._observation.stimuli:
                     if stimulus.name == question.stimulus:

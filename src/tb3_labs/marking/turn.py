@@ -6,12 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from tb3_labs.marking import mouse
-from tb3_labs.marking.criteria import (CLEAN_EXIT, CLEAN_EXIT_LIMITS, IN_TIME, ROUNDING,
-                                       STOPS_AT_ONCE, STOPS_IN_TIME, STOPS_WHEN_LOST, Criterion,
-                                       Place, clean_exit, first_missed, says, starts, stops_robot,
-                                       stops_when_silent)
+from tb3_labs.marking.criteria import (CLEAN_EXIT, CLEAN_EXIT_LIMITS, EXERCISE, IMU_SHEET, IN_TIME,
+                                       ROUNDING, STOPS_AT_ONCE, STOPS_IN_TIME, STOPS_WHEN_LOST,
+                                       TURN_LAB, Criterion, Place, clean_exit, first_missed, says,
+                                       starts, stops_robot, stops_when_silent)
 from tb3_labs.marking.observation import MOVED, RESTED, NotSeen, Observation
-from tb3_labs.marking.sheets import EXERCISE, IMU_SHEET, TURN_LAB
 
 #: The parts of the lab.
 TURNS, MOUSE, BOTH, SHUTDOWN, LOST = 'turns', 'mouse', 'both', 'shutdown', 'lost'
