@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Checks a node by the criteria of its lab, as a rostest: one test for each criterion, and the total.
 
-What is tried, the verdicts and the points come to the terminal while rostest waits for the end. A
-criterion beyond the handout that is not met is no test, unless `~strict` says so.
+The stimuli, the verdicts and the points come to the terminal while rostest waits for the end. A
+criterion beyond the handout that is not met is not a test, unless `~strict` says so.
 
 Started by check_LAB.test. Parameters
     ~lab        imu, turn, move2goal or gamepad

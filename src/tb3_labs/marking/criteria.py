@@ -82,7 +82,7 @@ class Verdict:
 
     @property
     def sentence(self) -> str:
-        """What was seen and where to look; '' if the criterion is met."""
+        """The observation and its place in the sheet; '' if the criterion is met."""
         if self.outcome is Outcome.MET:
             return ''
         return '{}; see {}'.format(self.seen, self.criterion.where)
@@ -244,7 +244,7 @@ LINEAR, ANGULAR = 1, 2
 UNITS = {LINEAR: 'm/s', ANGULAR: 'rad/s'}
 #: The other column of a command must be smaller than this [m/s] or [rad/s].
 NEAR = 0.05
-#: What rounding may add to a limit [m/s] or [rad/s].
+#: The part that rounding may add to a limit [m/s] or [rad/s].
 ROUNDING = 0.005
 
 

@@ -9,7 +9,7 @@ IMU, TURN, MOVE2GOAL, GAMEPAD = 'imu', 'turn', 'move2goal', 'gamepad'
 
 
 class Lab(NamedTuple):
-    """What a lab asks for, and how its node is found."""
+    """The requirements of a lab, and the names by which its node is found."""
 
     title: str
     criteria: List[Criterion]

@@ -24,10 +24,10 @@ PLACES = {UP: (0.0, 1.0), NEAR_MIDDLE: (0.2, -0.2), TO_LEFT: (-1.0, 0.0), HALF_R
 
 #: Nothing moves at the handout's distance from the middle; places nearer to it are tried.
 DEAD_ZONE = 0.25
-#: What the edge of the screen commands [m/s], [rad/s].
+#: The speeds at the edge of the screen [m/s], [rad/s].
 FULL = 0.5
 AT_EDGE = (FULL - NEAR, FULL + NEAR)
-#: What more than half the way commands: a wide range, as the handout leaves the dead zone open.
+#: The speeds at more than half the way: a wide range, as the handout leaves the dead zone open.
 HALF_WAY = (0.2 * FULL, 0.8 * FULL)
 #: The mouse is held at a place for this time; moved in a turn, it drives within this time [s].
 HELD, AT_LAST = 0.8, 4.0

@@ -1,4 +1,4 @@
-"""What was observed of one node: plain data that can be judged, drawn, and kept in a file.
+"""The observation of one node: plain data that can be judged, drawn, and kept in a file.
 
 Units: seconds since the observation began, m/s, rad/s, metres, radians. The yaw of the true poses
 is continuous over whole turns. The commands are those of the node that is judged; those of other
