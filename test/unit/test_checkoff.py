@@ -1,4 +1,4 @@
-"""The checkoff at the bench: the order of the turns, open criteria, prompts that a person misses."""
+"""The checkoff at the bench: the order of the turns, open criteria, prompts that are missed."""
 import random
 from types import SimpleNamespace
 
@@ -129,7 +129,7 @@ def test_all_that_the_handout_asks_for_can_be_tried(lab):
 
 @pytest.fixture
 def stage(monkeypatch):
-    """A stage whose node obeys a person only at the prompt of this number; a prompt waits shortly."""
+    """A stage whose node obeys a person at the prompt of this number; a prompt does not wait."""
     monkeypatch.setattr(ros_stage, 'PATIENCE', 0.0)
     monkeypatch.setattr(ros_bench, 'PATIENCE', 0.0)
     stage = SimpleNamespace(

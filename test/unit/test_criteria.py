@@ -396,12 +396,14 @@ def test_a_node_that_dies_of_a_stimulus_does_not_meet_it():
     ({'took': 0.8, 'signal': 2}, '', ''), ({'took': 0.8, 'signal': 6}, '', 'signal 6'),
     ({'took': 0.8, 'signal': 0}, 'Traceback (most recent call last):\n  x\nKeyError: 3\n',
      'KeyError: 3'),
-    ({'took': 0.8, 'signal': 0}, '[ERROR] [17.2]: Traceback (most recent call last):\n  x\n', 'traceback')])
+    ({'took': 0.8, 'signal': 0}, '[ERROR] [17.2]: Traceback (most recent call last):\n  x\n',
+     'traceback')])
 def test_a_clean_exit(facts, printed, words):
     """At the first Ctrl+C, or at one that is tried again."""
     this = dict(died=True, printed=printed, facts=facts)
     good = stimulus('Ctrl+C', died=True, printed='bye', facts={'took': 0.8, 'signal': 0})
-    for stimuli in ([stimulus('Ctrl+C', **this)], [good, stimulus('Ctrl+C again', 3.0, 5.0, **this)]):
+    again = stimulus('Ctrl+C again', 3.0, 5.0, **this)
+    for stimuli in ([stimulus('Ctrl+C', **this)], [good, again]):
         clause = missed_of('turn', 'clean_exit', observation(stimuli=stimuli))
         assert words in clause and bool(clause) is bool(words)
 
@@ -453,7 +455,8 @@ def test_full_marks_ask_for_nothing_that_the_handouts_leave_open():
 
 @pytest.mark.parametrize('names, types, fields, told', [
     # the handout's
-    (('header', 'status', 'xPos', 'yPos'), ('std_msgs/Header', 'std_msgs/Bool', 'float32', 'float32'),
+    (('header', 'status', 'xPos', 'yPos'),
+     ('std_msgs/Header', 'std_msgs/Bool', 'float32', 'float32'),
      ('status', 'xPos', 'yPos'), []),
     # another name of the flag, and of another type; an extra number before the others
     (('name', 'activestatus', 'zPos', 'xPos', 'yPos'),

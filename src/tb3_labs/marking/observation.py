@@ -114,8 +114,8 @@ class Observation:
         """A sentence if the machine was too busy to judge the node fairly, else ''."""
         if self.longest_gap <= HELD_UP:
             return ''
-        return ('The machine held the robot up for {:.2f} s (up to {:g} s are fair): the marks may be '
-                'unfair.'.format(self.longest_gap, HELD_UP))
+        return ('The machine held the robot up for {:.2f} s (up to {:g} s are fair): the marks may '
+                'be unfair.'.format(self.longest_gap, HELD_UP))
 
     def has(self, name: str) -> bool:
         """Was there such a stimulus?"""

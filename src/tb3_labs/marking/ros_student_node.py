@@ -60,8 +60,8 @@ def place_of(package, executable):
     try:
         folder = Path(packs.get_path(package))
     except rospkg.ResourceNotFound:
-        raise ValueError('there is no package {} in this terminal{}; build its workspace, and type: '
-                         'source devel/setup.bash'.format(
+        raise ValueError('there is no package {} in this terminal{}; build its workspace, and '
+                         'type: source devel/setup.bash'.format(
                              package, _near(package, packs.list()))) from None
     found = find_node(package, executable, packs)
     if found:
