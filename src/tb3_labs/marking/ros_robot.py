@@ -12,8 +12,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from tb3_labs.geometry.angles import continuous, difference
-from tb3_labs.geometry.limits import clamp
+from tb3_labs.geometry.angles import clamp, continuous, difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.conduct import false_message
 from tb3_labs.marking.observation import CMD_VEL, IMU, ODOM, TRUTH
