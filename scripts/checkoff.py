@@ -3,13 +3,13 @@
 
 Usage: checkoff.py turn [--name "Ann Miller"]
 
-It starts no robot and no node. A person starts both, types what it asks for, and says what only a
+It starts no robot and no node. A person starts both, types on request, and tells what only a
 person can see. doc/marking.md tells more. The exit status is 0 only if all criteria are met.
 
 Subscribes
-    ground_truth  geometry_msgs/PoseStamped: the embedded robot's true pose; else imu and odom
-    cmd_vel       geometry_msgs/Twist: what the node commands
-    /rosout       rosgraph_msgs/Log: what it logs
+    ground_truth  geometry_msgs/PoseStamped: the simulated robot's true pose; else imu and odom
+    cmd_vel       geometry_msgs/Twist: the node's commands
+    /rosout       rosgraph_msgs/Log: its log
 Publishes, as the lab's part needs it
     mouse_info, joy, ctrl_relinq, cmd_vel
 """
@@ -20,14 +20,17 @@ import time
 from pathlib import Path
 
 import rosgraph
+import rospkg
 import rospy
 
 from tb3_labs.command_line import Parser, reason
 from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.marks import points_of, read_points
-from tb3_labs.ros.marking.bench.bag import Bag
-from tb3_labs.ros.marking.bench.checkoff import Checkoff, Impossible, parts_of
-from tb3_labs.ros.marking.bench.person import Person
+from tb3_labs.marking.ros_checkoff import Bag, Checkoff, Impossible, parts_of
+from tb3_labs.marking.ros_running_node import Person
+
+#: The folder for the bags.
+BAGS = Path(rospkg.get_ros_home()) / 'checkoffs'
 
 
 def parse(words):
@@ -40,8 +43,8 @@ def parse(words):
     parser.add_argument('--node', default='', help="the node's name, if several could be meant")
     parser.add_argument('--points', type=Path, help='YAML file with the points of each criterion; '
                         'default: test/marking/points.yaml of this package')
-    parser.add_argument('-o', dest='folder', metavar='FOLDER', type=Path, default=Path('.'),
-                        help='folder for the bag; default: this one')
+    parser.add_argument('-o', dest='folder', metavar='FOLDER', type=Path, default=BAGS,
+                        help='folder for the bag; default: %(default)s')
     return parser.parse_args(words)
 
 
@@ -63,7 +66,7 @@ def main(words):
     person.tell('{}: {}. Lines with > are for you to do, lines with ? to answer. Ctrl+C ends it.'
                 .format(lab.title, ', '.join(parts)))
     person.tell('Judged by {}.'.format(
-        "the embedded robot's true pose" if checkoff.has_truth else
+        "the simulated robot's true pose" if checkoff.has_truth else
         'odometry and IMU, since this robot says no true pose'))
     bag = Bag(given.folder / (re.sub(r'\W+', '_', ' '.join(filter(None, (
         'checkoff', given.lab, given.name, time.strftime('%Y%m%d_%H%M%S'))))) + '.bag'))
@@ -78,7 +81,7 @@ def main(words):
         rospy.signal_shutdown('done')
     person.tell('\n{}: {:g} of {:g} points, {}, {} ({}), node {}'.format(
         given.name or 'No name given', *checkoff.points, begun, lab.title, ', '.join(parts),
-        checkoff.node or 'not found'))
+        checkoff.node.name or 'not found'))
     person.tell('Bag: {}'.format(bag.path.resolve() if bag.path else 'none, rosbag is missing'))
     return 0 if checkoff.all_met else 1
 

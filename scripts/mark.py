@@ -35,9 +35,9 @@ from tb3_labs.marking.marks_folder import MarksFolder, due_time
 from tb3_labs.marking.marks_table import course_of
 from tb3_labs.marking.names import chosen, printable
 from tb3_labs.marking.processes import forget_overlays
-from tb3_labs.marking.ros_marker import QUIET, Marker, Options
-from tb3_labs.ros.marking.pads import HANDOUT, pad_called
-from tb3_labs.ros.marking.progress import Progress
+from tb3_labs.marking.progress import Progress
+from tb3_labs.marking.ros_gamepad import HANDOUT, pad_called
+from tb3_labs.marking.ros_marker import Marker, Options, QUIET
 from tb3_labs.simulation.network import NETWORKS
 
 

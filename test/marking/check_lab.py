@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Checks a node by the criteria of its lab, as a rostest: one test for each criterion, and the total.
 
-What is tried, the verdicts and the points come to the terminal while rostest waits for the end. A
-criterion beyond the handout that is not met is no test, unless `~strict` says so.
+The stimuli, the verdicts and the points come to the terminal while rostest waits for the end. A
+criterion beyond the handout that is not met is not a test, unless `~strict` says so.
 
 Started by check_LAB.test. Parameters
     ~lab        imu, turn, move2goal or gamepad
@@ -25,11 +25,10 @@ import rosunit
 from tb3_labs.marking.criteria import Outcome, judge
 from tb3_labs.marking.labs import GAMEPAD, LABS
 from tb3_labs.marking.marks import Marks, points_of, read_points
-from tb3_labs.ros.marking.executable import place_of
-from tb3_labs.ros.marking.launch import Launch
-from tb3_labs.ros.marking.pads import HANDOUT, pad_called
-from tb3_labs.ros.marking.progress import TRYING, Progress
-from tb3_labs.ros.marking.trial import try_out
+from tb3_labs.marking.progress import Progress, TRYING
+from tb3_labs.marking.ros_gamepad import HANDOUT, pad_called
+from tb3_labs.marking.ros_stage import try_out
+from tb3_labs.marking.ros_student_node import Launch, place_of
 
 OWN_PACKAGE = 'tb3_labs'
 #: rostest names the file for the results by this word.

@@ -20,8 +20,7 @@ from tb3_labs.ros.testing.observer import Observer
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import path_of    # noqa: E402 (a relay's folder)
 
-NODE = Path(rospkg.RosPack().get_path('tb3_labs')) / 'test' / 'ros' / 'student_nodes' / \
-    'turtlebot_controller.py'
+NODES = Path(rospkg.RosPack().get_path('tb3_labs')) / 'test' / 'ros' / 'student_nodes'
 #: What the person is asked to type, and what to answer.
 TASK = re.compile(r'^> .* type (\w+), then Enter\.$|^(\?) .*\[y/n\] ', re.MULTILINE)
 #: A checkoff of the turns takes no longer [s].
@@ -33,17 +32,9 @@ class CheckoffTest(unittest.TestCase):
     def test_a_student_is_checked_off(self):
         seen = Observer()
         seen.watch_robot()
-        folder = tempfile.TemporaryDirectory(prefix='checkoff_')
-        self.addCleanup(folder.cleanup)
-        node = Path(folder.name) / 'turtlebot_controller.py'
-        node.write_text(NODE.read_text().replace('from lab2.msg', 'from tb3_labs.msg'))
-        student = Program([sys.executable, str(node)], terminal=True)
-        self.addCleanup(student.kill)
         # without a true pose, as with a real robot
-        checkoff = Program([path_of('checkoff.py'), 'turn', '--parts', 'turns', '--name',
-                            'Ann Miller', '-o', folder.name, 'ground_truth:=nowhere'],
-                           terminal=True)
-        self.addCleanup(checkoff.kill)
+        checkoff, student, folder = self.start('turtlebot_controller.py', [
+            'turn', '--parts', 'turns', '--name', 'Ann Miller', 'ground_truth:=nowhere'])
         self.work(checkoff, student)
         printed = checkoff.text
         self.assertEqual(checkoff.wait(), 0, printed)
@@ -54,10 +45,29 @@ class CheckoffTest(unittest.TestCase):
         for criterion in ('l turns 90 degrees left', 'where it jumps', 'names the valid'):
             self.assertRegex(printed, '  met +[123] of [123] .*' + criterion)
         self.assert_nothing_was_done(student, seen)
-        bag, = Path(folder.name).glob('checkoff_turn_Ann_Miller_*.bag')
+        bag, = folder.glob('checkoff_turn_Ann_Miller_*.bag')
         self.assertIn(str(bag), printed)
         with rosbag.Bag(str(bag)) as recorded:
             self.assertGreater(recorded.get_message_count('/cmd_vel'), 10)
+
+    def test_a_gamepad_is_played_and_let_go(self):
+        checkoff, student, _ = self.start('gamepad.py', ['gamepad', '--parts', 'sticks'])
+        checkoff.wait_for('Bag: ', 30.0)
+        self.assertEqual(checkoff.wait(), 0, checkoff.text)
+        self.assertRegex(checkoff.text, r"simulated robot's true pose[\s\S]*: 7 of 7 points")
+        student.end()
+
+    def start(self, node, words):
+        """Start a student's node and a checkoff of it: (checkoff, node, folder of the bag)."""
+        folder = tempfile.TemporaryDirectory(prefix='checkoff_')
+        self.addCleanup(folder.cleanup)
+        place = Path(folder.name) / node
+        place.write_text((NODES / node).read_text().replace('from lab2.', 'from tb3_labs.'))
+        student = Program([sys.executable, str(place)], terminal=True)
+        self.addCleanup(student.kill)
+        checkoff = Program([path_of('checkoff.py'), '-o', folder.name] + words, terminal=True)
+        self.addCleanup(checkoff.kill)
+        return checkoff, student, Path(folder.name)
 
     def work(self, checkoff, student):
         """Do what the checkoff asks for, until it has ended."""

@@ -1,18 +1,18 @@
 """Each criterion of each lab: what a good node is seen to do, and changes of it that miss some."""
 import copy
 import math
-import pathlib
 
 import pytest
-import yaml
 
-from tb3_labs.marking import drives, gamepad, imu, life, mouse, turning
-from tb3_labs.marking.criteria import Outcome, judge
+from test_marking import observation, stimulus
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.marking import imu, move2goal
+from tb3_labs.marking.criteria import Outcome, judge, tracebacks_before_the_end
 from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.mouse import mouse_fields
 from tb3_labs.marking.observation import Observation, Run, Stimulus
+from tb3_labs.marking.turn import EACH_TURN
 
-TABLE = yaml.safe_load((pathlib.Path(__file__).resolve().parents[1] / 'marking' / 'points.yaml')
-                       .read_text(encoding='utf-8'))
 #: Each stimulus begins at a multiple of this, and lasts nearly as long [s].
 SLOT, LASTS = 10.0, 8.0
 
@@ -105,9 +105,9 @@ def observed(lab, **parts):
     return seen
 
 
-def verdicts(lab, seen):
+def verdicts(lab, seen, parts=()):
     criteria = LABS[lab].criteria
-    return judge(criteria, seen, {criterion.name: 1.0 for criterion in criteria})
+    return judge(criteria, seen, {criterion.name: 1.0 for criterion in criteria}, parts)
 
 
 def missed(lab, seen):
@@ -160,11 +160,13 @@ CHANGES = [
     ('turn', {'r across 180': turn(-90.0, moved=False)}, 'within_1_deg short_way'),
     ('turn', {'r': turn(-90.0, rested=False)}, 'within_1_deg right'),
     ('turn', {'l': turn(-90.0)}, 'within_1_deg left'),
+    ('turn', {'l': turn(450.0)}, 'within_1_deg left'),
     ('turn', {'r': turn(-90.0, rate=1.504)}, ''), ('turn', {'r': turn(-90.0, 1.506)}, 'clamped'),
     ('turn', {'l': turn(90.0, forward=0.004)}, ''),
     ('turn', {'l': turn(90.0, forward=-0.0053)}, 'on_the_spot'),
     ('turn', {'nonsense': scene((0.1, 0.0, 0.1), printed='l, r')}, 'answers_nonsense'),
     ('turn', {'nonsense': scene(printed='l or r', lines=1001)}, 'answers_nonsense'),
+    ('turn', {'nonsense': scene(printed='Please type left or right')}, ''),
     ('turn', {'nonsense': scene(printed='left, please')}, 'answers_nonsense'),
     ('turn', {'nonsense': scene(printed='or r')}, 'answers_nonsense'),
     ('turn', {'mouse up': scene((0.1, 0.549, 0.049))}, ''),
@@ -297,7 +299,7 @@ def test_one_drive_is_enough_to_see_its_speeds():
 
 def test_a_robot_that_was_never_turned_or_driven_is_not_within_limits():
     still = scene((0.1, 0.0, 0.0), moved=False, rested=True)
-    parts = {name: still for name in turning.TURNS}
+    parts = {name: still for name in EACH_TURN}
     assert {'clamped', 'on_the_spot'} <= missed('turn', observed('turn', **parts))
     none = {name: scene(moved=False, rested=True) for name in ('first drive', 'second drive')}
     assert 'within_limits' in missed('move2goal', observed('move2goal', **none))
@@ -338,31 +340,147 @@ def test_parts_are_those_of_the_lab():
         imu_lab.checked_parts('mouse,heading')
 
 
-# What is done to a node ---------------------------------------------------------------------------
-
-def test_where_the_sticks_and_the_mouse_are():
-    """As their names say; x to the right and y up for the mouse, up and left for the sticks."""
-    assert gamepad.PLACES == {
-        'left stick up': (1, 0), 'left stick half up': (0.5, 0), 'left stick down': (-1, 0),
-        'right stick left': (0, 1), 'right stick right': (0, -1), 'sticks let go': (0, 0)}
-    assert mouse.PLACES == {'mouse up': (0, 1), 'mouse near the middle': (0.2, -0.2),
-                            'mouse left': (-1, 0), 'mouse half right': (0.6, 0)}
-
-
-def test_a_drive_may_take_its_time():
-    """Seconds, and metres away, before it is ended."""
-    assert (drives.DRIVE_TIME, drives.ASTRAY) == (50.0, 3.0)
-    assert (turning.TURN_TIME, life.ENDING) == (8.0, 5.0)
-
-
 def test_where_the_robot_stands_and_begins_to_turn():
     """Headings as the names say; turns across 180 and 0 degrees cross them by their own width."""
     assert {name: 'at {:.0f} degrees'.format(angle) for name, angle in imu.STANDS.items()} == {
         name: name for name in imu.STANDS}
     assert len({angle // 90.0 for angle in imu.STANDS.values()}) == 4       # all four quadrants
-    for name, asked in turning.TURNS.items():
+    for name, asked in EACH_TURN.items():
         assert asked.asked_deg == {'l': 90.0, 'r': -90.0}[asked.typed] and name[0] == asked.typed
         ends = sorted((asked.begins_deg, asked.begins_deg + asked.asked_deg))
         crossed = [jump for jump in (0.0, 180.0, 360.0) if ends[0] - 20.0 < jump < ends[1] + 20.0]
         assert ['across {:.0f}'.format(jump) for jump in crossed] == (
             [name[2:]] if 'across' in name else []), name
+
+
+# ----- other observations -----
+
+def missed_of(lab, name, seen):
+    """'' if the criterion of this name is met, else a clause."""
+    criterion, = [criterion for criterion in LABS[lab].criteria if criterion.name == name]
+    return criterion.judge(seen)
+
+
+@pytest.mark.parametrize('start', [Pose2(), Pose2(4.8, -0.3, 2.0)])
+@pytest.mark.parametrize('end, place, heading', [
+    (Pose2(-0.61, 0.61, 0.0), True, True), (Pose2(-0.61, 0.74, 0.04), True, True),
+    (Pose2(-0.61, 0.79, 0.0), False, True), (Pose2(-0.61, 0.61, 0.1), True, False),
+    (Pose2(-0.61, 0.61, 2.0 * math.pi + 0.04), True, True),
+    (Pose2(0.61, -0.61, math.pi), False, False)])
+def test_a_drive_is_judged_in_the_frame_it_began_in(start, end, place, heading):
+    local_T_world = start.inverse()
+    there = start @ end
+    seen = observation('move2goal', stimuli=[stimulus('first drive', facts={
+        'moved': True, 'rested': True, 'goal': move2goal.GOAL,
+        'local_T_world': [local_T_world.x, local_T_world.y, local_T_world.yaw]})],
+        truth=[[0.0, start.x, start.y, start.yaw], [2.0, there.x, there.y, there.yaw]])
+    assert (missed_of('move2goal', 'goal_place', seen) == '') is place
+    assert (missed_of('move2goal', 'goal_heading', seen) == '') is heading
+
+
+def test_what_a_node_does_not_offer_is_not_offered():
+    seen = observation(missing={'mouse up': 'it does not listen to mouse_info'},
+                       stimuli=[stimulus('mouse not active')])
+    judged = {v.criterion.name: v.outcome for v in verdicts('turn', seen, parts=['mouse'])}
+    assert judged['mouse_drives'] is Outcome.NOT_OFFERED
+    assert set(judged) == {'mouse_drives', 'mouse_dead_zone', 'mouse_off'}
+
+
+def test_a_node_that_dies_of_a_stimulus_does_not_meet_it():
+    seen = observation(stimuli=[stimulus('nonsense', died=True, printed="KeyError: 'l' or 'r'")])
+    assert 'answers_nonsense' in missed('turn', seen)
+
+
+@pytest.mark.parametrize('facts, printed, words', [
+    ({'took': 0.8, 'signal': 0}, 'bye\n', ''), ({'took': None, 'signal': 0}, '', 'still running'),
+    ({'took': 0.8, 'signal': 2}, '', ''), ({'took': 0.8, 'signal': 6}, '', 'signal 6'),
+    ({'took': 0.8, 'signal': 0}, 'Traceback (most recent call last):\n  x\nKeyError: 3\n',
+     'KeyError: 3'),
+    ({'took': 0.8, 'signal': 0}, '[ERROR] [17.2]: Traceback (most recent call last):\n  x\n',
+     'traceback')])
+def test_a_clean_exit(facts, printed, words):
+    """At the first Ctrl+C, or at one that is tried again."""
+    this = dict(died=True, printed=printed, facts=facts)
+    good = stimulus('Ctrl+C', died=True, printed='bye', facts={'took': 0.8, 'signal': 0})
+    again = stimulus('Ctrl+C again', 3.0, 5.0, **this)
+    for stimuli in ([stimulus('Ctrl+C', **this)], [good, again]):
+        clause = missed_of('turn', 'clean_exit', observation(stimuli=stimuli))
+        assert words in clause and bool(clause) is bool(words)
+
+
+@pytest.mark.parametrize('name, printed, said', [
+    ('l', 'Traceback (most recent call last):\n  x\nKeyError: 3\n', "during \"l\": 'KeyError: 3'"),
+    ('l', 'ValueError: that was no number', ''),
+    ('Ctrl+C', 'Traceback (most recent call last):\n  x\nKeyError: 3\n', ''),
+    ('l', 'Traceback (most recent call last):\nrospy.exceptions.ROSException: '
+     'publish() to a closed topic\n', '')])
+def test_a_traceback_before_the_end_is_told(name, printed, said):
+    told = tracebacks_before_the_end(stimulus(name, printed=printed))
+    assert len(told) == bool(said) and said in ''.join(told)
+
+
+@pytest.mark.parametrize('commands, met', [
+    ([[0.1, 0.0, 1.5], [0.2, 0.0, 0.0]], True), ([[0.1, 0.0, 1.5]], False), ([], False),
+    ([[0.1, 0.0, 1.5], [0.9, 0.0, 0.0]], False),            # the turn was over then
+    ([[0.1, 0.0, 1.5], [5.1, 0.0, 0.0]], True),             # at the second try
+    ([[0.2, 0.0, 0.0], [0.25, 0.0, 1.5]], True)])           # overtaken by another thread
+def test_a_zero_is_sent_at_ctrl_c(commands, met):
+    seen = observation(commands=commands, stimuli=[
+        stimulus('Ctrl+C', died=True, facts={'was_moving': True}),
+        stimulus('Ctrl+C again', 5.0, 6.0, died=True, facts={'was_moving': True})])
+    assert (missed_of('turn', 'stops_robot', seen) == '') is met
+
+
+def test_an_observation_comes_back_from_its_file():
+    seen = observed('turn', **GOOD['turn'])
+    assert Observation.from_json(seen.to_json()) == seen
+
+
+def test_the_longest_gap_in_what_the_robot_said():
+    assert observation(truth=[[t, 0, 0, 0] for t in (0.0, 0.02, 0.52, 0.54)]).longest_gap == (
+        pytest.approx(0.5))
+    assert observation().longest_gap == 0.0
+
+
+def test_full_marks_ask_for_nothing_that_the_handouts_leave_open():
+    """The handout waits 1 s in the gamepad's callback, and halts the robot in the IMU lab alone."""
+    extra = {(lab, c.name) for lab in LABS for c in LABS[lab].criteria if c.extra}
+    assert {('gamepad', 'not_blocked'), ('gamepad', 'stops_robot'), ('gamepad', 'once'),
+            ('gamepad', 'latched'), ('move2goal', 'stops_robot'), ('move2goal', 'declared_pose'),
+            ('move2goal', 'offset_imu')} <= extra
+    assert ('turn', 'stops_robot') not in extra
+
+
+# ----- the message of the mouse -----
+
+@pytest.mark.parametrize('names, types, fields, told', [
+    # the handout's
+    (('header', 'status', 'xPos', 'yPos'),
+     ('std_msgs/Header', 'std_msgs/Bool', 'float32', 'float32'),
+     ('status', 'xPos', 'yPos'), []),
+    # another name of the flag, and of another type; an extra number before the others
+    (('name', 'activestatus', 'zPos', 'xPos', 'yPos'),
+     ('string', 'bool', 'float32', 'float64', 'float64'), ('activestatus', 'xPos', 'yPos'),
+     ['Your activestatus was taken for status.']),
+    # the order turned: names go before positions
+    (('y', 'x', 'ok', 'status'), ('float32', 'float32', 'bool', 'bool'), ('status', 'x', 'y'),
+     ['Your x was taken for xPos.', 'Your y was taken for yPos.']),
+    (('y_pos', 'x_pos', 'flag'), ('float32', 'float32', 'bool'), ('flag', 'x_pos', 'y_pos'),
+     ['Your flag was taken for status.', 'Your x_pos was taken for xPos.',
+      'Your y_pos was taken for yPos.']),
+    # no names at all
+    (('a', 'b', 'c'), ('std_msgs/Float32', 'float32', 'std_msgs/Bool'), ('c', 'a', 'b'),
+     ['Your c was taken for status.', 'Your a was taken for xPos.', 'Your b was taken for yPos.']),
+])
+def test_fields_are_matched_by_name_else_by_type_and_position(names, types, fields, told):
+    found = mouse_fields(names, types)
+    assert (found.names, found.remarks) == (fields, told)
+    assert found.types == tuple(types[names.index(name)] for name in fields)
+
+
+@pytest.mark.parametrize('names, types', [
+    (('xPos', 'yPos'), ('float32', 'float32')), (('status', 'xPos'), ('bool', 'float32')),
+    (('status', 'xPos', 'yPos'), ('bool', 'int32', 'int32')), ((), ())])
+def test_a_message_without_a_flag_or_two_numbers_holds_no_mouse(names, types):
+    with pytest.raises(ValueError, match='its message has no flag and two numbers, but'):
+        mouse_fields(names, types)

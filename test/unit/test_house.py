@@ -16,8 +16,7 @@ FLOOR = {room: floor for floor, rooms in enumerate(NOTIONS + [{'ros'}, set(TOOLS
 #: Modules that the notions do not use.
 ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 'threading'}
 #: Folders of ros/ that still hold a part of a tool.
-PARTS = {'ros/marking': 'marking',
-         'ros/robot': 'simulation', 'ros/testing': 'marking'}
+PARTS = {'ros/robot': 'simulation', 'ros/testing': 'marking'}
 
 
 def imports():
@@ -82,8 +81,7 @@ def test_every_room_says_which_question_it_answers(room):
 #: Floors within ros/, from the ground up: its own files, then its folders.
 ROS_FLOORS = [{'rospy_internals', 'conversions', 'parameters', 'reconfigure', 'signals'},
               {'clocks', 'traffic', 'awaited'}, {'console'}, {'node'}, {'topics', 'diagnostics'},
-              {'driving', 'devices', 'robot', 'move_to_goal', 'testing', 'launching'},
-              {'marking'}]
+              {'driving', 'devices', 'robot', 'move_to_goal', 'testing', 'launching'}]
 ROS_FLOOR = {part: floor for floor, parts in enumerate(ROS_FLOORS) for part in parts}
 #: These files alone touch private parts of libraries.
 INTERNALS = {'rospy_internals.py', 'roslaunch_internals.py',
@@ -118,8 +116,7 @@ def private_parts(tree):
 def test_one_file_alone_touches_the_private_parts_of_rospy():
     files = [path for folder in ('ros', os.path.join(os.pardir, os.pardir, 'scripts'))
              for path in glob.glob(os.path.join(SOURCES, folder, '**', '*.py'), recursive=True)
-             if os.path.basename(path) not in INTERNALS
-             and os.sep + 'marking' + os.sep not in path]    # its calls move next
+             if os.path.basename(path) not in INTERNALS]
     assert len(files) > 30
     wrong = []
     for path in files:

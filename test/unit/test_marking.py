@@ -14,19 +14,17 @@ import pytest
 import yaml
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking import drives, imu, move2goal, turn, turning
+from tb3_labs.marking import imu, move2goal, turn
 from tb3_labs.marking.criteria import Criterion, Outcome, Place, judge
+from tb3_labs.marking.feedback import feedback, overview
 from tb3_labs.marking.figures import over_time, path
 from tb3_labs.marking.labs import LABS
-from tb3_labs.marking.life import tracebacks_before_the_end
 from tb3_labs.marking.marks import Marks, points_of
 from tb3_labs.marking.marks_table import Row, Table, cells
 from tb3_labs.marking.observation import NotOffered, Observation, Run, Stimulus
-from tb3_labs.marking.feedback import feedback, overview
+from tb3_labs.marking.ros_gamepad import AXES, BUTTONS, pad_called, pad_in_words
+from tb3_labs.marking.ros_stage import SCRIPTS
 from tb3_labs.nodes.pad_config import PadConfig
-from tb3_labs.ros.marking.gamepad import AXES, BUTTONS
-from tb3_labs.ros.marking.pads import pad_called, pad_in_words
-from tb3_labs.ros.marking.trial import SCRIPTS
 from tb3_labs.ros.testing.bounded_text import BoundedText
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
@@ -51,12 +49,6 @@ def turned(degrees, typed='l', moved=True, rested=True, forward=0.0, rate=1.5):
         stimuli=[stimulus(typed, facts={'moved': moved, 'rested': rested})],
         truth=[[0.02 * k, 0.0, 0.0, 3.0 + angle * k / 100.0] for k in range(101)],
         commands=[[0.1, forward, math.copysign(rate, degrees)], [1.9, 0.0, 0.0]])
-
-
-def outcomes(seen, lab='turn', parts=()):
-    """name -> Outcome."""
-    worth = points_of(lab, LABS[lab].criteria, TABLE)
-    return {v.criterion.name: v.outcome for v in judge(LABS[lab].criteria, seen, worth, parts)}
 
 
 # -- the tables
@@ -117,57 +109,14 @@ def test_the_sheet_for_instructors_lists_every_part():
     assert all(set(lab.parts) == set(SCRIPTS[name]) for name, lab in LABS.items())
 
 
-# -- names
+# -- hints
 
-#: Spelled the same in core and bridge by chance; in the core a part, a column, an input, a mode.
-BY_CHANCE = {'heading', 'name', 'reset', 'points', 'x', 'w', 'utf-8', ' and ', 'src', 'scripts', 'float32',
-             'float64', 'bool'}
-#: The half that takes in submissions and writes marks shares these with the stage, or a JSON file.
-BY_CHANCE |= {'*.py', '.json', '.part', '.py', '__main__', 'backslashreplace', 'etc', 'fields', 'lab', 'msg',
-              'parts', 'replace', 'srv', 'sums', 'tb3_labs', 'tb3_labs_', '{:g} of {:g} points'}
+#: The modules without ROS, by file name.
+CORE = {path.name: ast.parse(path.read_text(encoding='utf-8')) for path in sorted(
+    (REPOSITORY / 'src' / 'tb3_labs' / 'marking').glob('*.py')) if not path.name.startswith('ros_')}
 
 
-def parsed(folder):
-    """The syntax trees of the modules in a folder, by file name."""
-    return {path.name: ast.parse(path.read_text(encoding='utf-8'))
-            for path in sorted((REPOSITORY / folder).glob('*.py'))}
-
-
-def literals(tree):
-    """The strings with letters in a module, but for docstrings."""
-    docstrings = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
-    return [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)
-            and isinstance(node.value, str) and id(node) not in docstrings
-            and re.search('[a-z]', node.value)]
-
-
-def named(tree):
-    """The strings that a module gives to constants of its own: NAME = 'x', or A, B = 'x', 'y'."""
-    values = [node.value for node in tree.body if isinstance(node, ast.Assign)]
-    return {item.value for value in values for item in getattr(value, 'elts', [value])
-            if isinstance(item, ast.Constant) and isinstance(item.value, str)}
-
-
-def test_core_and_bridge_share_names_by_constants():
-    core, bridge = set(), set()
-    for folder in ('src/tb3_labs/marking', 'src/tb3_labs/ros/marking'):
-        for name, tree in parsed(folder).items():
-            (bridge if name.startswith('ros_') or 'ros/' in folder else core).update(literals(tree))
-    for program in ('scripts/mark.py', 'test/marking/check_lab.py'):
-        bridge.update(literals(ast.parse((REPOSITORY / program).read_text(encoding='utf-8'))))
-    assert core & bridge - BY_CHANCE == set()
-
-
-CORE = [(name, tree) for name, tree in parsed('src/tb3_labs/marking').items()
-        if not name.startswith('ros_')]
-
-
-@pytest.mark.parametrize('name, tree', CORE)
-def test_a_string_that_has_a_name_stands_once(name, tree):
-    assert [text for text in named(tree) if literals(tree).count(text) > 1] == [], name
-
-
-@pytest.mark.parametrize('name, tree', CORE)
+@pytest.mark.parametrize('name, tree', CORE.items())
 def test_public_functions_say_their_types(name, tree):
     functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)
                  and not re.match('_(?!_)', node.name)]
@@ -175,169 +124,6 @@ def test_public_functions_say_their_types(name, tree):
             for argument in function.args.args
             if argument.arg not in ('self', 'cls') and argument.annotation is None]
     assert bare + [function.name for function in functions if function.returns is None] == [], name
-
-
-# -- turns
-
-@pytest.mark.parametrize('degrees, met', [
-    (90.0, True), (79.5, True), (100.5, True), (78.5, False), (101.5, False), (-90.0, False),
-    (450.0, False), (-270.0, False), (0.0, False)])
-def test_a_turn_to_the_left_is_counted_as_it_was_turned(degrees, met):
-    missed = turning.left(turned(degrees))
-    assert (missed == '') is met
-    if missed and degrees:
-        assert '{:.1f} degrees to the {}'.format(
-            abs(degrees), 'left' if degrees > 0.0 else 'right') in missed
-
-
-def test_a_turn_to_the_right_is_one():
-    assert turning.right(turned(-85.0, 'r')) == ''
-    assert turning.right(turned(85.0, 'r')) != ''
-
-
-def test_a_robot_that_does_not_rest_or_does_not_move_has_not_turned():
-    assert 'still moving' in turning.left(turned(90.0, rested=False))
-    assert 'did not turn' in turning.left(turned(0.0, moved=False))
-
-
-def test_commands_while_turning():
-    assert turning.clamped(turned(90.0)) == turning.on_the_spot(turned(90.0)) == ''
-    assert '9.0 rad/s' in turning.clamped(turned(90.0, rate=9.0))
-    assert '0.10 m/s' in turning.on_the_spot(turned(90.0, forward=0.1))
-
-
-@pytest.mark.parametrize('answer, met', [
-    ("x\nNot valid: use 'l' or 'r'.\n", True), ('Please type left or right', True), ('x\n', False),
-    ('x\nnot a valid letter, really\n', False)])
-def test_an_answer_names_the_valid_inputs(answer, met):
-    seen = observation(stimuli=[stimulus('nonsense', printed=answer, lines=2)])
-    assert (turning.answers_nonsense(seen) == '') is met
-
-
-def test_an_answer_in_a_flood_is_not_seen():
-    seen = observation(stimuli=[stimulus('nonsense', printed='l or r', lines=20000)])
-    assert '20000 lines' in turning.answers_nonsense(seen)
-
-
-# -- drives
-
-@pytest.mark.parametrize('start', [Pose2(), Pose2(4.8, -0.3, 2.0)])
-@pytest.mark.parametrize('end, place, heading', [
-    (Pose2(-0.61, 0.61, 0.0), True, True), (Pose2(-0.61, 0.74, 0.04), True, True),
-    (Pose2(-0.61, 0.79, 0.0), False, True), (Pose2(-0.61, 0.61, 0.1), True, False),
-    (Pose2(-0.61, 0.61, 2.0 * math.pi + 0.04), True, True),
-    (Pose2(0.61, -0.61, math.pi), False, False)])
-def test_a_drive_is_judged_in_the_frame_it_began_in(start, end, place, heading):
-    local_T_world = start.inverse()
-    there = start @ end
-    seen = observation('move2goal', stimuli=[stimulus('first drive', facts={
-        'moved': True, 'rested': True, 'goal': drives.GOAL,
-        'local_T_world': [local_T_world.x, local_T_world.y, local_T_world.yaw]})],
-        truth=[[0.0, start.x, start.y, start.yaw], [2.0, there.x, there.y, there.yaw]])
-    assert (move2goal.goal_place(seen) == '') is place
-    assert (move2goal.goal_heading(seen) == '') is heading
-
-
-# -- what was not seen
-
-def test_a_node_that_ended_at_once_loses_all_and_is_told_why():
-    seen = Observation('turn', 'lab2/node.py', runs=[Run(
-        0.0, end=1.0, ended_by_itself=True, printed='Traceback ...\nNameError: imu\n')])
-    assert set(outcomes(seen).values()) == {Outcome.MISSED}
-    worth = points_of('turn', turn.CRITERIA, TABLE)
-    for verdict in judge(turn.CRITERIA, seen, worth):
-        assert "ended at once: 'NameError: imu'" in verdict.sentence and verdict.points == 0.0
-
-
-def test_what_a_node_does_not_offer_is_not_offered():
-    seen = observation(missing={'mouse up': 'it does not listen to mouse_info'},
-                       stimuli=[stimulus('mouse not active')])
-    results = outcomes(seen, parts=['mouse'])
-    assert results['mouse_drives'] is Outcome.NOT_OFFERED
-    assert set(results) == {'mouse_drives', 'mouse_dead_zone', 'mouse_off'}
-
-
-def test_a_node_that_dies_of_a_stimulus_does_not_meet_it():
-    seen = observation(stimuli=[stimulus('nonsense', died=True, printed="KeyError: 'l' or 'r'")])
-    assert outcomes(seen)['answers_nonsense'] is Outcome.MISSED
-
-
-@pytest.mark.parametrize('facts, printed, words', [
-    ({'took': 0.8, 'signal': 0}, 'bye\n', ''), ({'took': None, 'signal': 0}, '', 'still running'),
-    ({'took': 0.8, 'signal': 2}, '', ''), ({'took': 0.8, 'signal': 6}, '', 'signal 6'),
-    ({'took': 0.8, 'signal': 0}, 'Traceback (most recent call last):\n  x\nKeyError: 3\n',
-     'KeyError: 3'),
-    ({'took': 0.8, 'signal': 0}, '[ERROR] [17.2]: Traceback (most recent call last):\n  x\n', 'traceback')])
-def test_a_clean_exit(facts, printed, words):
-    """At the first Ctrl+C, or at one that is tried again."""
-    clean_exit, = [c for c in turn.CRITERIA if c.name == 'clean_exit']
-    this = dict(died=True, printed=printed, facts=facts)
-    good = stimulus('Ctrl+C', died=True, printed='bye', facts={'took': 0.8, 'signal': 0})
-    for stimuli in ([stimulus('Ctrl+C', **this)], [good, stimulus('Ctrl+C again', 3.0, 5.0, **this)]):
-        missed = clean_exit.judge(observation(stimuli=stimuli))
-        assert words in missed and bool(missed) is bool(words)
-
-
-@pytest.mark.parametrize('name, printed, said', [
-    ('l', 'Traceback (most recent call last):\n  x\nKeyError: 3\n', "during \"l\": 'KeyError: 3'"),
-    ('l', 'ValueError: that was no number', ''),
-    ('Ctrl+C', 'Traceback (most recent call last):\n  x\nKeyError: 3\n', ''),
-    ('l', 'Traceback (most recent call last):\nrospy.exceptions.ROSException: '
-     'publish() to a closed topic\n', '')])
-def test_a_traceback_before_the_end_is_told(name, printed, said):
-    told = tracebacks_before_the_end(stimulus(name, printed=printed))
-    assert len(told) == bool(said) and said in ''.join(told)
-
-
-@pytest.mark.parametrize('commands, met', [
-    ([[0.1, 0.0, 1.5], [0.2, 0.0, 0.0]], True), ([[0.1, 0.0, 1.5]], False), ([], False),
-    ([[0.1, 0.0, 1.5], [0.9, 0.0, 0.0]], False),            # the turn was over then
-    ([[0.1, 0.0, 1.5], [5.1, 0.0, 0.0]], True),             # at the second try
-    ([[0.2, 0.0, 0.0], [0.25, 0.0, 1.5]], True)])           # overtaken by another thread
-def test_a_zero_is_sent_at_ctrl_c(commands, met):
-    seen = observation(commands=commands, stimuli=[
-        stimulus('Ctrl+C', died=True, facts={'was_moving': True}),
-        stimulus('Ctrl+C again', 5.0, 6.0, died=True, facts={'was_moving': True})])
-    stops_robot, = [c for c in turn.CRITERIA if c.name == 'stops_robot']
-    assert (stops_robot.judge(seen) == '') is met
-
-
-def test_an_observation_comes_back_from_its_file():
-    seen = turned(90.0)
-    assert Observation.from_json(seen.to_json()) == seen
-
-
-def test_the_longest_gap_in_what_the_robot_said():
-    assert observation(truth=[[t, 0, 0, 0] for t in (0.0, 0.02, 0.52, 0.54)]).longest_gap == (
-        pytest.approx(0.5))
-    assert observation().longest_gap == 0.0
-
-
-# -- what the handout itself does costs nothing
-
-@pytest.mark.parametrize('after, words', [
-    ('', ''), ('Current heading is 12.000000 degrees.\n', ''),     # its flag is set after the line
-    ('Current heading is 12.000000 degrees.\n' * 2, '2 headings were printed after')])
-def test_one_heading_may_follow_the_goodbye(after, words):
-    printed = 'Current heading is 1.0 degrees.\n' * 3 + 'Shutting down the IMU subscriber\n' + after
-    seen = observation('imu', stimuli=[stimulus('Ctrl+C', died=True, printed=printed)])
-    missed = imu.says_goodbye(seen)
-    assert words in missed and bool(missed) is bool(words)
-
-
-def test_a_heading_after_no_goodbye_is_no_goodbye():
-    seen = observation('imu', stimuli=[stimulus(
-        'Ctrl+C', died=True, printed='Current heading is 1.0 degrees.\n')])
-    assert 'was not printed at Ctrl+C' in imu.says_goodbye(seen)
-
-
-def test_full_marks_ask_for_nothing_that_the_handouts_leave_open():
-    """The handout waits 1 s in the gamepad's callback, and halts the robot in the IMU lab alone."""
-    extra = {(lab, c.name) for lab in LABS for c in LABS[lab].criteria if c.extra}
-    assert {('gamepad', 'not_blocked'), ('gamepad', 'stops_robot'), ('gamepad', 'once'),
-            ('gamepad', 'latched'), ('move2goal', 'stops_robot'), ('move2goal', 'declared_pose'),
-            ('move2goal', 'offset_imu')} <= extra
-    assert ('turn', 'stops_robot') not in extra
 
 
 # -- pads
@@ -479,7 +265,7 @@ def test_the_figure_of_the_drives_is_in_their_local_frames():
     seen = observation('move2goal', truth=[
         [0.0, 0.0, 0.0, 0.0], [0.5, 2.0, 0.0, 0.1], [1.0, 3.0, 0.5, 0.5],
         [5.0, 1.0, 2.0, 0.0], [6.0, 1.0, 3.0, 2.0]],
-        stimuli=[stimulus('first', 0.0, 1.0, facts={'goal': drives.GOAL,
+        stimuli=[stimulus('first', 0.0, 1.0, facts={'goal': move2goal.GOAL,
                                                     'local_T_world': frames[0]}),
                  stimulus('none', 1.5, 2.0),
                  stimulus('second', 5.0, 6.0, facts={'goal': [4.0, 5.0, 0.0],

@@ -15,9 +15,8 @@ from tb3_labs.marking.labs import LABS
 from tb3_labs.marking import messages
 from tb3_labs.marking.choice import NoNode, SourceFile, choose, find_node
 from tb3_labs.marking.intake import Submission
-from tb3_labs.ros.marking.any_service import packages_with_services
-from tb3_labs.ros.marking.requests import fill_pose, is_origin
 from tb3_labs.marking.processes import forget_overlays
+from tb3_labs.marking.ros_interface import fill_pose, is_origin, packages_with_services
 from tb3_labs.marking.workspace import prepare
 from tb3_labs.srv import ResetPoseRequest, SetInitialPoseRequest
 

@@ -22,7 +22,7 @@ from tb3_labs.marking.marks_folder import MarksFolder, due_time, late_by
 from tb3_labs.marking.marks_table import Row, Table, cells, course_of, labels, scaled
 from tb3_labs.marking.names import chosen
 from tb3_labs.report.tables import safe
-from tb3_labs.ros.marking.progress import Progress
+from tb3_labs.marking.progress import Progress
 from tb3_labs.marking.ros_marker import Marker
 
 ROWS = [Row('code', 25.0), Row('demonstration', 25.0), Row('report', 50.0)]

@@ -1,16 +1,16 @@
-"""What a node does that no student's node needs to do: for the instructor, not for the marks.
+"""Findings on things that no student's node needs to do: for the instructor, not for the marks.
 
-Each finding is one sentence with the evidence. Points are judged by what the robot truly did, and
-the robot's own messages count alone, so a finding need not cost any: a person decides.
+Each finding is one sentence with the evidence. Points are judged by the true motion of the robot,
+and its own messages count alone, so a finding need not cost any: a person decides.
 """
 import re
 from typing import Any, Iterable, List, Mapping, Sequence, Tuple
 
 from tb3_labs.marking.likeness import nearly_same
 from tb3_labs.marking.marks import Marks
-from tb3_labs.marking.topics import CLOCK, CMD_VEL, IMU, JOINT_STATES, ODOM, RESET
+from tb3_labs.marking.observation import CLOCK, CMD_VEL, IMU, JOINT_STATES, ODOM, RESET
 
-#: What is left where there are no boxes.
+#: The protection that is left without boxes.
 UNPROTECTED = "No boxes: a submission's program can read and delete your files and use the " \
     'network; it can write no large file, and every process of it that can be found is killed.'
 #: The messages of these topics come from the robot, or from the marker.

@@ -1,14 +1,18 @@
-"""The criteria of a lab, and the verdict on a node for each.
+"""The criteria of a lab, the verdict on a node for each, and the criteria that several labs share.
 
 The function `judge` of a criterion looks at an Observation. It returns '' if the criterion is met,
-else one clause that says what was seen. Students read this clause together with `meaning` (what was
-asked) and `where` (a place in a lab sheet). None of the three tells the solution.
+else one clause about the behaviour that was seen. Students read this clause together with `meaning`
+(the requirement) and `where` (a place in a lab sheet). None of the three tells the solution.
 """
+import re
 from dataclasses import dataclass
 from enum import Enum
-from typing import Callable, Iterable, List, Mapping, Sequence
+from typing import Callable, Iterable, List, Mapping, Optional, Sequence, Tuple
 
-from tb3_labs.marking.observation import NotOffered, NotSeen, Observation
+import numpy as np
+
+from tb3_labs.marking.observation import (
+    WAS_MOVING, NotOffered, NotSeen, Observation, Scene, Stimulus)
 
 
 class Outcome(Enum):
@@ -34,6 +38,14 @@ class Place:
     def __str__(self) -> str:
         return 'doc/{}, "{}"{}'.format(
             self.sheet, self.heading, ', step {}'.format(self.step) if self.step else '')
+
+
+IMU_SHEET, TRANSFORMATION_SHEET = 'imu_lab.md', 'transformation_lab.md'
+HEADING_EXERCISE, TURN_LAB = '2. Exercise: the heading', '3. Lab: turn 90 and 180 degrees'
+#: The places to which the criteria of several labs point.
+EXERCISE = Place(IMU_SHEET, HEADING_EXERCISE, 3)
+STATES = Place(TRANSFORMATION_SHEET, '2. The four states')
+THUMB = Place(TRANSFORMATION_SHEET, '4. By thumb')
 
 
 @dataclass(frozen=True)
@@ -70,7 +82,7 @@ class Verdict:
 
     @property
     def sentence(self) -> str:
-        """What was seen and where to look; '' if the criterion is met."""
+        """The observation and its place in the sheet; '' if the criterion is met."""
         if self.outcome is Outcome.MET:
             return ''
         return '{}; see {}'.format(self.seen, self.criterion.where)
@@ -108,3 +120,152 @@ def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mappin
 def first_missed(*missed: str) -> str:
     """The first of several judgements that is not ''; '' if all are met."""
     return next((said for said in missed if said), '')
+
+
+# ----- criteria that several labs share: starting, ending at Ctrl+C -----
+
+#: Ctrl+C, and two more chances: the last message that rospy publishes may be lost.
+CTRL_C = ('Ctrl+C', 'Ctrl+C again', 'Ctrl+C a third time')
+#: Keys of its facts: the time until the node had ended [s], None if it had to be killed; the number
+#: of the signal that ended it, 0 if it ended by itself.
+TOOK = 'took'
+SIGNAL = 'signal'
+#: Signals that end a node as it should end: by itself, by SIGINT, by SIGTERM.
+ORDERLY = (0, 2, 15)
+#: A node must run, and listen to its topic, within this time [s].
+START_TIME = 15.0
+#: A node that still runs after this time hangs [s]; rospy itself needs up to 2 s.
+ENDING = 5.0
+#: A zero velocity must have been sent by then [s].
+STOPPING = 0.5
+#: The limits of the criteria about the start and Ctrl+C, in words.
+IN_TIME, ENDS_IN_TIME, STOPS_IN_TIME = (
+    'within {:g} s'.format(time) for time in (START_TIME, ENDING, STOPPING))
+#: How a traceback begins, also in the middle of a line of a log.
+TRACEBACK = 'Traceback (most recent call last)'
+ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
+#: rospy itself raises this in a callback that publishes while the node ends.
+NOT_THEIRS = 'publish() to a closed topic'
+#: A clean exit in words, and its limits.
+CLEAN_EXIT = 'at Ctrl+C ends by itself, without a traceback'
+CLEAN_EXIT_LIMITS = '{}; "{}", which rospy raises, does not count'.format(ENDS_IN_TIME, NOT_THEIRS)
+
+
+def starts(seen: Observation) -> str:
+    """Does it run, and listen to the robot?"""
+    return seen.why_missing() if not seen.runs or seen.runs[0].ready is None else ''
+
+
+def _ends(seen):
+    """The Scene of each Ctrl+C."""
+    tried = [name for name in CTRL_C if seen.has(name)] or CTRL_C[:1]
+    return [seen.during(name, may_die=True) for name in tried]
+
+
+def clean_exit(seen: Observation) -> str:
+    """Does it end by itself, without a traceback, at each Ctrl+C?"""
+    return first_missed(*map(_clean_exit, _ends(seen)))
+
+
+def _clean_exit(scene: Scene) -> str:
+    if scene.facts[TOOK] is None:
+        return 'it was still running {:g} s after Ctrl+C and had to be killed'.format(ENDING)
+    error = traceback_in(scene.printed)
+    if error is not None:
+        return 'it ended with a traceback' + (error and ': ' + error)
+    if scene.facts[SIGNAL] not in ORDERLY:
+        return 'it was ended by signal {}'.format(scene.facts[SIGNAL])
+    return ''
+
+
+def traceback_in(printed: str) -> Optional[str]:
+    """The error of a traceback of the node, in quotes, or '' if it cannot be told; None if there is
+    no traceback, or only one of rospy itself."""
+    if TRACEBACK not in printed:
+        return None
+    errors = [line for line in printed.splitlines()
+              if ERROR.match(line) and NOT_THEIRS not in line]
+    if not errors and NOT_THEIRS in printed:
+        return None
+    return repr(errors[-1][:120]) if errors else ''
+
+
+def tracebacks_before_the_end(stimulus: Stimulus) -> List[str]:
+    """A sentence on a traceback that came before Ctrl+C: no criterion tells it."""
+    error = traceback_in(stimulus.printed) if stimulus.name not in CTRL_C else None
+    return [] if error is None else [
+        'A traceback was printed during "{}"{}. The clean exit is about Ctrl+C alone.'.format(
+            stimulus.name, error and ': ' + error)]
+
+
+def stops_robot(seen: Observation) -> str:
+    """Does it send a zero velocity, at one Ctrl+C of several?"""
+    scenes = [scene for scene in _ends(seen) if scene.facts[WAS_MOVING]]
+    if not scenes:
+        return 'it did not move the robot before Ctrl+C, so that a stop could not be seen'
+    for scene in scenes:
+        soon = scene.commands[scene.commands[:, 0] <= scene.begin + STOPPING]
+        if (soon[:, 1:] == 0.0).all(axis=1).any():
+            return ''
+    return 'at Ctrl+C in the middle of a movement it sent no zero velocity: the robot went on'
+
+
+def says(seen: Observation, words: str) -> str:
+    """Are these words printed at Ctrl+C?"""
+    scene = seen.during(CTRL_C[0], may_die=True)
+    return '' if words in scene.printed else '"{}" was not printed at Ctrl+C'.format(words)
+
+
+# ----- stopping when something is lost -----
+
+#: The time within which a stop "at once" must happen [s].
+AT_ONCE = 0.5
+#: The time within which a node must stop the robot after a sensor or an input fell silent [s].
+LOST = 1.0
+#: Both in words.
+STOPS_AT_ONCE, STOPS_WHEN_LOST = ('within {:g} s'.format(time) for time in (AT_ONCE, LOST))
+
+
+def stops_when_silent(seen: Observation, name: str, what: str) -> str:
+    """'' if the node stopped the robot after `what` fell silent, which is the stimulus `name`."""
+    scene = seen.during(name)
+    if not scene.facts[WAS_MOVING]:
+        return 'the robot was not moving when {} fell silent'.format(what)
+    if len(scene.moving_after(LOST)):
+        return 'the robot was still driven more than {:g} s after {} had fallen silent'.format(
+            LOST, what)
+    return ''
+
+
+# ----- driving by a stick or a mouse -----
+
+#: The columns of a command.
+LINEAR, ANGULAR = 1, 2
+UNITS = {LINEAR: 'm/s', ANGULAR: 'rad/s'}
+#: The other column of a command must be smaller than this [m/s] or [rad/s].
+NEAR = 0.05
+#: The part that rounding may add to a limit [m/s] or [rad/s].
+ROUNDING = 0.005
+
+
+def steers(commands: np.ndarray, name: str, column: int, bounds: Tuple[float, float]) -> str:
+    """'' if the latest command is within `bounds` and commands nothing else, else the command.
+
+    `commands` has rows of time, linear [m/s], angular [rad/s]; `name` is the stimulus; `column` is
+    LINEAR or ANGULAR; `bounds` are the least and the greatest value, both allowed.
+    """
+    if not len(commands) or not commands[-1, 1:].any():
+        return 'with the {} nothing was commanded'.format(name)
+    low, high = bounds
+    other = LINEAR + ANGULAR - column
+    if low <= commands[-1, column] <= high and abs(commands[-1, other]) <= NEAR:
+        return ''
+    return '{}, where {:.2f} to {:.2f} {} and nothing else were asked for'.format(
+        'with the {} it commanded {:.2f} m/s and {:.2f} rad/s'.format(name, *commands[-1, 1:]),
+        low, high, UNITS[column])
+
+
+def opposite(bounds: Tuple[float, float]) -> Tuple[float, float]:
+    """The same bounds in the opposite direction: backward, or right."""
+    low, high = bounds
+    return -high, -low

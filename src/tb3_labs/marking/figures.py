@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.drives import GOAL_POSE, LOCAL_T_WORLD
+from tb3_labs.marking.criteria import ANGULAR, LINEAR
+from tb3_labs.marking.move2goal import GOAL_POSE, LOCAL_T_WORLD
 from tb3_labs.marking.observation import Observation
-from tb3_labs.marking.steering import ANGULAR, LINEAR
 from tb3_labs.report.figures import (
     BLUE, GREEN, GREY, ORANGE, curve, map_of_local, new_figure, save)
 

@@ -1,12 +1,12 @@
 """The Transformation lab's gamepad: driving, handing the robot over, resetting. All it asks for."""
-from tb3_labs.marking.criteria import Criterion, first_missed
-from tb3_labs.marking.life import (CLEAN_EXIT, CLEAN_EXIT_LIMITS, IN_TIME, STOPS_IN_TIME, TRACEBACK,
-                                   clean_exit, starts, stops_robot)
-from tb3_labs.marking.observation import NotSeen, Observation
-from tb3_labs.marking.sheets import THUMB
-from tb3_labs.marking.steering import ANGULAR, LINEAR, NEAR, ROUNDING, opposite, steers
-from tb3_labs.marking.stopping import (AT_ONCE, STOPS_AT_ONCE, STOPS_WHEN_LOST,
+from functools import partial
+
+from tb3_labs.marking.criteria import (ANGULAR, AT_ONCE, CLEAN_EXIT, CLEAN_EXIT_LIMITS, IN_TIME,
+                                       LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE, STOPS_IN_TIME,
+                                       STOPS_WHEN_LOST, THUMB, TRACEBACK, Criterion, clean_exit,
+                                       first_missed, opposite, starts, steers, stops_robot,
                                        stops_when_silent)
+from tb3_labs.marking.observation import NotSeen, Observation
 
 #: The parts of the lab.
 STICKS, BUTTONS, NO_SERVICE, LOST = 'sticks', 'buttons', 'no service', 'lost'
@@ -30,19 +30,19 @@ LATCHED = 'heard late'
 CALLS = 'calls'
 ORIGIN = 'origin'
 
-#: The handout's full speeds [m/s], [rad/s]; what full sticks command: at least, at most.
+#: The handout's full speeds [m/s], [rad/s]; the commands of full sticks: at least, at most.
 FULL_SPEED, FULL_TURN = 0.22, 2.84
 FORWARD, TURN = (0.15, FULL_SPEED + ROUNDING), (1.5, FULL_TURN + ROUNDING)
-#: What a stick half way commands, as a part of what it commands at its end: at least, at most.
+#: The command of a stick half way, as a part of that at its end: at least, at most.
 HALF = (0.25, 0.75)
 #: A node that is not blocked obeys a stick within this time [s]; waiting for a service takes 1 s.
 PROMPT = 0.7
 #: A stick is held for this time; a word is heard on ctrl_relinq, a reset was called, or had failed,
 #: within this time [s].
 HELD, SAYS, RESET_TIME = 0.8, 1.0, 2.5
-#: What a reset without a service is judged by, in words.
+#: The limit of a reset without a service, in words.
 IN_RESET_TIME = 'within {:g} s'.format(RESET_TIME)
-#: What full sticks are judged by, in words.
+#: The limits of full sticks, in words.
 STICK_LIMITS = '{:g} to {:g} {} within {:g} s, and at most {:g} of the other speed'
 SUCCESS = 'Pose reset successfully'
 
@@ -141,7 +141,7 @@ def not_blocked(seen: Observation) -> str:
 def says_why_not(seen: Observation) -> str:
     """Does it say why the reset failed?"""
     scene = seen.during(RESET_WITHOUT_SERVICE)
-    if TRACEBACK.search(scene.printed):
+    if TRACEBACK in scene.printed:
         return 'after Y without a reset service there was a traceback'
     return '' if scene.printed.strip() else \
         'after Y without a reset service nothing was printed within {:.1f} s'.format(
@@ -158,11 +158,6 @@ def latched(seen: Observation) -> str:
     """Does a late subscriber hear whether the robot is handed over?"""
     return '' if seen.during(HAND_OVER).facts[LATCHED] else \
         'a subscriber that came after A heard nothing on ctrl_relinq'
-
-
-def lost_pad(seen: Observation) -> str:
-    """Does a pad that falls silent stop the robot?"""
-    return stops_when_silent(seen, PAD_SILENT, 'the pad')
 
 
 CRITERIA = [
@@ -195,6 +190,7 @@ CRITERIA = [
     Criterion('once', BUTTONS, 'Y, held, is one call', THUMB, once, extra=True),
     Criterion('latched', BUTTONS, 'ctrl_relinq is latched', THUMB, latched, extra=True,
               limits='heard within {:g} s'.format(SAYS)),
-    Criterion('lost_pad', LOST, 'stops the robot after the pad fell silent', THUMB, lost_pad,
-              extra=True, limits=STOPS_WHEN_LOST),
+    Criterion('lost_pad', LOST, 'stops the robot after the pad fell silent', THUMB,
+              partial(stops_when_silent, name=PAD_SILENT, what='the pad'), extra=True,
+              limits=STOPS_WHEN_LOST),
 ]

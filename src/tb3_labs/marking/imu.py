@@ -3,18 +3,17 @@ import re
 from typing import List
 
 from tb3_labs.geometry.angles import difference_degrees
-from tb3_labs.marking.criteria import Criterion, Place
-from tb3_labs.marking.life import (CLEAN_EXIT, CLEAN_EXIT_LIMITS, CTRL_C, IN_TIME, TRACEBACK,
-                                   clean_exit, says, starts)
+from tb3_labs.marking.criteria import (CLEAN_EXIT, CLEAN_EXIT_LIMITS, CTRL_C, EXERCISE,
+                                       HEADING_EXERCISE, IMU_SHEET, IN_TIME, TRACEBACK, Criterion,
+                                       Place, clean_exit, says, starts)
 from tb3_labs.marking.observation import NotSeen, Observation
-from tb3_labs.marking.sheets import EXERCISE, HEADING_EXERCISE, IMU_SHEET
 
 #: The parts of the lab.
 HEADING, ODD_SAMPLES = 'heading', 'odd samples'
 #: The headings at which the robot stands; stimulus -> heading [deg].
 STANDS = {'at 50 degrees': 50.0, 'at 150 degrees': 150.0, 'at 220 degrees': 220.0,
           'at 350 degrees': 350.0}
-#: At each of them the line must be printed within this time [s].
+#: The line must be printed at each of them within this time [s].
 READING = 1.5
 #: Samples that a real IMU sends seldom.
 HAIR_BELOW_ZERO = 'a hair below zero'
@@ -99,7 +98,7 @@ def never_360(seen: Observation) -> str:
 def survives_nonsense(seen: Observation) -> str:
     """Does it go on after a quaternion that is not valid?"""
     scene = seen.during(ZERO_QUATERNION)
-    if TRACEBACK.search(scene.printed):
+    if TRACEBACK in scene.printed:
         return 'a quaternion of zeros gave a traceback'
     if not any(abs(number - AFTERWARDS) < TOLERANCE for number in headings(scene.printed)):
         return 'after a quaternion of zeros the heading was not printed any more'

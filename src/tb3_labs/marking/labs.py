@@ -1,7 +1,7 @@
 """The labs that can be marked."""
 from typing import List, NamedTuple, Tuple
 
-from tb3_labs.marking import gamepad, imu, move2goal, topics, turn
+from tb3_labs.marking import gamepad, imu, move2goal, observation, turn
 from tb3_labs.marking.criteria import Criterion
 
 #: The names of the labs.
@@ -9,7 +9,7 @@ IMU, TURN, MOVE2GOAL, GAMEPAD = 'imu', 'turn', 'move2goal', 'gamepad'
 
 
 class Lab(NamedTuple):
-    """What a lab asks for, and how its node is found."""
+    """The requirements of a lab, and the names by which its node is found."""
 
     title: str
     criteria: List[Criterion]
@@ -35,12 +35,13 @@ class Lab(NamedTuple):
 
 LABS = {
     IMU: Lab('IMU exercise', imu.CRITERIA, ('ice6',), ('imu_sub.py',), 'IMU', 'imu_sub',
-             topics.IMU),
+             observation.IMU),
     TURN: Lab('IMU lab', turn.CRITERIA, ('lab2',), ('turtlebot_controller.py',), 'Controller',
-              'controller', topics.IMU),
+              'controller', observation.IMU),
     MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA, ('lab7_tf', 'lab7'),
-                   ('move2goal_tf.py', 'move2goal.py'), 'MoveToGoal', 'move_to_goal', topics.ODOM),
+                    ('move2goal_tf.py', 'move2goal.py'), 'MoveToGoal', 'move_to_goal',
+                    observation.ODOM),
     GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA,
                  ('lab4_gamepad', 'lab7_tf', 'lab7'), ('gamepad.py',), 'Gamepad', GAMEPAD,
-                 topics.JOY),
+                 observation.JOY),
 }

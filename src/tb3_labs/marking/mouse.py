@@ -1,10 +1,12 @@
-"""The mouse of the IMU lab: alone, and beside turns."""
-from typing import Iterable, Sequence
+"""The mouse of the IMU lab: alone, and beside turns; and its message.
 
+Students define the message themselves: `activestatus` for `status`, `bool` for `std_msgs/Bool`, an
+extra `zPos`. Its fields are matched by name, else by type and position.
+"""
+from typing import Iterable, List, NamedTuple, Optional, Sequence, Tuple
+
+from tb3_labs.marking.criteria import ANGULAR, AT_ONCE, LINEAR, NEAR, opposite, steers
 from tb3_labs.marking.observation import WAS_MOVING, NotSeen, Observation
-from tb3_labs.marking.steering import ANGULAR, LINEAR, NEAR, opposite, steers
-from tb3_labs.marking.stopping import AT_ONCE, stops_when_silent
-from tb3_labs.marking.turning import LEFT, TURNS, turned
 
 #: The stimuli of the mouse alone, in their order.
 NOT_ACTIVE = 'mouse not active'
@@ -22,14 +24,14 @@ PLACES = {UP: (0.0, 1.0), NEAR_MIDDLE: (0.2, -0.2), TO_LEFT: (-1.0, 0.0), HALF_R
 
 #: Nothing moves at the handout's distance from the middle; places nearer to it are tried.
 DEAD_ZONE = 0.25
-#: What the edge of the screen commands [m/s], [rad/s].
+#: The speeds at the edge of the screen [m/s], [rad/s].
 FULL = 0.5
 AT_EDGE = (FULL - NEAR, FULL + NEAR)
-#: What more than half the way commands: a wide range, as the handout leaves the dead zone open.
+#: The speeds at more than half the way: a wide range, as the handout leaves the dead zone open.
 HALF_WAY = (0.2 * FULL, 0.8 * FULL)
 #: The mouse is held at a place for this time; moved in a turn, it drives within this time [s].
 HELD, AT_LAST = 0.8, 4.0
-#: What the criteria of the mouse are judged by, in words.
+#: The limits of the criteria of the mouse, in words.
 DRIVES, DRIVES_AFTER_TURN, IN_DEAD_ZONE = (
     'within {:g} s: {:.2f} to {:.2f} at the edge, {:.2f} to {:.2f} at {:g} to the right; the other '
     'speed at most {:g}'.format(HELD, *AT_EDGE, *HALF_WAY, PLACES[HALF_RIGHT][0], NEAR),
@@ -71,11 +73,6 @@ def off(seen: Observation) -> str:
     return ''
 
 
-def turn_beside(seen: Observation) -> str:
-    """Is a turn one while the mouse is active in the middle of the screen?"""
-    return turned(seen, TURN_BESIDE, TURNS[LEFT])
-
-
 def after_turn(seen: Observation) -> str:
     """Does the mouse drive when a turn is over?"""
     return '' if drives_forward(seen.during(AFTER_TURN).commands) else \
@@ -97,6 +94,46 @@ def drives_forward(commands: Iterable[Sequence[float]]) -> bool:
     return any(command[LINEAR] > AT_EDGE[0] for command in commands)
 
 
-def lost(seen: Observation) -> str:
-    """Does a mouse that falls silent stop the robot?"""
-    return stops_when_silent(seen, SILENT, 'the mouse')
+# ----- its message -----
+
+#: The handout's names of the fields, and the types that will do.
+STATUS, X, Y = 'status', 'xPos', 'yPos'
+FLAGS = ('bool', 'std_msgs/Bool')
+NUMBERS = ('float32', 'float64', 'std_msgs/Float32', 'std_msgs/Float64')
+
+
+class MouseFields(NamedTuple):
+    """The names of the fields, the types of each, and sentences about names that differ."""
+
+    names: Tuple[str, str, str]     # of status, x and y
+    types: Tuple[str, str, str]
+    remarks: List[str]
+
+
+def mouse_fields(names: Sequence[str], types: Sequence[str]) -> MouseFields:
+    """The fields of the mouse in a message with these fields and types, in their order.
+
+    ``ValueError``, a clause, if the message has no flag or fewer than two numbers.
+    """
+    flags = [pair for pair in zip(names, types) if pair[1] in FLAGS]
+    numbers = [pair for pair in zip(names, types) if pair[1] in NUMBERS]
+    if not flags or len(numbers) < 2:
+        raise ValueError('its message has no flag and two numbers, but {}'.format(', '.join(
+            '{} {}'.format(kind, name) for name, kind in zip(names, types)) or 'no field'))
+    status = _named(STATUS, flags) or flags[0]
+    x, y = _named(X, numbers), _named(Y, numbers)
+    if not (x and y):
+        x, y = numbers[:2]
+    chosen = (status[0], x[0], y[0])
+    remarks = ['Your {} was taken for {}.'.format(name, usual)
+               for name, usual in zip(chosen, (STATUS, X, Y)) if name != usual]
+    return MouseFields(chosen, (status[1], x[1], y[1]), remarks)
+
+
+def _named(usual: str, fields: List[Tuple[str, str]]) -> Optional[Tuple[str, str]]:
+    """The field of this name, in upper or lower case, also without `Pos`; None if there is none."""
+    for wanted in (usual.lower(), usual.lower().replace('pos', '')):
+        for name, kind in fields:
+            if name.lower().replace('_', '') == wanted:
+                return name, kind
+    return None

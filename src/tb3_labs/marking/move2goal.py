@@ -1,17 +1,17 @@
 """The Transformation lab: driving to a goal in a frame that can be reset. All that it asks for."""
+import math
 import re
+from functools import partial
 
 import numpy as np
 
-from tb3_labs.marking import drives
-from tb3_labs.marking.criteria import Criterion, Place, first_missed
-from tb3_labs.marking.life import (CLEAN_EXIT, CLEAN_EXIT_LIMITS, IN_TIME, STOPS_IN_TIME, clean_exit,
-                                   starts, stops_robot)
-from tb3_labs.marking.observation import WAS_MOVING, Observation
-from tb3_labs.marking.sheets import STATES, TRANSFORMATION_SHEET
-from tb3_labs.marking.steering import ROUNDING
-from tb3_labs.marking.stopping import (AT_ONCE, STOPS_AT_ONCE, STOPS_WHEN_LOST,
-                                       stops_when_silent)
+from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.marking.criteria import (AT_ONCE, CLEAN_EXIT, CLEAN_EXIT_LIMITS, IN_TIME, ROUNDING,
+                                       STATES, STOPS_AT_ONCE, STOPS_IN_TIME, STOPS_WHEN_LOST,
+                                       TRANSFORMATION_SHEET, Criterion, Place, clean_exit,
+                                       first_missed, starts, stops_robot, stops_when_silent)
+from tb3_labs.marking.observation import MOVED, RESTED, WAS_MOVING, Observation, Scene
 
 #: The parts of the lab.
 DRIVE, RESET, CONTROL, DECLARED, OFFSET, LOST = (
@@ -43,26 +43,77 @@ TURNED = 100.0
 REACHED = re.compile(r'goal reached', re.IGNORECASE)
 SET = re.compile(r'local pose set', re.IGNORECASE)
 
+#: Keys of a drive's facts: the goal in the local frame, [x, y, yaw] in [m], [rad]; the transform
+#: from the robot's true frame to the local frame, the same three numbers.
+GOAL_POSE = 'goal'
+LOCAL_T_WORLD = 'local_T_world'
+#: The handout's goal: x, y [m], heading [rad].
+GOAL = (-0.61, 0.61, 0.0)
+#: The handout's tolerances [m], [rad], [deg]; how far a robot may go on after it was stopped [m],
+#: [deg].
+DISTANCE, ANGLE_RAD = 0.15, 0.05
+ANGLE = math.degrees(ANGLE_RAD)
+MORE_DISTANCE, MORE_ANGLE = 0.02, 2.0
+#: The tolerances beyond the handout [m], [deg].
+EXACT_DISTANCE, EXACT_ANGLE = 0.02, 1.0
+#: A drive begins within this time after control was given, and takes no longer than this [s].
+REACTION, DRIVE_TIME = 4.0, 50.0
+#: It goes no farther away than this [m].
+ASTRAY = 3.0
+#: The limits of place and heading, in words.
+PLACE_LIMITS = 'within {:g} m, and {:g} that a stopped robot goes on; begun within {:g} s, over ' \
+    'within {:g} s, never {:g} m away'.format(
+        DISTANCE, MORE_DISTANCE, REACTION, DRIVE_TIME, ASTRAY)
+HEADING_LIMITS = 'within {:g} rad ({:.1f} degrees), and {:g} degrees that a stopped robot goes ' \
+    'on'.format(ANGLE_RAD, ANGLE, MORE_ANGLE)
+
 THEORY, AT_RESET, DEMONSTRATION, ANALYSIS = (
     Place(TRANSFORMATION_SHEET, heading) for heading in (
         'The theory', '3. The reset', '5. The demonstration to hand in', '6. Analysis'))
 TWO_ZEROS = Place(TRANSFORMATION_SHEET, '1. The local pose', 4)
 
 
+def place_at_end(seen: Observation, name: str, tolerance: float = DISTANCE + MORE_DISTANCE) -> str:
+    """'' if the drive `name` ended at most `tolerance` [m] from the goal, else what was seen."""
+    scene = seen.during(name)
+    missed = not_driven(scene)
+    if missed:
+        return missed
+    away = _end(scene).distance_to(Pose2(*GOAL))
+    if not scene.facts[RESTED]:
+        return 'it was still moving after {:.0f} s, {:.2f} m from the goal'.format(
+            scene.end - scene.begin, away)
+    return '' if away <= tolerance else 'it stopped {:.2f} m from the goal'.format(away)
+
+
+def heading_at_end(seen: Observation, name: str, tolerance: float = ANGLE + MORE_ANGLE) -> str:
+    """'' if the robot at last faced the goal's heading within `tolerance` [deg], else what it
+    faced."""
+    scene = seen.during(name)
+    missed = not_driven(scene)
+    if missed:
+        return missed
+    if not scene.facts[RESTED]:
+        return 'it was still moving after {:.0f} s'.format(scene.end - scene.begin)
+    faced = math.degrees(difference(_end(scene).yaw, GOAL[2]))
+    return '' if abs(faced) <= tolerance else \
+        'at the end it faced {:.1f} degrees instead of 0'.format(faced)
+
+
+def not_driven(scene: Scene) -> str:
+    """'' if the node moved the robot after it had got control."""
+    return '' if scene.facts[MOVED] else 'it got control, but did not move the robot'
+
+
+def _end(scene):
+    """The pose in the local frame in which a drive ended."""
+    return Pose2(*scene.facts[LOCAL_T_WORLD]) @ Pose2(*scene.truth[-1, 1:])
+
+
 def waits(seen: Observation) -> str:
     """Does nothing move before the node has control?"""
     return 'it moved the robot without having control' if len(
         seen.during(WITHOUT_CONTROL).moving) else ''
-
-
-def goal_place(seen: Observation) -> str:
-    """Does the first drive end near the goal?"""
-    return drives.place(seen, FIRST_DRIVE)
-
-
-def goal_heading(seen: Observation) -> str:
-    """Does the robot face the goal's heading there?"""
-    return drives.heading(seen, FIRST_DRIVE)
 
 
 def says_reached(seen: Observation) -> str:
@@ -73,7 +124,7 @@ def says_reached(seen: Observation) -> str:
 
 def silent_at_goal(seen: Observation) -> str:
     """Is cmd_vel silent at the goal, so that another node may drive?"""
-    missed = drives.not_driven(seen.during(FIRST_DRIVE))
+    missed = not_driven(seen.during(FIRST_DRIVE))
     if missed:
         return missed
     scene = seen.during(AT_GOAL)
@@ -110,12 +161,12 @@ def says_reset(seen: Observation) -> str:
 
 def second_place(seen: Observation) -> str:
     """Is the same task done again, from another place and heading?"""
-    return resets(seen) or drives.place(seen, SECOND_DRIVE)
+    return resets(seen) or place_at_end(seen, SECOND_DRIVE)
 
 
 def second_heading(seen: Observation) -> str:
     """Does the robot face the goal's heading again?"""
-    return resets(seen) or drives.heading(seen, SECOND_DRIVE)
+    return resets(seen) or heading_at_end(seen, SECOND_DRIVE)
 
 
 def control_taken(seen: Observation) -> str:
@@ -133,34 +184,29 @@ def control_taken(seen: Observation) -> str:
 def exact(seen: Observation) -> str:
     """Are both drives several times as exact as the handout asks for?"""
     return first_missed(*(said for name in (FIRST_DRIVE, SECOND_DRIVE) for said in (
-        drives.place(seen, name, drives.EXACT_DISTANCE),
-        drives.heading(seen, name, drives.EXACT_ANGLE))))
+        place_at_end(seen, name, EXACT_DISTANCE),
+        heading_at_end(seen, name, EXACT_ANGLE))))
 
 
 def offset_imu(seen: Observation) -> str:
     """Does it drive with an IMU whose zero is not that of the odometry?"""
-    return drives.place(seen, OFFSET_DRIVE) or drives.heading(seen, OFFSET_DRIVE)
+    return place_at_end(seen, OFFSET_DRIVE) or heading_at_end(seen, OFFSET_DRIVE)
 
 
 def declared_pose(seen: Observation) -> str:
     """Does it drive from a declared pose that is not the origin?"""
-    return _reset(seen, RESET_ELSEWHERE) or drives.place(seen, DECLARED_DRIVE) or drives.heading(
-        seen, DECLARED_DRIVE)
-
-
-def lost_odometry(seen: Observation) -> str:
-    """Does silent odometry stop the drive?"""
-    return stops_when_silent(seen, ODOMETRY_SILENT, 'the odometry')
+    return _reset(seen, RESET_ELSEWHERE) or place_at_end(
+        seen, DECLARED_DRIVE) or heading_at_end(seen, DECLARED_DRIVE)
 
 
 CRITERIA = [
     Criterion('starts', DRIVE, 'runs and listens to odom', STATES, starts, limits=IN_TIME),
     Criterion('waits', DRIVE, 'does not move before it has control', STATES, waits,
               limits='for {:g} s'.format(WATCHED)),
-    Criterion('goal_place', DRIVE, 'drives to ({:g}, {:g})'.format(*drives.GOAL), THEORY,
-              goal_place, limits=drives.PLACE_LIMITS),
-    Criterion('goal_heading', DRIVE, 'faces 0 degrees there', THEORY, goal_heading,
-              limits=drives.HEADING_LIMITS),
+    Criterion('goal_place', DRIVE, 'drives to ({:g}, {:g})'.format(*GOAL), THEORY,
+              partial(place_at_end, name=FIRST_DRIVE), limits=PLACE_LIMITS),
+    Criterion('goal_heading', DRIVE, 'faces 0 degrees there', THEORY,
+              partial(heading_at_end, name=FIRST_DRIVE), limits=HEADING_LIMITS),
     Criterion('says_reached', DRIVE, 'says "Goal reached!" once', STATES, says_reached),
     Criterion('silent_at_goal', DRIVE, 'sends nothing on cmd_vel at the goal', STATES,
               silent_at_goal, limits='from {:g} s after its arrival on'.format(LAST_WORD)),
@@ -182,11 +228,12 @@ CRITERIA = [
     Criterion('stops_robot', CONTROL, 'at Ctrl+C in a drive sends zero velocity', STATES,
               stops_robot, extra=True, limits=STOPS_IN_TIME),
     Criterion('exact', RESET, 'both drives are within {:g} m and {:g} degree'.format(
-        drives.EXACT_DISTANCE, drives.EXACT_ANGLE), ANALYSIS, exact, extra=True),
+        EXACT_DISTANCE, EXACT_ANGLE), ANALYSIS, exact, extra=True),
     Criterion('declared_pose', DECLARED, 'drives from a declared pose that is not the origin',
               AT_RESET, declared_pose, extra=True, limits='as goal_place and goal_heading'),
     Criterion('offset_imu', OFFSET, 'drives with an IMU whose zero is not that of the odometry',
               TWO_ZEROS, offset_imu, extra=True, limits='as goal_place and goal_heading'),
     Criterion('lost_odometry', LOST, 'stops the robot after the odometry fell silent', STATES,
-              lost_odometry, extra=True, limits=STOPS_WHEN_LOST),
+              partial(stops_when_silent, name=ODOMETRY_SILENT, what='the odometry'), extra=True,
+              limits=STOPS_WHEN_LOST),
 ]

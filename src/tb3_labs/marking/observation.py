@@ -1,4 +1,4 @@
-"""What was observed of one node: plain data that can be judged, drawn, and kept in a file.
+"""The observation of one node: plain data that can be judged, drawn, and kept in a file.
 
 Units: seconds since the observation began, m/s, rad/s, metres, radians. The yaw of the true poses
 is continuous over whole turns. The commands are those of the node that is judged; those of other
@@ -10,6 +10,20 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Dict, List, Optional
 
 import numpy as np
+
+#: The topics that the labs are about, as the handouts call them; all names are relative.
+IMU = 'imu'
+ODOM = 'odom'
+JOY = 'joy'
+MOUSE_INFO = 'mouse_info'
+CTRL_RELINQ = 'ctrl_relinq'
+CMD_VEL = 'cmd_vel'
+#: The robot's own: its reset, its joints, its time if that is simulated.
+RESET = 'reset'
+JOINT_STATES = 'joint_states'
+CLOCK = 'clock'
+#: The true pose of the simulated robot.
+TRUTH = 'ground_truth'
 
 #: Keys of `facts` that several labs use: did the node command a movement after it was asked to;
 #: did the robot come to rest; did the node move the robot when the stimulus began?
@@ -100,8 +114,8 @@ class Observation:
         """A sentence if the machine was too busy to judge the node fairly, else ''."""
         if self.longest_gap <= HELD_UP:
             return ''
-        return ('The machine held the robot up for {:.2f} s (up to {:g} s are fair): the marks may be '
-                'unfair.'.format(self.longest_gap, HELD_UP))
+        return ('The machine held the robot up for {:.2f} s (up to {:g} s are fair): the marks may '
+                'be unfair.'.format(self.longest_gap, HELD_UP))
 
     def has(self, name: str) -> bool:
         """Was there such a stimulus?"""

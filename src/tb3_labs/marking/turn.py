@@ -1,12 +1,16 @@
 """The IMU lab: turns by keyboard, beside the mouse. All that it asks for."""
-from tb3_labs.marking import mouse, turning
-from tb3_labs.marking.criteria import Criterion, Place
-from tb3_labs.marking.life import (CLEAN_EXIT, CLEAN_EXIT_LIMITS, IN_TIME, STOPS_IN_TIME, clean_exit,
-                                   says, starts, stops_robot)
-from tb3_labs.marking.observation import Observation
-from tb3_labs.marking.sheets import EXERCISE, IMU_SHEET, TURN_LAB
-from tb3_labs.marking.steering import ROUNDING
-from tb3_labs.marking.stopping import STOPS_AT_ONCE, STOPS_WHEN_LOST, stops_when_silent
+import re
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from tb3_labs.marking import mouse
+from tb3_labs.marking.criteria import (CLEAN_EXIT, CLEAN_EXIT_LIMITS, EXERCISE, IMU_SHEET, IN_TIME,
+                                       ROUNDING, STOPS_AT_ONCE, STOPS_IN_TIME, STOPS_WHEN_LOST,
+                                       TURN_LAB, Criterion, Place, clean_exit, first_missed, says,
+                                       starts, stops_robot, stops_when_silent)
+from tb3_labs.marking.observation import MOVED, RESTED, NotSeen, Observation
 
 #: The parts of the lab.
 TURNS, MOUSE, BOTH, SHUTDOWN, LOST = 'turns', 'mouse', 'both', 'shutdown', 'lost'
@@ -16,32 +20,144 @@ GOODBYE = 'Controller exiting. Halting robot.'
 
 START, AT_MOUSE, LAW, AT_CTRL_C = (Place(IMU_SHEET, TURN_LAB, step) for step in (2, 3, 4, 5))
 
-
-def says_goodbye(seen: Observation) -> str:
-    """Does it say that it halts the robot?"""
-    return says(seen, GOODBYE)
+#: The letters that a person types.
+LEFT, RIGHT = 'l', 'r'
 
 
-def lost_imu(seen: Observation) -> str:
-    """Does a silent IMU stop a turn?"""
-    return stops_when_silent(seen, IMU_SILENT, 'the IMU')
+class Turn(NamedTuple):
+    """One turn: the letter that is typed, the angle it asks for, the heading where it begins."""
+
+    typed: str
+    asked_deg: float
+    begins_deg: float
+
+
+#: stimulus -> Turn
+EACH_TURN = {
+    LEFT: Turn(LEFT, 90.0, 40.0),
+    'l across 180': Turn(LEFT, 90.0, 130.0),
+    'r across 180': Turn(RIGHT, -90.0, 220.0),
+    RIGHT: Turn(RIGHT, -90.0, 130.0),
+    'r across 0': Turn(RIGHT, -90.0, 40.0),
+}
+#: The turns where the heading jumps.
+ACROSS = [name for name in EACH_TURN if 'across' in name]
+#: The stimulus of an input that is not valid, and the input.
+NONSENSE = 'nonsense'
+TYPED_NONSENSE = 'x'
+#: The handout's tolerance, and how far a robot may go on after it was stopped [deg].
+TOLERANCE, AFTER_STOP = 10.0, 1.0
+#: The handout's fastest turn [rad/s].
+MAX_ANG_Z = 1.5
+#: A turn begins within this time after the letter was typed, and is over within this time [s].
+REACTION, TURN_TIME = 3.0, 8.0
+#: A person waits for an answer for this time [s], and cannot find it among more lines than this.
+ANSWER, LEGIBLE = 1.0, 1000
+#: The tolerance beyond the handout [deg].
+EXACT = 1.0
+#: The limits of a turn, in words.
+LIMITS = 'within {:g} degrees, and {:g} that a stopped robot goes on; begun within {:g} s, over ' \
+    'within {:g} s'.format(TOLERANCE, AFTER_STOP, REACTION, TURN_TIME)
+
+
+def turned(seen: Observation, name: str, turn: Turn,
+           tolerance: float = TOLERANCE + AFTER_STOP) -> str:
+    """'' if the stimulus `name` was this turn within `tolerance` [deg], else a clause."""
+    scene = seen.during(name)
+    where = ' ({})'.format(name[2:]) if name in ACROSS else ''
+    after = 'after {}{}'.format(turn.typed, where)
+    if not scene.facts[MOVED]:
+        return '{} the robot did not turn'.format(after)
+    seen_deg = scene.turned_deg
+    if not scene.facts[RESTED]:
+        return '{} it turned {}, and was still moving after {:g} s'.format(
+            after, _degrees(seen_deg), TURN_TIME)
+    if abs(seen_deg - turn.asked_deg) <= tolerance:
+        return ''
+    missed = '{} it turned {}, then stopped'.format(after, _degrees(seen_deg))
+    if seen_deg * turn.asked_deg <= 0.0:
+        return missed
+    return '{}: {:.1f} degrees {} the goal, where {:g} are allowed'.format(
+        missed, abs(seen_deg - turn.asked_deg),
+        'short of' if abs(seen_deg) < abs(turn.asked_deg) else 'beyond',
+        min(tolerance, TOLERANCE))
+
+
+def _degrees(seen_deg):
+    number = '{:.1f}'.format(abs(seen_deg))
+    if float(number) == 0.0:
+        return number + ' degrees'
+    return '{} degrees to the {}'.format(number, 'left' if seen_deg > 0.0 else 'right')
+
+
+def short_way(seen: Observation) -> str:
+    """Do they turn the same where the heading jumps?"""
+    return first_missed(*(turned(seen, name, EACH_TURN[name]) for name in ACROSS))
+
+
+def within_1_deg(seen: Observation) -> str:
+    """Are all turns ten times as exact as the handout asks for?"""
+    return first_missed(*(turned(seen, name, turn, EXACT) for name, turn in EACH_TURN.items()))
+
+
+def _turning(seen):
+    """The commands of all turns that were tried; NotSeen if there are none."""
+    scenes = [seen.during(name) for name in EACH_TURN if seen.has(name)] or [seen.during(LEFT)]
+    commands = np.vstack([scene.moving for scene in scenes])
+    if not len(commands):
+        raise NotSeen('the robot was never turned')
+    return commands
+
+
+def clamped(seen: Observation) -> str:
+    """Is no turn faster than MAX_ANG_Z?"""
+    fastest = np.abs(_turning(seen)[:, 2]).max()
+    return '' if fastest <= MAX_ANG_Z + ROUNDING else \
+        'it commanded up to {:.1f} rad/s while turning'.format(fastest)
+
+
+def on_the_spot(seen: Observation) -> str:
+    """Is there no forward speed while turning?"""
+    fastest = np.abs(_turning(seen)[:, 1]).max()
+    return '' if fastest < ROUNDING else \
+        'it commanded up to {:.2f} m/s forward while turning'.format(fastest)
+
+
+def answers_nonsense(seen: Observation) -> str:
+    """Is there an error that names the valid inputs, and no movement?"""
+    scene = seen.during(NONSENSE)
+    if len(scene.moving):
+        return 'the robot moved after "{}" was typed'.format(TYPED_NONSENSE)
+    if scene.lines > LEGIBLE:
+        return 'an answer to "{}" could not be read: {} lines were printed in {:.1f} s'.format(
+            TYPED_NONSENSE, scene.lines, scene.end - scene.begin)
+    if not names_valid_inputs(scene.printed):
+        return 'the answer to "{}" did not name both valid inputs, l and r'.format(TYPED_NONSENSE)
+    return ''
+
+
+def names_valid_inputs(printed: str) -> bool:
+    """Does this text name l and r, or left and right, as words of their own?"""
+    words = set(re.findall(r'[a-z]+', printed.lower()))
+    return bool(words & {LEFT, 'left'}) and bool(words & {RIGHT, 'right'})
 
 
 CRITERIA = [
     Criterion('starts', TURNS, 'runs and listens to imu', START, starts, limits=IN_TIME),
-    Criterion('left', TURNS, 'l turns 90 degrees left', LAW, turning.left, limits=turning.LIMITS),
-    Criterion('right', TURNS, 'r turns 90 degrees right', LAW, turning.right,
-              limits=turning.LIMITS),
+    Criterion('left', TURNS, 'l turns 90 degrees left', LAW,
+              partial(turned, name=LEFT, turn=EACH_TURN[LEFT]), limits=LIMITS),
+    Criterion('right', TURNS, 'r turns 90 degrees right', LAW,
+              partial(turned, name=RIGHT, turn=EACH_TURN[RIGHT]), limits=LIMITS),
     Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees, where it jumps',
-              EXERCISE, turning.short_way, limits=turning.LIMITS),
-    Criterion('clamped', TURNS, 'turns no faster than {:g} rad/s'.format(turning.MAX_ANG_Z), LAW,
-              turning.clamped, limits='and {:g} for rounding'.format(ROUNDING)),
+              EXERCISE, short_way, limits=LIMITS),
+    Criterion('clamped', TURNS, 'turns no faster than {:g} rad/s'.format(MAX_ANG_Z), LAW,
+              clamped, limits='and {:g} for rounding'.format(ROUNDING)),
     Criterion('on_the_spot', TURNS, 'does not drive forward while it turns', LAW,
-              turning.on_the_spot, limits='less than {:g} m/s'.format(ROUNDING)),
+              on_the_spot, limits='less than {:g} m/s'.format(ROUNDING)),
     Criterion('answers_nonsense', TURNS, 'answers any other input by an error that names the valid '
-              'ones', LAW, turning.answers_nonsense, limits='l and r, or left and right, within '
+              'ones', LAW, answers_nonsense, limits='l and r, or left and right, within '
               '{:g} s, in at most {} lines; the robot rests'.format(
-                  turning.ANSWER, turning.LEGIBLE)),
+                  ANSWER, LEGIBLE)),
     Criterion('mouse_drives', MOUSE, 'mouse up drives forward, left turns left, {:g} at the '
               'edge'.format(mouse.FULL), AT_MOUSE, mouse.drives, limits=mouse.DRIVES),
     Criterion('mouse_dead_zone', MOUSE, 'a mouse within {:g} of the middle moves nothing'.format(
@@ -49,7 +165,8 @@ CRITERIA = [
     Criterion('mouse_off', MOUSE, 'the robot stops at once when the mouse is deactivated',
               AT_MOUSE, mouse.off, limits=STOPS_AT_ONCE),
     Criterion('turn_beside_mouse', BOTH, 'turns also while the mouse is active in the middle',
-              AT_MOUSE, mouse.turn_beside, limits='as left'),
+              AT_MOUSE, partial(turned, name=mouse.TURN_BESIDE, turn=EACH_TURN[LEFT]),
+              limits='as left'),
     Criterion('mouse_after_turn', BOTH, 'the mouse drives after a turn', AT_MOUSE,
               mouse.after_turn, limits=mouse.DRIVES_AFTER_TURN),
     Criterion('mouse_in_turn', BOTH, 'a mouse moved during a turn drives then or after it',
@@ -57,13 +174,15 @@ CRITERIA = [
     Criterion('stops_robot', SHUTDOWN, 'at Ctrl+C in a turn sends zero velocity', AT_CTRL_C,
               stops_robot, limits=STOPS_IN_TIME),
     Criterion('says_goodbye', SHUTDOWN, 'at Ctrl+C says "{}"'.format(GOODBYE), AT_CTRL_C,
-              says_goodbye),
+              partial(says, words=GOODBYE)),
     Criterion('clean_exit', SHUTDOWN, CLEAN_EXIT, AT_CTRL_C, clean_exit,
               limits=CLEAN_EXIT_LIMITS),
-    Criterion('within_1_deg', TURNS, 'all turns are within {:g} degree'.format(turning.EXACT), LAW,
-              turning.within_1_deg, extra=True),
-    Criterion('lost_imu', LOST, 'stops a turn after the IMU fell silent', AT_CTRL_C, lost_imu,
-              extra=True, limits=STOPS_WHEN_LOST),
+    Criterion('within_1_deg', TURNS, 'all turns are within {:g} degree'.format(EXACT), LAW,
+              within_1_deg, extra=True),
+    Criterion('lost_imu', LOST, 'stops a turn after the IMU fell silent', AT_CTRL_C,
+              partial(stops_when_silent, name=IMU_SILENT, what='the IMU'), extra=True,
+              limits=STOPS_WHEN_LOST),
     Criterion('lost_mouse', LOST, 'stops the robot after the mouse fell silent', AT_MOUSE,
-              mouse.lost, extra=True, limits=STOPS_WHEN_LOST),
+              partial(stops_when_silent, name=mouse.SILENT, what='the mouse'), extra=True,
+              limits=STOPS_WHEN_LOST),
 ]

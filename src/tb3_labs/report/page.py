@@ -96,8 +96,8 @@ def _figures(run: RunData, model: RobotModel, folder: Path,
                 ('heading', figures.heading), ('speeds', figures.speeds)]
     if run.odometry.length >= SHORTEST_PATH:
         drawings.append(('paths', path_figures.paths))
-    for number, (name, draw) in enumerate(drawings):
-        progress(number / (len(drawings) + 1))
+    for drawn, (name, draw) in enumerate(drawings):
+        progress(drawn / (len(drawings) + 1))
         figure = draw(run, model)
         if figure is not None:
             path = folder / (name + '.png')

@@ -299,7 +299,7 @@ def join_updates(manager):
     manager.publisher_update = joined
 
 
-# ----- services of any type, for tb3_labs.ros.marking -----
+# ----- services of any type, for tb3_labs.marking -----
 #
 # If rospy no longer compares the checksum of a client with `_md5sum`, or no longer passes on the
 # header and the bytes of an AnyMsg, a gamepad's call of a type of its own fails:

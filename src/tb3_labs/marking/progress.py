@@ -1,6 +1,7 @@
-"""What is tried now: on a terminal one line that is renewed, else a line whenever it changes."""
+"""The progress of a trial: on a terminal one line that is renewed, else a line at each change."""
 import shutil
 import threading
+from typing import Dict, TextIO
 
 #: How a line of progress begins that another program reads, as mark.py reads those of the check.
 TRYING = 'trying '
@@ -8,7 +9,7 @@ TRYING = 'trying '
 RENEW = '\r\x1b[K'
 
 
-def tried_last(log):
+def tried_last(log: str) -> str:
     """The latest of such lines in the text of a log, without its beginning; '' if there is none."""
     lines = [line for line in log.splitlines() if line.startswith(TRYING)]
     return lines[-1][len(TRYING):] if lines else ''
@@ -17,25 +18,26 @@ def tried_last(log):
 class Progress:
     """Writes lines to a stream, and below them what several tasks are doing now. For any thread."""
 
-    def __init__(self, stream):
+    def __init__(self, stream: TextIO) -> None:
         self._stream, self._terminal = stream, stream.isatty()
-        self._now, self._shown = {}, {}
+        self._now: Dict[str, str] = {}
+        self._shown: Dict[str, str] = {}
         self._lock = threading.Lock()
 
-    def line(self, words):
+    def line(self, words: str) -> None:
         """Write a line that stays."""
         with self._lock:
             self._stream.write(RENEW * self._terminal + words + '\n')
             self._draw()
 
-    def done(self, task):
-        """A task has ended, whatever became of it."""
+    def done(self, task: str) -> None:
+        """A task has ended."""
         with self._lock:
             self._now.pop(task, None)
             self._draw()
 
-    def now(self, task, words, detail=''):
-        """What a task does now. Without a terminal `detail` is left out, and only a change is
+    def now(self, task: str, words: str, detail: str = '') -> None:
+        """Tell the step of a task. Without a terminal `detail` is left out, and only a change is
         written."""
         with self._lock:
             if self._terminal:

@@ -1,10 +1,14 @@
 """A node that a person has started, in the place of a StudentNode: found on the graph, watched, and
 typed to by the person.
 
-What it prints is known as far as it goes to /rosout. The rest is asked of the person.
+Its print is known as far as it goes to /rosout. The person is asked for the rest.
 """
 import os
+import re
+import sys
+import termios
 import threading
+import time
 import xmlrpc.client
 
 import rosgraph
@@ -12,20 +16,68 @@ import rospkg
 import rospy
 from rosgraph_msgs.msg import Log
 
-from tb3_labs.marking.observation import Run
-from tb3_labs.marking.topics import CMD_VEL, IMU, ODOM
-from tb3_labs.ros.marking.graph import LISTENS, PUBLISHES, Graph
+from tb3_labs.marking.observation import CMD_VEL, IMU, ODOM, Run
+from tb3_labs.marking.ros_interface import Graph, LISTENS, PUBLISHES
 from tb3_labs.marking.ros_types import Types
-from tb3_labs.ros.marking.waiting import wait, wait_until
+from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.testing.bounded_text import BoundedText
 
+#: The answers of a person.
+YES, NO = 'y', 'n'
+#: A question is asked so often until the answer is valid.
+TIMES = 3
 #: A person starts the node within this time [s]; the master is asked every LOOK.
 START_TIME = 300.0
 LOOK = 0.3
-#: How often the node is asked whether it is there [s].
+#: The node is asked whether it is there so often [s].
 WATCH = 0.05
 #: Nodes that listen to everything.
 LISTENERS = ('/record', '/rosbag', '/rviz', '/rqt', '/rostopic', '/play')
+
+
+class Person:
+    """The person at the bench: reads standard output, and answers by standard input."""
+
+    def __init__(self):
+        self._task = ''
+
+    @staticmethod
+    def tell(words):
+        """Say something."""
+        print(words, flush=True)
+
+    def have(self, task):
+        """Ask for something to be done with the node."""
+        self._task = task
+        self.tell('> ' + task)
+
+    def missed(self, question):
+        """Does the person deny it? Then the latest task is asked for again."""
+        if self.asks(question) != NO:
+            return False
+        self.have(self._task)
+        return True
+
+    def asks(self, question):
+        """YES, NO, or '' if there is no answer."""
+        return self._answer(question + ' [y/n] ', r'(y|yes|n|no)')[:1]
+
+    def number(self, question):
+        """A number that the person reads, as text; '' if there is none."""
+        return self._answer(question + ' [a number, or Enter] ', r'(-?\d+(\.\d+)?)?')
+
+    def _answer(self, question, form):
+        for _ in range(TIMES):
+            try:
+                if sys.stdin.isatty():
+                    termios.tcflush(sys.stdin, termios.TCIFLUSH)    # what was typed before
+                answer = input('? ' + question).strip().lower()
+            except EOFError:
+                print('(no answer)', flush=True)
+                return ''
+            if re.fullmatch(form, answer):
+                return answer
+        return ''
 
 
 class NotFound(Exception):
@@ -60,16 +112,17 @@ class RunningNode:
     def __init__(self, person, listens, drives, name, now):
         """`listens`: the topic that it listens to; `drives`: does it publish cmd_vel? `name`: its
         name, '' if any will do; `now()`: the observation's time [s]."""
-        self._person, self._now = person, now
+        self.person, self._now = person, now
         self._wanted = {(LISTENS, rospy.resolve_name(listens))}
         if drives:
             self._wanted.add((PUBLISHES, rospy.resolve_name(CMD_VEL)))
-        self._told = 'listens to ' + listens + (' and publishes ' + CMD_VEL) * drives
+        self._told = 'listens to {}{}'.format(
+            listens, (' and publishes ' + CMD_VEL) * drives)
         self._name = name and rospy.resolve_name(name)
         self._text, self._lock = BoundedText(), threading.Lock()
         self.runs = []
         self.alive = False
-        #: When it had ended, in the observation's time [s]; None while it runs.
+        #: When it had ended, in the observation's time [s].
         self.gone_at = None
         self.graph = Graph(Types())
         rospy.Subscriber('/rosout', Log, self._on_log, queue_size=100)
@@ -80,9 +133,9 @@ class RunningNode:
         """Its name; '' if there was none yet."""
         return next(iter(self.graph.names), '')
 
-    def is_it(self, sender):
+    def is_it(self, name, address=''):
         """Is this the name of the node?"""
-        return sender in self.graph.names
+        return name in self.graph.names
 
     def find(self):
         """Is there a node such as this? Then it is the one that is watched from now on.
@@ -100,7 +153,6 @@ class RunningNode:
         if not found:
             return False
         self.graph.names = set(found)
-        self.gone_at = None
         self.runs.append(Run(self._now(), ready=self._now()))
         self.alive = True
         return True
@@ -112,28 +164,30 @@ class RunningNode:
         """
         if arguments or listens:
             return False
-        if self.alive:
+        if self.alive or self.find():
             return True
-        if self.find():
-            return True
-        self._person.have('Start your node in its own terminal ({}).'.format(self._told))
-        return wait_until(self.find, START_TIME, LOOK)
+        self.person.have('Start your node in its own terminal ({}).'.format(self._told))
+        while not wait_until(self.find, START_TIME, LOOK):
+            if not self.person.missed('No such node runs. Did you start it?'):
+                return False
+        return True
 
     def stop(self):
         """It is the person's: it goes on."""
 
     def type(self, line):
-        """Have the person type a line, and Enter."""
-        self._person.have('In the terminal of your node: type {}, then Enter.'.format(line))
+        """Have the person type a line, and Enter; the Person."""
+        self.person.have('In the terminal of your node: type {}, then Enter.'.format(line))
+        return self.person
 
     @property
     def printed(self):
-        """How much is known that it printed: (characters, lines)."""
+        """The amount that it is known to have printed: (characters, lines)."""
         with self._lock:
             return self._text.length, self._text.lines
 
     def text_since(self, characters):
-        """What it printed after so many characters, as far as that is known."""
+        """The text after the first `characters` that it printed, as far as it is known."""
         with self._lock:
             return self._text.since(characters)
 
@@ -143,7 +197,7 @@ class RunningNode:
             self._text.append(text + '\n')
 
     def note(self):
-        """Note in the latest run what it printed."""
+        """Note its print in the latest run."""
         if self.runs:
             self.runs[-1].printed = str(self._text)
 
@@ -154,7 +208,7 @@ class RunningNode:
     def _watch(self):
         """Notice the node's end."""
         while not rospy.is_shutdown():
-            wait(WATCH)
+            time.sleep(WATCH)
             if self.alive and process_of(self.name) is None:
                 self.gone_at = self.runs[-1].end = self._now()
                 self.runs[-1].ended_by_itself = True

@@ -1,4 +1,4 @@
-"""The checkoff at the bench: criteria that fall while a person works with the node that runs.
+"""The checkoff at the bench: criteria are judged while a person works with the node that runs.
 
 Headings are those of the IMU in [deg], 0 to 360.
 """
@@ -10,10 +10,10 @@ from typing import (Deque, Dict, FrozenSet, Iterable, List, Mapping, NamedTuple,
 from tb3_labs.marking import gamepad, move2goal
 from tb3_labs.marking.criteria import Criterion, Outcome, Verdict, judge
 from tb3_labs.marking.observation import Observation, Scene
-from tb3_labs.marking.turning import LEFT, RIGHT
+from tb3_labs.marking.turn import LEFT, RIGHT
 
-#: Where a turn across the jump of the heading begins at least so far beyond the quadrant's begin
-#: that it has jumped well before its end [deg].
+#: A turn across the jump of the heading begins at least so far beyond the quadrant's begin, so that
+#: the heading has jumped well before the end of the turn [deg].
 MARGIN = 20.0
 #: The turns of the IMU lab by the quadrant where they begin; those across a jump need the margin.
 BY_QUADRANT: Sequence[Mapping[str, str]] = (
@@ -22,14 +22,14 @@ BY_QUADRANT: Sequence[Mapping[str, str]] = (
 
 
 class Question(NamedTuple):
-    """What a person is asked about a stimulus, and the text that a yes stands for."""
+    """A question to a person about a stimulus, and the text that a yes stands for."""
 
     stimulus: str
     words: str
     text: str
 
 
-#: What only a person sees: the criteria by what a node prints. Name of the criterion -> Question.
+#: A person alone sees what a node prints. Name of the criterion that is judged by it -> Question.
 QUESTIONS = {
     'says_reached': Question(move2goal.AT_GOAL, 'Did it print "Goal reached!", once?',
                              'Goal reached!'),
@@ -47,7 +47,7 @@ class Pending(Exception):
 
 
 class _SoFar(Observation):
-    """An Observation to which more may be added: what is missing may come."""
+    """An Observation to which more may be added: a stimulus that is missing may come."""
 
     def has(self, name: str) -> bool:
         if not super().has(name):
@@ -60,36 +60,36 @@ class _SoFar(Observation):
         return super().during(name, may_die)
 
 
-class Falling:
-    """The verdicts on the criteria of these parts, each as soon as it cannot change any more."""
+class OpenCriteria:
+    """The criteria of these parts; each is judged as soon as its verdict cannot change any more."""
 
     def __init__(self, criteria: Iterable[Criterion], worth: Mapping[str, float],
                  parts: Sequence[str]) -> None:
         self._open = [criterion for criterion in criteria if criterion.part in parts]
         self._worth = worth
-        #: Those that have fallen.
+        #: The verdicts so far.
         self.verdicts: List[Verdict] = []
 
     def look(self, observation: Observation) -> List[Verdict]:
-        """The verdicts that fall now, in the middle of a part."""
+        """The verdicts that are certain now, in the middle of a part."""
         so_far = _SoFar(**{item.name: getattr(observation, item.name)
                            for item in fields(observation)})
-        return self._fall(so_far, self._open, asked=True)
+        return self._judge(so_far, self._open, asked=True)
 
     def questions(self, observation: Observation, part: str) -> List[Question]:
-        """What is to be asked before a part ends: of criteria that did not fall, since it is not
-        known all that the node printed."""
+        """The questions before a part ends, one for each open criterion about the print of the
+        node, which is not fully known."""
         return [QUESTIONS[criterion.name] for criterion in self._open
                 if criterion.part == part and criterion.name in QUESTIONS
                 and observation.has(QUESTIONS[criterion.name].stimulus)]
 
     def end(self, observation: Observation, part: str) -> List[Verdict]:
-        """The verdicts that fall at the end of a part."""
-        return self._fall(observation, [c for c in self._open if c.part == part])
+        """The verdicts on the open criteria of a part at its end."""
+        return self._judge(observation, [c for c in self._open if c.part == part])
 
-    def _fall(self, observation, criteria, asked=False):
+    def _judge(self, observation, criteria, asked=False):
         """`asked`: is a person asked before a criterion of QUESTIONS is missed?"""
-        fallen = []
+        judged = []
         for criterion in list(criteria):
             try:
                 verdict, = judge([criterion], observation, self._worth)
@@ -97,10 +97,10 @@ class Falling:
                 continue
             if asked and criterion.name in QUESTIONS and verdict.outcome is Outcome.MISSED:
                 continue
-            fallen.append(verdict)
+            judged.append(verdict)
             self._open.remove(criterion)
-        self.verdicts += fallen
-        return fallen
+        self.verdicts += judged
+        return judged
 
     @property
     def graded(self) -> List[Verdict]:
@@ -109,22 +109,22 @@ class Falling:
 
     @property
     def all_met(self) -> bool:
-        """Has each of the handout's criteria fallen, and is it met?"""
+        """Was each of the handout's criteria judged, and is it met?"""
         return bool(self.graded) and all(
             verdict.outcome is Outcome.MET for verdict in self.graded) and not any(
             not criterion.extra for criterion in self._open)
 
     @property
     def points(self) -> Tuple[float, float]:
-        """(points that were earned, full marks); those of criteria that did not fall count."""
+        """(points that were earned, full marks); the points of open criteria count."""
         return (sum(verdict.points for verdict in self.verdicts),
                 sum(verdict.worth for verdict in self.graded)
                 + sum(self._worth[c.name] for c in self._open if not c.extra))
 
 
 class Next(NamedTuple):
-    """The next turn to ask for: what to type, and the stimulus that it is; '' if it only leads to
-    where the next one begins."""
+    """The next turn to ask for: the letter to type, and its stimulus; '' if it only leads to the
+    begin of the next one."""
 
     typed: str
     name: str

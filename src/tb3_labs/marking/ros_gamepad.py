@@ -1,32 +1,58 @@
 """How a gamepad node is tried out: the stage is the pad, and offers the reset."""
+import time
 from contextlib import closing
+from pathlib import Path
 
 import rospkg
 import rospy
+import yaml
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
 
 from tb3_labs.marking import gamepad as asked
 from tb3_labs.marking.gamepad import HELD, RESET_TIME, SAYS
-from tb3_labs.marking.topics import CTRL_RELINQ, JOY
-from tb3_labs.ros.marking.any_service import AnyService, packages_with_services
-from tb3_labs.ros.marking.hand import Hand
-from tb3_labs.ros.marking.reset_caller import NAMES
-from tb3_labs.ros.marking.waiting import wait, wait_until
+from tb3_labs.marking.observation import CTRL_RELINQ, JOY
+from tb3_labs.marking.ros_interface import NAMES, AnyService, packages_with_services
+from tb3_labs.marking.ros_robot import Repeater
+from tb3_labs.nodes.pad_config import PadConfig
+from tb3_labs.ros.clocks import wait_until
 
-#: How many a pad has; those that have no job stay zero.
+#: The numbers of axes and buttons of a pad; those without a function stay zero.
 AXES, BUTTONS = 8, 11
 #: How long a button is pressed, and how long Y is held [s].
 PRESS, HOLD = 0.15, 0.6
-#: What a node prints and publishes after an answer arrives within this time [s].
+#: The print and the messages of a node after an answer arrive within this time [s].
 UNDER_WAY = 0.3
 #: A node that has not begun to drive within this time does not [s].
 REACTION = 1.5
 #: A drive has lasted this long before something happens to it [s].
 WELL_UNDER_WAY = 0.4
+#: The pad that is played if none is named.
+HANDOUT = 'handout'
+#: Its numbers, as gamepad.launch loads them.
+FILE = 'pad_{}.yaml'
 
 
-class Pad(Hand):
+def pad_called(name):
+    """The PadConfig of a pad; ``ValueError`` with the valid names for an unknown one."""
+    folder = Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch' / 'params'
+    before, after = FILE.split('{}')
+    known = sorted(path.name[len(before):-len(after)] for path in folder.glob(FILE.format('*')))
+    if name not in known:
+        raise ValueError('there is no pad {!r}; valid: {}'.format(name, ', '.join(known)))
+    return PadConfig(**yaml.safe_load((folder / FILE.format(name)).read_text(encoding='utf-8')))
+
+
+def pad_in_words(name):
+    """A sentence: the pad, and the numbers of its sticks and buttons."""
+    pad = pad_called(name)
+    return ('The pad was "{}": axis {} drives, axis {} turns; button {} is A, {} is B, '
+            '{} is Y.').format(
+        name, pad.linear_axis, pad.angular_axis, pad.relinquish_button, pad.regain_button,
+        pad.reset_button)
+
+
+class HeldPad(Repeater):
     """The hand on the gamepad; the sticks are in their middle at first."""
 
     def __init__(self, numbers):
@@ -44,12 +70,18 @@ class Pad(Hand):
         self._axes[self.numbers.angular_axis] = left
         self._show()
 
+    def push(self, forward=0.0, left=0.0):
+        """Hold the sticks in their middle until the node heard it, then there."""
+        self.sticks()
+        self.wait_until_heard()
+        self.sticks(forward, left)
+
     def press(self, button, seconds=PRESS):
         """Press a button for this time [s], and let it go."""
-        for down, time in ((1, seconds), (0, PRESS)):
+        for down, held in ((1, seconds), (0, PRESS)):
             self._buttons[button] = down
             self._show()
-            wait(time)
+            time.sleep(held)
 
     def _show(self):
         self.hold(Joy(axes=list(self._axes), buttons=list(self._buttons)))
@@ -65,51 +97,48 @@ def _stick_up(stage, pad, name):
     """The stimulus of the left stick up, then in its middle again."""
     with stage.stimulus(name):
         pad.sticks(1.0)
-        wait(HELD)
+        time.sleep(HELD)
     pad.sticks()
-    wait(UNDER_WAY)
+    time.sleep(UNDER_WAY)
 
 
 def sticks(stage):
-    """What the sticks command."""
+    """The sticks at several places."""
     with _reset_service(stage):
         if not stage.node.start():
             return
-        with Pad(stage.pad) as pad:
+        with HeldPad(stage.pad) as pad:
             for name, place in asked.PLACES.items():
                 with stage.stimulus(name):
                     pad.sticks(*place)
-                    wait(HELD)
+                    time.sleep(HELD)
 
 
-def buttons(stage):
-    """A, the sticks, B, the sticks, Y; Ctrl+C while a stick drives."""
+def _ctrl_c(stage, pad):
+    stage.ctrl_c_in_motion(lambda: _start_driving(stage, pad))
+
+
+def buttons(stage, ctrl_c=_ctrl_c):
+    """A, the sticks, B, the sticks, Y; then ``ctrl_c(stage, pad)``, while a stick drives."""
     with _reset_service(stage) as service:
         if not stage.node.alive and not stage.node.start():
             return
-        with Pad(stage.pad) as pad:
+        with HeldPad(stage.pad) as pad:
             _hand_over(stage, pad)
             with stage.stimulus(asked.RESET) as record:
                 pad.press(pad.numbers.reset_button, HOLD)
                 wait_until(lambda: service.calls, RESET_TIME - HOLD)
-                wait(UNDER_WAY)
+                time.sleep(UNDER_WAY)
                 record.facts.update({asked.CALLS: len(service.calls),
                                      asked.ORIGIN: all(service.calls)})
-            stage.ctrl_c_in_motion(lambda: _start_driving(stage, pad))
+            ctrl_c(stage, pad)
 
 
 def _start_driving(stage, pad):
     """Have the node drive by the stick; returns as Stage.set_in_motion()."""
     pad.sticks()
-    return stage.set_in_motion(lambda: stage.node.alive, lambda: _push(pad), REACTION,
+    return stage.set_in_motion(lambda: stage.node.alive, lambda: pad.push(1.0), REACTION,
                                WELL_UNDER_WAY)
-
-
-def _push(pad):
-    """The stick in the middle until the node heard it, then up."""
-    pad.sticks()
-    pad.wait_until_heard()
-    pad.sticks(1.0)
 
 
 def _hand_over(stage, pad):
@@ -119,7 +148,7 @@ def _hand_over(stage, pad):
     with stage.stimulus(asked.HAND_OVER) as record:
         pad.press(pad.numbers.relinquish_button)
         wait_until(lambda: True in said, SAYS)
-        wait(UNDER_WAY)
+        time.sleep(UNDER_WAY)
         latecomer = rospy.Subscriber(CTRL_RELINQ, Bool, late.append)
         record.facts.update({asked.LATCHED: wait_until(lambda: late, SAYS),
                              asked.RELINQUISHED: said[-1] if said else None})
@@ -130,7 +159,7 @@ def _hand_over(stage, pad):
         wait_until(lambda: said and not said[-1], SAYS)
         record.facts[asked.RELINQUISHED] = said[-1] if said else None
     listener.unregister()
-    wait(UNDER_WAY)
+    time.sleep(UNDER_WAY)
     _stick_up(stage, pad, asked.UP_TAKEN_BACK)
 
 
@@ -138,15 +167,15 @@ def no_service(stage):
     """Y while nobody offers a reset, and a stick right after it."""
     if not stage.node.start():
         return
-    with Pad(stage.pad) as pad, stage.stimulus(asked.RESET_WITHOUT_SERVICE):
+    with HeldPad(stage.pad) as pad, stage.stimulus(asked.RESET_WITHOUT_SERVICE):
         pad.press(pad.numbers.reset_button)
         pad.sticks(1.0)
-        wait(RESET_TIME)
+        time.sleep(RESET_TIME)
 
 
 def lost(stage):
     """The pad falls silent while it drives."""
-    with Pad(stage.pad) as pad:
+    with HeldPad(stage.pad) as pad:
         moving = _start_driving(stage, pad)
         if moving is not None:
             stage.falls_silent(asked.PAD_SILENT, moving, pad.silence)

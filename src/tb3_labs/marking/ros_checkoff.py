@@ -1,21 +1,32 @@
-"""A checkoff: the parts of a lab, one after the other, with the node that runs."""
+"""A checkoff: the parts of a lab, one after the other, with a node that a person has started.
+
+Nothing here starts a robot or a node, and nothing leaves a robot moving.
+"""
+import signal
+import subprocess
+
 import rosgraph
 import rospy
+from roslib.packages import find_node
 
-from tb3_labs.marking.bench import Falling
+from tb3_labs.marking.checkoff import OpenCriteria
 from tb3_labs.marking.labs import IMU, LABS
-from tb3_labs.marking.topics import IMU as IMU_TOPIC
-from tb3_labs.marking.topics import ODOM, TRUTH
-from tb3_labs.ros.marking.bench.running_node import NotFound, package_of, process_of
-from tb3_labs.ros.marking.bench.scripts import PARTS, PLAYED, RELEASES
-from tb3_labs.ros.marking.bench.stage import BenchStage
+from tb3_labs.marking.observation import IMU as IMU_TOPIC
+from tb3_labs.marking.observation import ODOM, TRUTH, Observation
+from tb3_labs.marking.ros_bench import PARTS, PLAYED, RELEASES
+from tb3_labs.marking.ros_robot import Recorder
+from tb3_labs.marking.ros_running_node import YES, NotFound, RunningNode, package_of, process_of
+from tb3_labs.marking.ros_stage import Stage
+from tb3_labs.report.messages import RECORDED
 
 #: Stands for a package that is not known.
 UNKNOWN = 'unknown'
+#: The bag is closed within this time [s].
+CLOSING = 10.0
 
 
 class Impossible(Exception):
-    """There can be no checkoff now; the text says why, and what to do."""
+    """There can be no checkoff now; the text is the reason, and the remedy."""
 
 
 def parts_of(lab, given):
@@ -35,29 +46,27 @@ def parts_of(lab, given):
 class Checkoff:
     """One node, judged while it runs."""
 
-    def __init__(self, lab, parts, worth, node, person):
-        """`worth`: criterion -> points; `node`: its name, '' if any will do. ``Impossible`` if
-        there is no robot, or somebody else plays what is played here."""
+    def __init__(self, lab, parts, worth, name, person):
+        """`worth`: criterion -> points; `name`: that of the node, '' if any will do. ``Impossible``
+        if there is no robot, or somebody else plays the part of this program."""
         self._lab, self._parts, self._person = lab, parts, person
-        self._falling = Falling(LABS[lab].criteria, worth, parts)
+        self._open = OpenCriteria(LABS[lab].criteria, worth, parts)
         self.has_truth = self._look_round()
-        self._stage = BenchStage(lab, LABS[lab].listens, lab != IMU, node, self.has_truth, person,
-                                 lambda observation: self._say(self._falling.look(observation)))
+        self._observation = Observation(lab, '')
+        self.node = RunningNode(person, LABS[lab].listens, lab != IMU, name, lambda: recorder.now)
+        recorder = Recorder(self._observation, self.node.is_it, self.has_truth)
+        self._stage = Stage(self._observation, recorder, self.node,
+                           lambda seen: self._say(self._open.look(seen)))
 
     @property
     def all_met(self):
         """Is each criterion of the handout met?"""
-        return self._falling.all_met
+        return self._open.all_met
 
     @property
     def points(self):
         """(points that were earned, full marks of these parts)."""
-        return self._falling.points
-
-    @property
-    def node(self):
-        """The node's name, '' if there was none."""
-        return self._stage.node.name
+        return self._open.points
 
     def run(self):
         """Try all parts; whatever happens, nothing is held afterwards.
@@ -65,16 +74,16 @@ class Checkoff:
         ``Impossible`` if it cannot be told which node is meant.
         """
         try:
-            if not self._stage.node.start():
+            if not self.node.start():
                 raise Impossible('no node came that could be judged')
-            self._stage.observation.node = '{}/{}'.format(
-                package_of(self.node) or UNKNOWN, self.node.rsplit('/', 1)[-1])
+            self._observation.node = '{}/{}'.format(
+                package_of(self.node.name) or UNKNOWN, self.node.name.rsplit('/', 1)[-1])
             for part in self._parts:
                 self._person.tell('\n{}'.format(part.capitalize()))
                 self._stage.keep()
                 PARTS[self._lab][part](self._stage)
                 self._ask(part)
-                self._say(self._falling.end(self._stage.observation, part))
+                self._say(self._open.end(self._observation, part))
         except NotFound as reason:
             raise Impossible(str(reason)) from None
         except rospy.ROSException as problem:
@@ -83,11 +92,10 @@ class Checkoff:
             self._let_go()
 
     def _ask(self, part):
-        """Ask what the node printed, as far as that is not known."""
-        observation = self._stage.observation
-        for question in self._falling.questions(observation, part):
-            if self._person.confirms(question.words):
-                for stimulus in observation.stimuli:
+        """Ask for the print of the node, as far as it is not known."""
+        for question in self._open.questions(self._observation, part):
+            if self._person.asks(question.words) == YES:
+                for stimulus in self._observation.stimuli:
                     if stimulus.name == question.stimulus:
                         stimulus.printed += '\n' + question.text
 
@@ -96,7 +104,7 @@ class Checkoff:
             self._person.tell(verdict.line)
 
     def _look_round(self):
-        """Does the robot that runs say its true pose?"""
+        """Does the robot that runs publish its true pose?"""
         publishers = {topic: names for topic, names in rosgraph.Master(
             rospy.get_name()).getSystemState()[0]}
 
@@ -114,7 +122,31 @@ class Checkoff:
         return bool(nodes(TRUTH))
 
     def _let_go(self):
-        """Release what was held: the mouse, the pad, the control."""
+        """Release the mouse, the pad, the control."""
         for topic in {PLAYED.get((self._lab, part)) for part in self._parts} - {None}:
-            if self._stage.node.alive:
+            if self.node.alive:
                 RELEASES[topic](self._stage)
+
+
+class Bag:
+    """The bag of a checkoff, which lab_report.py reads; `path` is None if rosbag is not there."""
+
+    def __init__(self, path):
+        """`path`: of the bag."""
+        found = find_node('rosbag', 'record')
+        self.path = path if found else None
+        self._process = subprocess.Popen(
+            [found[0], '--quiet', '-O', str(path)] + [rospy.resolve_name(t) for t in RECORDED],
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            start_new_session=True) if found else None
+
+    def close(self):
+        """Record no more."""
+        if self._process is None:
+            return
+        self._process.send_signal(signal.SIGINT)
+        try:
+            self._process.wait(CLOSING)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()

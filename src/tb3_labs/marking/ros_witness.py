@@ -1,4 +1,4 @@
-"""Watches for what a node has no business with, and notes it for the instructor.
+"""Watches for things that are not the business of a node, and notes them for the instructor.
 
 Before the node starts, only the robot, the marker and the master are there: every other name, and
 every other address, is the student's.
@@ -13,8 +13,8 @@ from dynamic_reconfigure.srv import Reconfigure
 from std_msgs.msg import Empty
 
 from tb3_labs.marking import conduct
-from tb3_labs.marking.topics import RESET, TRUTH
-from tb3_labs.ros.marking.robot_hand import ROBOT
+from tb3_labs.marking.observation import RESET, TRUTH
+from tb3_labs.marking.ros_robot import ROBOT
 from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.topics import subscribe
 
@@ -26,16 +26,6 @@ PERIOD = 1.0
 KINDS = 'bools', 'ints', 'strs', 'doubles'
 #: The robot's settings are set back no more often than this.
 MOST_REPAIRS = 20
-
-
-class NoWitness:
-    """Notes nothing: the person at the bench sees what happens."""
-
-    def look(self):
-        """Nothing."""
-
-    def end(self):
-        """Nothing."""
 
 
 class Witness:
@@ -112,7 +102,7 @@ class Witness:
             self._observation.note(conduct.reset(connection_of(message).get('callerid', '')))
 
     def _on_settings(self, message):
-        """Set back what the marker did not change."""
+        """Set back the settings that the marker did not change."""
         now = {item.name: item.value
                for item in message.bools + message.ints + message.strs + message.doubles}
         if self._settings is None:
@@ -134,7 +124,7 @@ class Witness:
                 if item.name in self._settings and item.name not in conduct.SWITCHES]
 
     def _on_shutdown(self):
-        """A marker that is ended hears no more: what it would observe from now on is not true."""
+        """A marker that is ended hears no more: its observation from now on would not be true."""
         if not self._over.is_set():
             self._observation.note(conduct.ended('marker'))
             self._keep()

@@ -1,54 +1,45 @@
-"""The stage on which a node is tried out: one robot, one node at a time, and what is observed.
+"""The stage on which a node is tried out: one robot, one node, and the Observation of it.
 
-A lab's script acts on `node` and `robot` within a :meth:`Stage.stimulus`, and looks at `recorder`.
+The script of a lab's part acts on `node` and `robot` within a :meth:`Stage.stimulus`, and looks at
+`recorder`. The node is a StudentNode, which the stage starts and ends, or a RunningNode.
 """
+import time
 from contextlib import contextmanager
 
-from tb3_labs.marking.life import (CTRL_C, ENDING, SIGNAL, STOPPING, TOOK,
-                                   tracebacks_before_the_end)
+from tb3_labs.marking import ros_gamepad, ros_move2goal, ros_turn
+from tb3_labs.marking.criteria import (CTRL_C, ENDING, SIGNAL, STOPPING, TOOK,
+                                       tracebacks_before_the_end)
+from tb3_labs.marking.labs import GAMEPAD, IMU, LABS, MOVE2GOAL, TURN
 from tb3_labs.marking.observation import WAS_MOVING, Observation, Stimulus
+from tb3_labs.marking.ros_robot import Recorder, RobotHand
+from tb3_labs.marking.ros_student_node import StudentNode
+from tb3_labs.marking.ros_witness import Witness
 from tb3_labs.nodes.pad_config import PadConfig
-from tb3_labs.ros.marking.recorder import Recorder
-from tb3_labs.ros.marking.robot_hand import RobotHand
-from tb3_labs.ros.marking.student_node import StudentNode
-from tb3_labs.ros.marking.waiting import wait, wait_until
-from tb3_labs.ros.marking.witness import Witness
+from tb3_labs.ros.clocks import wait_until
 
 #: An input or a sensor is silent for this time, LOST and a margin [s].
 SILENCE = 1.5
-#: What a node sends at its end arrives within this time [s].
+#: The messages that a node sends at its end arrive within this time [s].
 UNDER_WAY = 0.2
+#: A person does what is asked within this time [s].
+PATIENCE = 60.0
+#: lab -> part -> its script, given a Stage
+SCRIPTS = {IMU: ros_turn.EXERCISE_PARTS, TURN: ros_turn.PARTS, MOVE2GOAL: ros_move2goal.PARTS,
+           GAMEPAD: ros_gamepad.PARTS}
 
 
 class Stage:
-    """One robot, one node at a time, and the Observation of it."""
+    """One robot, one node, and the Observation of it."""
 
-    def __init__(self, lab, package, executable, listens, keep=lambda observation: None,
-                 pad=PadConfig(), tell=lambda words: None):
-        """`listens`: the topic that a node must listen to in order to be ready; `keep` is called
-        with the Observation whenever something was completed; `pad`: the PadConfig of the gamepad
-        that is played; `tell` hears what is tried now, in words."""
-        self.observation = Observation(lab, '{}/{}'.format(package, executable))
-        self._keep, self._tell, self._part = keep, tell, ''
-        self.pad = pad
-        self.recorder = self.make_recorder()
-        self.robot = RobotHand(self.recorder)
-        self.node = self.make_node(package, executable, listens)
-        self.observation.runs = self.node.runs
-        self.witness = self.make_witness()
-
-    def make_recorder(self):
-        """The Recorder of this stage."""
-        return Recorder(self.observation)
-
-    def make_witness(self):
-        """The Witness of this stage."""
-        return Witness(self.observation, self.recorder.robot,
-                       lambda: self.recorder.hand_to(self._keep))
-
-    def make_node(self, package, executable, listens):
-        """The StudentNode of this stage."""
-        return StudentNode(package, executable, listens, lambda: self.recorder.now, self.keep)
+    def __init__(self, observation, recorder, node, keep, witness=None, pad=PadConfig(),
+                 tell=lambda words: None):
+        """``keep(observation)`` is called whenever something was completed; `witness`: a Witness
+        that looks before; `pad`: the PadConfig of the gamepad that is played; ``tell(words)`` hears
+        what is tried now."""
+        self.observation, self.recorder, self.node = observation, recorder, node
+        self.robot, self.pad = RobotHand(recorder), pad
+        self._keep, self._witness, self._tell, self._part = keep, witness, tell, ''
+        observation.runs, node.on_end = node.runs, self.keep
 
     def begin(self, part):
         """A part of the lab begins."""
@@ -57,8 +48,8 @@ class Stage:
 
     @contextmanager
     def stimulus(self, name, facts=None):
-        """Something that is done to the node: what happens within is recorded under `name`, with
-        these `facts` and those that the block adds."""
+        """Something that is done to the node: its behaviour within the block is recorded under
+        `name`, with these `facts` and those that the block adds."""
         self._tell('{}: {}'.format(self._part, name))
         record = Stimulus(name, self.recorder.now, facts=dict(facts or {}))
         characters, lines = self.node.printed
@@ -84,17 +75,24 @@ class Stage:
     def keep(self):
         """Hand the Observation on as it is now."""
         self.node.note()
-        self.witness.look()
+        if self._witness is not None:
+            self._witness.look()
         self.recorder.hand_to(self._keep)
 
     # -- patterns that several labs use
 
     def moves_after(self, act, seconds):
         """Do `act()`; True as soon as the node commands a movement, False after this time [s] or
-        at its end."""
+        at its end. If `act()` returns a Person, that person was asked to do it: it takes longer,
+        and is asked for again if it was missed."""
         begun = self.recorder.now
-        act()
-        wait_until(lambda: self.recorder.moves(begun) or not self.node.alive, seconds)
+
+        def is_over():
+            return self.recorder.moves(begun) or not self.node.alive
+        person = act()
+        while not wait_until(is_over, seconds + (PATIENCE if person else 0.0)):
+            if person is None or not person.missed('The robot was not driven. Did you type it?'):
+                break
         return self.recorder.moves(begun)
 
     def set_in_motion(self, is_ready, act, reaction, well_under_way):
@@ -108,7 +106,7 @@ class Stage:
             if not is_ready() and not self.node.start():
                 return None
             if self.moves_after(act, reaction):
-                wait(well_under_way)
+                time.sleep(well_under_way)
                 return self.node.alive
             self.node.stop()        # whatever was done to it before may be the reason
         return False if self.node.start() else None
@@ -117,7 +115,7 @@ class Stage:
         """The stimulus of a sensor or an input that sends no more after `silence()`."""
         with self.stimulus(name, {WAS_MOVING: was_moving}):
             silence()
-            wait(SILENCE)
+            time.sleep(SILENCE)
 
     def sensor_falls_silent(self, name, was_moving, switch):
         """The stimulus of a sensor of the robot that its setting `switch` makes silent."""
@@ -138,16 +136,41 @@ class Stage:
             begin = self.recorder.now
             self.ctrl_c(name, moving)
             if any(not (linear or angular)
-                   for time, linear, angular in self.recorder.commands_since(begin)
-                   if time <= begin + STOPPING):
+                   for at, linear, angular in self.recorder.commands_since(begin)
+                   if at <= begin + STOPPING):
                 return
 
     def ctrl_c(self, name=CTRL_C[0], was_moving=False):
-        """Ctrl+C, and what comes of it; the node has ended afterwards."""
+        """Ctrl+C, and the node's end; the node has ended afterwards."""
         with self.stimulus(name, {WAS_MOVING: was_moving}) as record:
             begin = self.recorder.now
             ended = self.node.interrupt(ENDING)
             record.facts[TOOK] = self.recorder.now - begin if ended else None
             record.facts[SIGNAL] = max(0, -self.node.status) if ended else 0
-            wait(UNDER_WAY)
+            time.sleep(UNDER_WAY)
         self.node.stop()
+
+
+def try_out(lab, package, executable, parts=(), keep=lambda observation: None,
+            pad=PadConfig(), tell=lambda words: None):
+    """The Observation of a node that is started, of these parts of its lab, or of all if none are
+    given. The other arguments are those of Stage."""
+    observation = Observation(lab, '{}/{}'.format(package, executable))
+    recorder = Recorder(observation)
+    witness = Witness(observation, recorder.robot, lambda: recorder.hand_to(keep))
+    node = StudentNode(package, executable, LABS[lab].listens, lambda: recorder.now)
+    stage = Stage(observation, recorder, node, keep, witness, pad, tell)
+    try:
+        for name, act in SCRIPTS[lab].items():
+            if not parts or name in parts:
+                stage.begin(name)
+                act(stage)
+    except Exception as problem:
+        # what was not tried must not look as if the node had failed it
+        observation.broken = '{}: {}'.format(type(problem).__name__, problem)
+        stage.keep()
+        raise
+    finally:
+        stage.node.stop()
+        witness.end()
+    return observation

@@ -1,0 +1,229 @@
+"""The scripts of a checkoff: each part of a lab with a node that a person has started and types to.
+
+They are those of the marking, except that a turn begins wherever the robot stands, and that the
+person presses Ctrl+C.
+"""
+import math
+import time
+
+import rospy
+from sensor_msgs.msg import Imu
+
+from tb3_labs.geometry.angles import difference_degrees
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.marking import gamepad as asked_gamepad
+from tb3_labs.marking import imu as asked_imu
+from tb3_labs.marking import move2goal as asked_move2goal
+from tb3_labs.marking import ros_gamepad, ros_move2goal, ros_turn
+from tb3_labs.marking import turn as asked_turn
+from tb3_labs.marking.checkoff import MARGIN, next_turn
+from tb3_labs.marking.criteria import CTRL_C, SIGNAL, STOPPING, TOOK, TRACEBACK
+from tb3_labs.marking.labs import GAMEPAD, IMU, MOVE2GOAL, TURN
+from tb3_labs.marking.observation import CTRL_RELINQ
+from tb3_labs.marking.observation import IMU as IMU_TOPIC
+from tb3_labs.marking.observation import JOY, MOUSE_INFO, MOVED, WAS_MOVING, Stimulus
+from tb3_labs.marking.ros_interface import ResetCaller
+from tb3_labs.marking.ros_running_node import NO, YES
+from tb3_labs.marking.ros_stage import PATIENCE, UNDER_WAY
+from tb3_labs.ros.clocks import wait_until
+from tb3_labs.ros.conversions import to_imu_sample
+
+#: A person turns no more often than this; after so many turns the margin is given up.
+MOST_TURNS, WITH_MARGIN = 20, 5
+#: A person has typed something, and the node has answered, within this time [s].
+ANSWER = 4.0
+#: A node that commanded a movement so shortly before its end was ended in that movement [s].
+IN_MOTION = 0.5
+#: The stick of a robot that turns slowly until Ctrl+C.
+SLOWLY = 0.3
+#: The sticks are in their middle, and the control is taken, for this time at the end [s].
+RELEASE = 0.4
+
+
+# ----- Ctrl+C by the person -----
+
+def person_ends(stage, task, goodbye='', set_in_motion=None):
+    """Have the person end the node by Ctrl+C.
+
+    `task`: the words to the person; `goodbye`: the last line of the node; ``set_in_motion()`` is
+    called before, and the node is ended again if the robot did not move then. None: it need not.
+    """
+    for name in CTRL_C:
+        if not stage.node.start() or not _ended(stage, name, task, goodbye, set_in_motion):
+            return
+        if set_in_motion is None or stage.observation.stimuli[-1].facts[WAS_MOVING]:
+            return
+        stage.node.person.tell('  The robot was not moving when the node ended.')
+
+
+def _ended(stage, name, task, goodbye, set_in_motion):
+    """The stimulus of a Ctrl+C, whose moment is known from its consequences; False if the person
+    does not press it."""
+    node, recorder = stage.node, stage.recorder
+    answer = NO
+    while answer == NO:
+        if set_in_motion is not None:
+            set_in_motion()
+        asked, (characters, lines) = recorder.now, node.printed
+        node.person.have(task)
+        answer = YES if wait_until(lambda: not node.alive, PATIENCE) else node.person.asks(
+            'The node still runs. Did you press Ctrl+C?')
+    if answer != YES:
+        return False
+    ended = not node.alive
+    time.sleep(UNDER_WAY)
+    gone = node.gone_at if ended else recorder.now
+    moving = [at for at, linear, angular in recorder.commands_since(asked) if linear or angular]
+    in_motion = bool(moving) and gone - moving[-1] < IN_MOTION
+    begin = moving[-1] if in_motion else max(asked, gone - STOPPING)
+    _ask_for_the_end(node, characters, goodbye if name == CTRL_C[0] else '', ended)
+    stage.observation.stimuli.append(Stimulus(
+        name, begin, recorder.now, node.text_since(characters), node.printed[1] - lines, ended,
+        {WAS_MOVING: in_motion, TOOK: gone - begin if ended else None, SIGNAL: 0}))
+    node.runs[-1].ended_by_itself = False
+    stage.keep()
+    return True
+
+
+def _ask_for_the_end(node, characters, goodbye, ended):
+    """Ask for the last lines of the node."""
+    if goodbye and goodbye not in node.text_since(characters) and node.person.asks(
+            'Did it print "{}"?'.format(goodbye)) == YES:
+        node.attest(goodbye)
+    if ended and node.person.asks('Did it end without a traceback in its terminal?') == NO:
+        node.attest(TRACEBACK)
+
+
+# ----- the scripts that differ from those of the marking -----
+
+def imu_heading_deg():
+    """The heading that the IMU says now, 0 to 360 [deg]. ``rospy.ROSException`` if it is silent."""
+    sample = to_imu_sample(rospy.wait_for_message(IMU_TOPIC, Imu, timeout=5.0))
+    return math.degrees(sample.yaw) % 360.0
+
+
+def turns(stage):
+    """The turns, by the shortest way through all headings where they jump; nonsense."""
+    left, in_vain, step = set(asked_turn.EACH_TURN), 0, None
+    for number in range(MOST_TURNS):
+        if not stage.node.start():
+            return
+        step = next_turn(imu_heading_deg(), left, MARGIN if number < WITH_MARGIN else 0.0, step)
+        if step is None or in_vain == 2:
+            break
+        left.discard(step.name)
+        if step.name:
+            ros_turn.try_turn(stage, step.name, step.typed)
+            moved = stage.observation.stimuli[-1].facts[MOVED]
+        else:
+            stage.node.person.tell('  (This one leads to where the heading jumps.)')
+            moved, _ = ros_turn.turn_once(stage, step.typed)
+        in_vain = 0 if moved else in_vain + 1
+    if stage.node.start():
+        _nonsense(stage)
+
+
+def _nonsense(stage):
+    with stage.stimulus(asked_turn.NONSENSE):
+        characters, _ = stage.node.printed
+        stage.node.type(asked_turn.TYPED_NONSENSE)
+        if not wait_until(lambda: asked_turn.names_valid_inputs(
+                stage.node.text_since(characters)), ANSWER):
+            if stage.node.person.asks(
+                    'Did it answer by an error that names both valid inputs?') == YES:
+                stage.node.attest('l, r')
+
+
+def turn_shutdown(stage):
+    """Ctrl+C in a turn."""
+    person_ends(stage, 'In the terminal of your node: type l, then Enter, and press Ctrl+C at '
+                'once, while it turns.', asked_turn.GOODBYE, lambda: None)
+
+
+def heading(stage):
+    """The robot is turned, the node only says where it looks; Ctrl+C."""
+    if not stage.node.start():
+        return
+    person = stage.node.person
+    person.tell('  The robot turns on the spot now: keep clear of it.')
+    for name, degrees in asked_imu.STANDS.items():
+        stage.robot.face(stage.recorder.heading_deg
+                         + difference_degrees(degrees, imu_heading_deg()))
+        with stage.stimulus(name, {asked_imu.HEADING_DEG: imu_heading_deg()}):
+            characters, _ = stage.node.printed
+            if not wait_until(lambda: asked_imu.headings(stage.node.text_since(characters)), 1.0):
+                said = person.number('Which heading does your node print now?')
+                if said:
+                    stage.node.attest('Current heading is {} degrees'.format(said))
+    person_ends(stage, 'Press Ctrl+C in the terminal of your node.', asked_imu.GOODBYE)
+
+
+def drive(stage):
+    """The frame is reset where the robot stands, if the node can; then as in the marking."""
+    ros_move2goal.Control(stage)
+    if not stage.node.start():
+        return
+    caller = ResetCaller(stage.node.graph)
+    if caller.found:
+        caller.call(Pose2())
+        stage.node.person.tell('  The frame was reset here. The robot drives about a metre now: '
+                               'keep clear of it.')
+    ros_move2goal.drive(stage)
+
+
+def control(stage):
+    """Control is taken in a drive; Ctrl+C in another."""
+    ros_move2goal.control_taken(stage, lambda stage, control: person_ends(
+        stage, 'Press Ctrl+C in the terminal of your node, while the robot drives.',
+        set_in_motion=control.start_driving))
+
+
+def buttons(stage):
+    """As in the marking; Ctrl+C while the robot turns on the spot."""
+    ros_gamepad.buttons(stage, lambda stage, pad: person_ends(
+        stage, 'Press Ctrl+C in the terminal of your node, while the robot turns.',
+        set_in_motion=lambda: pad.push(left=SLOWLY)))
+
+
+# ----- letting go -----
+
+def release_mouse(stage):
+    """The mouse is not active."""
+    try:
+        mouse = ros_turn.HeldMouse(stage.node.graph)
+    except ValueError:
+        return
+    with mouse:
+        mouse.at(0.0, 0.0, active=False)
+        mouse.wait_until_heard()
+
+
+def release_pad(stage):
+    """The sticks are in their middle."""
+    with ros_gamepad.HeldPad(stage.pad):
+        time.sleep(RELEASE)
+
+
+def release_control(stage):
+    """The node has no control."""
+    ros_move2goal.Control(stage)
+    time.sleep(RELEASE)
+
+
+#: lab -> part -> its script, given a Stage
+PARTS = {
+    IMU: {asked_imu.HEADING: heading},
+    TURN: {asked_turn.TURNS: turns, asked_turn.MOUSE: ros_turn.mouse,
+           asked_turn.BOTH: ros_turn.both, asked_turn.SHUTDOWN: turn_shutdown},
+    MOVE2GOAL: {asked_move2goal.DRIVE: drive, asked_move2goal.RESET: ros_move2goal.reset,
+                asked_move2goal.CONTROL: control, asked_move2goal.DECLARED: ros_move2goal.declared},
+    GAMEPAD: {asked_gamepad.STICKS: ros_gamepad.sticks, asked_gamepad.BUTTONS: buttons,
+              asked_gamepad.NO_SERVICE: ros_gamepad.no_service,
+              asked_gamepad.LOST: ros_gamepad.lost},
+}
+#: (lab, part) -> the topic that this program plays there, and nobody else may.
+PLAYED = {(TURN, asked_turn.MOUSE): MOUSE_INFO, (TURN, asked_turn.BOTH): MOUSE_INFO}
+PLAYED.update({(lab, part): topic for lab, topic in ((MOVE2GOAL, CTRL_RELINQ), (GAMEPAD, JOY))
+               for part in PARTS[lab]})
+#: topic -> how it is let go of, given a Stage
+RELEASES = {MOUSE_INFO: release_mouse, JOY: release_pad, CTRL_RELINQ: release_control}

@@ -1,0 +1,227 @@
+"""The interface of a student's node: its topics and services on the graph, and reset services of
+types that the student defined.
+
+The fields of a reset are filled and read by their names: a student may call them x, pos_x, y, yaw,
+theta, heading, yaw_deg, ..., or use a standard pose.
+"""
+import math
+import threading
+from pathlib import Path
+
+import rosgraph
+import rosnode
+import rospy
+import rosservice
+
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.marking.move2goal import ANSWER_TIME
+from tb3_labs.ros.clocks import wait_until
+from tb3_labs.ros.conversions import to_quaternion
+from tb3_labs.ros.rospy_internals import ServiceType, offer_any_service, service_types
+
+#: The roles of a node at a topic, or a service.
+ROLES = PUBLISHES, LISTENS, OFFERS = 'publishes', 'listens', 'offers'
+#: The names of the fields of a request.
+X, Y = ('x', 'pos_x', 'x_pos', 'x0', 'pose_x'), ('y', 'pos_y', 'y_pos', 'y0', 'pose_y')
+#: The contents of a request: a place, a heading, a heading whose unit is beyond doubt.
+PLACE_X, PLACE_Y, YAW, UNIT = 'x', 'y', 'yaw', 'unit'
+ALL = frozenset({PLACE_X, PLACE_Y, YAW})
+ANGLES = ('yaw', 'theta', 'th', 'heading', 'angle', 'phi')
+#: The names of the reset that the handouts lead to, likeliest first; then any that has one of WORDS
+#: in it.
+NAMES = ('reset_pose', 'reset', 'set_pose', 'reset_local_pose', 'set_local_pose')
+WORDS = ('reset', 'pose')
+
+
+class Graph:
+    """Asks the master; if it does not answer, no node is known."""
+
+    def __init__(self, types):
+        """`types`: the Types of the node's messages and services."""
+        self.types = types
+        self._master = rosgraph.Master(rospy.get_name())
+        #: The names of the node; a process may be several nodes, or rename itself.
+        self.names = set()
+
+    def nodes(self):
+        """name -> what it registered, of each node but this one: a set of (role, name of the topic
+        or service), where the role is one of ROLES."""
+        try:
+            publishers, subscribers, services = self._master.getSystemState()
+        except (OSError, rosgraph.MasterException):
+            return {}
+        nodes = {}
+        for role, groups in zip(ROLES, (publishers, subscribers, services)):
+            for topic, names in groups:
+                for name in names:
+                    nodes.setdefault(name, set()).add((role, topic))
+        nodes.pop(rospy.get_name(), None)
+        return nodes
+
+    def services(self):
+        """The names of the node's services, but for those that every node has."""
+        _, _, services = self._master.getSystemState()
+        return [name for name, nodes in services if self.names.intersection(nodes)
+                and not name.endswith(('/get_loggers', '/set_logger_level'))]
+
+    def listens_to(self, topic):
+        """Does the node listen to `topic`?"""
+        topic, nodes = rospy.resolve_name(topic), self.nodes()
+        return any((LISTENS, topic) in nodes.get(name, ()) for name in self.names)
+
+    def kind_of(self, topic):
+        """The message class that the node itself uses on `topic`; None if there is none."""
+        for name, kind in self._master.getTopicTypes():
+            if name == rospy.resolve_name(topic):
+                return self.types.message(kind)
+        return None
+
+    def service(self, name):
+        """The class of a service that is offered; None if its type is not known here."""
+        try:
+            kind = rosservice.get_service_type(name)
+        except (rosservice.ROSServiceException, OSError):
+            return None
+        return self.types.service(kind) if kind else None
+
+    def forget(self):
+        """Have the master forget the node: one that was killed is still registered."""
+        left = [name for name in self.names if name in self.nodes()]
+        if left:
+            rosnode.cleanup_master_blacklist(self._master, left)
+
+
+def fill_pose(request, pose):
+    """Fill a Pose2 into a message, wherever it has fields for one.
+
+    Returns the parts that it took: a set of PLACE_X, PLACE_Y, YAW, and UNIT if the unit of the yaw
+    is beyond doubt. A yaw whose name does not end in '_deg' is filled in rad.
+    """
+    filled = set()
+    for name, kind in zip(request.__slots__, request._slot_types):
+        low, value = name.lower(), getattr(request, name)
+        bare = low[:-4] if low.endswith(('_deg', '_rad')) else low
+        if kind == 'geometry_msgs/Pose':
+            value.position.x, value.position.y = pose.x, pose.y
+            value.orientation = to_quaternion(pose.yaw)
+            filled |= ALL | {UNIT}
+        elif hasattr(value, '_slot_types') and kind not in ('std_msgs/Header', 'time', 'duration'):
+            filled |= fill_pose(value, pose)
+        elif not kind.startswith('float') or '[' in kind:
+            continue
+        elif low in X:
+            setattr(request, name, pose.x)
+            filled.add(PLACE_X)
+        elif low in Y:
+            setattr(request, name, pose.y)
+            filled.add(PLACE_Y)
+        elif bare in ANGLES:
+            setattr(request, name, math.degrees(pose.yaw) if low.endswith('_deg') else pose.yaw)
+            filled |= {YAW, UNIT} if bare != low else {YAW}
+    return filled
+
+
+def is_origin(request):
+    """Does a request declare (0, 0, 0), or no pose at all?"""
+    for name, kind in zip(request.__slots__, request._slot_types):
+        value = getattr(request, name)
+        if hasattr(value, '_slot_types'):
+            if kind != 'std_msgs/Header' and not is_origin(value):
+                return False
+        elif kind in ('float32', 'float64') and name != 'w' and abs(value) > 1e-6:
+            return False
+    return True
+
+
+class ResetCaller:
+    """The reset service of a node, of which `graph` knows; `found` is its name, '' if there is
+    none."""
+
+    def __init__(self, graph):
+        def rank(name):
+            base = name.rsplit('/', 1)[-1].lower()
+            return (NAMES.index(base) if base in NAMES else len(NAMES), name)
+        likely = sorted((name for name in graph.services() if any(
+            word in name.rsplit('/', 1)[-1].lower() for word in WORDS)), key=rank)
+        self.found = likely[0] if likely else ''
+        #: The parts that its request takes, as fill_pose() says.
+        self.takes = set()
+        self._kind = None
+        if self.found:
+            self._kind = graph.service(self.found)
+            if self._kind is not None:      # else call() tells
+                self.takes = fill_pose(self._kind._request_class(), Pose2())
+
+    def call(self, pose):
+        """Declare a Pose2; '' or the reason why it failed."""
+        if self._kind is None:
+            return 'the type of {} cannot be loaded'.format(self.found)
+        request = self._kind._request_class()
+        fill_pose(request, pose)
+        answers = []
+
+        def ask():
+            try:
+                response = rospy.ServiceProxy(self.found, self._kind)(request)
+                refused = getattr(response, 'success', True) is False
+                answers.append('it was refused: {}'.format(getattr(response, 'message', ''))[:200]
+                               if refused else '')
+            except (rospy.ServiceException, rospy.ROSException, TypeError) as problem:
+                answers.append(str(problem)[:200])
+        threading.Thread(target=ask, daemon=True).start()
+        if not wait_until(lambda: answers, ANSWER_TIME):
+            return '{} did not answer within {:g} s'.format(self.found, ANSWER_TIME)
+        return answers[0]
+
+
+def packages_with_services(packages):
+    """The names of those packages of a rospkg.RosPack that have services, and of std_srvs, which
+    Debian installs as a Python module alone."""
+    return ['std_srvs'] + [name for name in packages.list()
+                           if (Path(packages.get_path(name)) / 'srv').is_dir()]
+
+
+class AnyService:
+    """Reset services with these names that take calls of any type; they answer with success.
+
+    A client says by a checksum which type it means. A type with that checksum is looked for in the
+    packages that are known.
+    """
+
+    def __init__(self, names, packages, more=()):
+        """`packages`: names of the packages whose types are known; `more`: classes of others."""
+        self._types = service_types(packages)
+        self._types.update({kind._md5sum: ServiceType(kind._request_class, kind._response_class)
+                            for kind in more})
+        self._lock = threading.Lock()
+        self._calls = []
+        self._services = [offer_any_service(name, self._on_call) for name in names]
+
+    @property
+    def calls(self):
+        """For each call so far: did it declare (0, 0, 0)? True also if its type is unknown."""
+        with self._lock:
+            return list(self._calls)
+
+    def close(self):
+        """Offer nothing any more."""
+        for service in self._services:
+            service.shutdown()
+
+    def _on_call(self, checksum, data):
+        kind = self._types.get(checksum)
+        if kind is None:
+            self._note(True)
+            raise rospy.ServiceException('the type of this request is not known here')
+        request = kind.request()
+        request.deserialize(data)
+        self._note(is_origin(request))
+        response = kind.response()
+        for name, value in (('success', True), ('message', 'reset')):
+            if name in response.__slots__:
+                setattr(response, name, value)
+        return response
+
+    def _note(self, origin):
+        with self._lock:
+            self._calls.append(origin)

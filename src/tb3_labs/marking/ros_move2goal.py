@@ -1,0 +1,191 @@
+"""How a node of the Transformation lab is tried out."""
+import math
+import time
+
+import rospy
+from std_msgs.msg import Bool, Empty
+
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.marking import move2goal as asked
+from tb3_labs.marking.conduct import ODOM_SWITCH
+from tb3_labs.marking.move2goal import (ASTRAY, CONTROL, DECLARED, DRIVE, DRIVE_TIME, GOAL,
+                                        GOAL_POSE, LOCAL_T_WORLD, LOST, OFFSET, PROBLEM, REACTION,
+                                        RESET, TAKES_EFFECT, TURNED, WATCHED)
+from tb3_labs.marking.observation import CTRL_RELINQ, MOVED, RESTED, WAS_MOVING
+from tb3_labs.marking.observation import RESET as ROBOTS_RESET
+from tb3_labs.marking.ros_interface import ALL, UNIT, ResetCaller
+from tb3_labs.ros.clocks import wait_until
+
+#: A robot that rests, and had no command for this time, has arrived [s].
+ARRIVAL = 1.5
+#: A drive has lasted this long before something happens to it [s].
+WELL_UNDER_WAY = 0.7
+#: A node lets the robot rest within this time after control was taken [s].
+RESTS = 2.0
+#: The heading before the robot's own reset [deg].
+OFFSET_HEADING = 100.0
+#: The robot's recalibration after `reset`, and a little more [s].
+RECALIBRATION = 3.2
+#: The pose that is declared to a node that takes any.
+DECLARED_POSE = Pose2(0.2, 0.3, math.radians(90.0))
+#: The robot's own `reset` is published only while it rests.
+MOVES = 'the robot did not come to rest, so that it could not be reset'
+NO_SERVICE = 'it offers no service whose name has "reset" or "pose" in it'
+
+
+class Control:
+    """Gives the robot to the node, and takes it; it is taken at first."""
+
+    def __init__(self, stage):
+        self._stage = stage
+        self._control = rospy.Publisher(CTRL_RELINQ, Bool, queue_size=1, latch=True)
+        # a node that hears nothing but True at once may take it for an old permission
+        self.give(False)
+
+    def give(self, given):
+        """Give the robot to the node, or take it."""
+        self._control.publish(given)
+
+    @property
+    def pose(self):
+        """The robot's true pose, a Pose2."""
+        return Pose2(*self._stage.recorder.pose)
+
+    def drive(self, name, local_T_base=Pose2(), start=None):
+        """The stimulus of a drive: control is given, until the robot arrived or goes astray.
+
+        `local_T_base`: the robot's pose in the local frame when its true pose was `start`; None:
+        the true pose now.
+        """
+        node, recorder, start = self._stage.node, self._stage.recorder, start or self.pose
+        local_T_world = local_T_base @ start.inverse()
+        facts = {GOAL_POSE: GOAL, MOVED: False, RESTED: False,
+                 LOCAL_T_WORLD: [local_T_world.x, local_T_world.y, local_T_world.yaw]}
+        with self._stage.stimulus(name, facts) as record:
+            record.facts[MOVED] = self._stage.moves_after(lambda: self.give(True), REACTION)
+            if record.facts[MOVED]:
+                wait_until(lambda: not node.alive or recorder.rests(ARRIVAL)
+                           or self.pose.distance_to(start) > ASTRAY, DRIVE_TIME)
+                record.facts[RESTED] = recorder.rests(ARRIVAL)
+
+    def start_driving(self):
+        """Have the node drive; returns as Stage.set_in_motion().
+
+        A node that runs and can be reset drives again after a reset; another is started anew.
+        """
+        return self._stage.set_in_motion(self._is_ready, lambda: self.give(True), REACTION,
+                                         WELL_UNDER_WAY)
+
+    def _is_ready(self):
+        self.give(False)
+        node = self._stage.node
+        if not node.alive or not wait_until(self._stage.recorder.rests, RESTS):
+            node.stop()
+        else:
+            caller = ResetCaller(node.graph)
+            if not caller.found or caller.call(Pose2()):
+                node.stop()
+        return node.alive
+
+
+def drive(stage):
+    """Without control; the first drive, from where the odometry begins; silence at the goal."""
+    control = Control(stage)
+    start = control.pose
+    if not stage.node.start():
+        return
+    with stage.stimulus(asked.WITHOUT_CONTROL):
+        time.sleep(WATCHED)
+    control.drive(asked.FIRST_DRIVE, start=start)
+    with stage.stimulus(asked.AT_GOAL):
+        time.sleep(WATCHED)
+
+
+def reset(stage):
+    """The robot is moved, the frame reset, the task done again."""
+    control = Control(stage)
+    if not stage.node.alive and not stage.node.start():
+        return
+    time.sleep(0.3)
+    stage.robot.face(stage.recorder.heading_deg + TURNED, seconds=4.0)
+    caller = ResetCaller(stage.node.graph)
+    if not caller.found:
+        stage.not_offered([asked.RESET_TO_ORIGIN, asked.SECOND_DRIVE], NO_SERVICE)
+        return
+    if _reset(stage, asked.RESET_TO_ORIGIN, caller, Pose2()):
+        control.drive(asked.SECOND_DRIVE)
+
+
+def _reset(stage, name, caller, pose):
+    """The stimulus of a reset to this pose; True if it succeeded."""
+    with stage.stimulus(name) as record:
+        record.facts[PROBLEM] = caller.call(pose)
+        time.sleep(TAKES_EFFECT)
+    return not record.facts[PROBLEM]
+
+
+def _ctrl_c(stage, control):
+    stage.ctrl_c_in_motion(control.start_driving)
+
+
+def control_taken(stage, ctrl_c=_ctrl_c):
+    """Control is taken in the middle of a drive; then ``ctrl_c(stage, control)``, in another."""
+    control = Control(stage)
+    moving = control.start_driving()
+    if moving is None:
+        return
+    with stage.stimulus(asked.CONTROL_TAKEN, {WAS_MOVING: moving}):
+        control.give(False)
+        time.sleep(WATCHED)
+    ctrl_c(stage, control)
+    control.give(False)
+
+
+def declared(stage):
+    """A reset to a pose that is not the origin."""
+    control = Control(stage)
+    if not stage.node.start():
+        return
+    caller = ResetCaller(stage.node.graph)
+    if not ALL <= caller.takes:
+        stage.not_offered([asked.RESET_ELSEWHERE, asked.DECLARED_DRIVE],
+                          'its reset takes no pose' if caller.found else NO_SERVICE)
+        return
+    # zero is zero in any unit, so that an unknown one does no harm
+    pose = DECLARED_POSE if UNIT in caller.takes else Pose2(DECLARED_POSE.x, DECLARED_POSE.y, 0.0)
+    if _reset(stage, asked.RESET_ELSEWHERE, caller, pose):
+        control.drive(asked.DECLARED_DRIVE, pose)
+
+
+def offset(stage):
+    """The robot's own `reset` zeroes the odometry and leaves the IMU as it is: they differ."""
+    control = Control(stage)
+    stage.node.stop()
+    board = rospy.Publisher(ROBOTS_RESET, Empty, queue_size=1)
+    wait_until(board.get_num_connections, 5.0)
+    if not stage.robot.face(OFFSET_HEADING):
+        stage.not_offered([asked.OFFSET_DRIVE], MOVES)
+        return
+    board.publish()
+    time.sleep(RECALIBRATION)
+    if not stage.node.start():
+        return
+    caller = ResetCaller(stage.node.graph)
+    if caller.found:
+        caller.call(Pose2())
+    control.drive(asked.OFFSET_DRIVE)
+    control.give(False)
+
+
+def lost(stage):
+    """The odometry falls silent in the middle of a drive."""
+    control = Control(stage)
+    moving = control.start_driving()
+    if moving is None:
+        return
+    stage.sensor_falls_silent(asked.ODOMETRY_SILENT, moving, ODOM_SWITCH)
+    control.give(False)
+
+
+PARTS = {DRIVE: drive, RESET: reset, CONTROL: control_taken, DECLARED: declared, OFFSET: offset,
+         LOST: lost}

@@ -1,0 +1,240 @@
+"""The robot of the stage: its motion and the node's commands are recorded; the marker turns it, and
+holds its mouse or gamepad.
+"""
+import math
+import threading
+import time
+from itertools import takewhile
+
+import rospy
+from dynamic_reconfigure.client import Client
+from geometry_msgs.msg import PoseStamped, Twist
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu
+
+from tb3_labs.geometry.angles import clamp, continuous, difference
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.marking.conduct import false_message
+from tb3_labs.marking.observation import CMD_VEL, IMU, ODOM, TRUTH
+from tb3_labs.ros.clocks import wait_until
+from tb3_labs.ros.conversions import to_imu_sample, to_odometry_sample, to_pose2, to_twist
+from tb3_labs.ros.rospy_internals import connection_of, sender_of
+from tb3_labs.ros.topics import subscribe
+
+#: The robot's name, by which its settings are found.
+ROBOT = 'turtlebot3'
+#: The robot publishes its pose within this time [s].
+START_TIME = 15.0
+#: Of equal commands in a row, one is kept each so often [s].
+SAME_COMMAND = 0.04
+#: No more commands than this are kept of a node.
+MOST_COMMANDS = 40000
+#: A robot that moves less than this within REST_TIME rests [m], [rad], [s].
+REST_WAY = 0.002
+REST_TURN = 0.005
+REST_TIME = 0.4
+#: The latest poses, more than arrive in REST_TIME; fewer than FEWEST tell nothing.
+LATEST, FEWEST = 200, 5
+#: A turn by the marker: rate for each rad of error [1/s], least and greatest rate [rad/s], the
+#: greatest error at its end [rad], the time between two commands [s].
+GAIN, SLOWEST, FASTEST, CLOSE, PERIOD = 3.0, 0.1, 1.5, 0.01, 0.03
+#: The robot rests within this time after its last command [s].
+RESTS = 2.0
+#: The time between two messages that are repeated [s].
+REPEATED = 0.05
+#: A node that is ready connects within this time [s]. It may want to see a new pad at rest for a
+#: moment before it obeys (this package's gamepad for 0.3 s): it has seen enough after SETTLED.
+CONNECTING = 1.0
+SETTLED = 0.45
+
+
+def from_others(name, address):
+    """Does a command come from another program than this one? `name`, `address`: of its sender."""
+    return address != rospy.get_node_uri()
+
+
+class Recorder:
+    """Writes the robot's poses and the node's commands into an Observation, from other threads.
+
+    Times are seconds since the recorder was made. RuntimeError if the robot does not run.
+    """
+
+    def __init__(self, observation, is_judged=from_others, has_truth=True):
+        """``is_judged(name, address)``: are the commands of this sender recorded? `has_truth`: does
+        the robot publish its true pose? Else the place is that of the odometry, and the heading
+        that of the IMU; the two agree at first."""
+        self._observation, self._is_judged = observation, is_judged
+        self._zero = rospy.get_time()
+        self._lock = threading.Lock()
+        #: The address of the robot: nobody else published its true pose when it began.
+        self.robot = ''
+        self._poses = self._commands = None
+        self._imu_yaw = self._yaw_offset = None
+        if has_truth:
+            self._poses = subscribe(TRUTH, PoseStamped, self._on_truth)
+        else:
+            subscribe(IMU, Imu, self._on_imu, to_imu_sample)
+            subscribe(ODOM, Odometry, self._on_odometry, to_odometry_sample)
+        self._commands = subscribe(CMD_VEL, Twist, self._on_command)
+        if not wait_until(lambda: observation.truth, START_TIME):
+            raise RuntimeError('the simulated robot does not run')
+
+    def _on_truth(self, message):
+        sender = sender_of(self._poses, message) if self._poses is not None else ''
+        self.robot = self.robot or sender
+        if sender != self.robot or not sender:
+            self._observation.note(false_message(
+                TRUTH, connection_of(message).get('callerid', ''), 'the robot') if sender else '')
+            return
+        self._add_pose(to_pose2(message.pose))
+
+    def _on_imu(self, sample):
+        known = self._imu_yaw
+        self._imu_yaw = sample.yaw if known is None else continuous(sample.yaw, known)
+
+    def _on_odometry(self, sample):
+        if self._imu_yaw is None:
+            return
+        if self._yaw_offset is None:
+            self._yaw_offset = sample.pose.yaw - self._imu_yaw
+        self._add_pose(Pose2(sample.pose.x, sample.pose.y, self._imu_yaw + self._yaw_offset))
+
+    def _add_pose(self, pose):
+        truth = self._observation.truth
+        with self._lock:
+            yaw = continuous(pose.yaw, truth[-1][3]) if truth else pose.yaw
+            truth.append([self.now, pose.x, pose.y, yaw])
+
+    def _on_command(self, message):
+        entry = [self.now, message.linear.x, message.angular.z]
+        if self._commands is None or not math.isfinite(entry[1]) or not math.isfinite(entry[2]):
+            return
+        if not self._is_judged(connection_of(message).get('callerid', ''),
+                               sender_of(self._commands, message)):
+            return
+        commands = self._observation.commands
+        with self._lock:
+            same = commands and commands[-1][1:] == entry[1:]
+            if len(commands) < MOST_COMMANDS and not (
+                    same and entry[0] - commands[-1][0] < SAME_COMMAND):
+                commands.append(entry)
+
+    @property
+    def now(self):
+        """Seconds since the recorder was made."""
+        return rospy.get_time() - self._zero
+
+    def hand_to(self, keep):
+        """Call ``keep(observation)`` while nothing is written into it."""
+        with self._lock:
+            keep(self._observation)
+
+    @property
+    def pose(self):
+        """The robot's true pose: (x [m], y [m], yaw [rad], continuous)."""
+        with self._lock:
+            return tuple(self._observation.truth[-1][1:])
+
+    @property
+    def heading_deg(self):
+        """The robot's true heading [deg], continuous."""
+        return math.degrees(self.pose[2])
+
+    def commands_since(self, begin):
+        """The node's commands since `begin`: [time, linear, angular]."""
+        with self._lock:
+            latest = takewhile(lambda entry: entry[0] >= begin,
+                               reversed(self._observation.commands))
+            return list(latest)[::-1]
+
+    def moves(self, begin):
+        """Has the node commanded a movement since `begin`?"""
+        return any(linear or angular for _, linear, angular in self.commands_since(begin))
+
+    def rests(self, without_command=0.0):
+        """Has the robot rested for REST_TIME, and had no movement commanded for this time [s]?"""
+        if without_command and self.moves(self.now - without_command):
+            return False
+        with self._lock:
+            recent = [row for row in self._observation.truth[-LATEST:]
+                      if row[0] >= self.now - REST_TIME]
+        if len(recent) < FEWEST:
+            return False
+        ways = [math.hypot(row[1] - recent[0][1], row[2] - recent[0][2]) for row in recent]
+        turns = [abs(row[3] - recent[0][3]) for row in recent]
+        return max(ways) < REST_WAY and max(turns) < REST_TURN
+
+
+class RobotHand:
+    """Turns the robot by commands of the marker, which are not recorded as the node's."""
+
+    def __init__(self, recorder):
+        self._recorder = recorder
+        self._wheels = rospy.Publisher(CMD_VEL, Twist, queue_size=1)
+
+    def face(self, heading_deg, seconds=8.0):
+        """Turn the robot to a heading [deg], the short way, in at most this time [s]; does it rest
+        afterwards? Its last command is zero, also after an interruption."""
+        def error():
+            return difference(math.radians(heading_deg), self._recorder.pose[2])
+        deadline = time.monotonic() + seconds
+        try:
+            while abs(error()) > CLOSE and time.monotonic() < deadline:
+                rate = clamp(GAIN * error(), -FASTEST, FASTEST)
+                self._wheels.publish(to_twist(0.0, math.copysign(max(abs(rate), SLOWEST), rate)))
+                time.sleep(PERIOD)
+        finally:
+            self._wheels.publish(to_twist(0.0, 0.0))
+        return wait_until(self._recorder.rests, RESTS)
+
+    @staticmethod
+    def settings():
+        """A client of the robot's settings, which takes a moment to connect."""
+        return Client(ROBOT, timeout=10.0)
+
+
+class Repeater:
+    """Repeats the latest message on a topic, as the driver of a mouse or a gamepad does.
+
+    A ``with`` statement closes it at the end of the block.
+    """
+
+    def __init__(self, topic, kind):
+        self._message = None
+        self._closed = False
+        self._publisher = rospy.Publisher(topic, kind, queue_size=1, tcp_nodelay=True)
+        threading.Thread(target=self._repeat, daemon=True).start()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *problem):
+        self.close()
+
+    def hold(self, message):
+        """Send this message from now on; None: nothing."""
+        self._message = message
+        self._send()
+
+    def silence(self):
+        """Send nothing, as after its plug was pulled."""
+        self.hold(None)
+
+    def wait_until_heard(self):
+        """Wait until a node is connected and has heard the message that is held."""
+        wait_until(self._publisher.get_num_connections, CONNECTING)
+        time.sleep(SETTLED)
+
+    def close(self):
+        """Send nothing ever again."""
+        self._message, self._closed = None, True
+
+    def _send(self):
+        message = self._message
+        if message is not None:
+            self._publisher.publish(message)
+
+    def _repeat(self):
+        while not (self._closed or rospy.is_shutdown()):
+            self._send()
+            time.sleep(REPEATED)

@@ -1,0 +1,240 @@
+"""How the nodes of the IMU lab are tried out: that of the exercise, then that of the turns."""
+import math
+import time
+
+import rospy
+from geometry_msgs.msg import Quaternion
+from sensor_msgs.msg import Imu
+
+from tb3_labs.geometry.angles import difference_degrees
+from tb3_labs.marking import imu as asked_imu
+from tb3_labs.marking import mouse as asked_mouse
+from tb3_labs.marking.conduct import IMU_SWITCH
+from tb3_labs.marking.mouse import AT_LAST, HELD, mouse_fields
+from tb3_labs.marking.observation import MOUSE_INFO, MOVED, RESTED, WAS_MOVING
+from tb3_labs.marking.ros_robot import Repeater
+from tb3_labs.marking.turn import (ANSWER, BOTH, EACH_TURN, IMU_SILENT, LEFT, LOST, MOUSE, NONSENSE,
+                                   REACTION, SHUTDOWN, TURN_TIME, TURNS, TYPED_NONSENSE)
+from tb3_labs.msg import MouseController
+from tb3_labs.ros.clocks import wait_until
+from tb3_labs.ros.conversions import to_quaternion
+
+#: This number of lines is read at each stand; the IMU sends 200 a second.
+LINES = 3
+#: The topic of the marker's own IMU, to which the node's is remapped.
+PROBE = 'probe/imu'
+#: Each odd sample is repeated for this time [s].
+ODD = 0.6
+#: Headings a hair below zero [rad].
+HAIRS = (-1e-17, -1e-12, math.radians(-1e-8))
+#: A robot farther than this off the heading of a turn's begin is turned there [deg].
+ASTRAY = 25.0
+#: The heading of the robot when nonsense is typed [deg]: that after the last turn.
+LAST_HEADING = -50.0
+#: A turn has lasted this long before something happens to it [s].
+WELL_UNDER_WAY = 0.3
+#: A node that commanded no movement for this time does not turn any more [s].
+QUIET = 0.4
+
+
+def exercise(stage):
+    """The robot is turned on the spot and stands; then Ctrl+C."""
+    node = stage.node
+    offset = rospy.get_param('/turtlebot3/imu_offset_deg')      # before a node may change it
+    if not node.start():
+        return
+    for name, degrees in asked_imu.STANDS.items():
+        stage.robot.face(degrees - offset)
+        heading = (stage.recorder.heading_deg + offset) % 360.0
+        with stage.stimulus(name, {asked_imu.HEADING_DEG: heading}):
+            characters, _ = node.printed
+            wait_until(lambda: not node.alive or len(asked_imu.headings(
+                node.text_since(characters))) >= LINES, asked_imu.READING)
+    stage.ctrl_c()
+
+
+def odd_samples(stage):
+    """The marker's own IMU sends samples that a robot's seldom sends."""
+    if not stage.node.start('imu:=' + PROBE, listens=PROBE):
+        return
+    with Repeater(PROBE, Imu) as hand:
+        def send(orientation, seconds):
+            hand.hold(Imu(orientation=orientation))
+            time.sleep(seconds)
+        with stage.stimulus(asked_imu.HAIR_BELOW_ZERO):
+            for yaw in HAIRS:
+                send(to_quaternion(yaw), ODD)
+        with stage.stimulus(asked_imu.ZERO_QUATERNION):
+            send(Quaternion(), ODD)
+            send(to_quaternion(math.radians(asked_imu.AFTERWARDS)), asked_imu.NEXT)
+    stage.node.stop()
+
+
+# ----- the lab -----
+
+class HeldMouse(Repeater):
+    """The mouse on the topic mouse_info, by the message that the node itself uses.
+
+    ValueError if that message cannot hold a mouse. `remarks` are sentences about fields whose names
+    are not the handout's.
+    """
+
+    def __init__(self, graph):
+        """`graph`: the Graph of the node that runs."""
+        self._kind = graph.kind_of(MOUSE_INFO) or MouseController
+        empty = self._kind()
+        self._fields = mouse_fields(empty.__slots__, empty._slot_types)
+        self.remarks = self._fields.remarks
+        super().__init__(MOUSE_INFO, self._kind)
+
+    def at(self, x, y, active=True):
+        """Hold it there: x to the right, y up, each -1 to 1."""
+        message = self._kind()
+        if getattr(message, 'header', None) is not None:
+            message.header.stamp = rospy.Time.now()
+        for name, kind, value in zip(self._fields.names, self._fields.types, (active, x, y)):
+            if '/' in kind:
+                getattr(message, name).data = value
+            else:
+                setattr(message, name, value)
+        self.hold(message)
+
+
+def mouse_of(stage, names):
+    """The HeldMouse of the node, held inactive in the middle; None if the node listens to none, and
+    then these stimuli are not offered."""
+    if not stage.node.graph.listens_to(MOUSE_INFO):
+        stage.not_offered(names, 'it does not listen to mouse_info')
+        return None
+    try:
+        mouse = HeldMouse(stage.node.graph)
+    except ValueError as problem:
+        stage.not_offered(names, str(problem))
+        return None
+    stage.remark(mouse.remarks)
+    mouse.at(0.0, 0.0, active=False)
+    mouse.wait_until_heard()
+    return mouse
+
+
+def turns(stage):
+    """Five turns, each begun near its own heading whatever became of the last one; nonsense."""
+    for name, turn in EACH_TURN.items():
+        if not _begin_at(stage, turn.begins_deg):
+            return
+        try_turn(stage, name, turn.typed)
+    if _begin_at(stage, LAST_HEADING):
+        with stage.stimulus(NONSENSE):
+            stage.node.type(TYPED_NONSENSE)
+            time.sleep(ANSWER)
+
+
+def _begin_at(stage, heading):
+    """Is there a node that waits for input, and a robot at rest near this heading [deg]? Both are
+    brought about if need be."""
+    astray = abs(difference_degrees(stage.recorder.heading_deg, heading)) > ASTRAY
+    if stage.node.alive and stage.recorder.rests() and not astray:
+        return True
+    stage.node.stop()
+    if astray:
+        stage.robot.face(heading)
+    return stage.node.start()
+
+
+def try_turn(stage, name, typed):
+    """The stimulus of a turn."""
+    with stage.stimulus(name, {MOVED: False, RESTED: False}) as record:
+        record.facts[MOVED], record.facts[RESTED] = turn_once(stage, typed)
+
+
+def turn_once(stage, typed):
+    """Type it, and wait until the robot rests again: (did it move, does it rest?)."""
+    moved = stage.moves_after(lambda: stage.node.type(typed), REACTION)
+    return moved, wait_until(lambda: not stage.node.alive or stage.recorder.rests(QUIET),
+                             TURN_TIME if moved else 0.0)
+
+
+def mouse(stage):
+    """The mouse alone, before any key was pressed."""
+    hand = mouse_of(stage, asked_mouse.ALONE) if stage.node.start() else None
+    if hand is None:
+        return
+    with hand:
+        with stage.stimulus(asked_mouse.NOT_ACTIVE):
+            hand.at(0.0, 1.0, active=False)
+            time.sleep(HELD)
+        hand.at(0.0, 0.0)
+        time.sleep(0.2)
+        for name, place in asked_mouse.PLACES.items():
+            with stage.stimulus(name):
+                hand.at(*place)
+                time.sleep(HELD)
+        hand.at(0.0, 1.0)
+        time.sleep(0.4)
+        with stage.stimulus(asked_mouse.DEACTIVATED):
+            hand.at(0.0, 1.0, active=False)
+            time.sleep(1.0)
+
+
+def both(stage):
+    """Turns beside an active mouse, the mouse after a turn and in the middle of one."""
+    runs = _is_idle(stage) or stage.node.start()
+    hand = mouse_of(stage, asked_mouse.BESIDE_TURNS) if runs else None
+    if hand is None:
+        return
+    with hand:
+        hand.at(0.0, 0.0)
+        time.sleep(0.3)
+        try_turn(stage, asked_mouse.TURN_BESIDE, LEFT)
+        with stage.stimulus(asked_mouse.AFTER_TURN):
+            hand.at(0.0, 1.0)
+            time.sleep(HELD)
+        hand.at(0.0, 0.0)
+        wait_until(stage.recorder.rests, 2.0)
+        moving = stage.moves_after(lambda: stage.node.type(LEFT), REACTION)
+        time.sleep(WELL_UNDER_WAY)
+        with stage.stimulus(asked_mouse.IN_TURN, {WAS_MOVING: moving}) as record:
+            hand.at(0.0, 1.0)
+            wait_until(lambda: asked_mouse.drives_forward(
+                stage.recorder.commands_since(record.begin)), AT_LAST)
+        hand.at(0.0, 0.0, active=False)
+        time.sleep(0.2)
+
+
+def _is_idle(stage):
+    """Does the node run, and has it let the robot rest?"""
+    return stage.node.alive and wait_until(lambda: stage.recorder.rests(QUIET), 1.0)
+
+
+def _in_a_turn(stage):
+    """Have the node turn; returns as Stage.set_in_motion()."""
+    return stage.set_in_motion(lambda: _is_idle(stage), lambda: stage.node.type(LEFT), REACTION,
+                               WELL_UNDER_WAY)
+
+
+def shutdown(stage):
+    """Ctrl+C in the middle of a turn."""
+    stage.ctrl_c_in_motion(lambda: _in_a_turn(stage))
+
+
+def lost(stage):
+    """The mouse falls silent while it drives, the IMU in a turn."""
+    if not stage.node.start():
+        return
+    hand = mouse_of(stage, [asked_mouse.SILENT])
+    if hand is not None:
+        with hand:
+            hand.at(0.0, 0.0)
+            time.sleep(0.3)
+            moving = stage.moves_after(lambda: hand.at(0.0, 1.0), 0.5)
+            time.sleep(WELL_UNDER_WAY)
+            stage.falls_silent(asked_mouse.SILENT, moving, hand.silence)
+            hand.at(0.0, 0.0, active=False)
+            time.sleep(0.3)
+    moving = _in_a_turn(stage)
+    if moving is not None:
+        stage.sensor_falls_silent(IMU_SILENT, moving, IMU_SWITCH)
+
+
+EXERCISE_PARTS = {asked_imu.HEADING: exercise, asked_imu.ODD_SAMPLES: odd_samples}
+PARTS = {TURNS: turns, MOUSE: mouse, BOTH: both, SHUTDOWN: shutdown, LOST: lost}
