@@ -20,8 +20,7 @@ from tb3_labs.nodes.mouse import Mouse
 from tb3_labs.nodes.pad import PadListener
 from tb3_labs.panel.holder import Holder
 from tb3_labs.supervision import permission
-from tb3_labs.supervision.permission import Permission
-from tb3_labs.supervision.sleep import SleepWatch
+from tb3_labs.supervision.permission import Permission, SleepWatch
 
 TOLD, ON_MOUSE, HEAR = Permission.told, ControllerCore.on_mouse, PadListener.hear
 RESTART = GoalMachine.restart
@@ -41,10 +40,10 @@ def forgetful(self, *details):
 
 
 def selfish(self, granted, now, sender='', *details):
-    others = {} if granted else {name: giving for name, giving in self._givings.items()
+    others = {} if granted else {name: giving for name, giving in self._grants.items()
                                  if name != sender}
     TOLD(self, granted, now, sender, *details)
-    self._givings.update(others)
+    self._grants.update(others)
 
 
 def heard_first(self, active, x, y, now, *details):

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.geometry.typed_pose import TypedPose
+from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.panel.requests import Joy, Pad, Request, read_request
 

@@ -27,7 +27,7 @@ Units inside: metres, radians, seconds of arrival on one clock (`now`).
 import math
 from typing import Any, Dict, Iterable, List, Optional, Tuple
 
-from tb3_labs.control.goal_state import DRIVING, GAVE_UP, STOPPED, WAITING, GoalState
+from tb3_labs.control.goal import DRIVING, GAVE_UP, STOPPED, WAITING, GoalState
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT

@@ -22,7 +22,7 @@ Any other message raises ``ValueError`` with the reason: the invalid value, and 
 import json
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
 
-from tb3_labs.geometry.typed_pose import MAX_DISTANCE, MAX_YAW_DEG, TypedPose
+from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, TypedPose
 from tb3_labs.nodes.pad_config import PadConfig
 
 #: A message with more characters is refused; the longest valid one has about 200.
