@@ -206,7 +206,7 @@ class Browser:
             if now != last:
                 last, since = now, time.monotonic()
             time.sleep(0.02)
-        return [(place['x'], place['y']) if isinstance(place, dict) else place for place in last]
+        return last
 
     def _find(self, element):
         return self._driver.find_element(By.ID, element)
