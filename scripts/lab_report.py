@@ -17,8 +17,7 @@ from pathlib import Path
 
 from tb3_labs.command_line import Parser, number_or_text
 from tb3_labs.geometry.angles import wrap
-from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.geometry.typed_pose import TypedPose
+from tb3_labs.geometry.se2 import Pose2, TypedPose
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
 
 #: Time between two lines of progress if the output is not a terminal [s].

@@ -14,9 +14,7 @@ from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.control.drive_config import DriveConfig
-from tb3_labs.control.goal_state import DRIVING, GoalState, is_stopped
-from tb3_labs.control.least_time import least_time
+from tb3_labs.control.goal import DRIVING, DriveConfig, GoalState, is_stopped, least_time
 from tb3_labs.geometry.angles import difference, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.epochs import Epoch, epoch_of, epochs

@@ -35,7 +35,7 @@ from typing import List, Tuple
 
 import numpy as np
 
-from tb3_labs.control.goal_state import DRIVING
+from tb3_labs.control.goal import DRIVING
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.odometry_jumps import POSE_LOST

@@ -12,7 +12,7 @@ from typing import Any, Callable, List, Sequence, Tuple, Union
 
 import numpy as np
 
-from tb3_labs.control.goal_state import DRIVING
+from tb3_labs.control.goal import DRIVING
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.report.drives import (
     MAX_ANGULAR, STRAIGHT_AFTER, DriveReport, goal_errors, spans)
