@@ -6,9 +6,8 @@ from tb3_labs.doctor.line import Verdict, exit_status, fault, ok, printed, summa
 from tb3_labs.doctor.network import (
     PROBLEMS, Address, Answer, judge_address, judge_master, judge_nat, judge_second_master)
 from tb3_labs.doctor.robot import (
-    Clock, Driver, MasterName, Stream, judge_clock, judge_drivers, judge_gyro, judge_names,
+    PAUSES, Clock, Driver, MasterName, Stream, judge_clock, judge_drivers, judge_gyro, judge_names,
     judge_nodes, judge_presence, judge_stream, judge_way_back)
-from tb3_labs.supervision.freshness import SENSOR_TIMEOUT
 
 OK, WARNING, FAULT = Verdict.OK, Verdict.WARNING, Verdict.FAULT
 
@@ -186,7 +185,7 @@ def test_drivers():
 
 
 @pytest.mark.parametrize('stream, verdict, words', [
-    (dict(count=1000, gap=0.02), OK, '200/s'), (dict(count=150, gap=SENSOR_TIMEOUT), OK, '30/s'),
+    (dict(count=1000, gap=0.02), OK, '200/s'), (dict(count=150, gap=PAUSES), OK, '30/s'),
     (dict(count=25, gap=0.2), WARNING, 'only 5/s'),
     (dict(count=900, gap=0.3, late=0.29), WARNING,
      'your WLAN holds messages for 0.3 s: the robot will pause'),

@@ -3,6 +3,7 @@ import math
 
 import pytest
 
+from tb3_labs.doctor.robot import GIVES_UP, PAUSES
 from tb3_labs.supervision.freshness import (
     FROZEN_TIME, RESUME_TIME, SENSOR_TIMEOUT, DriveFrozenWatch, Freshness, FrozenWatch, SensorWatch,
     Sight)
@@ -137,6 +138,10 @@ def test_messages_are_counted_and_new_readings_told_once():
         source.heard(1.0, reading)
         assert source.take_new() is new and not source.take_new()
     assert source.count == 3
+
+
+def test_the_doctor_warns_of_a_silence_that_stops_the_nodes():
+    assert (PAUSES, GIVES_UP) == (SENSOR_TIMEOUT, RESUME_TIME)
 
 
 # Sensors that repeat themselves although the robot is told to move --------------------------------

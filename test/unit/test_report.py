@@ -11,17 +11,20 @@ import sys
 
 import numpy as np
 import pytest
-from made_motion import driven, turn
+from made_motion import drive, driven, turn
 from recorded_run import (  # noqa: F401
     BURGER, MISS, MISS_DEG, bag, odometry_jumps, rosbag, run, sensors, write_bag)
 from sensor_msgs.msg import Imu
 
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.ros_bag import read_run
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
-from tb3_labs.report.compare import summarize, turn_errors, write_comparison  # noqa: E402
+from tb3_labs.report.compare import (  # noqa: E402
+    drive_errors, summarize, turn_errors, write_comparison)
 from tb3_labs.report.movements import completed  # noqa: E402
+from tb3_labs.report.page import write_report  # noqa: E402
 from tb3_labs.report.path_figures import LEAP, paths, ways  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -227,3 +230,34 @@ def test_each_run_has_a_name_of_its_own():
     assert script().names_of(bags) == ['run', 'run_2', 'lab', 'run_3']
 
 
+
+
+def test_the_drives_of_several_runs(tmp_path):
+    """A turn to the left, 0.8 m, a turn back: each drive ends 0.2 m beyond its goal."""
+    goal = Pose2(0.0, 0.6, 0.0)
+    runs = [summarize(completed(driven(drive(2.0, 90.0, 0.8, degrees)), goal), BURGER, name, 'page')
+            for name, degrees in (('one', -90.0), ('other', -80.0))]
+    text = write_comparison(runs, tmp_path).read_text()
+    assert ['<a href="page">one</a>', '0', '1', '0', '0.80', '20.0'] in rows_of(text)
+    off, turned = drive_errors(runs).axes
+    for axes, expected in ((off, (200.0, 200.0)), (turned, (0.0, -10.0))):
+        points = [line.get_xdata() for line in axes.get_lines() if line.get_marker() == 'o']
+        assert np.concatenate(points) == pytest.approx(expected, abs=0.5)
+        assert axes.get_lines()[-1].get_xdata() == pytest.approx([0.0, 0.0])     # the line of 0
+    assert [label.get_text() for label in off.get_yticklabels()] == ['one', 'other']
+    axes, = ways(runs).axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ('x in local [m]', 'y in local [m]')
+    paths_drawn = [line for line in axes.get_lines() if len(line.get_xdata()) > 5]
+    assert [line.get_label() for line in paths_drawn] == ['one', 'other']
+    for line in paths_drawn:
+        assert line.get_xydata()[-1] == pytest.approx((0.0, 0.8), abs=0.01)
+
+
+def test_the_files_of_a_run_with_turns_and_a_drive(tmp_path):
+    segments = [turn(2.0, 90.0)] + drive(6.0, 90.0, 0.8, -90.0)
+    page = write_report(completed(driven(segments), Pose2(0.0, 0.6, 0.5)), BURGER, tmp_path)
+    assert 'Goal: taken as (0 m, 0.6 m, 28.648 deg), see --goal.' in page.read_text()
+    for name, column, value in (('turns', 'turned_deg', 90.0), ('drives', 'move_forward_s', 4.0)):
+        with open(str(tmp_path / (name + '.csv')), newline='') as file:
+            row, = csv.DictReader(file)
+        assert float(row[column]) == pytest.approx(value, abs=0.2)

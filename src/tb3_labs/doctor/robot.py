@@ -9,8 +9,12 @@ from typing import Mapping, Optional, Sequence, Tuple
 
 from tb3_labs.doctor.line import Line, fault, ok, warning
 from tb3_labs.doctor.network import PROBLEMS, Address, Answer, is_loopback
-from tb3_labs.supervision.freshness import RESUME_TIME, SENSOR_TIMEOUT
 
+#: The labs' nodes stop the robot after a silence of a sensor of this length [s],
+PAUSES = 0.22
+#: and give up the drive after one of this length [s]. Both are those of supervision.freshness, which
+#: the students' edition, but not its doctor, leaves out.
+GIVES_UP = 2.0
 #: Fewer samples than this are too few to steer by [1/s].
 FEW = 10.0
 #: A clock that is off by more than the first of these upsets tf; by more than the second, nothing
@@ -192,15 +196,15 @@ def judge_stream(stream: Stream) -> Line:
         return fault(name, 'nothing came on {} for {:.1f} s'.format(stream.topic, stream.seconds),
                      "restart the robot's bringup; switch the robot's board off and on")
     rate = '{:.0f}/s'.format(stream.rate)
-    if stream.gap <= SENSOR_TIMEOUT:
+    if stream.gap <= PAUSES:
         if stream.rate < FEW:
             return warning(name, 'only {} on {}: the robot will drive badly'.format(
                 rate, stream.topic), 'a bad WLAN? go nearer to its access point')
         return ok(name, '{}, never silent for more than {:.2f} s'.format(rate, stream.gap))
-    judge = fault if stream.gap > RESUME_TIME else warning
-    effect = 'a drive is given up' if stream.gap > RESUME_TIME else 'the robot will pause'
+    judge = fault if stream.gap > GIVES_UP else warning
+    effect = 'a drive is given up' if stream.gap > GIVES_UP else 'the robot will pause'
     held = stream.late > 0.5 * stream.gap
-    if held and stream.robot_here or stream.gap - stream.own_pause <= SENSOR_TIMEOUT:
+    if held and stream.robot_here or stream.gap - stream.own_pause <= PAUSES:
         return judge(name, '{}, but this computer held messages for {:.1f} s: {}'.format(
             rate, stream.gap, effect), 'close other programs: it is too busy')
     if held:
