@@ -14,7 +14,7 @@ import textwrap
 
 from tb3_labs.command_line import Parser
 from tb3_labs.simulation.mystery import KINDS, LAST
-from tb3_labs.simulation.mystery_answer import judge
+from tb3_labs.simulation.mystery import judge
 
 EXAMPLE = 'example: mystery.py --answer 7 "imu offset" 130'
 

@@ -7,7 +7,7 @@ import sys
 
 from tb3_labs.command_line import Parser
 from tb3_labs.simulation.mystery import LAST, draw
-from tb3_labs.simulation.mystery_answer import shown
+from tb3_labs.simulation.mystery import shown
 
 
 def main(words):

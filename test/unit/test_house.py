@@ -17,7 +17,7 @@ FLOOR = {room: floor for floor, rooms in enumerate(NOTIONS + [{'ros'}, set(TOOLS
 ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 'threading'}
 #: Folders of ros/ that still hold a part of a tool.
 PARTS = {'ros/marking': 'marking', 'ros/panel': 'panel', 'ros/doctor': 'doctor', 'ros/bags': 'report',
-         'ros/robot': 'simulation', 'ros/testing': 'marking'}
+         'ros/testing': 'marking'}
 
 
 def imports():
@@ -82,7 +82,7 @@ def test_every_room_says_which_question_it_answers(room):
 #: Floors within ros/, from the ground up: its own files, then its folders.
 ROS_FLOORS = [{'rospy_internals', 'conversions', 'parameters', 'reconfigure', 'signals'},
               {'clocks', 'traffic', 'awaited'}, {'console'}, {'node'}, {'topics', 'diagnostics'},
-              {'driving', 'devices', 'robot', 'bags', 'move_to_goal', 'testing', 'doctor', 'launching'},
+              {'driving', 'devices', 'bags', 'move_to_goal', 'testing', 'doctor', 'launching'},
               {'marking', 'panel'}]
 ROS_FLOOR = {part: floor for floor, parts in enumerate(ROS_FLOORS) for part in parts}
 #: These files alone touch private parts of libraries.

@@ -5,7 +5,7 @@ import pathlib
 import pytest
 
 from tb3_labs.simulation.mystery import KINDS, LAST, draw
-from tb3_labs.simulation.mystery_answer import fault_called, judge
+from tb3_labs.simulation.mystery import fault_called, judge
 
 SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / 'scripts'
 # Of the key: 4 is an imu offset of 115 deg, 15 a wheel mismatch of -3.5 %, 7 a command latency.

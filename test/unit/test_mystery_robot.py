@@ -4,7 +4,7 @@ import pytest
 pytest.importorskip('rospy')
 
 from tb3_labs.robot.samples import OdometrySample    # noqa: E402
-from tb3_labs.ros.robot import fake_robot    # noqa: E402
+from tb3_labs.simulation import ros_robot    # noqa: E402
 from tb3_labs.simulation.mystery import HiddenFault    # noqa: E402
 from tb3_labs.simulation.simulator_config import SimulatorConfig    # noqa: E402
 
@@ -26,11 +26,11 @@ class Sensors:
 
 def test_its_fault_comes_and_goes_and_no_truth_is_said(monkeypatch):
     published = []
-    monkeypatch.setattr(fake_robot, 'SensorTopics', Sensors)
-    monkeypatch.setattr(fake_robot, 'publisher', lambda *words: published.append(words))
-    monkeypatch.setattr(fake_robot, 'subscribe', lambda *words: None)
+    monkeypatch.setattr(ros_robot, 'SensorTopics', Sensors)
+    monkeypatch.setattr(ros_robot, 'publisher', lambda *words: published.append(words))
+    monkeypatch.setattr(ros_robot, 'subscribe', lambda *words: None)
     plain = SimulatorConfig(imu_rate=20.0)
-    robot = fake_robot.FakeRobot(plain, hidden=HiddenFault(5, plain))   # silent odometry, 4.0 s
+    robot = ros_robot.FakeRobot(plain, hidden=HiddenFault(5, plain))   # silent odometry, 4.0 s
     for step in range(17 * 200):
         robot.tick(step, 0.0)
     stamps = [sample.stamp for sample in robot._sensors.samples

@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from tb3_labs.ros.robot import pacemaker
+from tb3_labs.simulation import ros_robot
 
 #: Times of a computer that pauses after a second [s].
 PAUSE_AT, PAUSE = 1.0, 0.4
@@ -45,15 +45,15 @@ class Robot:
     (None, 1.0, PAUSE), ('a clock', 1.0, 0.0), ('a clock', 5.0, 0.0)])
 def test_a_pause(clock, speed, made_up, monkeypatch):
     computer, ending = Computer(), threading.Event()
-    monkeypatch.setattr(pacemaker, 'time', computer)
-    monkeypatch.setattr(pacemaker, 'publish_now', lambda clock, message: None)
+    monkeypatch.setattr(ros_robot, 'time', computer)
+    monkeypatch.setattr(ros_robot, 'publish_now', lambda clock, message: None)
     robot = Robot(computer, ending)
-    pace = pacemaker.Pacemaker.__new__(pacemaker.Pacemaker)
+    pace = ros_robot.Pacemaker.__new__(ros_robot.Pacemaker)
     pace._robots, pace._epoch, pace._ending = [robot], 1e9, ending
     pace._take(clock, speed)
     pace._run()
     at_once = max(robot.steps.count(now) for now in robot.steps)
-    assert at_once * pacemaker.STEP == pytest.approx(made_up, abs=3.0 * pacemaker.STEP)
+    assert at_once * ros_robot.STEP == pytest.approx(made_up, abs=3.0 * ros_robot.STEP)
     # it goes on at its own pace
-    assert (len(robot.steps) - at_once) * pacemaker.STEP == pytest.approx(
+    assert (len(robot.steps) - at_once) * ros_robot.STEP == pytest.approx(
         speed * (END - PAUSE), rel=0.03)

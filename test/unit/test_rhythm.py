@@ -1,7 +1,7 @@
 """Moments at a fixed rate, also where the rate changes while it runs."""
 import pytest
 
-from tb3_labs.simulation.rhythm import Rhythm
+from tb3_labs.simulation.sensors import Rhythm
 
 
 def test_moments_are_counted_from_the_start():

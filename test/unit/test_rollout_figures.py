@@ -5,14 +5,14 @@ A limit that is only checked from one side holds for a figure that is always 0, 
 import math
 
 import pytest
+import rollout
+from rollout import drive, turns
 
 from tb3_labs.control.drive_config import DriveConfig
 from tb3_labs.control.least_time import least_time
 from tb3_labs.control.turning import TurnConfig
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, robot_model
-from tb3_labs.simulation import rollout
-from tb3_labs.simulation.rollout import drive, turns
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 BURGER = robot_model('burger')

@@ -5,7 +5,7 @@ import pytest
 from simulated import MOTOR_STEP, STIFF, drive, imu_of, odom_of
 
 from tb3_labs.robot.samples import ImuSample, OdometrySample, with_stamp
-from tb3_labs.simulation.faults import DROPOUT, Dropouts, SensorFaults
+from tb3_labs.simulation.sensors import DROPOUT, Dropouts, SensorFaults
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig

@@ -4,7 +4,7 @@ import statistics
 
 import pytest
 
-from tb3_labs.simulation.imu import ImuModel
+from tb3_labs.simulation.body import ImuModel
 
 def imu(offset=0.0, **how):
     model = ImuModel(0.0, offset, 1)

@@ -4,6 +4,7 @@ import random
 from dataclasses import replace
 
 import pytest
+from rollout import turns
 
 from tb3_labs.control.approach import ApproachConfig
 from tb3_labs.control.motor_response import Response
@@ -12,7 +13,6 @@ from tb3_labs.control.turning import (
 from tb3_labs.localization.yaw_noise import YawNoise
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import robot_model
-from tb3_labs.simulation.rollout import turns
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 BURGER = robot_model('burger')

@@ -10,8 +10,9 @@ import pytest
 
 HERE = pathlib.Path(__file__).resolve().parent
 SOURCES = HERE.parents[1] / 'src'
-PURE = sorted('tb3_labs.' + path.stem for path in (SOURCES / 'tb3_labs').iterdir()
-              if path.stem != 'ros' and not path.name.startswith('__'))
+PURE = sorted('.'.join(path.relative_to(SOURCES).with_suffix('').parts)
+              for path in (SOURCES / 'tb3_labs').rglob('*.py')
+              if 'ros' not in path.parts and not path.name.startswith(('ros_', '__')))
 
 MISSING = importlib.util.find_spec('mypy') is None
 pytestmark = [
@@ -31,12 +32,12 @@ def cache(pytestconfig, tmp_path_factory):
     return (kept.mkdir if hasattr(kept, 'mkdir') else kept.makedir)('mypy')    # as pytest's version has it
 
 
-def complaints(cache, packages, more=''):
-    """mypy's lines about packages of the sources, or of the folder `more`."""
+def complaints(cache, modules, more=''):
+    """mypy's lines about modules of the sources, or of the folder `more`."""
     command = [sys.executable, '-m', 'mypy', '--config-file', str(HERE / 'types.ini'),
                '--cache-dir', str(cache), '--no-error-summary']
-    for package in packages:
-        command += ['-p', package]
+    for module in modules:
+        command += ['-m', module]
     result = subprocess.run(
         command, cwd=str(SOURCES), timeout=600.0,
         env=dict(os.environ, MYPYPATH=os.pathsep.join(filter(None, (str(SOURCES), str(more))))),

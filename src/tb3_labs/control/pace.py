@@ -8,8 +8,8 @@ Between two steps no IMU sample needs to be read: the IMU sends several in a per
 step needs a fresh one. Waking up for each of them is the largest cost of a rospy node. So
 `Listening` leaves the stream alone after a sample, until the next step is due. Of the samples that
 waited meanwhile the latest is read then, and takes the step. Its stamp tells its age, at most one
-period of the IMU, and the laws reckon with that. So a step costs one look at the stream. Nodes (:func:`tb3_labs.ros.topics.subscribe`) and roll-outs (:mod:`tb3_labs.simulation.rollout`)
-read their samples in this rhythm.
+period of the IMU, and the laws reckon with that. So a step costs one look at the stream. Nodes
+(:func:`tb3_labs.ros.topics.subscribe`) and roll-outs read their samples in this rhythm.
 
 Units: seconds on the caller's clock (`now`). Edge cases: a clock that goes back makes a command
 due, and ends a pause in listening; the first step, and the first after a pause, counts as one

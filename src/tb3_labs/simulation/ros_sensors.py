@@ -1,19 +1,34 @@
-"""The topics of an embedded robot's sensors: `imu`, `odom`, `joint_states`, `/tf`."""
+"""The topics of a simulated robot's sensors: `imu`, `odom`, `joint_states`, `/tf`.
+
+The messages are filled as the firmware fills them. Source: ROBOTIS OpenCR firmware 1.2.6
+(turtlebot3_sensor.cpp for the covariances; it leaves those of the odometry at zero).
+"""
 from collections import deque
 
 import rospy
+from geometry_msgs.msg import Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.robot.samples import ImuSample
-from tb3_labs.ros.conversions import frame, to_transform
-from tb3_labs.ros.robot.messages import imu_message, joint_message, odometry_message
+from tb3_labs.ros.conversions import frame, to_quaternion, to_transform
 from tb3_labs.ros.rospy_internals import publish_now
 
 #: After a stall at most this number of messages of a topic is sent, the latest: real queues and
 #: buffers are finite, too. The messages of an IMU at 200 Hz in the longest stall fit in.
 MOST_HELD = 2000
+WHEEL_JOINTS = ['wheel_left_joint', 'wheel_right_joint']
+GRAVITY = 9.80665  # [m/s^2]
+
+
+def _diagonal(variance):
+    return [variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, variance]
+
+
+ORIENTATION_COVARIANCE = _diagonal(0.0025)
+ANGULAR_VELOCITY_COVARIANCE = _diagonal(0.02)
+LINEAR_ACCELERATION_COVARIANCE = _diagonal(0.04)
 
 
 class SensorTopics:
@@ -78,5 +93,41 @@ class SensorTopics:
 
 
 def publisher(topic, kind):
-    """A publisher of an embedded robot: it sends at once, and has a short queue."""
+    """A publisher of a simulated robot: it sends at once, and has a short queue."""
     return rospy.Publisher(topic, kind, queue_size=50, tcp_nodelay=True)
+
+
+def imu_message(sample, stamp, frame):
+    """sensor_msgs/Imu of a robot that stands level."""
+    message = Imu()
+    message.header.stamp = rospy.Time.from_sec(stamp)
+    message.header.frame_id = frame
+    message.orientation = to_quaternion(sample.yaw)
+    message.orientation_covariance = ORIENTATION_COVARIANCE
+    message.angular_velocity = Vector3(0.0, 0.0, sample.yaw_rate)
+    message.angular_velocity_covariance = ANGULAR_VELOCITY_COVARIANCE
+    message.linear_acceleration = Vector3(0.0, 0.0, GRAVITY)
+    message.linear_acceleration_covariance = LINEAR_ACCELERATION_COVARIANCE
+    return message
+
+
+def odometry_message(sample, stamp, frame, child_frame):
+    """nav_msgs/Odometry."""
+    message = Odometry()
+    message.header.stamp = rospy.Time.from_sec(stamp)
+    message.header.frame_id = frame
+    message.child_frame_id = child_frame
+    message.pose.pose.position.x = sample.pose.x
+    message.pose.pose.position.y = sample.pose.y
+    message.pose.pose.orientation = to_quaternion(sample.pose.yaw)
+    message.twist.twist.linear.x = sample.linear
+    message.twist.twist.angular.z = sample.angular
+    return message
+
+
+def joint_message(angles, speeds, stamp, frame):
+    """sensor_msgs/JointState of the two wheels, left one first."""
+    message = JointState(name=WHEEL_JOINTS, position=angles, velocity=speeds, effort=[0.0, 0.0])
+    message.header.stamp = rospy.Time.from_sec(stamp)
+    message.header.frame_id = frame
+    return message
