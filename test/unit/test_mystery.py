@@ -9,8 +9,7 @@ from simulated import imu_of, odom_of
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.robot.samples import ImuSample
-from tb3_labs.simulation.mystery import KINDS, LAST, PLAIN, HiddenFault, draw
-from tb3_labs.simulation.mystery import judge
+from tb3_labs.simulation.mystery import KINDS, LAST, PLAIN, HiddenFault, draw, judge
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
