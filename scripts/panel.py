@@ -36,7 +36,7 @@ from tb3_labs.panel.viewer import Viewer
 from tb3_labs.panel.wheel import LONGEST_DELAY
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.console import log_news, say
-from tb3_labs.ros.move_to_goal.reset_call import call_reset
+from tb3_labs.ros.reset_call import call_reset
 from tb3_labs.ros.node import guarded, run
 from tb3_labs.ros.panel.log_lines import LogLines, lines_of
 from tb3_labs.ros.panel.robot import PanelRobot

@@ -84,7 +84,6 @@ def soak(seconds, seed=1):
         result.turns.append(abs(turned - angle))
         result.failures += [news.text for news in controller.take_news() if news.warning]
         navigator.take_news()
-        navigator.take_resets()
         if len(result.drives) >= WARM:
             gc.collect()
             result.objects.append(len(gc.get_objects()))

@@ -11,7 +11,7 @@ from tb3_labs.msg import MouseController
 from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.panel.joy import joy_of
 from tb3_labs.ros.conversions import frame, to_pose_stamped
-from tb3_labs.ros.driving.ctrl_relinq import ControlGiver
+from tb3_labs.ros.ctrl_relinq import ControlGiver
 from tb3_labs.ros.parameters import read_config
 from tb3_labs.ros.rospy_internals import heard_by, messages_written
 
