@@ -325,6 +325,7 @@ class Move2GoalTest(NodeCase):
         self.assertEqual(self.action.get_state(), GoalStatus.PREEMPTED)
         self.seen.wait_for('cmd_vel', lambda command: command == (0.0, 0.0))
         self.wait_for_rest()
+        self.assertTrue(self.declare().message.endswith('; no goal: send one'))
         self.drive_by_action(Pose2(2.0, 0.0, 0.0))
         self.goals.publish(to_pose_stamped(self.seen.latest('local_pose')[1], 'local', 0.0))
         self.assertTrue(self.action.wait_for_result(rospy.Duration(20.0)))
