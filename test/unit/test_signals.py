@@ -135,9 +135,6 @@ def interrupted_while_it_imports(name):
 
 @pytest.mark.parametrize('name', NODES)
 def test_ctrl_c_ends_a_node_that_still_imports(name):
+    """The students' edition has fewer of them."""
     status, text = interrupted_while_it_imports(name)
     assert status == -signal.SIGINT and 'Traceback' not in text
-
-
-def test_there_are_such_nodes():
-    assert len(NODES) >= 5

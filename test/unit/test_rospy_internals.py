@@ -1,5 +1,5 @@
-"""Messages that are published past rospy's queues arrive whole and in order, whoever reads or does not;
-the publisher never waits."""
+"""The private parts of rospy that are changed: messages published past its queues arrive whole and in
+order and keep no publisher waiting; no publisher is overlooked that registers with a subscriber."""
 import math
 import socket
 import struct
@@ -8,13 +8,15 @@ import time
 from types import SimpleNamespace
 
 import pytest
-import rospy
-from rospy.impl.tcpros_base import TCPROSTransport
-from rospy.impl.tcpros_pubsub import QueuedConnection, TCPROSPub
-from rospy.topics import _PublisherImpl
-from std_msgs.msg import String
 
-from tb3_labs.ros.rospy_internals import SURELY_TAKEN, publish_now
+rospy = pytest.importorskip('rospy')
+from rospy.impl.registration import RegManager    # noqa: E402
+from rospy.impl.tcpros_base import TCPROSTransport    # noqa: E402
+from rospy.impl.tcpros_pubsub import QueuedConnection, TCPROSPub    # noqa: E402
+from rospy.topics import _PublisherImpl    # noqa: E402
+from std_msgs.msg import String    # noqa: E402
+
+from tb3_labs.ros.rospy_internals import SURELY_TAKEN, join_updates, publish_now    # noqa: E402
 
 #: Messages that rospy's queue holds.
 QUEUE = 3
@@ -159,3 +161,24 @@ def test_what_is_closed_or_of_the_wrong_type_is_refused(line):
         publish_now(line.publisher, String('late'))
     with pytest.raises(rospy.ROSException, match='unregistered'):
         publish_now(SimpleNamespace(impl=None), String('late'))
+
+
+# Lists of publishers ------------------------------------------------------------------------------
+
+@pytest.fixture
+def manager():
+    manager = RegManager(None)
+    join_updates(manager)
+    return manager
+
+
+def test_an_answer_without_a_publisher_does_not_hide_one_that_was_told_before(manager):
+    manager.publisher_update('/odom', ['http://robot:1/'])
+    manager.publisher_update('/odom', [])
+    assert manager.updates[-1] == ('/odom', ['http://robot:1/'])
+
+
+def test_other_topics_stay_apart(manager):
+    manager.publisher_update('/odom', ['http://robot:1/'])
+    manager.publisher_update('/imu', ['http://robot:2/', 'http://robot:3/'])
+    assert manager.updates[-1] == ('/imu', ['http://robot:2/', 'http://robot:3/'])
