@@ -41,8 +41,7 @@ from tb3_labs.ros.ctrl_relinq import hear_takers
 from tb3_labs.ros.launching.parent import end_parent
 from tb3_labs.ros.node import end, guarded, run
 from tb3_labs.ros.parameters import read_config, read_model
-from tb3_labs.ros.testing.connections import comes_to_hear
-from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.observer import Observer, comes_to_hear
 from tb3_labs.srv import ResetPose
 
 #: Longest wait for the robot and the nodes at the start [s].

@@ -10,7 +10,7 @@ import rostest
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float32
 
-from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.observer import Observer
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import SILENCE, STARTING, Hiccups, NodeCase    # noqa: E402 (a relay's folder)

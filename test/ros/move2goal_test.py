@@ -21,7 +21,7 @@ from tb3_labs.control.goal_state import is_over
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2, interpolate
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped, to_twist, transform_to_pose2
-from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.observer import Observer
 from tb3_labs.srv import ResetPose, SetInitialPose
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))

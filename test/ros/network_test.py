@@ -22,13 +22,13 @@ from std_msgs.msg import Bool, String
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.testing.observer import Observer
-from tb3_labs.ros.testing.ports import free_port
-from tb3_labs.ros.testing.rosunit_internals import rosrun
+from tb3_labs.ros.observer import Observer
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from costs import free_port    # noqa: E402
 from node_case import STARTING, ZERO, Hiccups, Node    # noqa: E402 (a relay's folder)
 from panel_page import Page    # noqa: E402
+from rosunit_internals import rosrun    # noqa: E402
 from two_hosts import TwoHosts    # noqa: E402
 
 

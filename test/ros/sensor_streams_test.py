@@ -16,7 +16,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu
 
 from tb3_labs.ros.conversions import to_pose2, to_quaternion
-from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.observer import Observer
 from tb3_labs.srv import ResetPose
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', 'unit'))

@@ -14,12 +14,12 @@ from std_msgs.msg import Float64
 
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.conversions import to_mouse
-from tb3_labs.ros.testing.observer import Observer
-from tb3_labs.ros.testing.rosunit_internals import rosrun
-from tb3_labs.ros.testing.virtual_screen import VirtualScreen
+from tb3_labs.ros.observer import Observer
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import STARTING, ZERO, Hiccups, NodeCase    # noqa: E402 (a relay's folder)
+from rosunit_internals import rosrun    # noqa: E402
+from virtual_screen import VirtualScreen    # noqa: E402
 
 WIDTH, HEIGHT = 800, 600
 

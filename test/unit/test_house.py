@@ -16,8 +16,7 @@ FLOOR = {room: floor for floor, rooms in enumerate(NOTIONS + [{'ros'}, set(TOOLS
 #: Modules that the notions do not use.
 ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 'threading'}
 #: Folders of ros/ that still hold a part of a tool.
-PARTS = {'ros/marking': 'marking', 'ros/panel': 'panel', 'ros/doctor': 'doctor', 'ros/bags': 'report',
-         'ros/testing': 'marking'}
+PARTS = {'ros/marking': 'marking', 'ros/panel': 'panel', 'ros/doctor': 'doctor', 'ros/bags': 'report'}
 
 
 def imports():
@@ -82,13 +81,12 @@ def test_every_room_says_which_question_it_answers(room):
 #: Floors within ros/, from the ground up: its own files, then its folders.
 ROS_FLOORS = [{'rospy_internals', 'conversions', 'parameters', 'reconfigure', 'signals'},
               {'clocks'}, {'console'}, {'node'}, {'topics', 'diagnostics', 'reset_call'},
-              {'cmd_vel', 'ctrl_relinq', 'goals', 'resets', 'display', 'bags', 'testing', 'doctor',
-               'launching'},
+              {'cmd_vel', 'ctrl_relinq', 'goals', 'resets', 'display', 'bags', 'observer',
+               'program', 'doctor', 'launching'},
               {'marking', 'panel'}]
 ROS_FLOOR = {part: floor for floor, parts in enumerate(ROS_FLOORS) for part in parts}
 #: These files alone touch private parts of libraries.
-INTERNALS = {'rospy_internals.py', 'rosbag_internals.py', 'roslaunch_internals.py',
-             'rosunit_internals.py'}
+INTERNALS = {'rospy_internals.py', 'rosbag_internals.py', 'roslaunch_internals.py'}
 #: Private without an underscore: modules that rospy keeps for itself, and what its handles hold.
 ROSPY_PARTS = {'impl', 'core', 'rostime', 'get_stats'}
 

@@ -29,7 +29,7 @@ from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.ros.marking.gamepad import AXES, BUTTONS
 from tb3_labs.ros.marking.pads import pad_called, pad_in_words
 from tb3_labs.ros.marking.trial import SCRIPTS
-from tb3_labs.ros.testing.bounded_text import BoundedText
+from tb3_labs.ros.program import BoundedText
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 TABLE = yaml.safe_load(

@@ -16,7 +16,7 @@ from tb3_labs.ros.marking.launch import Launch
 from tb3_labs.ros.marking.limits import Watch
 from tb3_labs.ros.marking.types import Types
 from tb3_labs.ros.marking.waiting import wait_until
-from tb3_labs.ros.testing.node_process import NodeProcess
+from tb3_labs.ros.program import NodeProcess
 
 #: A node is ready when it listens to its topic and has registered nothing new for this time; the
 #: master is asked every LOOK [s].

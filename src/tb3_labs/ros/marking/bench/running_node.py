@@ -17,7 +17,7 @@ from tb3_labs.marking.topics import CMD_VEL, IMU, ODOM
 from tb3_labs.ros.marking.graph import LISTENS, PUBLISHES, Graph
 from tb3_labs.ros.marking.types import Types
 from tb3_labs.ros.marking.waiting import wait, wait_until
-from tb3_labs.ros.testing.bounded_text import BoundedText
+from tb3_labs.ros.program import BoundedText
 
 #: A person starts the node within this time [s]; the master is asked every LOOK.
 START_TIME = 300.0

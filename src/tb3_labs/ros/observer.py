@@ -1,13 +1,16 @@
-"""Watches topics for code that waits: the demonstration and the tests."""
+"""Watches topics and connections for code that waits: the demonstration and the tests."""
 import threading
 import time
+import xmlrpc.client
 from collections import deque
 from itertools import takewhile
 
+import rosgraph
 import rospy
 from geometry_msgs.msg import PoseStamped, Twist
 
 from tb3_labs.geometry.angles import difference
+from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.rospy_internals import mend_registration
 from tb3_labs.ros.topics import subscribe
@@ -92,3 +95,27 @@ class Observer:
                                         if seen and topic in (what, 'goal_state')}))
                 self._changed.wait(min(left, 0.05))
         return True
+
+
+def comes_to_hear(node, topics, seconds):
+    """Wait until `node` is connected to all publishers of each of `topics`; False if it is not,
+    after `seconds` of wall time."""
+    return wait_until(lambda: all(_hears(node, topic) for topic in topics), seconds)
+
+
+def _hears(node, topic):
+    """Is `node` connected to all publishers of `topic`, and is there one?"""
+    node, topic = rospy.resolve_name(node), rospy.resolve_name(topic)
+    master = rosgraph.Master(rospy.get_name())
+    publishers = dict(master.getSystemState()[0]).get(topic, [])
+    try:
+        return bool(publishers) and all(
+            (topic, node) in _links_from(master.lookupNode(publisher)) for publisher in publishers)
+    except (OSError, rosgraph.MasterException):    # one of them has just ended
+        return False
+
+
+def _links_from(uri):
+    """{(topic, node that is connected to it)} of the node at `uri`, by ROS's slave API."""
+    _, _, links = xmlrpc.client.ServerProxy(uri).getBusInfo(rospy.get_name())
+    return {(topic, node) for _, node, direction, _, topic, *_ in links if direction == 'o'}

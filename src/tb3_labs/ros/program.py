@@ -1,11 +1,16 @@
-"""A node, or another program, as a process of its own, and its output; for tests."""
+"""A node, or another program, as a process of its own, and its output, read while it runs; for the
+marking and the tests."""
 import os
 import pty
 import signal
 import subprocess
+import threading
 import time
 
-from tb3_labs.ros.testing.output import Output
+#: Number of characters kept at either end.
+KEPT_CHARACTERS = 100000
+#: Output is read no faster than this, so that much of it does not load the machine [characters/s].
+FASTEST_READING = 1e6
 
 
 class Program:
@@ -116,3 +121,95 @@ class NodeProcess(Program):
     def __init__(self, package, executable, *arguments, prefix=(), **options):
         super().__init__(list(prefix) + ['rosrun', package, executable] + list(arguments),
                          **options)
+
+
+class Output:
+    """The text that comes from the file descriptor `source`, of which head and tail are kept."""
+
+    def __init__(self, source):
+        self._source = source
+        self._changed = threading.Condition()
+        self._text = BoundedText()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self):
+        while True:
+            try:
+                chunk = os.read(self._source, 65536)
+            except OSError:    # the other side of a pseudo-terminal is closed
+                chunk = b''
+            with self._changed:
+                self._text.append(chunk.decode(errors='replace').replace('\r\n', '\n'))
+                self._changed.notify_all()
+            if not chunk:
+                return
+            time.sleep(len(chunk) / FASTEST_READING)
+
+    def __str__(self):
+        with self._changed:
+            return str(self._text)
+
+    @property
+    def size(self):
+        """The amount so far: (characters, lines)."""
+        with self._changed:
+            return self._text.length, self._text.lines
+
+    def since(self, characters):
+        """The text after the first `characters`, as far as it is kept."""
+        with self._changed:
+            return self._text.since(characters)
+
+    def wait_for(self, words, seconds, times):
+        """Wait until `words` came `times` times; RuntimeError with the output if not."""
+        self._wait(lambda text: text.count(words) >= times, seconds, repr(words))
+
+    def wait_for_match(self, pattern, seconds):
+        """Wait until the regular expression `pattern` is found in all that came; RuntimeError with
+        the output if not."""
+        self._wait(pattern.search, seconds, pattern.pattern)
+
+    def _wait(self, holds, seconds, wanted):
+        with self._changed:
+            if not self._changed.wait_for(lambda: holds(str(self._text)), seconds):
+                raise RuntimeError('waited {:.0f} s in vain for {}; printed: {}'.format(
+                    seconds, wanted, self._text))
+
+    def wait_for_the_end(self, seconds):
+        """Wait until the other side is closed, at most `seconds`."""
+        self._reader.join(seconds)
+
+
+class BoundedText:
+    """The output of a program that may print for ever."""
+
+    def __init__(self, kept=KEPT_CHARACTERS):
+        self._kept = kept
+        self._head = ''
+        self._tail = ''
+        #: Characters and line ends so far, also those that were dropped.
+        self.length = 0
+        self.lines = 0
+
+    def append(self, text):
+        """Add `text` at the end."""
+        self.length += len(text)
+        self.lines += text.count('\n')
+        room = self._kept - len(self._head)
+        self._head += text[:room]
+        self._tail += text[room:]
+        if len(self._tail) > 2 * self._kept:    # not at each call, since it copies
+            self._tail = self._tail[-self._kept:]
+
+    def __str__(self):
+        dropped = self.length - len(self._head) - len(self._tail)
+        if not dropped:
+            return self._head + self._tail
+        return '{}\n... {} characters are left out here ...\n{}'.format(
+            self._head, dropped, self._tail)
+
+    def since(self, length):
+        """The text after the first `length` characters, as far as it is kept."""
+        tail_begins = self.length - len(self._tail)
+        return self._head[length:] + self._tail[max(0, length - tail_begins):]

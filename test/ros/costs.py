@@ -1,6 +1,8 @@
-"""The costs of a running node: CPU time, memory, threads. For benchmarks and tests, on Linux."""
+"""A private master at a free port; the costs of a running node: CPU time, memory, threads. On Linux."""
 import contextlib
 import os
+import random
+import socket
 import subprocess
 import time
 import xmlrpc.client
@@ -9,11 +11,25 @@ import rosgraph
 import rospy
 
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.testing.ports import free_port
 
 #: Longest wait for a master [s].
 MASTER_TIMEOUT = 30.0
+#: Below the ports that Linux gives to whoever asks for any: a program that starts meanwhile, such as a
+#: master's own roslaunch, cannot take one of these.
+PORTS = range(20000, 32000)
 _PAGE = os.sysconf('SC_PAGE_SIZE')
+
+
+def free_port():
+    """A TCP port of this computer on which nobody listens."""
+    while True:
+        port = random.choice(PORTS)
+        with socket.socket() as probe:
+            try:
+                probe.bind(('127.0.0.1', port))
+            except OSError:
+                continue
+            return port
 
 
 @contextlib.contextmanager
