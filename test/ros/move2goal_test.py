@@ -172,14 +172,6 @@ class Move2GoalTest(NodeCase):
         self.assertEqual(self.drive(), 'GOAL_REACHED')
         self.assert_pose(local_T_world @ self.truth(), goal)
 
-    def test_goal_in_the_odometrys_frame(self):
-        self.reset(0.5, 0.0, 30.0)
-        odom_T_local = self.odom_T_local()
-        goal = odom_T_local @ Pose2(0.9, 0.2, 0.3)
-        self.set_goal(goal, 'odom')
-        self.assertEqual(self.drive(), 'GOAL_REACHED')
-        self.assert_pose(self.seen.latest('local_pose')[1], Pose2(0.9, 0.2, 0.3))
-
     def odom_T_local(self):
         now = rospy.get_time()
 

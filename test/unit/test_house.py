@@ -86,7 +86,7 @@ ROS_FLOORS = [{'rospy_internals', 'conversions', 'parameters', 'reconfigure', 's
               {'marking', 'panel'}]
 ROS_FLOOR = {part: floor for floor, parts in enumerate(ROS_FLOORS) for part in parts}
 #: These files alone touch private parts of libraries.
-INTERNALS = {'rospy_internals.py', 'rosbag_internals.py', 'roslaunch_internals.py'}
+INTERNALS = {'rospy_internals.py', 'ros_internals.py', 'rosbag_internals.py', 'roslaunch_internals.py'}
 #: Private without an underscore: modules that rospy keeps for itself, and what its handles hold.
 ROSPY_PARTS = {'impl', 'core', 'rostime', 'get_stats'}
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import rospy
 
+from tb3_labs.marking.ros_internals import ServiceType, offer_any_service, service_types
 from tb3_labs.ros.marking.requests import is_origin
-from tb3_labs.ros.rospy_internals import ServiceType, offer_any_service, service_types
 
 
 def packages_with_services(packages):

@@ -10,11 +10,12 @@ from geometry_msgs.msg import PoseStamped, Twist
 
 from tb3_labs.geometry.angles import continuous
 from tb3_labs.marking.conduct import false_message
+from tb3_labs.marking.ros_internals import sender_of
 from tb3_labs.marking.topics import CMD_VEL, TRUTH
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.marking.waiting import wait_until
 from tb3_labs.ros.topics import subscribe
-from tb3_labs.ros.rospy_internals import connection_of, sender_of
+from tb3_labs.ros.rospy_internals import connection_of
 
 #: The embedded robot publishes its pose within this time [s].
 START_TIME = 15.0
