@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The embedded robot: it behaves like a TurtleBot3 with its firmware, on the same topics.
+"""The simulated robot: it behaves like a TurtleBot3 with its firmware, on the same topics.
 
 Subscribes
     cmd_vel       geometry_msgs/Twist          linear.x [m/s], angular.z [rad/s]

@@ -16,8 +16,8 @@ Publishes
     local_path             nav_msgs/Path, frame local
     has_control            std_msgs/Bool, latched: may this node drive?
     goal_state             std_msgs/String, latched: the state, or why the goal was given up
-    distance_error [m], angle_error_deg   std_msgs/Float32: the way to go, and the angle off the final
-                           heading, for plots, ten times a second while they are heard
+    distance_error [m], angle_error_deg   std_msgs/Float32: the way to go, and the angle off the
+                           final heading, for plots, ten times a second while they are heard
     current_goal           geometry_msgs/PoseStamped, frame local, latched
     goal_marker            visualization_msgs/MarkerArray
     way_marker             visualization_msgs/Marker
@@ -101,7 +101,7 @@ class MoveToGoal:
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample,
                   self._core.odometry, queue_size=None)
         subscribe_wheels(self._on_wheels)
-        self._core.begin_control(steady_time())    # the lines above may take seconds, which are no sleep
+        self._core.begin_control(steady_time())    # the start may take seconds, and is not a sleep
         self._sources = SourceReport(
             (self._core.imu, 'imu', Imu, rospy.get_time),
             (self._core.odometry, 'odom', Odometry, rospy.get_time))

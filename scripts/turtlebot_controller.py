@@ -143,7 +143,7 @@ class Controller:
                       '90", or drive by the mouse', rospy.resolve_name('turn'))
 
     def _turn(self, degrees):
-        """Turn by `degrees`; ``ValueError`` where that is refused."""
+        """Turn by `degrees`; ``ValueError`` if that is refused."""
         with self._lock:
             self._core.update(steady_time())
             self._core.ask(degrees, rospy.get_time())

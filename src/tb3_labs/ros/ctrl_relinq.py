@@ -1,7 +1,7 @@
 """`ctrl_relinq` (std_msgs/Bool): True gives move_to_goal control, False takes it. Both ends.
 
-move_to_goal says on `has_control` whether it has control. A giver hears there whether its True
-counts, and other nodes hear that control was given.
+move_to_goal publishes on `has_control` whether it has control. A sender hears there whether its
+True counts; other nodes hear that control was given.
 """
 import rospy
 from std_msgs.msg import Bool
@@ -33,27 +33,27 @@ class ControlGiver:
 
     @property
     def written(self):
-        """{connection: number of words written to it}."""
+        """{connection: number of messages written to it}."""
         return messages_written(self._publisher)
 
     def say(self, word, now):
-        """Say True once, or False twice; `now` in [s], steady.
+        """Publish True once, or False twice; `now` in [s], steady.
 
-        The first word on a connection may be taken for an old one, that is repeated to it. A stop
-        must count there, too.
+        The first message on a connection may be taken for a latched one. A stop must count there,
+        too, so a second one follows.
         """
         self._said_at = now
         for _ in range(1 if word else 2):
             self._publisher.publish(word)
 
     def renew(self, now):
-        """Say True again if RENEWAL [s] has passed since the last word; `now` in [s], steady."""
+        """Publish True again if RENEWAL [s] has passed since the last message; `now` as above."""
         if now - self._said_at >= RENEWAL:
             self.say(True, now)
 
 
 def hear_takers(on_taken, prefix=''):
-    """Call `on_taken()` when another node says False; `prefix` as in ControlGiver."""
+    """Call `on_taken()` when another node publishes False; `prefix` as in ControlGiver."""
     def hear(event):
         if not event.value and event.sender != rospy.get_name():
             on_taken()

@@ -16,7 +16,7 @@ REPORT_PERIOD = 1.0    # [s, wall clock]
 
 
 class Diagnostics:
-    """Publishes the answer of `report()`: ``(problem, {name: value})``; '' is no problem.
+    """Publishes the answer of `report()`: ``(problem, {name: value})``; '': none.
 
     `report` is called once a second, heard or not, so that rates are those of the last second. Its
     thread holds no lock of the node.
@@ -69,8 +69,8 @@ class Traffic:
     """The rate of messages on a topic, including those that are dropped unread.
 
     It is that of the bytes that rospy received on the topic's connections, by the size of the first
-    message. To be made after the node's own subscriber: both share its connections, and the first one
-    decides how to connect.
+    message. To be made after the node's own subscriber: both share its connections, and the first
+    one decides how to connect.
     """
 
     def __init__(self, topic, kind):

@@ -110,7 +110,7 @@ def guarded(callback):
         except rospy.ServiceException:
             raise  # a refusal, which rospy passes to the caller
         except rospy.ROSException:
-            # publishing on the way out, when the topics are closing, is no failure
+            # publishing on the way out, when the topics are closing, is not a failure
             if not is_ending():
                 raise
         except Exception as problem:  # after any exception the robot must not drive on

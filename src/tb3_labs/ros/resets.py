@@ -48,8 +48,10 @@ class Resets:
             self._changed.notify_all()
 
     def _reset(self, declared, deadline):
-        """Reset to the Pose2 `declared` in local; (localizer.Reset, answer in words). ``ValueError``
-        if it is refused, or not carried out before `deadline` [s, time.monotonic()]."""
+        """Reset to the Pose2 `declared` in local: (localizer.Reset, answer in words).
+
+        ``ValueError`` if it is refused, or not carried out before `deadline` [s, time.monotonic()].
+        """
         with self._changed:
             reset = self._core.reset(declared, rospy.get_time())
             self._awaited.append(reset)

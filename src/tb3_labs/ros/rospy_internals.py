@@ -50,8 +50,8 @@ def stop_hearing_oneself(subscriber):
 
     rospy connects a node to itself as well, and each message then wakes two threads. If the
     connections (`impl.connections`, `callerid_pub`) change, an AttributeError ends the node at its
-    first command. If only the name of the sender changes, nothing is closed, and driving costs more:
-    test/benchmark/nodes.py shows it.
+    first command. If only the name of the sender changes, nothing is closed, and driving costs
+    more: test/benchmark/nodes.py shows it.
     """
     topic = subscriber.impl
     for connection in topic.connections:
@@ -71,8 +71,8 @@ def bytes_received(subscriber):
 
 # ----- messages that leave -----
 
-#: Linux says that a socket has room if a third of its buffer is free. So many bytes fit into that of
-#: every connection.
+#: Linux says that a socket has room if a third of its buffer is free. So many bytes fit into that
+#: of every connection.
 SURELY_TAKEN = 1024
 
 
@@ -96,7 +96,7 @@ def heard_by(publisher):
 
 
 def publish_now(publisher, *messages):
-    """Publish by the caller's own thread, all messages by one write to the socket of each subscriber.
+    """Publish by the caller's own thread: all messages by one write to each subscriber's socket.
 
     ``publish()`` puts each message into a queue, and wakes a thread of each subscriber to write it:
     that costs more than the message. Here only a subscriber that keeps its socket full, or is about
@@ -255,9 +255,9 @@ def mend_registration():
     the last list of publishers for the newest, and drops the other: the two never connect. Here
     lists that wait are joined. A publisher that is gone refuses the connection, which is harmless.
 
-    rospy wakes the thread just before it sets the flag that ends it. The thread sleeps on for 0.5 s,
-    and the shutdown waits for it, while the XML-RPC server, whose socket is closed, polls without a
-    pause: 0.2 s of computing. So the thread is woken after the flag, too.
+    rospy wakes the thread just before it sets the flag that ends it. The thread sleeps on for 0.5
+    s, and the shutdown waits for it. Meanwhile the XML-RPC server, whose socket is closed, polls
+    without a pause: 0.2 s of computing. So the thread is woken after the flag, too.
 
     If RegManager is not among the listeners any more, or has other attributes than `cond`,
     `updates` and `publisher_update`, the defects return, or no node starts:

@@ -46,7 +46,7 @@ def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_
     """
     in_rhythm = idle_for is not None and is_wall_time()
     listening = Listening(idle_for) if in_rhythm else None
-    warned_at = -math.inf    # rospy's own throttle would be one for the invalid messages of all topics
+    warned_at = -math.inf    # rospy's own throttle would be one for the messages of all topics
 
     def handle(message):
         nonlocal warned_at
@@ -158,8 +158,10 @@ def _publishers(topic):
 
 
 def say_what_is_awaited(heard):
-    """Start a thread that names the topics without a message so far; `heard` is {topic: function: was
-    a message heard?}. It ends when all were heard."""
+    """Start a thread that names the topics without a message so far. It ends when all were heard.
+
+    `heard` is {topic: function that answers whether a message was heard}.
+    """
     threading.Thread(target=_say_missing, args=(heard,), name='awaited', daemon=True).start()
 
 

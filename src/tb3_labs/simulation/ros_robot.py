@@ -22,8 +22,8 @@ STEP = 1.0 / 200.0     # of the simulation [s]
 TRUTH_EVERY = 4        # steps between two messages of the ground truth
 #: A longer pause of the computer is not made up for [s].
 CATCH_UP = 0.5
-#: The same with a /clock of its own [s, wall clock]. What is made up for comes at once. `speed` times
-#: as long, on that /clock: a node that hears of it too late finds its sensors silent.
+#: The same with a /clock of its own [s, wall clock]. On that /clock it is `speed` times as long,
+#: and passes at once: a node that hears of it too late finds its sensors silent.
 CATCH_UP_CLOCK = 0.02
 
 
@@ -48,9 +48,8 @@ class FakeRobot:
     """One Simulator and its topics, those of `namespace` ('' for the node's own).
 
     `static_tf` is a StaticFrames, one for all robots of a process: its message is latched, and that
-    of a second one would replace it. A robot with a `hidden`
-    fault (simulation.mystery.HiddenFault) takes its settings from that. It has no `static_tf` and
-    no ground truth, since both would tell what is wrong.
+    of a second one would replace it. A robot with a `hidden` fault (mystery.HiddenFault) takes its
+    settings from that. It has no `static_tf` and no ground truth: both would show the fault.
     """
 
     def __init__(self, settings, namespace='', static_tf=None, hidden=None):
@@ -148,7 +147,8 @@ class Pacemaker:
             if self._ending.is_set():
                 return
             if self._clock:
-                publish_now(self._clock, Clock(rospy.Time.from_sec(self._epoch + (step + 1) * STEP)))
+                now = self._epoch + (step + 1) * STEP
+                publish_now(self._clock, Clock(rospy.Time.from_sec(now)))
             for robot in self._robots:
                 robot.tick(step, self._epoch)
             if speed != self._speed and any(robot.is_heard for robot in self._robots):

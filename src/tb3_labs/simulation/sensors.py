@@ -1,4 +1,4 @@
-"""The samples of IMU and odometry: their moments, their faults, and the stamps of the board's clock.
+"""The samples of IMU and odometry: their moments, their faults, and the board's own clock.
 
 Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s (dropouts of 0.3 to 4.3 s;
 a driver that went on sending one sample with new stamps for half a minute).

@@ -1,14 +1,14 @@
-"""The embedded robot: it behaves as a TurtleBot3's firmware, motors and sensors do.
+"""The simulated robot: it behaves as a TurtleBot3's firmware, motors and sensors do.
 
     robot = Simulator(SimulatorConfig(start_x=1.0, start_yaw_deg=90.0))
     robot.command(0.1, 0.5)
     for sample in robot.step(0.02):
         ...                            # ImuSample and OdometrySample, by time of arrival
 
-Parts: `simulator_config` holds the settings, `firmware` reads commands and resets, and turns commands
-into motor speeds and encoders into odometry. `drivetrain` moves the robot, `body` joins it with its
-IMU, `sensors` makes the samples with their faults, and `network` delays samples and commands. This
-module is their clock. The same seed gives the same samples, for steps of any length.
+Parts: `simulator_config` holds the settings. `firmware` reads commands and resets, and turns
+commands into motor speeds and encoders into odometry. `drivetrain` moves the robot, `body` adds an
+IMU, `sensors` makes the samples with their faults, and `network` delays samples and commands.
+This module is their clock. The same seed gives the same samples, for steps of any length.
 
 Frames: `truth` is in `world`, where the odometry starts without error. The IMU's yaw differs from
 the true yaw by `imu_offset_deg`. Stamps count seconds from 0.
@@ -124,8 +124,8 @@ class Simulator:
                                         config.stalled, config.network_cut), self._now)
 
     def command(self, linear: float, angular: float) -> None:
-        """Send a command now: forward speed [m/s], rate of turn [rad/s]. What is not finite is full
-        speed, as it is for the firmware."""
+        """Send a command now: forward speed [m/s], rate of turn [rad/s]. A number that is not
+        finite is full speed, as it is for the firmware."""
         self._command_link.send(((linear, angular),), (self._now,))
 
     def reset(self) -> None:
