@@ -85,7 +85,7 @@ def drive(goal):
     over = threading.Event()
 
     def on_transition(handle):
-        # SimpleActionClient loses an answer that comes before send_goal() has returned
+        # SimpleActionClient (1.14.0) loses an answer that comes before its send_goal() has returned
         if handle.get_comm_state() == actionlib.CommState.DONE:
             over.set()
 

@@ -17,8 +17,11 @@ TF_TIMEOUT = 0.5
 
 
 class _Server(ActionServer):
-    """An ActionServer that does not take a latched goal again, see :mod:`tb3_labs.ros.topics`, and
-    whose goals go through `take(header, take it)` before its lock is held."""
+    """An ActionServer that does not take a latched goal again, see :mod:`tb3_labs.ros.topics`.
+
+    Its goals go through `take(header, take it)` before its lock is held. actionlib (1.14.0) has no
+    place for either: test/ros/stops.test shows both.
+    """
 
     def __init__(self, take, on_goal, on_cancel):
         super().__init__('move2goal', MoveBaseAction, on_goal, on_cancel, auto_start=False)
@@ -67,7 +70,8 @@ class GoalInterfaces:
         subscribe('move2goal/cancel', GoalID, self._on_any_cancel, queue_size=None)
 
     def _survive_clock_jumps(self):
-        """Replace actionlib's status timer, which dies with a traceback if the clock jumps back."""
+        """Replace actionlib's status timer (1.14.0), which dies with a traceback if the clock jumps
+        back: test/ros/clock.test shows it."""
         server = self._server
         if server.status_timer is not None:
             server.status_timer.shutdown()

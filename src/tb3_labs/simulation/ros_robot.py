@@ -31,7 +31,8 @@ class StaticFrames:
     """Frames that move only now and then, on /tf_static: one message holds all of them.
 
     tf2_ros's own broadcaster (0.7.5) sends each transform in a message of its own, of which only
-    the last one is latched: of several robots, a node that comes later would know a single one.
+    the last one is latched: of several robots, a node that comes later would know a single one
+    (test/ros/classroom.test).
     """
 
     def __init__(self):
