@@ -29,10 +29,8 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Bool, String
 
-from tb3_labs.control.drive_config import DriveConfig
-from tb3_labs.control.least_time import least_time
+from tb3_labs.control.goal import DriveConfig, is_over, least_time
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.control.goal_state import is_over
 from tb3_labs.nodes.demo import BEGUN, DemoConfig, DemoDrive, table
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.console import say
@@ -40,8 +38,8 @@ from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.ctrl_relinq import hear_takers
 from tb3_labs.ros.launching.parent import end_parent
 from tb3_labs.ros.node import end, guarded, run
-from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.observer import Observer, comes_to_hear
+from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.srv import ResetPose
 
 #: Longest wait for the robot and the nodes at the start [s].

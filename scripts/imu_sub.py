@@ -19,7 +19,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Float32
 
 from tb3_labs.config import Config, setting
-from tb3_labs.nodes.imu_sub import compass_degrees
+from tb3_labs.localization.heading import compass_degrees
 from tb3_labs.ros.conversions import to_imu_sample
 from tb3_labs.ros.node import run
 from tb3_labs.ros.parameters import read_config

@@ -22,7 +22,7 @@ import rospy
 from std_msgs.msg import Bool
 
 from tb3_labs.config import Config, setting
-from tb3_labs.geometry.limits import clamp
+from tb3_labs.geometry.angles import clamp
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.node import end, guarded, run
 from tb3_labs.ros.parameters import read_config

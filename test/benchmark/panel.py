@@ -22,7 +22,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from std_msgs.msg import Bool, String
 
 from tb3_labs.control.driving import PreciseLaw
-from tb3_labs.control.goal_state import is_over
+from tb3_labs.control.goal import is_over
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose_stamped

@@ -9,11 +9,9 @@ import math
 from dataclasses import dataclass
 from typing import Callable, List, Sequence, Union
 
-from tb3_labs.control.drive_config import DriveConfig
 from tb3_labs.control.driving import make_law
-from tb3_labs.control.goal_state import GoalState
+from tb3_labs.control.goal import DriveConfig, GoalState
 from tb3_labs.control.pace import Listening, newest_of
-from tb3_labs.control.settling import REST_ANGULAR, REST_LINEAR
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous, difference
@@ -25,6 +23,7 @@ from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 from tb3_labs.supervision.arbitration import Driver
+from tb3_labs.supervision.stall import REST_ANGULAR, REST_LINEAR
 
 #: Time between two looks at the robot's true pose [s].
 LOOK_PERIOD = 0.02

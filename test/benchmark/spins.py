@@ -7,8 +7,8 @@ import random
 
 from rollout import navigation, run
 
-from tb3_labs.control.drive_config import DriveConfig
 from tb3_labs.control.driving import make_law
+from tb3_labs.control.goal import DriveConfig
 from tb3_labs.control.motor_response import Response
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.angles import difference

@@ -14,8 +14,8 @@ import random
 import sys
 from types import SimpleNamespace
 
-from tb3_labs.control.drive_config import DriveConfig
 from tb3_labs.control.driving import make_law
+from tb3_labs.control.goal import DriveConfig
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.nodes.gamepad import GamepadCore
@@ -221,7 +221,7 @@ class Fuzz:
         self.navigator.status(now)
         self.controller.take_news()
         self.pad.take_news()
-        self.pad.take_words()
+        self.pad.take_messages()
 
     def send(self, command, max_linear, max_angular):
         if command is None:

@@ -5,12 +5,11 @@ Units: seconds.
 from oracle import GoalOracle, HandOracle
 from tb3_labs.control.speed_laws import LawStep, Twist2
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.localization.localizer import Motion
 from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.nodes.gamepad import GamepadCore
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.nodes.pad_config import PadConfig
-from tb3_labs.robot.samples import ImuSample, OdometrySample
+from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.supervision.arbitration import Driver
 
@@ -253,7 +252,7 @@ class Pad(Process):
 
     def say(self, at):
         """Say the words of the core, which an action at `at` caused."""
-        for word in self.core.take_words():
+        for word in self.core.take_messages():
             self.say_word(word, at)
             at = at if not word else None    # the others of a giving are renewals
 

@@ -11,8 +11,8 @@ import time
 from dataclasses import dataclass, field
 from typing import List
 
-from tb3_labs.control.drive_config import DriveConfig
 from tb3_labs.control.driving import make_law
+from tb3_labs.control.goal import DriveConfig
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous, difference
 from tb3_labs.geometry.se2 import Pose2

@@ -4,10 +4,9 @@ import math
 import numpy as np
 import pytest
 
-from tb3_labs.control.drive_config import DriveConfig
 from tb3_labs.control.driving import PreciseLaw, make_law
-from tb3_labs.control.goal_state import (
-    DRIVING, WAITING_FOR_CONTROL, GoalState, is_over, is_stopped)
+from tb3_labs.control.goal import (
+    DRIVING, WAITING_FOR_CONTROL, DriveConfig, GoalState, is_over, is_stopped)
 from tb3_labs.control.pace import LONGEST_IDLE
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.move_to_goal import MoveToGoalConfig, MoveToGoalCore

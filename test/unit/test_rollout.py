@@ -7,8 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 import pytest
 from rollout import drive, turns
 
-from tb3_labs.control.least_time import least_time
-from tb3_labs.control.drive_config import DriveConfig
+from tb3_labs.control.goal import DriveConfig, least_time
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, robot_model
 from tb3_labs.simulation.network import NETWORKS

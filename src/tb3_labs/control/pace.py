@@ -18,7 +18,7 @@ period.
 import math
 from typing import Callable, List, Optional, Sequence, TypeVar
 
-from tb3_labs.geometry.limits import clamp
+from tb3_labs.geometry.angles import clamp
 
 #: Steps after the first one are planned early by this [s]. Where every sample is read, a step is
 #: taken when one arrives, up to 5 ms late. A late command is worse than an early one: until it

@@ -10,23 +10,20 @@ from dataclasses import dataclass
 from typing import Any, List, NamedTuple, Optional, Tuple
 
 from tb3_labs.config import Config, setting
-from tb3_labs.control.goal_machine import DrivingLaw, GoalMachine
-from tb3_labs.control.goal_state import (
+from tb3_labs.control.goal import (
     GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState, with_reason)
-from tb3_labs.control.heard_turns import HeardTurns
-from tb3_labs.control.motor_response import Response
+from tb3_labs.control.goal_machine import DrivingLaw, GoalMachine
+from tb3_labs.control.motor_response import HeardTurns, Response
 from tb3_labs.control.pace import LONGEST_IDLE, Pace
 from tb3_labs.control.speed_laws import Twist2
-from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.geometry.typed_pose import MAX_DISTANCE, MAX_YAW_DEG, TypedPose, check_pose
+from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, Pose2, TypedPose, check_pose
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.localizer import Fix, Localizer, Reset
 from tb3_labs.localization.odometry_jumps import POSE_LOST
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
-from tb3_labs.supervision.freshness import Freshness, SensorWatch, Sight
-from tb3_labs.supervision.frozen import DriveFrozenWatch
+from tb3_labs.supervision.freshness import DriveFrozenWatch, Freshness, SensorWatch, Sight
 from tb3_labs.supervision.permission import Permission
 
 @dataclass(frozen=True)

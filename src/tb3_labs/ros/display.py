@@ -2,7 +2,7 @@
 
 A message costs more than the step of a law. So nothing is made that nobody hears, and what is only
 looked at comes at the pace of the eye. The texts of `goal_state` are those of
-:mod:`tb3_labs.control.goal_state`.
+:mod:`tb3_labs.control.goal`.
 """
 import math
 import threading
@@ -15,7 +15,7 @@ from nav_msgs.msg import Path
 from std_msgs.msg import ColorRGBA, Float32, String
 from visualization_msgs.msg import Marker, MarkerArray
 
-from tb3_labs.control.goal_state import DRIVING, WAITING_FOR_CONTROL, is_stopped, to_go
+from tb3_labs.control.goal import DRIVING, WAITING_FOR_CONTROL, is_stopped, to_go
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import frame, to_pose_stamped, to_transform

@@ -5,7 +5,7 @@ import time
 import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 
-from tb3_labs.geometry.typed_pose import TypedPose
+from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.topics import subscribe_news
 from tb3_labs.srv import (
