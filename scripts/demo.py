@@ -35,12 +35,11 @@ from tb3_labs.nodes.demo import BEGUN, DemoConfig, DemoDrive, table
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.console import say
 from tb3_labs.ros.conversions import to_pose2
-from tb3_labs.ros.driving.ctrl_relinq import hear_takers
+from tb3_labs.ros.ctrl_relinq import hear_takers
 from tb3_labs.ros.launching.parent import end_parent
 from tb3_labs.ros.node import end, guarded, run
+from tb3_labs.ros.observer import Observer, comes_to_hear
 from tb3_labs.ros.parameters import read_config, read_model
-from tb3_labs.ros.testing.connections import comes_to_hear
-from tb3_labs.ros.testing.observer import Observer
 from tb3_labs.srv import ResetPose
 
 #: Longest wait for the robot and the nodes at the start [s].

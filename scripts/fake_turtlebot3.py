@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The embedded robot: it behaves like a TurtleBot3 with its firmware, on the same topics.
+"""The simulated robot: it behaves like a TurtleBot3 with its firmware, on the same topics.
 
 Subscribes
     cmd_vel       geometry_msgs/Twist          linear.x [m/s], angular.z [rad/s]
@@ -42,8 +42,7 @@ from tb3_labs.config import Config, setting
 from tb3_labs.ros.node import run
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reconfigure import LiveSettings
-from tb3_labs.ros.robot.fake_robot import FakeRobot, StaticFrames
-from tb3_labs.ros.robot.pacemaker import Pacemaker
+from tb3_labs.simulation.ros_robot import FakeRobot, Pacemaker, StaticFrames
 from tb3_labs.simulation.mystery import LAST, HiddenFault
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator_config import HOSTS, STARTING, SimulatorConfig

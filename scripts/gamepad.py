@@ -32,19 +32,16 @@ from tb3_labs.nodes.gamepad import GamepadCore
 from tb3_labs.nodes.pad import PAD_TIMEOUT
 from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.ros.clocks import steady_time
+from tb3_labs.ros.cmd_vel import CmdVel, Rivals, Watchdog
 from tb3_labs.ros.console import log_news
+from tb3_labs.ros.ctrl_relinq import ControlGiver, hear_takers
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
-from tb3_labs.ros.driving.cmd_vel import CmdVel
-from tb3_labs.ros.driving.ctrl_relinq import ControlGiver, hear_takers
-from tb3_labs.ros.driving.rivals import Rivals
-from tb3_labs.ros.driving.watchdog import Watchdog
-from tb3_labs.ros.move_to_goal.reset_client import ResetClient
-from tb3_labs.ros.node import run
+from tb3_labs.ros.node import guarded, run
 from tb3_labs.ros.parameters import read_config, read_model
-from tb3_labs.ros.rospy_internals import is_wall_time
+from tb3_labs.ros.reset_call import call_reset
+from tb3_labs.ros.rospy_internals import is_ending, is_wall_time
 from tb3_labs.ros.signals import when_stopped
 from tb3_labs.ros.topics import subscribe
-from tb3_labs.ros.traffic import Traffic
 
 
 class Gamepad:
@@ -70,7 +67,7 @@ class Gamepad:
         subscribe('joy', Joy, self._on_joy, self._read_joy, self._core.joy, queue_size=None)
         hear_takers(self._on_taken)
         subscribe('has_control', Bool, self._on_control, queue_size=None)
-        self._sources = SourceReport((self._core.joy, Traffic('joy', Joy), steady_time))
+        self._sources = SourceReport((self._core.joy, 'joy', Joy, steady_time))
         Diagnostics(model.name, self._diagnose)
 
     def _read_joy(self, message):
@@ -125,6 +122,28 @@ class Gamepad:
             if self._core.gives:
                 self._core.on_taken(steady_time())
                 self._tick()
+
+
+class ResetClient:
+    """Declares the robot to be at (0, 0, 0) in local, without blocking the caller."""
+
+    def __init__(self):
+        self._asked = threading.Event()
+        threading.Thread(target=guarded(self._run), name='reset', daemon=True).start()
+
+    def reset(self):
+        """Ask for a call; all that are asked for during a call are one more call after it."""
+        self._asked.set()
+
+    def _run(self):
+        while self._asked.wait():
+            self._asked.clear()
+            try:
+                call_reset(0.0, 0.0, 0.0)
+                rospy.loginfo('Pose reset successfully.')
+            except ValueError as problem:
+                if not is_ending():
+                    rospy.logwarn('Pose not reset: %s', problem)
 
 
 if __name__ == '__main__':

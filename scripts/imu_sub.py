@@ -20,11 +20,10 @@ from std_msgs.msg import Float32
 
 from tb3_labs.config import Config, setting
 from tb3_labs.localization.heading import compass_degrees
-from tb3_labs.ros.awaited import say_what_is_awaited
 from tb3_labs.ros.conversions import to_imu_sample
 from tb3_labs.ros.node import run
 from tb3_labs.ros.parameters import read_config
-from tb3_labs.ros.topics import subscribe
+from tb3_labs.ros.topics import say_what_is_awaited, subscribe
 
 
 @dataclass(frozen=True)

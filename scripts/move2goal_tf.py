@@ -16,8 +16,8 @@ Publishes
     local_path             nav_msgs/Path, frame local
     has_control            std_msgs/Bool, latched: may this node drive?
     goal_state             std_msgs/String, latched: the state, or why the goal was given up
-    distance_error [m], angle_error_deg   std_msgs/Float32: the way to go, and the angle off the final
-                           heading, for plots, ten times a second while they are heard
+    distance_error [m], angle_error_deg   std_msgs/Float32: the way to go, and the angle off the
+                           final heading, for plots, ten times a second while they are heard
     current_goal           geometry_msgs/PoseStamped, frame local, latched
     goal_marker            visualization_msgs/MarkerArray
     way_marker             visualization_msgs/Marker
@@ -38,7 +38,6 @@ Parameters
 import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
 
 import threading
-import time
 
 import rospy
 from nav_msgs.msg import Odometry
@@ -49,25 +48,19 @@ from tb3_labs.control.goal import DriveConfig
 from tb3_labs.control.motor_response import Response
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.nodes.move_to_goal import MoveToGoalConfig, MoveToGoalCore
-from tb3_labs.ros.awaited import say_what_is_awaited
 from tb3_labs.ros.clocks import steady_time
+from tb3_labs.ros.cmd_vel import CmdVel, Rivals, Watchdog
 from tb3_labs.ros.console import log_news
 from tb3_labs.ros.conversions import frame, to_imu_sample, to_odometry_sample
+from tb3_labs.ros.ctrl_relinq import ControlTaker
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
-from tb3_labs.ros.driving.cmd_vel import CmdVel
-from tb3_labs.ros.driving.ctrl_relinq import ControlTaker
-from tb3_labs.ros.driving.rivals import Rivals
-from tb3_labs.ros.driving.watchdog import Watchdog
-from tb3_labs.ros.move_to_goal.display import LocalDisplay
-from tb3_labs.ros.move_to_goal.drive_status import DriveStatusPublisher
-from tb3_labs.ros.move_to_goal.goals import GoalInterfaces
-from tb3_labs.ros.move_to_goal.pose_frames import PoseFrames
-from tb3_labs.ros.move_to_goal.resets import ResetInterfaces
+from tb3_labs.ros.display import DriveStatusPublisher, LocalDisplay
+from tb3_labs.ros.goals import GoalInterfaces, PoseFrames
 from tb3_labs.ros.node import run
 from tb3_labs.ros.parameters import read_config, read_model, use_up
 from tb3_labs.ros.reconfigure import LiveSettings
-from tb3_labs.ros.topics import subscribe, subscribe_wheels
-from tb3_labs.ros.traffic import Traffic
+from tb3_labs.ros.resets import Resets
+from tb3_labs.ros.topics import say_what_is_awaited, subscribe, subscribe_wheels
 
 
 class MoveToGoal:
@@ -90,12 +83,13 @@ class MoveToGoal:
         self._frames = PoseFrames(frame('local'), frame('odom'))
         self._cmd_vel = CmdVel()
         self._display = LocalDisplay(frame('local'))
+        self._resets = Resets(self._core, self._changed, self._frames, self._display.forget_path)
         self._status = DriveStatusPublisher(self._core, frame('local'))
         self._control = ControlTaker()
         self._had_control = False                # at the last update
         self._watchdog = Watchdog(self._tick)
         self._goals = GoalInterfaces(self._set_goal, self._cancel, self._frames.await_frame)
-        ResetInterfaces(self._reset, self._declared)
+        self._resets.offer()
         self._rivals = Rivals(self._cmd_vel, self._heard_command)
         LiveSettings(drive, self._on_settings)
         with self._changed:
@@ -107,10 +101,10 @@ class MoveToGoal:
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample,
                   self._core.odometry, queue_size=None)
         subscribe_wheels(self._on_wheels)
-        self._core.begin_control(steady_time())    # the lines above may take seconds, which are no sleep
+        self._core.begin_control(steady_time())    # the start may take seconds, and is not a sleep
         self._sources = SourceReport(
-            (self._core.imu, Traffic('imu', Imu), rospy.get_time),
-            (self._core.odometry, Traffic('odom', Odometry), rospy.get_time))
+            (self._core.imu, 'imu', Imu, rospy.get_time),
+            (self._core.odometry, 'odom', Odometry, rospy.get_time))
         Diagnostics(self._model.name, self._diagnose)
         say_what_is_awaited({'imu': lambda: self._core.imu.count,
                              'odom': lambda: self._core.odometry.count})
@@ -118,7 +112,7 @@ class MoveToGoal:
     def _on_imu(self, sample):
         with self._changed:
             self._core.on_imu(sample, rospy.get_time())
-            self._tell_resets()
+            self._resets.look()
         self._tick()
         self._watchdog.feed()
         self._show_fix()
@@ -130,9 +124,8 @@ class MoveToGoal:
     def _on_odometry(self, sample):
         with self._changed:
             self._core.on_odometry(sample, rospy.get_time())
-            self._tell_resets()
+            self._resets.look()
             log_news(self._core.take_news())
-            self._changed.notify_all()    # a reset may have become impossible
         self._show_fix()
 
     def _on_wheels(self, sample):
@@ -189,40 +182,10 @@ class MoveToGoal:
         status = self._core.status(rospy.get_time())
         return status.goal if status.active else None
 
-    def _reset(self, declared, deadline):
-        """Declare that the robot is at `declared` (in local) now. ``ValueError`` if that is
-        refused, or not carried out before `deadline` [s, time.monotonic()]."""
-        with self._changed:
-            reset = self._core.reset(declared, rospy.get_time())
-            self._changed.wait_for(lambda: reset.done or reset.problem,
-                                   max(0.0, deadline - time.monotonic()))
-            if not reset.done:
-                self._core.give_up_reset(reset)
-                raise ValueError(reset.problem or 'imu and odom said nothing of that instant')
-            return reset
-
-    def _tell_resets(self):
-        """Log the resets that were just carried out, and wake the callers that wait for them."""
-        resets = self._core.take_resets()
-        for reset in resets:
-            self._display.forget_path()
-            rospy.loginfo('Local pose set to %s', reset.after)
-        if resets:
-            self._changed.notify_all()
-
-    def _declared(self, header, pose):
-        """A pose of a reset in local; `map` means local there, since the handout's client says so.
-        """
-        self._frames.await_frame(header, ('map',))
-        return self._to_local(header, pose, ('map',))
-
-    def _to_local(self, header, pose, also_local=()):
+    def _set_goal(self, header, pose):
         with self._changed:
             odom_T_local = self._core.odom_T_local
-        return self._frames.to_local(header, pose, odom_T_local, also_local)
-
-    def _set_goal(self, header, pose):
-        goal = self._to_local(header, pose)
+        goal = self._frames.to_local(header, pose, odom_T_local)
         with self._changed:
             self._update_control()    # it notices a sleep, which the goal may be as old as
             self._core.set_goal(goal)

@@ -9,14 +9,17 @@ Usage: mystery.py --answer NUMBER FAULT [VALUE]
 
 It needs no master and no robot. The exit status is 0 only if fault and value are right.
 """
+import importlib
 import sys
 import textwrap
+from importlib.util import find_spec
 
 from tb3_labs.command_line import Parser
-from tb3_labs.simulation.mystery import KINDS, LAST
-from tb3_labs.simulation.mystery_answer import judge
+from tb3_labs.simulation.mystery import KINDS, LAST, judge
 
 EXAMPLE = 'example: mystery.py --answer 7 "imu offset" 130'
+#: The instructor's part: `mystery.py key 1-12`. The students' edition does not have it.
+KEY = 'tb3_labs.simulation.mystery_key'
 
 
 def parse(words):
@@ -34,12 +37,15 @@ def parse(words):
 
 
 def main(words):
-    """Print the verdict or the list; the exit status."""
-    given = parse(words)
-    if given.list:
-        print('\n\n'.join(_described(fault) for fault in KINDS))
-        return 0
+    """Print the verdict, the list or the key; the exit status."""
     try:
+        if words[:1] == ['key'] and find_spec(KEY):
+            print('\n'.join(importlib.import_module(KEY).key(words[1:])))
+            return 0
+        given = parse(words)
+        if given.list:
+            print('\n\n'.join(_described(fault) for fault in KINDS))
+            return 0
         is_right, verdict = judge(*_parts(given.answer))
     except ValueError as problem:
         print('mystery.py: {}'.format(problem), file=sys.stderr)

@@ -77,27 +77,33 @@ def read_goal(words):
 def drive(goal):
     """Send the goal, wait for its end; the exit status."""
     rospy.init_node('send_goal', anonymous=True, disable_signals=True)
-    client = actionlib.SimpleActionClient('move2goal', MoveBaseAction)
+    client = actionlib.ActionClient('move2goal', MoveBaseAction)
     if not client.wait_for_server(rospy.Duration(ANSWER)):
         print('send_goal: {} does not answer: is move_to_goal running?'.format(
             rospy.resolve_name('move2goal')), file=sys.stderr)
         return 1
     over = threading.Event()
-    rospy.on_shutdown(lambda: over.is_set() or client.cancel_goal())
+
+    def on_transition(handle):
+        # SimpleActionClient (1.14.0) loses an answer that comes before its send_goal() has returned
+        if handle.get_comm_state() == actionlib.CommState.DONE:
+            over.set()
+
+    sent = client.send_goal(
+        MoveBaseGoal(target_pose=to_pose_stamped(goal, 'local', 0.0)), on_transition)
+    rospy.on_shutdown(lambda: over.is_set() or sent.cancel())
     try:
-        client.send_goal(MoveBaseGoal(target_pose=to_pose_stamped(goal, 'local', 0.0)),
-                         done_cb=lambda state, result: over.set())
         progress = Progress()
         while not over.wait(PROGRESS):
             if rospy.is_shutdown():
                 return 1
             progress.tell()
     except Interrupted:
-        client.cancel_goal()
+        sent.cancel()
         over.wait(ANSWER)    # it is canceled when move_to_goal has said so
         raise
-    print(client.get_goal_status_text())
-    return 0 if client.get_state() == GoalStatus.SUCCEEDED else 1
+    print(sent.get_goal_status_text())
+    return 0 if sent.get_goal_status() == GoalStatus.SUCCEEDED else 1
 
 
 def main(words):

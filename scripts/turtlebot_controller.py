@@ -19,6 +19,9 @@ Parameters
 """
 import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
 
+import os
+import signal
+import sys
 import threading
 import time
 
@@ -31,24 +34,19 @@ from tb3_labs.control.turning import TurnConfig, degrees_of, make_turn
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller import ControllerCore
-from tb3_labs.ros.awaited import say_what_is_awaited
 from tb3_labs.ros.clocks import steady_time
+from tb3_labs.ros.cmd_vel import CmdVel, Rivals, Watchdog
 from tb3_labs.ros.console import log_news
 from tb3_labs.ros.conversions import to_imu_sample, to_mouse
-from tb3_labs.ros.devices.keyboard import Keyboard
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
-from tb3_labs.ros.driving.cmd_vel import CmdVel
-from tb3_labs.ros.driving.rivals import Rivals
-from tb3_labs.ros.driving.watchdog import Watchdog
 from tb3_labs.ros.launching.parent import end_parent
-from tb3_labs.ros.node import end, run
+from tb3_labs.ros.node import end, guarded, run
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reconfigure import LiveSettings
 from tb3_labs.ros.rospy_internals import connection_of, is_wall_time
-from tb3_labs.ros.topics import subscribe, subscribe_news, subscribe_wheels
-from tb3_labs.ros.traffic import Traffic
+from tb3_labs.ros.topics import (
+    say_what_is_awaited, subscribe, subscribe_news, subscribe_wheels)
 from tb3_labs.supervision.arbitration import Driver
-
 
 #: A turn that is asked for before the robot is connected waits this long for the robot [s].
 ROBOT_WAIT = 5.0
@@ -77,8 +75,8 @@ class Controller:
                   queue_size=None)
         subscribe_news('turn', Float64, self._on_turn)
         self._sources = SourceReport(
-            (self._core.imu, Traffic('imu', Imu), rospy.get_time),
-            (self._core.mouse, Traffic('mouse_info', MouseController), steady_time))
+            (self._core.imu, 'imu', Imu, rospy.get_time),
+            (self._core.mouse, 'mouse_info', MouseController, steady_time))
         rospy.loginfo('Type l (left), r (right), b (about turn), a number of degrees, or q (quit), '
                       'and Enter')
         Keyboard(self._on_line, self._on_keyboard_end)
@@ -145,7 +143,7 @@ class Controller:
                       '90", or drive by the mouse', rospy.resolve_name('turn'))
 
     def _turn(self, degrees):
-        """Turn by `degrees`; ``ValueError`` where that is refused."""
+        """Turn by `degrees`; ``ValueError`` if that is refused."""
         with self._lock:
             self._core.update(steady_time())
             self._core.ask(degrees, rospy.get_time())
@@ -176,6 +174,52 @@ class Controller:
 def _to_mouse(message):
     """(message, active, x, y)."""
     return (message,) + to_mouse(message)
+
+
+class Keyboard:
+    """Calls `on_line(text)` for each line typed or piped in, and `on_end()` once after the last.
+
+    A thread of its own waits for input, so that no callback does. It works in a terminal, in an
+    xterm, under roslaunch (which gives its own terminal to its nodes), and from a pipe. Without
+    input (no terminal, or a job in the background) `on_end()` is called at once.
+    """
+
+    def __init__(self, on_line, on_end):
+        self._on_line = guarded(on_line)
+        self._on_end = guarded(on_end)
+        # A job in the background that reads its terminal is stopped by this signal. Where the
+        # signal is ignored, the read fails.
+        signal.signal(signal.SIGTTIN, signal.SIG_IGN)
+        threading.Thread(target=self._run, name='keyboard', daemon=True).start()
+
+    def _run(self):
+        pending = b''
+        for chunk in self._chunks():
+            *lines, pending = (pending + chunk).split(b'\n')
+            for line in lines:
+                self._on_line(_text(line))
+        if pending:
+            self._on_line(_text(pending))
+        self._on_end()
+
+    @staticmethod
+    def _chunks():
+        """The bytes typed, as they come. Unbuffered: a thread that waits in Python's own buffer
+        holds a lock that the interpreter needs to end."""
+        if sys.stdin is None:      # closed; descriptor 0 may belong to another file by now
+            return
+        try:
+            while True:
+                chunk = os.read(0, 4096)
+                if not chunk:
+                    return
+                yield chunk
+        except OSError:
+            return
+
+
+def _text(line):
+    return line.decode(errors='replace').strip()
 
 
 if __name__ == '__main__':

@@ -10,6 +10,7 @@ Units: metres, degrees on labels; radians inside.
 """
 import math
 import pathlib
+import sys
 
 import matplotlib
 import numpy as np
@@ -23,9 +24,11 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.report.figures import BLUE, GREEN, GREY, ORANGE, STATES
 from tb3_labs.robot.turtlebot3 import robot_model
-from tb3_labs.simulation.rollout import navigation, run
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent / 'benchmark'))
+from rollout import navigation, run    # noqa: E402
 
 FOLDER = pathlib.Path(__file__).resolve().parents[1] / 'doc' / 'figures'
 #: The worked example: the pose of B in A, and the robot in A. cos and sin of its angle are 0.6, 0.8.

@@ -35,8 +35,10 @@ from tb3_labs.control.goal import GoalState, is_over
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped
-from tb3_labs.ros.testing.costs import cpu_time, memory, parent, private_master
 from tb3_labs.srv import ResetPose
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', 'ros'))
+from costs import cpu_time, memory, parent, private_master    # noqa: E402
 
 ROW = '{:>6} {:>9} {:>18} {:>9} {:>29} {:>9}'
 #: A command that comes later than this after the one before is late [s]; one that comes later than

@@ -33,7 +33,6 @@ from std_msgs.msg import Bool, Float64
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.testing.costs import cpu_time, memory, private_master, process_of
 
 #: A node of rospy alone; its arguments: topic, package and type of each topic.
 BARE = '''
@@ -49,6 +48,9 @@ BARE_PAD = '''
 import sys, rospy
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import Joy
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', 'ros'))
+from costs import cpu_time, memory, private_master, process_of    # noqa: E402
 rospy.init_node(sys.argv[1])
 commands = rospy.Publisher('~cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
 def drive(joy):

@@ -26,11 +26,11 @@ from tb3_labs.control.goal import is_over
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.testing.costs import cpu_time, private_master, process_of
-from tb3_labs.ros.testing.virtual_screen import VirtualScreen
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'ros'))
+from costs import cpu_time, private_master, process_of    # noqa: E402
 from panel_page import Page    # noqa: E402
+from virtual_screen import VirtualScreen    # noqa: E402
 
 PORT = 8130
 GOALS = Pose2(0.6, 0.0, 1.5), Pose2(0.0, 0.4, -1.5)

@@ -21,12 +21,13 @@ from dataclasses import replace
 from functools import partial
 from unittest import mock
 
+from rollout import drive, turns
+
 from tb3_labs.control import driving, turning
 from tb3_labs.control.approach import Approach
 from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.simulation.network import NETWORKS
-from tb3_labs.simulation.rollout import drive, turns
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 #: A turn with an error below this succeeded [deg]: the tolerance, and the effect of the drift.

@@ -5,6 +5,8 @@ Units: seconds, metres, radians.
 import math
 import random
 
+from rollout import navigation, run
+
 from tb3_labs.control.driving import make_law
 from tb3_labs.control.goal import DriveConfig
 from tb3_labs.control.motor_response import Response
@@ -13,7 +15,6 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.robot.turtlebot3 import robot_model
-from tb3_labs.simulation.rollout import navigation, run
 from tb3_labs.simulation.simulator import Simulator
 
 #: Time from one command to the next.

@@ -8,6 +8,8 @@ Units: seconds, metres, radians.
 import math
 from dataclasses import dataclass, replace
 
+from rollout import STILL_ANGULAR, STILL_LINEAR, control, navigation, run
+
 from tb3_labs.control.driving import make_law
 from tb3_labs.control.goal import DriveConfig
 from tb3_labs.control.speed_laws import Twist2
@@ -17,7 +19,6 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.robot.turtlebot3 import robot_model
-from tb3_labs.simulation.rollout import STILL_ANGULAR, STILL_LINEAR, control, navigation, run
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 

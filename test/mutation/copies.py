@@ -97,8 +97,9 @@ def texts(root: pathlib.Path, folder: pathlib.Path) -> Dict[str, str]:
 
 
 def room_of(path: str) -> str:
-    """The room that a file of the package lies in."""
-    return pathlib.Path(path).relative_to(PACKAGE).parts[0]
+    """The room that a file of the package lies in; a tool's own ROS is like the bridge."""
+    path = pathlib.Path(path).relative_to(PACKAGE)
+    return 'ros' if path.name.startswith('ros_') else path.parts[0]
 
 
 def with_marks(path: str, source: str) -> str:

@@ -11,8 +11,8 @@ from roslaunch.core import RLException
 from roslaunch.xmlloader import XmlLoader
 from roslib.packages import find_resource as resource_file
 
-from tb3_labs.ros.testing.node_process import Program
-from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.program import Program
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import STARTING, NodeCase    # noqa: E402 (a relay's folder is another one)

@@ -14,8 +14,8 @@ import rospkg
 import rostest
 import rospy
 
-from tb3_labs.ros.testing.node_process import Program
-from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.program import Program
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import path_of    # noqa: E402 (a relay's folder)

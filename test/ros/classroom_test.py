@@ -13,7 +13,7 @@ from tf2_msgs.msg import TFMessage
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped
-from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.observer import Observer
 from tb3_labs.srv import ResetPose
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))

@@ -13,7 +13,7 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu
 
-from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.observer import Observer
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import SILENCE, STARTING, Hiccups, NodeCase    # noqa: E402 (a relay's folder)

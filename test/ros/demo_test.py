@@ -4,6 +4,7 @@ has the same errors for each drive."""
 import glob
 import math
 import os
+import sys
 import time
 import unittest
 import xmlrpc.client
@@ -17,8 +18,10 @@ from tb3_labs.report.drives import drives
 from tb3_labs.report.epochs import epochs
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.report.ros_bag import read_run
-from tb3_labs.ros.testing.node_process import Program
-from tb3_labs.ros.testing.ports import free_port
+from tb3_labs.ros.program import Program
+
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from costs import free_port    # noqa: E402
 
 #: Both measure the robot at rest, so their poses differ only by a step or two of the encoders [m]
 #: and ten times the noise of the IMU [deg].

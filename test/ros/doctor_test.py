@@ -19,11 +19,11 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from tb3_labs.ros.testing.node_process import Program
-from tb3_labs.ros.testing.rosunit_internals import rosrun
+from tb3_labs.ros.program import Program
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import STARTING, Hiccups, Node, NodeCase, path_of    # noqa: E402 (a relay's folder)
+from rosunit_internals import rosrun    # noqa: E402
 from two_hosts import PREFIX, TwoHosts    # noqa: E402
 
 #: The simulated robot, with less to send.

@@ -22,10 +22,10 @@ from tf2_msgs.msg import TFMessage
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.ros.conversions import yaw_of
-from tb3_labs.ros.testing.costs import cpu_time
-from tb3_labs.ros.testing.node_process import Program
+from tb3_labs.ros.program import Program
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from costs import cpu_time    # noqa: E402
 from node_case import STARTING, Hiccups, path_of    # noqa: E402 (a relay's folder is another one)
 
 COUNT = 600       # imu messages: 3 s

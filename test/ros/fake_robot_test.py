@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
-"""The embedded robot's node on simulated time: topics, frames, firmware, faults."""
+"""The simulated robot's node on simulated time: topics, frames, firmware, faults."""
 import math
-import threading
 import time
 import unittest
 
@@ -16,7 +15,7 @@ from std_msgs.msg import Empty
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.geometry.angles import wrap
-from tb3_labs.ros.conversions import to_pose2, to_twist, yaw_of
+from tb3_labs.ros.conversions import to_twist, yaw_of
 
 TOPICS = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'ground_truth': PoseStamped,
           '/tf': TFMessage}
@@ -58,21 +57,6 @@ class FakeRobotTest(unittest.TestCase):
     def stamps(self, topic):
         return [message.header.stamp.to_sec() for message in self.heard[topic]]
 
-    def drive(self, linear, angular, until, what):
-        """Commands at 50 Hz, wall clock, until a condition holds."""
-        stop = threading.Event()
-
-        def send():
-            while not stop.wait(0.02):
-                self.commands.publish(to_twist(linear, angular))
-        sender = threading.Thread(target=send)
-        sender.start()
-        try:
-            self.wait(what, until)
-        finally:
-            stop.set()
-            sender.join()
-
     def test_frames_are_in_the_namespace(self):
         self.assertEqual(self.last('imu').header.frame_id, 'robot3/imu_link')
         odom, transform = self.last('odom'), self.last('/tf').transforms[0]
@@ -99,48 +83,9 @@ class FakeRobotTest(unittest.TestCase):
         self.assertEqual(transforms[0].transform.rotation, odom.pose.pose.orientation)
         self.assertEqual(transforms[0].transform.translation.x, odom.pose.pose.position.x)
 
-    def test_one_command_lasts_half_a_second(self):
-        start = self.stamps('odom')[-1]
-        self.commands.publish(to_twist(0.1, 0.0))
-        self.wait('motion', lambda: self.last('odom').twist.twist.linear.x > 0.05)
-        self.wait_for_rest()
-        moving = [m.header.stamp.to_sec() for m in list(self.heard['odom'])
-                  if m.header.stamp.to_sec() > start and m.twist.twist.linear.x > 0.05]
-        # Up to 33 ms to the board's next tick at the end, and 33 ms of odometry at either side.
-        self.assertAlmostEqual(moving[-1] - moving[0], 0.5, delta=0.08)
-
-    def test_spike_at_half_a_turn(self):
-        if abs(yaw_of(self.last('imu').orientation)) < math.radians(140):
-            self.drive(0.0, 1.5, lambda: math.radians(140) < yaw_of(
-                self.last('imu').orientation) < math.radians(175), 'heading 140 deg')
-            self.wait_for_rest()
-        seen = len(self.heard['odom'])
-        direction = math.copysign(1.0, yaw_of(self.last('imu').orientation))
-        self.drive(0.0, direction * 1.0, lambda: any(
-            abs(m.twist.twist.angular.z) > 100.0 for m in self.heard['odom'][seen:]), 'a spike')
-        self.wait_for_rest()
-        spikes = [m.twist.twist.angular.z for m in self.heard['odom'][seen:]
-                  if abs(m.twist.twist.angular.z) > 10.0]
-        self.assertEqual(len(spikes), 1)
-        self.assertAlmostEqual(spikes[0], -direction * 2 * math.pi * 30, delta=3.0)
-
-    def test_odometry_is_the_truth_while_nothing_slips(self):
-        seen = len(self.heard['ground_truth'])
-        truth = to_pose2(self.last('ground_truth').pose)
-        odom = to_pose2(self.last('odom').pose.pose)
-        self.drive(0.1, 0.3, lambda: to_pose2(
-            self.last('ground_truth').pose).distance_to(truth) > 0.2, '0.2 m')
-        self.wait_for_rest()
-        self.assertGreater(len(self.heard['ground_truth']), seen + 50)
-        moved = truth.inverse() @ to_pose2(self.last('ground_truth').pose)
-        reported = odom.inverse() @ to_pose2(self.last('odom').pose.pose)
-        # One sample's displacement may be reversed (the spike): 2 x 3.3 mm.
-        self.assertLess(moved.distance_to(reported), 0.009)
-        self.assertLess(abs(wrap(moved.yaw - reported.yaw)), math.radians(0.1))
-
     def test_reset_zeroes_the_odometry_but_for_the_turn_of_the_imu(self):
-        self.drive(0.1, 0.3, lambda: to_pose2(
-            self.last('odom').pose.pose).distance_to(self.start()) > 0.05, '0.05 m')
+        self.commands.publish(to_twist(0.1, 0.3))
+        self.wait('motion', lambda: self.last('odom').twist.twist.linear.x > 0.05)
         self.wait_for_rest()
         imu_yaw, seen = yaw_of(self.last('imu').orientation), len(self.heard['odom'])
         self.resets.publish(Empty())
@@ -153,17 +98,6 @@ class FakeRobotTest(unittest.TestCase):
         turned = wrap(yaw_of(self.last('imu').orientation) - imu_yaw)
         self.assertAlmostEqual(math.degrees(turned), 1.82, delta=0.1)
         self.assertAlmostEqual(yaw_of(self.last('odom').pose.pose.orientation), turned, delta=0.002)
-
-    def start(self):
-        return to_pose2(self.heard['odom'][0].pose.pose)
-
-    def test_a_fault_is_switched_while_it_runs(self):
-        self.live.update_configuration({'imu_silent': True})
-        self.wait('an odometry that goes on without the IMU',
-                  lambda: self.stamps('odom')[-1] > self.stamps('imu')[-1] + 0.8)
-        last = self.stamps('odom')[-1]
-        self.live.update_configuration({'imu_silent': False})
-        self.wait('imu', lambda: self.stamps('imu')[-1] > last + 0.2)
 
     def test_wheels_are_those_of_the_odometry_however_late_it_is(self):
         self.live.update_configuration({'sensor_latency': 0.3})

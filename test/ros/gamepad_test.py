@@ -13,7 +13,7 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String
 
 from tb3_labs.ros.conversions import to_pose2, to_twist
-from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.observer import Observer
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import STARTING, ZERO, Hiccups, Node, NodeCase    # noqa: E402 (a relay's folder)

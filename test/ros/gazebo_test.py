@@ -11,12 +11,12 @@ import rospkg
 import rospy
 from rosgraph_msgs.msg import Clock
 
-from tb3_labs.ros.testing.node_process import Program
-from tb3_labs.ros.testing.observer import Observer
-from tb3_labs.ros.testing.rosunit_internals import rosrun
+from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.program import Program
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import STARTING    # noqa: E402 (a relay's folder is another one)
+from rosunit_internals import rosrun    # noqa: E402
 
 #: The package, the file and the argument are turtlebot3_simulations'; the embedded robot stands in.
 MANIFEST = ('<package format="2"><name>turtlebot3_gazebo</name><version>0.0.0</version>'

@@ -15,8 +15,8 @@ from move_base_msgs.msg import MoveBaseAction
 from std_msgs.msg import Bool, Float64
 
 from tb3_labs.ros.rospy_internals import connection_of
-from tb3_labs.ros.testing.node_process import Program
-from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.program import Program
 
 HERE = os.path.dirname(os.path.realpath(__file__))
 sys.path[:0] = [HERE, os.path.join(HERE, '..', 'unit')]

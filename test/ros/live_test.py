@@ -10,7 +10,7 @@ from dynamic_reconfigure import DynamicReconfigureCallbackException
 from dynamic_reconfigure.client import Client
 from std_msgs.msg import Bool, Float32, Float64
 
-from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.observer import Observer
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import NodeCase    # noqa: E402 (a relay's folder is another one)

@@ -10,6 +10,7 @@ import io
 import json
 import os
 import subprocess
+import sys
 import tempfile
 import unittest
 from pathlib import Path
@@ -17,7 +18,9 @@ from pathlib import Path
 import rospkg
 
 from tb3_labs.marking import processes, sandbox
-from tb3_labs.ros.testing.rosunit_internals import rosrun
+
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from rosunit_internals import rosrun    # noqa: E402
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 NODE = PACKAGE / 'test' / 'ros' / 'student_nodes' / 'imu_sub.py'

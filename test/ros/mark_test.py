@@ -25,10 +25,10 @@ import rospkg
 from tb3_labs.handout.skeletons import FOLDER, skeleton, write
 from tb3_labs.marking.labs import LABS
 from tb3_labs.marking import sandbox
-from tb3_labs.ros.testing.rosunit_internals import rosrun
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import path_of    # noqa: E402 (a relay's folder is another one)
+from rosunit_internals import rosrun    # noqa: E402
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 NODES = PACKAGE / 'test' / 'ros' / 'student_nodes'

@@ -4,7 +4,8 @@ that was killed. Later the same master can be there again."""
 import socket
 import threading
 
-from tb3_labs.ros.testing.ports import free_port
+from costs import free_port
+
 
 
 class MasterWay:

@@ -12,7 +12,7 @@ import rosgraph
 import roslib.packages
 import rospy
 
-from tb3_labs.ros.testing.node_process import Program
+from tb3_labs.ros.program import Program
 
 PACKAGE = 'tb3_labs'
 ZERO = (0.0, 0.0)

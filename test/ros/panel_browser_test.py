@@ -11,14 +11,14 @@ import rospy
 
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.ros.testing.observer import Observer
-from tb3_labs.ros.testing.rosunit_internals import rosrun
+from tb3_labs.ros.observer import Observer
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from browser import MISSING, Browser    # noqa: E402 (a relay's folder)
 from node_case import SILENCE, STARTING, ZERO, Hiccups, Node    # noqa: E402
 from panel_case import LOSS, PanelCase, with_punctual_pages    # noqa: E402
 from panel_page import Page    # noqa: E402
+from rosunit_internals import rosrun    # noqa: E402
 
 PORT = 8110
 #: Pictures a second: to draw them is most of the computing here.

@@ -22,7 +22,7 @@ from tf2_msgs.msg import TFMessage
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.clocks import steady_time
-from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.observer import Observer
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import SILENCE, STARTING, ZERO, Hiccups, Node    # noqa: E402 (a relay's folder)

@@ -13,8 +13,8 @@ from dynamic_reconfigure.client import Client
 from roslaunch.config import ROSLaunchConfig
 from roslaunch.xmlloader import XmlLoader
 
-from tb3_labs.ros.testing.node_process import Program
-from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.program import Program
 
 PACKAGE = rospkg.RosPack().get_path('tb3_labs')
 sys.path.append(os.path.join(PACKAGE, 'test'))

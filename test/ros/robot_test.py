@@ -8,6 +8,7 @@ import pathlib
 import shutil
 import socket
 import subprocess
+import sys
 import tempfile
 import unittest
 import xmlrpc.client
@@ -19,9 +20,11 @@ from geometry_msgs.msg import PoseStamped, Twist
 
 from tb3_labs.robot.turtlebot3 import MODELS
 from tb3_labs.ros.conversions import to_pose2
-from tb3_labs.ros.testing.node_process import Program
-from tb3_labs.ros.testing.observer import Observer
-from tb3_labs.ros.testing.rosunit_internals import rosrun
+from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.program import Program
+
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from rosunit_internals import rosrun    # noqa: E402
 
 HOST = '127.0.0.1'
 CORE = '/turtlebot3_core'

@@ -20,11 +20,11 @@ from pathlib import Path
 import rospkg
 import rospy
 
-from tb3_labs.ros.testing.node_process import Program
-from tb3_labs.ros.testing.ports import free_port
-from tb3_labs.ros.testing.rosunit_internals import rosrun
+from tb3_labs.ros.program import Program
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from costs import free_port    # noqa: E402
+from rosunit_internals import rosrun    # noqa: E402
 from sheets_steps import FOLLOWING, promised, steps_of    # noqa: E402 (a relay's folder is another one)
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))

@@ -16,7 +16,7 @@ import rosgraph
 import rostest
 
 from tb3_labs.marking.labs import LABS
-from tb3_labs.ros.testing.node_process import Program
+from tb3_labs.ros.program import Program
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import STARTING, path_of    # noqa: E402 (a relay's folder)

@@ -24,8 +24,8 @@ from tf2_ros import StaticTransformBroadcaster
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.testing.node_process import Program
-from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.program import Program
 from tb3_labs.ros.topics import AT_ONCE
 from tb3_labs.srv import ResetPose
 
@@ -177,13 +177,6 @@ class StopsTest(NodeCase):
         self.let_it_drive(self.by_pad)     # A again
         self.thumb.press(B)
 
-    def test_b_takes_what_was_given_at_the_start(self):
-        self.gamepad()
-        start = self.seen.latest('ground_truth')
-        self.start('move2goal_tf.py', '_goal_x:=90', '_has_control:=true')
-        self.seen.wait_for('ground_truth', lambda pose: pose.distance_to(start) > 0.02, STARTING)
-        self.is_stopped(self.thumb.press(B))
-
     def test_the_first_word_of_a_sender_that_latches_is_a_stop(self):
         """It was connected all the time, and had said nothing: its False is not an old one."""
         student = Program([sys.executable, '-c', STUDENT], terminal=True)
@@ -196,12 +189,15 @@ class StopsTest(NodeCase):
         student.type('False')
         self.is_stopped(said)
 
-    def test_what_was_given_at_the_start_is_used_up(self):
+    def test_what_was_given_at_the_start_is_taken_by_b_and_used_up(self):
         """A later start with the same parameters on the master waits for control."""
+        self.gamepad()
         start = self.rest()
         node = self.start('move2goal_tf.py', '_goal_x:=90', '_has_control:=true')
         self.seen.wait_for('ground_truth', lambda pose: pose.distance_to(start) > 0.02, STARTING)
+        self.is_stopped(self.thumb.press(B))
         node.end()
+        self.seen.forget('goal_state')
         self.start('move2goal_tf.py')
         self.seen.wait_for('goal_state', lambda state: state == 'waiting for control', STARTING)
 

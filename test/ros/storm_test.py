@@ -21,11 +21,11 @@ from std_msgs.msg import Bool, String
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2, interpolate
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped, to_twist
-from tb3_labs.ros.testing.costs import memory, process_of, threads
-from tb3_labs.ros.testing.observer import Observer
+from tb3_labs.ros.observer import Observer
 from tb3_labs.srv import ResetPose
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from costs import memory, process_of, threads    # noqa: E402
 from node_case import STARTING, Hiccups, NodeCase    # noqa: E402 (a relay's folder is another one)
 
 SEED = 20261121

@@ -217,7 +217,6 @@ class Fuzz:
             assert command is None or self.pad.holder is Holder.GAMEPAD
             self.send(command, BURGER.max_linear, BURGER.max_angular)
         self.navigator.take_news()
-        self.navigator.take_resets()
         self.navigator.take_end()
         self.navigator.status(now)
         self.controller.take_news()

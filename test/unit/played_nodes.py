@@ -195,7 +195,6 @@ class Mover(Process):
             for pad in self.world.pads:
                 pad.send('mover', 'on_control', self.has_control)
         core.take_news()
-        core.take_resets()
 
 
 class Pad(Process):

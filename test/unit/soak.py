@@ -4,6 +4,7 @@
 """
 import gc
 import math
+import pathlib
 import random
 import sys
 import time
@@ -18,10 +19,12 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.robot.turtlebot3 import robot_model
-from tb3_labs.simulation.rollout import control, navigation, run
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 from tb3_labs.supervision.arbitration import Driver
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'benchmark'))
+from rollout import control, navigation, run    # noqa: E402
 
 STEP = 0.1
 #: Objects are counted after this number of tasks, when every history has been filled.
@@ -81,7 +84,6 @@ def soak(seconds, seed=1):
         result.turns.append(abs(turned - angle))
         result.failures += [news.text for news in controller.take_news() if news.warning]
         navigator.take_news()
-        navigator.take_resets()
         if len(result.drives) >= WARM:
             gc.collect()
             result.objects.append(len(gc.get_objects()))

@@ -1,5 +1,6 @@
-"""A node's printing: in order, without waits, and with the number of dropped lines."""
+"""A node's printing: in order, without waits, and with the number of dropped lines; its waiting."""
 import threading
+import time
 
 import pytest
 
@@ -7,6 +8,7 @@ pytest.importorskip('rospy')
 
 from tb3_labs.news import News    # noqa: E402
 from tb3_labs.ros import console    # noqa: E402
+from tb3_labs.ros.clocks import wait_until    # noqa: E402
 
 
 @pytest.fixture
@@ -62,3 +64,14 @@ def test_news_are_logged_warnings_as_such(monkeypatch):
     monkeypatch.setattr(console.rospy, 'logwarn', lambda *words: logged.append(('warn',) + words))
     console.log_news([News('50 % done', warning=False), News('lost', warning=True)])
     assert logged == [('info', '%s', '50 % done'), ('warn', '%s', 'lost')]
+
+
+def test_it_waits_until_the_condition_holds():
+    answers = iter([False, False, True])
+    assert wait_until(lambda: next(answers), 10.0, period=0.001)
+
+
+def test_it_gives_up_and_says_so():
+    begun = time.monotonic()
+    assert not wait_until(lambda: False, 0.05, period=0.01)
+    assert time.monotonic() - begun >= 0.05

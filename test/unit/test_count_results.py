@@ -110,7 +110,8 @@ def test_lint_that_failed_is_a_failure(results, capsys):
 
 def test_a_rostest_that_skips_says_so(tmp_path, capsys, monkeypatch):
     rospy, xmlrunner = pytest.importorskip('rospy'), pytest.importorskip('rosunit.xmlrunner')
-    from tb3_labs.ros.testing.rosunit_internals import rosrun
+    monkeypatch.syspath_prepend(str(pathlib.Path(__file__).parents[1] / 'ros'))
+    from rosunit_internals import rosrun
 
     class Some(unittest.TestCase):
         def test_one(self):

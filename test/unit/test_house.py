@@ -15,8 +15,6 @@ TOOLS = {'simulation': set(), 'report': {'simulation'}, 'marking': {'report', 's
 FLOOR = {room: floor for floor, rooms in enumerate(NOTIONS + [{'ros'}, set(TOOLS)]) for room in rooms}
 #: Modules that the notions do not use.
 ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 'threading'}
-#: Folders of ros/ that still hold a part of a tool.
-PARTS = {'ros/robot': 'simulation', 'ros/testing': 'marking'}
 
 
 def imports():
@@ -36,8 +34,7 @@ def imports():
 
 
 def room_of(path):
-    folders = path.split(os.sep)
-    return PARTS.get('/'.join(folders[:2]), os.path.splitext(folders[0])[0])
+    return os.path.splitext(path.split(os.sep)[0])[0]
 
 
 def test_imports_only_go_down():
@@ -62,8 +59,7 @@ def test_the_notions_know_neither_ros_nor_a_clock():
 
 def test_the_ros_of_a_tool_is_seen_by_the_names_of_its_files():
     wrong = ['{} imports {}'.format(path, module) for path, module in imports()
-             if room_of(path) in TOOLS and not path.startswith('ros' + os.sep)
-             and not os.path.basename(path).startswith('ros_')
+             if room_of(path) in TOOLS and not os.path.basename(path).startswith('ros_')
              and (is_ros(module) and module not in ('time', 'threading') or module.startswith('tb3_labs.ros.'))]
     assert wrong == []
 
@@ -80,12 +76,12 @@ def test_every_room_says_which_question_it_answers(room):
 
 #: Floors within ros/, from the ground up: its own files, then its folders.
 ROS_FLOORS = [{'rospy_internals', 'conversions', 'parameters', 'reconfigure', 'signals'},
-              {'clocks', 'traffic', 'awaited'}, {'console'}, {'node'}, {'topics', 'diagnostics'},
-              {'driving', 'devices', 'robot', 'move_to_goal', 'testing', 'launching'}]
+              {'clocks'}, {'console'}, {'node'}, {'topics', 'diagnostics', 'reset_call'},
+              {'cmd_vel', 'ctrl_relinq', 'goals', 'resets', 'display', 'observer',
+               'program', 'launching'}]
 ROS_FLOOR = {part: floor for floor, parts in enumerate(ROS_FLOORS) for part in parts}
 #: These files alone touch private parts of libraries.
-INTERNALS = {'rospy_internals.py', 'roslaunch_internals.py',
-             'rosunit_internals.py'}
+INTERNALS = {'rospy_internals.py', 'ros_internals.py', 'roslaunch_internals.py'}
 #: Private without an underscore: modules that rospy keeps for itself, and what its handles hold.
 ROSPY_PARTS = {'impl', 'core', 'rostime', 'get_stats'}
 

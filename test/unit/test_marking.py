@@ -25,7 +25,7 @@ from tb3_labs.marking.observation import NotOffered, Observation, Run, Stimulus
 from tb3_labs.marking.ros_gamepad import AXES, BUTTONS, pad_called, pad_in_words
 from tb3_labs.marking.ros_stage import SCRIPTS
 from tb3_labs.nodes.pad_config import PadConfig
-from tb3_labs.ros.testing.bounded_text import BoundedText
+from tb3_labs.ros.program import BoundedText
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 TABLE = yaml.safe_load(

@@ -340,15 +340,6 @@ def test_an_end_is_taken_once_and_a_question_changes_nothing():
     assert robot.core.take_end() == (Pose2(), '')
 
 
-def test_resets_are_taken_once_in_order():
-    robot = Robot()
-    robot.run(0.2)
-    asked = [robot.core.reset(Pose2(k, 0.0, 0.0), robot.now) for k in range(2)]
-    assert robot.core.take_resets() == []
-    robot.run(0.05)
-    assert robot.core.take_resets() == asked and robot.core.take_resets() == []
-
-
 def test_a_reset_that_was_given_up_is_not_carried_out():
     robot = Robot()
     robot.run(0.2)
@@ -356,7 +347,7 @@ def test_a_reset_that_was_given_up_is_not_carried_out():
     for _ in range(2):
         robot.core.give_up_reset(reset)
     robot.run(0.1)
-    assert not reset.done and robot.core.take_resets() == []
+    assert not reset.done
     assert robot.core.pose(robot.now).x == pytest.approx(0.0)
 
 

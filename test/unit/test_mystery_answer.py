@@ -1,19 +1,18 @@
-"""The verdict on an answer to a mystery robot, and the two commands."""
+"""The verdict on an answer to a mystery robot, and the command."""
 import importlib.util
 import pathlib
 
 import pytest
 
-from tb3_labs.simulation.mystery import KINDS, LAST, draw
-from tb3_labs.simulation.mystery_answer import fault_called, judge
+from tb3_labs.simulation.mystery import KINDS, LAST, draw, fault_called, judge
 
-SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / 'scripts'
+SCRIPT = pathlib.Path(__file__).resolve().parents[2] / 'scripts' / 'mystery.py'
 # Of the key: 4 is an imu offset of 115 deg, 15 a wheel mismatch of -3.5 %, 7 a command latency.
 
 
-def command(name, capsys, *words):
-    """(exit status, output, errors) of a script's main."""
-    spec = importlib.util.spec_from_file_location(name, str(SCRIPTS / (name + '.py')))
+def command(capsys, *words):
+    """(exit status, output, errors) of the script's main."""
+    spec = importlib.util.spec_from_file_location('mystery', str(SCRIPT))
     script = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(script)
     status = script.main(list(words))
@@ -72,10 +71,10 @@ def test_an_unknown_fault_is_told_the_valid_ones(wrong, near):
 
 
 def test_the_command_ends_with_0_for_the_right_answer_alone(capsys):
-    assert command('mystery', capsys, '--answer', '15', 'wheel mismatch', '-3.4')[0] == 0
-    assert command('mystery', capsys, '--answer', '15', 'wheel', 'mismatch', '-3.4')[0] == 0
+    assert command(capsys, '--answer', '15', 'wheel mismatch', '-3.4')[0] == 0
+    assert command(capsys, '--answer', '15', 'wheel', 'mismatch', '-3.4')[0] == 0
     for words in (['15', 'wheel mismatch'], ['15', 'slip', '12'], ['15', 'wheel mismatch', '9']):
-        status, out, errors = command('mystery', capsys, '--answer', *words)
+        status, out, errors = command(capsys, '--answer', *words)
         assert (status, errors) == (1, '') and len(out.splitlines()) == 1
 
 
@@ -85,19 +84,19 @@ def test_the_command_ends_with_0_for_the_right_answer_alone(capsys):
     (['7', 'slip', 'nan'], 'a number in %'), (['7', 'slip', 'inf'], 'a number in %'),
     (['7'], 'Valid: '), (['7', '130'], 'Valid: '), (['7', 'slip', 'much'], 'Valid: ')])
 def test_what_is_no_answer_is_one_line(capsys, words, told):
-    status, out, errors = command('mystery', capsys, '--answer', *words)
+    status, out, errors = command(capsys, '--answer', *words)
     assert (status, out, len(errors.splitlines())) == (2, '', 1) and told in errors
 
 
 def test_the_list_describes_each_fault_and_tells_no_number(capsys):
-    status, out, _ = command('mystery', capsys, '--list')
+    status, out, _ = command(capsys, '--list')
     assert status == 0 and max(map(len, out.splitlines())) <= 100
     for kind in KINDS:
         assert '\n{}\n  value [{}]'.format(kind.name, kind.unit) in '\n' + out
 
 
 def test_the_key_agrees_with_the_judge(capsys):
-    status, out, _ = command('mystery_key', capsys, '1-30', '9999')
+    status, out, _ = command(capsys, 'key', '1-30', '9999')
     rows = [line.split() for line in out.splitlines()[1:]]
     assert status == 0 and [int(row[0]) for row in rows] == list(range(1, 31)) + [9999]
     for row in rows:
@@ -107,5 +106,5 @@ def test_the_key_agrees_with_the_judge(capsys):
 
 @pytest.mark.parametrize('word', ['0', '1-10000', '5-1', 'x', '1-', '-3x', '1-2-3', ''])
 def test_a_key_for_no_number_is_refused(capsys, word):
-    status, out, errors = command('mystery_key', capsys, '--', word)
+    status, out, errors = command(capsys, 'key', word)
     assert (status, out, len(errors.splitlines())) == (2, '', 1)

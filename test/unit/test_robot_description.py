@@ -9,7 +9,7 @@ import pytest
 
 from tb3_labs.robot.turtlebot3 import MODELS
 from tb3_labs.robot.urdf import with_prefix
-from tb3_labs.ros.robot.messages import WHEEL_JOINTS
+from tb3_labs.simulation.ros_sensors import WHEEL_JOINTS
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 LINKS = {'base_footprint', 'base_link', 'wheel_left_link', 'wheel_right_link'}

@@ -1,20 +1,21 @@
-"""Whole drives on the embedded robot, judged by its true pose."""
+"""Whole drives on the simulated robot, judged by its true pose."""
 import math
 import random
 import statistics
 from concurrent.futures import ProcessPoolExecutor
 
 import pytest
+from rollout import drive, turns
 
 from tb3_labs.control.goal import DriveConfig, least_time
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, robot_model
 from tb3_labs.simulation.network import NETWORKS
-from tb3_labs.simulation.rollout import drive
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 BURGER = robot_model('burger')
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
+MOTOR_LAG = 0.05                        # by default [s]
 
 
 def random_drive(number):
@@ -151,3 +152,52 @@ def test_drives_over_a_network_arrive_and_are_never_said_to_have_arrived_falsely
         assert d.rested and d.distance_error <= 0.01 and abs(math.degrees(d.angle_error)) <= 0.5
         assert d.max_linear <= 0.2108 + 1e-9 and d.max_angular <= 1.5 + 1e-9
         assert d.max_wheel <= 0.2109
+
+
+# The roll-outs' own figures, on robots that make each of them large by a known amount ------------
+
+def test_a_drive_that_is_given_up_in_full_motion_is_no_rest_and_coasts():
+    result = drive(Pose2(5.0, 0.0, 0.0), SimulatorConfig(), give_up_after=3.0)
+    assert not result.reached and not result.rested and result.failure == ''
+    # no zero is sent: the board waits for its timeout and a tick, then the motors' lag
+    fading = MOTOR_LAG * math.log(0.2108 / 0.001)
+    assert result.time == pytest.approx(3.0 + COMMAND_TIMEOUT + 1 / 60 + fading, abs=0.06)
+    coasted = 0.2108 * (COMMAND_TIMEOUT + 1 / 60 + MOTOR_LAG)
+    assert 5.0 - result.distance_error == pytest.approx(5.0 + result.overrun + coasted, abs=0.02)
+    assert -4.6 < result.overrun < -4.3
+
+
+def test_where_it_is_declared_and_where_it_truly_starts_do_not_matter():
+    """The goal is a metre ahead of the declared pose, for any such pose and any start."""
+    declared = Pose2(3.0, -2.0, 2.0)
+    result = drive(declared @ Pose2(1.0, 0.0, 0.0), SimulatorConfig(start_x=-4.0, start_y=1.0, slip=0.2),
+                   declared=declared)
+    assert result.distance_error == pytest.approx(0.2, abs=0.015)
+    assert result.overrun == pytest.approx(-0.2, abs=0.015)
+
+
+@pytest.mark.parametrize('degrees', [90.0, -90.0, 400.0, -720.0])
+def test_a_turn_is_counted_over_whole_turns(degrees):
+    turn, = turns([degrees], SimulatorConfig(start_yaw_deg=170.0))
+    assert math.degrees(turn.turned) == pytest.approx(degrees, abs=0.6)
+    assert 1.4 <= turn.fastest <= 1.5 + 1e-9
+    least = math.radians(abs(degrees)) / 1.5
+    assert least <= turn.time <= 1.1 * least + 1.5
+    assert 0.0 <= math.degrees(turn.overshoot) <= 0.6
+
+
+@pytest.mark.parametrize('degrees', [90.0, -90.0])
+def test_a_turn_by_an_imu_that_lags_behind_goes_too_far_by_what_it_lacks(degrees):
+    """An IMU that drifts against the turn, by 10 deg each second, measures too little of it."""
+    drift = -math.copysign(600.0, degrees)
+    turn, = turns([degrees], SimulatorConfig(imu_drift_deg_per_min=drift))
+    beyond = abs(math.degrees(turn.turned)) - 90.0
+    assert beyond == pytest.approx(10.0 * turn.time, abs=3.0) and beyond > 8.0
+    assert math.degrees(turn.overshoot) == pytest.approx(beyond, abs=1.0)
+
+
+def test_turns_follow_each_other_and_each_is_measured_from_its_own_begin():
+    results = turns([90.0, -45.0, 180.0], SimulatorConfig())
+    assert [math.degrees(turn.turned) for turn in results] == pytest.approx(
+        [90.0, -45.0, 180.0], abs=1.0)
+    assert all(turn.time < 0.7 * 180.0 / 60.0 + 2.0 for turn in results)

@@ -1,4 +1,5 @@
 """The signals of a node, sent to a process of its own."""
+import importlib.util
 import os
 import pathlib
 import re
@@ -135,11 +136,9 @@ def interrupted_while_it_imports(name):
         node.stderr.close()
 
 
+@pytest.mark.skipif(importlib.util.find_spec('rospy') is None, reason='ROS is not installed')
 @pytest.mark.parametrize('name', NODES)
 def test_ctrl_c_ends_a_node_that_still_imports(name):
+    """The students' edition has fewer of them."""
     status, text = interrupted_while_it_imports(name)
     assert status == -signal.SIGINT and 'Traceback' not in text
-
-
-def test_there_are_such_nodes():
-    assert len(NODES) >= 5

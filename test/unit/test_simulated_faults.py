@@ -1,11 +1,10 @@
-"""Faults of the embedded robot, and the effects of its network."""
+"""Faults of the simulated robot, and the effects of its network."""
 from dataclasses import replace
 
 import pytest
 from simulated import MOTOR_STEP, STIFF, drive, imu_of, odom_of
 
 from tb3_labs.robot.samples import ImuSample, OdometrySample, with_stamp
-from tb3_labs.simulation.faults import DROPOUT, Dropouts, SensorFaults
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
@@ -38,29 +37,6 @@ def test_the_network_changes_what_arrives_when_but_not_what_is_measured():
     late = Simulator(SimulatorConfig(**NETWORKS['bad'])).step(61.0)
     for kind in imu_of, odom_of:
         assert kind(late)[:len(kind(direct))] == kind(direct)
-
-
-def test_samples_are_late_by_the_jitter():
-    robot = Simulator(SimulatorConfig(imu_rate=1.0, odom_silent=True, sensor_jitter=0.05))
-    times = [robot.now - sample.stamp for _ in range(200000) for sample in robot.step(0.002)]
-    # 0.05 s, and half a step until it is seen; 400 numbers: good to 5 %
-    assert len(times) == pytest.approx(400, abs=1)
-    assert sum(times) / len(times) == pytest.approx(0.05 + 0.001, rel=0.15)
-
-
-def test_commands_are_late_by_the_jitter():
-    robot = Simulator(replace(STIFF, command_jitter=0.2, seed=5))
-    times = []
-    for _ in range(200):
-        robot.command(0.1, 0.0)
-        sent = robot.now
-        while robot.true_velocity[0] == 0.0 and robot.now < sent + 5.0:
-            robot.step(0.005)
-        times.append(robot.now - sent)
-        robot.step(3.0)   # the command has timed out
-        assert robot.true_velocity[0] == 0.0
-    # 0.2 s, and up to the board's next tick, 1/60 s on average; 200 numbers: good to 7 %
-    assert sum(times) / len(times) == pytest.approx(0.2 + 1 / 60 + 0.0025, rel=0.2)
 
 
 def cut(robot, is_cut):
@@ -169,55 +145,6 @@ def test_dropouts_silence_both_sensors_for_a_while():
     assert 110 < len(gaps) < 183
     assert min(lengths) >= 0.3 and max(lengths) <= 4.3 + 0.02
     assert sum(lengths) / len(lengths) == pytest.approx(2.3, abs=0.3)
-
-
-# The faults alone ---------------------------------------------------------------------------------
-
-def yaws(*values):
-    return [ImuSample(0.1 * k, value, 0.5) for k, value in enumerate(values)]
-
-
-def test_both_ends_of_a_dropout_belong_to_it_and_the_next_one_begins_after_it():
-    dropouts, fine = Dropouts(2.0, 100.0, seed=3), Dropouts(2.0, 100.0, seed=3)
-    stamps = [100.0 + 0.001 * k for k in range(60000)]
-    covered = [fine.cover(stamp) for stamp in stamps]
-    edges = [k for k in range(1, len(stamps)) if covered[k] != covered[k - 1]]
-    assert not covered[0] and len(edges) > 20
-    for begin, end in zip(edges[::2], edges[1::2]):
-        assert 0.3 <= (end - begin) * 0.001 + 0.001 and (end - begin) * 0.001 <= 4.3 + 0.001
-    assert [dropouts.cover(stamp) for stamp in stamps[::7]] == covered[::7]
-    # 0.5 s between two of them on average, exponential
-    gaps = [0.001 * (begin - end) for end, begin in zip(edges[1::2], edges[2::2])]
-    assert 0.2 < sum(gaps) / len(gaps) < 1.0
-
-
-def test_dropouts_last_as_long_as_those_that_were_recorded():
-    assert DROPOUT == (0.3, 4.3)
-
-
-def test_no_rate_no_dropouts():
-    dropouts = Dropouts(0.0, 0.0, seed=3)
-    assert dropouts.rate == 0.0 and not any(dropouts.cover(float(k)) for k in range(1000))
-
-
-@pytest.mark.parametrize('silent, frozen, said', [
-    (False, False, [1.0, 2.0, 3.0]), (True, False, []), (False, True, [1.0, 1.0, 1.0]),
-    (True, True, [])])
-def test_what_a_sensor_with_a_fault_says(silent, frozen, said):
-    faults = SensorFaults(silent, frozen, Dropouts(0.0, 0.0, 1))
-    samples = yaws(1.0, 2.0, 3.0)
-    outcome = faults.outcome([]) + faults.outcome(samples[:2]) + faults.outcome(samples[2:])
-    assert [sample.yaw for sample in outcome] == said
-    assert [sample.stamp for sample in outcome] == [0.0, 0.1, 0.2][:len(said)]
-
-
-def test_a_frozen_sensor_has_its_dropouts_too():
-    dropouts, same = Dropouts(2.0, 0.0, seed=3), Dropouts(2.0, 0.0, seed=3)
-    samples = [ImuSample(0.1 * k, 0.001 * k, 0.0) for k in range(200)]
-    outcome = SensorFaults(False, True, dropouts).outcome(samples)
-    assert [sample.stamp for sample in outcome] == [
-        sample.stamp for sample in samples if not same.cover(sample.stamp)]
-    assert 0 < len(outcome) < 200 and {sample.yaw for sample in outcome} == {0.0}
 
 
 def test_a_fault_that_begins_anew_keeps_another_sample():

@@ -1,4 +1,4 @@
-"""The embedded robot's motion, and its own reset, against physics and the firmware."""
+"""The simulated robot's motion, and its own reset, against physics and the firmware."""
 import math
 from dataclasses import replace
 
@@ -9,7 +9,6 @@ from simulated import MOTOR_STEP, QUIET, STIFF, TICK, close, drive, imu_of, odom
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.robot.turtlebot3 import MODELS
 from tb3_labs.simulation.simulator import Simulator
 
 
@@ -23,17 +22,6 @@ def test_motors_follow_with_their_time_constant():
         fading = math.exp(-since / 0.1)
         assert robot.true_velocity == pytest.approx((speed * (1 - fading), 0.0), abs=1e-12)
         assert robot.truth.x == pytest.approx(speed * (since - 0.1 * (1 - fading)), abs=1e-12)
-
-
-def test_constant_command_is_a_circle():
-    robot = Simulator(STIFF)
-    drive(robot, 20.0, 0.1, 0.5)
-    left, right = 75 * MOTOR_STEP, 176 * MOTOR_STEP  # 0.06 and 0.14 m/s, cut to whole steps
-    rate = (right - left) / 0.16
-    radius = (left + right) / 2 / rate
-    turned = rate * (20.0 - 1 / 30)
-    assert close(robot.truth, Pose2(radius * math.sin(turned), radius * (1 - math.cos(turned)),
-                                    turned))
 
 
 def test_pose_while_the_speed_changes():
@@ -55,46 +43,6 @@ def test_pose_while_the_speed_changes():
         y += way * math.sin(yaw + turn / 2)
         yaw += turn
     assert close(before.inverse() @ robot.truth, Pose2(x, y, yaw), metres=1e-5, radians=1e-8)
-
-
-@pytest.mark.parametrize('model', MODELS)
-@pytest.mark.parametrize('linear', [-9.0, -0.1, 0.0, 0.1, 9.0])
-@pytest.mark.parametrize('angular', [-9.0, -1.0, 0.0, 1.0, 9.0])
-def test_no_command_moves_a_wheel_faster_than_it_can(model, linear, angular):
-    limits = MODELS[model]
-    robot = Simulator(replace(QUIET, model=model))
-    drive(robot, 2.0, linear, angular)
-    v, w = robot.true_velocity
-    assert abs(v) <= limits.max_linear and abs(w) <= limits.max_angular
-    assert abs(v) + limits.half_track * abs(w) <= limits.max_wheel_speed + 1e-12
-    assert v * linear >= 0.0 and w * angular >= 0.0
-
-
-def test_full_speed_and_full_turn_are_clipped_separately():
-    robot = Simulator(STIFF)
-    drive(robot, 0.1, 5.0, 5.0)
-    # 0.2097 m/s +/- 0.08 m x 2.621 rad/s: the right wheel would need twice what it can.
-    v, w = robot.true_velocity
-    assert v == pytest.approx(0.2097 / 2, abs=2 * MOTOR_STEP)
-    assert w == pytest.approx(0.2097 / 0.16, abs=2 * MOTOR_STEP / 0.16)
-
-
-@pytest.mark.parametrize('sign', [-1, 1])
-def test_motor_speed_is_cut_towards_zero(sign):
-    robot = Simulator(STIFF)
-    drive(robot, 0.1, sign * 0.99 * MOTOR_STEP, 0.0)
-    assert robot.true_velocity == (0.0, 0.0)
-    drive(robot, 0.1, sign * 1.99 * MOTOR_STEP, 0.0)
-    assert robot.true_velocity == pytest.approx((sign * MOTOR_STEP, 0.0))
-
-
-def test_half_a_second_without_a_command_stops_the_wheels():
-    robot = Simulator(STIFF)
-    robot.command(0.1, 0.0)
-    robot.step(0.49)
-    assert robot.true_velocity[0] > 0.09
-    robot.step(0.51 + 1 / 30 - 0.49)
-    assert robot.true_velocity == (0.0, 0.0)
 
 
 def test_commands_are_applied_at_30_hz_and_the_newest_wins():
@@ -256,16 +204,6 @@ def test_the_stamp_of_the_last_odometry_is_known_whether_or_not_it_has_arrived()
     robot = Simulator(replace(STIFF, sensor_latency=3.0))
     assert robot.odometry_stamp == 0.0
     assert robot.step(1.01) == [] and robot.odometry_stamp == pytest.approx(1.0)
-
-
-def test_wheels_of_a_turn_go_in_opposite_directions():
-    robot = Simulator(STIFF)
-    drive(robot, 2.0, 0.0, 1.0)
-    left, right = robot.wheel_angles
-    assert right == pytest.approx(101 * MOTOR_STEP / 0.033 * (2.0 - 1.0 / 30.0), abs=0.002)
-    assert left == pytest.approx(-right, abs=0.002)
-    assert robot.wheel_speeds == pytest.approx(
-        (-101 * MOTOR_STEP / 0.033, 101 * MOTOR_STEP / 0.033), abs=0.0016 * 30)
 
 
 def test_what_it_truly_does_between_two_ticks_is_known():

@@ -61,45 +61,6 @@ def test_the_launch_file_offers_every_setting_in_the_same_words():
             ' [{}]'.format(unit) if unit else '')
 
 
-#: Field: closed bounds, written a second time, so that a changed bound is noticed.
-BOUNDS = {
-    'start_x': (-1000.0, 1000.0), 'start_y': (-1000.0, 1000.0), 'start_yaw_deg': (-360.0, 360.0),
-    'imu_offset_deg': (-360.0, 360.0), 'seed': (0, 2147483647), 'imu_rate': (1.0, 1000.0),
-    'odom_rate': (1.0, 200.0), 'imu_noise_deg': (0.0, 10.0), 'gyro_noise': (0.0, 1.0),
-    'imu_drift_deg_per_min': (-600.0, 600.0), 'gyro_bias_deg': (-180.0, 180.0),
-    'yaw_lag': (0.0, 1.0), 'wheel_lag': (0.0, 1.0), 'stamp_step': (0.0, 0.1),
-    'wheel_mismatch': (-0.5, 0.5), 'slip': (0.0, 1.0),
-    'motor_lag': (0.0, 2.0), 'command_latency': (0.0, 5.0), 'sensor_latency': (0.0, 5.0),
-    'command_jitter': (0.0, 1.0), 'sensor_jitter': (0.0, 1.0), 'stalls_per_min': (0.0, 120.0),
-    'longest_stall': (0.0, 10.0), 'reset_pause': (0.0, 10.0), 'dropouts_per_min': (0.0, 60.0)}
-
-
-def test_every_number_has_the_bounds_it_had():
-    numbers = {item.name for item in fields(SimulatorConfig)
-               if type(item.default) in (int, float)}
-    assert set(BOUNDS) == numbers
-    for name, (low, high) in BOUNDS.items():
-        beyond = 1 if isinstance(low, int) else 1e-6
-        for bound, outside in ((low, low - beyond), (high, high + beyond)):
-            assert getattr(SimulatorConfig(**{name: bound}), name) == bound
-            with pytest.raises(ValueError, match=name):
-                SimulatorConfig(**{name: outside})
-
-
-def test_a_robot_of_its_own_accord_is_sound_and_at_home():
-    """The defaults: those of a real Burger, without faults."""
-    config = SimulatorConfig()
-    assert (config.model, config.stalled) == ('burger', 'both')
-    some = {'seed': 1, 'imu_rate': 200.0, 'odom_rate': 30.0, 'imu_noise_deg': 0.005,
-            'gyro_noise': 0.001, 'motor_lag': 0.05, 'longest_stall': 0.4, 'reset_pause': 2.56,
-            'yaw_lag': 0.0135, 'wheel_lag': 0.0085}
-    for name in BOUNDS:
-        assert getattr(config, name) == some.get(name, 0.0), name
-    assert not any(getattr(config, name) for name in (
-        'cold_start', 'motors_off', 'serial_dead', 'board_off', 'imu_silent', 'imu_frozen',
-        'odom_silent', 'odom_frozen', 'network_cut'))
-
-
 def test_rates_that_change_count_from_then_on():
     robot = Simulator()
     robot.step(1.0)

@@ -20,7 +20,7 @@ from tb3_labs.marking.observation import CMD_VEL, IMU, ODOM, Run
 from tb3_labs.marking.ros_interface import Graph, LISTENS, PUBLISHES
 from tb3_labs.marking.ros_types import Types
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.testing.bounded_text import BoundedText
+from tb3_labs.ros.program import BoundedText
 
 #: The answers of a person.
 YES, NO = 'y', 'n'

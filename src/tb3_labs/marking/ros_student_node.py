@@ -23,7 +23,7 @@ from tb3_labs.marking.ros_interface import Graph, LISTENS
 from tb3_labs.marking.ros_types import Types
 from tb3_labs.marking.sandbox import OWN_FOLDERS, NoSandbox
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.testing.node_process import NodeProcess
+from tb3_labs.ros.program import NodeProcess
 
 #: A node's file is looked for at these depths of a package; links are followed.
 DEPTHS = '*', '*/*', '*/*/*'

@@ -14,8 +14,9 @@ from std_msgs.msg import Empty
 
 from tb3_labs.marking import conduct
 from tb3_labs.marking.observation import RESET, TRUTH
+from tb3_labs.marking.ros_internals import sender_of
 from tb3_labs.marking.ros_robot import ROBOT
-from tb3_labs.ros.rospy_internals import connection_of, sender_of
+from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.ros.topics import subscribe
 
 #: Every node publishes its log lines there.

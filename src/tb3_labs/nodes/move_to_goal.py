@@ -73,7 +73,6 @@ class MoveToGoalCore:
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._sent = Twist2()
         self._ended = 0                    # the last attempt whose end was taken
-        self._resets: List[Reset] = []     # carried out, and not taken yet
         self._news = NewsDesk()
 
     # -- what comes in
@@ -175,11 +174,6 @@ class MoveToGoalCore:
     def take_fix(self) -> Optional[Fix]:
         """The latest Fix, once; None if there is no new one."""
         return self._localizer.take_fix()
-
-    def take_resets(self) -> List[Reset]:
-        """The resets that were carried out since the last call, in order."""
-        resets, self._resets = self._resets, []
-        return resets
 
     def take_end(self) -> Optional[DriveEnd]:
         """The end of the drive, once; None while it goes on, or if there was no drive."""
@@ -315,8 +309,6 @@ class MoveToGoalCore:
                 self._machine.give_up(POSE_LOST)
             elif self._permission.stands and self._machine.begun and self._machine.active:
                 self._machine.give_up(jump.text)
-        resets = self._localizer.take_resets()
-        if resets:
-            self._resets += resets
+        if self._localizer.take_resets():
             self._machine.restart()
             self._pause()

@@ -1,5 +1,6 @@
-"""How do the pure rooms meet ROS? Every node uses these files, some nodes use the folders.
+"""How do the notions meet ROS? These files are the bridge that every node needs.
 
-Threads and the order of locks: :mod:`tb3_labs.ros.node`. Clocks and waiting:
-:mod:`tb3_labs.ros.clocks`. Printing: :mod:`tb3_labs.ros.console`.
+`node` starts and ends a node, and tells the order of locks; `clocks` waits, `console` prints,
+`topics` listens. `cmd_vel`, `ctrl_relinq`, `goals`, `resets` and `display` are those of nodes that
+drive.
 """

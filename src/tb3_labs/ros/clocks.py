@@ -3,11 +3,11 @@
     rospy.get_time()   ROS time, simulated or not: the age of sensors, all steps of a drive
     steady_time()      input of people: a pad, a mouse, a permission that is renewed
     time.monotonic()   deadlines of waits, pauses between warnings, the watchdog
-    time.time()        only the moment at which the embedded robot's own time begins
+    time.time()        only the moment at which the simulated robot's own time begins
 
-:func:`wait_until` waits for conditions that wake nobody; the Observer and the NodeProcess of
-:mod:`tb3_labs.ros.testing` are woken by each arrival. Periodic work has a thread that sleeps by the
-wall clock, since ``rospy.sleep`` and ``rospy.Timer`` stop with a simulated clock.
+:func:`wait_until` waits for conditions that wake nobody; an observer.Observer and a program.Program
+are woken by each arrival. Periodic work has a thread that sleeps by the wall clock, since
+``rospy.sleep`` and ``rospy.Timer`` stop with a simulated clock.
 """
 import threading
 import time

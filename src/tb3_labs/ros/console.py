@@ -2,9 +2,9 @@
 
     rospy.loginfo, rospy.logwarn, ...  a line of the node's own, also in the log file and on /rosout
     log_news()                         lines that a core has collected, in the same way
-    say()                              text that is no log line, such as a table
+    say()                              text that is not a log line, such as a table
 
-Tools that are no nodes print to their own standard output.
+Tools that are not nodes print to their own standard output.
 
 A terminal may block at any time (Ctrl+S, a window that hangs, a pipe that nobody reads). /rosout
 may block as well: for each line rospy asks the master for a parameter, and a master that cannot be
@@ -43,7 +43,7 @@ def start():
 
 
 def say(text):
-    """Print a text that is no log line, in order with the log lines."""
+    """Print a text that is not a log line, in order with the log lines."""
     if _console is None:
         print(text, flush=True)
     else:
@@ -57,8 +57,8 @@ def log_news(news):
 
 
 def flush():
-    """Wait until everything is printed. False if the terminal blocks or is closed: then Python's own
-    end would wait for it, or (since 3.13) turn the exit status into 120."""
+    """Wait until everything is printed. False if the terminal blocks or is closed: Python's own end
+    would then wait for it, or (since 3.13) turn the exit status into 120."""
     if _console is not None and not _console.flush(LAST_WAIT):
         return False
     try:

@@ -1,18 +1,22 @@
 """`/diagnostics` of a driving node, once a second while they are heard, as rqt_robot_monitor and
 rostopic echo do."""
+import contextlib
+import io
 import threading
+import time
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import Updater
 
 from tb3_labs.ros.node import guarded
+from tb3_labs.ros.rospy_internals import bytes_received
 
 REPORT_PERIOD = 1.0    # [s, wall clock]
 
 
 class Diagnostics:
-    """Publishes the answer of `report()`: ``(problem, {name: value})``; '' is no problem.
+    """Publishes the answer of `report()`: ``(problem, {name: value})``; '': none.
 
     `report` is called once a second, heard or not, so that rates are those of the last second. Its
     thread holds no lock of the node.
@@ -46,8 +50,10 @@ class SourceReport:
     """Age, rate and invalid messages of sources, for `values` of a report."""
 
     def __init__(self, *sources):
-        """Each source: a freshness.Freshness, the Traffic of its topic, the clock of its age."""
-        self._sources = sources
+        """Each source: a freshness.Freshness, its topic, the type of its messages, the clock of its
+        age. To be made after the node's own subscribers, see Traffic."""
+        self._sources = [(source, Traffic(topic, kind), clock)
+                         for source, topic, kind, clock in sources]
 
     def values(self):
         """{'imu age [s]': '0.004', 'imu rate [1/s]': '200.1', ...}"""
@@ -57,3 +63,33 @@ class SourceReport:
             values[source.name + ' rate [1/s]'] = '{:.1f}'.format(traffic.rate())
             values[source.name + ' dropped'] = source.dropped
         return values
+
+
+class Traffic:
+    """The rate of messages on a topic, including those that are dropped unread.
+
+    It is that of the bytes that rospy received on the topic's connections, by the size of the first
+    message. To be made after the node's own subscriber: both share its connections, and the first
+    one decides how to connect.
+    """
+
+    def __init__(self, topic, kind):
+        self._subscriber = rospy.Subscriber(topic, kind)    # no callback: it costs nothing
+        self._size = None                                   # of a message [bytes]
+        self._counted = 0, time.monotonic()                 # bytes, at
+        self._first = rospy.Subscriber(topic, kind, self._on_first)
+
+    def rate(self):
+        """Messages a second [1/s] since the last call; 0 before the first message."""
+        if self._size is None:
+            return 0.0
+        before, then = self._counted
+        received, at = self._counted = bytes_received(self._subscriber), time.monotonic()
+        return max(0, received - before) / self._size / (at - then) if at > then else 0.0
+
+    def _on_first(self, message):
+        buffer = io.BytesIO()
+        message.serialize(buffer)
+        self._size = 4 + len(buffer.getvalue())             # with the 4 bytes of its length
+        with contextlib.suppress(KeyError):                 # two senders' first messages
+            self._first.unregister()

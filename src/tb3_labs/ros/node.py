@@ -3,7 +3,7 @@
 An invalid configuration ends the node with one fatal line and exit status 1. An exception inside a
 callback ends it as well: rospy alone would print a traceback and let the robot drive on with its
 last command. The signals of :mod:`tb3_labs.ros.signals` end it, too. The shutdown hook of
-:mod:`tb3_labs.ros.driving.cmd_vel` sends the last zero velocity.
+:mod:`tb3_labs.ros.cmd_vel` sends the last zero velocity.
 
 Threads and locks
     main         builds the node, then waits without a lock; runs the hooks of Ctrl+Z, and after
@@ -110,7 +110,7 @@ def guarded(callback):
         except rospy.ServiceException:
             raise  # a refusal, which rospy passes to the caller
         except rospy.ROSException:
-            # publishing on the way out, when the topics are closing, is no failure
+            # publishing on the way out, when the topics are closing, is not a failure
             if not is_ending():
                 raise
         except Exception as problem:  # after any exception the robot must not drive on

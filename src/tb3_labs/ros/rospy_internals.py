@@ -1,16 +1,15 @@
-"""The private parts of rospy that this package reads or changes, each behind one function.
+"""The private parts of rospy that the nodes read or change, each behind one function.
 
 rospy may change them at any time. They were read in the sources of rospy and rosgraph 1.15.15
-(Debian 12), and the tests ran with those. Each docstring tells the failure if its part changes.
+(Debian 12), and the tests ran with those. Each docstring names the defect of rospy, the failure if
+the part changes, and the test that shows it.
 """
-import importlib
 import logging
 import os
 import select
 import threading
 import time
 from io import BytesIO
-from typing import NamedTuple
 
 import genpy
 import rospy
@@ -18,7 +17,7 @@ from rosgraph.roslogging import RosStreamHandler
 from rospy.impl import registration
 from rospy.impl.rosout import RosOutHandler
 from rospy.impl.tcpros_pubsub import QueuedConnection
-from rospy.msg import AnyMsg, serialize_message
+from rospy.msg import serialize_message
 
 
 # ----- messages that arrive -----
@@ -37,26 +36,13 @@ def connected_for():
     """Time since rospy began to connect to the sender of the message in hand [s]; to be called in
     the callback.
 
-    Each connection has a thread of its own (`robust_connect_subscriber`), which calls back. If
-    that changes, stops that were said before a node started count as said now.
+    rospy does not tell it. Each connection has a thread of its own (`robust_connect_subscriber`),
+    which calls back. If that changes, stops that were said before a node started count as said now:
+    test/ros/stops.test shows it.
     """
     with open('/proc/self/task/{}/stat'.format(threading.get_native_id())) as status:
         started_at = int(status.read().rpartition(')')[2].split()[19]) / os.sysconf('SC_CLK_TCK')
     return time.clock_gettime(time.CLOCK_BOOTTIME) - started_at
-
-
-def sender_of(subscriber, message):
-    """The address of the program that sent a message: the URI that the master told for it, whatever
-    name it gives itself; '' if the connection has ended.
-
-    It is `endpoint_id` of the connection that has the message's header. If that moves, an
-    AttributeError ends the marking of a node at its first message.
-    """
-    header = connection_of(message)
-    for connection in list(subscriber.impl.connections):
-        if connection.header is header:
-            return connection.endpoint_id
-    return ''
 
 
 def stop_hearing_oneself(subscriber):
@@ -64,7 +50,8 @@ def stop_hearing_oneself(subscriber):
 
     rospy connects a node to itself as well, and each message then wakes two threads. If the
     connections (`impl.connections`, `callerid_pub`) change, an AttributeError ends the node at its
-    first command. If only the name of the sender does, nothing is closed, and driving costs more.
+    first command. If only the name of the sender changes, nothing is closed, and driving costs
+    more: test/benchmark/nodes.py shows it.
     """
     topic = subscriber.impl
     for connection in topic.connections:
@@ -84,8 +71,8 @@ def bytes_received(subscriber):
 
 # ----- messages that leave -----
 
-#: Linux says that a socket has room if a third of its buffer is free. So many bytes fit into that of
-#: every connection.
+#: Linux says that a socket has room if a third of its buffer is free. So many bytes fit into that
+#: of every connection.
 SURELY_TAKEN = 1024
 
 
@@ -93,8 +80,8 @@ def messages_written(publisher):
     """{rospy's number of a connection: number of messages written to it}.
 
     It is the third number of each entry of `impl.get_stats()`. If its place changes, a node that
-    ends no longer waits for its last zero, which may be lost. The robot then drives on until it is
-    stopped by hand.
+    ends no longer waits for its last zero, which rospy may drop. The robot then drives on until its
+    firmware stops it: test/ros/faults.test shows it.
     """
     return {link[0]: link[2] for link in publisher.impl.get_stats()[2]}
 
@@ -103,13 +90,13 @@ def heard_by(publisher):
     """The names of the nodes that are connected to `publisher`.
 
     They are the `endpoint_id` of its connections. If that moves, an AttributeError ends the panel
-    when the first page looks at a robot.
+    when the first page looks at a robot: test/ros/panel.test shows it.
     """
     return {connection.endpoint_id for connection in list(publisher.impl.connections)}
 
 
 def publish_now(publisher, *messages):
-    """Publish by the caller's own thread, all messages by one write to the socket of each subscriber.
+    """Publish by the caller's own thread: all messages by one write to each subscriber's socket.
 
     ``publish()`` puts each message into a queue, and wakes a thread of each subscriber to write it:
     that costs more than the message. Here only a subscriber that keeps its socket full, or is about
@@ -120,8 +107,8 @@ def publish_now(publisher, *messages):
     reader that is awake hears one after the other.
 
     Raises what ``publish()`` raises. The publisher has a queue_size. If its `impl` or the queues
-    (`QueuedConnection`) change, an AttributeError ends the embedded robot, or a driving node, at its
-    first message to a subscriber.
+    (`QueuedConnection`) change, an AttributeError ends the simulated robot, or a driving node, at
+    its first message to a subscriber: test/unit/test_rospy_internals.py shows it.
     """
     topic = publisher.impl
     if topic is None:
@@ -268,12 +255,13 @@ def mend_registration():
     the last list of publishers for the newest, and drops the other: the two never connect. Here
     lists that wait are joined. A publisher that is gone refuses the connection, which is harmless.
 
-    rospy wakes the thread just before it sets the flag that ends it. The thread sleeps on for 0.5 s,
-    and the shutdown waits for it, while the XML-RPC server, whose socket is closed, polls without a
-    pause: 0.2 s of computing. So the thread is woken after the flag, too.
+    rospy wakes the thread just before it sets the flag that ends it. The thread sleeps on for 0.5
+    s, and the shutdown waits for it. Meanwhile the XML-RPC server, whose socket is closed, polls
+    without a pause: 0.2 s of computing. So the thread is woken after the flag, too.
 
     If RegManager is not among the listeners any more, or has other attributes than `cond`,
-    `updates` and `publisher_update`, the defects return, or no node starts.
+    `updates` and `publisher_update`, the defects return, or no node starts:
+    test/unit/test_rospy_internals.py shows it.
     """
     for manager in registration.get_registration_listeners().listeners:
         if isinstance(manager, registration.RegManager) and manager not in _mended:
@@ -297,70 +285,3 @@ def join_updates(manager):
                 *(others for topic, others in manager.updates if topic == name))))
 
     manager.publisher_update = joined
-
-
-# ----- services of any type, for tb3_labs.marking -----
-#
-# If rospy no longer compares the checksum of a client with `_md5sum`, or no longer passes on the
-# header and the bytes of an AnyMsg, a gamepad's call of a type of its own fails:
-# test/marking/check_gamepad.test and test/ros/mark.test show it.
-
-class ServiceType(NamedTuple):
-    """The classes of a service's messages, generated by genpy."""
-
-    request: type
-    response: type
-
-
-def service_types(packages):
-    """{checksum: ServiceType} of all services in these packages, as far as they are built.
-
-    If genpy renames `_md5sum` or `_request_class`, no type is found, and every call is refused.
-    """
-    types = {}
-    for package in packages:
-        try:
-            module = importlib.import_module(package + '.srv')
-        except ImportError:
-            continue    # not built, or without services
-        types.update({kind._md5sum: ServiceType(kind._request_class, kind._response_class)
-                      for kind in vars(module).values() if hasattr(kind, '_request_class')})
-    return types
-
-
-class _AnySum(str):
-    """Equal to the checksum of every type."""
-
-    def __eq__(self, other):
-        return True
-
-    def __ne__(self, other):
-        return False
-
-    __hash__ = str.__hash__
-
-
-class _AnyType:
-    """Given to rospy in place of the class of a service."""
-
-    _type = '*'
-    _md5sum = _AnySum('*')
-    _request_class = AnyMsg
-    _response_class = AnyMsg
-
-
-def offer_any_service(name, on_call):
-    """A rospy.Service that takes requests of any type.
-
-    ``on_call(checksum, data)`` gets the checksum of the client's type and the bytes of its request.
-    It returns the response, a message.
-
-    If rospy compares checksums in another way, each call is refused because of its type.
-    """
-    def answer(raw):
-        response = on_call(connection_of(raw)['md5sum'], raw._buff)
-        buffer, whole = BytesIO(), AnyMsg()
-        response.serialize(buffer)
-        whole.deserialize(buffer.getvalue())
-        return whole
-    return rospy.Service(name, _AnyType, answer)

@@ -6,6 +6,7 @@ that starts, and after each new connection. And an event can be lost: a node rea
 at once, and a subscriber of the latest drops the others.
 """
 import math
+import threading
 import time
 from typing import Any, NamedTuple
 
@@ -24,6 +25,10 @@ from tb3_labs.ros.rospy_internals import connected_for, connection_of, is_wall_t
 INVALID_TOLD = 1.0
 #: A message that is repeated to a new connection arrives within this time [s].
 AT_ONCE = 0.3
+#: A node that waits for the robot says so: time before the first line, and between later ones [s,
+#: wall clock].
+FIRST_LINE = 2.0
+NEXT_LINE = 10.0
 
 
 def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_for=None):
@@ -41,7 +46,7 @@ def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_
     """
     in_rhythm = idle_for is not None and is_wall_time()
     listening = Listening(idle_for) if in_rhythm else None
-    warned_at = -math.inf    # rospy's own throttle would be one for the invalid messages of all topics
+    warned_at = -math.inf    # rospy's own throttle would be one for the messages of all topics
 
     def handle(message):
         nonlocal warned_at
@@ -150,3 +155,22 @@ def _publishers(topic):
     """Names of the nodes that publish `topic` now."""
     published, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
     return {node for name, nodes in published if name == topic for node in nodes}
+
+
+def say_what_is_awaited(heard):
+    """Start a thread that names the topics without a message so far. It ends when all were heard.
+
+    `heard` is {topic: function that answers whether a message was heard}.
+    """
+    threading.Thread(target=_say_missing, args=(heard,), name='awaited', daemon=True).start()
+
+
+def _say_missing(heard):
+    time.sleep(FIRST_LINE)
+    while not rospy.is_shutdown():
+        missing = [rospy.resolve_name(topic) for topic, was_heard in heard.items()
+                   if not was_heard()]
+        if not missing:
+            return
+        rospy.loginfo('Waiting for %s: is the robot running?', ' and '.join(missing))
+        time.sleep(NEXT_LINE)

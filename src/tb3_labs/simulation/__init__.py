@@ -1,4 +1,4 @@
-"""What would a robot do? The embedded TurtleBot3, part by part, its network, and whole motions.
+"""What would a robot do? The simulated TurtleBot3, part by part, its network, and its topics.
 
-`simulator` joins the parts; `rollout` lets a node drive it faster than real time.
+`simulator` joins the parts; `ros_robot` puts it on the topics of a real robot.
 """

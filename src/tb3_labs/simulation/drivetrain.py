@@ -8,8 +8,7 @@ Units: SI; motor angles in radians, positive forwards.
 """
 import copy
 import math
-from collections import deque
-from typing import Deque, Tuple
+from typing import Tuple
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
@@ -119,25 +118,3 @@ class Drivetrain:
         self._x += chord * math.cos(self._yaw + half)
         self._y += chord * math.sin(self._yaw + half)
         self._yaw += 2.0 * half
-
-
-class PastWheels:
-    """The angles of a drivetrain's motors as they were a moment ago."""
-
-    def __init__(self) -> None:
-        self._past: Deque[Tuple[float, Drivetrain]] = deque()   # oldest first
-
-    def follow(self, now: float, drivetrain: Drivetrain) -> None:
-        """From `now` [s] on the motors go on as those of `drivetrain`, until told otherwise."""
-        self._past.append((now, copy.copy(drivetrain)))
-
-    def angles_at(self, moment: float) -> Tuple[float, float]:
-        """(left, right) angle at `moment` [s], not before that of the last call [rad]."""
-        past = self._past
-        while len(past) > 1 and past[1][0] <= moment:
-            past.popleft()
-        since, drivetrain = past[0]
-        if moment > since:
-            drivetrain.advance(moment - since)
-            past[0] = moment, drivetrain
-        return drivetrain.angles

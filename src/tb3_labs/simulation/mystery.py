@@ -1,8 +1,9 @@
-"""Mystery robots: the embedded robot with one hidden fault, to be found by measuring.
+"""Mystery robots: the simulated robot with one hidden fault, to be found by measuring.
 
     hidden = HiddenFault(7, SimulatorConfig())
     robot = Simulator(hidden.settings_at(0.0))
     hidden.fault.name, hidden.value    # ('command latency', 0.52): the answer
+    judge(7, 'command latency', 0.5)   # (True, 'Right: ...')
 
 A number from 1 to LAST always gives the same robot. In each block of numbers (1 to 11, 12 to 22,
 ...) each of the KINDS occurs once, in a random order, and neighbours differ. Only
@@ -11,19 +12,24 @@ A number from 1 to LAST always gives the same robot. In each block of numbers (1
 Nothing here is secret: a reader of this file can compute the answer, and so can a patient reader
 of `mystery.py --answer`. The exercise asks for the measurement that proves it.
 
-Units: each fault's value has a unit of its own; times are in seconds since the robot's start.
+Units: each fault's value has a unit of its own; times are in seconds since the robot's start. Edge
+cases: a wrong fault in an answer tells nothing about the right one; an angle may be off by whole
+turns; an answer without a value is not complete, hence not right.
 """
+import difflib
+import math
 import random
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, Mapping, Tuple
+from typing import Any, Mapping, Optional, Tuple
 
+from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 #: The last number; the first one is 1.
 LAST = 9999
 #: Time without a fault before each occurrence of a fault that comes and goes [s].
 PAUSE = 12.0
-#: Settings that may be given to a mystery robot: they are no faults.
+#: Settings that may be given to a mystery robot: they are not faults.
 PLAIN = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_rate', 'odom_rate')
 
 
@@ -45,6 +51,8 @@ class Fault:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
+#: A value at the very limit is right, in spite of binary fractions.
+ROUNDING = 1e-9
 #: All kinds of faults, as they can be answered. One more kind makes other robots of all numbers.
 KINDS = (
     Fault('imu offset', (20.0, 160.0), True, 0, 'deg', 3.0,
@@ -156,3 +164,56 @@ def _order(block: int) -> Tuple[int, ...]:
 def _shuffled(block: int) -> Tuple[int, ...]:
     source = random.Random('order of block {}'.format(block))
     return tuple(sorted(range(len(KINDS)), key=lambda _: source.random()))
+
+
+def fault_called(name: str) -> Fault:
+    """The fault of this name, whatever its capitals and the order of its words; ``ValueError`` for
+    an unknown one."""
+    for fault in KINDS:
+        if _words(fault.name) == _words(name):
+            return fault
+    names = [fault.name for fault in KINDS]
+    near = difflib.get_close_matches(name.lower(), names, n=1)
+    raise ValueError('{!r} is not a fault. {}Valid: {}'.format(
+        name, 'Did you mean {!r}? '.format(near[0]) if near else '', ', '.join(names)))
+
+
+def _words(name: str) -> Tuple[str, ...]:
+    return tuple(sorted(name.lower().replace('_', ' ').replace('-', ' ').split()))
+
+
+def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, str]:
+    """(is it right?, the words for the student). ``ValueError`` if the number, the fault or the
+    value cannot be."""
+    hidden, truth, _ = draw(number)
+    named = fault_called(name)
+    if value is not None and not math.isfinite(value):
+        raise ValueError('value = {} is not valid: a number in {}'.format(value, named.unit))
+    if named is not hidden:
+        return False, 'Wrong: mystery {} has another fault. If it were {!r}: {}'.format(
+            number, named.name, named.shows)
+    if value is None:
+        return False, 'The fault is right. Now measure its value in {}: {}.'.format(
+            hidden.unit, hidden.value)
+    off = abs(_difference(hidden, value, truth))
+    if off <= hidden.tolerance + ROUNDING:
+        return True, 'Right: mystery {} is {!r}, {}. Your {} is off by {}.'.format(
+            number, hidden.name, shown(hidden, truth), _given(hidden, value), _given(hidden, off))
+    words = 'The fault is right, its value is not: {} is off by {}; right is within {}.'.format(
+        _given(hidden, value), _given(hidden, off), _given(hidden, hidden.tolerance))
+    if hidden.signed and abs(_difference(hidden, -value, truth)) <= hidden.tolerance + ROUNDING:
+        words += ' The size is right, the sign is not: the value is {}.'.format(hidden.value)
+    return False, words
+
+
+def _difference(fault: Fault, value: float, truth: float) -> float:
+    return difference_degrees(value, truth) if fault.unit == 'deg' else value - truth
+
+
+def shown(fault: Fault, value: float) -> str:
+    """A value as it was drawn, with its unit and, where it can be either, its sign."""
+    return '{:{}.{}f} {}'.format(value, '+' if fault.signed else '', fault.digits, fault.unit)
+
+
+def _given(fault: Fault, value: float) -> str:
+    return '{:g} {}'.format(round(value, fault.digits + 1), fault.unit)

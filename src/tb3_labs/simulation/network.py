@@ -1,4 +1,4 @@
-"""The network between the embedded robot and a computer: it decides when a message arrives.
+"""The network between the simulated robot and a computer: it decides when a message arrives.
 
     link = Link('sensors', seed=1)
     link.configure(LinkSettings(delay=0.03, jitter=0.0075), now=0.0)

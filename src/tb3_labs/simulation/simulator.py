@@ -1,14 +1,14 @@
-"""The embedded robot: it behaves as a TurtleBot3's firmware, motors and sensors do.
+"""The simulated robot: it behaves as a TurtleBot3's firmware, motors and sensors do.
 
     robot = Simulator(SimulatorConfig(start_x=1.0, start_yaw_deg=90.0))
     robot.command(0.1, 0.5)
     for sample in robot.step(0.02):
         ...                            # ImuSample and OdometrySample, by time of arrival
 
-Parts: `simulator_config` holds the settings, `board` reads commands and resets, `firmware` turns
-commands into motor speeds and encoders into odometry, `drivetrain` moves the robot, `imu` measures
-its turning, `faults` adds faults to the samples, and `network` delays samples and commands. This
-module is their clock. The same seed gives the same samples, for steps of any length.
+Parts: `simulator_config` holds the settings. `firmware` reads commands and resets, and turns
+commands into motor speeds and encoders into odometry. `drivetrain` moves the robot, `body` adds an
+IMU, `sensors` makes the samples with their faults, and `network` delays samples and commands.
+This module is their clock. The same seed gives the same samples, for steps of any length.
 
 Frames: `truth` is in `world`, where the odometry starts without error. The IMU's yaw differs from
 the true yaw by `imu_offset_deg`. Stamps count seconds from 0.
@@ -22,16 +22,13 @@ from typing import List, Tuple
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
+from tb3_labs.robot.samples import Sample
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, robot_model
-from tb3_labs.simulation.board import RESET, START_TIME, Board
-from tb3_labs.simulation.drivetrain import Drivetrain, PastWheels
-from tb3_labs.simulation.faults import Dropouts, SensorFaults, TimeSyncs
-from tb3_labs.simulation.firmware import Odometer, encoder, motor_speeds
-from tb3_labs.simulation.imu import RAW_BIAS, ImuModel
+from tb3_labs.simulation.body import RAW_BIAS, Body
+from tb3_labs.simulation.firmware import RESET, START_TIME, Board, motor_speeds
 from tb3_labs.simulation.network import Arrival, Link, LinkSettings
-from tb3_labs.simulation.rhythm import Rhythm
-from tb3_labs.simulation.simulator_config import FAULTS, STARTING, SimulatorConfig
+from tb3_labs.simulation.sensors import Rhythm, Sensors
+from tb3_labs.simulation.simulator_config import STARTING, SimulatorConfig
 
 #: Events this shortly after the end of a step belong to it [s]: many small steps do not add up to
 #: exactly one large step.
@@ -43,29 +40,16 @@ class Simulator:
 
     def __init__(self, config: SimulatorConfig = SimulatorConfig()) -> None:
         self._model = robot_model(config.model)
+        self._config = replace(config, gyro_bias_deg=0.0, board_off=False, serial_dead=False)
         start = Pose2(config.start_x, config.start_y, wrap(math.radians(config.start_yaw_deg)))
-        self._drivetrain = Drivetrain(self._model, start)
-        offset = math.radians(config.imu_offset_deg)
-        self._imu = ImuModel(start.yaw, offset, config.seed)
-        self._past_wheels = PastWheels()
-        self._odometer = Odometer(self._model, start, wrap(start.yaw + offset))
-
+        self._body = Body(self._model, start, math.radians(config.imu_offset_deg), config.seed)
+        self._sensors = Sensors(self._model, self._body, self._config)
         self._now = 0.0
-        self._moved = 0.0           # time up to which the drivetrain has moved
         self._control_rhythm = Rhythm(CONTROL_RATE)
-        self._odom_rhythm = Rhythm(config.odom_rate)
-        self._odometry_stamp = 0.0
-        self._imu_rhythm = Rhythm(config.imu_rate)
-
         self._command_link = Link('commands', config.seed)
         self._sensor_link = Link('sensors', config.seed)
-        self._sent: List[Sample] = []   # samples of this step, oldest first
         self._board = Board(config.seed)
         self._obeyed = 0.0, 0.0     # (forward speed, rate of turn) that the motors follow
-        self._resetting = False
-        self._origin = Pose2()
-        self._config = replace(config, gyro_bias_deg=0.0, board_off=False, serial_dead=False)
-        self._plan_faults()
         self._apply(config)
         if config.cold_start and not config.board_off:
             self._start()
@@ -83,32 +67,32 @@ class Simulator:
     @property
     def truth(self) -> Pose2:
         """The robot's true pose: world_T_base."""
-        return self._drivetrain.ahead(self._now - self._moved).pose
+        return self._body.at(self._now).pose
 
     @property
     def odometry_origin(self) -> Pose2:
         """The odometry's frame: world_T_odom, by the true pose at the last reset."""
-        return self._origin
+        return self._sensors.origin
 
     @property
     def true_velocity(self) -> Tuple[float, float]:
         """(forward speed [m/s], rate of turn [rad/s]) over the floor."""
-        return self._drivetrain.ahead(self._now - self._moved).velocity
+        return self._body.at(self._now).velocity
 
     @property
     def wheel_angles(self) -> Tuple[float, float]:
         """(left, right) as of the last odometry [rad]."""
-        return self._odometer.wheel_angles
+        return self._sensors.odometer.wheel_angles
 
     @property
     def wheel_speeds(self) -> Tuple[float, float]:
         """(left, right) as of the last odometry [rad/s]."""
-        return self._odometer.wheel_speeds
+        return self._sensors.odometer.wheel_speeds
 
     @property
     def odometry_stamp(self) -> float:
         """Time at which the last odometry was measured, arrived or not [s]."""
-        return self._odometry_stamp
+        return self._sensors.odometry_stamp
 
     def configure(self, config: SimulatorConfig) -> None:
         """Use other settings from now on; ``ValueError`` if one of `STARTING` differs."""
@@ -116,24 +100,21 @@ class Simulator:
             if getattr(config, name) != getattr(self._config, name):
                 raise ValueError('{} = {!r} is not valid: it only counts at the start'.format(
                     name, getattr(config, name)))
-        self._move_to(self._now)
+        self._body.move_to(self._now)
         self._apply(config)
 
     def _apply(self, config: SimulatorConfig) -> None:
         before, self._config = self._config, config
-        self._drivetrain.set_physics(config.motor_lag, config.wheel_mismatch, config.slip)
-        self._imu.configure(math.radians(config.imu_noise_deg), config.gyro_noise,
-                            math.radians(config.imu_drift_deg_per_min) / 60.0, config.yaw_lag)
+        body = self._body
+        body.drivetrain.set_physics(config.motor_lag, config.wheel_mismatch, config.slip)
+        body.imu.configure(math.radians(config.imu_noise_deg), config.gyro_noise,
+                           math.radians(config.imu_drift_deg_per_min) / 60.0, config.yaw_lag)
         if config.gyro_bias_deg != before.gyro_bias_deg:
-            self._imu.bias = math.radians(config.gyro_bias_deg)
-        self._motion_changed()
-        self._imu_rhythm.set_rate(config.imu_rate, self._now)
-        self._odom_rhythm.set_rate(config.odom_rate, self._now)
+            body.imu.bias = math.radians(config.gyro_bias_deg)
+        body.motion_changed()
+        self._sensors.configure(config, self._now)
         self._apply_network(config)
-        self._stamps = TimeSyncs(config.stamp_step, config.seed)
         self._switch_board(before)
-        if any(getattr(config, name) != getattr(before, name) for name in FAULTS):
-            self._plan_faults()
 
     def _apply_network(self, config: SimulatorConfig) -> None:
         for link, delay, jitter in (
@@ -142,17 +123,9 @@ class Simulator:
             link.configure(LinkSettings(delay, jitter, config.stalls_per_min, config.longest_stall,
                                         config.stalled, config.network_cut), self._now)
 
-    def _plan_faults(self) -> None:
-        config = self._config
-        dropouts = Dropouts(config.dropouts_per_min / 60.0, self._now, config.seed)
-        self._imu_faults: SensorFaults[ImuSample] = SensorFaults(
-            config.imu_silent, config.imu_frozen, dropouts)
-        self._odom_faults: SensorFaults[OdometrySample] = SensorFaults(
-            config.odom_silent, config.odom_frozen, dropouts)
-
     def command(self, linear: float, angular: float) -> None:
-        """Send a command now: forward speed [m/s], rate of turn [rad/s]. What is not finite is full
-        speed, as it is for the firmware."""
+        """Send a command now: forward speed [m/s], rate of turn [rad/s]. A number that is not
+        finite is full speed, as it is for the firmware."""
         self._command_link.send(((linear, angular),), (self._now,))
 
     def reset(self) -> None:
@@ -170,19 +143,18 @@ class Simulator:
         """
         self._pass(dt)
         if self._sensor_link.is_clear:      # nothing is delayed
-            sent, self._sent = self._sent, []
-            return self._stamps.stamped(sent)
-        return self._stamps.stamped([sample for _, sample in self._arrivals()])
+            return self._sensors.stamped(self._sensors.take())
+        return self._sensors.stamped([sample for _, sample in self._arrivals()])
 
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
         """As :meth:`step`, but samples that arrive at the same moment, for instance after a stall,
         are together in one list."""
         self._pass(dt)
-        return [self._stamps.stamped([sample for _, sample in burst])
+        return [self._sensors.stamped([sample for _, sample in burst])
                 for _, burst in groupby(self._arrivals(), itemgetter(0))]
 
     def _arrivals(self) -> List[Arrival]:
-        sent, self._sent = self._sent, []
+        sent = self._sensors.take()
         self._sensor_link.send(sent, [sample.stamp for sample in sent])
         return self._sensor_link.take(self._now + ROUNDING)
 
@@ -191,13 +163,15 @@ class Simulator:
             raise ValueError('a step of {} s'.format(dt))
         self._now += dt
         horizon = self._now + ROUNDING
-        imu, odom, control = self._imu_rhythm, self._odom_rhythm, self._control_rhythm
-        board = self._board
+        board, sensors, control = self._board, self._sensors, self._control_rhythm
+        imu, odom = sensors.imu_rhythm, sensors.odom_rhythm
         while True:
             # Order of events of one moment: the board, driving, odometry, IMU.
             tick = min(control.due, odom.due, board.due)
             if imu.due < tick:
-                self._measure_imu(min(tick, horizon))
+                stamps = imu.take_until(min(tick, horizon))
+                if not board.is_busy:
+                    sensors.measure_imu(stamps)
             if tick > horizon:
                 return
             if board.due == tick:
@@ -205,21 +179,9 @@ class Simulator:
             elif control.due == tick:
                 self._drive(control.take())
             else:
-                self._measure_odometry(odom.take())
-
-    def _move_to(self, stamp: float) -> None:
-        """Advance the drivetrain, and the error of the IMU, to `stamp`."""
-        dt = stamp - self._moved
-        if dt > 0.0:
-            self._drivetrain.advance(dt)
-            self._imu.advance(dt)
-            self._moved = stamp
-            self._imu.follow(stamp, self._drivetrain.turning)
-
-    def _motion_changed(self) -> None:
-        """Tell the sensors, which see it later."""
-        self._imu.follow(self._moved, self._drivetrain.turning)
-        self._past_wheels.follow(self._moved, self._drivetrain)
+                odom.take()
+                if not board.is_busy:
+                    sensors.measure_odometry(tick)
 
     def _drive(self, stamp: float) -> None:
         """The board's own tick: the latest command that has arrived goes to the motors."""
@@ -239,10 +201,10 @@ class Simulator:
         if self._config.motors_off:
             wanted = 0.0, 0.0
         if wanted != self._obeyed:
-            self._move_to(stamp)
+            self._body.move_to(stamp)
             self._obeyed = wanted
-            self._drivetrain.set_goals(*motor_speeds(*wanted, self._model))
-            self._motion_changed()
+            self._body.drivetrain.set_goals(*motor_speeds(*wanted, self._model))
+            self._body.motion_changed()
 
     def _switch_board(self, before: SimulatorConfig) -> None:
         config = self._config
@@ -250,7 +212,7 @@ class Simulator:
             self._board.switch_off()
             self._obey(self._now, (0.0, 0.0))
         elif before.board_off and not config.board_off:
-            self._imu.error = -self._drivetrain.turning[0]      # its yaw is zero
+            self._body.imu.error = -self._body.yaw      # its yaw is zero
             self._start()
         if config.serial_dead and not before.serial_dead:
             self._board.lose_link(self._now)
@@ -261,55 +223,22 @@ class Simulator:
     def _start(self) -> None:
         """The board starts. It calibrates three times; it is heard between the last two."""
         pause = self._config.reset_pause
-        yaw = self._drivetrain.turning[0] + self._imu.error
-        self._odometer.start(wrap(yaw + RAW_BIAS * pause))
+        yaw = self._body.yaw + self._body.imu.error
+        self._sensors.odometer.start(wrap(yaw + RAW_BIAS * pause))
         self._board.start(self._now)
-        self._use_bias(RAW_BIAS * 2.0 * pause / START_TIME)
+        self._body.use_bias(RAW_BIAS * 2.0 * pause / START_TIME)
 
     def _go_on(self, stamp: float) -> None:
         """The board has started, or calibrated its gyro."""
-        self._move_to(stamp)
+        self._body.move_to(stamp)
         if self._board.is_starting:
-            self._send_imu([stamp])
+            self._sensors.measure_imu([stamp])
             self._calibrate(stamp)
         else:
-            self._use_bias(self._board.end_calibration(self._drivetrain.turning[0]))
+            self._body.use_bias(self._board.end_calibration(self._body.yaw))
 
     def _calibrate(self, stamp: float) -> None:
-        self._move_to(stamp)
-        self._board.calibrate(stamp, self._config.reset_pause, self._drivetrain.turning[0])
-        self._resetting = True
-        self._use_bias(RAW_BIAS)
-
-    def _use_bias(self, bias: float) -> None:
-        """The gyro's error from now on [rad/s]."""
-        self._imu.bias = bias
-        self._motion_changed()
-
-    def _measure_imu(self, end: float) -> None:
-        """Measure every IMU sample that is due before `end`."""
-        stamps = self._imu_rhythm.take_until(end)
-        if not self._board.is_busy:
-            self._send_imu(stamps)
-
-    def _send_imu(self, stamps: List[float]) -> None:
-        samples = self._imu_faults.outcome(self._imu.measure(stamps))
-        if not self._config.serial_dead:
-            self._sent.extend(samples)
-
-    def _measure_odometry(self, stamp: float) -> None:
-        if self._board.is_busy:
-            return
-        self._move_to(stamp)
-        left, right = self._past_wheels.angles_at(stamp - self._config.wheel_lag)
-        ticks = encoder(left), encoder(right)
-        if self._resetting:
-            self._odometer.reset(ticks)
-        seen = self._imu.measure([stamp])[0]
-        sample = self._odometer.update(stamp, ticks, seen.yaw)
-        if self._resetting:
-            self._resetting = False
-            self._origin = self._drivetrain.pose @ sample.pose.inverse()
-        self._odometry_stamp = stamp + self._stamps.error(stamp)
-        if not self._config.serial_dead:
-            self._sent.extend(self._odom_faults.outcome([sample]))
+        self._body.move_to(stamp)
+        self._board.calibrate(stamp, self._config.reset_pause, self._body.yaw)
+        self._sensors.resetting = True
+        self._body.use_bias(RAW_BIAS)

@@ -1,4 +1,4 @@
-"""The settings of the embedded robot, with unit, bounds and default.
+"""The settings of the simulated robot, with unit, bounds and default.
 
 Launch files, parameters and dynamic_reconfigure offer these fields under the same names.
 Units: as each field says; degrees and metres for people.
@@ -15,7 +15,7 @@ from tb3_labs.simulation.network import LONGEST_STALL, STALLED
 
 @dataclass(frozen=True)
 class SimulatorConfig(Config):
-    """The settings of the embedded robot; `STARTING` lists those that only a new start can change.
+    """The settings of the simulated robot; `STARTING` lists those that only a new start can change.
     """
 
     model: str = setting(DEFAULT_MODEL, 'kind of TurtleBot3', choices=tuple(MODELS))

@@ -1,0 +1,202 @@
+"""The one way in which this package drives and stops a robot.
+
+A node that drives publishes commands. When it stops, for any reason, it publishes exactly one zero
+and is then silent, so that another node may drive. The zero is also sent when the node shuts down
+(Ctrl+C, SIGTERM, a closed terminal, an exception that ended it), when the process is stopped by
+Ctrl+Z, and when the node's clock stands still. A process that ends, or is stopped, waits until the
+zero is written to each subscriber. The Watchdog wakes the node while its sensors are silent, and
+Rivals names other nodes that drive the same robot.
+"""
+import math
+import threading
+import time
+from collections import defaultdict, deque
+
+import rospy
+from geometry_msgs.msg import Twist
+
+from tb3_labs.ros.clocks import ClockWatch, steady_time, wait_until
+from tb3_labs.ros.conversions import to_twist
+from tb3_labs.ros.node import guarded
+from tb3_labs.ros.rospy_internals import (
+    connection_of, messages_written, publish_now, stop_hearing_oneself)
+from tb3_labs.ros.signals import when_stopped
+from tb3_labs.ros.topics import subscribe
+
+#: Longest wait for the last zero to leave the process [s],
+DELIVERY_TIME = 0.15
+#: time between two looks [s],
+LOOK_AGAIN = 0.002
+#: and one more wait [s]: a command that was under way at the first look may be taken for the zero.
+MARGIN = 0.01
+#: The watchdog of a node that reckons on with old samples begins to check when no message came for
+#: this long [s, wall clock], half the shortest timeout,
+QUIET_TIME = 0.1
+#: and then checks with this period, until the next message [s].
+CHECK_PERIOD = 0.02
+#: A node that does not drive looks at the clock with this period, so that it notices a sleep [s].
+IDLE_PERIOD = 0.1
+#: A node that sends this many commands within this time [s], while this one drives, is a rival.
+FIGHT = 3
+FIGHT_TIME = 1.0
+#: Commands in the first moment of driving [s] do not count: another node may just have stopped.
+FIRST_MOMENT = 0.3
+#: Time between two warnings of the same rival [s].
+WARNING_PERIOD = 10.0
+
+
+class CmdVel:
+    """Publishes `cmd_vel` (geometry_msgs/Twist)."""
+
+    def __init__(self):
+        self._lock = threading.Lock()  # guards the next two, and the order of publications
+        self._driving_since = None     # [s, monotonic]; None while nothing is driven
+        self._closed = False           # for good, or until the process goes on
+        self._publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
+        self._clock = ClockWatch(self.stop)
+        rospy.on_shutdown(self._close)
+        when_stopped(self._close, self._open)
+
+    @property
+    def is_heard(self):
+        """Does a robot (or any node) listen?"""
+        return self._publisher.get_num_connections() > 0
+
+    @property
+    def driving_for(self):
+        """Time for which this node has been driving without a stop [s]; 0 while it is not."""
+        since = self._driving_since
+        return time.monotonic() - since if since is not None else 0.0
+
+    def drive(self, linear, angular):
+        """Send one command: forward speed [m/s], rate of turn [rad/s]. 0, 0 is :meth:`stop`, and so
+        is every command while the clock stands still. ``ValueError`` if a number is not finite."""
+        if not (math.isfinite(linear) and math.isfinite(angular)):
+            raise ValueError('command ({}, {}) is not finite'.format(linear, angular))
+        with self._lock:
+            if linear == angular == 0.0 or not self._clock.runs:
+                self._stop()
+            elif not self._closed:
+                self._driving_since = self._driving_since or time.monotonic()
+                publish_now(self._publisher, to_twist(linear, angular))
+
+    def send(self, command):
+        """Send the command of a core: a Twist2, or None to stop."""
+        if command is None:
+            self.stop()
+        else:
+            self.drive(command.linear, command.angular)
+
+    def stop(self):
+        """Send one zero if this node was driving, otherwise nothing. True if a zero was sent."""
+        with self._lock:
+            return self._stop()
+
+    def _stop(self):
+        was_driving = self._driving_since is not None
+        if was_driving:
+            self._driving_since = None
+            publish_now(self._publisher, to_twist(0.0, 0.0))
+        return was_driving
+
+    def _close(self):
+        with self._lock:
+            self._closed = True
+            before = messages_written(self._publisher)
+            if self._stop():
+                self._wait_until_written(before)
+
+    def _wait_until_written(self, before):
+        """Wait for the zero: rospy puts messages into a queue, which it drops at shutdown."""
+        def is_written():
+            now = messages_written(self._publisher)
+            return all(now.get(link, count + 1) > count for link, count in before.items())
+        wait_until(is_written, DELIVERY_TIME, LOOK_AGAIN)
+        time.sleep(MARGIN)
+
+    def _open(self):
+        with self._lock:
+            self._closed = rospy.is_shutdown()
+
+
+class Watchdog:
+    """Calls `check()`, guarded, in a thread of its own: often while it is awake and not fed.
+
+    The thread begins with the first call of :meth:`keep`. A rospy.Timer would stop with the
+    simulated clock, just when the check is needed.
+    """
+
+    def __init__(self, check, quiet_time=QUIET_TIME):
+        self._check = guarded(check)
+        self._quiet_time = quiet_time
+        self._awake = threading.Event()
+        self._fed_at = -math.inf
+        self._thread = threading.Thread(target=self._run, name='watchdog', daemon=True)
+
+    def keep(self, awake):
+        """`awake`: the node drives, so it must be checked often. Called with the node's lock held.
+        """
+        if not self._thread.ident:
+            self._thread.start()
+        if awake is not self._awake.is_set():    # which is cheaper than to say it again
+            (self._awake.set if awake else self._awake.clear)()
+
+    def feed(self):
+        """A message has arrived and was processed."""
+        self._fed_at = steady_time()
+
+    def _run(self):
+        while not rospy.is_shutdown():
+            is_awake = self._awake.wait(IDLE_PERIOD)
+            patient_for = self._fed_at + self._quiet_time - steady_time()
+            if is_awake and patient_for > 0.0:
+                time.sleep(patient_for)
+            else:
+                self._check()
+                if is_awake:
+                    time.sleep(CHECK_PERIOD)
+
+
+class Rivals:
+    """Listens on `cmd_vel` beside the CmdVel that this node drives by."""
+
+    def __init__(self, cmd_vel, heard=lambda command: None):
+        """`heard(Twist)` is called with each command of another node."""
+        self._cmd_vel = cmd_vel
+        self._heard = heard
+        self._lock = threading.Lock()    # guards the next two; each rival has a thread of its own
+        self._seen = defaultdict(lambda: deque(maxlen=FIGHT))   # times of each node's commands
+        self._warned = {}
+        self._commands = subscribe('cmd_vel', Twist, self._on_command)
+
+    @property
+    def complaint(self):
+        """The names of the other drivers in words; '' if there are none."""
+        with self._lock:
+            rivals = [name for name, times in self._seen.items() if self._is_rival(times)]
+        return 'also driven by ' + ', '.join(sorted(rivals)) if rivals else ''
+
+    def _on_command(self, message):
+        sender = connection_of(message)['callerid']
+        if sender == rospy.get_name():
+            stop_hearing_oneself(self._commands)
+            return
+        self._heard(message)
+        if self._cmd_vel.driving_for >= FIRST_MOMENT and self._is_to_be_named(sender):
+            rospy.logwarn('%s sends commands while %s drives: stop one of them', sender,
+                          rospy.get_name())
+
+    def _is_to_be_named(self, sender):
+        now = time.monotonic()
+        with self._lock:
+            self._seen[sender].append(now)
+            if not self._is_rival(self._seen[sender]) or (
+                    now - self._warned.get(sender, -WARNING_PERIOD) < WARNING_PERIOD):
+                return False
+            self._warned[sender] = now
+            return True
+
+    @staticmethod
+    def _is_rival(times):
+        return len(times) == FIGHT and time.monotonic() - times[0] <= 2.0 * FIGHT_TIME and (
+            times[-1] - times[0] <= FIGHT_TIME)

@@ -1,1 +1,0 @@
-"""How does a node read the keyboard and the mouse of this computer?"""

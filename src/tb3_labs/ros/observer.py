@@ -1,0 +1,121 @@
+"""Watches topics and connections for code that waits: the demonstration and the tests."""
+import threading
+import time
+import xmlrpc.client
+from collections import deque
+from itertools import takewhile
+
+import rosgraph
+import rospy
+from geometry_msgs.msg import PoseStamped, Twist
+
+from tb3_labs.geometry.angles import difference
+from tb3_labs.ros.clocks import wait_until
+from tb3_labs.ros.conversions import to_pose2
+from tb3_labs.ros.rospy_internals import mend_registration
+from tb3_labs.ros.topics import subscribe
+
+#: Number of messages kept of each topic: those of minutes, not of hours.
+KEPT_MESSAGES = 20000
+#: A pose rests if it changed by less than this [m], [rad] in this time [s].
+REST_WAY = 1e-5
+REST_TURN = 1e-5
+REST_TIME = 0.3
+
+
+class Observer:
+    """Keeps the messages of the topics it watches, and waits for conditions.
+
+    Times of arrival are ROS time [s]. Deadlines are wall time, so that no wait hangs if a simulated
+    clock stands still.
+    """
+
+    def __init__(self):
+        mend_registration()    # a test starts together with its robot
+        self._changed = threading.Condition(threading.RLock())
+        self._seen = {}
+
+    def watch(self, topic, kind, read=None):
+        """Keep the messages of `topic`; `read` turns each into the value that is kept."""
+        self._seen[topic] = deque(maxlen=KEPT_MESSAGES)
+
+        def keep(value):
+            with self._changed:
+                self._seen[topic].append((rospy.get_time(), value))
+                self._changed.notify_all()
+        # with a shorter queue, one of two messages that arrive at once would be dropped
+        subscribe(topic, kind, keep, read, queue_size=KEPT_MESSAGES)
+
+    def watch_robot(self):
+        """Keep `cmd_vel` as (linear [m/s], angular [rad/s]), and `ground_truth` as Pose2."""
+        self.watch('cmd_vel', Twist, lambda message: (message.linear.x, message.angular.z))
+        self.watch('ground_truth', PoseStamped, lambda message: to_pose2(message.pose))
+
+    def all(self, topic, since=float('-inf')):
+        """[(time, value)] that arrived at or after `since`; if the clock jumped back, only those
+        after the jump."""
+        with self._changed:
+            # from the end: a wait asks repeatedly for the last few of thousands
+            recent = list(takewhile(lambda entry: entry[0] >= since, reversed(self._seen[topic])))
+        return recent[::-1]
+
+    def latest(self, topic):
+        """The latest value, or None."""
+        with self._changed:
+            return self._seen[topic][-1][1] if self._seen[topic] else None
+
+    def forget(self, topic):
+        """Drop the values kept of `topic`."""
+        with self._changed:
+            self._seen[topic].clear()
+
+    def wait_for(self, topic, condition=lambda value: True, seconds=20.0):
+        """The latest value of `topic` as soon as it fulfils `condition`; else RuntimeError."""
+        return self.wait_until(
+            lambda: self._seen[topic] and condition(self._seen[topic][-1][1]),
+            seconds, topic) and self.latest(topic)
+
+    def wait_for_rest(self, topic, pose_of=lambda value: value, seconds=20.0):
+        """Wait until the poses on `topic` rest; `pose_of` reads a Pose2 from a value."""
+        def rests():
+            recent = [pose_of(value) for _, value in self.all(topic, rospy.get_time() - REST_TIME)]
+            return len(recent) > 5 and recent[0].distance_to(recent[-1]) < REST_WAY and abs(
+                difference(recent[-1].yaw, recent[0].yaw)) < REST_TURN
+        self.wait_until(rests, seconds, 'rest on ' + topic)
+
+    def wait_until(self, condition, seconds=20.0, what='a condition'):
+        """Wait until `condition()` holds; RuntimeError after `seconds` of wall time."""
+        deadline = time.monotonic() + seconds
+        with self._changed:
+            while not condition():
+                left = deadline - time.monotonic()
+                if left <= 0.0:
+                    raise RuntimeError('waited {:.0f} s in vain for {}; last seen: {}'.format(
+                        seconds, what, {topic: seen[-1][1] for topic, seen in self._seen.items()
+                                        if seen and topic in (what, 'goal_state')}))
+                self._changed.wait(min(left, 0.05))
+        return True
+
+
+def comes_to_hear(node, topics, seconds):
+    """Wait until `node` is connected to all publishers of each of `topics`; False if it is not,
+    after `seconds` of wall time."""
+    return wait_until(lambda: all(_hears(node, topic) for topic in topics), seconds)
+
+
+def _hears(node, topic):
+    """Is `node` connected to all publishers of `topic`, and is there one?"""
+    node, topic = rospy.resolve_name(node), rospy.resolve_name(topic)
+    master = rosgraph.Master(rospy.get_name())
+    publishers = dict(master.getSystemState()[0]).get(topic, [])
+    try:
+        return bool(publishers) and all(
+            (topic, node) in _links_from(master.lookupNode(publisher)) for publisher in publishers)
+    except (OSError, rosgraph.MasterException):    # one of them has just ended
+        return False
+
+
+def _links_from(uri):
+    """{(topic, node that is connected to it)} of the node at `uri`, by ROS's slave API."""
+    _, _, links = xmlrpc.client.ServerProxy(uri).getBusInfo(rospy.get_name())
+    return {(topic, node) for _, node, direction, _, topic, *_ in links if direction == 'o'}

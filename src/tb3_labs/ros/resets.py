@@ -1,0 +1,112 @@
+"""The three ways to say "the robot is here, now": two services and RViz's 2D Pose Estimate."""
+import math
+import time
+
+import rospy
+from geometry_msgs.msg import PoseWithCovarianceStamped
+
+from tb3_labs.geometry.se2 import TypedPose
+from tb3_labs.ros.node import guarded
+from tb3_labs.ros.topics import subscribe_news
+from tb3_labs.srv import (
+    ResetPose, ResetPoseResponse, SetInitialPose, SetInitialPoseResponse)
+
+#: A reset is answered within a second in all cases [s].
+ANSWER_WITHIN = 0.85
+
+
+class Resets:
+    """Offers `reset_pose`, `set_pose` and `initialpose`, and carries them out by a MoveToGoalCore.
+
+    A reset waits in the core for the samples of its instant; the localizer then declares the frame.
+    """
+
+    def __init__(self, core, changed, frames, forget_path):
+        """`changed`: the Condition that guards `core`. `frames`: the goals.PoseFrames.
+        ``forget_path()`` is called with each new frame."""
+        self._core = core
+        self._changed = changed
+        self._frames = frames
+        self._forget_path = forget_path
+        self._awaited = []    # asked for, and not carried out yet; guarded by `changed`
+
+    def offer(self):
+        """Take resets from now on."""
+        rospy.Service('reset_pose', ResetPose, guarded(self._on_reset_pose))
+        rospy.Service('set_pose', SetInitialPose, self._on_set_pose)
+        subscribe_news('initialpose', PoseWithCovarianceStamped, self._on_initialpose, queue_size=1)
+
+    def look(self):
+        """A sample has arrived: log the resets that it has carried out, and wake their callers. To
+        be called with `changed` held."""
+        done = [reset for reset in self._awaited if reset.done]
+        for reset in done:
+            self._awaited.remove(reset)
+            self._forget_path()
+            rospy.loginfo('%s', self._told(reset))
+        if self._awaited or done:
+            self._changed.notify_all()
+
+    def _reset(self, declared, deadline):
+        """Reset to the Pose2 `declared` in local: (localizer.Reset, answer in words).
+
+        ``ValueError`` if it is refused, or not carried out before `deadline` [s, time.monotonic()].
+        """
+        with self._changed:
+            reset = self._core.reset(declared, rospy.get_time())
+            self._awaited.append(reset)
+            self._changed.wait_for(lambda: reset.done or reset.problem,
+                                   max(0.0, deadline - time.monotonic()))
+            if not reset.done:
+                self._awaited.remove(reset)
+                self._core.give_up_reset(reset)
+                raise ValueError(reset.problem or 'no sample of imu and odom at that instant')
+            return reset, self._told(reset)
+
+    def _told(self, reset):
+        hint = '' if self._core.status(rospy.get_time()).active else '; no goal: send one'
+        return 'Local pose set to {}{}'.format(reset.after, hint)
+
+    def _on_reset_pose(self, request):
+        response, deadline = ResetPoseResponse(), time.monotonic() + ANSWER_WITHIN
+        try:
+            reset, response.message = self._reset(
+                TypedPose(request.x, request.y, request.yaw_deg).pose, deadline)
+        except ValueError as problem:
+            rospy.logwarn('Reset refused, the old frame stays: %s', problem)
+            response.message = str(problem)
+            return response
+        response.success = True
+        if reset.before is not None:
+            response.before = _in_degrees(reset.before)
+        response.after = _in_degrees(reset.after)
+        response.stamp = reset.stamp
+        return response
+
+    def _on_set_pose(self, request):
+        try:
+            self._declare(request.pose)
+        except ValueError as problem:
+            rospy.logwarn('Reset refused, the old frame stays: %s', problem)
+            raise rospy.ServiceException(str(problem)) from None
+        return SetInitialPoseResponse()
+
+    def _on_initialpose(self, message):
+        try:
+            self._declare(message)
+        except ValueError as problem:
+            rospy.logwarn('Reset refused, the old frame stays: %s', problem)
+
+    def _declare(self, stamped):
+        """Reset to a stamped pose; `map` means local here, since the handout's client says so."""
+        deadline = time.monotonic() + ANSWER_WITHIN
+        self._frames.await_frame(stamped.header, ('map',))
+        with self._changed:
+            odom_T_local = self._core.odom_T_local
+        self._reset(self._frames.to_local(stamped.header, stamped.pose.pose, odom_T_local,
+                                          ('map',)), deadline)
+
+
+def _in_degrees(pose):
+    """x, y [m], yaw [deg], without the digits that nobody measures: people read them."""
+    return [round(value, 6) for value in (pose.x, pose.y, math.degrees(pose.yaw))]

@@ -1,1 +1,0 @@
-"""How does the embedded robot appear to ROS? With the topics and the clock of a real one."""

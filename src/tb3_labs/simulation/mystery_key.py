@@ -1,0 +1,29 @@
+"""The answers of mystery robots, for the instructor. The students' edition does not have this file.
+"""
+from typing import List, Sequence
+
+from tb3_labs.simulation.mystery import draw, shown
+
+
+def key(words: Sequence[str]) -> List[str]:
+    """The lines of the key of `words`, such as '7' or '1-12'; ``ValueError`` with the reason."""
+    lines = ['number  fault            value']
+    if not words:
+        raise ValueError('which key? A number such as 7, or a range such as 1-12')
+    for number in [number for word in words for number in _range(word)]:
+        fault, value, _ = draw(number)
+        lines.append('{:6}  {:15}  {} (within {:g})'.format(
+            number, fault.name, shown(fault, value), fault.tolerance))
+    return lines
+
+
+def _range(word: str) -> Sequence[int]:
+    """The numbers of '7' or '1-12'."""
+    first, _, last = word.partition('-')
+    if not (first.isdecimal() and (last or first).isdecimal()) or word.endswith('-'):
+        raise ValueError('{!r} is not valid: a number such as 7, or a range such as 1-12'.format(
+            word))
+    numbers = range(int(first), int(last or first) + 1)
+    if not numbers:
+        raise ValueError('{!r} is not valid: the first number is larger than the last'.format(word))
+    return numbers

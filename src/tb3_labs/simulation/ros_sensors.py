@@ -1,0 +1,133 @@
+"""The topics of a simulated robot's sensors: `imu`, `odom`, `joint_states`, `/tf`.
+
+The messages are filled as the firmware fills them. Source: ROBOTIS OpenCR firmware 1.2.6
+(turtlebot3_sensor.cpp for the covariances; it leaves those of the odometry at zero).
+"""
+from collections import deque
+
+import rospy
+from geometry_msgs.msg import Vector3
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu, JointState
+from tf2_msgs.msg import TFMessage
+
+from tb3_labs.robot.samples import ImuSample
+from tb3_labs.ros.conversions import frame, to_quaternion, to_transform
+from tb3_labs.ros.rospy_internals import publish_now
+
+#: After a stall at most this number of messages of a topic is sent, the latest: real queues and
+#: buffers are finite, too. The messages of an IMU at 200 Hz in the longest stall fit in.
+MOST_HELD = 2000
+WHEEL_JOINTS = ['wheel_left_joint', 'wheel_right_joint']
+GRAVITY = 9.80665  # [m/s^2]
+
+
+def _diagonal(variance):
+    return [variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, variance]
+
+
+ORIENTATION_COVARIANCE = _diagonal(0.0025)
+ANGULAR_VELOCITY_COVARIANCE = _diagonal(0.02)
+LINEAR_ACCELERATION_COVARIANCE = _diagonal(0.04)
+
+
+class SensorTopics:
+    """Publishes samples as messages, on topics and with frames whose names begin with `prefix`.
+
+    Its methods are called only by the thread that steps the robot.
+    """
+
+    def __init__(self, prefix):
+        #: {name: name with the prefix, in this node's namespace}
+        self.frames = {name: frame(prefix + name) for name in (
+            'imu_link', 'odom', 'base_footprint', 'base_link')}
+        self._imu = publisher(prefix + 'imu', Imu)
+        self._odom = publisher(prefix + 'odom', Odometry)
+        self._joints = publisher(prefix + 'joint_states', JointState)
+        self._tf = publisher('/tf', TFMessage)
+        self._wheels = deque(maxlen=MOST_HELD)  # by odometry: stamp, angles, speeds
+
+    @property
+    def are_heard(self):
+        """Does any node listen to the IMU or the odometry?"""
+        return self._imu.get_num_connections() or self._odom.get_num_connections()
+
+    def note_wheels(self, robot):
+        """Remember the wheels of `robot` (a Simulator) as of its latest odometry: the network may
+        delay it, and with it the joint states."""
+        stamp = robot.odometry_stamp
+        if not self._wheels or self._wheels[-1][0] != stamp:
+            self._wheels.append((stamp, robot.wheel_angles, robot.wheel_speeds))
+
+    def send(self, burst, epoch):
+        """Publish the samples of a `burst`, which arrive at one moment, by one write for each
+        topic. `epoch` is the robot's time 0 [s]."""
+        imu = [sample for sample in burst if isinstance(sample, ImuSample)][-MOST_HELD:]
+        odometry = [sample for sample in burst if not isinstance(sample, ImuSample)][-MOST_HELD:]
+        if imu and self._imu.get_num_connections():
+            publish_now(self._imu, *[
+                imu_message(sample, epoch + sample.stamp, self.frames['imu_link'])
+                for sample in imu])
+        if odometry:
+            self._send_odometry(odometry, epoch)
+
+    def _send_odometry(self, samples, epoch):
+        odom, base = self.frames['odom'], self.frames['base_footprint']
+        if self._tf.get_num_connections():
+            publish_now(self._tf, *[
+                TFMessage([to_transform(sample.pose, odom, base, epoch + sample.stamp)])
+                for sample in samples])
+        if self._odom.get_num_connections():
+            publish_now(self._odom, *[odometry_message(sample, epoch + sample.stamp, odom, base)
+                                      for sample in samples])
+        if self._joints.get_num_connections():
+            publish_now(self._joints, *[
+                joint_message(*self._wheels_at(sample.stamp), epoch + sample.stamp,
+                              self.frames['base_link']) for sample in samples])
+
+    def _wheels_at(self, stamp):
+        """(angles [rad], speeds [rad/s]) at the odometry with this stamp. Ask in order of time."""
+        while self._wheels[0][0] < stamp and len(self._wheels) > 1:
+            self._wheels.popleft()
+        return self._wheels[0][1:]
+
+
+def publisher(topic, kind):
+    """A publisher of a simulated robot: it sends at once, and has a short queue."""
+    return rospy.Publisher(topic, kind, queue_size=50, tcp_nodelay=True)
+
+
+def imu_message(sample, stamp, frame):
+    """sensor_msgs/Imu of a robot that stands level."""
+    message = Imu()
+    message.header.stamp = rospy.Time.from_sec(stamp)
+    message.header.frame_id = frame
+    message.orientation = to_quaternion(sample.yaw)
+    message.orientation_covariance = ORIENTATION_COVARIANCE
+    message.angular_velocity = Vector3(0.0, 0.0, sample.yaw_rate)
+    message.angular_velocity_covariance = ANGULAR_VELOCITY_COVARIANCE
+    message.linear_acceleration = Vector3(0.0, 0.0, GRAVITY)
+    message.linear_acceleration_covariance = LINEAR_ACCELERATION_COVARIANCE
+    return message
+
+
+def odometry_message(sample, stamp, frame, child_frame):
+    """nav_msgs/Odometry."""
+    message = Odometry()
+    message.header.stamp = rospy.Time.from_sec(stamp)
+    message.header.frame_id = frame
+    message.child_frame_id = child_frame
+    message.pose.pose.position.x = sample.pose.x
+    message.pose.pose.position.y = sample.pose.y
+    message.pose.pose.orientation = to_quaternion(sample.pose.yaw)
+    message.twist.twist.linear.x = sample.linear
+    message.twist.twist.angular.z = sample.angular
+    return message
+
+
+def joint_message(angles, speeds, stamp, frame):
+    """sensor_msgs/JointState of the two wheels, left one first."""
+    message = JointState(name=WHEEL_JOINTS, position=angles, velocity=speeds, effort=[0.0, 0.0])
+    message.header.stamp = rospy.Time.from_sec(stamp)
+    message.header.frame_id = frame
+    return message

@@ -1,0 +1,184 @@
+"""The samples of IMU and odometry: their moments, their faults, and the board's own clock.
+
+Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s (dropouts of 0.3 to 4.3 s;
+a driver that went on sending one sample with new stamps for half a minute).
+"""
+import math
+import random
+from typing import Generic, List, Optional
+
+from tb3_labs.geometry.angles import wrap
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.robot.samples import AnySample, ImuSample, OdometrySample, Sample, with_stamp
+from tb3_labs.robot.turtlebot3 import RobotModel
+from tb3_labs.simulation.body import Body
+from tb3_labs.simulation.firmware import Odometer, encoder
+from tb3_labs.simulation.simulator_config import FAULTS, SimulatorConfig
+
+#: Shortest and longest dropout [s].
+DROPOUT = (0.3, 4.3)
+#: Time from one time sync of the serial node to the next [s].
+SYNC_PERIOD = 5.0
+
+
+class Rhythm:
+    """The moments 1/rate, 2/rate, ... after `start`; each is taken once, in order."""
+
+    def __init__(self, rate: float, start: float = 0.0) -> None:
+        self._rate, self._base, self._count = rate, start, 1
+        #: The next moment [s]. An attribute, for speed.
+        self.due = start + 1.0 / rate
+
+    def take(self) -> float:
+        """Take the moment that is due [s]; the next one becomes due."""
+        due = self.due
+        self._count += 1
+        self.due = self._base + self._count / self._rate
+        return due
+
+    def take_until(self, end: float) -> List[float]:
+        """Take all moments before `end` [s]; one at `end` itself stays due."""
+        moments, due, count = [], self.due, self._count
+        while due < end:
+            moments.append(due)
+            count += 1
+            due = self._base + count / self._rate
+        self.due, self._count = due, count
+        return moments
+
+    def set_rate(self, rate: float, now: float) -> None:
+        """Use another rate, counted from `now` on; the same rate changes nothing."""
+        if rate != self._rate:
+            self._rate, self._base, self._count = rate, now, 1
+            self.due = now + 1.0 / rate
+
+
+class Dropouts:
+    """Random intervals of silence, `rate` of them per second outside them. Ask in order of time."""
+
+    def __init__(self, rate: float, start: float, seed: int) -> None:
+        self.rate = rate
+        self._random = random.Random(seed)
+        self._plan(start)
+
+    def _plan(self, after: float) -> None:
+        self._start = after + (self._random.expovariate(self.rate) if self.rate else math.inf)
+        self._end = self._start + self._random.uniform(*DROPOUT)
+
+    def cover(self, stamp: float) -> bool:
+        """Is there silence at `stamp` [s]? Both ends of a dropout belong to it."""
+        while stamp > self._end:
+            self._plan(self._end)
+        return stamp >= self._start
+
+
+class SensorFaults(Generic[AnySample]):
+    """The faults of one sensor. `silent`: no samples; `frozen`: one sample, with new stamps."""
+
+    def __init__(self, silent: bool, frozen: bool, dropouts: Dropouts) -> None:
+        self._silent = silent
+        self._frozen = frozen
+        self._dropouts = dropouts
+        self._kept: Optional[AnySample] = None
+
+    def outcome(self, samples: List[AnySample]) -> List[AnySample]:
+        """The samples that are sent instead of `samples`."""
+        if self._silent:
+            return []
+        if self._frozen and samples:
+            self._kept = self._kept or samples[0]
+            samples = [with_stamp(self._kept, sample.stamp) for sample in samples]
+        if self._dropouts.rate:
+            samples = [sample for sample in samples if not self._dropouts.cover(sample.stamp)]
+        return samples
+
+
+class TimeSyncs:
+    """The error of the board's clock: up to `largest` [s], another one from each sync on."""
+
+    def __init__(self, largest: float, seed: int) -> None:
+        self.largest, self._seed = largest, seed
+        self._number, self._error = -1, 0.0
+
+    def error(self, now: float) -> float:
+        """The error [s] of a stamp taken at `now` [s]."""
+        number = int(now / SYNC_PERIOD)
+        if number != self._number:
+            source = random.Random('time sync {} {}'.format(number, self._seed))
+            self._number, self._error = number, source.uniform(-self.largest, self.largest)
+        return self._error
+
+    def stamped(self, samples: List[Sample]) -> List[Sample]:
+        """The samples with the stamps of that clock; `samples` have true ones."""
+        if not self.largest:
+            return samples
+        return [with_stamp(sample, sample.stamp + self.error(sample.stamp)) for sample in samples]
+
+
+class Sensors:
+    """IMU and odometry of one robot: they measure its body, and keep the samples until `take`."""
+
+    def __init__(self, model: RobotModel, body: Body, config: SimulatorConfig) -> None:
+        pose = body.drivetrain.pose
+        self._body = body
+        self._config = config
+        #: Pose and wheels as the board counts them.
+        self.odometer = Odometer(model, pose, wrap(pose.yaw + body.imu.error))
+        self.imu_rhythm = Rhythm(config.imu_rate)
+        self.odom_rhythm = Rhythm(config.odom_rate)
+        self._samples: List[Sample] = []    # oldest first
+        #: Will the next odometry begin at zero?
+        self.resetting = False
+        #: The odometry's frame: world_T_odom, by the true pose at the last reset.
+        self.origin = Pose2()
+        #: Time at which the last odometry was measured, arrived or not [s].
+        self.odometry_stamp = 0.0
+        self._plan_faults(0.0)
+
+    def configure(self, config: SimulatorConfig, now: float) -> None:
+        """Use other settings from `now` on."""
+        before, self._config = self._config, config
+        self.imu_rhythm.set_rate(config.imu_rate, now)
+        self.odom_rhythm.set_rate(config.odom_rate, now)
+        self._stamps = TimeSyncs(config.stamp_step, config.seed)
+        if any(getattr(config, name) != getattr(before, name) for name in FAULTS):
+            self._plan_faults(now)
+
+    def _plan_faults(self, now: float) -> None:
+        config = self._config
+        dropouts = Dropouts(config.dropouts_per_min / 60.0, now, config.seed)
+        self._imu_faults: SensorFaults[ImuSample] = SensorFaults(
+            config.imu_silent, config.imu_frozen, dropouts)
+        self._odom_faults: SensorFaults[OdometrySample] = SensorFaults(
+            config.odom_silent, config.odom_frozen, dropouts)
+
+    def measure_imu(self, stamps: List[float]) -> None:
+        """Measure an IMU sample at each of `stamps` [s]."""
+        samples = self._imu_faults.outcome(self._body.imu.measure(stamps))
+        if not self._config.serial_dead:
+            self._samples.extend(samples)
+
+    def measure_odometry(self, stamp: float) -> None:
+        """Measure the odometry at `stamp` [s]."""
+        self._body.move_to(stamp)
+        left, right = self._body.wheel_angles_at(stamp - self._config.wheel_lag)
+        ticks = encoder(left), encoder(right)
+        if self.resetting:
+            self.odometer.reset(ticks)
+        seen = self._body.imu.measure([stamp])[0]
+        sample = self.odometer.update(stamp, ticks, seen.yaw)
+        if self.resetting:
+            self.resetting = False
+            self.origin = self._body.drivetrain.pose @ sample.pose.inverse()
+        self.odometry_stamp = stamp + self._stamps.error(stamp)
+        if not self._config.serial_dead:
+            self._samples.extend(self._odom_faults.outcome([sample]))
+
+    def take(self) -> List[Sample]:
+        """The samples since the last call, oldest first; their stamps are true."""
+        samples, self._samples = self._samples, []
+        return samples
+
+    def stamped(self, samples: List[Sample]) -> List[Sample]:
+        """The samples with the stamps of the board's clock."""
+        return self._stamps.stamped(samples)

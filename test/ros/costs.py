@@ -1,0 +1,84 @@
+"""A private master at a free port; the costs of a running node: CPU time, memory, threads. On Linux."""
+import contextlib
+import os
+import random
+import socket
+import subprocess
+import time
+import xmlrpc.client
+
+import rosgraph
+import rospy
+
+from tb3_labs.ros.clocks import wait_until
+
+#: Longest wait for a master [s].
+MASTER_TIMEOUT = 30.0
+#: Below the ports that Linux gives to whoever asks for any: a program that starts meanwhile, such as a
+#: master's own roslaunch, cannot take one of these.
+PORTS = range(20000, 32000)
+_PAGE = os.sysconf('SC_PAGE_SIZE')
+
+
+def free_port():
+    """A TCP port of this computer on which nobody listens."""
+    while True:
+        port = random.choice(PORTS)
+        with socket.socket() as probe:
+            try:
+                probe.bind(('127.0.0.1', port))
+            except OSError:
+                continue
+            return port
+
+
+@contextlib.contextmanager
+def private_master():
+    """Start a private master at a free port, for this process and its children. RuntimeError if it
+    does not start."""
+    port = free_port()
+    os.environ.update(ROS_MASTER_URI='http://localhost:%d' % port, ROS_HOSTNAME='localhost')
+    master = subprocess.Popen(
+        ['rosmaster', '--core', '-p', str(port)], stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+    try:
+        if not wait_until(rosgraph.is_master_online, MASTER_TIMEOUT, 0.02):
+            raise RuntimeError('rosmaster does not answer after {:.0f} s'.format(MASTER_TIMEOUT))
+        yield port
+    finally:
+        master.kill()
+        master.wait()
+
+
+def process_of(node):
+    """Process id of a running node, by its name."""
+    uri = rosgraph.Master(rospy.get_name()).lookupNode(rospy.resolve_name(node))
+    return xmlrpc.client.ServerProxy(uri).getPid(rospy.get_name())[2]
+
+
+def cpu_time(pid):
+    """CPU time of a process and its threads so far [s]."""
+    # The process's own clock, see clock_getcpuclockid(3); /proc counts only in ticks of 10 ms.
+    return time.clock_gettime((~pid << 3) | 2)
+
+
+def parent(pid):
+    """Process id of a process's parent."""
+    return int(_stat(pid)[1])
+
+
+def threads(pid):
+    """Number of threads of a process."""
+    return int(_stat(pid)[17])
+
+
+def memory(pid):
+    """Resident memory of a process [MB]."""
+    with open('/proc/{}/statm'.format(pid)) as statm:
+        return int(statm.read().split()[1]) * _PAGE / 1048576.0
+
+
+def _stat(pid):
+    """The fields of /proc/PID/stat after the command's name, which may hold any character."""
+    with open('/proc/{}/stat'.format(pid)) as stat:
+        return stat.read().rpartition(')')[2].split()

@@ -1,0 +1,96 @@
+"""Simulated robots on their topics, without a master: a hidden fault, and the pace of their time."""
+import threading
+
+import pytest
+
+pytest.importorskip('rospy')
+
+from tb3_labs.robot.samples import OdometrySample    # noqa: E402
+from tb3_labs.simulation import ros_robot    # noqa: E402
+from tb3_labs.simulation.mystery import HiddenFault    # noqa: E402
+from tb3_labs.simulation.simulator_config import SimulatorConfig    # noqa: E402
+
+#: Times of a computer that pauses after a second [s].
+PAUSE_AT, PAUSE = 1.0, 0.4
+END = 2.0
+
+
+class Sensors:
+    """Stands in for SensorTopics."""
+
+    frames = {'odom': 'odom'}
+
+    def __init__(self, prefix):
+        self.samples = []
+
+    def note_wheels(self, robot):
+        pass
+
+    def send(self, burst, epoch):
+        self.samples += burst
+
+
+def test_its_fault_comes_and_goes_and_no_truth_is_said(monkeypatch):
+    published = []
+    monkeypatch.setattr(ros_robot, 'SensorTopics', Sensors)
+    monkeypatch.setattr(ros_robot, 'publisher', lambda *words: published.append(words))
+    monkeypatch.setattr(ros_robot, 'subscribe', lambda *words: None)
+    plain = SimulatorConfig(imu_rate=20.0)
+    robot = ros_robot.FakeRobot(plain, hidden=HiddenFault(5, plain))   # silent odometry, 4.0 s
+    for step in range(17 * 200):
+        robot.tick(step, 0.0)
+    stamps = [sample.stamp for sample in robot._sensors.samples
+              if isinstance(sample, OdometrySample)]
+    (silence,) = [(a, b) for a, b in zip(stamps, stamps[1:]) if b - a > 0.1]
+    assert silence == pytest.approx((12.0, 16.0), abs=0.05)
+    assert published == []
+
+
+class Computer:
+    """Stands in for the module time; the robot's steps cost it no time."""
+
+    def __init__(self):
+        self.now = 0.0
+
+    def monotonic(self):
+        return self.now
+
+    def sleep(self, seconds):
+        self.now += seconds
+
+
+class Robot:
+    """Keeps the computer's time of each step; the computer pauses within one of them."""
+
+    is_heard = True
+
+    def __init__(self, computer, ending):
+        self._computer, self._ending = computer, ending
+        self.steps = []
+
+    def tick(self, step, epoch):
+        if self.steps and self.steps[-1] < PAUSE_AT <= self._computer.now:
+            self._computer.now += PAUSE
+        self.steps.append(self._computer.now)
+        if self._computer.now > END:
+            self._ending.set()
+
+
+@pytest.mark.parametrize('clock, speed, made_up', [
+    (None, 1.0, PAUSE), ('a clock', 1.0, 0.0), ('a clock', 5.0, 0.0)])
+def test_a_pause(clock, speed, made_up, monkeypatch):
+    """Real time is made up for, a clock of the robot's own is not: all that comes at once would find
+    the nodes' sensors silent."""
+    computer, ending = Computer(), threading.Event()
+    monkeypatch.setattr(ros_robot, 'time', computer)
+    monkeypatch.setattr(ros_robot, 'publish_now', lambda clock, message: None)
+    robot = Robot(computer, ending)
+    pace = ros_robot.Pacemaker.__new__(ros_robot.Pacemaker)
+    pace._robots, pace._epoch, pace._ending = [robot], 1e9, ending
+    pace._take(clock, speed)
+    pace._run()
+    at_once = max(robot.steps.count(now) for now in robot.steps)
+    assert at_once * ros_robot.STEP == pytest.approx(made_up, abs=3.0 * ros_robot.STEP)
+    # it goes on at its own pace
+    assert (len(robot.steps) - at_once) * ros_robot.STEP == pytest.approx(
+        speed * (END - PAUSE), rel=0.03)

@@ -1,0 +1,53 @@
+"""An answer to a goal counts also if it comes before send_goal() has returned."""
+import importlib.util
+import pathlib
+
+import pytest
+
+pytest.importorskip('actionlib')
+
+from actionlib import CommState    # noqa: E402 (ROS may be missing)
+from actionlib_msgs.msg import GoalStatus    # noqa: E402
+
+from tb3_labs.geometry.se2 import Pose2    # noqa: E402
+
+SCRIPT = pathlib.Path(__file__).resolve().parents[2] / 'scripts' / 'send_goal.py'
+
+
+class Client:
+    """Stands in for the ActionClient; the goal is over at once."""
+
+    status = GoalStatus.REJECTED
+
+    def __init__(self, *_):
+        pass
+
+    def wait_for_server(self, _):
+        return True
+
+    def send_goal(self, goal, on_transition):
+        on_transition(self)
+        return self
+
+    def get_comm_state(self):
+        return CommState.DONE
+
+    def get_goal_status(self):
+        return self.status
+
+    def get_goal_status_text(self):
+        return 'the text'
+
+
+@pytest.mark.parametrize('status, ends_with', [(GoalStatus.REJECTED, 1), (GoalStatus.SUCCEEDED, 0)])
+def test_an_answer_at_once(status, ends_with, monkeypatch, capsys):
+    spec = importlib.util.spec_from_file_location('send_goal', str(SCRIPT))
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    monkeypatch.setattr(Client, 'status', status)
+    monkeypatch.setattr(script.actionlib, 'ActionClient', Client)
+    monkeypatch.setattr(script, 'Progress', lambda: None)
+    for name in ('init_node', 'on_shutdown'):
+        monkeypatch.setattr(script.rospy, name, lambda *_, **__: None)
+    assert script.drive(Pose2(1.0, 0.0, 0.0)) == ends_with
+    assert capsys.readouterr().out == 'the text\n'

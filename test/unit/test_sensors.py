@@ -1,0 +1,156 @@
+"""Parts of the simulated sensors alone: the IMU in closed form, the moments of samples, the faults."""
+import math
+import statistics
+
+import pytest
+
+from tb3_labs.robot.samples import ImuSample
+from tb3_labs.simulation.body import ImuModel
+from tb3_labs.simulation.sensors import Dropouts, Rhythm, SensorFaults
+
+
+def imu(offset=0.0, **how):
+    model = ImuModel(0.0, offset, 1)
+    model.configure(**dict(dict(yaw_noise=0.0, rate_noise=0.0, drift=0.0, lag=0.0), **how))
+    return model
+
+
+def test_offset_and_drift_add_up_in_the_yaw_and_the_drift_in_the_rate():
+    model = imu(0.5, drift=0.01)
+    model.advance(20.0)
+    model.follow(20.0, (0.3, 0.1, 0.0, 0.0))
+    sample, later = model.measure([20.0, 21.0])
+    assert (sample.stamp, sample.yaw, sample.yaw_rate) == pytest.approx((20.0, 1.0, 0.11))
+    assert (later.stamp, later.yaw, later.yaw_rate) == pytest.approx((21.0, 1.11, 0.11))
+    model.advance(1.0)                  # and drifts the other way from then on
+    model.configure(0.0, 0.0, -0.02, 0.0)
+    model.advance(2.0)
+    model.follow(23.0, (0.0, 0.0, 0.0, 0.0))
+    assert model.measure([23.0])[0].yaw == pytest.approx(0.5 + 0.21 - 0.04)
+
+
+def test_a_rate_that_fades_is_integrated():
+    model = imu()
+    model.follow(1.0, (0.2, 0.4, -0.3, 0.25))
+    for sample in model.measure([1.0, 1.1, 1.5]):
+        gone = 1.0 - math.exp(-(sample.stamp - 1.0) / 0.25)
+        assert sample.yaw_rate == pytest.approx(0.4 - 0.3 * (1.0 - gone))
+        assert sample.yaw == pytest.approx(0.2 + 0.4 * (sample.stamp - 1.0) - 0.3 * 0.25 * gone)
+
+
+def test_yaw_and_rate_are_older_than_the_stamp_by_the_lag_over_several_motions():
+    model = imu(lag=0.08)
+    for since, yaw, rate in ((0.1, 0.0, 1.0), (0.13, 0.03, -2.0), (0.16, -0.03, 0.0)):
+        model.follow(since, (yaw, rate, 0.0, 0.0))
+    assert [(sample.yaw, sample.yaw_rate)
+            for sample in model.measure([0.05, 0.17, 0.20, 0.22, 0.26])] == [
+        pytest.approx(pair, abs=1e-12)
+        for pair in ((0.0, 0.0), (0.0, 0.0), (0.02, 1.0), (0.01, -2.0), (-0.03, 0.0))]
+
+
+@pytest.mark.parametrize('yaw, said', [
+    (math.pi, math.pi), (-math.pi, math.pi), (3.0 * math.pi, math.pi), (3.2, 3.2 - 2.0 * math.pi),
+    (-3.2, 2.0 * math.pi - 3.2), (2.0 * math.pi, 0.0), (100.0, 100.0 - 32.0 * math.pi)])
+def test_the_yaw_is_in_its_half_open_circle(yaw, said):
+    model = imu()
+    model.follow(0.0, (yaw, 0.0, 0.0, 0.0))
+    sample, = model.measure([0.0])
+    assert sample.yaw == pytest.approx(said, abs=1e-12) and -math.pi < sample.yaw <= math.pi
+
+
+def test_each_noise_is_as_large_as_asked_for_and_of_its_own():
+    stamps = [0.001 * k for k in range(4000)]
+    for yaw_noise, rate_noise in ((0.01, 0.0), (0.0, 0.2)):
+        samples = imu(yaw_noise=yaw_noise, rate_noise=rate_noise).measure(stamps)
+        # 4000 numbers: the spread is good to 1.1 %, the mean to 1.6 % of it (one sigma)
+        for values, sigma in (([s.yaw for s in samples], yaw_noise),
+                              ([s.yaw_rate for s in samples], rate_noise)):
+            assert statistics.pstdev(values) == pytest.approx(sigma, rel=0.05, abs=1e-15)
+            assert abs(statistics.mean(values)) <= 0.08 * sigma
+
+
+def test_no_stamps_no_samples():
+    assert imu().measure([]) == []
+
+
+# Moments at a fixed rate --------------------------------------------------------------------------
+
+def test_moments_are_counted_from_the_start():
+    rhythm = Rhythm(4.0, 10.0)
+    assert rhythm.due == 10.25
+    assert [rhythm.take() for _ in range(3)] == [10.25, 10.5, 10.75] and rhythm.due == 11.0
+    assert Rhythm(4.0).due == 0.25
+
+
+def test_a_moment_at_the_end_itself_is_left():
+    rhythm = Rhythm(4.0)
+    assert rhythm.take_until(0.25) == []
+    assert rhythm.take_until(1.0) == [0.25, 0.5, 0.75] and rhythm.due == 1.0
+    assert rhythm.take_until(1.1) == [1.0] and rhythm.take() == 1.25
+
+
+def test_another_rate_counts_from_now():
+    rhythm = Rhythm(4.0)
+    rhythm.take_until(1.1)
+    rhythm.set_rate(10.0, 1.125)
+    assert rhythm.due == pytest.approx(1.225)
+    assert rhythm.take_until(1.45) == pytest.approx([1.225, 1.325, 1.425])
+    assert rhythm.take() == pytest.approx(1.525)
+
+
+def test_the_same_rate_changes_nothing():
+    rhythm = Rhythm(4.0)
+    rhythm.take()
+    rhythm.set_rate(4.0, 0.3)
+    assert [rhythm.take() for _ in range(2)] == [0.5, 0.75]
+
+
+def test_no_rounding_adds_up():
+    rhythm = Rhythm(30.0)
+    assert rhythm.take_until(1000.0)[-1] == pytest.approx(29999 / 30.0, abs=1e-12)
+    assert rhythm.due == 1000.0
+
+
+# Faults -------------------------------------------------------------------------------------------
+
+def yaws(*values):
+    return [ImuSample(0.1 * k, value, 0.5) for k, value in enumerate(values)]
+
+
+def test_both_ends_of_a_dropout_belong_to_it_and_the_next_one_begins_after_it():
+    dropouts, fine = Dropouts(2.0, 100.0, seed=3), Dropouts(2.0, 100.0, seed=3)
+    stamps = [100.0 + 0.001 * k for k in range(60000)]
+    covered = [fine.cover(stamp) for stamp in stamps]
+    edges = [k for k in range(1, len(stamps)) if covered[k] != covered[k - 1]]
+    assert not covered[0] and len(edges) > 20
+    for begin, end in zip(edges[::2], edges[1::2]):
+        assert 0.3 <= (end - begin) * 0.001 + 0.001 and (end - begin) * 0.001 <= 4.3 + 0.001
+    assert [dropouts.cover(stamp) for stamp in stamps[::7]] == covered[::7]
+    # 0.5 s between two of them on average, exponential
+    gaps = [0.001 * (begin - end) for end, begin in zip(edges[1::2], edges[2::2])]
+    assert 0.2 < sum(gaps) / len(gaps) < 1.0
+
+
+def test_no_rate_no_dropouts():
+    dropouts = Dropouts(0.0, 0.0, seed=3)
+    assert dropouts.rate == 0.0 and not any(dropouts.cover(float(k)) for k in range(1000))
+
+
+@pytest.mark.parametrize('silent, frozen, said', [
+    (False, False, [1.0, 2.0, 3.0]), (True, False, []), (False, True, [1.0, 1.0, 1.0]),
+    (True, True, [])])
+def test_what_a_sensor_with_a_fault_says(silent, frozen, said):
+    faults = SensorFaults(silent, frozen, Dropouts(0.0, 0.0, 1))
+    samples = yaws(1.0, 2.0, 3.0)
+    outcome = faults.outcome([]) + faults.outcome(samples[:2]) + faults.outcome(samples[2:])
+    assert [sample.yaw for sample in outcome] == said
+    assert [sample.stamp for sample in outcome] == [0.0, 0.1, 0.2][:len(said)]
+
+
+def test_a_frozen_sensor_has_its_dropouts_too():
+    dropouts, same = Dropouts(2.0, 0.0, seed=3), Dropouts(2.0, 0.0, seed=3)
+    samples = [ImuSample(0.1 * k, 0.001 * k, 0.0) for k in range(200)]
+    outcome = SensorFaults(False, True, dropouts).outcome(samples)
+    assert [sample.stamp for sample in outcome] == [
+        sample.stamp for sample in samples if not same.cover(sample.stamp)]
+    assert 0 < len(outcome) < 200 and {sample.yaw for sample in outcome} == {0.0}
