@@ -14,7 +14,7 @@ Publishes
     /diagnostics
 Parameters
     ~law, ~k_hdg, ~hdg_tol, ...: see TurnConfig in tb3_labs.control.turning; they may change while
-    it runs: rosrun tb3_labs dynparam.py set /controller max_ang_z 1.0
+    it runs: dynparam set /controller max_ang_z 1.0
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
@@ -40,7 +40,7 @@ from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
 from tb3_labs.ros.driving.cmd_vel import CmdVel
 from tb3_labs.ros.driving.rivals import Rivals
 from tb3_labs.ros.driving.watchdog import Watchdog
-from tb3_labs.ros.launching.parent import end_parent
+from tb3_labs.ros.launch import end_roslaunch
 from tb3_labs.ros.node import end, run
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reconfigure import LiveSettings
@@ -124,7 +124,7 @@ class Controller:
 
     def _on_line(self, line):
         if line.lower() == 'q':
-            end_parent()
+            end_roslaunch()
             end()
             return
         try:

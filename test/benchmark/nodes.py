@@ -113,8 +113,8 @@ class Bench:
         heard = threading.Event()
         commands = rospy.Subscriber('cmd_vel', Twist, lambda _: heard.set(), tcp_nodelay=True)
         begun = time.monotonic()
-        process = self.start(['rosrun', 'tb3_labs', NODES[name][0], '__name:=first_' + name,
-                              '_has_control:=true'], typed='90\n')
+        process = self.start(['rosrun', 'tb3_labs', NODES[name][0], '__name:=first_' + name]
+                             + ['_has_control:=true'] * (name == 'move_to_goal'), typed='90\n')
         heard.wait(30.0)
         took = time.monotonic() - begun
         os.killpg(process.pid, signal.SIGINT)
