@@ -49,7 +49,7 @@ class Mouse:
         try:
             self._pointer = Pointer(self._on_scroll, self._on_move)
         except ValueError as problem:    # the others of its launch go on without a mouse
-            rospy.logwarn('%s', problem)
+            rospy.logwarn(str(problem))
             end()
             return
         rospy.on_shutdown(self._close)

@@ -31,6 +31,8 @@ from node_case import STARTING, ZERO, Hiccups, Node    # noqa: E402 (a relay's f
 from panel_page import Page    # noqa: E402
 from two_hosts import TwoHosts    # noqa: E402
 
+DEMO = os.path.join(rospkg.RosPack().get_path('tb3_labs'), 'scripts', 'demo.sh')
+
 
 class Room:
     """A master, a robot, move_to_goal during a drive, and an observer."""
@@ -260,14 +262,15 @@ def _rest_after(truth, cut):
             return moved - cut
 
 
+def own_master():
+    """This environment, with the address of a master that is not started yet."""
+    return dict(os.environ, ROS_MASTER_URI='http://localhost:{}'.format(free_port()))
+
+
 def nothing_listens_beyond_this_machine():
     """The demonstration, from the README's own shell: all sockets listen on the loopback."""
-    setup = os.path.join(os.path.dirname(os.path.realpath(os.path.join(
-        rospkg.RosPack().get_path('tb3_labs'), 'package.xml'))), 'scripts', 'setup.sh')
-    launch = subprocess.Popen(['bash', '-c', 'source {} && exec roslaunch -p {} tb3_labs '
-                               'demo.launch stay:=true'.format(setup, free_port())],
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                              env=dict(os.environ, PYTHONUNBUFFERED='1'),    # else it is seen late
+    launch = subprocess.Popen([DEMO, 'stay:=true'], stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, env=own_master(),
                               universal_newlines=True, start_new_session=True)
     try:
         for line in launch.stdout:
@@ -325,13 +328,12 @@ def _listening(root):
 
 def disk_full_while_recording():
     """The drive goes on, and the recorder reports that the recording does not."""
-    port = free_port()
     with tempfile.TemporaryDirectory() as folder:
         launch = subprocess.Popen(
             ['unshare', '-m', 'sh', '-c',
-             'mount -t tmpfs -o size=2m tmpfs {0} && cd {0} && PWD={0} exec roslaunch -p {1} '
-             'tb3_labs demo.launch drives:=1 record:=true'.format(folder, port)],
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
+             'mount -t tmpfs -o size=2m tmpfs {0} && cd {0} && PWD={0} exec {1} drives:=1 '
+             'record:=true'.format(folder, DEMO)],
+            env=own_master(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
         output, _ = launch.communicate(timeout=2.0 * STARTING)
     print(output[-3000:])
     assert 'Goal reached!' in output, output
