@@ -83,7 +83,7 @@ class BadStartTest(NodeCase):
             (['fake_robot.launch', 'mystery:=7', 'set:={slip: 0.1}'],
              'slip = 0.1 is not valid together with mystery = 7'),
             (['gamepad.launch', 'web:=true', 'set:={dead_zone: 2}'],
-             'parameter /gamepad/dead_zone = 2 is not valid: a number from 0 to 0.9')]
+             'parameter /gamepad/dead_zone = 2.0 is not valid: a number from 0 to 0.9')]
         launches = []
         for words, line in cases:
             uri = 'http://localhost:{}'.format(free_port())
