@@ -29,10 +29,8 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Bool, String
 
-from tb3_labs.control.drive_config import DriveConfig
-from tb3_labs.control.least_time import least_time
+from tb3_labs.control.goal import DriveConfig, is_over, least_time
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.control.goal_state import is_over
 from tb3_labs.nodes.demo import BEGUN, DemoConfig, DemoDrive, table
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.console import say

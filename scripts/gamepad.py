@@ -115,7 +115,7 @@ class Gamepad:
         if self._core.holder is not self._holder:
             self._holder = self._core.holder
             self._holders.publish(self._holder.value)
-        for word in self._core.take_words():
+        for word in self._core.take_messages():
             self._control.say(word, now)
         if self._core.gives:
             self._control.renew(now)

@@ -44,8 +44,8 @@ import rospy
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from tb3_labs.control.drive_config import DriveConfig
 from tb3_labs.control.driving import make_law
+from tb3_labs.control.goal import DriveConfig
 from tb3_labs.control.motor_response import Response
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.nodes.move_to_goal import MoveToGoalConfig, MoveToGoalCore

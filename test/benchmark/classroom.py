@@ -31,7 +31,7 @@ from rospy.msg import AnyMsg
 from std_msgs.msg import Bool, String
 
 from tb3_labs.control.driving import PreciseLaw
-from tb3_labs.control.goal_state import GoalState, is_over
+from tb3_labs.control.goal import GoalState, is_over
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped

@@ -7,7 +7,7 @@ turns of robots of another kind than the default one: another lag, noise, delay,
 the wheels. Then come resets of robots that another node lets spin at 1 rad/s, and how far they
 would miss the lab's goal. The last one has the ends of motions in which something fails. `at best`
 is, for a drive, the least time of any turn, straight line and turn within the same limits
-(tb3_labs.control.least_time); for a turn, its angle at 1.5 rad/s; by its own motors, that with its
+(tb3_labs.control.goal); for a turn, its angle at 1.5 rad/s; by its own motors, that with its
 delay, and with its lag until it turns slower than 0.01 rad/s. The time of a turn ends when the
 robot turns slower than 0.01 rad/s for good. `falsely` counts drives that were reported as
 reached while the robot still moved, or was outside of the tolerance.
@@ -24,9 +24,7 @@ from concurrent.futures import ProcessPoolExecutor
 from spins import miss, reset_in_a_spin
 from stops import setting, stop_of_a_drive, stop_of_a_turn
 
-from tb3_labs.control.drive_config import DriveConfig
-from tb3_labs.control.goal_state import DRIVING, GoalState
-from tb3_labs.control.least_time import least_time
+from tb3_labs.control.goal import DRIVING, DriveConfig, GoalState, least_time
 from tb3_labs.control.turning import TurnConfig
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, robot_model

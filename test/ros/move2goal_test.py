@@ -18,7 +18,7 @@ from nav_msgs.msg import Path
 from std_msgs.msg import Bool, String
 from tf2_msgs.msg import TFMessage
 
-from tb3_labs.control.goal_state import is_over
+from tb3_labs.control.goal import is_over
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2, interpolate
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped, to_twist, transform_to_pose2

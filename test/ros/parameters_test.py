@@ -10,7 +10,7 @@ import rostest
 from diagnostic_msgs.msg import DiagnosticArray
 from dynamic_reconfigure.client import Client
 
-from tb3_labs.control.drive_config import DriveConfig
+from tb3_labs.control.goal import DriveConfig
 from tb3_labs.ros.testing.node_process import Program
 from tb3_labs.ros.testing.observer import Observer
 

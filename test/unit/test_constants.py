@@ -21,7 +21,7 @@ from tb3_labs.supervision import freshness, frozen, permission, sleep, stall
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 #: The places of the names that are checked.
 OURS = ('src/tb3_labs/localization/', 'src/tb3_labs/supervision/', 'src/tb3_labs/nodes/',
-        'src/tb3_labs/control/settling.py')
+        'src/tb3_labs/supervision/stall.py')
 
 
 def constants():
