@@ -2,7 +2,8 @@
 # Runs a command in the robot's ROS environment. It is the env loader of robot.launch, which calls it over SSH. (The
 # robot's .bashrc does not set up ROS there: it returns early in a shell without a terminal.) Copy it to the robot's home
 # folder, set the two values below, and try it from the laptop:
-#     scp -p env_robot.sh pi@robot3:
+#     scp env_robot.sh pi@robot3:
+#     ssh pi@robot3 chmod +x env_robot.sh
 #     ssh pi@robot3 ./env_robot.sh rosversion -d
 # The robot's whole bringup, lidar too, to a master that runs on the laptop:
 #     ssh -t pi@robot3 ./env_robot.sh roslaunch turtlebot3_bringup turtlebot3_robot.launch

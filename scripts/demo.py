@@ -4,6 +4,7 @@
 The node gives control to move_to_goal, which drives to its goal. Then it resets the local frame
 where the robot stands, and the robot drives again. For each drive it prints the goal, the pose that
 was reached, and the true error. The exit status is 0 only if every drive ended within tolerance.
+demo.sh starts it beside demo.launch.
 
 Subscribes
     goal_state    std_msgs/String: the state of move_to_goal
@@ -17,14 +18,13 @@ Publishes
 Calls
     reset_pose    tb3_labs/ResetPose
 Parameters: see DemoConfig in tb3_labs.nodes.demo; limits are those of move_to_goal.
-    ~result       set at the end: a list with {'off_by': [m, deg], 'truly_off': [m, deg]} of each
-                  drive, by local_pose and by ground_truth
 """
 import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
 
 import threading
 import time
 
+import rosgraph
 import rospy
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Bool, String
@@ -36,12 +36,13 @@ from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.console import say
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.ctrl_relinq import hear_takers
-from tb3_labs.ros.launching.parent import end_parent
 from tb3_labs.ros.node import end, guarded, run
 from tb3_labs.ros.observer import Observer, comes_to_hear
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.srv import ResetPose
 
+#: Time between two looks whether roslaunch has begun [s].
+LAUNCH_PERIOD = 0.1
 #: Longest wait for the robot and the nodes at the start [s].
 START_TIMEOUT = 30.0
 #: Longest wait for the recorder, which may have ended because its disk was full [s].
@@ -162,22 +163,29 @@ class Demo:
         return found()[0]
 
     def _tell(self, drives):
-        """Print the table, leave the results, and end or stay."""
+        """Print the table, and end or stay."""
         good = all(drive.is_good(self._config) for drive in drives)
         say(table(drives, self._config))
-        rospy.set_param('~result', [
-            {'off_by': list(drive.off_by), 'truly_off': list(drive.truly_off)} for drive in drives])
-        if self._config.status_file:
-            with open(self._config.status_file, 'w') as status:
-                status.write('{}\n'.format(0 if good else 1))
         if self._config.stay:
             say(WHAT_NEXT)
         elif not good:
             end('a drive ended outside the tolerance')
         else:
-            end_parent()
             end()
 
 
+def wait_for_launch():
+    """Wait until roslaunch has set the parameters: the use of simulated time is one of them."""
+    master = rosgraph.Master('/demo')
+    while True:
+        try:
+            if master.hasParam('/move_to_goal/law'):
+                return
+        except (OSError, rosgraph.MasterException):    # not yet
+            pass
+        time.sleep(LAUNCH_PERIOD)
+
+
 if __name__ == '__main__':
+    wait_for_launch()
     run('demo', Demo)

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# The demonstration: sets up what is missing, then runs launch/demo.launch. Ends with 0 only if the demonstration succeeded.
+# The demonstration: sets up what is missing, then runs launch/demo.launch and its judge, demo.py. Ends with 0 only if the
+# demonstration succeeded.
 #
 #     ./scripts/demo.sh                 both drives, then the table
 #     ./scripts/demo.sh stay:=true      leaves everything running afterwards; Ctrl+C ends it
@@ -43,42 +44,43 @@ PYTHON
 }
 if [[ " $*" != *' rviz:='* ]] && rospack find rviz >/dev/null 2>&1 && has_screen; then set -- rviz:=true "$@"; fi
 
-# roslaunch ends with 0 whatever its nodes did: the demonstration's node leaves its status in a file.
 mkdir -p "$ROS_LOG_DIR"
 run=$(mktemp -d "$ROS_LOG_DIR/demo.XXXXXX")
 trap 'rm -rf "$said" "$run"' EXIT
-touch "$run/status"
 mkfifo "$run/output"
+
+# The judge's own settings: it begins when the page's pad and the recorder are there, if they come.
+judge=() pad=false patience=12
+for word; do
+  case $word in drives:=* | stay:=* | record:=* | model:=*) judge+=("_$word") ;; esac
+done
+if [[ " $* " == *' stay:='[Tt]rue* && " $* " != *' web:='[Ff]alse* ]]; then pad=true; fi
+if [[ " $* " == *' record:='[Tt]rue* ]]; then patience=100; fi
 
 # The nodes write into a pipe here: without this their lines would come late, and in another order.
 export PYTHONUNBUFFERED=1 ROSCONSOLE_FORMAT=${ROSCONSOLE_FORMAT:-'[${severity}] ${message}'}
 
 # Job control: roslaunch in a process group of its own gets each signal once, from the keyboard or sent to this script.
 set -m
-# Nothing is shown before the launch is checked, since roslaunch says more of an error. Later its own chatter is left out, also its
-# red words when the demonstration's node ends, and what RViz, Debian's rospack and a rosdep without data say on every start.
-{ until [ -e "$run/checked" ]; do sleep 0.02; done
-  exec sed -uE '/REQUIRED process .* has died/,/^=+/d
+# roslaunch's own chatter is left out, also what it adds to a refused argument, and what RViz, Debian's rospack and a rosdep
+# without data say on every start.
+sed -uE '/RLException: Invalid <param> tag: Cannot load command/,/^(.\[[0-9]+m)?The traceback for/d
   /^(.\[[0-9]+m)?(\[rviz-[0-9]+\] process has finished cleanly|log file: .*\/rviz-[0-9]+\*\.log|QStandardPaths: |the rosdep view is empty: |\[rospack\] Error: no such package media_export|\[librospack\]: error while executing command)/d
-  /^(.\[1m)?(\.\.\. logging to|started roslaunch server|auto-starting new master|process\[|ROS_MASTER_URI=|setting \/run_id|started core service|shutting down processing monitor|\.\.\. shutting down|done.?|\[[^] ]+\] killing on exit)/d'
-} <"$run/output" 9>&- &
+  /^(.\[1m)?(\.\.\. logging to|started roslaunch server|auto-starting new master|process\[|ROS_MASTER_URI=|setting \/run_id|started core service|shutting down processing monitor|\.\.\. shutting down|done.?|\[[^] ]+\] killing on exit)/d' \
+  <"$run/output" 9>&- &
 filter=$!
-# roslaunch would wait for this check (see launch/check.sh); here both run at the same time. If it fails, all is ended.
-export TB3_LABS_LAUNCH_IS_CHECKED=yes
-python3 "$scripts/check_launch.py" tb3_labs demo.launch "$@" 9>&- &
-check=$!
-roslaunch --disable-title --skip-log-check --no-summary tb3_labs demo.launch "status_file:=$run/status" "$@" </dev/null >"$run/output" 2>&1 9>&- &
+roslaunch --disable-title --skip-log-check --no-summary tb3_labs demo.launch "$@" </dev/null >"$run/output" 2>&1 9>&- &
 launch=$!
+python3 "$scripts/demo.py" __name:=demo "_pad:=$pad" ${judge[@]+"${judge[@]}"} </dev/null >"$run/output" 2>&1 9>&- &
+judge=$!
 
 # roslaunch waits 15 s for each node that does not hear SIGINT; one that is just starting does not. A recorder needs its time.
-patience=12
-if [[ " $*" == *' record:='[Tt]rue* ]]; then patience=100; fi
 interrupt() {    # with the exit status
   trap '' INT TERM HUP
   exec 2>/dev/null    # bash names each process that it ends
   cat <"$run/output" >/dev/null 9>&- &    # what comes from here on: tracebacks of nodes that are just starting
   local sink=$! nodes _
-  kill "$filter" "$check" 2>/dev/null || true
+  kill -KILL "$filter" "$judge" 2>/dev/null || true
   kill -TERM -- "-$launch" 2>/dev/null || true
   for ((_ = 0; _ < patience; _++)); do kill -0 "$launch" 2>/dev/null || break; sleep 0.1; done
   for _ in 1 2 3; do
@@ -91,13 +93,12 @@ interrupt() {    # with the exit status
   exit "$1"
 }
 trap 'interrupt 130' INT TERM HUP
-wait "$check" || interrupt 1
-touch "$run/checked"
-{ wait "$launch"; } 2>/dev/null || true    # bash would name a roslaunch that was ended
-wait "$filter" || true
 
-if ! read -r status <"$run/status" || ! [[ $status =~ ^[0-9]+$ ]]; then
-  status=1
-  echo "tb3_labs: the demonstration ended without a result; logs: $ROS_LOG_DIR/latest" >&2
-fi
+# Whichever of the two ends first ends the other one. bash would name what is ended.
+status=0
+{
+  wait -n "$launch" "$judge" || status=$?
+  if kill -0 "$judge"; then status=1; kill -KILL "$judge"; else kill -TERM "$launch"; fi
+  wait "$launch" "$judge" "$filter" || true
+} 2>/dev/null
 exit "$status"

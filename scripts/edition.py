@@ -23,7 +23,8 @@ from tb3_labs.handout.edition import left_out, made, problems, rules_of
 RULES = 'doc/edition.yaml'
 #: Folders that are no part of the sources, where no git says so.
 NO_SOURCES = {'build', '__pycache__'}
-HIDDEN_SOURCES = {'.ci', '.devcontainer', '.dockerignore', '.gitattributes', '.gitignore'}
+HIDDEN_SOURCES = {'.ci', '.devcontainer', '.dockerignore', '.gitattributes', '.gitignore',
+                  '.run_test.py'}
 
 
 def parse(words):

@@ -30,7 +30,7 @@ Parameters
     ~model        burger, waffle, waffle_pi (TURTLEBOT3_MODEL in the environment, else burger)
     all others    fields of SimulatorConfig (simulation/simulator_config.py), with unit, bounds and
                   default. All but the start's may change while it runs, for all robots:
-                  rosrun tb3_labs dynparam.py set /turtlebot3 network_cut true
+                  dynparam set /turtlebot3 network_cut true
 """
 import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
 

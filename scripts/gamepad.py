@@ -43,6 +43,9 @@ from tb3_labs.ros.rospy_internals import is_ending, is_wall_time
 from tb3_labs.ros.signals import when_stopped
 from tb3_labs.ros.topics import subscribe
 
+#: Whoever publishes joy does so by then [s].
+PAD_WAIT = 3.0
+
 
 class Gamepad:
     """Connects ROS and the GamepadCore."""
@@ -64,7 +67,10 @@ class Gamepad:
         when_stopped(self._leave, lambda: None)
         self._tick()
         # every message is read: a press counts also in messages that arrive all at once
-        subscribe('joy', Joy, self._on_joy, self._read_joy, self._core.joy, queue_size=None)
+        pads = subscribe('joy', Joy, self._on_joy, self._read_joy, self._core.joy, queue_size=None)
+        waiting = threading.Timer(PAD_WAIT, _say_if_nobody_sends, (pads,))
+        waiting.daemon = True
+        waiting.start()
         hear_takers(self._on_taken)
         subscribe('has_control', Bool, self._on_control, queue_size=None)
         self._sources = SourceReport((self._core.joy, 'joy', Joy, steady_time))
@@ -144,6 +150,12 @@ class ResetClient:
             except ValueError as problem:
                 if not is_ending():
                     rospy.logwarn('Pose not reset: %s', problem)
+
+
+def _say_if_nobody_sends(pads):
+    if not pads.get_num_connections():
+        rospy.logwarn('nobody publishes %s: sudo apt install ros-noetic-joy (Debian has none), or '
+                      'web:=true, whose page is a pad', pads.resolved_name)
 
 
 if __name__ == '__main__':

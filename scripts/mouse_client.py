@@ -47,7 +47,12 @@ class Mouse:
         # latched: a controller that starts hears at once that the mouse is not active
         self._publisher = rospy.Publisher('mouse_info', MouseController, queue_size=1,
                                           tcp_nodelay=True, latch=True)
-        self._pointer = Pointer(self._on_scroll, self._on_move)
+        try:
+            self._pointer = Pointer(self._on_scroll, self._on_move)
+        except ValueError as problem:    # the others of its launch go on without a mouse
+            rospy.logwarn(str(problem))
+            end()
+            return
         rospy.on_shutdown(self._close)
         rospy.loginfo('Scroll down to drive by the mouse, scroll up to stop')
         threading.Thread(target=guarded(self._run), name='mouse', daemon=True).start()

@@ -32,7 +32,7 @@ Parameters
     ~goal_x, ~goal_y [m], ~goal_yaw_deg, ~has_control: see MoveToGoalConfig in
         tb3_labs.nodes.move_to_goal
     ~law, ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.control.driving; they
-    may change while it runs: rosrun tb3_labs dynparam.py set /move_to_goal max_linear 0.1
+    may change while it runs: dynparam set /move_to_goal max_linear 0.1
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)

@@ -199,7 +199,9 @@ XML
     fail "the build failed (all of it: $log)"
   fi
   mkdir -p "$ws/devel/etc/catkin/profile.d"
-  ln -sfn "$repo/scripts/dynparam.py" "$ws/venv/bin/dynparam"
+  rm -f "$ws/venv/bin/dynparam"
+  printf '#!/bin/sh\nexec "%s" -m tb3_labs.ros.dynparam "$@"\n' "$ws/venv/bin/python3" >"$ws/venv/bin/dynparam"
+  chmod +x "$ws/venv/bin/dynparam"
   ln -sfn "$repo/scripts/setup/terminal.bash" "$ws/devel/etc/catkin/profile.d/50.tb3_labs.bash"
   # On their way out rospy and roslaunch 1.15.9 call what Python 3.9 no longer has; every end would be a traceback, and of
   # a node exit status 1.

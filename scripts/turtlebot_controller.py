@@ -14,7 +14,7 @@ Publishes
     /diagnostics
 Parameters
     ~law, ~k_hdg, ~hdg_tol, ...: see TurnConfig in tb3_labs.control.turning; they may change while
-    it runs: rosrun tb3_labs dynparam.py set /controller max_ang_z 1.0
+    it runs: dynparam set /controller max_ang_z 1.0
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
@@ -39,7 +39,7 @@ from tb3_labs.ros.cmd_vel import CmdVel, Rivals, Watchdog
 from tb3_labs.ros.console import log_news
 from tb3_labs.ros.conversions import to_imu_sample, to_mouse
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
-from tb3_labs.ros.launching.parent import end_parent
+from tb3_labs.ros.launch import end_roslaunch
 from tb3_labs.ros.node import end, guarded, run
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reconfigure import LiveSettings
@@ -122,7 +122,7 @@ class Controller:
 
     def _on_line(self, line):
         if line.lower() == 'q':
-            end_parent()
+            end_roslaunch()
             end()
             return
         try:

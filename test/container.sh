@@ -3,7 +3,7 @@
 # image begins with comes from debootstrap. It takes about six minutes and some GB, so it is no part of scripts/test.sh.
 #
 #     apt-get install --no-install-recommends buildah curl debootstrap git
-#     test/container.sh [BASE]     BASE: a folder with a Debian 12 from debootstrap; without it one is made
+#     bash test/container.sh [BASE]     BASE: a folder with a Debian 12 from debootstrap; without it one is made
 #
 # buildah's chroot isolation needs neither a daemon nor cgroups. The container then has this machine's network and processes, so
 # "outside" means: over this machine's address in its network, as a published port arrives. Publishing itself (-p), volumes that

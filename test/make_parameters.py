@@ -1,39 +1,36 @@
-#!/usr/bin/env python3
 """Writes the files made from the nodes' settings: `doc/parameters.md`, `launch/params/NODE.yaml`.
 
     python3 test/make_parameters.py
 
 A setting's default, unit, bounds and meaning stand in one place, the dataclass made of
-`tb3_labs.config.setting` that the node reads. A new node is one more line in `LAUNCH_FILES`.
+`tb3_labs.config.setting` that the node reads. A new node is one more line in `NODES`.
 `test/unit/test_parameters.py` compares the files with this command.
 """
+import importlib.util
 import pathlib
+import re
+import xml.etree.ElementTree as ET
 from dataclasses import dataclass, fields
 
 import yaml
 
 from tb3_labs.config import NOT_GIVEN, Config, bounds_in_words, setting
 from tb3_labs.robot.turtlebot3 import MODELS
-from tb3_labs.ros.launching.node_source import NodeSource
 from tb3_labs.simulation.simulator_config import STARTING
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-#: The nodes with settings, and the launch file that offers all of them as arguments.
-LAUNCH_FILES = {
-    'imu_sub.py': 'imu_sub.launch',
-    'turtlebot_controller.py': 'turn.launch',
-    'mouse_client.py': 'turn.launch',
-    'move2goal_tf.py': 'move2goal.launch',
-    'gamepad.py': 'gamepad.launch',
-    'fake_turtlebot3.py': 'fake_robot.launch',
-    'panel.py': 'panel.launch',
-}
-#: Arguments of launch files with other names than the parameter: {(node, parameter): name}.
-ARGUMENTS = {('mouse', 'rate'): 'mouse_rate'}
+#: The nodes with settings: (name, script, launch file, classes that the script reads).
+NODES = (
+    ('imu_sub', 'imu_sub.py', 'imu_sub.launch', ('ImuSubConfig',)),
+    ('controller', 'turtlebot_controller.py', 'turn.launch', ('TurnConfig',)),
+    ('mouse', 'mouse_client.py', 'turn.launch', ('MouseConfig',)),
+    ('move_to_goal', 'move2goal_tf.py', 'move2goal.launch', ('MoveToGoalConfig', 'DriveConfig')),
+    ('gamepad', 'gamepad.py', 'gamepad.launch', ('PadConfig',)),
+    ('turtlebot3', 'fake_turtlebot3.py', 'fake_robot.launch', ('SimulatorConfig', 'ClassConfig')),
+    ('panel', 'panel.py', 'panel.launch', ('PanelConfig',)),
+)
 #: Configurations that dynamic_reconfigure offers, and their fields that it does not.
 LIVE = {'DriveConfig': (), 'TurnConfig': (), 'SimulatorConfig': STARTING}
-#: Marks live parameters in the YAML files.
-LIVE_MARK = ' (live)'
 
 
 @dataclass(frozen=True)
@@ -48,40 +45,46 @@ HEAD = """\
 
 `python3 test/make_parameters.py` makes this page from the settings in the code. Edit the settings.
 
-Each parameter can be given in four ways. If two of them differ, the lower one holds.
+Each parameter can be given in several ways. If two of them differ, the lower one holds.
 
 | way | example |
 |---|---|
-| the package's file, `launch/params/NODE.yaml` | loaded by each launch file; holds the defaults |
+| an argument, for those that are typed most | `roslaunch tb3_labs turn.launch law:=lab` |
 | a file of your own | `roslaunch tb3_labs move2goal.launch sim:=true params:=my.yaml` |
-| an argument of the launch file | `roslaunch tb3_labs move2goal.launch sim:=true max_linear:=0.1` |
+| `set:=`, for any parameter | `roslaunch tb3_labs turn.launch sim:=true set:="{max_ang_z: 1}"` |
 | while the node runs, where *live* says yes | `dynparam set /move_to_goal max_linear 0.1` |
 
-A file of your own holds only the lines that differ: copy them from the package's file. If a launch
-file starts several nodes, the others have files, too: `move_to_goal_params:=`,
-`turtlebot3_params:=`, `mouse_params:=`. Each launch file except `classroom.launch` passes every
-argument on to the files that it includes: `roslaunch tb3_labs turn.launch sim:=true slip:=0.1`.
+A file of your own holds the lines that differ: copy them from the package's file,
+`launch/params/NODE.yaml`. `set:=` and `params:=` are for the node after which the launch file is
+named. `robot_set:="{slip: 0.1, network: bad}"` is for the simulated robot that `sim:=true` starts.
+A blank stands after each colon.
 
-`roslaunch --ros-args tb3_labs FILE` lists a launch file's own arguments. A default in parentheses
-counts as not given: your file goes before it. A launch file refuses unknown arguments, and values
-out of bounds, before anything starts. A node names unknown parameters in a warning at its start.
+`roslaunch --ros-args tb3_labs FILE` lists a launch file's arguments. An unknown argument is
+refused before anything starts. A node refuses an unknown parameter and an invalid value, and ends
+its launch.
 
 `dynparam` is on the PATH of `scripts/setup.sh`'s shell; in a workspace of your own it is
-`rosrun tb3_labs dynparam.py`. Its settings last as long as the node.
+`python3 -m tb3_labs.ros.dynparam`. Its settings last as long as the node.
 
 The model `default` is `TURTLEBOT3_MODEL` in the environment, else burger.
 """
 
 
 class Node:
-    """A script's node, with the configurations that it reads."""
+    """A script's node, with the configurations that it reads, and its element in the launch file.
+    """
 
-    def __init__(self, script):
-        self.script = script
-        self.launch_file = LAUNCH_FILES[script]
-        source = NodeSource((ROOT / 'scripts' / script).read_text(encoding='utf-8'))
-        self.name = source.name
-        self.configs = source.has_model * [ModelConfig] + source.configs
+    def __init__(self, name, script, launch_file, kinds):
+        self.name, self.script, self.launch_file = name, script, launch_file
+        spec = importlib.util.spec_from_file_location(name + '_script',
+                                                      str(ROOT / 'scripts' / script))
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        self.configs = [getattr(module, kind) for kind in kinds]
+        if hasattr(module, 'read_model'):
+            self.configs.insert(0, ModelConfig)
+        self.launch = ET.parse(str(ROOT / 'launch' / launch_file)).getroot()
+        self.element = self.launch.find("node[@name='{}']".format(name))
 
     @property
     def settings(self):
@@ -93,14 +96,24 @@ class Node:
                 found.setdefault(item.name, (item, live))    # the robot's own model comes second
         return list(found.values())
 
-    def argument(self, item):
-        """The parameter's name in the launch file."""
-        return ARGUMENTS.get((self.name, item.name), item.name)
+    @property
+    def arguments(self):
+        """Parameters that the launch file has as arguments."""
+        return re.findall(r"(\w+): '?\$\(arg \1\)", ' '.join(self.element.itertext()))
+
+    @property
+    def pad(self):
+        """Parameters that the launch file takes from a file of numbers of a pad."""
+        files = [part.get('file') or '' for part in self.element.findall('rosparam')]
+        if not any('pad_$(arg pad)' in file for file in files):
+            return []
+        path = ROOT / 'launch' / 'params' / 'pad_handout.yaml'
+        return list(yaml.safe_load(path.read_text(encoding='utf-8')))
 
 
 def nodes():
-    """All nodes of LAUNCH_FILES."""
-    return [Node(script) for script in LAUNCH_FILES]
+    """All NODES."""
+    return [Node(*each) for each in NODES]
 
 
 def shown(value):
@@ -113,34 +126,27 @@ def shown(value):
 def table(node):
     """The node's part of doc/parameters.md."""
     lines = ['', '## {}'.format(node.name), '',
-             '`scripts/{}`, started by `launch/{}`; file `launch/params/{}.yaml`.'.format(
-                 node.script, node.launch_file, node.name), '',
+             '`scripts/{}`, started by `launch/{}`.'.format(node.script, node.launch_file), '',
              '| parameter | default | valid | meaning | live |', '|---|---|---|---|---|']
     for item, live in node.settings:
         lines.append('| `{}` | {} | {} | {} | {} |'.format(
             item.name, shown(item.default), bounds_in_words(item), item.metadata['meaning'],
             'yes' if live else 'no'))
-    for item, _ in node.settings:
-        if node.argument(item) != item.name:
-            lines += ['', 'The launch file calls `{}` `{}`.'.format(
-                item.name, node.argument(item))]
     return '\n'.join(lines) + '\n'
 
 
 def annotated_yaml(node):
     """launch/params/NODE.yaml: each default, and beside it the valid values and the meaning."""
-    own_file = node.argument(node.settings[0][0]) == node.settings[0][0].name
-    lines = ['# {} ({}): all parameters: default, valid values, meaning.'.format(
-                 node.name, node.script),
+    lines = ['# {} ({}): all parameters: default, valid values, meaning. (live): dynparam sets it.'
+             .format(node.name, node.script),
              '# Made by `python3 test/make_parameters.py`. Copy lines that you change to a file of',
-             '# your own: roslaunch tb3_labs {} {}:=my.yaml'.format(
-                 node.launch_file, 'params' if own_file else node.name + '_params')]
-    if node.name == 'gamepad':
-        lines.append('# Axes and buttons of other pads: pad_*.yaml beside this file (pad:=xbox).')
+             '# your own: roslaunch tb3_labs {} params:=my.yaml'.format(node.launch_file),
+             '# A line with # in front is an argument of the launch file; your file goes before it.']
     for item, live in node.settings:
         value = yaml.safe_dump({item.name: item.default}, default_flow_style=False).strip()
-        lines.append('{:<28} # {}: {}{}'.format(value, bounds_in_words(item),
-                                                item.metadata['meaning'], LIVE_MARK * live))
+        given = item.name in node.arguments + node.pad
+        lines.append('{:<28} # {}: {}{}'.format('#' * given + value, bounds_in_words(item),
+                                                item.metadata['meaning'], ' (live)' * live))
     return '\n'.join(lines) + '\n'
 
 
@@ -148,7 +154,7 @@ def made():
     """{path: text} of all files."""
     files = {'doc/parameters.md': HEAD + ''.join(table(node) for node in nodes())}
     files.update({'launch/params/{}.yaml'.format(node.name): annotated_yaml(node)
-                  for node in nodes()})
+                  for node in nodes() if node.element.find('rosparam') is not None})
     return files
 
 

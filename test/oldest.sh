@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # The unit tests with ROS Noetic's Python and the libraries of Ubuntu 20.04, on a machine that has a Python 3.8 beside its own:
 #
-#     ./test/oldest.sh python3.8 [OPTIONS OF PYTEST]
+#     bash test/oldest.sh python3.8 [OPTIONS OF PYTEST]
 #
 # ROS itself is this machine's. The libraries come from PyPI, once, into build/.ws/oldest. They are not in the suite, since
 # they want a network and another Python; that guards the syntax alone (test/unit/test_python38.py).
 set -euo pipefail
 repo=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd -P) old=$repo/build/.ws/oldest
-python=$(command -v "${1:-}") || { echo 'usage: ./test/oldest.sh PYTHON [OPTIONS OF PYTEST], such as python3.8' >&2; exit 2; }
+python=$(command -v "${1:-}") || { echo 'usage: bash test/oldest.sh PYTHON [OPTIONS OF PYTEST], such as python3.8' >&2; exit 2; }
 "$python" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 8))' || { echo "tb3_labs: $python is no Python 3.8" >&2; exit 2; }
 source "$repo/scripts/setup.sh"
 if [ ! -e "$old/complete" ]; then

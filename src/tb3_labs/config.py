@@ -8,11 +8,12 @@ sentence. From the same fields the bridge reads, documents and reconfigures ROS 
     class TurnConfig(Config):
         max_rate: float = setting(1.5, 'fastest turn', unit='rad/s', low=0.0)
 """
+import difflib
 import math
 from dataclasses import Field, dataclass, field, fields
-from typing import Any, Mapping, Optional, Sequence, Type, TypeVar
+from typing import Any, Iterable, Mapping, Optional, Sequence, Type, TypeVar
 
-#: The value that a launch file passes on for an argument that was not given.
+#: The value of a parameter that was not given.
 NOT_GIVEN = 'default'
 Kind = TypeVar('Kind', bound='Config')
 
@@ -41,6 +42,12 @@ def from_parameters(kind: Type[Kind], given: Mapping[str, Any]) -> Kind:
     """
     return kind(**{item.name: given[item.name] for item in fields(kind)
                    if given.get(item.name, NOT_GIVEN) != NOT_GIVEN})
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """A hint for a name that is not among the `known` ones."""
+    near = difflib.get_close_matches(name, list(known), 1)
+    return 'is {} meant?'.format(near[0]) if near else 'known: ' + ', '.join(sorted(known))
 
 
 def _checked(item: Field, value: Any) -> Any:

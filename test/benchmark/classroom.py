@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A class of robots on this computer: do all arrive, are the commands on time, what does it cost?
 
-Starts classroom.launch with a number of robots. Each is reset and sent to a goal of its own, twice:
+Starts classroom.py with a number of robots. Each is reset and sent to a goal of its own, twice:
 first all at the same time, then one after the other, while the others drive. Each robot's true pose
 is judged.
 
@@ -145,9 +145,9 @@ class Pupil:
 def lesson(number, imu_rate, port):
     """A line of the table."""
     launch = subprocess.Popen(
-        ['roslaunch', '-p', str(port), 'tb3_labs', 'classroom.launch',
-         'robots:=%d' % number, 'imu_rate:=%g' % imu_rate], stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        ['rosrun', 'tb3_labs', 'classroom.py', '%d' % number, '--imu-rate', '%g' % imu_rate],
+        env=dict(os.environ, ROS_MASTER_URI='http://localhost:%d' % port),
+        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     pupils = [Pupil(k) for k in range(1, number + 1)]
     try:
         for pupil in pupils:

@@ -34,6 +34,9 @@ from std_msgs.msg import Bool, Float64
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', 'ros'))
+from costs import cpu_time, memory, private_master, process_of    # noqa: E402
+
 #: A node of rospy alone; its arguments: topic, package and type of each topic.
 BARE = '''
 import importlib, sys, rospy
@@ -48,9 +51,6 @@ BARE_PAD = '''
 import sys, rospy
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import Joy
-
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', 'ros'))
-from costs import cpu_time, memory, private_master, process_of    # noqa: E402
 rospy.init_node(sys.argv[1])
 commands = rospy.Publisher('~cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
 def drive(joy):
@@ -115,8 +115,8 @@ class Bench:
         heard = threading.Event()
         commands = rospy.Subscriber('cmd_vel', Twist, lambda _: heard.set(), tcp_nodelay=True)
         begun = time.monotonic()
-        process = self.start(['rosrun', 'tb3_labs', NODES[name][0], '__name:=first_' + name,
-                              '_has_control:=true'], typed='90\n')
+        process = self.start(['rosrun', 'tb3_labs', NODES[name][0], '__name:=first_' + name]
+                             + ['_has_control:=true'] * (name == 'move_to_goal'), typed='90\n')
         heard.wait(30.0)
         took = time.monotonic() - begun
         os.killpg(process.pid, signal.SIGINT)

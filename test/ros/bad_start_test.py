@@ -6,15 +6,12 @@ import sys
 import rosgraph
 import rospy
 import rostest
-from roslaunch.config import ROSLaunchConfig
-from roslaunch.core import RLException
-from roslaunch.xmlloader import XmlLoader
-from roslib.packages import find_resource as resource_file
 
 from tb3_labs.ros.observer import Observer
 from tb3_labs.ros.program import Program
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from costs import free_port    # noqa: E402
 from node_case import STARTING, NodeCase    # noqa: E402 (a relay's folder is another one)
 
 
@@ -31,6 +28,7 @@ class BadStartTest(NodeCase):
         cases = [(node, '_' + parameter, words) for node, parameter, *words in (
             ('move2goal_tf.py', 'goal_x:=far', 'goal_x', 'a number from -100 to 100 m'),
             ('move2goal_tf.py', 'goal_yaw_deg:=.nan', 'goal_yaw_deg', 'a number'),
+            ('move2goal_tf.py', 'gaol_x:=1.0', 'gaol_x is unknown', 'is goal_x meant?'),
             ('move2goal_tf.py', 'model:=vacuum', 'vacuum', 'burger, waffle, waffle_pi'),
             ('turtlebot_controller.py', 'min_ang_z:=2.0', 'min_ang_z', 'up to max_ang_z'),
             ('gamepad.py', 'dead_zone:=-0.1', 'dead_zone', 'from 0 to 0.9'),
@@ -77,38 +75,26 @@ class BadStartTest(NodeCase):
             if status:
                 self.assertEqual(len(tool.lines), 1, tool.text)
 
-    def launch(self, *arguments):
-        program = Program(['roslaunch'] + list(arguments))
-        self.addCleanup(program.kill)
-        return program
-
-    def test_a_file_that_is_missing_starts_nothing(self):
-        launch = self.launch('tb3_labs', 'gamepad.launch', 'pad:=none')
-        self.assertNotEqual(launch.wait(STARTING), 0)
-        self.assertIn('pad:=none is not valid: one of f310_d', launch.text)
-        self.assertNotIn('started with pid', launch.text)
-
-    def test_a_second_launch_of_the_same_nodes_is_refused_and_the_first_runs_on(self):
-        launch = self.launch('--no-summary', 'tb3_labs', 'fake_robot.launch')
-        self.assertNotEqual(launch.wait(STARTING), 0)
-        self.assertIn('running already at {}: /turtlebot3; end that launch first'.format(
-            rosgraph.get_master_uri()), launch.text)
-        self.assertNotIn('started with pid', launch.text)
-        self.seen.forget('ground_truth')
-        self.seen.wait_for('ground_truth')
-        other = self.launch('--nodes', 'tb3_labs', 'fake_robot.launch')    # starts nothing
-        self.assertEqual(other.wait(STARTING), 0)
-
-    def test_a_class_of_no_robots_is_refused(self):
-        why = 'robots must be a whole number, 1 or more'
-        launch = self.launch('--nodes', 'tb3_labs', 'classroom.launch', 'robots:=0')
-        path, = resource_file('tb3_labs', 'classroom.launch')
-        for number in ('-1', '2.5', 'many'):    # as roslaunch does it, without a process for each
-            with self.assertRaisesRegex(RLException, why):
-                XmlLoader().load(path, ROSLaunchConfig(), argv=[path, 'robots:=' + number],
-                                 verbose=False)
-        self.assertNotEqual(launch.wait(STARTING), 0)
-        self.assertIn(why, launch.text)
+    def test_what_a_node_refuses_ends_its_launch(self):
+        """With a master of its own: none is left."""
+        cases = [
+            (['turn.launch', 'sim:=true', 'set:={hdg_tl: 2}'],
+             'parameter /controller/hdg_tl is unknown; is hdg_tol meant?'),
+            (['fake_robot.launch', 'mystery:=7', 'set:={slip: 0.1}'],
+             'slip = 0.1 is not valid together with mystery = 7'),
+            (['gamepad.launch', 'web:=true', 'set:={dead_zone: 2}'],
+             'parameter /gamepad/dead_zone = 2.0 is not valid: a number from 0 to 0.9')]
+        launches = []
+        for words, line in cases:
+            uri = 'http://localhost:{}'.format(free_port())
+            launches.append((Program(['roslaunch', '--disable-title', 'tb3_labs', *words],
+                                     environment={'ROS_MASTER_URI': uri, 'DISPLAY': ''}), uri, line))
+            self.addCleanup(launches[-1][0].kill)
+        for launch, uri, line in launches:
+            self.assertEqual(launch.wait(STARTING), 0, launch.text)
+            fatal, = [each for each in launch.lines if 'FATAL' in each]
+            self.assertIn(line, fatal)
+            self.assertFalse(rosgraph.is_master_online(uri))
 
     def test_a_node_without_a_master_waits_for_one(self):
         node = self.start('move2goal_tf.py', '_goal_x:=1.0',
@@ -116,14 +102,6 @@ class BadStartTest(NodeCase):
         node.wait_for('Waiting for a ROS master at http://localhost:1', STARTING)
         self.assertEqual(node.end(), 0)
         self.assertEqual(len(node.lines), 1, node.text)
-
-    def test_a_misspelt_parameter_is_warned_of(self):
-        node = self.start('move2goal_tf.py', '_gaol_x:=1.0')
-        # it comes after goal_x in the list of the known parameters
-        node.wait_for('goal_yaw_deg')
-        line, = [line for line in node.lines if 'gaol_x' in line]
-        self.assertIn('goal_x', line)
-        self.assertEqual(node.end(), 0)
 
 
 if __name__ == '__main__':

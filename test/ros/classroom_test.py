@@ -17,7 +17,7 @@ from tb3_labs.ros.observer import Observer
 from tb3_labs.srv import ResetPose
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from node_case import STARTING, NodeCase    # noqa: E402 (a relay's folder is another one)
+from node_case import STARTING, Node, NodeCase    # noqa: E402 (a relay's folder is another one)
 from thumb import A, B, Thumb               # noqa: E402
 
 ROBOTS = ('robot1', 'robot2', 'robot3')
@@ -29,6 +29,8 @@ class ClassroomTest(NodeCase):
 
     @classmethod
     def setUpClass(cls):
+        launch = Node('classroom.py', str(len(ROBOTS)))
+        cls.addClassCleanup(launch.end, seconds=40.0)
         cls.seen = Observer()
         cls.control, cls.goals, cls.reset = {}, {}, {}
         for robot in ROBOTS:

@@ -31,6 +31,8 @@ from panel_page import Page    # noqa: E402
 from rosunit_internals import rosrun    # noqa: E402
 from two_hosts import TwoHosts    # noqa: E402
 
+DEMO = os.path.join(rospkg.RosPack().get_path('tb3_labs'), 'scripts', 'demo.sh')
+
 
 class Room:
     """A master, a robot, move_to_goal during a drive, and an observer."""
@@ -260,6 +262,11 @@ def _rest_after(truth, cut):
             return moved - cut
 
 
+def own_master():
+    """This environment, with the address of a master that is not started yet."""
+    return dict(os.environ, ROS_MASTER_URI='http://localhost:{}'.format(free_port()))
+
+
 def _listening(root):
     """{(address, port)} of the listening sockets of a process and all its descendants."""
     parents = {}
@@ -303,18 +310,15 @@ def _listening(root):
 def demonstration_on_a_full_disk():
     """From the README's own shell: all sockets listen on the loopback. The drive goes on although
     the disk is full, and the recorder reports that the recording does not."""
-    setup = os.path.join(os.path.dirname(os.path.realpath(os.path.join(
-        rospkg.RosPack().get_path('tb3_labs'), 'package.xml'))), 'scripts', 'setup.sh')
     has_small_disk = not no_small_disk()
     with tempfile.TemporaryDirectory() as folder:
         mount = 'mount -t tmpfs -o size=2m tmpfs {0} && '.format(folder) if has_small_disk else ''
         launch = subprocess.Popen(
             ['unshare', '-m'] * has_small_disk + [
-                'bash', '-c', 'source {} && {}cd {} && exec roslaunch -p {} tb3_labs demo.launch '
-                'drives:=1 record:={}'.format(setup, mount, folder, free_port(),
-                                              str(has_small_disk).lower())],
+                'sh', '-c', '{0}cd {1} && PWD={1} exec {2} drives:=1 record:={3}'.format(
+                    mount, folder, DEMO, str(has_small_disk).lower())],
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True,
-            env=dict(os.environ, PYTHONUNBUFFERED='1'), universal_newlines=True)    # seen at once
+            env=dict(own_master(), PYTHONUNBUFFERED='1'), universal_newlines=True)    # seen at once
         output = ''
         for line in launch.stdout:
             output += line

@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """Shared by the tests of nodes: starting a node, waiting until it is ready, rest, silence, and the
 delays of this machine."""
+import os
+import sys
 import threading
 import time
 import unittest
@@ -29,6 +31,12 @@ def path_of(executable):
     return roslib.packages.find_node(PACKAGE, executable)[0]
 
 
+def command_of(executable):
+    """The words that start a node of this package, or a program beside this file."""
+    path = os.path.join(os.path.dirname(os.path.realpath(__file__)), executable)
+    return [sys.executable, path] if os.path.exists(path) else [path_of(executable)]
+
+
 class Node(Program):
     """A node of this package as a process of its own, with the options of Program.
 
@@ -37,7 +45,7 @@ class Node(Program):
     """
 
     def __init__(self, executable, *arguments, prefix=(), **options):
-        super().__init__(list(prefix) + [path_of(executable)] + list(arguments), **options)
+        super().__init__(list(prefix) + command_of(executable) + list(arguments), **options)
 
     def wait_for(self, words, seconds=STARTING, times=1):
         """As Program's, with enough time for the start."""

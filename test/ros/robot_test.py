@@ -27,12 +27,13 @@ sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from rosunit_internals import rosrun    # noqa: E402
 
 HOST = '127.0.0.1'
-CORE = '/turtlebot3_core'
+CORE, BOARD = '/turtlebot3_core', '/board'
 SSHD = shutil.which('sshd', path=os.environ['PATH'] + ':/usr/sbin')
 LOADER = pathlib.Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch' / 'env_robot.sh'
 
-#: A stand-in for the board's driver on the robot: same package, same name, same call.
-SERIAL_NODE = '#!/bin/sh\nexec rosrun tb3_labs fake_turtlebot3.py "$@"\n'
+#: A stand-in for the board's driver on the robot: same package and call. Its name is another one,
+#: since it takes other parameters.
+SERIAL_NODE = '#!/bin/sh\nexec rosrun tb3_labs fake_turtlebot3.py "$@" __name:=board\n'
 MANIFEST = ('<package format="2"><name>rosserial_python</name><version>0.0.0</version>'
             '<description>a stand-in</description><license>BSD</license>'
             '<maintainer email="nobody@localhost">nobody</maintainer></package>\n')
@@ -115,7 +116,7 @@ class RobotTest(unittest.TestCase):
         cls.addClassCleanup(cls.sshd.kill)
         cls.sshd.wait_for('Server listening')
 
-    def launch(self, *arguments, home='home', terminal=False):
+    def launch(self, *arguments, home='home'):
         """robot.launch to this computer by another user name: with the same one SSH is left out."""
         given = {argument.split(':=')[0] for argument in arguments}
         common = {'robot': HOST, 'user': getpass.getuser(), 'ssh_port': self.port,
@@ -123,7 +124,7 @@ class RobotTest(unittest.TestCase):
         program = Program(
             ['roslaunch', '--disable-title', '--skip-log-check', 'tb3_labs', 'robot.launch']
             + ['{}:={}'.format(*item) for item in common.items() if item[0] not in given]
-            + list(arguments), terminal=terminal,
+            + list(arguments),
             environment={'HOME': str(self.folder / home), 'LOGNAME': 'somebody_else',
                          'SSH_AUTH_SOCK': '', 'DISPLAY': ''})
         self.addCleanup(self.end, program)
@@ -135,13 +136,12 @@ class RobotTest(unittest.TestCase):
             program.end(seconds=40.0)
         program.kill()
 
-    def test_one_line_starts_the_robot_and_the_lab_which_turns_it(self):
-        program = self.launch('lab:=turn', 'model:=waffle', 'port:=/dev/ttyACM7', terminal=True)
-        program.wait_for('and Enter', 40.0)
+    def test_one_line_starts_the_robot_and_a_second_one_the_lab_which_turns_it(self):
+        program = self.launch('port:=/dev/ttyACM7')
         self.seen.wait_for('ground_truth', seconds=40.0)
         self.assertEqual(rospy.get_param(CORE + '/port'), '/dev/ttyACM7')
         self.assertEqual(rospy.get_param(CORE + '/baud'), 115200)
-        core = rosgraph.Master(rospy.get_name()).lookupNode(CORE)
+        core = rosgraph.Master(rospy.get_name()).lookupNode(BOARD)
         process = xmlrpc.client.ServerProxy(core).getPid(rospy.get_name())[2]
 
         # TURTLEBOT3_MODEL has reached it: a Burger is slower
@@ -157,11 +157,16 @@ class RobotTest(unittest.TestCase):
                            (MODELS['burger'].max_linear + MODELS['waffle'].max_linear) / 2.0)
         self.seen.wait_for_rest('ground_truth')
 
-        program.type('l')
-        program.wait_for('Turned')
+        lab = Program(['roslaunch', '--disable-title', 'tb3_labs', 'turn.launch', 'model:=waffle'],
+                      terminal=True, environment={'DISPLAY': ''})
+        self.addCleanup(self.end, lab)
+        lab.wait_for('and Enter', 40.0)
+        lab.type('l')
+        lab.wait_for('Turned', 20.0)
         self.seen.wait_for_rest('ground_truth')
         self.assertAlmostEqual(math.degrees(self.seen.latest('ground_truth').yaw), 90.0, delta=0.5)
 
+        lab.end(seconds=40.0)
         program.end(seconds=40.0)
         self.assertNotIn('Traceback', program.text)
         self.assertFalse(pathlib.Path('/proc/{}'.format(process)).exists())

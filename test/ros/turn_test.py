@@ -270,7 +270,7 @@ class TurnTest(NodeCase):
                               'mouse_info:=bad/mouse_info', environment=environment)
                    for number, (environment, _) in enumerate(cases)]
         for client, (_, words) in zip(clients, cases):
-            self.assertEqual(client.wait(STARTING), 1)
+            self.assertEqual(client.wait(STARTING), 0)    # the others of its launch go on
             # rosout may be on its way to a node that ends: rospy says so in a line of its own
             said = [line for line in client.lines if 'Inbound TCP/IP connection' not in line]
             self.assertTrue(len(said) == 1 and words in said[0], client.text)

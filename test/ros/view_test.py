@@ -57,7 +57,8 @@ class View:
 
     def start(self):
         self.launch = Program([
-            'roslaunch', 'tb3_labs', 'view.launch', 'rviz:=' + str(bool(HAS_RVIZ)).lower()], environment={
+            'roslaunch', 'tb3_labs', 'view.launch', 'rviz:=' + str(bool(HAS_RVIZ)).lower(),
+            "prefix:='{}'".format(self.namespace.lstrip('/'))], environment={
             'DISPLAY': self.screen.display if HAS_RVIZ else '', 'LIBGL_ALWAYS_SOFTWARE': '1',
             'ROS_NAMESPACE': self.namespace})
 

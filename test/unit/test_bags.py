@@ -1,7 +1,5 @@
 """Bags of any kind are read into the same run, and invalid messages are dropped and counted."""
-import importlib.util
 import math
-import pathlib
 import tracemalloc
 
 import numpy as np
@@ -17,9 +15,6 @@ from std_msgs.msg import Bool, Float64, String
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.drives import drives
 from tb3_labs.report.ros_bag import BagProblem, read_run
-from tb3_labs.report.messages import RECORDED
-
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
 def test_topics_that_were_recorded_by_relative_names(tmp_path):
@@ -107,24 +102,3 @@ def test_without_rosout_a_pose_estimate_is_a_reset(tmp_path):
 def test_a_reset_of_another_robot_is_none(tmp_path):
     run = read_run(write_bag(tmp_path / 'other.bag', ('/robot3',), (sensors, events)))
     assert len(run.resets) == 0 and len(run.asked) == 1
-
-
-@pytest.mark.parametrize('namespace, topics', [
-    (None, ('/imu', '/cmd_vel')), ('robot3', ('/robot3/imu', '/robot3/cmd_vel'))])
-def test_topics_are_recorded_by_their_absolute_names(namespace, topics, monkeypatch):
-    spec = importlib.util.spec_from_file_location('record_run', str(ROOT / 'scripts/record_run.py'))
-    script = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(script)
-    called = []
-    monkeypatch.setattr(script.os, 'execv', lambda path, words: called.append(words))
-    monkeypatch.setattr(script, 'path_of', lambda *name: '/bin/record')
-    monkeypatch.setattr(script.sys, 'argv', ['record_run.py'])
-    monkeypatch.delenv('ROS_NAMESPACE', raising=False)
-    if namespace:
-        monkeypatch.setenv('ROS_NAMESPACE', namespace)
-    script.main(['-o', '/tmp/run', '__name:=record'])
-    words, = called
-    assert words[:3] == ['/bin/record', '-o', '/tmp/run'] and words[-1] == '__name:=record'
-    names = words[3:-1]
-    assert set(topics) | {'/rosout', '/tf'} <= set(names) and len(names) == len(RECORDED)
-    assert all(name.startswith('/') for name in names)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.config import Config, bounds_in_words, setting
+from tb3_labs.config import Config, bounds_in_words, from_parameters, nearest, setting
 
 
 @dataclass(frozen=True)
@@ -113,3 +113,15 @@ def test_meaning_and_unit_can_be_read_from_the_field():
     assert (rate['meaning'], rate['unit'], rate['low'], rate['high']) == (
         'fastest turn', 'rad/s', 0.0, 10.0)
     assert bounds_in_words(fields(Example)[0]) == 'a number from 0 to 10 rad/s'
+
+
+def test_parameters_make_a_configuration():
+    given = {'rate': 2, 'law': 'default', 'somebody_elses': 'x'}
+    assert from_parameters(Example, given) == Example(rate=2.0)
+    with pytest.raises(ValueError, match="law = 'fast' is not valid"):
+        from_parameters(Example, {'law': 'fast'})
+
+
+def test_a_name_that_is_unknown_gets_the_nearest_one():
+    assert nearest('rat', ['tries', 'rate', 'law']) == 'is rate meant?'
+    assert nearest('xyz', ['tries', 'rate', 'law']) == 'known: law, rate, tries'

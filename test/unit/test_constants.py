@@ -137,8 +137,7 @@ SETTINGS = {
     demo.DemoConfig: {
         'drives': (2, 1, 100), 'distance_tolerance': (0.01, 0.0, 10.0),
         'angle_tolerance_deg': (0.5, 0.0, 180.0), 'timeout': (120.0, 1.0, 3600.0),
-        'stay': (False, None, None), 'record': (False, None, None), 'pad': (False, None, None),
-        'status_file': ('', None, None)},
+        'stay': (False, None, None), 'record': (False, None, None), 'pad': (False, None, None)},
     move_to_goal.MoveToGoalConfig: {
         'goal_x': (-0.61, -100.0, 100.0), 'goal_y': (0.61, -100.0, 100.0),
         'goal_yaw_deg': (0.0, -360.0, 360.0), 'has_control': (False, None, None)},

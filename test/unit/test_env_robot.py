@@ -44,10 +44,6 @@ def robot(tmp_path):
     return call
 
 
-def test_it_may_be_copied_and_run_as_it_is():
-    assert os.access(str(LOADER), os.X_OK)
-
-
 def test_the_command_finds_the_robots_environment(robot):
     assert robot('bash', '-c', SHOW, model='waffle_pi', ROS_HOSTNAME='wrong',
                  ROS_MASTER_URI='http://127.0.0.1:11399') == (

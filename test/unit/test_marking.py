@@ -14,8 +14,8 @@ import pytest
 import yaml
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking import imu, move2goal, turn
-from tb3_labs.marking.criteria import Criterion, Outcome, Place, judge
+from tb3_labs.marking import move2goal, turn
+from tb3_labs.marking.criteria import Criterion, Place, judge
 from tb3_labs.marking.feedback import feedback, overview
 from tb3_labs.marking.figures import over_time, path
 from tb3_labs.marking.labs import LABS
@@ -138,8 +138,8 @@ def test_a_pad_is_played_by_the_numbers_that_the_launch_file_loads():
 
 
 def test_the_sticks_and_buttons_of_every_pad_are_there():
-    for path in (REPOSITORY / 'launch' / 'params').glob('pad_*.yaml'):
-        pad = pad_called(path.name[4:-5])
+    for file in (REPOSITORY / 'launch' / 'params').glob('pad_*.yaml'):
+        pad = pad_called(file.name[4:-5])
         assert max(pad.linear_axis, pad.angular_axis) < AXES
         assert max(pad.relinquish_button, pad.regain_button, pad.reset_button) < BUTTONS
 

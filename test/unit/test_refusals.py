@@ -9,6 +9,7 @@ import time
 import pytest
 
 SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / 'scripts'
+DYNPARAM = '../src/tb3_labs/ros/dynparam.py'
 NO_MASTER = 'http://localhost:1'
 AT_ONCE = 2.0       # [s]
 MARK = ['.', '--lab', 'turn', '-o', '../marks']
@@ -50,18 +51,18 @@ CASES = [
     ('send_goal.py', ['nan', '1', '0'], 'x = nan is not valid: ' + METRES),
     ('send_goal.py', ['1', '-100.5', '0'], 'y = -100.5 is not valid: ' + METRES),
     ('send_goal.py', ['1', '1', '0'], 'no ROS master answers at http://localhost:1: start a launch file'),
-    ('dynparam.py', [], 'usage: dynparam list | get NODE [NAME] | set NODE NAME VALUE'),
-    ('dynparam.py', ['sett', 'a', 'b', 'c'], 'usage: dynparam list | get NODE'),
-    ('dynparam.py', ['set', 'a', 'b'], 'usage: dynparam list | get NODE'),
-    ('dynparam.py', ['list'], 'no ROS master answers at http://localhost:1: start a launch file'),
+    (DYNPARAM, [], 'usage: dynparam list | get NODE [NAME] | set NODE NAME VALUE'),
+    (DYNPARAM, ['sett', 'a', 'b', 'c'], 'usage: dynparam list | get NODE'),
+    (DYNPARAM, ['set', 'a', 'b'], 'usage: dynparam list | get NODE'),
+    (DYNPARAM, ['list'], 'no ROS master answers at http://localhost:1: start a launch file'),
     ('doctor.py', ['--second', 'x'], ('--seconds', "'x'")),
     ('doctor.py', ['9-'], '9- is no namespace, such as robot3'),
     ('edition.py', ['teacher', 'x'], "there is no edition 'teacher': student"),
     ('mystery.py', ['7'], ('--answer', '--list')),
     ('mystery.py', ['key', 'x'], "'x' is not valid: a number such as 7, or a range such as 1-12"),
     ('mystery.py', ['key', '5-1'], "'5-1' is not valid: the first number is larger than the last"),
-    ('record_run.py', ['--out', 'x', 'y'], ('record_run.py: ', '; --help')),
-    ('robot_description.py', ['burgr'], "'burgr' is not valid: one of burger, waffle, waffle_pi"),
+    ('classroom.py', ['0'], 'N = 0 is not valid: a whole number from 1 to 200'),
+    ('classroom.py', ['many'], ('many', '; --help')),
     ('skeleton.py', ['trn', '.'], ('trn', 'gamepad')),
     ('skeleton.py', ['turn', 'nowhere'], 'nowhere: make it first, such as mkdir -p ~/catkin_ws/src'),
     ('skeleton.py', ['turn', '.', '--name', '9x'], "'9x' is no name for a package"),

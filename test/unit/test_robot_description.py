@@ -1,17 +1,16 @@
 """The URDF for RViz: the simple shape against the robots' numbers, and the choice of the source."""
-import importlib.util
 import math
-import pathlib
 import re
+import shutil
 from xml.etree import ElementTree
 
 import pytest
 
 from tb3_labs.robot.turtlebot3 import MODELS
 from tb3_labs.robot.urdf import with_prefix
+from tb3_labs.ros.robot_description import main
 from tb3_labs.simulation.ros_sensors import WHEEL_JOINTS
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 LINKS = {'base_footprint', 'base_link', 'wheel_left_link', 'wheel_right_link'}
 
 #: A stand-in for xacro: its link has the name of the file that was asked for.
@@ -24,6 +23,7 @@ def machine(tmp_path, monkeypatch):
     programs, packages = tmp_path / 'bin', tmp_path / 'packages'
     programs.mkdir()
     packages.mkdir()
+    (programs / 'rospack').symlink_to(shutil.which('rospack'))
     monkeypatch.setenv('ROS_PACKAGE_PATH', str(packages))
     monkeypatch.delenv('TURTLEBOT3_MODEL', raising=False)
 
@@ -38,18 +38,9 @@ def machine(tmp_path, monkeypatch):
     return install
 
 
-def run(*words):
-    """The exit status of the script."""
-    spec = importlib.util.spec_from_file_location(
-        'robot_description', str(ROOT / 'scripts/robot_description.py'))
-    script = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(script)
-    return script.main(list(words))
-
-
 def described(capsys, *words):
     """The robot that the script prints."""
-    assert run(*words) == 0
+    assert main(*words) == 0
     output = capsys.readouterr()
     assert output.err == ''
     return ElementTree.fromstring(output.out)
@@ -95,15 +86,6 @@ def test_the_simple_shape_is_as_large_as_the_robot(machine, capsys, model):
     assert {material.get('name') for material in robot.findall('link/visual/material')} <= colours
 
 
-def test_the_model_is_chosen_as_by_every_node(machine, capsys, monkeypatch):
-    for words in (), ('default',):
-        monkeypatch.delenv('TURTLEBOT3_MODEL', raising=False)
-        assert described(capsys, *words).get('name') == 'turtlebot3_burger'
-        monkeypatch.setenv('TURTLEBOT3_MODEL', 'waffle_pi')
-        assert described(capsys, *words).get('name') == 'turtlebot3_waffle_pi'
-    assert described(capsys, 'waffle').get('name') == 'turtlebot3_waffle'
-
-
 def test_a_robot_in_a_namespace_has_frames_of_its_own(machine, capsys):
     robot = described(capsys, 'burger', 'robot3/')
     named = [link.get('name') for link in robot.findall('link')]
@@ -129,11 +111,9 @@ def test_the_robots_own_description_where_it_is_installed(machine, capsys, prefi
     ('#!/bin/sh\n', 'not a URDF')])
 def test_what_cannot_be_described_is_said_in_one_line(machine, capsys, xacro, said):
     machine(xacro)
-    assert run('burger') != 0
-    output = capsys.readouterr()
-    assert output.out == ''
-    line, = output.err.splitlines()
-    assert line.startswith('robot_description.py: ') and re.search(said, line), line
+    line = main('burger')
+    assert capsys.readouterr().out == '' and '\n' not in line
+    assert line.startswith('robot_description: ') and re.search(said, line), line
 
 
 @pytest.mark.parametrize('nameless', [
@@ -144,8 +124,7 @@ def test_a_link_without_a_name_is_refused(nameless):
 
 
 def test_an_unknown_robot(machine, capsys):
-    assert run('vacuum') != 0
-    line, = capsys.readouterr().err.splitlines()
+    line = main('vacuum')
     assert 'vacuum' in line and 'burger, waffle, waffle_pi' in line
 
 

@@ -1,8 +1,6 @@
 """The settings of the embedded robot: at the start, while it runs, and invalid ones."""
 import math
-import pathlib
 import statistics
-import xml.etree.ElementTree as ElementTree
 from dataclasses import fields, replace
 
 import pytest
@@ -10,8 +8,6 @@ from simulated import QUIET, close, drive, imu_of, odom_of
 
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import FAULTS, STARTING, SimulatorConfig
-
-LAUNCH = pathlib.Path(__file__).parents[2] / 'launch' / 'fake_robot.launch'
 
 
 def test_what_belongs_to_the_start_cannot_change_later():
@@ -50,15 +46,6 @@ def test_physics_may_change_while_it_drives(name):
 def test_nonsense_is_refused_by_name(bad):
     with pytest.raises(ValueError, match=list(bad)[0]):
         SimulatorConfig(**bad)
-
-
-def test_the_launch_file_offers_every_setting_in_the_same_words():
-    offered = {arg.get('name'): arg.get('doc') for arg in
-               ElementTree.parse(str(LAUNCH)).getroot().findall('arg')}
-    for item in fields(SimulatorConfig):
-        unit = item.metadata['unit']
-        assert offered[item.name] == item.metadata['meaning'] + (
-            ' [{}]'.format(unit) if unit else '')
 
 
 def test_rates_that_change_count_from_then_on():

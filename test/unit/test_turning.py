@@ -9,8 +9,6 @@ from tb3_labs.control.approach import ApproachConfig
 from tb3_labs.control.motor_response import Response
 from tb3_labs.control.turning import (
     LabTurn, PreciseTurn, TurnConfig, degrees_of, make_turn, turning_approach)
-from tb3_labs.localization.heading import YawNoise
-from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 

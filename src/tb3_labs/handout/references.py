@@ -22,6 +22,8 @@ IMPORTS, STARTED, INCLUDES, READ, SHOWS = 'imports', 'starts', 'includes', 'read
 XML_COMMENT = re.compile(r'<!--.*?-->', re.S)
 NODE = re.compile(r'<(?:node|test)\b[^>]*>', re.S)
 OWN_TYPE = re.compile(r'\bpkg\s*=\s*"tb3_labs"'), re.compile(r'\btype\s*=\s*"([^"$]+)"')
+#: The file that .run_test.py runs, and a module that a command runs.
+TEST_FILE, MODULE = re.compile(r'args="(?:ros|marking)/([\w.]+)"'), re.compile(r'-m (tb3_labs[\w.]+)')
 OWN_FILE = re.compile(r'\$\(find tb3_labs\)/([\w./-]+)')
 PROGRAM_NAME = re.compile(r'[\w-]+\.(?:py|launch|test|sh)\b')
 #: A link of Markdown: is it an image, its text, its target.
@@ -145,6 +147,12 @@ def python_parts(source: str) -> PythonParts:
 
 
 def _of_launch_file(text: str, files: Files) -> Iterator[Reference]:
+    text = text.replace('$(dirname)', '$(find tb3_labs)/launch')
+    for module in MODULE.findall(text):
+        yield Reference(STARTED, files.module(module, ''))
+    for name in TEST_FILE.findall(text):
+        for program in files.programs(name):
+            yield Reference(STARTED, program)
     for tag in NODE.findall(text):
         own, kind = (pattern.search(tag) for pattern in OWN_TYPE)
         if own and kind:

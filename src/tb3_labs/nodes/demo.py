@@ -29,7 +29,6 @@ class DemoConfig(Config):
     stay: bool = setting(False, 'go on running, and print commands to try, instead of ending')
     record: bool = setting(False, 'begin when the node record, a recorder, listens')
     pad: bool = setting(False, 'begin when the node gamepad runs, whose first word takes control')
-    status_file: str = setting('', 'file for the exit status, since roslaunch has none')
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,10 @@
 """Start, failure and end of every node of this package.
 
-An invalid configuration ends the node with one fatal line and exit status 1. An exception inside a
-callback ends it as well: rospy alone would print a traceback and let the robot drive on with its
-last command. The signals of :mod:`tb3_labs.ros.signals` end it, too. The shutdown hook of
-:mod:`tb3_labs.ros.cmd_vel` sends the last zero velocity.
+An invalid configuration ends the node with one fatal line and exit status 1, and with it the
+roslaunch that started the node. An exception inside a callback ends the node as well: rospy alone
+would print a traceback and let the robot drive on with its last command. The signals of
+:mod:`tb3_labs.ros.signals` end it, too. The shutdown hook of :mod:`tb3_labs.ros.cmd_vel`
+sends the last zero velocity.
 
 Threads and locks
     main         builds the node, then waits without a lock; runs the hooks of Ctrl+Z, and after
@@ -33,6 +34,7 @@ import rospy
 
 from tb3_labs.ros import console
 from tb3_labs.ros.clocks import say_if_no_clock_comes, wait_until
+from tb3_labs.ros.launch import end_roslaunch
 from tb3_labs.ros.rospy_internals import after_hooks, is_ending, mend_registration
 from tb3_labs.ros.signals import Interrupted, Signals
 
@@ -69,6 +71,7 @@ def run(name, make_node):
     except ValueError as problem:
         signals.ignore()
         end(str(problem))
+        end_roslaunch()
     except Interrupted:
         rospy.signal_shutdown('signal')
     signals.ignore()

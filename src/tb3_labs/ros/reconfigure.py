@@ -1,14 +1,15 @@
-"""Settings that change while a node runs: any Config, by dynamic_reconfigure.
+"""Settings that change while a node runs: any Config, by dynamic_reconfigure's messages.
 
 rqt_reconfigure and `dynparam` show the names, types, bounds and meanings of the configuration's own
-fields. Unlike dynamic_reconfigure's own server this one refuses an invalid value, with the reason,
-and does not clip it silently to the nearest bound. It does not write to the parameter server
-either: a node that starts again has the settings of its launch, without faults that were switched
-on before.
+fields.
 
-Source: the messages as dynamic_reconfigure 1.7.3 (server.py, encoding.py) sends them. Its Python
-server is not used: clipping and writing are built into it. Besides, its import asks rosdep, which
-prints a line into every student's terminal where rosdep was never initialised.
+dynamic_reconfigure 1.7.3 (Debian 12) has a Python server and a dynparam of its own. They are not
+used, for what was measured with them (test/ros/parameters_test.py shows that it is not so here):
+- The server clips an invalid value to the nearest bound without a word. Here the node refuses it.
+- The server writes each change to the parameter server. So a node that starts again begins with
+  the faults that were switched on before.
+- Its import asks rosdep, which prints a line in every terminal if rosdep was not initialised.
+- dynparam answers a refusal by a traceback of 28 lines, and waits for ever for an unknown node.
 """
 import math
 import threading
@@ -21,7 +22,7 @@ from dynamic_reconfigure.msg import (
 from dynamic_reconfigure.msg import Config as Values
 from dynamic_reconfigure.srv import Reconfigure
 
-from tb3_labs.config import bounds_in_words
+from tb3_labs.config import bounds_in_words, nearest
 
 _TYPES = {bool: 'bool', int: 'int', float: 'double', str: 'str'}
 _LOWEST = {bool: False, int: -2 ** 31, float: -math.inf, str: ''}
@@ -62,8 +63,8 @@ class LiveSettings:
             names = sorted(item.name for item in self._offered)
             unknown = sorted(set(values) - set(names))
             if unknown:
-                raise ValueError('{} cannot be changed here; these can: {}'.format(
-                    ', '.join(unknown), ', '.join(names) or 'none'))
+                raise ValueError('{} cannot be changed while the node runs; {}'.format(
+                    unknown[0], nearest(unknown[0], names) if names else 'nothing can'))
             changed = replace(self._current, **values)
             if changed != self._current:
                 self._apply(changed)
@@ -76,7 +77,7 @@ class LiveSettings:
         self._current = changed
 
     def _message(self):
-        return _values({item.name: getattr(self._current, item.name) for item in self._offered},
+        return encoded({item.name: getattr(self._current, item.name) for item in self._offered},
                        [GroupState(name=_GROUP, state=True)])
 
 
@@ -84,7 +85,7 @@ def _publisher(topic, kind):
     return rospy.Publisher(topic, kind, queue_size=10, latch=True)
 
 
-def _values(values, groups=()):
+def encoded(values, groups=()):
     """dynamic_reconfigure/Config of {name: value}."""
     def of(kind, message):
         return [message(name, value) for name, value in values.items() if type(value) is kind]
@@ -96,7 +97,7 @@ def _values(values, groups=()):
 def _description(config, offered):
     """dynamic_reconfigure/ConfigDescription of the fields `offered` of `config`."""
     def values(choose):
-        return _values({item.name: choose(item, type(item.default)) for item in offered})
+        return encoded({item.name: choose(item, type(item.default)) for item in offered})
 
     parameters = [ParamDescription(
         name=item.name, type=_TYPES[type(item.default)],

@@ -1,0 +1,143 @@
+"""Shows and changes settings of a running node. A refusal is one line.
+
+Usage: dynparam list                     the nodes whose settings can change
+       dynparam get NODE [NAME]          their values
+       dynparam set NODE NAME VALUE      such as: dynparam set /turtlebot3 imu_silent true
+
+The exit status is 0 only if that was done. Terminals of scripts/setup.sh call it `dynparam`, all
+others `python3 -m tb3_labs.ros.dynparam`. tb3_labs.ros.reconfigure tells why it is not ROS's own.
+
+Calls
+    NODE/set_parameters    dynamic_reconfigure/Reconfigure
+"""
+import re
+import sys
+import threading
+
+import rosgraph
+import rospy
+import yaml
+from dynamic_reconfigure.msg import Config, ConfigDescription
+from dynamic_reconfigure.srv import Reconfigure
+
+from tb3_labs.config import nearest
+from tb3_labs.ros.reconfigure import encoded
+
+SERVICE = '/set_parameters'
+#: Longest wait for a node's answer [s].
+ANSWER = 2.0
+#: rospy puts these words around the reason that a node gives for a refusal.
+REASON = re.compile(r'^.*responded with an error: b([\'"])'
+                    r'(?:service cannot process request: )?(.*)\1$', re.DOTALL)
+USAGE = 'usage: dynparam list | get NODE [NAME] | set NODE NAME VALUE'
+#: The number of words of each command.
+COMMANDS = {'list': (1,), 'get': (2, 3), 'set': (4,)}
+
+
+def nodes():
+    """The names of the nodes whose settings can change."""
+    _, _, services = rosgraph.Master(rospy.get_name()).getSystemState()
+    return sorted(name[:-len(SERVICE)] for name, _ in services if name.endswith(SERVICE))
+
+
+def call(node, config):
+    """{name: value} of a node's settings after a change; ``ValueError`` if it is refused."""
+    answers = []
+
+    def ask():
+        try:
+            answers.append(rospy.ServiceProxy(node + SERVICE, Reconfigure)(config).config)
+        except rospy.ServiceException as problem:
+            answers.append(ValueError(REASON.sub(r'\2', str(problem))))
+    thread = threading.Thread(target=ask, daemon=True)
+    thread.start()
+    thread.join(ANSWER)
+    if not answers:
+        raise ValueError('{} does not answer'.format(node))
+    if isinstance(answers[0], ValueError):
+        raise answers[0]
+    values = answers[0]
+    return {item.name: item.value
+            for item in values.bools + values.ints + values.strs + values.doubles}
+
+
+def settings_of(node):
+    """(the node's full name, {name: value} of its settings); ``ValueError`` for an unknown one."""
+    known, node = nodes(), rospy.resolve_name(node)
+    if node not in known:
+        raise ValueError('there is no node {} whose settings can change; {}'.format(
+            node, nearest(node, known)))
+    settings = call(node, Config())
+    if not settings:
+        raise ValueError('{} has no settings that can change while it runs'.format(node))
+    return node, settings
+
+
+def check_name(name, settings):
+    """``ValueError`` if there is no such setting."""
+    if name not in settings:
+        raise ValueError('{} is unknown; {}'.format(name, nearest(name, settings)))
+
+
+def typed_value(node, name, text, kind):
+    """The value that was typed, as the type of the present one."""
+    try:
+        value = text if kind is str else yaml.safe_load(text)
+    except yaml.YAMLError:
+        value = text
+    if kind is float and type(value) is int:
+        value = float(value)
+    if type(value) is not kind:
+        raise ValueError('{} = {!r} is not valid: {}'.format(name, text, valid_of(node, name)))
+    return value
+
+
+def valid_of(node, name):
+    """The valid values of a setting, with which its node's description of it ends."""
+    described = rospy.wait_for_message(node + '/parameter_descriptions', ConfigDescription, ANSWER)
+    words = {item.name: item.description for group in described.groups for item in group.parameters}
+    return words[name].rpartition(': ')[2]
+
+
+def carry_out(command, node='', name='', text=None):
+    """Do what a valid command line asks for; ``ValueError`` with the reason of a refusal."""
+    if command == 'list':
+        print('\n'.join(nodes()) or 'no node: is a robot running?')
+        return
+    node, settings = settings_of(node)
+    if name:
+        check_name(name, settings)
+    if command == 'get':
+        for each in [name] if name else sorted(settings):
+            print('{}: {}'.format(each, shown(settings[each])))
+    else:
+        value = typed_value(node, name, text, type(settings[name]))
+        print('{} is {} now'.format(name, shown(call(node, encoded({name: value}))[name])))
+
+
+def shown(value):
+    """A value as YAML has it."""
+    return yaml.safe_dump(value).split('\n')[0]
+
+
+def main(words):
+    """The exit status."""
+    if words[:1] in (['-h'], ['--help']):
+        print(__doc__.strip())
+        return 0
+    try:
+        if not words or len(words) not in COMMANDS.get(words[0], ()):
+            raise ValueError(USAGE)
+        if not rosgraph.is_master_online():
+            raise ValueError('no ROS master answers at {}: start a launch file first'.format(
+                rosgraph.get_master_uri()))
+        rospy.init_node('dynparam', anonymous=True, disable_rosout=True)
+        carry_out(*words)
+    except (ValueError, rospy.ROSException) as problem:
+        print('dynparam: {}'.format(problem), file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main(rospy.myargv()[1:]))

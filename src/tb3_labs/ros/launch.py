@@ -1,0 +1,100 @@
+"""The roslaunch that started this process: its end, and its arguments.
+
+roslaunch ignores an argument that the launch file does not have. So each launch file of this
+package begins with a parameter whose command is this module:
+
+    python3 -m tb3_labs.ros.launch FILE.launch
+
+The command looks at the command line of the roslaunch that runs it. If an argument is unknown or
+missing, it prints one line and fails; then roslaunch refuses the file before anything starts. Any
+Python can run it: it imports the standard library alone.
+"""
+import difflib
+import os
+import re
+import signal
+import sys
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+#: An argument that sets any parameter of a node says so by the node's file: params/turtlebot3.yaml.
+PARAMETERS_FILE = re.compile(r'params/\w+\.yaml')
+#: For YAML this colon is part of a name: {slip:0.1}.
+NO_BLANK = re.compile(r':(?!\s)')
+
+
+def end_roslaunch():
+    """End the roslaunch that started this process, if one did, and all that it has started.
+
+    roslaunch takes SIGTERM as Ctrl+C. It prints red lines if a required node ends by itself.
+    """
+    parent = os.getppid()
+    if _words_of(parent):
+        os.kill(parent, signal.SIGTERM)
+
+
+def _words_of(process):
+    """The words after `roslaunch` in the command line of a process; [] for another program."""
+    words = Path('/proc/{}/cmdline'.format(process)).read_text().split('\0')[:-1]
+    for place, word in enumerate(words[:2]):    # a script stands after its Python
+        if os.path.basename(word) == 'roslaunch':
+            return words[place + 1:]
+    return []
+
+
+def problem_of(words, path):
+    """The first unknown or missing argument in one sentence; '' if there is none.
+
+    `words` follow `roslaunch`. '' also if the launch file `path` is only included by another one.
+    """
+    if not any(_means(words[:place], word, path) for place, word in enumerate(words)):
+        return ''
+    arguments = {item.get('name'): item for item in ET.parse(str(path)).getroot().findall('arg')
+                 if item.get('value') is None}
+    given = dict(word.split(':=', 1) for word in words if re.match(r'(?!__)\w+:=', word))
+    for name, value in given.items():
+        if name not in arguments:
+            return '{}:={}: {} has no argument {}; {}'.format(
+                name, value, path.name, name, _remedy(name, value, arguments, path))
+        if PARAMETERS_FILE.search(arguments[name].get('doc', '')) and NO_BLANK.search(value):
+            return '{0}:={1}: a blank is missing after the colon: {0}:="{2}"'.format(
+                name, value, NO_BLANK.sub(': ', value))
+    for name, item in arguments.items():
+        if item.get('default') is None and name not in given:
+            return '{}:= is missing: {}'.format(name, item.get('doc'))
+    return ''
+
+
+def _means(before, word, path):
+    """Is `word`, after the words `before`, the launch file `path`?"""
+    if word == path.name and before and before[-1] == _package_of(path):
+        return True
+    return word.endswith(path.name) and os.path.exists(word) and path.samefile(word)
+
+
+def _package_of(path):
+    return ET.parse(str(path.parents[1] / 'package.xml')).getroot().findtext('name')
+
+
+def _remedy(name, value, arguments, path):
+    """What is probably meant by an argument that the file does not have."""
+    known = {other: other + ':=' for other in arguments}
+    for argument, item in arguments.items():
+        for file in PARAMETERS_FILE.findall(item.get('doc', '')):
+            for parameter in _parameters_in(path.parent / file):
+                known.setdefault(parameter, '{}:="{{{}: {}}}"'.format(argument, parameter, value))
+    near = [name] if name in known else difflib.get_close_matches(name, known, 1)
+    if not near:
+        return 'its arguments: roslaunch --ros-args {} {}'.format(
+            _package_of(path), path.name)
+    return known[name] if name in known else 'is {} meant?'.format(known[near[0]])
+
+
+def _parameters_in(file):
+    text = file.read_text(encoding='utf-8') if file.exists() else ''
+    return re.findall(r'^#?(\w+):', text, re.MULTILINE)
+
+
+if __name__ == '__main__':
+    PROBLEM = problem_of(_words_of(os.getppid()), Path(sys.argv[1]))
+    sys.exit('tb3_labs: ' + PROBLEM if PROBLEM else 0)

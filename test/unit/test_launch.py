@@ -1,0 +1,203 @@
+"""The launch files can be loaded, have few arguments, and refuse arguments that they do not have."""
+import argparse
+import importlib.util
+import os
+import pathlib
+import signal
+import subprocess
+import xml.etree.ElementTree as ET
+
+import pytest
+from roslaunch.arg_dump import get_args
+from roslaunch.config import ROSLaunchConfig
+from roslaunch.rlutil import check_roslaunch
+from roslaunch.xmlloader import XmlLoader
+
+from tb3_labs.ros import launch
+from tb3_labs.report.messages import RECORDED
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+LAUNCH = ROOT / 'launch'
+#: Packages that need not be installed are named in these files; robot.test runs robot.launch.
+ELSEWHERE = ('robot', 'gazebo', 'gamepad', 'view')
+FILES = sorted(LAUNCH.glob('*.launch'))
+every_file = pytest.mark.parametrize('path', FILES, ids=lambda path: path.stem)
+
+
+@pytest.fixture(autouse=True)
+def environment(monkeypatch):
+    for name in 'TURTLEBOT3_MODEL', 'ROS_NAMESPACE', 'TB3_LABS_PANEL_ADDRESS':
+        monkeypatch.delenv(name, raising=False)
+
+
+def loaded(name, *arguments):
+    """The ROSLaunchConfig of a launch file."""
+    config = ROSLaunchConfig()    # without roscore's part, which starts two programs
+    XmlLoader().load(str(LAUNCH / (name + '.launch')), config, argv=list(arguments), verbose=False)
+    return config
+
+
+def own_arguments(path):
+    return [arg for arg in ET.parse(str(path)).getroot().findall('arg') if not arg.get('value')]
+
+
+@pytest.mark.parametrize('path', [path for path in FILES if path.stem not in ELSEWHERE],
+                         ids=lambda path: path.stem)
+def test_it_can_be_launched(path):
+    assert check_roslaunch(str(path)) is None
+
+
+@every_file
+def test_it_has_few_arguments_without_expressions_and_knows_them(path):
+    assert len({arg.get('name') for arg in own_arguments(path)}) <= 10
+    assert all(arg.get('doc') for arg in own_arguments(path))
+    assert 'eval' not in path.read_text()
+    assert 'command="python3 -m tb3_labs.ros.launch $(dirname)/{}"'.format(
+        path.name) in path.read_text()
+
+
+@every_file
+def test_roslaunch_lists_an_argument_as_required_only_if_it_is(path):
+    required = [name for name, (_, default) in get_args([str(path)]).items() if not default]
+    assert set(required) - {'user'} == ({'robot'} if path.stem == 'robot' else set())
+
+
+# ----- unknown and missing arguments -----
+
+@pytest.mark.parametrize('file, given, line', [
+    ('turn', 'sm:=true', 'sm:=true: turn.launch has no argument sm; is sim:= meant?'),
+    ('turn', 'sim:=true slip:=0.1', 'turn.launch has no argument slip; robot_set:="{slip: 0.1}"'),
+    ('turn', 'k_hdg:=1', 'turn.launch has no argument k_hdg; set:="{k_hdg: 1}"'),
+    ('turn', 'hdg_tl:=1', 'no argument hdg_tl; is set:="{hdg_tol: 1}" meant?'),
+    ('fake_robot', 'start_x:=1', 'has no argument start_x; set:="{start_x: 1}"'),
+    ('demo', '_goal_x:=1', 'demo.launch has no argument _goal_x; is set:="{goal_x: 1}" meant?'),
+    ('record', 'zzz:=1', 'no argument zzz; its arguments: roslaunch --ros-args tb3_labs record.launch'),
+    ('robot', 'user:=pi', 'robot:= is missing: name or address of the robot'),
+    ('turn', 'set:={hdg_tol:2}', 'a blank is missing after the colon: set:="{hdg_tol: 2}"'),
+    ('turn', 'sim:=true law:=lab', ''), ('robot', 'robot:=robot3', ''),
+    ('turn', 'model:=waffle __ns:=robot3 params:=my.yaml', '')])
+def test_an_argument_that_a_file_does_not_have_is_told_with_what_is_meant(file, given, line):
+    path = LAUNCH / (file + '.launch')
+    for words in (['tb3_labs', path.name], ['--screen', str(path)]):
+        said = launch.problem_of(words + given.split(), path)
+        assert line in said and bool(line) == bool(said) and '\n' not in said
+
+
+@pytest.mark.parametrize('words', [
+    ['tb3_labs', 'demo.launch', 'stay:=true'], ['lab2', 'turn.launch', 'mine:=1'], []])
+def test_a_file_that_is_included_is_not_asked(words):
+    assert launch.problem_of(words, LAUNCH / 'turn.launch') == ''
+
+
+def test_roslaunch_ends_with_the_line_and_starts_nothing(tmp_path):
+    run = subprocess.run(
+        ['roslaunch', '--skip-log-check', '--disable-title', 'tb3_labs', 'demo.launch', 'gaol:=1'],
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, timeout=60.0,
+        env=dict(os.environ, ROS_MASTER_URI='http://localhost:11998', ROS_LOG_DIR=str(tmp_path)))
+    assert 'tb3_labs: gaol:=1: demo.launch has no argument gaol' in run.stdout
+    assert run.returncode == 1 and 'started' not in run.stdout
+
+
+def test_only_a_roslaunch_is_ended(monkeypatch):
+    killed = []
+    monkeypatch.setattr(os, 'kill', lambda *what: killed.append(what))
+    launch.end_roslaunch()
+    assert killed == []
+    monkeypatch.setattr(launch, '_words_of', lambda process: ['tb3_labs', 'turn.launch'])
+    launch.end_roslaunch()
+    assert killed == [(os.getppid(), signal.SIGTERM)]
+
+
+# ----- what the files hand on -----
+
+def test_a_later_way_to_give_a_parameter_goes_before_an_earlier_one(tmp_path):
+    mine = tmp_path / 'my.yaml'
+    mine.write_text('law: lab\nmax_linear: 0.2\nallow_reverse: true\n')
+    given = ['params:={}'.format(mine), 'law:=precise', 'set:={max_linear: 0.1}']
+    params = loaded('move2goal', *given).params
+    assert [params['/move_to_goal/' + name].value for name in (
+        'law', 'max_linear', 'allow_reverse')] == ['lab', 0.1, True]
+
+
+@pytest.mark.parametrize('name, robot_set', [
+    ('turn', 'robot_set'), ('move2goal', 'robot_set'), ('gamepad', 'robot_set'),
+    ('imu_sub', 'robot_set'), ('demo', 'robot_set'), ('fake_robot', 'set')])
+def test_each_parameter_of_the_simulated_robot_can_be_set(name, robot_set):
+    sim = ['sim:=true'] * (name not in ('demo', 'fake_robot'))
+    params = loaded(name, robot_set + ':={slip: 0.1, network: bad}', 'model:=waffle', *sim).params
+    assert [params['/turtlebot3/' + each].value for each in ('slip', 'network', 'model')] == [
+        0.1, 'bad', 'waffle']
+
+
+def test_the_demonstration_starts_somewhere():
+    params = loaded('demo').params
+    assert (params['/turtlebot3/start_x'].value, params['/turtlebot3/imu_offset_deg'].value) == (
+        1.0, 140.6)
+
+
+@pytest.mark.parametrize('web, nodes', [('true', {'panel'}), ('false', {'mouse'})])
+def test_the_page_takes_the_mouses_place(web, nodes):
+    names = {node.name for node in loaded('turn', 'web:=' + web).nodes}
+    assert names == {'controller'} | nodes
+    assert {'joy', 'panel'} & {node.name for node in loaded('gamepad', 'web:=' + web).nodes} == {
+        'panel' if web == 'true' else 'joy'}
+
+
+@pytest.mark.parametrize('namespace, words', [('', []), ('robot3', ['prefix:=robot3/'])])
+def test_a_namespace_reaches_the_frames_and_the_recording(namespace, words, monkeypatch):
+    if namespace:
+        monkeypatch.setenv('ROS_NAMESPACE', namespace)
+    node, = [node for node in loaded('view', *words).nodes if node.name == 'rviz']
+    assert node.args.replace("''", '').endswith(' -f {}odom'.format(namespace and namespace + '/'))
+    prefix = '/{}/'.format(namespace).replace('//', '/')
+    recorded = loaded('record', 'bag:=lab').nodes[0].args.split("'")
+    assert recorded[1] == 'lab'
+    for name in RECORDED:
+        topic = name if name.startswith('/') else prefix + name
+        matched = subprocess.run(['grep', '-qxE', recorded[3]], input=topic.encode())
+        assert matched.returncode == 0, topic
+    for other in ('/robot4/imu', prefix + 'imu_raw'):
+        assert subprocess.run(['grep', '-qxE', recorded[3]], input=other.encode()).returncode == 1
+    parameters = loaded('robot', 'robot:=x').params.items()
+    parameter, = [value for key, value in parameters if key.endswith('/tf_prefix')]
+    assert parameter.value == namespace    # also if it is empty: the board asks for it
+
+
+@pytest.mark.parametrize('variable, argument, address', [
+    (None, [], '127.0.0.1'), ('0.0.0.0', [], '0.0.0.0'),
+    ('0.0.0.0', ['address:=10.0.0.7'], '10.0.0.7')])
+def test_a_container_says_by_its_environment_where_the_page_is_offered(
+        variable, argument, address, monkeypatch):
+    if variable:
+        monkeypatch.setenv('TB3_LABS_PANEL_ADDRESS', variable)
+    assert loaded('panel', *argument).params['/panel/address'].value == address
+
+
+# ----- a class -----
+
+def class_of(**given):
+    """The nodes of classroom.py's launch file, and its parameters."""
+    spec = importlib.util.spec_from_file_location('classroom', str(ROOT / 'scripts/classroom.py'))
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    asked = dict(dict(robots=2, real=False, web=False, mystery=0, model='burger', law='precise',
+                      set='{}', imu_rate=60.0), **given)
+    config = ROSLaunchConfig()
+    XmlLoader().load_string(script.launch_file(argparse.Namespace(**asked)), config, verbose=False)
+    return sorted(node.namespace + node.name for node in config.nodes), config.params
+
+
+def test_each_robot_of_a_class_has_its_nodes():
+    nodes, params = class_of(set='{max_linear: 0.1}')
+    assert nodes == ['/robot1/gamepad', '/robot1/move_to_goal', '/robot2/gamepad',
+                     '/robot2/move_to_goal', '/turtlebots0']
+    assert params['/robot2/move_to_goal/max_linear'].value == 0.1
+    assert class_of(real=True, web=True)[0] == sorted(nodes[:4] + ['/panel'])
+
+
+def test_twelve_simulated_robots_share_a_process():
+    nodes, params = class_of(robots=13, mystery=7)
+    assert nodes[-2:] == ['/turtlebots0', '/turtlebots1']
+    for name, expected in (('robots', (12, 1)), ('first_robot', (1, 13)), ('mystery', (7, 7))):
+        assert tuple(params['/turtlebots{}/{}'.format(place, name)].value
+                     for place in (0, 1)) == expected
