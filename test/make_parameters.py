@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the files made from the nodes' settings: `doc/parameters.md`, `launch/params/NODE.yaml`.
+"""Writes the files made from the nodes' settings: `doc/instructor/parameters.md`, `launch/params/NODE.yaml`.
 
     python3 test/make_parameters.py
 
@@ -111,7 +111,7 @@ def shown(value):
 
 
 def table(node):
-    """The node's part of doc/parameters.md."""
+    """The node's part of doc/instructor/parameters.md."""
     lines = ['', '## {}'.format(node.name), '',
              '`scripts/{}`, started by `launch/{}`; file `launch/params/{}.yaml`.'.format(
                  node.script, node.launch_file, node.name), '',
@@ -146,7 +146,7 @@ def annotated_yaml(node):
 
 def made():
     """{path: text} of all files."""
-    files = {'doc/parameters.md': HEAD + ''.join(table(node) for node in nodes())}
+    files = {'doc/instructor/parameters.md': HEAD + ''.join(table(node) for node in nodes())}
     files.update({'launch/params/{}.yaml'.format(node.name): annotated_yaml(node)
                   for node in nodes()})
     return files

@@ -1,12 +1,15 @@
 """Shared by the tests of the README and of doc/: their commands, links and names."""
 import pathlib
 import re
+import shlex
 import xml.etree.ElementTree as ET
 
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PAGES = [ROOT / 'README.md'] + sorted((ROOT / 'doc').glob('*.md'))
+PAGES = [ROOT / 'README.md', *sorted((ROOT / 'doc').glob('*.md')),
+         *sorted(path for path in (ROOT / 'doc' / 'instructor').glob('*.md')
+                 if path.name != 'README.students.md')]    # the README of another tree
 #: Placeholders for the reader's own names, in paths and commands.
 PLACEHOLDER = re.compile(r'[A-Z]{2,}(?![a-z])')
 #: Names in backticks that are files of this package, in any folder.
@@ -41,7 +44,8 @@ def by_name(pages):
 def prose_and_code(page):
     """(text outside of code blocks, lines of the code blocks) of a page."""
     parts = page.read_text(encoding='utf-8').split('```')
-    return ' '.join(parts[0::2]), [line for part in parts[1::2] for line in part.splitlines()]
+    return ' '.join(parts[0::2]), [
+        line for part in parts[1::2] for line in part.splitlines()[1:]]    # without the info string
 
 
 def in_backticks(page):
@@ -73,6 +77,14 @@ def arguments_of(path):
     return found
 
 
+def words_of(command):
+    """The words of a command, as a shell splits them."""
+    try:
+        return shlex.split(command)
+    except ValueError:      # a line of a text that is not a command
+        return command.split()
+
+
 def given(words):
-    """Names of the arguments NAME:=VALUE among `words`."""
-    return {word.split(':=')[0] for word in words if ':=' in word}
+    """The arguments NAME:=VALUE among `words`: {name: value}."""
+    return dict(word.split(':=', 1) for word in words if ':=' in word)

@@ -58,7 +58,7 @@ def row(item):
 @pytest.mark.parametrize('kind', [
     MoveToGoalConfig, DriveConfig, TurnConfig, PadConfig, SimulatorConfig, PanelConfig])
 def test_every_setting_stands_in_the_page_as_in_the_code(kind):
-    lines = (ROOT / 'doc' / 'parameters.md').read_text(encoding='utf-8').splitlines()
+    lines = (ROOT / 'doc' / 'instructor' / 'parameters.md').read_text(encoding='utf-8').splitlines()
     assert [row(item) for item in fields(kind) if item.name != 'model'
             and not any(line.startswith(row(item)) for line in lines)] == []
 
