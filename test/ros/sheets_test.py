@@ -41,8 +41,10 @@ else source ~/tb3_labs/scripts/setup.sh; fi
 #: A command that changes what PROFILE gives.
 NEW_PROFILE = re.compile('catkin_make|setup')
 #: A command that starts a simulated robot, and how that robot gets a faster clock.
-ROBOT, FASTER = re.compile(r'^(roslaunch .*(?:sim:=true|fake_robot\.launch).*?|\./scripts/demo\.sh.*?)(\s+#.*)?$',
-                           re.MULTILINE), r'\1 use_sim_time:=true speed:={}'
+ROBOT = re.compile(r'^((?:roslaunch .*(?:sim:=true|(fake_robot)\.launch)|\./scripts/demo\.sh).*?)(\s+#.*)?$',
+                   re.MULTILINE)
+#: Settings of that robot for it; the first one is not the robot's own, but all nodes'.
+FASTER = '{{/use_sim_time: true, speed: {}'
 #: Pace of simulated time in the suite; real time.
 SUITE_SPEED, REAL_TIME = 5.0, 0.0
 #: What a reader puts in place of these names.
@@ -57,6 +59,16 @@ TIMED, SUCCEEDS = re.compile(r'^(timeout .*?)(\s+# .*)?$', re.MULTILINE), r'\1 |
 BAD_END = re.compile(r'Traceback(?!(?s:.)*KeyboardInterrupt)|escalating|Exception in thread')
 #: A colour.
 COLOUR = re.compile(r'\x1b\[[\d;]*m')
+
+
+def faster(found, speed):
+    """A command found by ROBOT, with a robot on simulated time."""
+    command, alone, _ = found.groups()
+    name = 'set:="' if alone else 'robot_set:="'
+    given, settings = name + '{', FASTER.format(speed)
+    if ' ' + given in command:
+        return command.replace(' ' + given, ' ' + name + settings + ', ')
+    return '{} {}{}}}"'.format(command, name, settings)
 
 
 def plain(text):
@@ -134,7 +146,7 @@ class Student:
         for name, own in OWN_NAMES.items():
             commands = commands.replace(name, own)
         if self._speed:
-            commands = ROBOT.sub(FASTER.format(self._speed), commands)
+            commands = ROBOT.sub(lambda found: faster(found, self._speed), commands)
         folder = 'cd ~/tb3_labs\n' if re.match(r'(source |\./)scripts/', commands) else 'cd\n'
         if self._sourced is None and self._speed:
             self._sourced = self._source()

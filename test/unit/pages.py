@@ -16,9 +16,6 @@ PLACEHOLDER = re.compile(r'[A-Z]{2,}(?![a-z])')
 OWN_FILE = re.compile(r'[\w*./-]+\.(?:py|launch|test|rviz|sh|msg|srv)')
 #: Files of others, or of the reader, that the pages name.
 OTHERS = {'turtlebot3_robot.launch', 'move2goal.py'}
-#: Launch files that robot.launch may include.
-LABS = [name for name in ('turn', 'move2goal', 'gamepad', 'imu_sub')
-        if (ROOT / 'launch' / (name + '.launch')).exists()]
 #: Launch files and rostests, by name.
 LAUNCHABLE = {path.name: path for folder, kind in (
     ('launch', '*.launch'), ('test/ros', '*.test'), ('test/marking', '*.test'))
@@ -26,6 +23,9 @@ LAUNCHABLE = {path.name: path for folder, kind in (
 #: Launch files of the students' packages, as the skeletons write them: a name may be in both.
 SKELETONS = {path.name[:-len('.in')]: path
              for path in (ROOT / 'doc' / 'skeletons').glob('*/launch/*.launch.in')}
+#: The nodes whose parameters set:= takes, by launch file; robot_set:= takes the robot's.
+SET = {'turn': 'controller', 'move2goal': 'move_to_goal', 'fake_robot': 'turtlebot3',
+       'demo': 'move_to_goal', 'gamepad': 'gamepad', 'imu_sub': 'imu_sub', 'panel': 'panel'}
 #: Folders of this package.
 FOLDERS = ('doc', 'launch', 'msg', 'scripts', 'src', 'srv', 'test')
 
@@ -66,15 +66,16 @@ def anchors(page):
 
 
 def arguments_of(path):
-    """Arguments that a launch file takes, also for the files it passes all of them on to."""
-    launch = ET.parse(str(path)).getroot()
-    found = {arg.get('name') for arg in launch.findall('arg')}
-    for include in launch.iter('include'):
-        if include.get('pass_all_args') == 'true':
-            names = re.findall(r'(\w+)\.launch', include.get('file')) or (
-                ['fake_robot'] if 'fake_robot' in include.get('file') else LABS)
-            found.update(*(arguments_of(ROOT / 'launch' / (name + '.launch')) for name in names))
-    return found
+    """The arguments that a launch file takes."""
+    return {arg.get('name') for arg in ET.parse(str(path)).getroot().findall('arg')
+            if arg.get('value') is None}
+
+
+def settings_of(node):
+    """The parameters of a node, as its file of defaults lists them."""
+    path = ROOT / 'launch' / 'params' / (node + '.yaml')
+    text = path.read_text(encoding='utf-8') if path.exists() else ''
+    return set(re.findall(r'^#?(\w+): ', text, re.MULTILINE))
 
 
 def words_of(command):

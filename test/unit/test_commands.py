@@ -17,7 +17,7 @@ INLINE = re.compile(r'^ *```.*?^ *```$|`([^`]+)`', re.MULTILINE | re.DOTALL)
 #: Inline code that is a command: a program and its words, or a script of this package.
 COMMAND = re.compile(
     r'([A-Z_]+=\S+ )?((ros(run|launch|test|topic|service|node|bag|param|dep|msg|version)|catkin\w*|'
-    r'dynparam|source|docker|git|ssh\S*|scp|apt|sudo|python3|timeout|export|cd|mkdir|kill|chmod|curl) |'
+    r'dynparam|bash|source|docker|git|ssh\S*|scp|apt|sudo|python3|timeout|export|cd|mkdir|kill|chmod|curl) |'
     r'\./?(scripts|test)/\w+\.sh|test/\w+\.sh)')
 
 

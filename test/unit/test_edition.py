@@ -22,7 +22,7 @@ SOLUTIONS = ['scripts/imu_sub.py', 'scripts/turtlebot_controller.py', 'scripts/m
 #: Long lines of the solutions that stand in any program.
 IDIOMS = {'rospy.on_shutdown(self._close)', 'self._lock = threading.Lock()',
           'self._changed.notify_all()', 'except ValueError as problem:',
-          'except rospy.ROSException:'}
+          'except rospy.ROSException:', "rospy.logwarn('%s', problem)"}
 
 
 def text_of(path):
@@ -108,6 +108,8 @@ def test_every_import_leads_to_a_file_of_it_and_every_module_serves_one(edition)
     """A module that nothing in the edition uses belongs to a solution."""
     waiting = [path for path in edition if path.endswith('.py')
                and not path.startswith(('src/', 'doc/'))]
+    waiting += ['src/{}.py'.format(name.replace('.', '/')) for path, text in edition.items()
+                if not path.endswith('.py') for name in re.findall(r'-m (tb3_labs[\w.]+)', text)]
     used = set()
     while waiting:
         path = waiting.pop()
@@ -122,7 +124,8 @@ def test_a_launch_file_of_it_starts_and_includes_nothing_that_is_missing(edition
     for path, text in edition.items():
         if path.endswith(('.launch', '.test', '.launch.in')):
             for name in re.findall(r'pkg="tb3_labs"\s+type="([^"]+)"', text):
-                assert {'scripts/' + name, 'test/marking/' + name} & set(edition), (path, name)
+                assert {place + name for place in ('scripts/', 'test/', 'test/marking/')} & set(
+                    edition), (path, name)
             for name in re.findall(r'\$\(find tb3_labs\)/([\w./-]+\.\w+)', text):
                 assert name in edition, (path, name)
 

@@ -2,9 +2,10 @@
 import fnmatch
 import re
 
+import yaml
 from pages import (
-    FOLDERS, LABS, LAUNCHABLE, OTHERS, OWN_FILE, PAGES, PLACEHOLDER, ROOT, SKELETONS, anchors,
-    arguments_of, by_name, commands, given, in_backticks, own_paths, words_of)
+    FOLDERS, LAUNCHABLE, OTHERS, OWN_FILE, PAGES, PLACEHOLDER, ROOT, SET, SKELETONS, anchors,
+    arguments_of, by_name, commands, given, in_backticks, own_paths, settings_of, words_of)
 
 
 def test_the_readme_is_short():
@@ -48,7 +49,23 @@ def test_launch_files_and_their_arguments_exist(page):
             paths = [kind[name] for kind in (LAUNCHABLE, SKELETONS) if name in kind]
             assert paths, command
             assert set(given(words)) <= set().union(*map(arguments_of, paths)), command
-            assert given(words).get('lab') in [None, *LABS], command
+
+
+@by_name(PAGES)
+def test_parameters_that_are_set_exist(page):
+    for command in commands(page):
+        words = words_of(command)
+        file, = [word for word in words if word.endswith('.launch')][:1] or ['fake_robot.launch']
+        for argument, node in (('robot_set', 'turtlebot3'), ('set', SET.get(file[:-7]))):
+            value = given(words).get(argument, '')
+            if value.startswith('{') and not PLACEHOLDER.search(value):
+                assert set(yaml.safe_load(value)) <= settings_of(node), command
+
+
+def test_settings_of_the_simulated_robot_exist():
+    for code in in_backticks(ROOT / 'doc' / 'robot.md'):
+        name = re.fullmatch(r'(\w+): \S+', code)
+        assert name is None or name.group(1) in settings_of('turtlebot3'), code
 
 
 @by_name(PAGES)
@@ -63,8 +80,9 @@ def test_launch_files_of_this_package_are_in_it(page):
 def test_arguments_that_are_named_alone_exist(page):
     known = set().union(*map(arguments_of, [*LAUNCHABLE.values(), *SKELETONS.values()]))
     for command in commands(page):
-        if re.fullmatch(r'\w+:=\S*( \w+:=\S*)*', command):
-            assert set(given(words_of(command))) <= known, command
+        words = words_of(command)
+        if words and all(re.match(r'\w+:=', word) for word in words):
+            assert set(given(words)) <= known, command
 
 
 @by_name(PAGES)

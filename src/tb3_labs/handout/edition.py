@@ -15,7 +15,8 @@ LIST = 'doc/instructor/edition.txt'
 README = 'doc/instructor/README.students.md'
 #: Folders and files that are not sources, if no git names the sources.
 NO_SOURCES = {'build', '__pycache__'}
-HIDDEN_SOURCES = {'.ci', '.devcontainer', '.dockerignore', '.gitattributes', '.gitignore'}
+HIDDEN_SOURCES = {'.ci', '.devcontainer', '.dockerignore', '.gitattributes', '.gitignore',
+                  '.run_test.py'}
 
 
 def kept(paths: Iterable[str], rules: str) -> List[str]:
