@@ -17,9 +17,8 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle
 
-from tb3_labs.control.drive_config import DriveConfig
 from tb3_labs.control.driving import make_law
-from tb3_labs.control.goal_state import DRIVING
+from tb3_labs.control.goal import DRIVING, DriveConfig
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.report.figures import BLUE, GREEN, GREY, ORANGE

@@ -11,7 +11,7 @@ from roslaunch.arg_dump import get_args
 
 from pages import PAGES, ROOT, by_name, commands
 from tb3_labs.config import bounds_in_words
-from tb3_labs.control.drive_config import DriveConfig
+from tb3_labs.control.goal import DriveConfig
 from tb3_labs.control.turning import TurnConfig
 from tb3_labs.nodes.move_to_goal import MoveToGoalConfig
 from tb3_labs.nodes.pad_config import PadConfig
