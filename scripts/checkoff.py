@@ -4,7 +4,7 @@
 Usage: checkoff.py turn [--name "Ann Miller"]
 
 It starts no robot and no node. A person starts both, types on request, and tells what only a
-person can see. doc/marking.md tells more. The exit status is 0 only if all criteria are met.
+person can see. doc/instructor/marking.md tells more. The exit status is 0 only if all criteria are met.
 
 Subscribes
     ground_truth  geometry_msgs/PoseStamped: the simulated robot's true pose; else imu and odom

@@ -6,7 +6,7 @@ Usage: mark.py SUBMISSIONS --lab turn -o MARKS
 SUBMISSIONS is a folder with a folder or a zip file for each student, the zip file of a learning
 platform, or a text file with a list of repositories. MARKS gets marks.csv, overview.html, and a
 page of feedback and a results.json for each student. What has been marked there and has not changed
-is not tried again. doc/marking.md tells more.
+is not tried again. doc/instructor/marking.md tells more.
 """
 import importlib.util
 import os

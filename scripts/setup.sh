@@ -2,7 +2,7 @@
 # Sets up tb3_labs and the shell that wants to use it; demo.sh and test.sh begin with it.
 #
 #     source scripts/setup.sh     (bash) set up what is missing, then put ROS and this package on this shell's paths
-#     ./scripts/setup.sh          only set up
+#     ./scripts/setup.sh          only set up; it ends with the line to type in each terminal
 #     ./scripts/setup.sh --fetch /media/ann/stick rviz     for machines without internet: all that they need, and rviz too
 #     ./scripts/setup.sh --from /media/ann/stick rviz      set up there, from that folder; the same system is needed
 #     TB3_LABS_TESTS=1            in front of each: also what the tests need
@@ -38,7 +38,7 @@ _tb3_labs_shell() {
   local here repo ws prefix prefixes=() kept=() hook=etc/catkin/profile.d/1.ros_package_path.sh
   here=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P) || return 1
   repo=${here%/*} ws=${here%/*}/build/.ws
-  bash "$here/setup.sh" || return 1
+  TB3_LABS_SOURCED=1 bash "$here/setup.sh" || return 1
 
   IFS=: read -ra prefixes <<<"${CMAKE_PREFIX_PATH:-}"
   unset PYTHONPATH PYTHONHOME CMAKE_PREFIX_PATH ROS_PACKAGE_PATH ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION CATKIN_SETUP_UTIL_ARGS
@@ -260,4 +260,5 @@ name_packages
 if [ "${1:-}" = --from ]; then take_from "${@:2}"; fi
 look_at_packages
 if [ ${#missing[@]} != 0 ] || ! venv_ready || ! build_ready; then make_ready; fi
-if [ "${1:-}" = --fetch ]; then fetch "${@:2}"; fi
+if [ "${1:-}" = --fetch ]; then fetch "${@:2}"; exit; fi
+if [ -t 1 ] && [ -z "${TB3_LABS_SOURCED:-}" ]; then say "all is set up. In each terminal, type: source $repo/scripts/setup.sh"; fi

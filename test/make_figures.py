@@ -30,7 +30,7 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent / 'benchmark'))
 from rollout import navigation, run    # noqa: E402
 
-FOLDER = pathlib.Path(__file__).resolve().parents[1] / 'doc' / 'figures'
+DOC = pathlib.Path(__file__).resolve().parents[1] / 'doc'
 #: The worked example: the pose of B in A, and the robot in A. cos and sin of its angle are 0.6, 0.8.
 A_T_B = Pose2(2.0, 1.0, math.atan2(0.8, 0.6))
 A_T_ROBOT = Pose2(1.0, 3.0, A_T_B.yaw + math.pi / 2.0)
@@ -266,13 +266,13 @@ FIGURES = {'point': point_in_both_frames, 'heading': heading_in_both_frames,
            'states': four_states, 'imu_offset': offset_of_the_imu, 'error': error_on_the_circle}
 
 
-def write(drawings):
-    """Write the figures {name: function that draws it}: the same files each time."""
+def write(drawings, folder):
+    """Write the figures {name: function that draws it} into a folder: the same files each time."""
     matplotlib.rcParams['svg.hashsalt'] = 'tb3_labs'
-    FOLDER.mkdir(exist_ok=True)
+    folder.mkdir(exist_ok=True)
     for name, draw in drawings.items():
-        draw().savefig(str(FOLDER / (name + '.svg')), format='svg', metadata={'Date': None})
+        draw().savefig(str(folder / (name + '.svg')), format='svg', metadata={'Date': None})
 
 
 if __name__ == '__main__':
-    write(FIGURES)
+    write(FIGURES, DOC / 'figures')

@@ -1,4 +1,4 @@
-"""Writes the files made from the nodes' settings: `doc/parameters.md`, `launch/params/NODE.yaml`.
+"""Writes the files made from the nodes' settings: `doc/instructor/parameters.md`, `launch/params/NODE.yaml`.
 
     python3 test/make_parameters.py
 
@@ -124,7 +124,7 @@ def shown(value):
 
 
 def table(node):
-    """The node's part of doc/parameters.md."""
+    """The node's part of doc/instructor/parameters.md."""
     lines = ['', '## {}'.format(node.name), '',
              '`scripts/{}`, started by `launch/{}`.'.format(node.script, node.launch_file), '',
              '| parameter | default | valid | meaning | live |', '|---|---|---|---|---|']
@@ -152,7 +152,7 @@ def annotated_yaml(node):
 
 def made():
     """{path: text} of all files."""
-    files = {'doc/parameters.md': HEAD + ''.join(table(node) for node in nodes())}
+    files = {'doc/instructor/parameters.md': HEAD + ''.join(table(node) for node in nodes())}
     files.update({'launch/params/{}.yaml'.format(node.name): annotated_yaml(node)
                   for node in nodes() if node.element.find('rosparam') is not None})
     return files

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws how usual mistakes look, for those who teach: doc/figures/wrong_*.svg.
+"""Draws how usual mistakes look, for those who teach: doc/instructor/figures/wrong_*.svg.
 
     python3 test/make_wrong_figures.py
 
@@ -12,7 +12,7 @@ import matplotlib
 
 from matplotlib.patches import Circle
 
-from make_figures import GOAL, NEAR, mark_goal, new_figure, plain, robot, write
+from make_figures import DOC, GOAL, NEAR, mark_goal, new_figure, plain, robot, write
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.figures import BLUE, GREY, ORANGE
@@ -153,4 +153,4 @@ FIGURES = {'wrong_drives': wrong_drives, 'wrong_turns': wrong_turns}
 
 
 if __name__ == '__main__':
-    write(FIGURES)
+    write(FIGURES, DOC / 'instructor' / 'figures')

@@ -1,75 +1,86 @@
 """What the pages tell to type, and what they promise: their text as steps of a student.
 
-A comment before each block of commands says how it is typed:
+The info string of a block, which no reader sees, says how the block is typed:
 
-    <!-- run -->                  in a new terminal, to its end, which must be a success
-    <!-- run: robot -->           in a terminal called robot, in which it goes on
-    <!-- long: robot -->          the same, but only by `rostest tb3_labs sheets.test all:=true`
-    <!-- then: robot, types: l --> a line is typed into that terminal; only its output counts that comes from now on
-    <!-- ends: robot -->          Ctrl+C in that terminal; it must end without a traceback
-    <!-- wait: 5 -->              nothing for so long [s]
-    <!-- prepare -->              what a person has done by then; no page says it
-    <!-- not run: reason -->      not here
-    <!-- fill in: lab2 turtlebot_controller.py -->    the student has written this node
+    ```bash run                   in a new terminal, to its end, which must be a success
+    ```bash run=robot             in a terminal called robot, in which it goes on
+    ```bash long=robot            the same, but only by `rostest tb3_labs sheets.test all:=true`
+    ```bash prepare               as run: a person has done it by then; no page says it
+    ```bash never="a reason"      not typed
+    ```text types=robot           these lines are typed into that terminal
+    ```text then=robot            this output of that terminal appears from now on
 
-The block of output after any of the first four must appear, line after line, with other lines
-between, before the next command is typed. A number of more than three digits may be another one,
-and ... may be anything. A terminal that goes on is ended by Ctrl+C at the next heading, or when
-another block runs in it. A `then` after a command counts from the start of that command on.
+In front of the block's commands happens, in this order: `fill=lab2/turtlebot_controller.py`, the
+student has written this node; `wait=5`, nothing for so long [s]; `ends=robot`, Ctrl+C in that
+terminal, which must end without a traceback.
+
+A ``` or ```text block after a command is its output. It must appear, line after line, with other
+lines between, before the next command is typed. A number of more than three digits may be another
+one, and ... may be anything. A terminal that goes on is ended by Ctrl+C at the next heading, or
+when another block runs in it. A `then` after a command counts from the start of that command on.
 """
 import re
-from typing import NamedTuple
+import shlex
+from typing import Dict, NamedTuple
 
-#: A line that matters: heading, directive, or the fence of a block.
-MARK = re.compile(r'^ *(?:(#+) (.*)|<!-- (run|long|then|ends|wait|prepare|not run|fill in)(?:: (.*?))? -->|```(\w*))$')
-#: Directives that are steps by themselves, and steps that are left out if the command before them was.
-ALONE, FOLLOWING = ('fill in', 'then', 'ends', 'wait'), ('then', 'ends', 'wait', 'prepare', 'not run')
+#: A line that matters: a heading, or the fence of a block with its info string.
+MARK = re.compile(r'^ *(?:#+ (.*)|```(\w*) ?(.*))$')
 #: A number that may be another one.
-LONG_NUMBER, NUMBER = re.compile(r'-?(?:\d{4,}(?:\.\d+)?|\d+\.\d{3,})'), r'-?\d+(?:\.\d+)?(?:e-?\d+)?'
-#: Steps that a block of output may follow.
-WITH_OUTPUT = ('run', 'long', 'prepare', 'then')
+LONG_NUMBER = re.compile(r'-?(?:\d{4,}(?:\.\d+)?|\d+\.\d{3,})')
+NUMBER = r'-?\d+(?:\.\d+)?(?:e-?\d+)?'
+#: How a block is typed; the first four may have a terminal, and an output.
+KINDS = ('run', 'long', 'prepare', 'then', 'types', 'never')
 
 
 class Step(NamedTuple):
-    """A heading (its text), a node to fill in (package and file), or a block of commands."""
+    """A heading, or a block with its kind, its terminal or reason, and what happens before it."""
 
-    kind: str           # heading, run, long, then, ends, wait, prepare, not run, fill in
+    kind: str           # 'heading', or one of KINDS
     argument: str
-    commands: str = ''
+    text: str = ''      # commands, or the lines that are typed
     output: str = ''
+    before: Dict[str, str] = {}     # fill, wait, ends
     line: int = 0
+
+    @property
+    def commands(self):
+        """The commands without their comments."""
+        return [without_comment(line) for line in self.text.splitlines()]
 
 
 def steps_of(text):
-    """The Steps of a page; AssertionError for commands without a directive."""
-    steps, fence, directive = [], None, None
+    """The Steps of a page; AssertionError for commands that do not say how they are typed."""
+    steps, fence, lines = [], None, []
     for number, line in enumerate(text.splitlines(), 1):
         mark = MARK.match(line)
-        if fence is not None:
-            if mark and mark.group(5) == '':
-                _add_block(steps, fence, directive, number)
-                fence, directive = None, None
-            else:
-                fence[1].append(line.strip())
-        elif mark and mark.group(1):
-            steps.append(Step('heading', mark.group(2), line=number))
-        elif mark and mark.group(3) in ALONE:
-            steps.append(Step(mark.group(3), mark.group(4), line=number))
-        elif mark and mark.group(3):
-            directive = mark.group(3), mark.group(4) or ''
-        elif mark:
-            fence = mark.group(5), []
+        if fence is None:
+            if mark and mark.group(1):
+                steps.append(Step('heading', mark.group(1), line=number))
+            elif mark:
+                fence, lines = mark.groups()[1:], []
+        elif line.strip() == '```':
+            _add_block(steps, fence, '\n'.join(lines), number)
+            fence = None
+        else:
+            lines.append(line.strip())
     return steps
 
 
-def _add_block(steps, fence, directive, number):
+def _add_block(steps, fence, text, number):
     """Add a block's Step, or its text as the output of the step before it."""
-    language, lines = fence
-    if language == 'bash':
-        assert directive, 'line {}: the block does not say whether it is run'.format(number)
-        steps.append(Step(directive[0], directive[1], '\n'.join(lines), line=number))
-    elif not language and steps and steps[-1].kind in WITH_OUTPUT and not steps[-1].output:
-        steps[-1] = steps[-1]._replace(output='\n'.join(lines))
+    language, info = fence
+    words = dict(word.partition('=')[::2] for word in shlex.split(info))
+    kinds = [kind for kind in KINDS if kind in words]
+    assert set(words) <= {*kinds, 'fill', 'wait', 'ends'} and len(kinds) <= 1, 'line {}: {}'.format(
+        number, info)
+    if kinds:
+        argument = words.pop(kinds[0])
+        output = text if kinds[0] == 'then' else ''
+        steps.append(Step(kinds[0], argument, '' if output else text, output, words, number))
+    elif language == 'bash':
+        raise AssertionError('line {}: the block does not say whether it is run'.format(number))
+    elif language in ('', 'text') and steps and steps[-1].kind in KINDS[:3] and not steps[-1].output:
+        steps[-1] = steps[-1]._replace(output=text)
 
 
 def promised(output):

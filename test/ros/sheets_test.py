@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Types the commands of the pages, as a student would, and reads what they print.
 
-The lab sheets come first; sheets_walk.md has the commands of all other pages. How a page says what is
-typed: sheets_steps.py. In the suite the embedded robots run on simulated time, which is faster. With
-`all:=true` everything is typed twice more, with the long commands: on real time, as it is printed, and on
-simulated time.
+The lab sheets come first; sheets_walk.md has the commands that stand in sentences and tables. How a
+page says what is typed: sheets_steps.py. In the suite the simulated robots run on simulated time,
+which is faster. With `all:=true` everything is typed twice more, with the long commands: on real
+time, as it is printed, and on simulated time.
 """
 import os
 import re
@@ -25,11 +25,13 @@ from tb3_labs.ros.program import Program
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from costs import free_port    # noqa: E402
 from rosunit_internals import rosrun    # noqa: E402
-from sheets_steps import FOLLOWING, promised, steps_of    # noqa: E402 (a relay's folder is another one)
+from sheets_steps import promised, steps_of    # noqa: E402 (a relay's folder is another one)
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 REPOSITORY = (PACKAGE / 'README.md').resolve().parent
-PAGES = ('doc/imu_lab.md', 'doc/transformation_lab.md', 'test/ros/sheets_walk.md')
+PAGES = ('doc/imu_lab.md', 'doc/transformation_lab.md', 'test/ros/sheets_walk.md',
+         'doc/instructor/README.students.md', 'doc/instructor/nodes.md',
+         'doc/instructor/classroom.md', 'doc/instructor/teaching.md', 'doc/setup.md')
 NODES = PACKAGE / 'test' / 'ros' / 'student_nodes'
 #: A student's terminal, before the first command.
 PROFILE = '''set -e
@@ -38,7 +40,7 @@ else source ~/tb3_labs/scripts/setup.sh; fi
 '''
 #: A command that changes what PROFILE gives.
 NEW_PROFILE = re.compile('catkin_make|setup')
-#: A command that starts an embedded robot, and how that robot gets a faster clock.
+#: A command that starts a simulated robot, and how that robot gets a faster clock.
 ROBOT = re.compile(r'^((?:roslaunch .*(?:sim:=true|(fake_robot)\.launch)|\./scripts/demo\.sh).*?)(\s+#.*)?$',
                    re.MULTILINE)
 #: Settings of that robot for it; the first one is not the robot's own, but all nodes'.
@@ -53,7 +55,6 @@ PATIENCE, LONG_PATIENCE = 60.0, 400.0
 AGAIN, ASKS = 10.0, re.compile('rostopic|rosservice|rosnode')
 #: A command that `timeout` ends, as the page wants it, has status 124, which is a success here.
 TIMED, SUCCEEDS = re.compile(r'^(timeout .*?)(\s+# .*)?$', re.MULTILINE), r'\1 || [ $? = 124 ]'
-TYPES = re.compile(r'(\w+)(?:, types: (.*))?$')
 #: Ctrl+C may not end in one of these. (Python that still imports modules says KeyboardInterrupt.)
 BAD_END = re.compile(r'Traceback(?!(?s:.)*KeyboardInterrupt)|escalating|Exception in thread')
 #: A colour.
@@ -90,31 +91,35 @@ class Student:
     def do(self, step):
         """Do one step; AssertionError if it is not as the page says."""
         patience = LONG_PATIENCE if step.kind == 'long' else PATIENCE
+        self._prepare(step.before)
         if step.kind == 'heading':
             self.end_all()
-        elif step.kind == 'fill in':
-            package, node = step.argument.split()
-            target = self.home / 'catkin_ws' / 'src' / package / 'src' / node
-            assert target.exists(), target
-            target.write_text((NODES / node).read_text().replace('@PACKAGE@', package))
-        elif step.kind in ('run', 'long', 'prepare') and step.argument:
+        elif step.kind == 'types':
+            self._look()
+            for line in step.text.splitlines():
+                self._terminals[step.argument].type(line)
+        elif step.kind == 'then':
+            self._wait_for_output(step.argument, step.output, patience)
+        elif step.argument:
             self._end(step.argument)
             self._look()
             self._terminals[step.argument] = self._start(step)
             self._wait_for_output(step.argument, step.output, patience)
-        elif step.kind == 'then':
-            name, typed = TYPES.match(step.argument).groups()
-            if typed:
-                self._look()
-                self._terminals[name].type(typed)
-            self._wait_for_output(name, step.output, patience)
-        elif step.kind == 'ends':
-            self._end(step.argument)
-        elif step.kind == 'wait':
-            time.sleep(float(step.argument))
-        elif step.kind in ('run', 'long', 'prepare'):
+        else:
             self._look()
             self._run(step, patience)
+
+    def _prepare(self, before):
+        """Do what happens before a step: a node is written, time passes, a terminal is ended."""
+        if 'fill' in before:
+            package, node = before['fill'].split('/')
+            target = self.home / 'catkin_ws' / 'src' / package / 'src' / node
+            assert target.exists(), target
+            target.write_text((NODES / node).read_text().replace('@PACKAGE@', package))
+        if 'wait' in before:
+            time.sleep(float(before['wait']))
+        if 'ends' in before:
+            self._end(before['ends'])
 
     def _look(self):
         """Only what the terminals print from now on is seen by a `then`."""
@@ -131,13 +136,13 @@ class Student:
                 program.kill()
             if status == 0 and pattern.search(plain(program.text)):
                 break
-            assert ASKS.match(step.commands) and time.monotonic() < give_up, 'status {}, printed:\n{}'.format(
+            assert ASKS.match(step.text) and time.monotonic() < give_up, 'status {}, printed:\n{}'.format(
                 status, program.text)
-        if NEW_PROFILE.search(step.commands):
+        if NEW_PROFILE.search(step.text):
             self._sourced = None
 
     def _start(self, step):
-        commands = TIMED.sub(SUCCEEDS, step.commands)
+        commands = TIMED.sub(SUCCEEDS, step.text)
         for name, own in OWN_NAMES.items():
             commands = commands.replace(name, own)
         if self._speed:
@@ -196,18 +201,18 @@ class SheetsTest(unittest.TestCase):
         for page in PAGES:
             left_out = False
             for step in steps_of((REPOSITORY / page).read_text(encoding='utf-8')):
-                if step.kind not in FOLLOWING:
+                if step.kind in ('run', 'long', 'heading'):
                     left_out = step.kind == 'long' and not long
-                if step.kind == 'not run' or left_out:
+                if step.kind == 'never' or left_out:
                     continue
                 began = time.monotonic()
                 try:
                     student.do(step)
                 except (AssertionError, RuntimeError) as problem:
-                    what = '{}, line {}: {}\n{}'.format(page, step.line, step.commands, problem)
+                    what = '{}, line {}: {}\n{}'.format(page, step.line, step.text, problem)
                     print(what, flush=True)    # unittest tells it after the other walks
                     self.fail(what)
-                print('{:6.1f} s  {}:{}  {}'.format(time.monotonic() - began, page, step.line, step.commands.split(
+                print('{:6.1f} s  {}:{}  {}'.format(time.monotonic() - began, page, step.line, step.text.split(
                     '\n')[0] or step.argument), flush=True)
             student.end_all()
 

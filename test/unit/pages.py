@@ -1,12 +1,15 @@
 """Shared by the tests of the README and of doc/: their commands, links and names."""
 import pathlib
 import re
+import shlex
 import xml.etree.ElementTree as ET
 
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PAGES = [ROOT / 'README.md'] + sorted((ROOT / 'doc').glob('*.md'))
+PAGES = [ROOT / 'README.md', *sorted((ROOT / 'doc').glob('*.md')),
+         *sorted(path for path in (ROOT / 'doc' / 'instructor').glob('*.md')
+                 if path.name != 'README.students.md')]    # the README of another tree
 #: Placeholders for the reader's own names, in paths and commands.
 PLACEHOLDER = re.compile(r'[A-Z]{2,}(?![a-z])')
 #: Names in backticks that are files of this package, in any folder.
@@ -20,6 +23,9 @@ LAUNCHABLE = {path.name: path for folder, kind in (
 #: Launch files of the students' packages, as the skeletons write them: a name may be in both.
 SKELETONS = {path.name[:-len('.in')]: path
              for path in (ROOT / 'doc' / 'skeletons').glob('*/launch/*.launch.in')}
+#: The nodes whose parameters set:= takes, by launch file; robot_set:= takes the robot's.
+SET = {'turn': 'controller', 'move2goal': 'move_to_goal', 'fake_robot': 'turtlebot3',
+       'demo': 'move_to_goal', 'gamepad': 'gamepad', 'imu_sub': 'imu_sub', 'panel': 'panel'}
 #: Folders of this package.
 FOLDERS = ('doc', 'launch', 'msg', 'scripts', 'src', 'srv', 'test')
 
@@ -38,7 +44,8 @@ def by_name(pages):
 def prose_and_code(page):
     """(text outside of code blocks, lines of the code blocks) of a page."""
     parts = page.read_text(encoding='utf-8').split('```')
-    return ' '.join(parts[0::2]), [line for part in parts[1::2] for line in part.splitlines()]
+    return ' '.join(parts[0::2]), [
+        line for part in parts[1::2] for line in part.splitlines()[1:]]    # without the info string
 
 
 def in_backticks(page):
@@ -64,6 +71,21 @@ def arguments_of(path):
             if arg.get('value') is None}
 
 
+def settings_of(node):
+    """The parameters of a node, as its file of defaults lists them."""
+    path = ROOT / 'launch' / 'params' / (node + '.yaml')
+    text = path.read_text(encoding='utf-8') if path.exists() else ''
+    return set(re.findall(r'^#?(\w+): ', text, re.MULTILINE))
+
+
+def words_of(command):
+    """The words of a command, as a shell splits them."""
+    try:
+        return shlex.split(command)
+    except ValueError:      # a line of a text that is not a command
+        return command.split()
+
+
 def given(words):
-    """Names of the arguments NAME:=VALUE among `words`."""
-    return {word.split(':=')[0] for word in words if ':=' in word}
+    """The arguments NAME:=VALUE among `words`: {name: value}."""
+    return dict(word.split(':=', 1) for word in words if ':=' in word)

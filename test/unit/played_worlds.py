@@ -114,7 +114,7 @@ class Labs(World):
 
     def start_mover(self, has_control):
         # A terminal that repeats True by itself gives control to a node that is started meanwhile: it
-        # cannot be told from one in which a person types (doc/failures.md).
+        # cannot be told from one in which a person types (doc/instructor/failures.md).
         self.latched.pop('terminal', None)
         self.mover = Mover(self, sorted(self.latched.items()), has_control)
         self.nodes = [self.mover] + self.pads

@@ -1,5 +1,8 @@
-"""A person's bash after `source scripts/setup.sh`: roscd, and completion by the Tab key."""
+"""A person's bash: the set-up's last line; after `source scripts/setup.sh` roscd, and completion by
+the Tab key."""
+import os
 import pathlib
+import pty
 import subprocess
 
 import pytest
@@ -44,3 +47,18 @@ def test_programs_launch_files_and_tests_are_completed(printed):
 def test_roscd_leads_to_the_package(printed):
     assert printed[5].startswith('roscd: tb3_labs')
     assert (pathlib.Path(printed[6].split(': ')[1]) / 'package.xml').samefile(REPOSITORY / 'package.xml')
+
+
+@pytest.mark.parametrize('command, said', [
+    ('bash {0}', 'tb3_labs: all is set up. In each terminal, type: source {0}'),
+    ('source {0}', '')])    # a script; a person's terminal says that it is ready
+def test_the_set_up_ends_with_the_line_to_type(printed, tmp_path, command, said):
+    ours, theirs = pty.openpty()
+    try:
+        subprocess.run(['bash', '-c', command.format(SETUP)], timeout=60.0, stdin=theirs, stdout=theirs,
+                       env={'PATH': '/usr/bin:/bin', 'HOME': str(tmp_path)}, check=True)
+        os.write(theirs, b'.')
+        assert os.read(ours, 4096).decode().split('\r\n')[0].strip('.') == said.format(SETUP)
+    finally:
+        os.close(ours)
+        os.close(theirs)

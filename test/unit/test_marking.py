@@ -98,7 +98,7 @@ def test_points_that_are_missing_are_refused():
 
 
 def test_the_sheet_for_instructors_lists_every_part():
-    sheet = (REPOSITORY / 'doc' / 'marking.md').read_text(encoding='utf-8')
+    sheet = (REPOSITORY / 'doc' / 'instructor' / 'marking.md').read_text(encoding='utf-8')
     table = sheet.split('## What is tried')[1]
     listed, lab = [], ''
     for line in re.findall(r'^\| (\w*) *\| ([\w ]+) \|', table, re.M)[1:]:

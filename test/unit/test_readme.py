@@ -2,13 +2,16 @@
 import fnmatch
 import re
 
+import yaml
 from pages import (
-    FOLDERS, LAUNCHABLE, OTHERS, OWN_FILE, PAGES, PLACEHOLDER, ROOT, SKELETONS, anchors,
-    arguments_of, by_name, commands, given, in_backticks, own_paths)
+    FOLDERS, LAUNCHABLE, OTHERS, OWN_FILE, PAGES, PLACEHOLDER, ROOT, SET, SKELETONS, anchors,
+    arguments_of, by_name, commands, given, in_backticks, own_paths, settings_of, words_of)
 
 
 def test_the_readme_is_short():
-    assert len((ROOT / 'README.md').read_text(encoding='utf-8').splitlines()) <= 250
+    lines = (ROOT / 'README.md').read_text(encoding='utf-8').splitlines()
+    assert len(lines) <= 130
+    assert [line for line in lines if len(line) > 120 and not line.startswith(('![', '|'))] == []
 
 
 @by_name(PAGES)
@@ -37,7 +40,7 @@ def test_paths_in_backticks_exist(page):
 @by_name(PAGES)
 def test_launch_files_and_their_arguments_exist(page):
     for command in commands(page):
-        words = command.split()
+        words = words_of(command)
         files = [word for word in words if re.fullmatch(r'\w+\.(launch|test)', word)
                  and not PLACEHOLDER.match(word)]
         files += [name + '.launch' for name in re.findall(r'(?:^|\s)\./scripts/(\w+)\.sh', command)
@@ -45,15 +48,41 @@ def test_launch_files_and_their_arguments_exist(page):
         for name in set(files) - OTHERS:
             paths = [kind[name] for kind in (LAUNCHABLE, SKELETONS) if name in kind]
             assert paths, command
-            assert given(words) <= set().union(*map(arguments_of, paths)), command
+            assert set(given(words)) <= set().union(*map(arguments_of, paths)), command
+
+
+@by_name(PAGES)
+def test_parameters_that_are_set_exist(page):
+    for command in commands(page):
+        words = words_of(command)
+        file, = [word for word in words if word.endswith('.launch')][:1] or ['fake_robot.launch']
+        for argument, node in (('robot_set', 'turtlebot3'), ('set', SET.get(file[:-7]))):
+            value = given(words).get(argument, '')
+            if value.startswith('{') and not PLACEHOLDER.search(value):
+                assert set(yaml.safe_load(value)) <= settings_of(node), command
+
+
+def test_settings_of_the_simulated_robot_exist():
+    for code in in_backticks(ROOT / 'doc' / 'robot.md'):
+        name = re.fullmatch(r'(\w+): \S+', code)
+        assert name is None or name.group(1) in settings_of('turtlebot3'), code
+
+
+@by_name(PAGES)
+def test_launch_files_of_this_package_are_in_it(page):
+    """A skeleton's launch file may have the same name."""
+    for command in commands(page):
+        for name in re.findall(r'ros(?:launch|test) tb3_labs (\w+\.\w+)', command):
+            assert name in LAUNCHABLE, command
 
 
 @by_name(PAGES)
 def test_arguments_that_are_named_alone_exist(page):
     known = set().union(*map(arguments_of, [*LAUNCHABLE.values(), *SKELETONS.values()]))
     for command in commands(page):
-        if re.fullmatch(r'\w+:=\S*( \w+:=\S*)*', command):
-            assert given(command.split()) <= known, command
+        words = words_of(command)
+        if words and all(re.match(r'\w+:=', word) for word in words):
+            assert set(given(words)) <= known, command
 
 
 @by_name(PAGES)
@@ -74,10 +103,3 @@ def test_test_names_match_a_test(page):
             for word in words.split():
                 assert word in ('unit', 'ros') or PLACEHOLDER.fullmatch(word) or any(
                     word in name for name in names), command
-
-
-@by_name(PAGES)
-def test_unit_tests_that_are_named_exist(page):
-    for code in in_backticks(page):
-        if re.fullmatch(r'test_\w+', code) and not code.startswith('test_extra'):
-            assert (ROOT / 'test' / 'unit' / (code + '.py')).exists(), code

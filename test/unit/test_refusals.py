@@ -57,7 +57,7 @@ CASES = [
     (DYNPARAM, ['list'], 'no ROS master answers at http://localhost:1: start a launch file'),
     ('doctor.py', ['--second', 'x'], ('--seconds', "'x'")),
     ('doctor.py', ['9-'], '9- is no namespace, such as robot3'),
-    ('edition.py', ['teacher', 'x'], "there is no edition 'teacher': student"),
+    ('edition.py', ['teacher', 'x'], ('teacher', 'student')),
     ('mystery.py', ['7'], ('--answer', '--list')),
     ('mystery.py', ['key', 'x'], "'x' is not valid: a number such as 7, or a range such as 1-12"),
     ('mystery.py', ['key', '5-1'], "'5-1' is not valid: the first number is larger than the last"),

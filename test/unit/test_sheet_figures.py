@@ -1,4 +1,4 @@
-"""What the figures of the lab sheets and of doc/teaching.md show."""
+"""What the figures of the lab sheets and of doc/instructor/teaching.md show."""
 import math
 import pathlib
 import sys
@@ -60,5 +60,6 @@ def test_a_turn_ends_if_it_is_wrapped(start, asked, options, ends):
 
 
 def test_every_figure_is_drawn():
-    names = set(make_figures.FIGURES) | set(make_wrong_figures.FIGURES)
-    assert {path.stem for path in (ROOT / 'doc' / 'figures').iterdir()} == names
+    for folder, figures in (('doc', make_figures.FIGURES),
+                            ('doc/instructor', make_wrong_figures.FIGURES)):
+        assert {path.stem for path in (ROOT / folder / 'figures').iterdir()} == set(figures)

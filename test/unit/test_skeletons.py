@@ -8,6 +8,8 @@ import xml.etree.ElementTree as ET
 from typing import NamedTuple
 
 import pytest
+from test_refusals import main_of
+
 from tb3_labs.handout import skeletons
 from tb3_labs.handout.skeletons import FOLDER, checked_name, checked_place, skeleton, write
 from tb3_labs.marking.labs import LABS
@@ -201,6 +203,19 @@ def test_a_package_is_written_once(tmp_path):
     with pytest.raises(FileExistsError):
         write(files, target)
     assert (target / 'src' / 'turtlebot_controller.py').read_text() == 'my work'
+
+
+def test_the_command_says_what_comes_next_and_overwrites_nothing(tmp_path, capsys):
+    main, place = main_of('skeleton.py'), tmp_path.resolve() / 'src'
+    place.mkdir()
+    assert main(['turn', str(place)]) == 0
+    assert re.fullmatch(r'{0}/lab2 is written\..* cd {1}; catkin_make; .* roslaunch lab2 turn\.launch '
+                        r'sim:=true\n'.format(place, place.parent), capsys.readouterr().out)
+    assert main(['turn', str(place)]) == 2
+    assert re.fullmatch(r'skeleton\.py: {}/lab2 is already there, .*\n'.format(place),
+                        capsys.readouterr().err)
+    assert main(['--list']) == 0
+    assert capsys.readouterr().out.count('\n') == len(LABS)
 
 
 def test_of_a_package_that_cannot_be_written_nothing_is_left(tmp_path):

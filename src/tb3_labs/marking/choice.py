@@ -1,7 +1,7 @@
 """Which file of a submission is the node of a lab?
 
 A repository of a whole course has several files with the same name. A file is chosen by its
-package, then by its name, then by what it does. Real submissions: see doc/marking.md.
+package, then by its name, then by what it does. Real submissions: see doc/instructor/marking.md.
 """
 import re
 from pathlib import Path
