@@ -328,8 +328,8 @@ class FaultsTest(NodeCase):
                                    'tb3_labs.nodes.controller:ControllerCore.command')):
             self.setUp()
             self.rest()
-            node = self.start('broken_node.py', executable, where, '_has_control:=true',
-                              '_goal_x:=3.0', terminal=True)
+            drives = ['_has_control:=true', '_goal_x:=3.0'] * (executable == 'move2goal_tf.py')
+            node = self.start('broken_node.py', executable, where, *drives, terminal=True)
             if executable == 'turtlebot_controller.py':
                 node.type('b')
             node.wait_for('FATAL', STARTING)
