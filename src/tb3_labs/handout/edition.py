@@ -8,7 +8,7 @@ import os
 import shutil
 import subprocess
 from pathlib import Path
-from typing import Iterable, List
+from typing import Iterable, List, Set
 
 LIST = 'doc/instructor/edition.txt'
 #: Takes the place of the package's own README.
@@ -24,7 +24,8 @@ def kept(paths: Iterable[str], rules: str) -> List[str]:
 
     ``ValueError`` for a line that no path matches.
     """
-    left, paths = set(), list(paths)
+    left: Set[str] = set()
+    paths = list(paths)
     for line in rules.splitlines():
         rule = line.partition('#')[0].strip()
         if not rule:
