@@ -60,7 +60,10 @@ if [[ " $* " == *' record:='[Tt]rue* ]]; then patience=100; fi
 # The nodes write into a pipe here: without this their lines would come late, and in another order.
 export PYTHONUNBUFFERED=1 ROSCONSOLE_FORMAT=${ROSCONSOLE_FORMAT:-'[${severity}] ${message}'}
 
-# Job control: roslaunch in a process group of its own gets each signal once, from the keyboard or sent to this script.
+# Job control: roslaunch in a process group of its own gets each signal once, from the keyboard or sent to this script. A
+# signal that comes while the programs are started is obeyed when all have a name here: none is left behind.
+interrupted=
+trap 'interrupted=yes' INT TERM HUP
 set -m
 # roslaunch's own chatter is left out, also what it adds to a refused argument, and what RViz, Debian's rospack and a rosdep
 # without data say on every start.
@@ -93,6 +96,7 @@ interrupt() {    # with the exit status
   exit "$1"
 }
 trap 'interrupt 130' INT TERM HUP
+[ -z "$interrupted" ] || interrupt 130
 
 # Whichever of the two ends first ends the other one. bash would name what is ended.
 status=0

@@ -8,7 +8,7 @@
 #     ./scripts/test.sh ros          the nodes only (rostest)
 #     ./scripts/test.sh NAME ...     only the tests whose name contains NAME, such as a file in test/ros
 #     ./scripts/test.sh -l           list the names
-#     -j N, in front                 seats for tests (5): most take one, one takes four (see CMakeLists.txt)
+#     -j N, in front                 seats for tests (4): most take one, one takes three (see CMakeLists.txt)
 #
 # pytest with options of its own: source scripts/setup.sh, then python3 -m pytest -p no:cacheprovider test/unit ...
 set -euo pipefail
@@ -21,7 +21,7 @@ export ROS_HOSTNAME=localhost
 
 case ${1:-} in -h | --help) sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;; esac
 
-jobs=5
+jobs=4
 if [ "${1:-}" = -j ]; then jobs=${2:?'-j: a number is missing'}; shift 2; fi
 [[ $jobs =~ ^[1-9][0-9]*$ ]] || { echo "tb3_labs: -j: not a number: $jobs" >&2; exit 2; }
 
