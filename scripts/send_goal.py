@@ -74,8 +74,8 @@ def read_goal(words):
     return TypedPose(*map(number_or_text, words)).pose
 
 
-def drive(goal):
-    """Send the goal, wait for its end; the exit status."""
+def drive(goal, signals):
+    """Send the goal, wait for its end; the exit status. A signal cancels the goal."""
     rospy.init_node('send_goal', anonymous=True, disable_signals=True)
     client = actionlib.ActionClient('move2goal', MoveBaseAction)
     if not client.wait_for_server(rospy.Duration(ANSWER)):
@@ -88,16 +88,19 @@ def drive(goal):
         # SimpleActionClient (1.14.0) loses an answer that comes before its send_goal() has returned
         if handle.get_comm_state() == actionlib.CommState.DONE:
             over.set()
+            signals.wake()
 
     sent = client.send_goal(
         MoveBaseGoal(target_pose=to_pose_stamped(goal, 'local', 0.0)), on_transition)
     rospy.on_shutdown(lambda: over.is_set() or sent.cancel())
     try:
         progress = Progress()
-        while not over.wait(PROGRESS):
+        while not over.is_set():
+            signals.wait(PROGRESS)    # not over.wait(): a signal just before it would be missed
             if rospy.is_shutdown():
                 return 1
-            progress.tell()
+            if not over.is_set():
+                progress.tell()
     except Interrupted:
         sent.cancel()
         over.wait(ANSWER)    # it is canceled when move_to_goal has said so
@@ -120,9 +123,9 @@ def main(words):
         print('send_goal: no ROS master answers at {}: start a launch file first'.format(
             rosgraph.get_master_uri()), file=sys.stderr)
         return 1
-    Signals()    # from here on Ctrl+C, `kill` and a closed terminal raise Interrupted
+    signals = Signals()    # from here on Ctrl+C, `kill` and a closed terminal raise Interrupted
     try:
-        return drive(goal)
+        return drive(goal, signals)
     except Interrupted:
         return 1
 

@@ -1,6 +1,7 @@
 """An answer to a goal counts also if it comes before send_goal() has returned."""
 import importlib.util
 import pathlib
+from types import SimpleNamespace
 
 import pytest
 
@@ -49,5 +50,6 @@ def test_an_answer_at_once(status, ends_with, monkeypatch, capsys):
     monkeypatch.setattr(script, 'Progress', lambda: None)
     for name in ('init_node', 'on_shutdown'):
         monkeypatch.setattr(script.rospy, name, lambda *_, **__: None)
-    assert script.drive(Pose2(1.0, 0.0, 0.0)) == ends_with
+    signals = SimpleNamespace(wake=lambda: None, wait=None)    # nothing is waited for
+    assert script.drive(Pose2(1.0, 0.0, 0.0), signals) == ends_with
     assert capsys.readouterr().out == 'the text\n'

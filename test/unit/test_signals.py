@@ -70,6 +70,11 @@ def test_another_thread_ends_the_wait():
     assert process.rest() == ['woken']
 
 
+def test_a_wait_ends_when_its_time_is_over():
+    process = Process(WAIT.replace('wait()', 'wait(0.1)'))
+    assert process.rest() == ['woken']
+
+
 def test_nohup_is_respected():
     process = Process('threading.Timer(1.0, signals.wake).start()' + WAIT,
                       lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
@@ -77,14 +82,15 @@ def test_nohup_is_respected():
     assert process.rest() == ['woken']
 
 
-def test_a_signal_that_a_library_swallows_ends_the_wait_all_the_same():
+@pytest.mark.parametrize('wait', [WAIT, WAIT.replace('wait()', 'wait(60.0)')])
+def test_a_signal_that_a_library_swallows_ends_the_wait_all_the_same(wait):
     process = Process('''
 try:
     say('ready')
     time.sleep(10.0)
 except:
     say('swallowed')
-''' + WAIT)
+''' + wait)
     process.send_signal(signal.SIGINT)
     assert process.rest() == ['swallowed', 'ready', 'interrupted']
 

@@ -6,6 +6,7 @@ leaves its calls and their locks, then the node shuts down once.
 """
 import faulthandler
 import os
+import select
 import signal
 import threading
 
@@ -41,10 +42,12 @@ class Signals:
         """End :meth:`wait`, from any thread."""
         os.write(self._wake, SHUT_DOWN)
 
-    def wait(self):
-        """Wait for :meth:`wake`; a signal raises Interrupted here, and everywhere else."""
-        while os.read(self._over, 1) != SHUT_DOWN and not self._signalled.is_set():
-            pass    # a signal that does not end the node
+    def wait(self, seconds=None):
+        """Wait for :meth:`wake`, or for `seconds`; a signal raises Interrupted here, and everywhere
+        else. A signal that does not end the node ends the wait if `seconds` are given."""
+        while select.select([self._over], [], [], seconds)[0]:
+            if os.read(self._over, 1) == SHUT_DOWN or self._signalled.is_set() or seconds is not None:
+                break
         if self._signalled.is_set():
             raise Interrupted    # a library caught it by a bare `except:`
 
