@@ -57,6 +57,8 @@ AGAIN, ASKS = 10.0, re.compile('rostopic|rosservice|rosnode')
 TIMED, SUCCEEDS = re.compile(r'^(timeout .*?)(\s+# .*)?$', re.MULTILINE), r'\1 || [ $? = 124 ]'
 #: Ctrl+C may not end in one of these. (Python that still imports modules says KeyboardInterrupt.)
 BAD_END = re.compile(r'Traceback(?!(?s:.)*KeyboardInterrupt)|escalating|Exception in thread')
+#: Python 3.13 does not end while a thread waits in input(): Enter ends it (doc/symptoms.md).
+PYTHON_WAITS = sys.version_info >= (3, 13)
 #: A colour.
 COLOUR = re.compile(r'\x1b\[[\d;]*m')
 
@@ -184,7 +186,12 @@ class Student:
     def _end(self, name):
         program = self._terminals.get(name)
         if program is not None:
-            program.end(signal.SIGINT, 20.0)
+            program.send(signal.SIGINT)
+            give_up = time.monotonic() + 10.0
+            while PYTHON_WAITS and program.status is None and time.monotonic() < give_up:
+                time.sleep(0.5)
+                program.type('')
+            program.wait(20.0)
             del self._terminals[name]
             assert not BAD_END.search(program.text), 'after Ctrl+C:\n' + program.text
 

@@ -234,7 +234,7 @@ def _shade(figure: Figure, plots: Sequence[Axes], run: RunData) -> None:
             axes.axvspan(max(0.0, span.begin), span.end, facecolor=fill, hatch=hatch,
                          edgecolor='#bbbbbb', linewidth=0.0, zorder=0)
     _finish_time(run, *plots)
-    handles = list(used.values()) + [
+    handles: List[Any] = list(used.values()) + [
         line for line in plots[0].get_lines() if line.get_label() == 'reset']
     legend_below(figure, handles, [handle.get_label() for handle in handles])
 
