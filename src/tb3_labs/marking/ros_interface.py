@@ -15,9 +15,9 @@ import rosservice
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.move2goal import ANSWER_TIME
+from tb3_labs.marking.ros_internals import ServiceType, offer_any_service, service_types
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
-from tb3_labs.marking.ros_internals import ServiceType, offer_any_service, service_types
 
 #: The roles of a node at a topic, or a service.
 ROLES = PUBLISHES, LISTENS, OFFERS = 'publishes', 'listens', 'offers'

@@ -16,9 +16,9 @@ from tb3_labs.geometry.angles import clamp, continuous, difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.conduct import false_message
 from tb3_labs.marking.observation import CMD_VEL, IMU, ODOM, TRUTH
+from tb3_labs.marking.ros_internals import sender_of
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_imu_sample, to_odometry_sample, to_pose2, to_twist
-from tb3_labs.marking.ros_internals import sender_of
 from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.ros.topics import subscribe
 

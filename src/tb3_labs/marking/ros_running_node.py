@@ -17,7 +17,7 @@ import rospy
 from rosgraph_msgs.msg import Log
 
 from tb3_labs.marking.observation import CMD_VEL, IMU, ODOM, Run
-from tb3_labs.marking.ros_interface import Graph, LISTENS, PUBLISHES
+from tb3_labs.marking.ros_interface import LISTENS, PUBLISHES, Graph
 from tb3_labs.marking.ros_types import Types
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.program import BoundedText

@@ -19,7 +19,7 @@ from roslib.packages import find_node
 from tb3_labs.marking.criteria import START_TIME
 from tb3_labs.marking.observation import Run
 from tb3_labs.marking.processes import ResourceWatch
-from tb3_labs.marking.ros_interface import Graph, LISTENS
+from tb3_labs.marking.ros_interface import LISTENS, Graph
 from tb3_labs.marking.ros_types import Types
 from tb3_labs.marking.sandbox import OWN_FOLDERS, NoSandbox
 from tb3_labs.ros.clocks import wait_until

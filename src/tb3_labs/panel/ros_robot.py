@@ -18,9 +18,9 @@ from tb3_labs.panel.ros_watch import Watch
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.conversions import frame, to_pose_stamped
 from tb3_labs.ros.ctrl_relinq import ControlGiver
-from tb3_labs.ros.reset_call import call_reset
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.parameters import read_config
+from tb3_labs.ros.reset_call import call_reset
 from tb3_labs.ros.rospy_internals import heard_by, messages_written
 
 #: A pad that publishes `joy` beside the pages has been heard within this time [s].
