@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Marks a submission whose node deletes, fills, forks, fakes and listens; and a class of odd names
-and formulas. Links and bombs are those of test_intake.py and test_submission.py.
+"""Marks a submission whose node deletes, fills, forks, fakes and listens; and a class of odd names,
+links, bombs and formulas.
 
 All that they try to harm is a throw-away folder. The node forks no more than MOST_FORKS processes,
 if the sandbox does not hold.
@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import zipfile
 from pathlib import Path
 
 import rospkg
@@ -170,6 +171,9 @@ class HostileTest(unittest.TestCase):
     @classmethod
     def hand_in_odd(cls, folder):
         """A class with the row of names: of its folders, and of all that eve can name."""
+        (cls.home / '.bashrc').write_text('mine')
+        (cls.home / '.ssh').mkdir()
+        (cls.home / '.ssh' / '__init__.py').write_text('KEY = {!r}'.format(SECRET))
         for name in NAMES:
             (folder / ('x' + name)).mkdir(parents=True)
         eve = folder / 'eve'
@@ -186,6 +190,18 @@ class HostileTest(unittest.TestCase):
         for name, text in files.items():
             (eve / name).parent.mkdir(parents=True, exist_ok=True)
             (eve / name).write_text(text, encoding='utf-8', errors='replace')
+        (eve / 'lab' / 'package.xml').symlink_to(cls.home / '.bashrc')
+        (eve / 'odd' / 'src').mkdir()
+        (eve / 'odd' / 'src' / 'odd').symlink_to(cls.home / '.ssh')
+        os.mkfifo(str(eve / 'odd' / 'msg' / 'Pipe.msg'))
+        inner = io.BytesIO()
+        with zipfile.ZipFile(inner, 'w', zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr('zeros', bytes(150000000))
+        (folder / 'bomb').mkdir()
+        bomb = str(folder / 'bomb' / 'bomb.zip')
+        with zipfile.ZipFile(bomb, 'w', zipfile.ZIP_DEFLATED) as archive:
+            for number in range(9):
+                archive.writestr('{}.zip'.format(number), inner.getvalue())
 
     @classmethod
     def tearDownClass(cls):
@@ -220,7 +236,7 @@ class HostileTest(unittest.TestCase):
         self.assertNotIn('changed', (self.marks / 'marks.csv').read_text())
 
     def test_one_odd_submission_does_not_end_a_class(self):
-        self.assertEqual(len(self.rows), len(NAMES) + 1, ascii(self.odd_said))
+        self.assertEqual(len(self.rows), len(NAMES) + 2, ascii(self.odd_said))
         self.assertIn('xM\\xfcller', self.rows)
         self.assertEqual(self.rows['eve']['points'], '0', ascii(self.odd_said))
         printed = (self.home / 'odd' / 'eve.html').read_text(encoding='utf-8')
@@ -230,6 +246,15 @@ class HostileTest(unittest.TestCase):
     def test_the_name_of_a_file_is_no_code(self):
         self.assertFalse((self.home / 'harm').exists())
         self.assertIn('ROS allows letters', self.rows['eve']['remarks'])
+
+    def test_nothing_goes_through_a_link(self):
+        self.assertEqual((self.home / '.bashrc').read_text(), 'mine')
+        self.assertIn('Left out, because each is a link', self.rows['eve']['remarks'])
+        for path in (self.home / 'odd').rglob('*'):
+            self.assertFalse(path.is_file() and SECRET in path.read_text(errors='replace'), path)
+
+    def test_archives_have_one_budget(self):
+        self.assertIn('More than 200 MB', self.rows['bomb']['remarks'])
 
     def test_what_is_shown_is_plain(self):
         lines = self.odd_said.splitlines()
