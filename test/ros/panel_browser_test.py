@@ -49,6 +49,7 @@ class PanelBrowserTest(PanelCase):
         cls.browser.close()
 
     def setUp(self):
+        self.others = []
         if self.browser is None:
             type(self).browser = Browser(self.address)
         self.page = self.browser
@@ -60,7 +61,7 @@ class PanelBrowserTest(PanelCase):
         self.page.wait_for(page='', has_control=False)
 
     def pages(self):
-        return [self.browser] if self.browser else []
+        return ([self.browser] if self.browser else []) + self.others
 
     def here(self):
         """Click "reset" with 0, 0, 0; the robot's true pose, which is that of local."""
@@ -162,6 +163,7 @@ class PanelBrowserTest(PanelCase):
     def test_b_takes_the_robot_from_another_page(self):
         """By its key, and by a gamepad whose buttons were not let go since it was plugged in."""
         other = Page(self.address)
+        self.others.append(other)
         self.addCleanup(other.close)
         for press in lambda: self.page.press_key('b'), lambda: self.page.move_pad(pressed=[1]):
             self.assertEqual(other.ask('give'), (True, 'control given'))
@@ -196,13 +198,14 @@ class PanelBrowserTest(PanelCase):
         self.page.wait_until(lambda: self.page.picture('n') > 20, 10.0, 'more pictures')
         self.panel.end()
         self.page.wait_until(lambda: self.page.is_shown('banner'), 10.0, 'the banner')
+        before = self.page.picture('n')
         self.assertIn('not connected', self.page.text('banner').lower())
         self.assertTrue(self.page.picture('odom'))    # all stays to be looked at
         self.start_panel()
         self.page.wait_until(lambda: not self.page.is_shown('banner'), STARTING, 'its return')
-        # the new panel counts its pictures anew, and first finds the nodes
-        self.page.wait_until(lambda: self.page.picture('n') < 20 and all(
-            self.page.picture('can').values()), 10.0, 'all nodes')
+        # the new panel counts its pictures anew
+        self.page.wait_until(lambda: self.page.picture('n') < before, STARTING, 'new pictures')
+        self.page.wait_until(lambda: all(self.page.picture('can').values()), STARTING, 'all nodes')
 
     def test_when_a_browser_crashes_while_a_stick_is_held_the_robot_stops(self):
         """The last test: it leaves no browser."""
