@@ -63,6 +63,8 @@ def test_complaints_name_each_silent_source_and_how_long():
     watch = SensorWatch(imu, odom, joy)
     assert watch.problem(10.0, with_age=True) == 'no odom for 1.3 s, no joy yet'
     assert watch.problem(10.0) == 'no odom, no joy yet'
+    assert watch.problem(10.12) == 'no odom, no joy yet'        # half of the IMU's timeout: 0.125 s
+    assert watch.problem(10.13) == 'no imu, no odom, no joy yet'
     assert SensorWatch(imu).problem(10.1) == SensorWatch().problem(10.0) == ''
 
 
@@ -124,11 +126,6 @@ def test_of_two_timeouts_the_shorter_one_tells_a_silence():
     imu.heard(10.3)
     joy.heard(10.3)
     assert look(watch, 10.3) is Sight.BACK_SOON
-
-
-@pytest.mark.parametrize('age, overdue', [(0.12, False), (0.13, True)])
-def test_overdue_is_half_the_timeout(age, overdue):
-    assert heard_at(8.0).is_overdue(8.0 + age) is overdue
 
 
 def test_messages_are_counted_and_new_readings_told_once():

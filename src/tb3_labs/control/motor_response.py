@@ -11,10 +11,10 @@ with the travel U that was commanded until then, and the speed v. Each sample of
 up, or is at steady speed, is one such equation. They are solved by least squares. The approach
 begins with the values of earlier approaches, which count by their doubt.
 
-A robot that is at full speed at its first sample in motion shows that it has no lag. The equation
-does not: there it only has the sum of delay and lag. So a *look at the start* comes first. From
-rest, with the command u, a first-order motor has v = gain u (1 - exp(-(t - delay) / lag)). With the
-share r = v / (gain u) and the way w = x / (gain u) of one sample,
+At steady speed the equation has only the sum of delay and lag. So a *look at the start* comes
+first. From rest, with the command u, a first-order motor has
+v = gain u (1 - exp(-(t - delay) / lag)). With the share r = v / (gain u) and the way
+w = x / (gain u) of one sample,
 
     lag = w / (-log(1 - r) - r)         delay = t - w - lag r
 
@@ -144,26 +144,23 @@ def look_at_start(time: float, first: float, travelled: float,
 class Identification:
     """Delay, lag and gain during one approach, beginning with those of earlier approaches."""
 
-    def __init__(self, response: Response, speed_is_prompt: bool) -> None:
-        """`response`: the values as far as known, which this approach improves;
-        `speed_is_prompt`: the measured speed is that of the moment, see ApproachConfig."""
+    def __init__(self, response: Response, speed_is_prompt: bool, speed: float) -> None:
+        """The first command is given now, to a robot with this measured `speed`.
+
+        `response`: the values as far as known, which this approach improves; `speed_is_prompt`: the
+        measured speed is that of the moment, see ApproachConfig.
+        """
         #: The estimate of this approach.
         self.estimate = response.copy()
         self._response = response
         self._first = response.copy()    # what the equations are solved for is the difference
         self._speed_is_prompt = speed_is_prompt
-        self._from_rest = False          # did the robot stand when the approach began,
-        self._seen_to_start = False      # and was it seen to speed up?
+        # Delay and lag show only in motion that was commanded in this approach.
+        self._from_rest = abs(speed) <= ONSET    # did the robot stand when it began,
+        self._seen_to_start = False              # and was it seen to speed up?
         gain, delay, lag = DOUBTS
         doubts = np.array([gain, delay, lag if speed_is_prompt else BELIEVED])
         self._squares, self._right = np.diag(doubts ** -2.0), np.zeros(3)
-
-    def begin(self, speed: float) -> None:
-        """The first command is given now, to a robot with this measured `speed`.
-
-        Delay and lag show only in motion that was commanded in this approach.
-        """
-        self._from_rest = abs(speed) <= ONSET
 
     def look(self, history: CommandHistory, travelled: float, speed: float,
              fastest: float, age: float = 0.0) -> None:
@@ -216,8 +213,7 @@ class HeardTurns:
     """Learns the response of one robot from turns that another node commands.
 
     A turn counts if it shows the robot's answer clearly: one command, on the spot, to a robot at
-    rest, and held. A speed that changes bit by bit, as by the stick of a pad, shows nothing. Times
-    are on the receiver's clock (`now`).
+    rest, and held. Times are on the receiver's clock (`now`).
     """
 
     def __init__(self, response: Response) -> None:
@@ -256,6 +252,5 @@ class HeardTurns:
     def _begin(self, angular: float, now: float) -> None:
         self._history = CommandHistory(RESOLUTION)
         self._history.send(angular)
-        self._identification = Identification(self._response, speed_is_prompt=True)
-        self._identification.begin(self._rate)
+        self._identification = Identification(self._response, True, self._rate)
         self._stood_at, self._begun_at = self._yaw, now

@@ -76,12 +76,11 @@ class TurningLaw(Protocol):
 
     @property
     def extends(self) -> bool:
-        """True: a turn that is asked for during another moves the goal of that one. False: it
-        starts anew from the present heading."""
+        """Does a turn that is asked for during another move its goal, or start anew?"""
 
     @property
     def carries_error(self) -> bool:
-        """True: a turn corrects the error that the one before left."""
+        """Does a turn correct the error that the one before left?"""
 
     def start(self, yaw: float, angle: float) -> None:
         """Turn by `angle` [rad], beginning at `yaw` [rad]."""
@@ -108,10 +107,9 @@ def make_turn(config: TurnConfig, model: RobotModel,
 
 
 class LabTurn:
-    """The handout's law: proportional, clamped, over inside the tolerance.
+    """The handout's law: proportional, clamped, over as soon as it is inside the tolerance.
 
-    Its goal is only a heading, to which it turns the short way round. It stops as soon as it is
-    inside the tolerance, so it ends short by most of the tolerance.
+    Its goal is only a heading, to which it turns the short way round.
     """
 
     period = 0.1    # [s]: 10 Hz
@@ -152,10 +150,7 @@ def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
 
 
 class PreciseTurn:
-    """As fast as the limits allow, in the direction that was asked for, ending at rest.
-
-    Drives to a goal use it as well, see :mod:`tb3_labs.control.driving`.
-    """
+    """As fast as the limits allow, in the direction that was asked for, ending at rest."""
 
     period = PERIOD
     MAX_ANGLE = 200.0 * math.pi
@@ -195,10 +190,7 @@ class PreciseTurn:
 
     def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
              noise: float = 0.0) -> LawStep:
-        """The command, see TurningLaw.
-
-        Finished when settled: at rest inside the tolerance, as well as the noise shows it.
-        """
+        """The command; finished at rest inside the tolerance, as well as the noise shows it."""
         self._time += dt
         self.remaining = continuous(self._face - yaw, self.remaining)
         command = self._approach.step(self.remaining, rate, self._fastest, dt, noise, age)

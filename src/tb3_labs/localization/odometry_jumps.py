@@ -138,7 +138,7 @@ class JumpFilter:
             if _is_reset(self._latest, heard):
                 jump = self._after_reset(self._latest, heard, driven_at)
             elif problem:
-                jump = self._stand_still(problem, self._last, sample.pose, imu)
+                jump = self._stand_still(problem, self._last, heard)
             elif _is_backwards(before, sample):
                 # The robot drove the opposite of this step, from its last place.
                 x, y = self.steady_T_odom.act((2.0 * before.x - sample.pose.x,
@@ -149,7 +149,7 @@ class JumpFilter:
         self._latest = heard
         return replace(sample, pose=self.steady_T_odom @ sample.pose), jump
 
-    def _after_reset(self, before: '_Heard', after: '_Heard', driven_at: float) -> Jump:
+    def _after_reset(self, before: _Heard, after: _Heard, driven_at: float) -> Jump:
         """The robot was reset between two messages: is it known to have stood meanwhile?"""
         turned = difference(after.imu.yaw, before.imu.yaw)
         stood = before.rests and driven_at < before.arrival - COMMAND_TIMEOUT
@@ -160,15 +160,14 @@ class JumpFilter:
         self.steady_T_odom = Pose2()
         return Jump(SET_TO_ZERO, POSE_LOST)
 
-    def _stand_still(self, problem: str, last: '_Heard', odom_T_base: Pose2,
-                     imu: ImuSample) -> Jump:
-        """The odometry says `odom_T_base` now, but the robot stands where it was at `last`."""
-        turned = difference(imu.yaw, last.imu.yaw)
+    def _stand_still(self, problem: str, last: _Heard, now: _Heard) -> Jump:
+        """The odometry jumped, but the robot stands where it was at `last`."""
+        turned = difference(now.imu.yaw, last.imu.yaw)
         if abs(turned) > RESTING_TURN + STOPPING_TIME * abs(last.imu.yaw_rate):
             self.steady_T_odom = Pose2()
             return Jump(problem, POSE_LOST)
         here = self.steady_T_odom @ last.sample.pose
-        self._hold(Pose2(here.x, here.y, here.yaw + turned), odom_T_base)
+        self._hold(Pose2(here.x, here.y, here.yaw + turned), now.sample.pose)
         return Jump(problem, POSE_KEPT)
 
     def _hold(self, steady_T_base: Pose2, odom_T_base: Pose2) -> None:

@@ -88,7 +88,6 @@ class _Grant:
         self._count = 0
 
     def renewed(self, now: float) -> None:
-        """The sender says True again."""
         self.heard_at = now
         self._count += 1
 
@@ -148,7 +147,6 @@ class Permission:
     def told(self, granted: bool, now: float, sender: str = '', renews: bool = False,
              is_doubtful: bool = False, is_old: bool = False) -> None:
         """`sender` said True or False now; `renews`: it renews its grant, else it gives once.
-
         `is_doubtful`: this was latched, and perhaps said before; `is_old`: it was, for sure.
         """
         self.update(now)
@@ -191,7 +189,9 @@ class Permission:
         self._sleep.update(now)
         if self._sleep.slept_for > LONGEST_LAPSE:
             self._began_at = now
-            self._end_all(self._sleep.in_words())
+            if self._grants:
+                self._grants = {}
+                self._news.tell('Control is gone: ' + self._sleep.in_words(), warning=True)
         for sender, grant in list(self._grants.items()):
             reason = self._objection(sender, grant, now)
             if reason:
@@ -210,8 +210,3 @@ class Permission:
         if any(at > grant.sent_before for other, at in self._stops.items() if other != sender):
             return 'it was taken while the network delayed it'
         return ''
-
-    def _end_all(self, reason: str) -> None:
-        if self._grants:
-            self._grants = {}
-            self._news.tell('Control is gone: {}'.format(reason), warning=True)
