@@ -31,8 +31,8 @@ def identified(delay, lag, command=1.0, begin_speed=0.0, prompt=True, seconds=1.
     Samples are `age` [s] old; their travel has `noise`, their speed a fifth of it [rad, rad/s].
     """
     chance, learned = random.Random(1), learned or Response()
-    identification = Identification(learned, prompt, begin_speed)
-    history = CommandHistory(PERIOD)
+    identification, history = Identification(learned, prompt), CommandHistory(PERIOD)
+    identification.begin(begin_speed)
     for tick in range(round(seconds / PERIOD)):
         if tick:
             history.advance(PERIOD)
@@ -101,7 +101,8 @@ def test_motors_without_lag_are_seen_in_a_single_sample():
     (0.9 * SPEEDING_UP[0], False), (1.1 * SPEEDING_UP[0], True), (1.1 * SPEEDING_UP[1], False),
     (1e307, False)])
 def test_a_robot_that_has_hardly_begun_to_move_or_moves_otherwise_tells_nothing(share, tells):
-    history, identification = CommandHistory(PERIOD), Identification(Response(), True, 0.0)
+    history, identification = CommandHistory(PERIOD), Identification(Response(), True)
+    identification.begin(0.0)
     history.send(1.0)
     history.advance(0.1)
     identification.look(history, -0.001, share, 1.0)
@@ -137,7 +138,8 @@ def test_what_tells_nothing_teaches_nothing(what):
 @pytest.mark.parametrize('share, is_steady', [(0.91, False), (0.93, True), (1.07, True)])
 def test_steady_is_within_8_percent_of_the_command(command, share, is_steady):
     learned, history = Response(), CommandHistory(PERIOD)
-    identification = Identification(learned, False, 0.0)
+    identification = Identification(learned, speed_is_prompt=False)
+    identification.begin(0.0)
     for _ in range(10):
         history.send(command)
         history.advance(PERIOD)

@@ -74,6 +74,7 @@ class Approach:
         self._direction = 0.0     # of the latest command that was not zero
         self._reversals = 0       # changes of that direction
         self._nudges = False      # was the robot told to stop since the start?
+        self._identification = Identification(self._response, self._config.speed_is_prompt)
         self._begin(math.nan, 0.0)
 
     @property
@@ -126,8 +127,7 @@ class Approach:
     def _begin(self, remaining: float, speed: float) -> None:
         """The first command is given now."""
         self._history = CommandHistory(self._config.period)
-        self._identification = Identification(
-            self._response, self._config.speed_is_prompt, speed)
+        self._identification.begin(speed)
         self._start_remaining = remaining
         self._motor_speed = speed
 

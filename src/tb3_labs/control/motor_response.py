@@ -144,23 +144,24 @@ def look_at_start(time: float, first: float, travelled: float,
 class Identification:
     """Delay, lag and gain during one approach, beginning with those of earlier approaches."""
 
-    def __init__(self, response: Response, speed_is_prompt: bool, speed: float) -> None:
-        """The first command is given now, to a robot with this measured `speed`.
-
-        `response`: the values as far as known, which this approach improves; `speed_is_prompt`: the
-        measured speed is that of the moment, see ApproachConfig.
-        """
+    def __init__(self, response: Response, speed_is_prompt: bool) -> None:
+        """`response`: the values as far as known, which this approach improves;
+        `speed_is_prompt`: the measured speed is that of the moment, see ApproachConfig."""
         #: The estimate of this approach.
         self.estimate = response.copy()
         self._response = response
         self._first = response.copy()    # what the equations are solved for is the difference
         self._speed_is_prompt = speed_is_prompt
-        # Delay and lag show only in motion that was commanded in this approach.
-        self._from_rest = abs(speed) <= ONSET    # did the robot stand when it began,
-        self._seen_to_start = False              # and was it seen to speed up?
+        self._from_rest = False          # did the robot stand when the approach began,
+        self._seen_to_start = False      # and was it seen to speed up?
         gain, delay, lag = DOUBTS
         doubts = np.array([gain, delay, lag if speed_is_prompt else BELIEVED])
         self._squares, self._right = np.diag(doubts ** -2.0), np.zeros(3)
+
+    def begin(self, speed: float) -> None:
+        """The first command is given now, to a robot with this measured `speed`: delay and lag show
+        only in motion that was commanded in this approach."""
+        self._from_rest = abs(speed) <= ONSET
 
     def look(self, history: CommandHistory, travelled: float, speed: float,
              fastest: float, age: float = 0.0) -> None:
@@ -252,5 +253,6 @@ class HeardTurns:
     def _begin(self, angular: float, now: float) -> None:
         self._history = CommandHistory(RESOLUTION)
         self._history.send(angular)
-        self._identification = Identification(self._response, True, self._rate)
+        self._identification = Identification(self._response, speed_is_prompt=True)
+        self._identification.begin(self._rate)
         self._stood_at, self._begun_at = self._yaw, now
