@@ -44,12 +44,6 @@ def test_the_handouts_law(error_deg, rate):
     assert not step.finished
 
 
-def test_the_handouts_floor_is_half_a_radian_per_second():
-    turn = LabTurn(replace(LAB, hdg_tol=1.0), BURGER)
-    turn.start(0.0, math.radians(-3.0))
-    assert turn.step(0.0, 0.0, 0.1).command.angular == -0.5
-
-
 def test_the_handouts_tolerance_ends_the_turn():
     turn = LabTurn(LAB, BURGER)
     turn.start(0.0, math.radians(90.0))
