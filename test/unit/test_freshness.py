@@ -24,6 +24,7 @@ def look(watch, now):
 def test_one_message_alone_is_no_sensor_yet_and_the_gap_after_it_no_silence():
     imu = Freshness('imu')
     watch = SensorWatch(imu)
+    assert (watch.sight, watch.hold_reason, watch.silent_for) == (Sight.SILENT, '', 0.0)
     imu.heard(10.0)
     assert look(watch, 10.0) is Sight.SILENT
     imu.heard(12.6)
@@ -51,11 +52,6 @@ def test_a_clock_that_goes_back_does_not_make_a_source_fresh_for_ever():
     source.clock_went_back(10.0)
     assert source.is_fresh(10.25)
     assert not source.is_fresh(10.26)
-
-
-def test_the_usual_timeout_is_5_cm_of_a_burger_at_full_speed():
-    assert Freshness('imu').timeout == SENSOR_TIMEOUT
-    assert SENSOR_TIMEOUT * 0.2108 == pytest.approx(0.05, abs=0.005)
 
 
 def test_complaints_name_each_silent_source_and_how_long():
@@ -107,11 +103,6 @@ def test_a_silence_before_the_motion_does_not_count():
     assert look(watch, 15.6) is Sight.SILENT and watch.hold_reason == 'no imu'
     watch.pause()
     assert watch.hold_reason == ''
-
-
-def test_before_the_first_look_the_robot_stands():
-    watch = SensorWatch(Freshness('imu'))
-    assert (watch.sight, watch.hold_reason, watch.silent_for) == (Sight.SILENT, '', 0.0)
 
 
 def test_a_watch_stops_the_robot_also_after_the_clock_went_back():
