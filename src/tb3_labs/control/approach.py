@@ -133,10 +133,11 @@ class Approach:
 
     def _advance(self, speed: float, dt: float) -> None:
         """Time goes on; the way at rest gets less by the command of that time."""
-        before = self._history.commanded
-        self._history.advance(dt)
-        commanded = self._history.commanded - before
-        fastest = max(abs(speed), abs(self._history.command))
+        history = self._history
+        before = history.commanded(history.begin)
+        history.advance(dt)
+        commanded = history.commanded(history.begin) - before
+        fastest = max(abs(speed), abs(history.command))
         self._way.shift(-self._identification.estimate.gain * commanded, TIME_DOUBT * fastest)
 
     def _speed_of_motors(self, speed: float, dt: float) -> float:

@@ -18,11 +18,10 @@ w = x / (gain u) of one sample,
 
     lag = w / (-log(1 - r) - r)         delay = t - w - lag r
 
-The delay is that of the round trip, to the robot and back: samples arrive late, and a robot sets
-its clock by the same slow link, so that their stamps look fresh. Nothing tells one way from the
-other. But the way of a command is known from measurements (`COMMAND_TIME`), so what exceeds it is
-taken for the *sample delay*. If commands are slower than that, the sample delay is too large by the
-difference.
+The delay is that of the round trip, to the robot and back, since a robot sets its clock by the same
+slow link: late samples look fresh by their stamps. The way of a command is known from measurements
+(`COMMAND_TIME`). The delay that exceeds it is taken for the *sample delay*, which is too large if
+commands are slower than that.
 
 Units: seconds; radians or metres for travel, per second for speeds. Works for either direction.
 Source: the step response of a first-order system with dead time, as in K. J. Astrom and
@@ -197,7 +196,7 @@ class Identification:
                age: float) -> None:
         """Add the equation of a sample, and solve all for the differences from the first values."""
         first = self._first
-        arrived = history.travel - history.command * (first.delay + age)
+        arrived = history.commanded(history.now) - history.command * (first.delay + age)
         row = np.array([arrived, -first.gain * history.command, -speed])
         missing = travelled - (first.gain * arrived - first.lag * speed)
         weight = (TIME_DOUBT * fastest) ** -2.0

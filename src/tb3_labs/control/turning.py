@@ -126,16 +126,14 @@ class LabTurn:
         self._fastest = min(config.max_ang_z, model.max_angular)
 
     def start(self, yaw: float, angle: float) -> None:
-        """Turn by `angle`, beginning at `yaw` [rad]."""
         self._goal = yaw + angle
 
     def extend(self, angle: float) -> None:
-        """Move the goal by `angle` [rad]."""
         self._goal += angle
 
     def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
              noise: float = 0.0) -> LawStep:
-        """The command for a robot that faces `yaw` [rad]; this law uses nothing else."""
+        """The command; this law uses the yaw alone."""
         error = math.degrees(difference(self._goal, yaw))
         command = proportional(error, self._gain, self._slowest, self._fastest)
         return LawStep(Twist2(0.0, command), math.radians(error), abs(error) < self._tolerance)
@@ -178,7 +176,6 @@ class PreciseTurn:
         self._approach.start()
 
     def extend(self, angle: float) -> None:
-        """Turn by `angle` [rad] more (or less), counted from the goal, during the turn."""
         self._face += angle
         self.remaining += angle
         self._approach.extend(angle)

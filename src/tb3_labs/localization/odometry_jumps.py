@@ -81,16 +81,19 @@ class _Heard(NamedTuple):
     arrival: float
     imu: ImuSample
 
-    def seconds_to(self, sample: OdometrySample, arrival: float) -> float:
+    def seconds_to(self, later: '_Heard') -> float:
         """Time until a later message [s], by stamps or by arrivals: the longer of both."""
-        by_stamps = sample.stamp - self.sample.stamp
-        return min(max(by_stamps, arrival - self.arrival, 0.0), LONGEST_SILENCE)
+        by_stamps, by_arrival = self._intervals(later)
+        return min(max(by_stamps, by_arrival, 0.0), LONGEST_SILENCE)
 
-    def silence_to(self, sample: OdometrySample, arrival: float) -> float:
+    def silence_to(self, later: '_Heard') -> float:
         """Time for which the sender was silent [s]: neither a network that holds messages up, nor a
         clock that is set, counts."""
-        by_stamps, by_arrival = sample.stamp - self.sample.stamp, arrival - self.arrival
+        by_stamps, by_arrival = self._intervals(later)
         return min(by_stamps, by_arrival) if by_stamps > 0.0 else by_arrival
+
+    def _intervals(self, later: '_Heard') -> Tuple[float, float]:
+        return later.sample.stamp - self.sample.stamp, later.arrival - self.arrival
 
     @property
     def rests(self) -> bool:
@@ -107,8 +110,7 @@ def _is_reset(before: _Heard, after: _Heard) -> bool:
     # after the reset of a board the IMU is near zero, too
     is_near_zero = math.hypot(now.x, now.y) <= NEAR_ZERO_PLACE and (
         min(abs(difference(now.yaw, turned)), abs(now.yaw)) <= NEAR_ZERO_YAW)
-    if (before.silence_to(after.sample, after.arrival) <= RESET_SILENCE
-            or not (is_zero or is_near_zero)):
+    if before.silence_to(after) <= RESET_SILENCE or not (is_zero or is_near_zero):
         return False
     contradicts_imu = abs(difference(now.yaw - was.yaw, turned)) > NEAR_ZERO_YAW
     is_calibrated = is_zero and before.rests and abs(turned) > CALIBRATION_TURN
@@ -134,7 +136,7 @@ class JumpFilter:
         jump, heard = None, _Heard(sample, arrival, imu)
         if self._last is not None and self._latest is not None:
             before = self._last.sample.pose
-            problem = _jump(before, sample.pose, self._last.seconds_to(sample, arrival))
+            problem = _jump(before, sample.pose, self._last.seconds_to(heard))
             if _is_reset(self._latest, heard):
                 jump = self._after_reset(self._latest, heard, driven_at)
             elif problem:
@@ -153,8 +155,7 @@ class JumpFilter:
         """The robot was reset between two messages: is it known to have stood meanwhile?"""
         turned = difference(after.imu.yaw, before.imu.yaw)
         stood = before.rests and driven_at < before.arrival - COMMAND_TIMEOUT
-        if (stood and abs(turned) <= RESTING_TURN
-                and before.seconds_to(after.sample, after.arrival) < LONGEST_SILENCE):
+        if stood and abs(turned) <= RESTING_TURN and before.seconds_to(after) < LONGEST_SILENCE:
             self._hold(self.steady_T_odom @ before.sample.pose, after.sample.pose)
             return Jump(SET_TO_ZERO, POSE_KEPT, turned)
         self.steady_T_odom = Pose2()
