@@ -50,7 +50,7 @@ def approach_to(remaining, delay, lag=0.05, fastest=1.5, learned=None, prompt=Fa
         time += TICK
         if abs(remaining) > NEAR:
             near_at = time
-        still = still + 1 if abs(speed) < 1e-4 and abs(approach.at_rest) <= 0.003 else 0
+        still = still + 1 if abs(speed) < 1e-4 and abs(approach.at_rest.value) <= 0.003 else 0
     return remaining, overshoot, near_at, greatest
 
 

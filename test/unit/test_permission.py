@@ -143,7 +143,7 @@ def test_the_time_in_which_a_node_starts_is_no_sleep(begins):
     permission = Permission()
     permission.update(1000.0)
     if begins:
-        permission.begin(1002.5)
+        permission.sleep.start(1002.5)
     permission.told(True, 1002.5, 'hand')
     assert permission.granted is begins
 

@@ -70,27 +70,18 @@ class Approach:
         """Begin anew with a robot that stands."""
         self._now = 0.0                     # since the start [s]
         self._measured_at = -math.inf       # the latest sample
-        self._way = Estimate()              # at rest
+        #: The remaining way if the robot were told to stop now.
+        self.at_rest = Estimate()
         self._direction = 0.0     # of the latest command that was not zero
         self._reversals = 0       # changes of that direction
         self._nudges = False      # was the robot told to stop since the start?
         self._identification = Identification(self._response, self._config.speed_is_prompt)
         self._begin(math.nan, 0.0)
 
-    @property
-    def at_rest(self) -> float:
-        """The remaining way if the robot were told to stop now."""
-        return self._way.value
-
-    @property
-    def uncertainty(self) -> float:
-        """The error that `at_rest` may have by the noise of the samples."""
-        return self._way.uncertainty
-
     def extend(self, by: float) -> None:
         """Add `by` to the remaining way: the goal was moved during the approach."""
         self._start_remaining += by
-        self._way.shift(by, 0.0)
+        self.at_rest.shift(by, 0.0)
 
     def told_to_rest(self, age: float) -> bool:
         """Has the robot obeyed only stops since `age` [s] ago?"""
@@ -117,7 +108,7 @@ class Approach:
         if self._now - age > self._measured_at + SAME_MOMENT:
             self._measured_at = self._now - age
             estimate = self._identification.estimate
-            self._way.add(way_at_rest(remaining, self._motor_speed, self._history,
+            self.at_rest.add(way_at_rest(remaining, self._motor_speed, self._history,
                                       estimate.delay + age, estimate.lag, estimate.gain), noise)
         wanted = self._wanted(fastest)
         latest, change = self._history.command, self._config.acceleration * dt
@@ -138,7 +129,7 @@ class Approach:
         history.advance(dt)
         commanded = history.commanded(history.begin) - before
         fastest = max(abs(speed), abs(history.command))
-        self._way.shift(-self._identification.estimate.gain * commanded, TIME_DOUBT * fastest)
+        self.at_rest.shift(-self._identification.estimate.gain * commanded, TIME_DOUBT * fastest)
 
     def _speed_of_motors(self, speed: float, dt: float) -> float:
         """As measured, or as the model predicts it."""
@@ -152,12 +143,12 @@ class Approach:
         config = self._config
         self._nudges = self._nudges or bool(self._direction and not self._history.command)
         left = config.leave_alone if self._nudges else 0.0
-        near = self.uncertainty + max(config.close_enough, left)
-        if self.at_rest > near or self.at_rest < -max(near, config.backwards_from):
+        way, near = self.at_rest.value, self.at_rest.uncertainty + max(config.close_enough, left)
+        if way > near or way < -max(near, config.backwards_from):
             caution = 1.0 + config.reversal_caution * self._reversals
             gain = config.gain / (caution + config.nudge_caution * self._nudges)
-            size = abs(braking_speed(self.at_rest, config.braking, gain))
-            wanted = math.copysign(clamp(size, min(config.slowest, fastest), fastest), self.at_rest)
+            size = abs(braking_speed(way, config.braking, gain))
+            wanted = math.copysign(clamp(size, min(config.slowest, fastest), fastest), way)
             if wanted * self._direction < 0.0:
                 self._reversals += 1
             self._direction = wanted

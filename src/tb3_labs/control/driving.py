@@ -162,7 +162,7 @@ class PreciseLaw:
         direction = -1.0 if self._reverse else 1.0
         speed = direction * self._driving.step(ahead, direction * motion.linear,
                                                self._max_linear, dt)
-        at_rest = self._driving.at_rest
+        at_rest = self._driving.at_rest.value
         slips = at_rest < -0.3 * self.distance_tolerance and abs(motion.linear) > self.REST_SPEED
         look = wrap(self._line + math.atan2(-aside, self.LOOK_AHEAD))
         self._turning.aim(wrap(look + math.pi) if self._reverse else look)

@@ -32,13 +32,8 @@ MORE_TRIES = 2
 class DrivingLaw(Protocol):
     """A law for drives to a goal: how to move in each driving state. Poses are in local."""
 
-    @property
-    def period(self) -> float:
-        """Time from one command to the next [s]."""
-
-    @property
-    def distance_tolerance(self) -> float:
-        """A robot that is this near to the goal has reached it [m]."""
+    period: float                # time from one command to the next [s]
+    distance_tolerance: float    # a robot that is this near to the goal has reached it [m]
 
     def start(self, pose: Pose2, goal: Pose2) -> None:
         """Begin a drive from `pose`."""

@@ -62,25 +62,11 @@ class TurnConfig(Config):
 class TurningLaw(Protocol):
     """A law for turns on the spot."""
 
-    @property
-    def period(self) -> float:
-        """Time from one command to the next [s]."""
-
-    @property
-    def MAX_ANGLE(self) -> float:
-        """The largest turn [rad]."""
-
-    @property
-    def MAX_ANGLE_IN_WORDS(self) -> str:
-        """The same in degrees, in the words of a refusal."""
-
-    @property
-    def extends(self) -> bool:
-        """Does a turn that is asked for during another move its goal, or start anew?"""
-
-    @property
-    def carries_error(self) -> bool:
-        """Does a turn correct the error that the one before left?"""
+    period: float              # time from one command to the next [s]
+    MAX_ANGLE: float           # the largest turn [rad],
+    MAX_ANGLE_IN_WORDS: str    # and in degrees, in the words of a refusal
+    extends: bool              # does a turn that is asked for during another move its goal?
+    carries_error: bool        # does a turn correct the error that the one before left?
 
     def start(self, yaw: float, angle: float) -> None:
         """Turn by `angle` [rad], beginning at `yaw` [rad]."""
@@ -194,12 +180,12 @@ class PreciseTurn:
         rests = abs(rate) <= REST_ANGULAR and self._approach.told_to_rest(age)
         self._settling.look(rests, self._time - age)
         if rests:
-            self.remaining = self._approach.at_rest
+            self.remaining = self._approach.at_rest.value
         return LawStep(Twist2(0.0, command), self.remaining,
                        self._settling.rests and self._is_near())
 
     def _is_near(self) -> bool:
-        uncertainty = self._approach.uncertainty
+        uncertainty = self._approach.at_rest.uncertainty
         if uncertainty <= 0.35 * self._tolerance:
             return abs(self.remaining) <= self._tolerance
         return (self._settling.rested_for >= self.LONGEST_LOOK

@@ -46,13 +46,13 @@ class SenderClock:
     """Reads the stamps of one sender's several sources."""
 
     def __init__(self) -> None:
-        #: Number of the epoch.
-        self.epoch = 0
+        #: Number of the epoch; the first is 0.
+        self.epoch = -1
         #: False once the stamps have shown that they are not a clock.
         self.uses_stamps = True
         self._repeats: Dict[str, int] = {}
         self._last_arrival = math.nan    # before the first sample
-        self._begin()
+        self._new_epoch()
 
     def time_of(self, source: str, stamp: float, arrival: float) -> float:
         """The time at which `source` measured a sample, on the sender's clock (or by arrival)."""
@@ -110,9 +110,6 @@ class SenderClock:
 
     def _new_epoch(self) -> None:
         self.epoch += 1
-        self._begin()
-
-    def _begin(self) -> None:
         self._least = _Least()
         self._last: Dict[str, Tuple[float, float, float]] = {}    # by source: time, stamp, arrival
         self._off_since: Dict[str, float] = {}

@@ -123,21 +123,13 @@ class Permission:
         self._stops: Dict[str, float] = {}
         self._refused: Set[str] = set()    # senders that were told that their True did not count
         self._began_at = math.nan      # the time of the first update, or of the end of a long sleep
-        self._sleep = SleepWatch()
+        #: To be started when senders can be heard: the time in which the process began is no sleep.
+        self.sleep = SleepWatch()
         self._news = NewsDesk()
 
     def take_news(self) -> List[News]:
         """The News since the last call."""
         return self._news.take()
-
-    def begin(self, now: float) -> None:
-        """Senders can be heard from now on: the time in which the process started was no sleep."""
-        self._sleep.start(now)
-
-    @property
-    def is_waking(self) -> bool:
-        """Did this process wake from a sleep just now, so that messages may be as old as that?"""
-        return self._sleep.is_waking
 
     @property
     def stands(self) -> bool:
@@ -164,7 +156,7 @@ class Permission:
         elif is_doubtful:
             self._refuse(sender, 'Control was given by {} before this node could hear it, and does '
                          'not count: False, then True, gives it again')
-        elif self.is_waking:
+        elif self.sleep.is_waking:
             self._refuse(sender, 'Control from {} does not count: it may have been given while '
                          'this node did not run. False, then True, gives it again')
         elif not repeated:
@@ -186,12 +178,12 @@ class Permission:
         """Suspend or end what was not renewed in time. To be called repeatedly."""
         if math.isnan(self._began_at):
             self._began_at = now
-        self._sleep.update(now)
-        if self._sleep.slept_for > LONGEST_LAPSE:
+        self.sleep.update(now)
+        if self.sleep.slept_for > LONGEST_LAPSE:
             self._began_at = now
             if self._grants:
                 self._grants = {}
-                self._news.tell('Control is gone: ' + self._sleep.in_words(), warning=True)
+                self._news.tell('Control is gone: ' + self.sleep.in_words(), warning=True)
         for sender, grant in list(self._grants.items()):
             reason = self._objection(sender, grant, now)
             if reason:
