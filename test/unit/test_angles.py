@@ -70,13 +70,10 @@ def test_an_array_is_wrapped_as_its_numbers_are(angles):
         assert angle_between(once, angle) < 1e-8
 
 
-def test_an_array_keeps_its_shape_and_what_is_inside_the_interval():
+def test_an_array_keeps_its_shape_and_what_is_no_angle_does_not_hide_the_others():
     angles = np.array([[0.0, 1.0, PI], [-1e-300, -3.14159, 2.0]])
     assert np.array_equal(wrap_all(angles), angles)
     assert np.array_equal(wrap_all([-PI, 3 * PI]), [PI, PI])
-
-
-def test_what_is_no_angle_in_an_array_does_not_hide_the_others():
     assert np.array_equal(np.isnan(wrap_all([math.nan, 1.0, math.inf])), [True, False, True])
 
 
@@ -101,14 +98,9 @@ def test_samples_are_interpolated_across_half_a_turn():
     assert continuous_at([-5.0, 9.0], times, angles) == pytest.approx([3.0, TURN - 2.0])
 
 
-# Numbers kept within limits -----------------------------------------------------------------------
-
 @pytest.mark.parametrize('value, expected', [
     (-3.0, -1.0), (-1.0, -1.0), (0.5, 0.5), (2.0, 2.0), (9.0, 2.0), (math.inf, 2.0),
     (-math.inf, -1.0)])
 def test_clamp(value, expected):
     assert clamp(value, -1.0, 2.0) == expected
-
-
-def test_nan_never_becomes_a_limit():
     assert math.isnan(clamp(math.nan, -1.0, 1.0))

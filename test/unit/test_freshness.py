@@ -154,13 +154,6 @@ def test_a_source_that_repeats_itself_though_it_must_change_is_frozen(reading, m
     assert problem.startswith('imu repeats one reading') if frozen else problem == ''
 
 
-def test_the_first_look_finds_nothing_frozen():
-    source = Freshness('imu')
-    source.heard(0.0, 7)
-    source.take_new()
-    assert problem_after(FrozenWatch(), 1, source) == ''
-
-
 def test_an_odometry_that_was_never_heard_does_not_show_the_imu():
     watch = DriveFrozenWatch(Freshness('imu'), Freshness('odom'))
     for _ in range(MANY):
