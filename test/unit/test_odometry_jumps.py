@@ -130,7 +130,7 @@ def test_a_jump_is_noticed_and_the_robot_keeps_its_pose(after, words):
     steady = JumpFilter()
     steady.take(sample(2.0, -1.0, 2.5), 0.0, IMU)
     seen, jump = steady.take(sample(*numbers(after), 0.03), 0.03, IMU)
-    assert words in jump.text and jump.outcome == POSE_KEPT
+    assert words in jump.text and jump.outcome == POSE_KEPT and jump.imu_turn == 0.0
     assert numbers(seen.pose) == pytest.approx((2.0, -1.0, 2.5))
     ahead = after @ Pose2(0.1, 0.0, 0.0)
     seen, jump = steady.take(sample(*numbers(ahead), 0.4), 0.4, IMU)
@@ -151,7 +151,8 @@ def test_set_to_zero_is_noticed(before, after, gap):
 
 
 @pytest.mark.parametrize('before, after, gap', [
-    ((0.01, 0.0, 0.03), (0.01, 0.0, 0.031), 3.0)] + [       # it stands near the origin
+    ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 3.0),                # it stands where it began,
+    ((0.01, 0.0, 0.03), (0.01, 0.0, 0.031), 3.0)] + [       # or near there
     ((1.0, 0.0, 0.0), (1.0 + 0.26 * gap, 0.0, min(2.84 * gap, 3.0)), gap)    # at full speed
     for gap in (0.03, 0.5, 3.0)])
 def test_what_a_robot_can_do_in_a_silence_is_no_jump(before, after, gap):
