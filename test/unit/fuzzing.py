@@ -6,9 +6,7 @@ other than a refusal (``ValueError`` where a message or a request is read), a co
 finite or beyond the limits, or a command without permission.
 
     python3 test/unit/fuzzing.py [number of messages, default 1000000] [seed]
-    python3 test/unit/fuzzing.py atheris [options of libFuzzer]     (pip install atheris)
 """
-import importlib
 import math
 import random
 import sys
@@ -33,7 +31,7 @@ MOUSE = 0.5
 
 
 class Chance:
-    """Numbers from a random generator; see Bytes for the other kind."""
+    """Numbers from a random generator."""
 
     def __init__(self, seed):
         self.below = random.Random(seed).randrange
@@ -50,22 +48,6 @@ class Chance:
     def number(self, sane):
         """A number: `sane`, or an extreme or invalid one."""
         return self.choice(NASTY) if self.yes(40) else sane
-
-
-class Bytes(Chance):
-    """Numbers from bytes that a fuzzer chooses."""
-
-    def __init__(self, data):
-        self._data, self._at = data, 0
-
-    @property
-    def empty(self):
-        return self._at >= len(self._data)
-
-    def below(self, limit):
-        size = (limit.bit_length() + 7) // 8
-        piece, self._at = self._data[self._at:self._at + size], self._at + size
-        return int.from_bytes(piece, 'little') % limit
 
 
 class Stamp:
@@ -258,28 +240,9 @@ def run(messages, seed):
     return fuzz.commands, fuzz.refused
 
 
-def run_atheris():
-    """Let libFuzzer choose the bytes, by the branches of the core that they reach."""
-    import atheris
-    for name in [name for name in sys.modules if name.startswith('tb3_labs')]:
-        del sys.modules[name]
-    with atheris.instrument_imports(include=['tb3_labs']):
-        instrumented = importlib.import_module('fuzzing')
-
-    def one(data):
-        fuzz = instrumented.Fuzz(instrumented.Bytes(data))
-        while not fuzz.chance.empty:
-            fuzz.step()
-    atheris.Setup([sys.argv[0]] + sys.argv[2:], one)
-    atheris.Fuzz()
-
-
 if __name__ == '__main__':
-    if sys.argv[1:2] == ['atheris']:
-        run_atheris()
-    else:
-        TOTAL = int(sys.argv[1]) if len(sys.argv) > 1 else 1000000
-        SEED = int(sys.argv[2]) if len(sys.argv) > 2 else 1
-        SENT = [run(min(10000, TOTAL), SEED + part) for part in range(max(1, TOTAL // 10000))]
-        print('{} messages, {} refused, {} commands: all finite and within the limits'.format(
-            TOTAL, sum(refused for _, refused in SENT), sum(commands for commands, _ in SENT)))
+    TOTAL = int(sys.argv[1]) if len(sys.argv) > 1 else 1000000
+    SEED = int(sys.argv[2]) if len(sys.argv) > 2 else 1
+    SENT = [run(min(10000, TOTAL), SEED + part) for part in range(max(1, TOTAL // 10000))]
+    print('{} messages, {} refused, {} commands: all finite and within the limits'.format(
+        TOTAL, sum(refused for _, refused in SENT), sum(commands for commands, _ in SENT)))

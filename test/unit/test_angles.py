@@ -23,10 +23,6 @@ def test_wrap(angle, expected):
     assert wrap(angle) == pytest.approx(expected, abs=1e-12)
 
 
-def test_half_a_turn_is_exactly_pi_from_both_sides():
-    assert wrap(PI) == wrap(-PI) == difference(PI, 0.0) == difference(0.0, PI) == PI
-
-
 @given(st.floats(allow_nan=False, allow_infinity=False))
 @example(PI)
 @example(-PI)
@@ -36,15 +32,9 @@ def test_wrap_ends_in_its_interval_and_wrapping_again_changes_nothing(angle):
     assert wrap(once) == once
 
 
-@given(ANGLES, st.integers(-1000, 1000))
-def test_whole_turns_do_not_change_a_direction(angle, turns):
-    assert angle_between(wrap(angle + turns * 2 * PI), angle) < 1e-8
-
-
-@pytest.mark.parametrize('angle', [math.inf, -math.inf])
-def test_infinity_is_refused(angle):
+def test_infinity_is_refused():
     with pytest.raises(ValueError):
-        wrap(angle)
+        wrap(math.inf)
 
 
 def test_nan_stays_nan():
@@ -59,13 +49,6 @@ def test_nan_stays_nan():
 def test_difference_goes_the_short_way(target, start, expected):
     turn = difference(math.radians(target), math.radians(start))
     assert math.degrees(turn) == pytest.approx(expected, abs=1e-9)
-
-
-@given(ANGLES, ANGLES)
-def test_difference_leads_from_start_to_target(target, start):
-    turn = difference(target, start)
-    assert -PI < turn <= PI
-    assert angle_between(start + turn, target) < 1e-9
 
 
 @given(st.floats(-20.0, 20.0), st.lists(st.floats(-3.1, 3.1), max_size=30))
@@ -87,13 +70,10 @@ def test_an_array_is_wrapped_as_its_numbers_are(angles):
         assert angle_between(once, angle) < 1e-8
 
 
-def test_an_array_keeps_its_shape_and_what_is_inside_the_interval():
+def test_an_array_keeps_its_shape_and_what_is_no_angle_does_not_hide_the_others():
     angles = np.array([[0.0, 1.0, PI], [-1e-300, -3.14159, 2.0]])
     assert np.array_equal(wrap_all(angles), angles)
     assert np.array_equal(wrap_all([-PI, 3 * PI]), [PI, PI])
-
-
-def test_what_is_no_angle_in_an_array_does_not_hide_the_others():
     assert np.array_equal(np.isnan(wrap_all([math.nan, 1.0, math.inf])), [True, False, True])
 
 
@@ -118,14 +98,9 @@ def test_samples_are_interpolated_across_half_a_turn():
     assert continuous_at([-5.0, 9.0], times, angles) == pytest.approx([3.0, TURN - 2.0])
 
 
-# Numbers kept within limits -----------------------------------------------------------------------
-
 @pytest.mark.parametrize('value, expected', [
     (-3.0, -1.0), (-1.0, -1.0), (0.5, 0.5), (2.0, 2.0), (9.0, 2.0), (math.inf, 2.0),
     (-math.inf, -1.0)])
 def test_clamp(value, expected):
     assert clamp(value, -1.0, 2.0) == expected
-
-
-def test_nan_never_becomes_a_limit():
     assert math.isnan(clamp(math.nan, -1.0, 1.0))

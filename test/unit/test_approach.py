@@ -50,7 +50,7 @@ def approach_to(remaining, delay, lag=0.05, fastest=1.5, learned=None, prompt=Fa
         time += TICK
         if abs(remaining) > NEAR:
             near_at = time
-        still = still + 1 if abs(speed) < 1e-4 and abs(approach.at_rest) <= 0.003 else 0
+        still = still + 1 if abs(speed) < 1e-4 and abs(approach.at_rest.value) <= 0.003 else 0
     return remaining, overshoot, near_at, greatest
 
 
@@ -78,15 +78,6 @@ def test_a_gyro_tells_the_delay_from_the_lag_of_the_motors(delay, lag):
         approach_to(3.0, delay, lag=lag, learned=learned, prompt=True)
     assert learned.lag == pytest.approx(lag, abs=0.002)
     assert learned.delay + learned.lag == pytest.approx(delay + lag, abs=0.002)
-
-
-@pytest.mark.parametrize('lag', [0.0, 0.02, 0.05, 0.1])
-def test_stops_well_whatever_the_lag_once_it_is_learned(lag):
-    learned = Response()
-    approach_to(3.0, 0.06, lag=lag, learned=learned, prompt=True)
-    left, overshoot, _, _ = approach_to(1.57, 0.06, lag=lag, learned=learned, prompt=True)
-    assert abs(left) <= 0.006
-    assert overshoot <= math.radians(1.0)
 
 
 @pytest.mark.parametrize('wrong', [Response(0.12, 0.0), Response(0.0, 0.15), Response(0.3, 0.05)])
@@ -121,27 +112,10 @@ def test_a_learned_delay_prevents_the_overshoot_that_ignorance_causes():
     assert with_knowledge < math.radians(1.0) < without
 
 
-def test_takes_little_more_than_the_least_time():
-    _, _, time, _ = approach_to(math.pi, 0.02)
-    # cruise at 1.5 rad/s, speed up and brake at 12 rad/s^2, obey 0.07 s late
-    assert time <= math.pi / 1.5 + 1.5 / 12.0 + 0.07 + 0.15
-
-
-def test_zero_remaining_moves_nothing():
+def test_acceleration_is_bounded_and_a_dt_of_zero_changes_nothing():
     approach = make_approach(12.0)
-    assert [approach.step(0.0, 0.0, 1.5, TICK) for _ in range(5)] == [0.0] * 5
-
-
-def test_acceleration_is_bounded():
-    approach = make_approach(12.0)
-    commands = [approach.step(3.0, 0.0, 1.5, TICK) for _ in range(4)]
-    assert commands == pytest.approx([0.24, 0.48, 0.72, 0.96])
-
-
-def test_dt_of_zero_changes_nothing():
-    approach = make_approach(12.0)
-    approach.step(3.0, 0.0, 1.5, TICK)
-    assert approach.step(3.0, 0.0, 1.5, 0.0) == pytest.approx(0.24)
+    commands = [approach.step(3.0, 0.0, 1.5, dt) for dt in (TICK, 0.0, TICK, TICK)]
+    assert commands == pytest.approx([0.24, 0.24, 0.48, 0.72])
 
 
 @pytest.mark.parametrize('late', [0.25, -0.25, 0.4, -0.4])

@@ -51,17 +51,17 @@ def test_the_command_that_arrives_is_the_one_of_a_delay_ago(delay, command):
 
 def test_all_that_was_commanded_is_counted_up_to_now():
     history = history_of([0.5] * 10, extra=0.5 * PERIOD)
-    assert history.travel == pytest.approx(0.5 * 9.5 * PERIOD)
+    assert history.commanded(history.now) == pytest.approx(0.5 * 9.5 * PERIOD)
     assert history.unchanged_for == pytest.approx(9.5 * PERIOD)
     assert history.first == 0.5
 
 
 def test_commanded_is_counted_to_the_begin_of_the_next_period():
     history = history_of([0.5] * 10)
-    assert history.commanded == pytest.approx(0.5 * 9.0 * PERIOD)
+    assert history.commanded(history.begin) == pytest.approx(0.5 * 9.0 * PERIOD)
     history.advance(0.9 * PERIOD)
-    assert history.commanded == pytest.approx(0.5 * 10.0 * PERIOD)
-    assert CommandHistory(PERIOD).commanded == 0.0
+    assert history.commanded(history.begin) == pytest.approx(0.5 * 10.0 * PERIOD)
+    assert CommandHistory(PERIOD).commanded(PERIOD) == 0.0
 
 
 def test_a_robot_with_a_gain_drives_as_much_more_of_what_is_under_way():
@@ -85,7 +85,7 @@ def test_only_stops_are_seen_from_the_first_of_them_on():
 
 def test_commands_are_forgotten_but_not_their_travel():
     history = history_of([0.1] * 500, extra=PERIOD)
-    assert history.travel == pytest.approx(0.1 * 500 * PERIOD)
+    assert history.commanded(history.now) == pytest.approx(0.1 * 500 * PERIOD)
     assert history.travel_under_way(10.0) < 0.1 * 1.5
 
 

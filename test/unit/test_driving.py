@@ -23,6 +23,18 @@ def at(x, y, yaw, linear=0.0, angular=0.0):
     return Motion(Pose2(x, y, yaw), linear, angular)
 
 
+def begun(goal, **settings):
+    """A PreciseLaw that has begun a drive from the origin."""
+    law = PreciseLaw(DriveConfig(**settings), BURGER)
+    law.start(Pose2(), goal)
+    return law
+
+
+def moves(law, move, motion, goal, times=10):
+    """The last of so many steps of a law, one in each period."""
+    return [move(motion, goal, law.period) for _ in range(times)][-1]
+
+
 def test_law_is_chosen_by_name():
     assert isinstance(make_law(DriveConfig(law='lab'), BURGER), LabLaw)
     assert isinstance(make_law(DriveConfig(), BURGER), PreciseLaw)
@@ -86,16 +98,12 @@ def test_no_command_exceeds_a_limit(x, y, yaw, goal_x, goal_y, goal_yaw, linear,
             assert reverse or command.linear >= 0.0
 
 
-def test_beside_the_line_the_robot_turns_back_to_it():
-    law = PreciseLaw(DriveConfig(), BURGER)
-    law.start(Pose2(), Pose2(2.0, 0.0, 0.0))
-    left = [law.move_forward(at(0.5, 0.05, 0.0, 0.2), Pose2(2.0, 0.0, 0.0), 0.02)
-            for _ in range(10)][-1]
-    assert left.command.angular < -0.05
-    law.start(Pose2(), Pose2(2.0, 0.0, 0.0))
-    right = [law.move_forward(at(0.5, -0.05, 0.0, 0.2), Pose2(2.0, 0.0, 0.0), 0.02)
-             for _ in range(10)][-1]
-    assert right.command.angular > 0.05
+@pytest.mark.parametrize('aside', [0.05, -0.05])
+def test_beside_the_line_the_robot_turns_back_to_it(aside):
+    goal = Pose2(2.0, 0.0, 0.0)
+    law = begun(goal)
+    step = moves(law, law.move_forward, at(0.5, aside, 0.0, 0.2), goal)
+    assert abs(step.command.angular) > 0.05 and step.command.angular * aside < 0.0
 
 
 @pytest.mark.parametrize('goal, backwards', [
@@ -106,16 +114,14 @@ def test_beside_the_line_the_robot_turns_back_to_it():
 ])
 def test_reverse_is_taken_only_where_it_is_shorter_and_allowed(goal, backwards):
     for allowed in (False, True):
-        law = PreciseLaw(DriveConfig(allow_reverse=allowed), BURGER)
-        law.start(Pose2(), goal)
-        speeds = [law.move_forward(at(0.0, 0.0, 0.0), goal, 0.02).command.linear for _ in range(9)]
-        assert (speeds[-1] < 0.0) is (allowed and backwards)
+        law = begun(goal, allow_reverse=allowed)
+        step = moves(law, law.move_forward, at(0.0, 0.0, 0.0), goal)
+        assert (step.command.linear < 0.0) is (allowed and backwards)
 
 
 def test_a_turn_has_only_settled_inside_the_tolerance_and_at_rest():
-    law = PreciseLaw(DriveConfig(), BURGER)
-    goal = Pose2(0.0, 0.0, 0.0)
-    law.start(Pose2(), goal)
+    goal = Pose2()
+    law = begun(goal)
     near, far, dt = math.radians(0.1), math.radians(0.6), law.period
     for _ in range(20):
         assert not law.rotate_to_final(at(0.0, 0.0, near, 0.0, -0.5), goal, dt).finished
@@ -133,9 +139,8 @@ def test_shortfall_names_both_numbers():
 
 
 def test_a_robot_that_rests_beyond_the_tolerance_backs_up_straight():
-    law = PreciseLaw(DriveConfig(), BURGER)
     goal = Pose2(1.0, 0.0, 0.0)
-    law.start(Pose2(), goal)
+    law = begun(goal)
     step = law.move_forward(at(1.015, 0.0, 0.0), goal, 0.02)
     assert not step.finished
     assert step.command.linear < 0.0 and step.command.angular == 0.0
@@ -152,13 +157,8 @@ def test_a_precise_drive_brakes_with_a_fifth_of_what_it_speeds_up_with():
 
 # -- what a lost line, another sign or a limit not kept would do
 
-SLOWLY = DriveConfig(angular_acceleration=3.0, linear_acceleration=0.6, allow_reverse=True)
+SLOWLY = dict(angular_acceleration=3.0, linear_acceleration=0.6, allow_reverse=True)
 EITHER_WAY = [(Pose2(3.0, 0.0, 0.0), 1.0), (Pose2(-3.0, 0.0, 0.0), -1.0)]
-
-
-def moves(law, move, motion, goal, times=10):
-    """The last of so many steps of a law, one in each period."""
-    return [move(motion, goal, law.period) for _ in range(times)][-1]
 
 
 def test_the_handouts_law_is_content_and_remembers_nothing():
@@ -171,8 +171,7 @@ def test_the_handouts_law_is_content_and_remembers_nothing():
 
 @pytest.mark.parametrize('goal, forwards', EITHER_WAY)
 def test_the_limits_that_are_set_hold_either_way_of_driving(goal, forwards):
-    law = PreciseLaw(DriveConfig(max_linear=0.1, max_angular=0.3, allow_reverse=True), BURGER)
-    law.start(Pose2(), goal)
+    law = begun(goal, max_linear=0.1, max_angular=0.3, allow_reverse=True)
     # 4 m/s^2 over one period of 1/30 s is more than the limit
     assert moves(law, law.move_forward, at(0.0, 0.0, 0.0), goal).command.linear == pytest.approx(
         0.1 * forwards)
@@ -182,7 +181,7 @@ def test_the_limits_that_are_set_hold_either_way_of_driving(goal, forwards):
 
 @pytest.mark.parametrize('goal, forwards', EITHER_WAY)
 def test_each_drive_begins_from_standing(goal, forwards):
-    law = PreciseLaw(SLOWLY, BURGER)
+    law = PreciseLaw(DriveConfig(**SLOWLY), BURGER)
     for _ in range(2):
         law.start(Pose2(), goal)
         for tick in range(1, 6):      # 0.6 m/s^2 over 1/30 s
@@ -192,8 +191,8 @@ def test_each_drive_begins_from_standing(goal, forwards):
 
 @pytest.mark.parametrize('distance, there', [(0.0049, True), (0.0051, False)])
 def test_a_goal_nearer_than_half_the_tolerance_is_only_turned_at(distance, there):
-    law, goal = PreciseLaw(DriveConfig(), BURGER), Pose2(0.0, distance, 0.0)
-    law.start(Pose2(), goal)
+    goal = Pose2(0.0, distance, 0.0)
+    law = begun(goal)
     step = law.rotate_to_goal(at(0.0, 0.0, 0.0), goal, law.period)
     if there:
         assert step == (Twist2(), 0.0, True)
@@ -204,8 +203,8 @@ def test_a_goal_nearer_than_half_the_tolerance_is_only_turned_at(distance, there
 
 @pytest.mark.parametrize('state', [GoalState.MOVE_FORWARD, GoalState.ROTATE_TO_FINAL])
 def test_a_drive_that_was_interrupted_goes_on_from_standing(state):
-    law, goal = PreciseLaw(SLOWLY, BURGER), Pose2(3.0, 0.0, 0.0)
-    law.start(Pose2(), goal)
+    goal = Pose2(3.0, 0.0, 0.0)
+    law = begun(goal, **SLOWLY)
     move = law.move_forward if state is GoalState.MOVE_FORWARD else law.rotate_to_final
     motion = at(0.0, 0.0, 0.25)
     assert moves(law, move, motion, goal).command.angular < -0.25
@@ -217,10 +216,10 @@ def test_a_drive_that_was_interrupted_goes_on_from_standing(state):
 
 
 def test_a_drive_that_begins_anew_turns_to_the_goal_from_where_it_is():
-    law, goal = PreciseLaw(DriveConfig(), BURGER), Pose2(2.0, 0.0, 0.0)
-    law.start(Pose2(), goal)
-    pose = Pose2(2.0, -1.0, 0.0)
-    assert law.resume(GoalState.MOVE_FORWARD, pose, goal) is GoalState.MOVE_FORWARD
+    goal = Pose2(2.0, 0.0, 0.0)
+    law = begun(goal)
+    assert law.resume(
+        GoalState.MOVE_FORWARD, Pose2(2.0, -1.0, 0.0), goal) is GoalState.MOVE_FORWARD
     pose = Pose2(2.0, -1.0, 0.5)
     assert law.resume(GoalState.MOVE_FORWARD, pose, goal) is GoalState.ROTATE_TO_GOAL
     step = law.rotate_to_goal(at(pose.x, pose.y, pose.yaw), goal, law.period)
@@ -232,7 +231,7 @@ def test_a_drive_that_begins_anew_turns_to_the_goal_from_where_it_is():
 def test_a_robot_arrives_where_it_would_come_to_rest(left, arrived):
     """At 0.1 m/s it coasts on for 0.1 exp(-(1 / 30) / 0.05) 0.05 = 2.6 mm. A predicted rest from
     0.5 mm ahead to 3 mm (0.3 of the tolerance) beyond the goal is one; farther, it has slipped."""
-    law, goal = PreciseLaw(DriveConfig(), BURGER), Pose2(1.0, 0.0, 0.0)
-    law.start(Pose2(), goal)
-    motion = at(1.0 - left, 0.0, 0.0, 0.1)
-    assert law.move_forward(motion, goal, law.period).finished is arrived
+    goal = Pose2(1.0, 0.0, 0.0)
+    law = begun(goal)
+    step = law.move_forward(at(1.0 - left, 0.0, 0.0, 0.1), goal, law.period)
+    assert step.finished is arrived

@@ -14,11 +14,14 @@ STANDING = Motion(Pose2(), 0.0, 0.0)
 MOVING = Motion(Pose2(), 0.1, 0.0)
 
 
+STATES = 'rotate_to_goal', 'move_forward', 'rotate_to_final'
+
+
 class Told:
     """A law that returns a given remaining way in each state; a state is finished at 0."""
 
-    def __init__(self, shortfall=''):
-        self.left = {'rotate_to_goal': 1.0, 'move_forward': 1.0, 'rotate_to_final': 1.0}
+    def __init__(self, shortfall='', left=1.0):
+        self.left = dict.fromkeys(STATES, left)
         self.starts, self.resumes = 0, 0
         self.times = []          # dt of each look
         self._shortfall = shortfall
@@ -48,6 +51,13 @@ class Told:
         return self._answer('rotate_to_final', dt)
 
 
+def machine_with(law):
+    """A machine that drives to GOAL by this law."""
+    machine = GoalMachine(law)
+    machine.set_goal(GOAL)
+    return machine
+
+
 def last_of(machine, motion=STANDING, seconds=1.0):
     """The machine's last answer in that time; each of its steps reads a new sample."""
     answers = [machine.step(motion, 0.033) for _ in range(round(seconds / 0.033))]
@@ -64,9 +74,8 @@ def test_without_a_goal_there_is_no_command():
 
 def test_states_follow_in_order_and_the_end_is_silence():
     law = Told()
-    machine = GoalMachine(law)
-    machine.set_goal(GOAL)
-    for state in ('rotate_to_goal', 'move_forward', 'rotate_to_final'):
+    machine = machine_with(law)
+    for state in STATES:
         assert machine.step(STANDING, 0.1) == Twist2(0.1, 0.2)
         assert machine.state.value == state.upper()
         law.left[state] = 0.0
@@ -79,21 +88,17 @@ def test_states_follow_in_order_and_the_end_is_silence():
 def test_finished_states_are_passed_through_within_one_step():
     law = Told()
     law.left.update(rotate_to_goal=0.0, move_forward=0.0)
-    machine = GoalMachine(law)
-    machine.set_goal(GOAL)
+    machine = machine_with(law)
     assert machine.step(STANDING, 0.1) == Twist2(0.1, 0.2)
     assert machine.state is GoalState.ROTATE_TO_FINAL
     assert law.times == [0.1, 0.0, 0.0]      # the time passed once
 
 
-@pytest.mark.parametrize('finished', [[], ['rotate_to_goal'], ['rotate_to_goal', 'move_forward'],
-                                      ['rotate_to_goal', 'move_forward', 'rotate_to_final']])
+@pytest.mark.parametrize('finished', range(4))
 def test_restart_goes_back_to_the_first_state_from_everywhere(finished):
     law = Told()
-    machine = GoalMachine(law)
-    machine.set_goal(GOAL)
-    for state in finished:
-        law.left[state] = 0.0
+    machine = machine_with(law)
+    law.left.update(dict.fromkeys(STATES[:finished], 0.0))
     machine.step(STANDING, 0.1)
     machine.restart()
     assert machine.state is GoalState.ROTATE_TO_GOAL
@@ -105,8 +110,7 @@ def test_restart_goes_back_to_the_first_state_from_everywhere(finished):
 
 @pytest.mark.parametrize('motion, reason', [(STANDING, 'does not move'), (MOVING, 'missed it')])
 def test_a_drive_that_does_not_get_on_is_given_up_in_time(motion, reason):
-    machine = GoalMachine(Told())
-    machine.set_goal(GOAL)
+    machine = machine_with(Told())
     steps = 0
     while machine.step(motion, 0.05) is not None and steps < 100:
         steps += 1
@@ -139,12 +143,10 @@ def test_errors_are_distance_and_signed_angle_the_short_way():
 @pytest.mark.parametrize('misses, starts, reached', [(0, 1, True), (1, 2, True), (2, 3, True),
                                                       (3, 3, False)])
 def test_a_drive_that_ends_outside_is_driven_on_from_there_twice(misses, starts, reached):
-    law = Told()
+    law = Told(left=0.0)
     ends = iter(misses * ['stopped 30 mm from the goal'] + [''])
     law.shortfall = lambda pose, goal: next(ends)
-    law.left = dict.fromkeys(law.left, 0.0)
-    machine = GoalMachine(law)
-    machine.set_goal(GOAL)
+    machine = machine_with(law)
     assert last_of(machine) is None
     assert law.starts == starts
     assert (machine.state is GoalState.GOAL_REACHED) is reached
@@ -152,11 +154,9 @@ def test_a_drive_that_ends_outside_is_driven_on_from_there_twice(misses, starts,
 
 
 def test_another_try_turns_to_the_goal_again():
-    law = Told(shortfall='stopped 30 mm from the goal')
-    law.left = dict.fromkeys(law.left, 0.0)
+    law = Told('stopped 30 mm from the goal', left=0.0)
     law.start = lambda pose, goal: law.left.update(rotate_to_goal=float(law.starts))
-    machine = GoalMachine(law)
-    machine.set_goal(GOAL)
+    machine = machine_with(law)
     machine.step(STANDING, 0.033)
     law.starts = 1
     assert machine.step(STANDING, 0.033) == Twist2(0.1, 0.2)
@@ -164,10 +164,8 @@ def test_another_try_turns_to_the_goal_again():
 
 
 def test_another_try_waits_for_rest_of_its_own():
-    law = Told(shortfall='stopped 30 mm from the goal')
-    law.left = dict.fromkeys(law.left, 0.0)
-    machine = GoalMachine(law)
-    machine.set_goal(GOAL)
+    law = Told('stopped 30 mm from the goal', left=0.0)
+    machine = machine_with(law)
     answers = [machine.step(STANDING, 0.02) for _ in range(9)]
     # at rest for 0.03 s: after three looks, three times
     assert law.starts == 3 and answers == 8 * [Twist2()] + [None]
@@ -175,11 +173,7 @@ def test_another_try_waits_for_rest_of_its_own():
 
 def finished():
     """A machine whose law has finished, of a robot that has yet to come to rest."""
-    law = Told()
-    law.left = dict.fromkeys(law.left, 0.0)
-    machine = GoalMachine(law)
-    machine.set_goal(GOAL)
-    return machine
+    return machine_with(Told(left=0.0))
 
 
 @pytest.mark.parametrize('motion', [Motion(Pose2(), 0.0, 0.2), Motion(Pose2(), 0.02, 0.0)])
@@ -202,8 +196,7 @@ def test_one_sample_at_rest_is_not_enough_however_often_it_is_looked_at(ages):
 
 
 def test_a_goal_that_was_cancelled_does_not_come_back():
-    machine = GoalMachine(Told())
-    machine.set_goal(GOAL)
+    machine = machine_with(Told())
     machine.step(STANDING, 0.1)
     machine.cancel()
     assert machine.failure == 'canceled' and machine.step(STANDING, 0.1) is None
@@ -213,15 +206,11 @@ def test_a_goal_that_was_cancelled_does_not_come_back():
     assert machine.failure == '' and machine.step(STANDING, 0.1) is not None
 
 
-@pytest.mark.parametrize('state', ['rotate_to_goal', 'move_forward', 'rotate_to_final'])
-def test_an_interrupted_drive_goes_on_where_its_law_says(state):
+@pytest.mark.parametrize('finished, state', enumerate(STATES))
+def test_an_interrupted_drive_goes_on_where_its_law_says(finished, state):
     law = Told()
-    machine = GoalMachine(law)
-    machine.set_goal(GOAL)
-    for before in ('rotate_to_goal', 'move_forward', 'rotate_to_final'):
-        if before == state:
-            break
-        law.left[before] = 0.0
+    machine = machine_with(law)
+    law.left.update(dict.fromkeys(STATES[:finished], 0.0))
     machine.step(STANDING, 0.1)
     machine.interrupt()
     assert machine.step(STANDING, 0.1) is not None
@@ -232,8 +221,7 @@ def test_an_interrupted_drive_goes_on_where_its_law_says(state):
 
 
 def test_a_stuck_robot_is_given_up_however_often_its_drive_is_interrupted():
-    machine = GoalMachine(Told())
-    machine.set_goal(GOAL)
+    machine = machine_with(Told())
     driven = 0.0
     while machine.step(STANDING, 0.033) is not None and driven < 10.0:
         driven += 0.033
@@ -245,8 +233,7 @@ def test_a_stuck_robot_is_given_up_however_often_its_drive_is_interrupted():
 
 def test_a_robot_that_was_carried_on_while_it_was_not_heard_has_not_missed_its_goal():
     law = Told()
-    machine = GoalMachine(law)
-    machine.set_goal(GOAL)
+    machine = machine_with(law)
     machine.step(MOVING, 0.033)
     law.left['rotate_to_goal'] = 1.9      # farther than the 0.8 that count as missed
     machine.interrupt()

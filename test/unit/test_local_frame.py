@@ -57,36 +57,6 @@ def test_both_sensors_cross_half_a_turn_at_different_times():
 
 # The handout's mistakes ---------------------------------------------------------------------------
 
-def rotated_by_the_imu(declared, odom_T_base, imu_yaw):
-    """The handout: a displacement in odom rotated by the IMU's yaw."""
-    return LocalFrame(Pose2(odom_T_base.x, odom_T_base.y, imu_yaw) @ declared.inverse(),
-                      imu_yaw - declared.yaw)
-
-
-def declared_pose_lost(declared, odom_T_base, imu_yaw):
-    """The handout: the robot starts from zero for any declared pose."""
-    return LocalFrame.declared(Pose2(), odom_T_base, imu_yaw)
-
-
-def heading_from_the_wheels(declared, odom_T_base, imu_yaw):
-    """The mistake: the IMU's zero is taken for the odometry's."""
-    return LocalFrame(odom_T_base @ declared.inverse(), odom_T_base.yaw - declared.yaw)
-
-
-@pytest.mark.parametrize('make_frame, is_right', [
-    (LocalFrame.declared, True), (rotated_by_the_imu, False), (declared_pose_lost, False),
-    (heading_from_the_wheels, False)])
-def test_the_handouts_mistakes_are_seen(make_frame, is_right):
-    robot = SteadyRobot(0.2, 0.1, Truth(4.8 - 0.3j, -1.8), math.radians(-34.6))
-    declared = Truth(1 + 2j, 0.5)
-    pose = make_frame(as_pose2(declared), *sensors(robot, 3.0)).pose(*sensors(robot, 8.0))
-    if is_right:
-        assert_pose(pose, declared.then(*robot.motion_between(3.0, 8.0)))
-    else:
-        with pytest.raises(AssertionError):
-            assert_pose(pose, declared.then(*robot.motion_between(3.0, 8.0)), 0.1, 0.1)
-
-
 def test_knows_by_how_much_imu_and_odometry_differ():
     frame = LocalFrame.declared(Pose2(1.0, -2.0, 0.4), Pose2(4.8, -0.3, -1.84), 0.6)
     assert frame.imu_minus_odometry == pytest.approx(0.6 + 1.84)

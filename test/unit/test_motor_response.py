@@ -91,12 +91,6 @@ def test_the_age_of_a_sample_is_no_delay_of_the_commands():
     assert (estimate.delay, estimate.lag) == pytest.approx((0.05, 0.05), abs=0.001)
 
 
-def test_motors_without_lag_are_seen_in_a_single_sample():
-    """At full speed at once: only the travel so far tells when."""
-    estimate, _ = identified(0.05, 0.0)
-    assert (estimate.delay, estimate.lag) == pytest.approx((0.05, 0.0), abs=0.001)
-
-
 @pytest.mark.parametrize('share, tells', [
     (0.9 * SPEEDING_UP[0], False), (1.1 * SPEEDING_UP[0], True), (1.1 * SPEEDING_UP[1], False),
     (1e307, False)])

@@ -18,28 +18,55 @@ def sample(x, y, yaw, stamp=0.0, linear=0.0, angular=0.0):
     return OdometrySample(stamp, Pose2(x, y, yaw), linear, angular)
 
 
-def along_half_a_turn(noise_deg, offset_deg=180.0, seconds=8.0):
-    """A robot that drives with its IMU at +/-180 deg: (true travel, odometry's, localizer's)."""
-    robot = Simulator(SimulatorConfig(imu_offset_deg=offset_deg, imu_noise_deg=noise_deg))
-    localizer = Localizer()
-    said, spikes = [], 0
-    while robot.now < seconds:
-        if robot.now < seconds - 1.0:
-            robot.command(0.2, 0.0)
-        for seen in robot.step(0.05):
-            if isinstance(seen, ImuSample):
-                localizer.on_imu(seen, robot.now)
-            else:
-                localizer.on_odometry(seen, robot.now)
-                said.append(seen.pose)
-                spikes += abs(seen.angular) > 50.0
-        localizer.take_fix()
-    pose = localizer.motion(robot.now).pose
-    return robot.truth, said[-1], pose, spikes
+class Heard:
+    """A robot that is driven, and its localizer."""
+
+    def __init__(self, **settings):
+        self.robot, self.localizer = Simulator(SimulatorConfig(**settings)), Localizer()
+        self._start, self.jumps = self.robot.truth, []
+        self.odometry = []                # as the robot sent it
+
+    def run(self, seconds, linear=None, angular=0.0):
+        """Let time pass, with this command in force, or with none."""
+        robot, localizer, end = self.robot, self.localizer, self.robot.now + seconds
+        while robot.now < end:
+            if linear is not None:
+                robot.command(linear, angular)
+            for seen in robot.step(0.01):
+                if isinstance(seen, ImuSample):
+                    localizer.on_imu(seen, robot.now)
+                else:
+                    localizer.on_odometry(seen, robot.now)
+                    self.odometry.append(seen)
+            localizer.take_fix()
+            self.jumps.extend(localizer.take_jumps())
+
+    @property
+    def outcomes(self):
+        return [jump.outcome for jump in self.jumps]
+
+    @property
+    def pose(self):
+        return self.localizer.motion(self.robot.now).pose
+
+    def errors(self):
+        """[m], [deg]"""
+        truth, pose = self._start.inverse() @ self.robot.truth, self.pose
+        return (math.hypot(pose.x - truth.x, pose.y - truth.y),
+                math.degrees(angle_between(pose.yaw, truth.yaw)))
+
+
+def along_half_a_turn(offset_deg):
+    """(robot, pose that its odometry says, number of its spikes) after 7 s straight on."""
+    heard = Heard(imu_offset_deg=offset_deg, imu_noise_deg=0.5)
+    heard.run(7.0, 0.2)
+    heard.run(1.0)
+    return heard, heard.odometry[-1].pose, sum(abs(seen.angular) > 50.0 for seen in heard.odometry)
 
 
 def test_the_firmwares_fault_is_in_the_robot_and_not_in_the_local_pose():
-    truth, said, pose, spikes = along_half_a_turn(noise_deg=0.5)
+    heard, said, spikes = along_half_a_turn(offset_deg=180.0)
+    truth, pose = heard.robot.truth, heard.pose
     assert spikes > 50                                  # it crosses many times
     assert abs(said.x - truth.x) > 0.2                  # the error of the raw odometry
     # the rest: encoder ticks; across, the noise of the heading in which local was declared
@@ -47,9 +74,10 @@ def test_the_firmwares_fault_is_in_the_robot_and_not_in_the_local_pose():
 
 
 def test_a_sound_driver_is_left_alone():
-    truth, said, pose, spikes = along_half_a_turn(noise_deg=0.5, offset_deg=90.0)
+    heard, said, spikes = along_half_a_turn(offset_deg=90.0)
     assert spikes == 0
-    assert math.hypot(pose.x, pose.y) == pytest.approx(math.hypot(said.x, said.y), abs=1e-9)
+    assert math.hypot(heard.pose.x, heard.pose.y) == pytest.approx(
+        math.hypot(said.x, said.y), abs=1e-9)
 
 
 def test_a_spike_in_a_pose_that_is_right_changes_nothing():
@@ -82,7 +110,15 @@ def test_backwards_is_told_by_the_part_of_a_displacement_along_the_heading():
     assert (seen.pose.x, seen.pose.y) == pytest.approx((-0.010, 0.006))
 
 
-BEFORE = Pose2(2.0, -1.0, 2.5)
+def two_messages(before, after, seconds, imu=IMU, imu_after=IMU, **details):
+    """(odometry without its jumps, Jump) after two messages with these poses, `seconds` apart."""
+    steady = JumpFilter()
+    steady.take(sample(*before), 10.0, imu)
+    return steady.take(sample(*after, stamp=seconds), 10.0 + seconds, imu_after, **details)
+
+
+def numbers(pose):
+    return pose.x, pose.y, pose.yaw
 
 
 @pytest.mark.parametrize('after, words', [
@@ -92,43 +128,35 @@ BEFORE = Pose2(2.0, -1.0, 2.5)
 ])
 def test_a_jump_is_noticed_and_the_robot_keeps_its_pose(after, words):
     steady = JumpFilter()
-    steady.take(sample(BEFORE.x, BEFORE.y, BEFORE.yaw), 0.0, IMU)
-    seen, jump = steady.take(sample(after.x, after.y, after.yaw, 0.03), 0.03, IMU)
-    assert words in jump.text and jump.outcome == POSE_KEPT
-    assert (seen.pose.x, seen.pose.y, seen.pose.yaw) == pytest.approx((2.0, -1.0, 2.5))
-    # 0.1 m forward from there, in the robot's heading
-    seen, jump = steady.take(sample(after.x + 0.1 * math.cos(after.yaw),
-                                    after.y + 0.1 * math.sin(after.yaw), after.yaw, 0.4), 0.4, IMU)
+    steady.take(sample(2.0, -1.0, 2.5), 0.0, IMU)
+    seen, jump = steady.take(sample(*numbers(after), 0.03), 0.03, IMU)
+    assert words in jump.text and jump.outcome == POSE_KEPT and jump.imu_turn == 0.0
+    assert numbers(seen.pose) == pytest.approx((2.0, -1.0, 2.5))
+    ahead = after @ Pose2(0.1, 0.0, 0.0)
+    seen, jump = steady.take(sample(*numbers(ahead), 0.4), 0.4, IMU)
     assert jump is None
     assert (seen.pose.x, seen.pose.y) == pytest.approx(
         (2.0 + 0.1 * math.cos(2.5), -1.0 + 0.1 * math.sin(2.5)))
 
 
-def test_set_to_zero_is_noticed_after_any_silence_and_where_the_robot_only_turned():
-    steady = JumpFilter()
-    steady.take(sample(0.02, 0.0, 0.0), 0.0, IMU)
-    _, jump = steady.take(sample(0.0, 0.0, 0.0, 4.0), 4.0, IMU)
+@pytest.mark.parametrize('before, after, gap', [
+    ((0.02, 0.0, 0.0), (0.0, 0.0, 0.0), 4.0),
+    ((0.0, 0.0, 1.5), (0.0, 0.0, 0.0), 0.03),       # it only turned before
+    ((0.5, 0.0, 0.0), (0.002, 0.0, -0.02), 2.6),    # the first message after it is lost
+    ((0.0, 0.0, 2.0), (0.002, 0.0, -0.02), 2.6)])
+def test_set_to_zero_is_noticed(before, after, gap):
+    seen, jump = two_messages(before, after, gap)
     assert 'zero' in jump.text
-    steady = JumpFilter()
-    steady.take(sample(0.0, 0.0, 1.5), 0.0, IMU)
-    _, jump = steady.take(sample(0.0, 0.0, 0.0, 0.03), 0.03, IMU)
-    assert 'zero' in jump.text
+    assert numbers(seen.pose) == pytest.approx(before)
 
 
-@pytest.mark.parametrize('before', [Pose2(0.5, 0.0, 0.0), Pose2(0.0, 0.0, 2.0)])
-def test_set_to_zero_is_noticed_also_where_the_first_message_after_it_is_lost(before):
-    steady = JumpFilter()
-    steady.take(sample(before.x, before.y, before.yaw), 0.0, IMU)
-    seen, jump = steady.take(sample(0.002, 0.0, -0.02, 2.6), 2.6, IMU)
-    assert 'zero' in jump.text
-    assert (seen.pose.x, seen.pose.y, seen.pose.yaw) == pytest.approx(
-        (before.x, before.y, before.yaw))
-
-
-def test_a_robot_that_stands_near_the_origin_may_be_silent():
-    steady = JumpFilter()
-    steady.take(sample(0.01, 0.0, 0.03), 0.0, IMU)
-    assert steady.take(sample(0.01, 0.0, 0.031, 3.0), 3.0, IMU)[1] is None
+@pytest.mark.parametrize('before, after, gap', [
+    ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 3.0),                # it stands where it began,
+    ((0.01, 0.0, 0.03), (0.01, 0.0, 0.031), 3.0)] + [       # or near there
+    ((1.0, 0.0, 0.0), (1.0 + 0.26 * gap, 0.0, min(2.84 * gap, 3.0)), gap)    # at full speed
+    for gap in (0.03, 0.5, 3.0)])
+def test_what_a_robot_can_do_in_a_silence_is_no_jump(before, after, gap):
+    assert two_messages(before, after, gap)[1] is None
 
 
 @pytest.mark.parametrize('stamped, arrived', [(1.0 / 30.0, 1.5), (3600.0, 1.0 / 30.0)])
@@ -147,65 +175,25 @@ def test_a_robot_at_the_origin_may_turn_through_zero():
         assert jump is None
 
 
-@pytest.mark.parametrize('gap', [0.03, 0.5, 3.0])
-def test_full_speed_over_a_silence_is_no_jump(gap):
-    steady = JumpFilter()
-    steady.take(sample(1.0, 0.0, 0.0), 0.0, IMU)
-    _, jump = steady.take(sample(1.0 + 0.26 * gap, 0.0, min(2.84 * gap, 3.0), gap), gap, IMU)
-    assert jump is None
-
-
-def test_a_board_that_restarts_loses_the_pose():
-    steady = JumpFilter()
-    steady.take(sample(2.0, 1.0, 0.5), 0.0, IMU)
-    seen, jump = steady.take(sample(0.0, 0.0, 0.0, 4.0), 4.0, replace_yaw(IMU, 0.0))
-    assert jump.outcome == POSE_LOST and seen.pose == Pose2()
-
-
-def replace_yaw(imu, yaw):
-    return imu._replace(yaw=yaw)
+@pytest.mark.parametrize('after, gap, yaws, details', [
+    ((0.0, 0.0, 0.0), 4.0, (1.0, 0.0), {}),                       # a board restarts
+    ((0.0, 0.0, 0.0), 2.6, (1.0, 1.0), {'driven_at': 9.9}),       # it was told to move before
+    ((0.0, 0.0, 0.066), 11.7, (1.0, 1.0), {})])     # a board reset: it may have been carried
+def test_a_robot_that_may_have_moved_in_a_silence_loses_its_pose(after, gap, yaws, details):
+    imu, imu_after = (IMU._replace(yaw=yaw) for yaw in yaws)
+    seen, jump = two_messages((2.0, 1.0, 0.5), after, gap, imu, imu_after, **details)
+    assert jump.outcome == POSE_LOST and numbers(seen.pose) == after
 
 
 @pytest.mark.parametrize('turned, kept', [(0.5, True), (-0.5, True), (0.7, False)])
 def test_a_robot_that_turns_at_1_rad_per_s_comes_to_rest_within_0_6_rad(turned, kept):
     """Half a second, and what a robot at rest may turn. Its pose is kept, but for that turn."""
-    steady, imu = JumpFilter(), ImuSample(0.0, 1.0, math.copysign(1.0, turned))
-    steady.take(sample(2.0, 1.0, 0.5), 0.0, imu)
-    seen, jump = steady.take(sample(0.0, 0.0, 0.0, 0.6), 0.6, replace_yaw(imu, 1.0 + turned))
+    imu = ImuSample(0.0, 1.0, math.copysign(1.0, turned))
+    seen, jump = two_messages((2.0, 1.0, 0.5), (0.0, 0.0, 0.0), 0.6, imu,
+                              imu._replace(yaw=1.0 + turned))
     assert jump.outcome == (POSE_KEPT if kept else POSE_LOST)
-    assert (seen.pose.x, seen.pose.y, seen.pose.yaw) == pytest.approx(
+    assert numbers(seen.pose) == pytest.approx(
         (2.0, 1.0, 0.5 + turned) if kept else (0.0, 0.0, 0.0))
-
-
-class Heard:
-    """A robot that is driven, and its localizer."""
-
-    def __init__(self, **settings):
-        self.robot, self.localizer = Simulator(SimulatorConfig(**settings)), Localizer()
-        self._start, self.jumps = self.robot.truth, []
-
-    def run(self, seconds, linear=None, angular=0.0):
-        """Let time pass, with this command in force, or with none."""
-        robot, localizer, end = self.robot, self.localizer, self.robot.now + seconds
-        while robot.now < end:
-            if linear is not None:
-                robot.command(linear, angular)
-            for seen in robot.step(0.01):
-                take = localizer.on_imu if isinstance(seen, ImuSample) else localizer.on_odometry
-                take(seen, robot.now)
-            localizer.take_fix()
-            self.jumps.extend(localizer.take_jumps())
-
-    @property
-    def outcomes(self):
-        return [jump.outcome for jump in self.jumps]
-
-    def errors(self):
-        """[m], [deg]"""
-        truth, pose = self._start.inverse() @ self.robot.truth, self.localizer.motion(
-            self.robot.now).pose
-        return (math.hypot(pose.x - truth.x, pose.y - truth.y),
-                math.degrees(angle_between(pose.yaw, truth.yaw)))
 
 
 @pytest.mark.parametrize('turn', [0.0, 1.2])
@@ -223,7 +211,7 @@ def test_the_robots_own_reset_at_rest_leaves_the_local_pose(turn):
     metres, degrees = heard.errors()
     assert metres < 0.003 and degrees < 0.1
     # and the published frame moved along in odom
-    in_odom = heard.localizer.odom_T_local @ heard.localizer.motion(heard.robot.now).pose
+    in_odom = heard.localizer.odom_T_local @ heard.pose
     assert in_odom.distance_to(Pose2()) < 0.51     # 2.5 s at 0.2 m/s
 
 
@@ -272,20 +260,5 @@ def test_after_a_reset_in_motion_the_pose_is_lost_until_it_is_declared(linear, a
     assert heard.localizer.odom_T_local is None
     reset = heard.localizer.reset(Pose2(1.0, 2.0, 0.5), heard.robot.now)
     heard.run(0.1)
-    pose = heard.localizer.motion(heard.robot.now).pose
-    assert reset.done and not heard.localizer.is_lost and pose.distance_to(Pose2(1.0, 2.0)) < 0.001
-
-
-def test_a_robot_that_was_told_to_move_before_its_silence_may_have_moved():
-    steady = JumpFilter()
-    steady.take(sample(2.0, 1.0, 0.5), 10.0, IMU)
-    _, jump = steady.take(sample(0.0, 0.0, 0.0, 2.6), 12.6, IMU, driven_at=9.9)
-    assert jump.outcome == POSE_LOST
-
-
-def test_nobody_knows_where_a_board_was_carried_that_was_silent_for_long():
-    """A board reset takes 11.7 s, and the motors have no torque."""
-    steady = JumpFilter()
-    steady.take(sample(0.191, 0.224, 0.865), 10.0, replace_yaw(IMU, 0.897))
-    _, jump = steady.take(sample(0.0, 0.0, 0.066, 11.7), 21.7, replace_yaw(IMU, 0.098))
-    assert jump.outcome == POSE_LOST
+    assert reset.done and not heard.localizer.is_lost
+    assert heard.pose.distance_to(Pose2(1.0, 2.0)) < 0.001

@@ -40,6 +40,17 @@ class Senders:
             might = might or self.permission.granted
         return might
 
+    def at_once(self, times, sender='pad'):
+        """A pad says True so often in no time, as after a stall of the network."""
+        for _ in range(times):
+            self.permission.told(True, self.now, sender, True)
+
+    def give_anew(self, sender):
+        """A False and a True; may the robot be driven then?"""
+        self.say(sender, False)
+        self.say(sender, True)
+        return self.run(0.25)
+
     @property
     def granted(self):
         return self.permission.granted
@@ -79,9 +90,7 @@ def test_a_false_of_anybody_takes_it_whoever_gave_it(senders, giver, taker):
     senders.say(taker, False)
     assert not senders.granted
     assert not senders.run(5.0)        # although another pad goes on renewing
-    senders.say(giver, False)
-    senders.say(giver, True)
-    assert senders.run(0.25) and senders.granted
+    assert senders.give_anew(giver) and senders.granted
 
 
 def test_what_is_only_repeated_is_no_giving(senders):
@@ -109,7 +118,7 @@ def test_renewed_it_is_suspended_when_the_giver_falls_silent(senders):
 def test_a_giving_holds_after_a_renewal_that_did_not_come_together_with_it(senders, after, granted):
     senders.say('pad', True)
     senders.now += after
-    senders.permission.told(True, senders.now, 'pad', True)
+    senders.at_once(1)
     assert senders.granted is granted
 
 
@@ -126,9 +135,7 @@ def test_a_giver_that_comes_back_revives_it_only_after_a_short_silence(senders, 
     if not revives:
         senders.say('pad', True)       # a renewal by any other name
         assert not senders.run(0.25)
-        senders.say('pad', False)
-        senders.say('pad', True)
-        assert senders.run(0.25)
+        assert senders.give_anew('pad')
 
 
 @pytest.mark.parametrize('begins', [True, False])
@@ -136,7 +143,7 @@ def test_the_time_in_which_a_node_starts_is_no_sleep(begins):
     permission = Permission()
     permission.update(1000.0)
     if begins:
-        permission.begin(1002.5)
+        permission.sleep.start(1002.5)
     permission.told(True, 1002.5, 'hand')
     assert permission.granted is begins
 
@@ -146,33 +153,20 @@ def test_a_node_that_slept_finds_it_gone_also_if_a_renewal_is_the_first_it_hears
     senders.say('pad', True)
     senders.run(1.0)
     senders.now += slept               # no update meanwhile
-    senders.permission.told(True, senders.now, 'pad', True)
+    senders.at_once(1)
     assert not senders.granted and not senders.run(5.0)
     assert senders.warned('this node did not run for')
 
 
-def test_a_permission_that_is_gone_is_a_warning(senders):
-    senders.say('pad', True)
-    senders.run(0.5)
-    senders.permission.take_news()
-    senders.renewing.clear()           # the pad's node has died
-    senders.run(3.0)
-    gone, = senders.permission.take_news()
-    assert gone.warning and gone.text.startswith('Control from pad is gone: it was silent for')
-
-
 def test_a_pad_that_renews_what_does_not_count_is_told_so_once(senders):
     senders.now += 10.0                # no update meanwhile
-    for _ in range(40):                # delayed, then delivered at once
-        senders.permission.told(True, senders.now, 'pad', True)
+    senders.at_once(40)                # delayed, then delivered at once
     senders.renewing.add('pad')
     senders._next['pad'] = senders.now
     assert not senders.run(5.0)
     refusals = [news.text for news in senders.permission.take_news() if 'count' in news.text]
     assert len(refusals) == 1 and 'while this node did not run' in refusals[0]
-    senders.say('pad', False)
-    senders.say('pad', True)
-    assert senders.run(0.25)
+    assert senders.give_anew('pad')
 
 
 @pytest.mark.parametrize('word', [True, False])
@@ -192,8 +186,7 @@ def test_what_a_node_hears_as_it_wakes_is_no_giving_but_a_stop(senders, word):
 def test_a_giving_that_the_network_held_up_for_long_does_not_count(senders, late, counts):
     """It arrives together with the renewals that were sent since."""
     senders.say('pad', True)
-    for _ in range(int(late / RENEWAL)):
-        senders.permission.told(True, senders.now, 'pad', True)
+    senders.at_once(int(late / RENEWAL))
     assert senders.run(3.0) is counts
     assert senders.warned('delayed it by more than 2 s') is not counts
 
@@ -203,8 +196,7 @@ def test_renewals_that_were_held_up_later_do_no_harm(senders):
     senders.run(10.0)
     for _ in range(4):
         senders.now += 1.0
-        for _ in range(10):
-            senders.permission.told(True, senders.now, 'pad', True)
+        senders.at_once(10)
         senders.permission.update(senders.now)
         assert senders.granted
 
@@ -215,9 +207,7 @@ def test_what_was_given_before_this_node_lived_is_no_giving(senders):
     senders.renewing.add('pad')
     senders._next['pad'] = 0.0
     assert not senders.run(5.0)
-    senders.say('pad', False)
-    senders.say('pad', True)
-    assert senders.run(0.25)
+    assert senders.give_anew('pad')
 
 
 def test_each_giving_is_counted(senders):
@@ -233,8 +223,7 @@ def test_a_giving_of_a_sleep_that_the_network_held_up_does_not_count(senders):
     senders.now += 3.0                   # no update meanwhile
     assert not senders.run(0.5)
     senders.say('pad', True)
-    for _ in range(8):                   # pressed 0.8 s ago
-        senders.permission.told(True, senders.now, 'pad', True)
+    senders.at_once(8)                   # pressed 0.8 s ago
     assert not senders.run(3.0) and senders.warned('before this node started, or woke')
 
 
@@ -246,8 +235,7 @@ def test_a_giving_that_was_under_way_when_somebody_else_stopped_the_robot(
     senders.permission.told(False, senders.now, stopper)
     senders.run(0.01)
     senders.say('pad', True)
-    for _ in range(round(late / RENEWAL)):
-        senders.permission.told(True, senders.now, 'pad', True)
+    senders.at_once(round(late / RENEWAL))
     assert senders.run(3.0) is counts
     assert senders.warned('it was taken while the network delayed it') is not counts
 
@@ -256,8 +244,7 @@ def test_a_giving_that_is_older_than_this_node_does_not_count(senders):
     senders.permission = Permission()
     senders.run(0.5)
     senders.say('pad', True)
-    for _ in range(8):                   # pressed 0.8 s ago
-        senders.permission.told(True, senders.now, 'pad', True)
+    senders.at_once(8)                   # pressed 0.8 s ago
     assert not senders.run(3.0) and senders.warned('it was given before this node started, or woke')
 
 
@@ -283,18 +270,12 @@ def test_a_latched_true_is_doubted_and_a_latched_false_stops(senders, stands, is
 
 # A process that did not run: noticed at the next look at the clock, and once ----------------------
 
-def test_the_first_look_sees_no_sleep():
+def test_the_first_look_and_a_simulated_clock_that_begins_see_no_sleep():
     watch = SleepWatch()
     assert watch.slept_for == 0.0
-    watch.update(1e9)
-    assert watch.slept_for == 0.0 and watch.in_words() == ''
-
-
-def test_a_simulated_clock_that_begins_is_no_sleep():
-    watch = SleepWatch()
     for now in (0.0, 0.0, 1.79e9):
         watch.update(now)
-        assert watch.slept_for == 0.0
+        assert watch.slept_for == 0.0 and watch.in_words() == ''
 
 
 @pytest.mark.parametrize('gap, slept', [(0.0, 0.0), (1.0, 0.0), (1.25, 1.25), (3600.0, 3600.0),

@@ -41,13 +41,8 @@ def assert_yaw(quaternion, yaw, scale=1.0):
 
 
 @given(st.one_of(YAWS, st.sampled_from(AWKWARD)))
-def test_there_and_back(yaw):
+def test_there_and_back_and_a_quaternions_negative_is_the_same_attitude(yaw):
     assert quaternion_from_yaw(yaw) == pytest.approx(about_z(yaw), abs=1e-12)
-    assert_yaw(quaternion_from_yaw(yaw), yaw)
-
-
-@given(st.one_of(YAWS, st.sampled_from(AWKWARD)))
-def test_a_quaternion_and_its_negative_are_the_same_attitude(yaw):
     assert_yaw(about_z(yaw), yaw)
     assert_yaw(about_z(yaw), yaw, scale=-1.0)
 
@@ -70,27 +65,12 @@ def test_a_norm_that_is_not_one_is_refused(yaw, norm):
         yaw_of(about_z(yaw), scale=norm)
 
 
-@pytest.mark.parametrize('part', 'wxyz')
-@pytest.mark.parametrize('bad', [math.nan, math.inf, -math.inf])
-def test_each_part_must_be_a_number(part, bad):
-    parts = dict(w=1.0, x=0.0, y=0.0, z=0.0)
-    parts[part] = bad
-    with pytest.raises(ValueError, match='norm'):
-        yaw_from_quaternion(**parts)
-
-
 @given(st.floats(math.radians(46), math.radians(134)), st.sampled_from([1, -1]))
-def test_ros_order_mistaken_for_w_first_is_refused(yaw, side):
+def test_ros_order_mistaken_for_w_first_and_the_other_way_round_are_refused(yaw, side):
     w, x, y, z = about_z(side * yaw)
-    with pytest.raises(ValueError, match='order'):
-        yaw_from_quaternion(w=x, x=y, y=z, z=w)
-
-
-@given(st.floats(math.radians(46), math.radians(134)), st.sampled_from([1, -1]))
-def test_w_first_mistaken_for_ros_order_is_refused(yaw, side):
-    w, x, y, z = about_z(side * yaw)
-    with pytest.raises(ValueError, match='order'):
-        yaw_from_quaternion(x=w, y=x, z=y, w=z)
+    for parts in ((x, y, z, w), (z, w, x, y)):
+        with pytest.raises(ValueError, match='order'):
+            yaw_of(parts)
 
 
 def test_the_parts_must_be_named():

@@ -50,13 +50,9 @@ def test_random_drives_all_arrive_within_the_limits():
     assert statistics.median(angles) <= 0.3 and max(angles) <= 0.5
 
 
-@pytest.mark.parametrize('model, bound', [('burger', 5.88)])
-def test_bound_of_the_labs_goal(model, bound):
-    # (b (135 + 135 deg) + 0.8627 m) / V; see FIRMWARE facts of the Burger
-    assert least_time(Pose2(), LAB_GOAL, robot_model(model)) == pytest.approx(bound, abs=0.005)
-
-
-def test_bound_backwards_and_with_the_labs_turn_limit():
+def test_the_least_time_to_the_labs_goal():
+    # (b (135 + 135 deg) + 0.8627 m) / V; backwards; and with the lab's limit of the turns
+    assert least_time(Pose2(), LAB_GOAL, BURGER) == pytest.approx(5.88, abs=0.005)
     assert least_time(Pose2(), LAB_GOAL, BURGER, reverse=True) == pytest.approx(4.69, abs=0.005)
     assert least_time(Pose2(), LAB_GOAL, BURGER, max_angular=1.5) == pytest.approx(7.23, abs=0.005)
 
@@ -81,20 +77,14 @@ def test_the_handouts_law_stops_short_and_takes_its_time():
     assert 24.0 <= result.time <= 28.0
 
 
-@pytest.mark.parametrize('heading', [0.0, 90.0, 179.9, -179.9, 180.0])
-@pytest.mark.parametrize('offset', [0.0, 59.1, 180.0])
+@pytest.mark.parametrize('heading, offset', [
+    (0.0, 180.0), (90.0, 59.1), (179.9, 0.0), (-179.9, 59.1), (180.0, 180.0)])
 def test_awkward_headings_do_not_matter(heading, offset):
     result = drive(LAB_GOAL, SimulatorConfig(start_yaw_deg=heading, imu_offset_deg=offset,
                                              imu_rate=100.0))
     assert result.reached
     assert result.distance_error <= 0.010
     assert abs(math.degrees(result.angle_error)) <= 0.5
-
-
-def test_a_far_goal():
-    result = drive(Pose2(-3.0, 3.0, math.pi / 2.0), SimulatorConfig(imu_offset_deg=-34.6))
-    assert result.reached
-    assert result.distance_error <= 0.010
 
 
 @pytest.mark.parametrize('model', ['waffle', 'waffle_pi'])
@@ -176,16 +166,6 @@ def test_where_it_is_declared_and_where_it_truly_starts_do_not_matter():
     assert result.overrun == pytest.approx(-0.2, abs=0.015)
 
 
-@pytest.mark.parametrize('degrees', [90.0, -90.0, 400.0, -720.0])
-def test_a_turn_is_counted_over_whole_turns(degrees):
-    turn, = turns([degrees], SimulatorConfig(start_yaw_deg=170.0))
-    assert math.degrees(turn.turned) == pytest.approx(degrees, abs=0.6)
-    assert 1.4 <= turn.fastest <= 1.5 + 1e-9
-    least = math.radians(abs(degrees)) / 1.5
-    assert least <= turn.time <= 1.1 * least + 1.5
-    assert 0.0 <= math.degrees(turn.overshoot) <= 0.6
-
-
 @pytest.mark.parametrize('degrees', [90.0, -90.0])
 def test_a_turn_by_an_imu_that_lags_behind_goes_too_far_by_what_it_lacks(degrees):
     """An IMU that drifts against the turn, by 10 deg each second, measures too little of it."""
@@ -194,10 +174,3 @@ def test_a_turn_by_an_imu_that_lags_behind_goes_too_far_by_what_it_lacks(degrees
     beyond = abs(math.degrees(turn.turned)) - 90.0
     assert beyond == pytest.approx(10.0 * turn.time, abs=3.0) and beyond > 8.0
     assert math.degrees(turn.overshoot) == pytest.approx(beyond, abs=1.0)
-
-
-def test_turns_follow_each_other_and_each_is_measured_from_its_own_begin():
-    results = turns([90.0, -45.0, 180.0], SimulatorConfig())
-    assert [math.degrees(turn.turned) for turn in results] == pytest.approx(
-        [90.0, -45.0, 180.0], abs=1.0)
-    assert all(turn.time < 0.7 * 180.0 / 60.0 + 2.0 for turn in results)

@@ -5,8 +5,7 @@ from itertools import product
 import pytest
 
 from tb3_labs.robot.turtlebot3 import (
-    COMMAND_TIMEOUT, CONTROL_RATE, DEFAULT_MODEL, MODELS, MOTOR_SPEED_STEP, TICKS_PER_TURN,
-    WHEEL_WIDTH, model_called, robot_model)
+    MODELS, MOTOR_SPEED_STEP, TICKS_PER_TURN, WHEEL_WIDTH, model_called, robot_model)
 
 
 def rim_speed(rpm, radius=0.033):
@@ -16,7 +15,6 @@ def rim_speed(rpm, radius=0.033):
 def test_the_firmwares_constants():
     assert 2.0 * math.pi / TICKS_PER_TURN == pytest.approx(0.001533981, abs=5e-10)
     assert MOTOR_SPEED_STEP == pytest.approx(0.0239809, abs=1e-6)   # 0.229 rpm in rad/s
-    assert (CONTROL_RATE, COMMAND_TIMEOUT) == (30.0, 0.5)
     assert WHEEL_WIDTH == 0.018               # turtlebot3_description's wheels
 
 
@@ -52,10 +50,6 @@ def test_geometry(name, separation, radius):
 def test_each_limit_alone_is_within_what_a_wheel_can_do(model, limit):
     rim = getattr(model, limit) * (model.half_track if limit == 'max_angular' else 1.0)
     assert rim <= model.max_wheel_speed * 1.0002
-
-
-def test_the_usual_robot_is_a_burger():
-    assert robot_model(DEFAULT_MODEL) is MODELS['burger']
 
 
 @pytest.mark.parametrize('name', ['', 'Burger', 'turtlebot4', None])

@@ -1,13 +1,10 @@
 """Going a remaining way to zero, and coming to rest there, in spite of delays.
 
-This module chooses the speed, also for the last millimetres. It uses two pieces.
-:mod:`tb3_labs.control.dead_time` predicts the remaining way at rest if the robot were told to stop
-now. :mod:`tb3_labs.control.motor_response` identifies the delay, the lag and the gain for that.
-Each sample gives one such prediction. An :class:`~tb3_labs.geometry.estimate.Estimate` takes the
-noise out of them: from one to the next, the way at rest changes by the command only.
-
-A braking profile sets the speed from that predicted way. *Nudges* correct the last bit: short
-commands to a robot that was told to stop before.
+From each sample `dead_time` predicts the remaining way at rest if the robot were told to stop now,
+by the delay, lag and gain that `motor_response` identifies. An `Estimate` takes the noise out of
+these predictions: from one to the next, the way at rest changes by the command only. A braking
+profile sets the speed from it. *Nudges* correct the last bit: short commands to a robot that was
+told to stop before.
 
 Units: radians or metres for ways, per second for speeds; seconds. Works for either direction.
 Source: braking profile, see :func:`tb3_labs.control.speed_laws.braking_speed`.
@@ -73,29 +70,18 @@ class Approach:
         """Begin anew with a robot that stands."""
         self._now = 0.0                     # since the start [s]
         self._measured_at = -math.inf       # the latest sample
-        self._way = Estimate()              # at rest
-        self._history = CommandHistory(self._config.period)
-        self._identification = Identification(self._response, self._config.speed_is_prompt)
-        self._start_remaining = math.nan    # before the first step
-        self._motor_speed = 0.0
+        #: The remaining way if the robot were told to stop now.
+        self.at_rest = Estimate()
         self._direction = 0.0     # of the latest command that was not zero
         self._reversals = 0       # changes of that direction
         self._nudges = False      # was the robot told to stop since the start?
-
-    @property
-    def at_rest(self) -> float:
-        """The remaining way if the robot were told to stop now."""
-        return self._way.value
-
-    @property
-    def uncertainty(self) -> float:
-        """The error that `at_rest` may have by the noise of the samples."""
-        return self._way.uncertainty
+        self._identification = Identification(self._response, self._config.speed_is_prompt)
+        self._begin(math.nan, 0.0)
 
     def extend(self, by: float) -> None:
         """Add `by` to the remaining way: the goal was moved during the approach."""
         self._start_remaining += by
-        self._way.shift(by, 0.0)
+        self.at_rest.shift(by, 0.0)
 
     def told_to_rest(self, age: float) -> bool:
         """Has the robot obeyed only stops since `age` [s] ago?"""
@@ -114,33 +100,36 @@ class Approach:
         if self._direction:
             self._advance(speed, dt)
         else:
-            dt = self._begin(remaining, speed)
+            dt = self._config.period
+            self._begin(remaining, speed)
         self._identification.look(
             self._history, self._start_remaining - remaining, speed, fastest, age)
         self._motor_speed = self._speed_of_motors(speed, dt)
         if self._now - age > self._measured_at + SAME_MOMENT:
             self._measured_at = self._now - age
-            self._way.add(self._predict(remaining, age), noise)
+            estimate = self._identification.estimate
+            self.at_rest.add(way_at_rest(remaining, self._motor_speed, self._history,
+                                      estimate.delay + age, estimate.lag, estimate.gain), noise)
         wanted = self._wanted(fastest)
         latest, change = self._history.command, self._config.acceleration * dt
         self._history.send(clamp(wanted, latest - change, latest + change))
         return self._history.command
 
-    def _begin(self, remaining: float, speed: float) -> float:
-        """Begin the approach with its first step. Returns the time of that step [s]."""
+    def _begin(self, remaining: float, speed: float) -> None:
+        """The first command is given now."""
         self._history = CommandHistory(self._config.period)
         self._identification.begin(speed)
         self._start_remaining = remaining
         self._motor_speed = speed
-        return self._config.period
 
     def _advance(self, speed: float, dt: float) -> None:
         """Time goes on; the way at rest gets less by the command of that time."""
-        before = self._history.commanded
-        self._history.advance(dt)
-        commanded = self._history.commanded - before
-        fastest = max(abs(speed), abs(self._history.command))
-        self._way.shift(-self._identification.estimate.gain * commanded, TIME_DOUBT * fastest)
+        history = self._history
+        before = history.commanded(history.begin)
+        history.advance(dt)
+        commanded = history.commanded(history.begin) - before
+        fastest = max(abs(speed), abs(history.command))
+        self.at_rest.shift(-self._identification.estimate.gain * commanded, TIME_DOUBT * fastest)
 
     def _speed_of_motors(self, speed: float, dt: float) -> float:
         """As measured, or as the model predicts it."""
@@ -149,23 +138,17 @@ class Approach:
         estimate = self._identification.estimate
         return followed(self._motor_speed, self._history.arrived(estimate.delay), estimate.lag, dt)
 
-    def _predict(self, remaining: float, age: float) -> float:
-        """The way at rest by one sample."""
-        estimate = self._identification.estimate
-        return way_at_rest(remaining, self._motor_speed, self._history, estimate.delay + age,
-                           estimate.lag, estimate.gain)
-
     def _wanted(self, fastest: float) -> float:
         """The speed to aim at."""
         config = self._config
         self._nudges = self._nudges or bool(self._direction and not self._history.command)
         left = config.leave_alone if self._nudges else 0.0
-        near = self.uncertainty + max(config.close_enough, left)
-        if self.at_rest > near or self.at_rest < -max(near, config.backwards_from):
+        way, near = self.at_rest.value, self.at_rest.uncertainty + max(config.close_enough, left)
+        if way > near or way < -max(near, config.backwards_from):
             caution = 1.0 + config.reversal_caution * self._reversals
             gain = config.gain / (caution + config.nudge_caution * self._nudges)
-            size = abs(braking_speed(self.at_rest, config.braking, gain))
-            wanted = math.copysign(clamp(size, min(config.slowest, fastest), fastest), self.at_rest)
+            size = abs(braking_speed(way, config.braking, gain))
+            wanted = math.copysign(clamp(size, min(config.slowest, fastest), fastest), way)
             if wanted * self._direction < 0.0:
                 self._reversals += 1
             self._direction = wanted

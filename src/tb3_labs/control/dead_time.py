@@ -2,15 +2,14 @@
 
 A robot obeys late. A command is under way for the *delay*, and the motors follow with a first-order
 *lag*. A controller that brakes by the measured position alone overshoots by the travel that is
-still to come. A Smith predictor subtracts that travel by a model of the robot. The controller then
-brakes by the way that would remain if the robot were told to stop now,
+still to come. A Smith predictor brakes by the way that would remain if the robot were told to stop
+now,
 
     remaining - (speed of the motors) * lag - (travel of the commands under way)
 
 The middle term is the coasting of a first-order motor: the integral of v exp(-t / lag) is v lag.
 
-Commands are given in the rhythm of the firmware, one for each of its control periods. Each is
-obeyed for exactly one period, so the commands under way are known.
+Commands are given in the rhythm of the firmware: each is obeyed for exactly one of its periods.
 
 Units: seconds; radians or metres for travel, per second for speeds. Works for either direction.
 Source: O. J. M. Smith, Closer control of loops with dead time, Chemical Engineering Progress 53
@@ -55,16 +54,10 @@ class CommandHistory:
         """Time since the latest change of the command [s]."""
         return self.now - self._same_since
 
-    @property
-    def travel(self) -> float:
-        """Travel that was commanded since the start."""
-        return self._earlier_travel + self.command * (self.now - self._sent[-1][0])
-
-    @property
-    def commanded(self) -> float:
-        """Travel that was commanded up to the begin of the period from now."""
-        latest = self._sent[-1][0] if self._sent else self.begin
-        return self._earlier_travel + self.command * (self.begin - latest)
+    def commanded(self, until: float) -> float:
+        """Travel that was commanded from the start to a time after the latest command [s]."""
+        latest = self._sent[-1][0] if self._sent else until
+        return self._earlier_travel + self.command * (until - latest)
 
     def advance(self, dt: float) -> None:
         """Time goes on by `dt` [s]."""
@@ -73,8 +66,7 @@ class CommandHistory:
     def send(self, command: float) -> None:
         """Give a command for the period that begins now."""
         begin = self.begin
-        if self._sent:
-            self._earlier_travel += self.command * (begin - self._sent[-1][0])
+        self._earlier_travel = self.commanded(begin)
         if command != self.command:
             self._same_since = self.now
         self.command = command
@@ -104,10 +96,7 @@ class CommandHistory:
 
 
 def followed(speed: float, command: float, lag: float, dt: float) -> float:
-    """The speed of a first-order motor with this `lag`, `dt` [s] after it had `speed`.
-
-    Exact for a constant `command`.
-    """
+    """The speed of a first-order motor by a constant `command`, `dt` [s] after it had `speed`."""
     return speed - math.expm1(-dt / max(lag, LEAST_LAG)) * (command - speed)
 
 

@@ -4,10 +4,10 @@ Units: metres, radians, seconds; poses in the local frame. Sources: LabLaw is th
 lab's handout, number by number; PreciseLaw brakes by :mod:`tb3_labs.control.approach`.
 """
 import math
-from typing import Optional, Tuple
+from typing import Optional
 
 from tb3_labs.control.approach import Approach, ApproachConfig
-from tb3_labs.control.goal import DriveConfig, GoalState
+from tb3_labs.control.goal import DriveConfig, GoalState, turned
 from tb3_labs.control.goal_machine import DrivingLaw
 from tb3_labs.control.motor_response import Response
 from tb3_labs.control.speed_laws import LawStep, Twist2, proportional, saturate
@@ -86,9 +86,8 @@ def driving_approach(config: DriveConfig) -> ApproachConfig:
 class PreciseLaw:
     """As fast as the limits allow, with an exact stop.
 
-    Each turn is a PreciseTurn, the way along the line is an Approach. While driving, the robot
-    follows the straight line from its start to the goal: it steers towards a point of the line a
-    little ahead.
+    Each turn is a PreciseTurn, the way along the line from start to goal is an Approach. While
+    driving, the robot steers towards a point of the line a little ahead.
     """
 
     period = PreciseTurn.period
@@ -122,7 +121,7 @@ class PreciseLaw:
         self._there = pose.distance_to(goal) <= 0.5 * self.distance_tolerance
         backwards = wrap(self._line + math.pi)
         self._reverse = self._config.allow_reverse and (
-            _turns(pose.yaw, backwards, goal.yaw) < _turns(pose.yaw, self._line, goal.yaw))
+            turned(pose.yaw, backwards, goal.yaw) < turned(pose.yaw, self._line, goal.yaw))
         self._begin_turn(pose, backwards if self._reverse else self._line)
         self._driving.start()
         self._final = False
@@ -158,11 +157,12 @@ class PreciseLaw:
         A delayed command may let the robot drive past the goal. The robot then waits for rest, and
         backs up straight if it is outside the tolerance.
         """
-        ahead, aside = self._on_line(motion.pose, goal)
+        line_T_base = Pose2(goal.x, goal.y, self._line).inverse() @ motion.pose
+        ahead, aside = -line_T_base.x, line_T_base.y    # remaining way; offset to the left [m]
         direction = -1.0 if self._reverse else 1.0
         speed = direction * self._driving.step(ahead, direction * motion.linear,
                                                self._max_linear, dt)
-        at_rest = self._driving.at_rest
+        at_rest = self._driving.at_rest.value
         slips = at_rest < -0.3 * self.distance_tolerance and abs(motion.linear) > self.REST_SPEED
         look = wrap(self._line + math.atan2(-aside, self.LOOK_AHEAD))
         self._turning.aim(wrap(look + math.pi) if self._reverse else look)
@@ -192,18 +192,7 @@ class PreciseLaw:
         measured = motion.pose.yaw - motion.extrapolated
         return self._turning.step(measured, motion.angular, dt, motion.imu_age, motion.yaw_noise)
 
-    def _on_line(self, pose: Pose2, goal: Pose2) -> Tuple[float, float]:
-        """(remaining way along the line, offset to the left of the line) [m]."""
-        goal_T_line = Pose2(goal.x, goal.y, self._line)
-        place = goal_T_line.inverse() @ pose
-        return -place.x, place.y
-
     def _step(self, linear: float, turn: LawStep, remaining: float, finished: bool) -> LawStep:
         both = Twist2(linear, turn.command.angular)
         return LawStep(saturate(both, self._max_linear, self._max_angular, self._model),
                        remaining, finished)
-
-
-def _turns(start: float, face: float, final: float) -> float:
-    """Sum of both turns [rad] of a drive that faces `face` between its first and last heading."""
-    return abs(difference(face, start)) + abs(difference(final, face))

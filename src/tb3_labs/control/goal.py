@@ -57,10 +57,7 @@ WAITING_FOR_CONTROL = WAITING + ' for control'
 
 
 def to_go(distance: float, angle_deg: float) -> str:
-    """The remaining way of a drive in words [m, deg].
-
-    While the robot turns towards its goal the second number may grow: it is the turn at the end.
-    """
+    """The remaining way of a drive in words [m, deg]; the angle is that of the turn at the end."""
     return '{:.3f} m to go, {:.1f} deg off the final heading'.format(distance, abs(angle_deg))
 
 
@@ -108,6 +105,11 @@ def is_over(goal_state: str) -> bool:
     return goal_state == GoalState.GOAL_REACHED.name or goal_state.startswith(GAVE_UP)
 
 
+def turned(start: float, face: float, end: float) -> float:
+    """Sum of both turns [rad] of a drive along a line that faces `face`, from yaw to yaw."""
+    return abs(difference(face, start)) + abs(difference(end, face))
+
+
 def least_time(start: Pose2, goal: Pose2, model: RobotModel, max_linear: float = math.inf,
                max_angular: float = math.inf, reverse: bool = False) -> float:
     """Least time [s] from pose to pose by a turn, a straight line and a turn.
@@ -121,6 +123,6 @@ def least_time(start: Pose2, goal: Pose2, model: RobotModel, max_linear: float =
     line = start.bearing_to(goal)
     times = []
     for face in (line, line + math.pi) if reverse else (line,):
-        turned = abs(difference(face, start.yaw)) + abs(difference(goal.yaw, face))
-        times.append(turned / angular + start.distance_to(goal) / linear)
+        times.append(turned(start.yaw, face, goal.yaw) / angular
+                     + start.distance_to(goal) / linear)
     return min(times)

@@ -14,6 +14,7 @@ Units: metres, radians, seconds. Poses are in the local frame. Edge case: after 
 failure there is not any command, not even a zero.
 Source: the Transformation lab's handout.
 """
+from collections import defaultdict
 from typing import Dict, Optional, Protocol, Tuple
 
 from tb3_labs.control.goal import GoalState
@@ -31,13 +32,8 @@ MORE_TRIES = 2
 class DrivingLaw(Protocol):
     """A law for drives to a goal: how to move in each driving state. Poses are in local."""
 
-    @property
-    def period(self) -> float:
-        """Time from one command to the next [s]."""
-
-    @property
-    def distance_tolerance(self) -> float:
-        """A robot that is this near to the goal has reached it [m]."""
+    period: float                # time from one command to the next [s]
+    distance_tolerance: float    # a robot that is this near to the goal has reached it [m]
 
     def start(self, pose: Pose2, goal: Pose2) -> None:
         """Begin a drive from `pose`."""
@@ -76,7 +72,7 @@ class GoalMachine:
         self.attempt = 0
         self._tries_left = 0
         self._interrupted = False
-        self._stalls: Dict[GoalState, StallWatch] = {}    # since the last restart
+        self._stalls: Dict[GoalState, StallWatch] = defaultdict(StallWatch)    # since a restart
         self._settling = Settling()
         self._time = 0.0             # of the steps [s]
 
@@ -148,8 +144,7 @@ class GoalMachine:
         return None
 
     def errors(self, pose: Pose2) -> Tuple[float, float]:
-        """(distance [m], angle [rad]) by which `pose` misses the goal; ``ValueError`` without one.
-        """
+        """(distance [m], angle [rad]) by which `pose` misses the goal; ``ValueError``: no goal."""
         if self.goal is None:
             raise ValueError('there is no goal')
         return pose.distance_to(self.goal), difference(self.goal.yaw, pose.yaw)
@@ -169,9 +164,9 @@ class GoalMachine:
 
     def _finish_state(self, pose: Pose2, goal: Pose2) -> None:
         if self.state is GoalState.ROTATE_TO_GOAL:
-            self._enter(GoalState.MOVE_FORWARD)
+            self.state = GoalState.MOVE_FORWARD
         elif self.state is GoalState.MOVE_FORWARD:
-            self._enter(GoalState.ROTATE_TO_FINAL)
+            self.state = GoalState.ROTATE_TO_FINAL
         else:
             shortfall = self.law.shortfall(pose, goal)
             if not shortfall:
@@ -184,19 +179,15 @@ class GoalMachine:
                 self.failure = shortfall
 
     def _begin(self) -> None:
-        self._stalls = {}
+        self._stalls.clear()
         self._settling = Settling()
-        self._enter(GoalState.ROTATE_TO_GOAL)
+        self.state = GoalState.ROTATE_TO_GOAL
 
     def _resume(self, pose: Pose2, goal: Pose2) -> None:
         self._interrupted = False
         for stall in self._stalls.values():
             stall.resume()
-        self._enter(self.law.resume(self.state, pose, goal))
-
-    def _enter(self, state: GoalState) -> None:
-        self.state = state
-        self._stalls.setdefault(state, StallWatch())
+        self.state = self.law.resume(self.state, pose, goal)
 
 
 def _is_slow(motion: Motion) -> bool:

@@ -11,18 +11,17 @@ with the travel U that was commanded until then, and the speed v. Each sample of
 up, or is at steady speed, is one such equation. They are solved by least squares. The approach
 begins with the values of earlier approaches, which count by their doubt.
 
-A robot that is at full speed at its first sample in motion shows that it has no lag. The equation
-does not: there it only has the sum of delay and lag. So a *look at the start* comes first. From
-rest, with the command u, a first-order motor has v = gain u (1 - exp(-(t - delay) / lag)). With the
-share r = v / (gain u) and the way w = x / (gain u) of one sample,
+At steady speed the equation has only the sum of delay and lag. So a *look at the start* comes
+first. From rest, with the command u, a first-order motor has
+v = gain u (1 - exp(-(t - delay) / lag)). With the share r = v / (gain u) and the way
+w = x / (gain u) of one sample,
 
     lag = w / (-log(1 - r) - r)         delay = t - w - lag r
 
-The delay is that of the round trip, to the robot and back: samples arrive late, and a robot sets
-its clock by the same slow link, so that their stamps look fresh. Nothing tells one way from the
-other. But the way of a command is known from measurements (`COMMAND_TIME`), so what exceeds it is
-taken for the *sample delay*. If commands are slower than that, the sample delay is too large by the
-difference.
+The delay is that of the round trip, to the robot and back, since a robot sets its clock by the same
+slow link: late samples look fresh by their stamps. The way of a command is known from measurements
+(`COMMAND_TIME`). The delay that exceeds it is taken for the *sample delay*, which is too large if
+commands are slower than that.
 
 Units: seconds; radians or metres for travel, per second for speeds. Works for either direction.
 Source: the step response of a first-order system with dead time, as in K. J. Astrom and
@@ -159,10 +158,8 @@ class Identification:
         self._squares, self._right = np.diag(doubts ** -2.0), np.zeros(3)
 
     def begin(self, speed: float) -> None:
-        """The first command is given now, to a robot with this measured `speed`.
-
-        Delay and lag show only in motion that was commanded in this approach.
-        """
+        """The first command is given now, to a robot with this measured `speed`: delay and lag show
+        only in motion that was commanded in this approach."""
         self._from_rest = abs(speed) <= ONSET
 
     def look(self, history: CommandHistory, travelled: float, speed: float,
@@ -199,7 +196,7 @@ class Identification:
                age: float) -> None:
         """Add the equation of a sample, and solve all for the differences from the first values."""
         first = self._first
-        arrived = history.travel - history.command * (first.delay + age)
+        arrived = history.commanded(history.now) - history.command * (first.delay + age)
         row = np.array([arrived, -first.gain * history.command, -speed])
         missing = travelled - (first.gain * arrived - first.lag * speed)
         weight = (TIME_DOUBT * fastest) ** -2.0
@@ -216,8 +213,7 @@ class HeardTurns:
     """Learns the response of one robot from turns that another node commands.
 
     A turn counts if it shows the robot's answer clearly: one command, on the spot, to a robot at
-    rest, and held. A speed that changes bit by bit, as by the stick of a pad, shows nothing. Times
-    are on the receiver's clock (`now`).
+    rest, and held. Times are on the receiver's clock (`now`).
     """
 
     def __init__(self, response: Response) -> None:

@@ -4,12 +4,10 @@ A step reads the latest samples and gives one command. The robot obeys the lates
 each of its control periods (turtlebot3.CONTROL_RATE). So a law asks for one step in each period
 (its ``period``), and `Pace` says when that step is due.
 
-Between two steps no IMU sample needs to be read: the IMU sends several in a period, and the next
-step needs a fresh one. Waking up for each of them is the largest cost of a rospy node. So
-`Listening` leaves the stream alone after a sample, until the next step is due. Of the samples that
-waited meanwhile the latest is read then, and takes the step. Its stamp tells its age, at most one
-period of the IMU, and the laws reckon with that. So a step costs one look at the stream. The nodes
-read their samples in this rhythm (:func:`tb3_labs.ros.topics.subscribe`).
+Between two steps no IMU sample needs to be read, and waking up for each of them is the largest
+cost of a rospy node. So `Listening` leaves the stream alone until the next step is due. Of the
+samples that waited the latest is read then, at most one period of the IMU old, and takes the step.
+The nodes read their samples in this rhythm (:func:`tb3_labs.ros.topics.subscribe`).
 
 Units: seconds on the caller's clock (`now`). Edge cases: a clock that goes back makes a command
 due, and ends a pause in listening; the first step, and the first after a pause, counts as one
@@ -20,9 +18,8 @@ from typing import Callable, List, Optional, Sequence, TypeVar
 
 from tb3_labs.geometry.angles import clamp
 
-#: Steps after the first one are planned early by this [s]. If every sample is read, a step is
-#: taken when one arrives, up to 5 ms late. A late command is worse than an early one: until it
-#: arrives, the robot obeys the one before.
+#: Steps after the first one are planned early by this [s], since a sample that takes a step may
+#: come 5 ms late. Until a late command arrives, the robot obeys the one before.
 EARLY = 0.0035
 #: A stream of samples is left alone for this long at most [s]: a little more than a control period.
 LONGEST_IDLE = 0.036

@@ -62,26 +62,11 @@ class TurnConfig(Config):
 class TurningLaw(Protocol):
     """A law for turns on the spot."""
 
-    @property
-    def period(self) -> float:
-        """Time from one command to the next [s]."""
-
-    @property
-    def MAX_ANGLE(self) -> float:
-        """The largest turn [rad]."""
-
-    @property
-    def MAX_ANGLE_IN_WORDS(self) -> str:
-        """The same in degrees, in the words of a refusal."""
-
-    @property
-    def extends(self) -> bool:
-        """True: a turn that is asked for during another moves the goal of that one. False: it
-        starts anew from the present heading."""
-
-    @property
-    def carries_error(self) -> bool:
-        """True: a turn corrects the error that the one before left."""
+    period: float              # time from one command to the next [s]
+    MAX_ANGLE: float           # the largest turn [rad],
+    MAX_ANGLE_IN_WORDS: str    # and in degrees, in the words of a refusal
+    extends: bool              # does a turn that is asked for during another move its goal?
+    carries_error: bool        # does a turn correct the error that the one before left?
 
     def start(self, yaw: float, angle: float) -> None:
         """Turn by `angle` [rad], beginning at `yaw` [rad]."""
@@ -108,10 +93,9 @@ def make_turn(config: TurnConfig, model: RobotModel,
 
 
 class LabTurn:
-    """The handout's law: proportional, clamped, over inside the tolerance.
+    """The handout's law: proportional, clamped, over as soon as it is inside the tolerance.
 
-    Its goal is only a heading, to which it turns the short way round. It stops as soon as it is
-    inside the tolerance, so it ends short by most of the tolerance.
+    Its goal is only a heading, to which it turns the short way round.
     """
 
     period = 0.1    # [s]: 10 Hz
@@ -128,16 +112,14 @@ class LabTurn:
         self._fastest = min(config.max_ang_z, model.max_angular)
 
     def start(self, yaw: float, angle: float) -> None:
-        """Turn by `angle`, beginning at `yaw` [rad]."""
         self._goal = yaw + angle
 
     def extend(self, angle: float) -> None:
-        """Move the goal by `angle` [rad]."""
         self._goal += angle
 
     def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
              noise: float = 0.0) -> LawStep:
-        """The command for a robot that faces `yaw` [rad]; this law uses nothing else."""
+        """The command; this law uses the yaw alone."""
         error = math.degrees(difference(self._goal, yaw))
         command = proportional(error, self._gain, self._slowest, self._fastest)
         return LawStep(Twist2(0.0, command), math.radians(error), abs(error) < self._tolerance)
@@ -152,10 +134,7 @@ def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
 
 
 class PreciseTurn:
-    """As fast as the limits allow, in the direction that was asked for, ending at rest.
-
-    Drives to a goal use it as well, see :mod:`tb3_labs.control.driving`.
-    """
+    """As fast as the limits allow, in the direction that was asked for, ending at rest."""
 
     period = PERIOD
     MAX_ANGLE = 200.0 * math.pi
@@ -183,7 +162,6 @@ class PreciseTurn:
         self._approach.start()
 
     def extend(self, angle: float) -> None:
-        """Turn by `angle` [rad] more (or less), counted from the goal, during the turn."""
         self._face += angle
         self.remaining += angle
         self._approach.extend(angle)
@@ -195,22 +173,19 @@ class PreciseTurn:
 
     def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
              noise: float = 0.0) -> LawStep:
-        """The command, see TurningLaw.
-
-        Finished when settled: at rest inside the tolerance, as well as the noise shows it.
-        """
+        """The command; finished at rest inside the tolerance, as well as the noise shows it."""
         self._time += dt
         self.remaining = continuous(self._face - yaw, self.remaining)
         command = self._approach.step(self.remaining, rate, self._fastest, dt, noise, age)
         rests = abs(rate) <= REST_ANGULAR and self._approach.told_to_rest(age)
         self._settling.look(rests, self._time - age)
         if rests:
-            self.remaining = self._approach.at_rest
+            self.remaining = self._approach.at_rest.value
         return LawStep(Twist2(0.0, command), self.remaining,
                        self._settling.rests and self._is_near())
 
     def _is_near(self) -> bool:
-        uncertainty = self._approach.uncertainty
+        uncertainty = self._approach.at_rest.uncertainty
         if uncertainty <= 0.35 * self._tolerance:
             return abs(self.remaining) <= self._tolerance
         return (self._settling.rested_for >= self.LONGEST_LOOK

@@ -1,1 +1,1 @@
-"""What do the numbers mean? Angles, quaternions, poses in the plane. This room does not know robots."""
+"""What do the numbers mean? Angles, quaternions, poses in the plane; not yet robots."""

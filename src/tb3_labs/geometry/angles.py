@@ -46,11 +46,7 @@ def difference_degrees(target: float, start: float) -> float:
 
 
 def continuous(angle: float, previous: float) -> float:
-    """`angle` plus the whole turns that bring it nearest to `previous`.
-
-    Applied to one sample after the other it removes the jump at +/-pi, if neighbouring samples are
-    less than half a turn apart.
-    """
+    """`angle` plus the whole turns that bring it nearest to `previous`: no jump at +/-pi."""
     return previous + difference(angle, previous)
 
 
@@ -60,9 +56,8 @@ def interpolate_angle(start: float, end: float, fraction: float) -> float:
 
 
 def continuous_at(at: Numbers, times: np.ndarray, angles: np.ndarray) -> np.ndarray:
-    """The angle at the times `at`, interpolated between samples `angles`, shape (n,), of `times`.
+    """The angles at the times `at`, without jumps at +/-pi, between samples `angles`, shape (n,).
 
-    It does not jump at +/-pi, if neighbouring samples are less than half a turn apart. Before the
-    first sample it is the first angle, after the last sample the last one.
+    Before the first sample it is the first angle, after the last sample the last one.
     """
     return np.interp(np.asarray(at, dtype=float), times, np.unwrap(angles))

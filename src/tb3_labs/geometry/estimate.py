@@ -1,7 +1,5 @@
-"""A number by noisy samples, while it changes.
-
-Source: the filter of R. E. Kalman, A new approach to linear filtering and prediction problems
-(1960), for one number.
+"""A number by noisy samples, while it changes: the filter of R. E. Kalman, A new approach to linear
+filtering and prediction problems (1960), for one number.
 """
 import math
 

@@ -1,8 +1,8 @@
 """Quaternion <-> yaw: the one place where this package touches quaternions.
 
-squaternion is w-first and checks nothing. With the parts in another order it returns a plausible
-wrong angle, an all-zero quaternion gives yaw 0, and one of norm 2 a wrong yaw. So the parts are
-keywords here, and a quaternion that no robot on a floor can have is invalid.
+squaternion is w-first and checks nothing: another order of the parts, an all-zero quaternion or
+one of norm 2 gives a plausible wrong yaw. So the parts are keywords here, and a quaternion that no
+robot on a floor can have is invalid.
 
 Units: radians. Edge case: a yaw is in (-pi, pi]. Source: squaternion (PyPI), REP-103 for the axes.
 """

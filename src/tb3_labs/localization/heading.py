@@ -39,8 +39,8 @@ def compass_degrees(yaw: float) -> float:
 class YawNoise:
     """Learns the noise of one IMU.
 
-    Each sample is compared with a prediction from the sample before and the gyro's rate. This is
-    done only while the robot turns slowly and evenly, since the difference is then only noise.
+    While the robot turns slowly and evenly, a sample differs by noise alone from the prediction by
+    the sample before and the gyro's rate.
     """
 
     def __init__(self) -> None:
@@ -90,18 +90,14 @@ class Heading:
         time = self._clock.time_of('imu', sample.stamp, now)
         measured_at = self._clock.measured_at(time, now)
         self._noise.learn(sample, time)
-        self._look_steadily(measured_at - self._measured_at)
-        self._measured_at = measured_at
-
-    def _look_steadily(self, dt: float) -> None:
-        """Take the latest sample, `dt` [s] after the one before, into the yaw at rest."""
-        assert self.yaw is not None
         if self.noise:
-            self._steady.shift(0.0, STEADY_DOUBT + abs(self.rate * dt))
+            turned = abs(self.rate * (measured_at - self._measured_at))
+            self._steady.shift(0.0, STEADY_DOUBT + turned)
             self._steady.add(self.yaw, self.noise)
         else:    # it is not known yet
             self._steady = Estimate()
             self._steady.shift(self.yaw)
+        self._measured_at = measured_at
 
     def age(self, now: float) -> float:
         """Time since the latest sample was measured, by the least delay [s]."""

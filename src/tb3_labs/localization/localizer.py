@@ -2,11 +2,10 @@
 
 IMU and odometry arrive in any order, each at its own rate. A *fix* is the robot's pose at the
 instant of one odometry message, with the IMU's yaw interpolated to its stamp. A *reset* uses the
-values of both sensors, interpolated to the moment of the request. So it is as exact in a spin as
-the age of the samples is known. It is carried out as soon as both sensors have passed that moment.
-If the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``, so that the pose
-in ``local`` does not change (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have
-moved unseen, the pose is lost: there is no local frame until a reset declares one.
+values of both sensors, interpolated to the moment of the request, as soon as both have passed it.
+So it is as exact in a spin as the age of the samples is known. If the odometry jumps and the robot
+did not move, ``local`` is shifted in ``odom`` (:mod:`tb3_labs.localization.odometry_jumps`). If the
+robot may have moved unseen, the pose is lost: there is no local frame until a reset declares one.
 
 Samples go in by `on_imu` and `on_odometry`. Fixes, jumps and carried-out resets are events, taken
 once (`take_fix`, `take_jumps`, `take_resets`); `motion` and the properties are state.
@@ -42,25 +41,16 @@ class Fix:
 
 @dataclass
 class Reset:
-    """One declaration, for the caller who asked for it.
-
-    The localizer fills in `before` and `after` when the reset is carried out, or `problem` when it
-    can no longer be. Only the localizer writes to it.
-    """
+    """One declaration, for the caller who asked for it; only the localizer writes to it."""
 
     declared: Pose2
     asked_at: float                  # [s, receiver's clock]
     stamp: Optional[float]           # the same instant [s, sender's clock]; None: no sample yet
     epoch: int                       # of the sender's clock in which `stamp` counts
     sample_delay: float = 0.0        # samples of that instant are stamped this much later [s]
-    before: Optional[Pose2] = None
-    after: Optional[Pose2] = None
+    before: Optional[Pose2] = None   # the pose of that instant in the old frame, if there was one
+    done: bool = False               # is the new frame in force?
     problem: str = ''                # the reason why it can no longer be carried out
-
-    @property
-    def done(self) -> bool:
-        """True once the new frame is in force."""
-        return self.after is not None
 
 
 class _Latest(NamedTuple):
@@ -118,9 +108,8 @@ class Localizer:
     def take_fix(self) -> Optional[Fix]:
         """The latest Fix, once; None if there is no new one. Older ones are dropped.
 
-        The first one declares the frame, so it is at (0, 0, 0), unless a reset came before it.
-        There is none while the pose is lost, nor between a reset's instant and its samples: it
-        would be in the old frame.
+        The first one declares the frame, unless a reset came before it. There is none while the
+        pose is lost, nor between a reset's instant and its samples: it would be in the old frame.
         """
         pair = self._buffer.take_pair()
         if pair is None or self.is_lost or self._awaits_reset(pair[0].stamp):
@@ -164,14 +153,12 @@ class Localizer:
 
     @property
     def has_resets(self) -> bool:
-        """Are there resets that wait for the samples of their instant?"""
+        """Does a reset wait for the samples of its instant?"""
         return bool(self._resets)
 
     def motion(self, now: float) -> Optional[Motion]:
-        """The robot's Motion at `now`; None before the first samples, or if the pose is lost.
-
-        The pose is extrapolated from the latest samples, for `MAX_EXTRAPOLATION` at most. The
-        samples may be of any age: the caller checks that they are fresh.
+        """The robot's Motion at `now`; None before the first samples, or if the pose is lost. The
+        caller checks that the samples are fresh.
         """
         if self.frame is None or self._imu is None or self._odometry is None:
             return None
@@ -199,16 +186,13 @@ class Localizer:
     def _on_jump(self, jump: Jump) -> None:
         self._jumps.append(jump)
         if jump.outcome == POSE_LOST:    # old data no longer applies
-            self._drop_resets('the robot started anew at that moment')
+            for reset in self._resets:
+                reset.problem = 'the robot started anew at that moment'
+            self._resets = []
             self.frame, self._buffer, self.is_lost = None, SampleBuffer(), True
         elif self.frame is not None:
             self.frame = replace(
                 self.frame, imu_yaw_of_x=wrap(self.frame.imu_yaw_of_x + jump.imu_turn))
-
-    def _drop_resets(self, problem: str) -> None:
-        for reset in self._resets:
-            reset.problem = problem
-        self._resets = []
 
     def _carry_out_resets(self) -> None:
         for reset in list(self._resets):
@@ -218,16 +202,15 @@ class Localizer:
             if reset.epoch != self._buffer.clock.epoch:
                 reset.problem = "the robot's clock was set at that moment, or its messages ceased"
                 self._resets.remove(reset)   # its instant is lost
-                continue
-            if reset.stamp is None:
-                continue
-            instant = self._buffer.at(reset.stamp + reset.sample_delay)
-            if instant is None:
-                continue
-            if self.frame is not None:
-                reset.before = self.frame.pose(instant.odom_T_base, instant.imu_yaw)
-            self.frame = LocalFrame.declared(
-                reset.declared, instant.odom_T_base, instant.imu_yaw)
-            reset.after, self.is_lost = reset.declared, False
-            self._resets.remove(reset)
-            self._carried_out.append(reset)
+            elif reset.stamp is not None:
+                readings = self._buffer.at(reset.stamp + reset.sample_delay)
+                if readings is not None:
+                    self._carry_out(reset, *readings)
+
+    def _carry_out(self, reset: Reset, odom_T_base: Pose2, imu_yaw: float) -> None:
+        if self.frame is not None:
+            reset.before = self.frame.pose(odom_T_base, imu_yaw)
+        self.frame = LocalFrame.declared(reset.declared, odom_T_base, imu_yaw)
+        reset.done, self.is_lost = True, False
+        self._resets.remove(reset)
+        self._carried_out.append(reset)

@@ -81,16 +81,19 @@ class _Heard(NamedTuple):
     arrival: float
     imu: ImuSample
 
-    def seconds_to(self, sample: OdometrySample, arrival: float) -> float:
+    def seconds_to(self, later: '_Heard') -> float:
         """Time until a later message [s], by stamps or by arrivals: the longer of both."""
-        by_stamps = sample.stamp - self.sample.stamp
-        return min(max(by_stamps, arrival - self.arrival, 0.0), LONGEST_SILENCE)
+        by_stamps, by_arrival = self._intervals(later)
+        return min(max(by_stamps, by_arrival, 0.0), LONGEST_SILENCE)
 
-    def silence_to(self, sample: OdometrySample, arrival: float) -> float:
+    def silence_to(self, later: '_Heard') -> float:
         """Time for which the sender was silent [s]: neither a network that holds messages up, nor a
         clock that is set, counts."""
-        by_stamps, by_arrival = sample.stamp - self.sample.stamp, arrival - self.arrival
+        by_stamps, by_arrival = self._intervals(later)
         return min(by_stamps, by_arrival) if by_stamps > 0.0 else by_arrival
+
+    def _intervals(self, later: '_Heard') -> Tuple[float, float]:
+        return later.sample.stamp - self.sample.stamp, later.arrival - self.arrival
 
     @property
     def rests(self) -> bool:
@@ -107,8 +110,7 @@ def _is_reset(before: _Heard, after: _Heard) -> bool:
     # after the reset of a board the IMU is near zero, too
     is_near_zero = math.hypot(now.x, now.y) <= NEAR_ZERO_PLACE and (
         min(abs(difference(now.yaw, turned)), abs(now.yaw)) <= NEAR_ZERO_YAW)
-    if (before.silence_to(after.sample, after.arrival) <= RESET_SILENCE
-            or not (is_zero or is_near_zero)):
+    if before.silence_to(after) <= RESET_SILENCE or not (is_zero or is_near_zero):
         return False
     contradicts_imu = abs(difference(now.yaw - was.yaw, turned)) > NEAR_ZERO_YAW
     is_calibrated = is_zero and before.rests and abs(turned) > CALIBRATION_TURN
@@ -134,11 +136,11 @@ class JumpFilter:
         jump, heard = None, _Heard(sample, arrival, imu)
         if self._last is not None and self._latest is not None:
             before = self._last.sample.pose
-            problem = _jump(before, sample.pose, self._last.seconds_to(sample, arrival))
+            problem = _jump(before, sample.pose, self._last.seconds_to(heard))
             if _is_reset(self._latest, heard):
                 jump = self._after_reset(self._latest, heard, driven_at)
             elif problem:
-                jump = self._stand_still(problem, self._last, sample.pose, imu)
+                jump = self._stand_still(problem, self._last, heard)
             elif _is_backwards(before, sample):
                 # The robot drove the opposite of this step, from its last place.
                 x, y = self.steady_T_odom.act((2.0 * before.x - sample.pose.x,
@@ -149,26 +151,24 @@ class JumpFilter:
         self._latest = heard
         return replace(sample, pose=self.steady_T_odom @ sample.pose), jump
 
-    def _after_reset(self, before: '_Heard', after: '_Heard', driven_at: float) -> Jump:
+    def _after_reset(self, before: _Heard, after: _Heard, driven_at: float) -> Jump:
         """The robot was reset between two messages: is it known to have stood meanwhile?"""
         turned = difference(after.imu.yaw, before.imu.yaw)
         stood = before.rests and driven_at < before.arrival - COMMAND_TIMEOUT
-        if (stood and abs(turned) <= RESTING_TURN
-                and before.seconds_to(after.sample, after.arrival) < LONGEST_SILENCE):
+        if stood and abs(turned) <= RESTING_TURN and before.seconds_to(after) < LONGEST_SILENCE:
             self._hold(self.steady_T_odom @ before.sample.pose, after.sample.pose)
             return Jump(SET_TO_ZERO, POSE_KEPT, turned)
         self.steady_T_odom = Pose2()
         return Jump(SET_TO_ZERO, POSE_LOST)
 
-    def _stand_still(self, problem: str, last: '_Heard', odom_T_base: Pose2,
-                     imu: ImuSample) -> Jump:
-        """The odometry says `odom_T_base` now, but the robot stands where it was at `last`."""
-        turned = difference(imu.yaw, last.imu.yaw)
+    def _stand_still(self, problem: str, last: _Heard, now: _Heard) -> Jump:
+        """The odometry jumped, but the robot stands where it was at `last`."""
+        turned = difference(now.imu.yaw, last.imu.yaw)
         if abs(turned) > RESTING_TURN + STOPPING_TIME * abs(last.imu.yaw_rate):
             self.steady_T_odom = Pose2()
             return Jump(problem, POSE_LOST)
         here = self.steady_T_odom @ last.sample.pose
-        self._hold(Pose2(here.x, here.y, here.yaw + turned), odom_T_base)
+        self._hold(Pose2(here.x, here.y, here.yaw + turned), now.sample.pose)
         return Jump(problem, POSE_KEPT)
 
     def _hold(self, steady_T_base: Pose2, odom_T_base: Pose2) -> None:

@@ -8,9 +8,10 @@ Units: seconds on the sender's clock (:mod:`tb3_labs.localization.sender_clock`)
 Edge cases: a new epoch of that clock empties the buffer; nothing is interpolated over a gap of the
 odometry of more than `MAX_GAP`; order of arrival between the two sensors does not matter.
 """
+import math
 from bisect import bisect_left
 from collections import deque
-from typing import Any, Callable, Deque, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Deque, Optional, Tuple
 
 from tb3_labs.geometry.angles import difference, interpolate_angle, wrap
 from tb3_labs.geometry.se2 import Pose2, interpolate
@@ -31,41 +32,32 @@ class Track:
     def __init__(self, between: Callable[[Any, Any, float], Any]) -> None:
         """`between(start, end, fraction)`: the value at a `fraction` (0 to 1) of the way."""
         self._between = between
-        self._times: Deque[float] = deque()
-        self._values: Deque[Any] = deque()
+        self._samples: Deque[Tuple[float, Any]] = deque()    # (time, value)
 
     def add(self, time: float, value: Any) -> None:
         """Append a value; `time` is not before the last one's. A second value at one time replaces
         the first."""
         if time == self.newest:
-            self._times.pop()
-            self._values.pop()
-        self._times.append(time)
-        self._values.append(value)
-        while self._times[0] < time - MEMORY:
-            self._times.popleft()
-            self._values.popleft()
-
-    def clear(self) -> None:
-        """Forget everything."""
-        self._times.clear()
-        self._values.clear()
+            self._samples.pop()
+        self._samples.append((time, value))
+        while self._samples[0][0] < time - MEMORY:
+            self._samples.popleft()
 
     @property
     def newest(self) -> float:
         """Time of the latest value; minus infinity if there is none."""
-        return self._times[-1] if self._times else float('-inf')
+        return self._samples[-1][0] if self._samples else -math.inf
 
     def around(self, time: float) -> Optional[Tuple[Tuple[float, Any], Tuple[float, Any]]]:
         """The samples (time, value) before and after `time`. A sample of exactly that time is
         returned as both. None outside of the track."""
-        index = bisect_left(self._times, time)
-        if index == len(self._times):
+        index = bisect_left(self._samples, (time,))
+        if index == len(self._samples):
             return None
-        after = self._times[index], self._values[index]
+        after = self._samples[index]
         if after[0] == time:
             return after, after
-        return ((self._times[index - 1], self._values[index - 1]), after) if index else None
+        return (self._samples[index - 1], after) if index else None
 
     def at(self, time: float) -> Any:
         """The value at `time`, or None if it is not known: too early, too late, or in a gap."""
@@ -80,34 +72,27 @@ class Track:
         return self._between(start, stop, (time - begin) / (end - begin))
 
 
-class Instant(NamedTuple):
-    """The readings of both sensors at `stamp` [s, sender's clock]."""
-
-    stamp: float
-    odom_T_base: Pose2
-    imu_yaw: float
-
-
 class SampleBuffer:
     """Remembers IMU and odometry samples, and interpolates both to one instant."""
 
     def __init__(self) -> None:
+        #: The SenderClock by which samples are ordered.
+        self.clock = SenderClock()
+        self._forget()
+
+    def _forget(self) -> None:
         self._imu = Track(interpolate_angle)
         self._odometry = Track(interpolate)
         self._unpaired: Deque[Tuple[float, OdometrySample]] = deque()
-        #: The SenderClock by which samples are ordered.
-        self.clock = SenderClock()
 
     def add_imu(self, sample: ImuSample, arrival: float) -> float:
-        """Remember an ImuSample that arrived at `arrival` [s, receiver's clock]. Returns its time
-        [s]."""
+        """Remember a sample that arrived at `arrival` [s, receiver's clock]. Returns its time."""
         time = self._time_of('imu', sample, arrival)
         self._imu.add(time, sample.yaw)
         return time
 
     def add_odometry(self, sample: OdometrySample, arrival: float) -> float:
-        """Remember an OdometrySample that arrived at `arrival` [s, receiver's clock]. Returns its
-        time [s]."""
+        """The same for the odometry."""
         time = self._time_of('odometry', sample, arrival)
         self._odometry.add(time, sample.pose)
         self._unpaired.append((time, sample))
@@ -124,11 +109,11 @@ class SampleBuffer:
             pair = pair if yaw is None else (sample, yaw)
         return pair
 
-    def at(self, stamp: float) -> Optional[Instant]:
-        """The Instant at `stamp` [s, sender's clock]; None if it is not known (yet)."""
+    def at(self, stamp: float) -> Optional[Tuple[Pose2, float]]:
+        """(odom_T_base, IMU yaw) at `stamp` [s, sender's clock]; None if not known (yet)."""
         pose = self._odometry.at(stamp)
         yaw = None if pose is None else self._imu_yaw_at(stamp)
-        return None if yaw is None else Instant(stamp, pose, yaw)
+        return None if yaw is None else (pose, yaw)
 
     def _imu_yaw_at(self, time: float) -> Optional[float]:
         """The IMU's yaw [rad]: by its own samples, or in a gap by the odometry's turn."""
@@ -149,7 +134,5 @@ class SampleBuffer:
         epoch = self.clock.epoch
         time = self.clock.time_of(source, sample.stamp, arrival)
         if self.clock.epoch != epoch:
-            self._imu.clear()
-            self._odometry.clear()
-            self._unpaired.clear()
+            self._forget()
         return time

@@ -13,8 +13,8 @@ Units: seconds. Cases:
   stands still for this source until its stamps have caught up.
 * A stamp that goes back further, comes from the future, or follows a long silence, begins a new
   *epoch*. Instants of different epochs cannot be compared.
-* Stamps are not a clock if they are zero, stand still, or run back, or if only one of two sources is
-  off by a clock step for long.
+* Stamps are not a clock if they are zero, stand still, or run back, or if only one of two sources
+  is off by a clock step for long.
 
 Source: the least delay as in NTP's clock filter (RFC 5905, section 10).
 """
@@ -46,13 +46,13 @@ class SenderClock:
     """Reads the stamps of one sender's several sources."""
 
     def __init__(self) -> None:
-        #: Number of the epoch.
-        self.epoch = 0
+        #: Number of the epoch; the first is 0.
+        self.epoch = -1
         #: False once the stamps have shown that they are not a clock.
         self.uses_stamps = True
         self._repeats: Dict[str, int] = {}
         self._last_arrival = math.nan    # before the first sample
-        self._begin()
+        self._new_epoch()
 
     def time_of(self, source: str, stamp: float, arrival: float) -> float:
         """The time at which `source` measured a sample, on the sender's clock (or by arrival)."""
@@ -110,31 +110,25 @@ class SenderClock:
 
     def _new_epoch(self) -> None:
         self.epoch += 1
-        self._begin()
-
-    def _begin(self) -> None:
-        self._least = _Least(WINDOW)
+        self._least = _Least()
         self._last: Dict[str, Tuple[float, float, float]] = {}    # by source: time, stamp, arrival
         self._off_since: Dict[str, float] = {}
         self._behind_since: Dict[str, float] = {}
 
 
 class Lateness:
-    """The delay of a single message beyond the usual delay of its sender.
-
-    The usual delay is the least one of the last `WINDOW` seconds in which the sender was heard. A
-    silence is not part of them, so the messages of a silence count as late. A sender's clock that
-    was set, or runs faster, is believed after that time.
+    """The delay of a single message beyond the usual delay of its sender: the least one of the last
+    `WINDOW` seconds in which the sender was heard. The messages of a silence count as late. A
+    sender's clock that was set, or runs faster, is believed after that time.
     """
 
     def __init__(self) -> None:
-        self._least = _Least(WINDOW)
+        self._least = _Least()
         self._heard_for = 0.0
         self._last_arrival = math.inf    # before the first message
 
     def of(self, stamp: float, arrival: float) -> float:
-        """The extra delay [s], given a message's stamp [s, sender's clock] and arrival [s, receiver's].
-        """
+        """The extra delay [s] of a message of this stamp [sender's clock] and arrival."""
         self._heard_for += clamp(arrival - self._last_arrival, 0.0, HEARD_BEFORE)
         self._last_arrival = arrival
         self._least.add(self._heard_for, arrival - stamp)
@@ -143,10 +137,9 @@ class Lateness:
 
 
 class _Least:
-    """The least of the values of the last `window` seconds."""
+    """The least of the values of the last `WINDOW` seconds."""
 
-    def __init__(self, window: float) -> None:
-        self._window = window
+    def __init__(self) -> None:
         #: (time, value); each value is less than all after it.
         self._candidates: Deque[Tuple[float, float]] = deque()
         #: None before the first value.
@@ -158,6 +151,6 @@ class _Least:
         while candidates and candidates[-1][1] >= value:
             candidates.pop()
         candidates.append((time, value))
-        while candidates[0][0] < time - self._window:
+        while candidates[0][0] < time - WINDOW:
             candidates.popleft()
         self.value = candidates[0][1]

@@ -114,7 +114,7 @@ class MoveToGoalCore:
     def set_goal(self, goal: Pose2) -> None:
         """Replace the goal; ``ValueError`` if it is too far, or may be older than a cancel."""
         check_pose(goal)
-        if self._permission.is_waking:
+        if self._permission.sleep.is_waking:
             raise ValueError('it may have been sent while this node did not run: send it again')
         self._machine.set_goal(goal)
         self._pause()
@@ -141,7 +141,7 @@ class MoveToGoalCore:
 
     def begin_control(self, now: float) -> None:
         """Those who give control can be heard from now on; `now` as in permission.Permission."""
-        self._permission.begin(now)
+        self._permission.sleep.start(now)
 
     def told_control(self, granted: bool, now: float, *details: Any, **more: Any) -> None:
         """A sender gives control, or takes it; arguments as of permission.Permission.told."""

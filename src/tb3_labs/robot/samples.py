@@ -42,10 +42,7 @@ class WheelSample(NamedTuple):
 
 @dataclass(frozen=True)
 class Motion:
-    """The robot's motion as a law needs it, made of the latest samples by localizer.Localizer.
-
-    Their ages count from the time of measurement, which SenderClock estimates by the least delay.
-    """
+    """The robot's motion as a law needs it; ages count from the measurement, see SenderClock."""
 
     pose: Pose2                 # local_T_base, now, extrapolated from the samples
     linear: float               # [m/s], from the wheels

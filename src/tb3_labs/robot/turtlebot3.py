@@ -71,9 +71,8 @@ def robot_model(name: str, said_by: str = 'model') -> RobotModel:
 
 
 def model_called(name: str, environment: Mapping[str, str]) -> RobotModel:
-    """The model called `name`, or ``ValueError``. NOT_GIVEN stands for the model that MODEL_VARIABLE
-    names in `environment`, or else for a Burger.
-    """
+    """The model called `name`, or ``ValueError``; for NOT_GIVEN the one that MODEL_VARIABLE names
+    in `environment`, or else a Burger."""
     if name != NOT_GIVEN:
         return robot_model(name)
     return robot_model(environment.get(MODEL_VARIABLE) or DEFAULT_MODEL, MODEL_VARIABLE)

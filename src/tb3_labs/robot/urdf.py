@@ -1,8 +1,7 @@
 """The robot as URDF, which RViz draws.
 
-A simple shape of the robot's size, used where turtlebot3_description is not installed: a round
-body, a nose that shows the heading, two wheels. Body and nose lie on the floor, so that they do not
-hide goal, path and true pose. Links and joints have the names of turtlebot3_description.
+The simple shape is used where turtlebot3_description is not installed, and has the names of its
+links and joints. Body and nose lie on the floor, so that they do not hide goal, path and true pose.
 
 Frames: ``base_footprint`` on the floor in the middle between the wheels, ``base_link`` above it at
 the height of their axle; x forward, y left. Joints turn by positive angles when the robot drives
@@ -72,10 +71,8 @@ def simple_urdf(model: RobotModel) -> str:
 
 
 def with_prefix(urdf: str, prefix: str) -> str:
-    """The same robot with `prefix`, such as ``robot3/``, before the names of its links.
-
-    Links are frames in tf, which has one tree for all robots. ``ValueError`` if `urdf` is not
-    valid.
+    """The same robot with `prefix`, such as ``robot3/``, before the names of its links: tf has one
+    tree for all robots. ``ValueError`` if `urdf` is not valid.
     """
     try:
         robot = ElementTree.fromstring(urdf)

@@ -65,7 +65,7 @@ class Resets:
 
     def _told(self, reset):
         hint = '' if self._core.status(rospy.get_time()).active else '; no goal: send one'
-        return 'Local pose set to {}{}'.format(reset.after, hint)
+        return 'Local pose set to {}{}'.format(reset.declared, hint)
 
     def _on_reset_pose(self, request):
         response, deadline = ResetPoseResponse(), time.monotonic() + ANSWER_WITHIN
@@ -79,7 +79,7 @@ class Resets:
         response.success = True
         if reset.before is not None:
             response.before = _in_degrees(reset.before)
-        response.after = _in_degrees(reset.after)
+        response.after = _in_degrees(reset.declared)
         response.stamp = reset.stamp
         return response
 

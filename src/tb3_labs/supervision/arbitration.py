@@ -1,44 +1,11 @@
 """Who drives, who holds the robot? One rule: a table gives the driver or holder after an event.
 
-The table of `controller`, which drives by a turn or by the mouse:
+`controller` drives by a turn or by the mouse (DRIVERS); a `gamepad` holds the robot itself, or
+hands it to move_to_goal (HOLDERS). An event that is not listed changes nothing: a turn that is
+asked for during a turn moves its goal, and is refused while the mouse drives. At each change of the
+driver the robot is stopped first, by one zero. A node that stops holding the robot sends one zero,
+and is silent.
 
-    driver   event             driver then
-    nobody   turn asked        turn
-    nobody   mouse moved       mouse
-    turn     turn asked        turn     (its goal is moved)
-    turn     turn over         nobody
-    turn     mouse moved       mouse    (the turn is given up)
-    turn     mouse centred     turn     (a mouse at rest leaves it alone)
-    turn     mouse released    nobody   (the turn is given up)
-    mouse    turn asked        mouse    (refused)
-    mouse    mouse centred     nobody
-    mouse    mouse released    nobody
-
-`mouse moved` and `mouse centred` come from an active mouse, outside and inside its dead zone.
-`mouse released` happens once, when the mouse is deactivated or lost; further messages of a mouse
-that is not active are no events. At each change the robot is stopped first, by one zero.
-
-The table of `gamepad`, which holds the robot itself or hands it over:
-
-    holder         event            holder then
-    nobody         pad ready        gamepad
-    nobody         relinquish       move_to_goal
-    nobody         given            move_to_goal
-    gamepad        relinquish       move_to_goal
-    gamepad        given            move_to_goal
-    gamepad        pad lost         nobody
-    move_to_goal   regain           nobody
-    move_to_goal   taken            nobody
-    move_to_goal   pad lost         nobody
-
-`relinquish` and `regain` are presses of their buttons, rising edges. `given` and `taken` come from
-others: a person at a terminal, another pad, move_to_goal itself. `pad ready` means that the pad is
-heard and its sticks are at rest (or, with a hold button, that this button was pressed again). So a
-stick that is already pushed when the robot comes back drives nothing. A lost pad gives the robot to
-nobody, since its operator has no stop button any more. A node that stops holding the robot sends
-one zero and is silent.
-
-An event that is not listed changes nothing.
 Sources: the handouts of both labs, and the failures of nodes without such a rule.
 """
 from enum import Enum
@@ -54,13 +21,13 @@ class Driver(Enum):
 
 
 class DriverEvent(Enum):
-    """An event that may change that."""
+    """An event that may change that. Messages of a mouse that is not active are no events."""
 
     TURN_ASKED = 'turn asked'
     TURN_OVER = 'turn over'
-    MOUSE_MOVED = 'mouse moved'
-    MOUSE_CENTRED = 'mouse centred'
-    MOUSE_RELEASED = 'mouse released'
+    MOUSE_MOVED = 'mouse moved'           # it is active, outside its dead zone,
+    MOUSE_CENTRED = 'mouse centred'       # or inside: it leaves a turn alone
+    MOUSE_RELEASED = 'mouse released'     # once, when it is deactivated or lost
 
 
 DRIVERS = {
@@ -83,13 +50,18 @@ class Holder(Enum):
 
 
 class HolderEvent(Enum):
-    """An event that may change that."""
+    """An event that may change that.
+
+    READY: the pad is heard and its sticks are at rest (or its hold button was pressed again). So a
+    stick that is pushed when the robot comes back drives nothing. LOST gives the robot to nobody,
+    since its operator has no stop button any more.
+    """
 
     READY = 'pad ready'
-    RELINQUISH = 'relinquish'
-    REGAIN = 'regain'
-    GIVEN = 'given'
-    TAKEN = 'taken'
+    RELINQUISH = 'relinquish'    # its button was pressed,
+    REGAIN = 'regain'            # and this one
+    GIVEN = 'given'              # by others: a person at a terminal, another pad,
+    TAKEN = 'taken'              # or move_to_goal itself
     LOST = 'pad lost'
 
 

@@ -52,16 +52,12 @@ class Freshness:
         return is_new
 
     def take_longest_gap(self) -> float:
-        """The longest silence between two messages since the last call [s].
-
-        It shows also a silence during which the process slept.
-        """
+        """The longest silence between two messages since the last call [s], also of a sleep."""
         gap, self._longest_gap = self._longest_gap, 0.0
         return gap
 
     def clock_went_back(self, now: float) -> None:
-        """The receiver's clock may have gone back to `now`: the last message counts as just heard.
-        """
+        """The receiver's clock may have gone back to `now`."""
         if self._heard_at is not None:
             self._heard_at = min(self._heard_at, now)
 
@@ -72,11 +68,6 @@ class Freshness:
     def is_fresh(self, now: float) -> bool:
         """True while the last message is at most `timeout` old."""
         return self.age(now) <= self.timeout
-
-    def is_overdue(self, now: float) -> bool:
-        """Is the last message older than half the timeout? If another source is lost, this one is
-        then reported as lost, too."""
-        return self.age(now) > 0.5 * self.timeout
 
     @property
     def silence(self) -> str:
@@ -103,8 +94,7 @@ class SensorWatch:
 
     def __init__(self, *sources: Freshness) -> None:
         self._sources = sources
-        #: The Sight as of the last :meth:`update`. After a silence, exactly one update finds
-        #: BACK_SOON or BACK_LATE.
+        #: As of the last :meth:`update`. After a silence one update finds BACK_SOON or BACK_LATE.
         self.sight = Sight.SILENT
         #: The reason why the robot stands; '' while all sensors are fresh.
         self.hold_reason = ''
@@ -137,12 +127,12 @@ class SensorWatch:
     def problem(self, now: float, with_age: bool = False) -> str:
         """'' while all sensors are fresh, else the lost ones, in words.
 
-        If one is lost, others that are overdue count as lost, too.
+        If one is lost, others that are silent for half their timeout count as lost, too.
         """
         if self.are_fresh(now):
             return ''
         return ', '.join(source.silence_with_age(now) if with_age else source.silence
-                         for source in self._sources if source.is_overdue(now))
+                         for source in self._sources if source.age(now) > 0.5 * source.timeout)
 
     def are_fresh(self, now: float) -> bool:
         """True while all sensors are fresh."""

@@ -88,7 +88,6 @@ class _Grant:
         self._count = 0
 
     def renewed(self, now: float) -> None:
-        """The sender says True again."""
         self.heard_at = now
         self._count += 1
 
@@ -124,21 +123,13 @@ class Permission:
         self._stops: Dict[str, float] = {}
         self._refused: Set[str] = set()    # senders that were told that their True did not count
         self._began_at = math.nan      # the time of the first update, or of the end of a long sleep
-        self._sleep = SleepWatch()
+        #: To be started when senders can be heard: the time in which the process began is no sleep.
+        self.sleep = SleepWatch()
         self._news = NewsDesk()
 
     def take_news(self) -> List[News]:
         """The News since the last call."""
         return self._news.take()
-
-    def begin(self, now: float) -> None:
-        """Senders can be heard from now on: the time in which the process started was no sleep."""
-        self._sleep.start(now)
-
-    @property
-    def is_waking(self) -> bool:
-        """Did this process wake from a sleep just now, so that messages may be as old as that?"""
-        return self._sleep.is_waking
 
     @property
     def stands(self) -> bool:
@@ -148,7 +139,6 @@ class Permission:
     def told(self, granted: bool, now: float, sender: str = '', renews: bool = False,
              is_doubtful: bool = False, is_old: bool = False) -> None:
         """`sender` said True or False now; `renews`: it renews its grant, else it gives once.
-
         `is_doubtful`: this was latched, and perhaps said before; `is_old`: it was, for sure.
         """
         self.update(now)
@@ -166,7 +156,7 @@ class Permission:
         elif is_doubtful:
             self._refuse(sender, 'Control was given by {} before this node could hear it, and does '
                          'not count: False, then True, gives it again')
-        elif self.is_waking:
+        elif self.sleep.is_waking:
             self._refuse(sender, 'Control from {} does not count: it may have been given while '
                          'this node did not run. False, then True, gives it again')
         elif not repeated:
@@ -188,10 +178,12 @@ class Permission:
         """Suspend or end what was not renewed in time. To be called repeatedly."""
         if math.isnan(self._began_at):
             self._began_at = now
-        self._sleep.update(now)
-        if self._sleep.slept_for > LONGEST_LAPSE:
+        self.sleep.update(now)
+        if self.sleep.slept_for > LONGEST_LAPSE:
             self._began_at = now
-            self._end_all(self._sleep.in_words())
+            if self._grants:
+                self._grants = {}
+                self._news.tell('Control is gone: ' + self.sleep.in_words(), warning=True)
         for sender, grant in list(self._grants.items()):
             reason = self._objection(sender, grant, now)
             if reason:
@@ -210,8 +202,3 @@ class Permission:
         if any(at > grant.sent_before for other, at in self._stops.items() if other != sender):
             return 'it was taken while the network delayed it'
         return ''
-
-    def _end_all(self, reason: str) -> None:
-        if self._grants:
-            self._grants = {}
-            self._news.tell('Control is gone: {}'.format(reason), warning=True)

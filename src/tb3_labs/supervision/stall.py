@@ -34,10 +34,10 @@ class StallWatch:
         self._problem = ''
 
     def resume(self) -> None:
-        """The robot stood for a moment because its sensors were silent.
+        """The robot stood for a moment, since its sensors were silent: its way may have grown.
 
-        The remaining way may have grown meanwhile. The time for which the robot got no nearer goes
-        on counting. Otherwise a stalled robot on a bad network would be driven for ever.
+        The time for which it got no nearer goes on: else a stalled robot on a bad network would be
+        driven for ever.
         """
         self._least = None
 
@@ -73,11 +73,9 @@ class StallWatch:
 
 
 class Settling:
-    """Does the robot rest, as the samples of one motion show?
+    """Does the robot rest, as the samples of one motion show for `SETTLING_TIME`?
 
-    It has settled when its samples show it at rest for `SETTLING_TIME`, by the times at which they
-    were measured. One sample is not enough, even if it is read repeatedly: it may be old, and the
-    robot elsewhere.
+    Their times of measurement count: one sample that is read repeatedly may be old.
     """
 
     def __init__(self) -> None:
