@@ -20,7 +20,7 @@ whole number: the answer has it too. "t" is the time at which it was sent [ms, t
 Any other message raises ``ValueError`` with the reason: the invalid value, and the valid ones.
 """
 import json
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, TypedPose
 from tb3_labs.nodes.pad_config import PadConfig
@@ -79,7 +79,7 @@ class Request(NamedTuple):
     lateness: float = 0.0          # its delay beyond the usual one [s]
 
 
-def read_request(text: str) -> Request:
+def read_request(text: Union[str, bytes]) -> Request:
     """The Request in a message; ``ValueError`` with the reason."""
     if len(text) > LONGEST:
         raise ValueError('a message of {} characters is refused: at most {} are valid'.format(

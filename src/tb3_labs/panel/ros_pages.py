@@ -46,12 +46,9 @@ class Pages:
         self._drawing = Timer(1.0 / config.rate, self._draw)
         self._listing = Timer(LIST_PERIOD, self._list)
         self._holders = Timer(HOLDER_PERIOD, self._update_holders)
+        #: The address to open in a browser.
+        self.address = self._server.address
         self._server.start()
-
-    @property
-    def address(self):
-        """The address to open in a browser."""
-        return self._server.address
 
     def release(self):
         """The node ends, or stands still: release all that pages hold; from any thread."""
@@ -95,7 +92,11 @@ class Pages:
         self._leave_robot(page)
         page.robot = None if name is None else self._robots[name]
         self._look_at_robots()
-        page.log_count = page.past_count = None
+        if page.robot is not None:
+            odom, local = page.robot.watch.read(lambda view: (
+                list(view.trail_in_odom.points), list(view.trail_in_local.points)))
+            page.send('trail', odom=odom, local=local, robot=name)
+        page.log_count = None
         self._send_log(page)
 
     def _leave_robot(self, page):
@@ -119,18 +120,7 @@ class Pages:
             if page.log_count != self._log.count:
                 self._send_log(page)
             if page.robot is not None:
-                self._send_trails(page)
                 self._send_picture(page, pictures)
-
-    @staticmethod
-    def _send_trails(page):
-        """Send the trails so far, at first and when they get a new beginning."""
-        past_count = page.robot.watch.read(lambda view: view.past_count)
-        if page.past_count != past_count:
-            page.past_count = past_count
-            odom, local = page.robot.watch.read(lambda view: (
-                list(view.trail_in_odom.points), list(view.trail_in_local.points)))
-            page.send('trail', odom=odom, local=local, robot=page.robot.name)
 
     def _send_log(self, page):
         """Send the new lines of the log that concern the page's robot; at first all lines."""

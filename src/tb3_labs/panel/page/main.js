@@ -2,11 +2,13 @@
 
 import {readColours} from './drawing.js';
 import {Holder} from './holder.js';
-import {Keys, MousePad, RealGamepad, SHORTCUTS, Stick, padButton} from './inputs.js';
-import {Link} from './link.js';
-import {RobotMap, Trail} from './map.js';
 import {
-  $, LogBox, announce, fill, say, setHidden, setText, startTheme, typedRequest, typedYaw,
+  Keys, PAD_BUTTONS, RealGamepad, SHORTCUTS, mousePad, padButton, stick,
+} from './inputs.js';
+import {Link} from './link.js';
+import {FRAMES, RobotMap, Trail} from './map.js';
+import {
+  $, LogBox, announce, fill, make, say, setText, startTheme, typedRequest, typedYaw,
 } from './page.js';
 import {Robots, showControls, showStatus} from './status.js';
 import {Strip} from './strips.js';
@@ -47,23 +49,19 @@ function draw() {
   if (latest) showStatus(latest);
   showControls(latest, link.connected, holder);
   setText($('title'), robot || (known.robots.length > 1 ? 'Robots' : 'Robot panel'));
-  $('fixed-odom').setAttribute('aria-pressed', String(map.fixed === 'odom'));
-  $('fixed-local').setAttribute('aria-pressed', String(map.fixed === 'local'));
+  for (const frame of FRAMES) {
+    $('fixed-' + frame).setAttribute('aria-pressed', String(map.fixed === frame));
+  }
   map.draw();
   $('fit').setAttribute('aria-pressed', String(map.view.auto));
   drawStrips();
 }
 
-let stripsAt = 0, stripsTimer = 0;
+let stripsAt = -Infinity;
 
 /** The strips move by few pixels a second: they need not be drawn at each picture. */
 function drawStrips() {
-  clearTimeout(stripsTimer);
-  const wait = stripsAt + STRIPS_EVERY - performance.now();
-  if (wait > 0) {
-    stripsTimer = setTimeout(drawStrips, wait);
-    return;
-  }
+  if (performance.now() - stripsAt < STRIPS_EVERY) return;
   stripsAt = performance.now();
   strips.distance.draw();
   strips.angle.draw();
@@ -97,10 +95,10 @@ link.addEventListener('picture', ({detail: picture}) => {
   const isReset = latest !== null && latest.epoch !== picture.epoch;
   latest = map.picture = picture;
   if (isReset) trails.local.lift();
-  if (picture.odom) trails.odom.add(picture.odom);
-  if (picture.local) trails.local.add(picture.local);
-  strips.distance.add(picture.now, picture.to_go ? picture.to_go[0] : null, isReset);
-  strips.angle.add(picture.now, picture.to_go ? picture.to_go[1] : null, isReset);
+  for (const frame of FRAMES) if (picture[frame]) trails[frame].add(picture[frame]);
+  const [distance, angle] = picture.to_go || [null, null];
+  strips.distance.add(picture.now, distance, isReset);
+  strips.angle.add(picture.now, angle, isReset);
   holder.picture(picture);
   announce(picture.state || '');
   redraw();
@@ -108,8 +106,7 @@ link.addEventListener('picture', ({detail: picture}) => {
 
 link.addEventListener('trail', ({detail}) => {
   if (detail.robot !== robot) return;
-  trails.odom.replace(detail.odom);
-  trails.local.replace(detail.local);
+  for (const frame of FRAMES) trails[frame].replace(detail[frame]);
   redraw();
 });
 
@@ -136,9 +133,9 @@ function look() {
   if (name !== robot) forget();
   robot = name;
   document.body.dataset.view = name === null ? 'list' : 'robot';
-  setHidden($('robot-view'), name === null);
-  setHidden($('list-view'), name !== null);
-  setHidden($('back'), names.length < 2 || name === null);
+  $('robot-view').hidden = name === null;
+  $('list-view').hidden = name !== null;
+  $('back').hidden = names.length < 2 || name === null;
   link.send({type: 'look', robot: name});
   document.title = name || 'Robot panel';
   redraw();
@@ -148,8 +145,7 @@ function look() {
 function forget() {
   holder.letGo();
   latest = map.picture = null;
-  trails.odom.replace([]);
-  trails.local.replace([]);
+  for (const frame of FRAMES) trails[frame].replace([]);
   strips.distance.clear();
   strips.angle.clear();
   map.view.auto = true;
@@ -190,8 +186,6 @@ function take() {
   holder.took();
   request({type: 'take'});
 }
-
-const turn = (degrees) => request({type: 'turn', degrees});
 
 /** A pose was dragged on the map: it is sent, and stays in the fields. */
 function placed(kind, pose) {
@@ -236,11 +230,11 @@ function closeHelp() {
 }
 
 function showHand(what) {
-  for (const item of held) item.abandon();
-  setHidden($('pad'), what !== 'pad');
-  setHidden($('mouse'), what !== 'mouse');
-  $('tab-pad').setAttribute('aria-pressed', String(what === 'pad'));
-  $('tab-mouse').setAttribute('aria-pressed', String(what === 'mouse'));
+  for (const abandon of held) abandon();
+  for (const name of ['pad', 'mouse']) {
+    $(name).hidden = what !== name;
+    $('tab-' + name).setAttribute('aria-pressed', String(what === name));
+  }
   redraw();
 }
 
@@ -254,14 +248,12 @@ function startControls() {
   $('stop').addEventListener('click', (event) => { if (event.detail === 0) stop(); });
   onClick('give', () => holder.give());
   onClick('take', take);
-  onClick('turn-left', () => turn(90));
-  onClick('turn-about', () => turn(180));
-  onClick('turn-right', () => turn(-90));
-  onClick('tool-goal', () => input.choose('goal'));
-  onClick('tool-reset', () => input.choose('reset'));
-  onClick('tab-pad', () => showHand('pad'));
-  onClick('tab-mouse', () => showHand('mouse'));
+  for (const [name, degrees] of [['left', 90], ['about', 180], ['right', -90]]) {
+    onClick('turn-' + name, () => request({type: 'turn', degrees}));
+  }
+  for (const name of ['pad', 'mouse']) onClick('tab-' + name, () => showHand(name));
   for (const kind of ['goal', 'reset']) {
+    onClick('tool-' + kind, () => input.choose(kind));
     $(kind + '-form').addEventListener('submit', (event) => {
       event.preventDefault();
       sendTyped(kind);
@@ -270,19 +262,15 @@ function startControls() {
 }
 
 function startView() {
-  onClick('fixed-odom', () => fix('odom'));
-  onClick('fixed-local', () => fix('local'));
+  for (const frame of FRAMES) onClick('fixed-' + frame, () => fix(frame));
   onClick('zoom-in', () => zoom(1.25));
   onClick('zoom-out', () => zoom(0.8));
   onClick('fit', () => { map.fit(); redraw(); });
   onClick('help-open', help);
   onClick('help-close', closeHelp);
   for (const [keys, what, isControl] of SHORTCUTS) {
-    const dt = document.createElement('dt'), dd = document.createElement('dd');
-    dt.textContent = keys;
-    dd.textContent = what;
-    dt.className = dd.className = isControl ? 'control' : '';
-    $('keys').append(dt, dd);
+    const shown = isControl ? 'control' : '';
+    $('keys').append(make('dt', shown, keys), make('dd', shown, what));
   }
   new ResizeObserver(redraw).observe($('map-box'));
 }
@@ -309,7 +297,6 @@ function startKeys() {
       map.view.pan(dx, dy);
       redraw();
     },
-    buttons: {a: 'a', b: 'b', y: 'y'},
     actions: {
       1: click('turn-left'), 2: click('turn-about'), 3: click('turn-right'),
       g: click('tool-goal'), r: click('tool-reset'),
@@ -328,16 +315,16 @@ startTheme($('theme'), () => {
   redraw();
 });
 const keys = startKeys();
-const held = [new Stick($('stick-left'), 'forward', holder),
-              new Stick($('stick-right'), 'left', holder), new MousePad($('mouse-pad'), holder)];
-for (const name of ['a', 'b', 'y']) padButton($('button-' + name), name, holder);
+const held = [stick($('stick-left'), 'forward', holder), stick($('stick-right'), 'left', holder),
+              mousePad($('mouse-pad'), holder)];
+for (const name of PAD_BUTTONS) padButton($('button-' + name), name, holder);
 const gamepad = new RealGamepad(holder, mayDrive, (text) => setText($('gamepad-hint'), text));
 
 holder.ontake = take;
 
 // Anything that was held counts no more until it is gripped anew.
 holder.ondrop = () => {
-  for (const item of held) item.abandon();
+  for (const abandon of held) abandon();
   keys.forget();
   gamepad.disarm();
 };

@@ -1,6 +1,6 @@
 // The numbers, words and controls of the robot that the page looks at, and the list of all robots.
 
-import {$, number, setHidden, setReason, setText} from './page.js';
+import {$, make, number, setReason, setText} from './page.js';
 import {degrees, wrap} from './view.js';
 
 const LONG = 60;         // letters
@@ -26,7 +26,7 @@ export function showStatus(p) {
   setText($('state'), p.state || 'state unknown');
   $('state').title = p.state;
   // The bar cuts a long reason off: it is shown in full here.
-  setHidden($('reason'), (p.state || '').length <= LONG);
+  $('reason').hidden = (p.state || '').length <= LONG;
   setText($('reason'), p.state || '');
   setText($('phase'), SHAPES[p.phase] ?? SHAPES['']);
   $('state-box').dataset.phase = p.phase || 'none';
@@ -64,7 +64,7 @@ function showAges(ages) {
   for (const [name, age] of Object.entries(ages)) {
     let chip = box.querySelector(`[data-name="${CSS.escape(name)}"]`);
     if (!chip) {
-      chip = document.createElement('span');
+      chip = make('span', '');
       chip.dataset.name = name;
       box.append(chip);
     }
@@ -145,22 +145,15 @@ export class Robots {
   }
 
   show(robots) {
-    this.names(robots);
     for (const robot of robots) fill(this._cards.get(robot.name), robot);
   }
 
   _card(name) {
-    const item = document.createElement('li');
-    const button = document.createElement('button');
+    const item = make('li', ''), button = make('button', 'robot-card');
     button.type = 'button';
     button.id = 'robot-' + name;
-    button.className = 'robot-card';
-    for (const part of ['name', 'distance', 'state', 'holder', 'age']) {
-      const span = document.createElement('span');
-      span.className = part;
-      button.append(span);
-    }
-    button.querySelector('.name').textContent = name || 'robot';
+    button.append(make('span', 'name', name || 'robot'));
+    for (const part of ['distance', 'state', 'holder', 'age']) button.append(make('span', part));
     button.addEventListener('click', () => this._choose(name));
     item.append(button);
     this._cards.set(name, button);

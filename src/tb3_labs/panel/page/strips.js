@@ -1,6 +1,6 @@
 // A number over the last 60 seconds.
 
-import {colours, nice, sharp} from './drawing.js';
+import {colours, nice, sharp, stroke} from './drawing.js';
 
 const SPAN = 60;           // [s]
 const MOST = 2400;         // points kept
@@ -50,30 +50,28 @@ export class Strip {
   }
 
   _axes(c, width, height, top, bottom, x, y, end) {
-    c.strokeStyle = colours.grid_strong;
     c.fillStyle = colours.faint;
     c.lineWidth = 1;
     c.textAlign = 'right';
     c.textBaseline = 'middle';
     for (const value of this._symmetric ? [top, 0, bottom] : [top, top / 2, 0]) {
-      line(c, LEFT, y(value), width - RIGHT, y(value));
+      const py = Math.round(y(value)) + 0.5;
+      stroke(c, colours.grid_strong, [[LEFT, py], [width - RIGHT, py]]);
       c.fillText(value.toFixed(value === 0 ? 0 : this._digits(top)), LEFT - 4, y(value));
     }
-    c.textAlign = 'center';
     c.textBaseline = 'alphabetic';
     for (let back = 0; back <= SPAN; back += 15) {
-      const px = x(end - back);
-      line(c, px, height - BOTTOM, px, height - BOTTOM + 3);
+      const px = Math.round(x(end - back)) + 0.5;
+      stroke(c, colours.grid_strong, [[px, height - BOTTOM], [px, height - BOTTOM + 3]]);
       c.textAlign = back === 0 ? 'right' : back === SPAN ? 'left' : 'center';
       c.fillText(back === 0 ? 'now' : `-${back} s`, px, height - 3);
     }
   }
 
   _resets(c, height, x) {
-    c.strokeStyle = colours.ink;
     c.setLineDash([2, 3]);
     for (const [time, , isReset] of this.points) {
-      if (isReset) line(c, x(time), TOP, x(time), height - BOTTOM);
+      if (isReset) stroke(c, colours.ink, [[x(time), TOP], [x(time), height - BOTTOM]]);
     }
     c.setLineDash([]);
   }
@@ -94,11 +92,4 @@ export class Strip {
     }
     c.stroke();
   }
-}
-
-function line(c, x0, y0, x1, y1) {
-  c.beginPath();
-  c.moveTo(Math.round(x0) + 0.5, Math.round(y0) + 0.5);
-  c.lineTo(Math.round(x1) + 0.5, Math.round(y1) + 0.5);
-  c.stroke();
 }
