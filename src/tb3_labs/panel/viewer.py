@@ -6,7 +6,7 @@ or a network that holds everything up. Its connection is closed, and nothing is 
 connects anew when it runs again, and then sees the present picture, not those of the past minutes.
 """
 import json
-from typing import Any, Callable, Dict, Optional
+from typing import Any, Callable, Dict, List, Optional
 
 from tb3_labs.localization.sender_clock import Lateness
 from tb3_labs.panel.requests import Request
@@ -22,8 +22,8 @@ class Viewer:
         self.close = close
         #: The robot that it looks at; None: the list.
         self.robot: Any = None
-        #: Number of the lines of the log that were sent to it; None: not yet.
-        self.log_count: Optional[int] = None
+        #: Lines of the log that were not sent to it yet.
+        self.lines: List[Dict[str, str]] = []
         #: Number of the last picture that was sent; the first one is 1.
         self.sent = 0
         self._seen = 0

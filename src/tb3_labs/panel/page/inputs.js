@@ -110,10 +110,9 @@ function onHold(element, grip, move, letGo) {
 export class Keys {
   /** `actions`: key -> function; `stop()`: false if there is nothing to stop; `driving()`: may the
    *  arrows drive now? */
-  constructor(holder, {actions, stop, escape, driving, pan}) {
+  constructor(holder, {actions, stop, escape, driving}) {
     Object.assign(this, {
       _holder: holder, _actions: actions, _stop: stop, _escape: escape, _driving: driving,
-      _pan: pan,
     });
     this._arrows = new Set();
     this._spaceStops = false;      // was the space key, when it went down, a stop?
@@ -163,12 +162,6 @@ export class Keys {
   }
 
   _arrow(event) {
-    if (event.shiftKey) {
-      const [up, left] = ARROWS[event.key];
-      this._pan(left * 120, up * 120);
-      event.preventDefault();
-      return;
-    }
     if (!this._driving()) return;
     event.preventDefault();
     if (event.repeat) return;          // after a stop a key that is still down counts no more
@@ -205,7 +198,6 @@ export const SHORTCUTS = [
   ['V', 'the other frame stands still', false],
   ['+, \u2212', 'zoom', false],
   ['F', 'show everything', false],
-  ['Shift + arrows', 'move the map', false],
   ['W', 'only warnings in the log', false],
   ['T', 'light or dark', false],
   ['U', 'back to the list of robots', false],

@@ -16,7 +16,15 @@ import {MapInput} from './view.js';
 
 const STRIPS_EVERY = 200;       // [ms]
 
-const link = new Link();
+const link = new Link({
+  hello, connection, picture: see, trail,
+  robots: (message) => robots.show(message.robots),
+  log: ({all, lines}) => {
+    if (all) log.clear();
+    log.add(lines);
+  },
+  note: ({text, warning}) => say(text, warning),
+});
 const holder = new Holder(link, say);
 const map = new RobotMap($('map'));
 const trails = {odom: new Trail(), local: new Trail()};
@@ -75,22 +83,22 @@ async function request(message) {
 
 // -- messages of the panel
 
-link.addEventListener('hello', ({detail}) => {
-  known = detail;
-  map.radius = detail.radius;
-  document.body.dataset.control = detail.control ? 'yes' : 'no';
+function hello(message) {
+  known = message;
+  map.radius = message.radius;
+  document.body.dataset.control = message.control ? 'yes' : 'no';
   log.clear();
-  robots.names(detail.robots);
+  robots.names(message.robots);
   look();
-});
+}
 
-link.addEventListener('connection', ({detail: connected}) => {
+function connection(connected) {
   if (!connected) holder.silence();
   showBanner();
   redraw();
-});
+}
 
-link.addEventListener('picture', ({detail: picture}) => {
+function see(picture) {
   if (picture.robot !== robot) return;
   const isReset = latest !== null && latest.epoch !== picture.epoch;
   latest = map.picture = picture;
@@ -102,20 +110,13 @@ link.addEventListener('picture', ({detail: picture}) => {
   holder.picture(picture);
   announce(picture.state || '');
   redraw();
-});
+}
 
-link.addEventListener('trail', ({detail}) => {
-  if (detail.robot !== robot) return;
-  for (const frame of FRAMES) trails[frame].replace(detail[frame]);
+function trail(message) {
+  if (message.robot !== robot) return;
+  for (const frame of FRAMES) trails[frame].replace(message[frame]);
   redraw();
-});
-
-link.addEventListener('robots', ({detail}) => robots.show(detail.robots));
-link.addEventListener('log', ({detail}) => {
-  if (detail.all) log.clear();
-  log.add(detail.lines);
-});
-link.addEventListener('note', ({detail}) => say(detail.text, detail.warning));
+}
 
 function showBanner() {
   document.body.dataset.connected = link.connected ? 'yes' : 'no';
@@ -293,10 +294,6 @@ function startKeys() {
     stop,
     escape: closeHelp,
     driving: mayDrive,
-    pan: (dx, dy) => {
-      map.view.pan(dx, dy);
-      redraw();
-    },
     actions: {
       1: click('turn-left'), 2: click('turn-about'), 3: click('turn-right'),
       g: click('tool-goal'), r: click('tool-reset'),
