@@ -17,7 +17,7 @@ A picture is a JSON object. Poses are [x m, y m, yaw rad], null if nothing was h
     "epoch"              number of declarations of the frame local that were seen
     "page"               the page that holds the robot: "", "this" or "other"
     "can"                {request: does any node listen to it?}
-    "pad", "mouse"       the state of the page's own: "ready", or the reason why it does not drive
+    "pad"                the state of the page's own: "ready", or the reason why it does not drive
 
 A number that is NaN or infinite is null as well: JSON does not have it, but any node may publish
 it.

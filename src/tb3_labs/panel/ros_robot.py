@@ -141,8 +141,7 @@ class PanelRobot:
         heard = {kind: heard and self.watch.hears_all
                  for kind, heard in self._senders.heard().items()} if self._senders else {}
         return dict(self.watch.read(lambda view: view.picture(now)), can=heard,
-                    pad=self._pad_words(heard, now),
-                    mouse='ready' if heard.get('mouse') else 'no node')
+                    pad=self._pad_words(heard, now))
 
     def carry_out(self, page, request):
         """Do what `page` asks for, a Request with known times; the answer in words, or None if

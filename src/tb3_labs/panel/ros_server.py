@@ -19,6 +19,8 @@ from tb3_labs.ros.node import guarded
 
 #: The page: HTML, style and program, as they are.
 FILES = Path(__file__).resolve().parent / 'page'
+#: The style and the program need no token; the page itself and its socket do.
+PUBLIC = ('.css', '.js', '.svg')
 #: Ports that are tried if the first one is in use.
 PORTS = 10
 #: A master that is gone is asked again after this time [s].
@@ -126,25 +128,17 @@ class _Guarded:
             self.set_header(name, value)
 
     def prepare(self):
-        headers = self.request.headers
-        token = self.get_query_argument('token', '') if self.needs_token() else None
+        headers, is_public = self.request.headers, self.request.path.endswith(PUBLIC)
+        token = None if is_public else self.get_query_argument('token', '')
         refusal = self._access.refusal(headers.get('Host'), headers.get('Origin'), token)
         if refusal:
             rospy.logwarn_throttle(1.0, 'a browser was refused: ' + refusal)
             self.set_status(403)
             self.finish('tb3_labs: {}\n'.format(refusal))
 
-    def needs_token(self):
-        """Is the token asked for?"""
-        return True
-
 
 class _File(_Guarded, web.StaticFileHandler):
     """A file of the page; nothing outside of its folder."""
-
-    def needs_token(self):
-        """The page itself asks for it. The style and the program are public."""
-        return self.request.path in ('/', '/index.html')
 
 
 class _Socket(_Guarded, websocket.WebSocketHandler):

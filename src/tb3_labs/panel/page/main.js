@@ -243,38 +243,34 @@ function showHand(what) {
 
 const onClick = (id, action) => $(id).addEventListener('click', action);
 
-function startControls() {
-  // A stop must not wait until the finger is lifted.
-  $('stop').addEventListener('pointerdown', stop);
-  $('stop').addEventListener('click', (event) => { if (event.detail === 0) stop(); });
-  onClick('give', () => holder.give());
-  onClick('take', take);
-  for (const [name, degrees] of [['left', 90], ['about', 180], ['right', -90]]) {
-    onClick('turn-' + name, () => request({type: 'turn', degrees}));
-  }
-  for (const name of ['pad', 'mouse']) onClick('tab-' + name, () => showHand(name));
-  for (const kind of ['goal', 'reset']) {
-    onClick('tool-' + kind, () => input.choose(kind));
-    $(kind + '-form').addEventListener('submit', (event) => {
-      event.preventDefault();
-      sendTyped(kind);
-    });
-  }
+// A stop must not wait until the finger is lifted.
+$('stop').addEventListener('pointerdown', stop);
+$('stop').addEventListener('click', (event) => { if (event.detail === 0) stop(); });
+onClick('give', () => holder.give());
+onClick('take', take);
+for (const [name, degrees] of [['left', 90], ['about', 180], ['right', -90]]) {
+  onClick('turn-' + name, () => request({type: 'turn', degrees}));
+}
+for (const name of ['pad', 'mouse']) onClick('tab-' + name, () => showHand(name));
+for (const kind of ['goal', 'reset']) {
+  onClick('tool-' + kind, () => input.choose(kind));
+  $(kind + '-form').addEventListener('submit', (event) => {
+    event.preventDefault();
+    sendTyped(kind);
+  });
 }
 
-function startView() {
-  for (const frame of FRAMES) onClick('fixed-' + frame, () => fix(frame));
-  onClick('zoom-in', () => zoom(1.25));
-  onClick('zoom-out', () => zoom(0.8));
-  onClick('fit', () => { map.fit(); redraw(); });
-  onClick('help-open', help);
-  onClick('help-close', closeHelp);
-  for (const [keys, what, isControl] of SHORTCUTS) {
-    const shown = isControl ? 'control' : '';
-    $('keys').append(make('dt', shown, keys), make('dd', shown, what));
-  }
-  new ResizeObserver(redraw).observe($('map-box'));
+for (const frame of FRAMES) onClick('fixed-' + frame, () => fix(frame));
+onClick('zoom-in', () => zoom(1.25));
+onClick('zoom-out', () => zoom(0.8));
+onClick('fit', () => { map.fit(); redraw(); });
+onClick('help-open', help);
+onClick('help-close', closeHelp);
+for (const [keys, what, isControl] of SHORTCUTS) {
+  const shown = isControl ? 'control' : '';
+  $('keys').append(make('dt', shown, keys), make('dd', shown, what));
 }
+new ResizeObserver(redraw).observe($('map-box'));
 
 /** What a key does for a button; a button that makes no sense now tells why. */
 const click = (id) => () => {
@@ -288,30 +284,26 @@ function mayDrive() {
   return Boolean(latest?.can.pad) && latest.page !== 'other';
 }
 
-function startKeys() {
-  const view = (action) => () => { if (robot !== null) action(); };
-  return new Keys(holder, {
-    stop,
-    escape: closeHelp,
-    driving: mayDrive,
-    actions: {
-      1: click('turn-left'), 2: click('turn-about'), 3: click('turn-right'),
-      g: click('tool-goal'), r: click('tool-reset'),
-      v: view(() => fix(map.fixed === 'odom' ? 'local' : 'odom')),
-      '+': view(() => zoom(1.25)), '=': view(() => zoom(1.25)), '-': view(() => zoom(0.8)),
-      f: view(() => $('fit').click()), w: view(() => $('log-filter').click()),
-      t: () => $('theme').click(), u: toList, '?': help,
-    },
-  });
-}
+/** What a key does for the map. */
+const view = (action) => () => { if (robot !== null) action(); };
+const keys = new Keys(holder, {
+  stop,
+  escape: closeHelp,
+  driving: mayDrive,
+  actions: {
+    1: click('turn-left'), 2: click('turn-about'), 3: click('turn-right'),
+    g: click('tool-goal'), r: click('tool-reset'),
+    v: view(() => fix(map.fixed === 'odom' ? 'local' : 'odom')),
+    '+': view(() => zoom(1.25)), '=': view(() => zoom(1.25)), '-': view(() => zoom(0.8)),
+    f: view(() => $('fit').click()), w: view(() => $('log-filter').click()),
+    t: () => $('theme').click(), u: toList, '?': help,
+  },
+});
 
-startControls();
-startView();
 startTheme($('theme'), () => {
   readColours();
   redraw();
 });
-const keys = startKeys();
 const held = [stick($('stick-left'), 'forward', holder), stick($('stick-right'), 'left', holder),
               mousePad($('mouse-pad'), holder)];
 for (const name of PAD_BUTTONS) padButton($('button-' + name), name, holder);
