@@ -135,7 +135,7 @@ export class RobotMap {
     this._goalLine(c);
     this._frames(c, labels);
     this._truth(c, labels);
-    this._goal(c, labels);
+    this._target(c, labels, this.picture.goal, 'goal', this.picture.tolerance);
     this._robot(c, labels);
     this._draft(c, labels);
     labels.write();
@@ -219,13 +219,10 @@ export class RobotMap {
     c.setLineDash([]);
   }
 
-  _goal(c, labels) {
-    const pose = this.shown('local', this.picture.goal);
-    if (pose) this._target(c, labels, pose, 'goal', this.picture.tolerance);
-  }
-
-  /** A target: its tolerance to scale, a cross of constant size, and the final heading. */
-  _target(c, labels, pose, text, tolerance) {
+  /** A target in local: its tolerance to scale, a cross of constant size, the final heading. */
+  _target(c, labels, target, text, tolerance) {
+    const pose = this.shown('local', target);
+    if (!pose) return;
     const [px, py] = this.view.pixel(pose[0], pose[1]);
     const colour = colours.goal;
     c.lineWidth = 2;
@@ -260,24 +257,22 @@ export class RobotMap {
 
   _robot(c, labels) {
     const pose = this.shown('odom', this.picture.odom) || this.shown('local', this.picture.local);
-    if (pose) {
-      const [px, py] = this.view.pixel(pose[0], pose[1]);
-      const size = this.radius * this.view.scale;
-      c.lineWidth = 2;
-      disc(c, px, py, size, colours.ink, 0.25);
-      circle(c, px, py, size, colours.ink);
-      heading(c, px, py, pose[2], Math.max(size * 0.85, 11), colours.ink, colours.paper);
-      labels.avoid(px, py, Math.max(size, 9) * 0.72);
-      labels.add('robot', px, py, colours.ink, {away: Math.max(size, 9) * 0.72 + 5});
-    }
+    if (!pose) return;
+    const [px, py] = this.view.pixel(pose[0], pose[1]);
+    const size = this.radius * this.view.scale;
+    c.lineWidth = 2;
+    disc(c, px, py, size, colours.ink, 0.25);
+    circle(c, px, py, size, colours.ink);
+    heading(c, px, py, pose[2], Math.max(size * 0.85, 11), colours.ink, colours.paper);
+    labels.avoid(px, py, Math.max(size, 9) * 0.72);
+    labels.add('robot', px, py, colours.ink, {away: Math.max(size, 9) * 0.72 + 5});
   }
 
   _draft(c, labels) {
-    const pose = this.draft && this.shown('local', this.draft.pose);
-    if (!pose) return;
+    if (!this.draft) return;
     const [x, y, yaw] = this.draft.pose;
     const kind = this.draft.kind === 'goal' ? 'goal' : 'robot is at';
     const words = `${kind} ${x.toFixed(2)} ${y.toFixed(2)} ${degrees(yaw).toFixed(0)}\u00b0`;
-    this._target(c, labels, pose, words, 0);
+    this._target(c, labels, this.draft.pose, words, 0);
   }
 }
