@@ -6,7 +6,6 @@ const GAP = 6;    // [px] between two rows of names
 
 export const colours = {};
 
-/** Read the colours anew from the style sheet. */
 export function readColours() {
   const style = getComputedStyle(document.documentElement);
   for (const name of NAMES) {
@@ -86,7 +85,6 @@ export function arrow(c, x, y, angle, length, colour, full) {
   return end;
 }
 
-/** An arrow head of the robot that shows where it looks. */
 export function heading(c, x, y, yaw, size, colour, rim) {
   const at = (angle, r) => [x + r * Math.cos(yaw + angle), y - r * Math.sin(yaw + angle)];
   const points = [
@@ -146,7 +144,6 @@ export class Labels {
     this._taken = [];         // rectangles [x0, y0, x1, y1] that hold something already
   }
 
-  /** Keep labels away from a place. */
   avoid(x, y, radius) {
     this._taken.push([x - radius, y - radius, x + radius, y + radius]);
   }

@@ -206,7 +206,6 @@ export const SHORTCUTS = [
 
 // -- a real gamepad
 
-/** The gamepad that the browser's Gamepad API offers. */
 export class RealGamepad {
   /** `driving()`: may it drive now? `show(text)`: words about the gamepad. */
   constructor(holder, driving, show) {

@@ -142,7 +142,6 @@ function look() {
   redraw();
 }
 
-/** Another robot: forget all that was shown of the last one. */
 function forget() {
   holder.letGo();
   latest = map.picture = null;

@@ -76,7 +76,6 @@ export class RobotMap {
     return compose(to === 'odom' ? frame : inverse(frame), pose);
   }
 
-  /** A pose given in `frame`, in the frame that stands still. */
   shown(frame, pose) { return this._into(this.fixed, frame, pose); }
 
   /** The point in local at a pixel of the canvas; null while that is unknown. */
@@ -85,7 +84,6 @@ export class RobotMap {
     return this._into('local', this.fixed, [point[0], point[1], 0]);
   }
 
-  /** The pixel on the canvas of a point in local. */
   pixelOfLocal(x, y) {
     const pose = this.shown('local', [x, y, 0]);
     return pose && this.view.pixel(pose[0], pose[1]);

@@ -40,7 +40,6 @@ export function number(value, digits, unit = '') {
 
 let messageTimer = 0;
 
-/** Show a text for some seconds. */
 export function say(text, warning = false) {
   const box = $('message');
   box.textContent = text;
@@ -100,7 +99,6 @@ export function typedYaw(kind) {
   return read(kind + '-yaw') || 0;
 }
 
-/** Write a pose into the fields of 'goal' or 'reset'. */
 export function fill(kind, pose) {
   const [x, y, yaw] = pose;
   $(kind + '-x').value = x.toFixed(3);

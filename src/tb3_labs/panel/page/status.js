@@ -51,7 +51,6 @@ function poseText(pose) {
   return `${number(pose[0], 3)} ${number(pose[1], 3)} ${yaw}`;
 }
 
-/** The difference between the true pose and odometry. */
 function errorText(p) {
   if (!p.truth || !p.odom) return number(null);
   const off = Math.hypot(p.truth[0] - p.odom[0], p.truth[1] - p.odom[1]);
@@ -77,7 +76,6 @@ function showAges(ages) {
 
 // -- the controls
 
-/** Show which controls make sense now, and why the others do not. */
 export function showControls(picture, connected, holder) {
   const can = picture?.can || {};
   const unknown = !connected ? 'not connected' : !picture ? 'no data yet' : '';
@@ -128,7 +126,6 @@ const join = (...texts) => [...new Set(texts.filter(Boolean))].join(' \u00b7 ');
 
 // -- the list
 
-/** A card for each robot. */
 export class Robots {
   constructor(list, choose) {
     this._list = list;
