@@ -30,8 +30,7 @@ const map = new RobotMap($('map'));
 const trails = {odom: new Trail(), local: new Trail()};
 map.trails = trails;
 const strips = {
-  distance: new Strip($('strip-distance'), false, 0.1, (top) => (top < 1 ? 2 : 1)),
-  angle: new Strip($('strip-angle'), true, 10, () => 0),
+  distance: new Strip($('strip-distance'), false), angle: new Strip($('strip-angle'), true),
 };
 const log = new LogBox($('log'), $('log-filter'));
 const robots = new Robots($('robots'), (name) => { location.hash = encodeURIComponent(name); });
