@@ -187,7 +187,7 @@ def test_a_robot_is_a_name(literal):
 
 
 @pytest.mark.parametrize('literal', [
-    '"fly"', '""', '"Stop"', 'null', '["stop"]', '{}', '"\\ud800"', '"' + 1800 * 'x' + '"'], ids=short)
+    '"fly"', '""', '"Stop"', 'null', '["stop"]', '"\\ud800"', '"' + 1800 * 'x' + '"'], ids=short)
 def test_a_type_that_is_unknown_is_refused_with_those_that_are_known(literal):
     reason = refusal('{"type": %s}' % literal)
     assert reason.startswith('type {}'.format(literal[:36])) and 'known: look, joy' in reason

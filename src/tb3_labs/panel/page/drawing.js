@@ -70,7 +70,7 @@ export function disc(c, x, y, radius, colour, opacity) {
   c.globalAlpha = 1;
 }
 
-/** An arrow of this length, then a head, which is full or open; returns the end without the head. */
+/** An arrow of this length with a full or open head; returns the end without the head. */
 export function arrow(c, x, y, angle, length, colour, full) {
   const end = [x + length * Math.cos(angle), y - length * Math.sin(angle)];
   const tip = [end[0] + 7 * Math.cos(angle), end[1] - 7 * Math.sin(angle)];
