@@ -36,7 +36,8 @@ def test_of_a_robot_that_was_never_heard_nothing_is_known(view):
         'holder': 'nobody', 'driver': '', 'command': None, 'heading_deg': None,
         'ages': {'imu': None, 'odom': None, 'joy': None}, 'epoch': 0}
     assert summary(view) == {
-        'state': '', 'phase': '', 'holder': 'nobody', 'age': None, 'distance': None}
+        'state': '', 'phase': '', 'holder': 'nobody', 'age': None, 'distance': None,
+        'local': None, 'goal': None}
     assert not view.is_driving
 
 
@@ -59,7 +60,7 @@ def test_what_was_heard_stands_where_it_belongs(view):
         'ages': {'imu': 0.5, 'odom': 0.5, 'joy': None}, 'epoch': 0}
     assert summary(view) == {
         'state': 'MOVE_FORWARD', 'phase': 'driving', 'holder': 'move_to_goal (it has control)',
-        'age': 0.0, 'distance': 0.123}
+        'age': 0.0, 'distance': 0.123, 'local': [-1.0, -2.0, -3.0], 'goal': [3.0, 4.0, 0.0]}
 
 
 def test_an_angle_of_nothing_has_no_sign(view):

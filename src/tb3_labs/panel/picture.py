@@ -193,7 +193,8 @@ class RobotView:
         """The robot's line in the list of all robots."""
         return {'state': self.latest('state') or '', 'phase': self.phase,
                 'holder': self.holder(now), 'age': self._silence('odom', now, LISTED_WITHIN),
-                'distance': _rounded(self.latest('distance'))}
+                'distance': _rounded(self.latest('distance')),
+                'local': _numbers(self.latest('local')), 'goal': _numbers(self.latest('goal'))}
 
     def _silence(self, kind: str, now: float, within: float) -> Optional[float]:
         age = self.age(kind, now)

@@ -94,20 +94,20 @@ class Watch:
         # every message counts
         news = {'goal_state': (String, self._hear('state'), _data),
                 'has_control': (Bool, self._on_control, _data),
-                'control_holder': (String, self._hear('holder'), _data)}
+                'control_holder': (String, self._hear('holder'), _data),
+                'current_goal': (PoseStamped, self._hear('goal'), _pose)}
         # the latest sample is read, then the stream is left alone for a time [s]
         streams = {'odom': (Odometry, POSES, self._write(_odometry), to_odometry_sample),
+                   'local_pose': (PoseStamped, POSES, self._write(_local), _stamped_pose),
                    'distance_error': (Float32, NUMBERS, self._hear('distance'), _data)}
         topics = {}
         if self._level == self.ALL:
             transforms = TFMessage, self._write(_transforms), self._read_transforms
             news.update({
                 'move2goal/cancel': (GoalID, self._on_cancel, None),
-                'current_goal': (PoseStamped, self._hear('goal'), _pose),
                 'move_to_goal/parameter_updates': (Values, self._hear('tolerance'), _tolerance),
                 '/tf_static': transforms})
             streams.update({
-                'local_pose': (PoseStamped, POSES, self._write(_local), _stamped_pose),
                 'ground_truth': (PoseStamped, NUMBERS, self._hear('truth'), _stamped_pose),
                 'imu': (Imu, NUMBERS, self._hear('imu'), _yaw),
                 'angle_error_deg': (Float32, NUMBERS, self._hear('angle'), _data),

@@ -33,7 +33,7 @@ const strips = {
   distance: new Strip($('strip-distance'), false), angle: new Strip($('strip-angle'), true),
 };
 const log = new LogBox($('log'), $('log-filter'));
-const robots = new Robots($('robots'), (name) => { location.hash = encodeURIComponent(name); });
+const robots = new Robots($('robots'), $('class-map'), (name) => { location.hash = encodeURIComponent(name); });
 const input = new MapInput(map, {redraw, placed, toolChanged, yawOf: typedYaw});
 
 let known = {robots: [], control: false};    // the last hello

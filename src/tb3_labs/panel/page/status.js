@@ -1,7 +1,8 @@
 // The numbers, words and controls of the robot that the page looks at, and the list of all robots.
 
+import {Labels, circle, colours, drawGrid, heading, sharp} from './drawing.js';
 import {$, make, number, setReason, setText} from './page.js';
-import {degrees, wrap} from './view.js';
+import {View, degrees, wrap} from './view.js';
 
 const LONG = 60;         // letters
 const LATE = 0.5;        // [s] an older message of a sensor is marked
@@ -127,10 +128,12 @@ const join = (...texts) => [...new Set(texts.filter(Boolean))].join(' \u00b7 ');
 // -- the list
 
 export class Robots {
-  constructor(list, choose) {
+  constructor(list, canvas, choose) {
     this._list = list;
+    this._canvas = canvas;
     this._choose = choose;
     this._cards = new Map();
+    this._view = new View();
   }
 
   /** Cards for these names; those that stay keep the keyboard's focus. */
@@ -143,6 +146,29 @@ export class Robots {
 
   show(robots) {
     for (const robot of robots) fill(this._cards.get(robot.name), robot);
+    this._draw(robots.filter((robot) => robot.local));
+  }
+
+  /** One map of all robots, each in its own frame local: how far they are in the same task. */
+  _draw(robots) {
+    const sheet = sharp(this._canvas);
+    if (!sheet) return;
+    const {context: c, width, height} = sheet;
+    Object.assign(this._view, {width, height});
+    const poses = robots.flatMap(({local, goal}) => [local, goal || local]);
+    this._view.follow([[0, 0], ...poses]);
+    drawGrid(c, this._view, '[m], each robot in its own frame local');
+    const labels = new Labels(c, width, height);
+    for (const {goal} of robots) {
+      if (goal) circle(c, ...this._view.pixel(goal[0], goal[1]), 13, colours.goal);
+    }
+    for (const {name, local} of robots) {
+      const [px, py] = this._view.pixel(local[0], local[1]);
+      heading(c, px, py, local[2], 13, colours.ink, colours.paper);
+      labels.avoid(px, py, 9);
+      labels.add(name, px, py, colours.ink, {size: 15});
+    }
+    labels.write();
   }
 
   _card(name) {
