@@ -5,8 +5,8 @@ It prints the page's address. It only listens to a robot while a page looks at i
 more sender on the topics of the labs: the rules of control are those of the nodes that listen.
 
 Subscribes, while a page looks
-    imu, odom, cmd_vel, joy, local_pose, local_path, goal_state, current_goal, has_control,
-    control_holder, distance_error, angle_error_deg, ground_truth, /tf, /tf_static, /rosout,
+    imu, odom, cmd_vel, joy, local_pose, goal_state, current_goal, has_control, control_holder,
+    distance_error, angle_error_deg, ground_truth, /tf, /tf_static, /rosout,
     move_to_goal/parameter_updates, ctrl_relinq, move2goal/cancel
 Publishes, when a person asks for it on a page
     joy                     sensor_msgs/Joy: the page's pad, with the numbers that gamepad uses

@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """A real browser for tests: Chromium without a window, driven by selenium."""
+import glob
 import os
+import pathlib
 import shutil
 import signal
 import tempfile
@@ -78,11 +80,9 @@ class Browser:
         return self.run('return (window.panel && panel.latest || {})[arguments[0]]', name)
 
     def text(self, element):
-        """The text of an element."""
         return self._find(element).text
 
     def is_shown(self, element):
-        """Can the element be seen?"""
         return self._find(element).is_displayed()
 
     def wait_until(self, condition, seconds=20.0, what='a condition'):
@@ -129,7 +129,6 @@ class Browser:
         return self._driver.execute_script(script, *arguments)
 
     def click(self, element):
-        """Click on an element."""
         self._find(element).click()
 
     def type(self, element, text):
@@ -139,7 +138,6 @@ class Browser:
         field.send_keys(text)
 
     def press_key(self, key):
-        """Press a key, and let it go."""
         ActionChains(self._driver).send_keys(key).perform()
 
     def _actions(self):
@@ -168,7 +166,6 @@ class Browser:
         actions.move_by_offset(int(across * half), int(-up * half)).perform()
 
     def let_go(self):
-        """Let go of what is gripped."""
         self._actions().release().perform()
 
     def move_pad(self, axes=(0, 0, 0, 0), pressed=()):
@@ -193,7 +190,6 @@ class Browser:
                 pass
 
     def close(self):
-        """End the browser."""
         self.kill()
         self._driver.service.stop()
         shutil.rmtree(self._folder, ignore_errors=True)
@@ -215,11 +211,10 @@ class Browser:
 def _processes_with(words):
     """The numbers of the processes whose command line holds `words`."""
     found = []
-    for number in filter(str.isdigit, os.listdir('/proc')):
+    for line in glob.glob('/proc/[0-9]*/cmdline'):
         try:
-            with open('/proc/{}/cmdline'.format(number), 'rb') as line:
-                if words.encode() in line.read():
-                    found.append(int(number))
+            if words.encode() in pathlib.Path(line).read_bytes():
+                found.append(int(line.split('/')[2]))
         except OSError:
             pass    # it has ended meanwhile
     return [number for number in found if number != os.getpid()]

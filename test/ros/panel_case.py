@@ -5,7 +5,6 @@ A page that is silent for 0.25 s is lost, and a node must stop. On a busy machin
 itself may be late, or the panel hears it late: such a test is void, see
 :func:`with_punctual_pages`.
 """
-import functools
 import os
 import sys
 
@@ -15,12 +14,10 @@ from tb3_labs.geometry.angles import difference
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import SILENCE, ZERO, NodeCase    # noqa: E402 (a relay's folder)
+from thumb import PUNCTUAL, repeated    # noqa: E402
 
 #: A lost page has stopped the robot after this time [s].
 LOSS = 0.3
-#: A test whose page was silent for longer than this, where it should not be, is void [s].
-PUNCTUAL = 0.2
-ATTEMPTS = 3
 
 
 class PanelCase(NodeCase):
@@ -54,25 +51,11 @@ class PanelCase(NodeCase):
 def with_punctual_pages(case):
     """Class decorator: a test that failed while a page was not punctual is repeated. `pages()` of
     the case are the pages of the present test, each with its `longest_silence` [s]."""
-    for name in dir(case):
-        if name.startswith('test_'):
-            setattr(case, name, _repeated(getattr(case, name)))
-    return case
-
-
-def _repeated(test):
-    @functools.wraps(test)
-    def run(case):
-        for attempt in range(1, ATTEMPTS + 1):
-            try:
-                return test(case)
-            except (AssertionError, RuntimeError):
-                silence = max((page.longest_silence for page in case.pages()), default=0.0)
-                lost = any('silent for' in note for page in case.pages() for note in page.notes)
-                if (silence < PUNCTUAL and not lost) or attempt == ATTEMPTS:
-                    print('the pages said:', [page.notes for page in case.pages()])
-                    raise
-                print('once more: a page was late by {:.2f} s, or the panel'.format(silence))
-                case.doCleanups()
-                case.setUp()
-    return run
+    def excuse(case, _begun):
+        notes = [note for page in case.pages() for note in page.notes]
+        silence = max((page.longest_silence for page in case.pages()), default=0.0)
+        print('the pages said:', notes)
+        lost = any('silent for' in note for note in notes)
+        return (lost or silence >= PUNCTUAL) and (
+            'a page was late by {:.2f} s, or the panel'.format(silence))
+    return repeated(case, excuse)

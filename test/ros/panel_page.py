@@ -56,7 +56,6 @@ class Page:
         self.send_text(json.dumps(message))
 
     def send_text(self, text):
-        """Send a message as it is."""
         self._loop.call_soon_threadsafe(self._write, text)
 
     def ask(self, kind, seconds=5.0, **values):
@@ -73,11 +72,9 @@ class Page:
         self.send('joy', **self._held)
 
     def fall_silent(self):
-        """From now on nothing is sent."""
         self._held = None
 
     def close(self):
-        """The browser ends."""
         self._held = None
         self._loop.call_soon_threadsafe(lambda: self._socket and self._socket.close())
         self.closed.wait(5.0)
@@ -86,7 +83,6 @@ class Page:
 
     @property
     def picture(self):
-        """The latest picture."""
         return self.latest['picture']
 
     def wait_until(self, condition, seconds=20.0, what='a condition'):

@@ -57,7 +57,7 @@ class PanelTest(PanelCase):
         return re.search(r'open (http\S+) in', panel.text).group(1)
 
     def setUp(self):
-        self._pages = []
+        self.opened = []
         self.open_with_all_nodes()
         self.page.send('stop')
         self.rest()
@@ -66,7 +66,7 @@ class PanelTest(PanelCase):
     def open(self, address=None, **options):
         page = Page(address or self.address, **options)
         self.addCleanup(page.close)
-        self._pages.append(page)
+        self.opened.append(page)
         return page
 
     def open_with_all_nodes(self):
@@ -76,7 +76,7 @@ class PanelTest(PanelCase):
             'can', {'': False}).values()), STARTING, 'all nodes')
 
     def pages(self):
-        return self._pages
+        return self.opened
 
     def here(self):
         """Declare the robot to be at the origin; its true pose, which is that of local."""
@@ -232,19 +232,6 @@ class PanelTest(PanelCase):
         self.page.wait_for(has_control=False, seconds=5.0)
         self.rest()
 
-    def test_the_mouse_pad_drives_until_it_is_let_go(self):
-        self.page.ask('begin')
-        self.page.hold(mouse=[-0.5, 0.0])
-        self.seen.wait_for('cmd_vel', lambda command: command[1] > 0.2)    # left is left
-        self.page.hold(mouse=[0.0, 0.0])
-        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
-        self.page.hold(mouse=[0.0, 1.0])
-        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.15)
-        self.wait_until_it_moves()
-        since = rospy.get_time()
-        self.page.hold()
-        self.assert_stopped(since)
-
     def test_a_turn_is_as_exact_as_by_keyboard_and_a_stop_ends_it(self):
         before = self.rest()
         self.assertEqual(self.page.ask('turn', degrees=90)[0], True)
@@ -305,23 +292,6 @@ class PanelTest(PanelCase):
         self.page.wait_for(has_control=True)
         lost.unregister()
 
-    def test_one_page_drives_at_a_time(self):
-        other = self.open()
-        self.drive_by_stick(forward=0.5)
-        self.assertEqual(other.ask('begin'), (
-            False, 'another page drives: it must let go first, or be stopped'))
-        self.assertEqual(other.ask('give')[0], False)
-        other.hold(pad={'forward': -1.0})
-        other.wait_for(page='other')
-        self.let_pass(SILENCE)
-        self.assertTrue(all(command[0] > 0.0 for _, command in self.seen.all(
-            'cmd_vel', rospy.get_time() - SILENCE)))
-        self.page.hold(pad={})
-        self.page.send('let go')
-        other.fall_silent()
-        other.wait_for(page='')
-        self.assertEqual(other.ask('begin'), (True, ''))
-
     def test_turns_and_mouse_are_refused_while_move_to_goal_drives(self):
         self.drive_to_goal()
         self.assertEqual(self.page.ask('turn', degrees=90), (
@@ -360,12 +330,9 @@ class PanelTest(PanelCase):
     # -- what is refused
 
     def test_bad_requests_are_refused_with_the_reason(self):
-        for text, reason in (
-                ('{"type": "goal", "x": NaN, "y": 0, "yaw_deg": 0}', 'NaN is not a number'),
-                ('{"type": "fly"}', 'type "fly" is unknown'), ('x' * 3000, 'at most 2000')):
-            self.page.send_text(text)
-            self.page.wait_until(lambda: any(reason in note for note in self.page.notes), 5.0,
-                                 reason)
+        self.page.send_text('{"type": "fly"}')
+        self.page.wait_until(lambda: any('"fly" is unknown' in note for note in self.page.notes),
+                             5.0, 'the reason')
         self.page.send_text('x' * 100000)    # the connection ends, and nothing else
         self.seen.wait_until(self.page.closed.is_set, 5.0, 'the end of that page')
         self.assertIsNone(self.panel.status)

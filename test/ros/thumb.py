@@ -81,27 +81,35 @@ class Mouse:
             rospy.rostime.wallsleep(PERIOD)
 
 
-def with_a_punctual_thumb(test):
-    """The method `test` of a case that has a `thumb`; it is repeated if it failed while the thumb
-    was not punctual."""
+def repeated(case, excuse):
+    """Class decorator: a test that failed is repeated if `excuse(case, begun)` gives the reason why
+    it was void; `begun` [s, monotonic]."""
+    for name in dir(case):
+        if name.startswith('test_'):
+            setattr(case, name, _repeated(getattr(case, name), excuse))
+    return case
+
+
+def _repeated(test, excuse):
     @functools.wraps(test)
     def run(case):
-        for attempt in range(1, ATTEMPTS + 1):
+        for attempt in range(ATTEMPTS):
             begun = time.monotonic()
             try:
                 return test(case)
             except (AssertionError, RuntimeError):
-                silence = case.thumb.longest_silence(begun)
-                if silence < PUNCTUAL or attempt == ATTEMPTS:
+                reason = excuse(case, begun)
+                if not reason or attempt == ATTEMPTS - 1:
                     raise
-                print('once more: the thumb was silent for {:.2f} s'.format(silence))
+                print('once more:', reason)
+                case.doCleanups()
                 case.setUp()
     return run
 
 
 def punctual(case):
-    """Class decorator: all tests of `case` run :func:`with_a_punctual_thumb`."""
-    for name in dir(case):
-        if name.startswith('test_'):
-            setattr(case, name, with_a_punctual_thumb(getattr(case, name)))
-    return case
+    """Class decorator: tests of a `case` with a `thumb` are void if that was silent."""
+    def excuse(case, begun):
+        silence = case.thumb.longest_silence(begun)
+        return silence >= PUNCTUAL and 'the thumb was silent for {:.2f} s'.format(silence)
+    return repeated(case, excuse)

@@ -68,10 +68,9 @@ class Panel(Process):
             self.flush(self.world.now)
 
     def flush(self, at):
-        for word in self.core.take_grants():
+        for word in self.core.take_messages()[0]:
             self.say(word, at)
         self.core.take_news()
-        self.core.take_mouse()
 
     def say(self, word, at):
         self.said_at = self.world.now

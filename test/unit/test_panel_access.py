@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.panel.access import Access, new_token
+from tb3_labs.panel.access import Access
 
 HOST, ORIGIN = 'localhost:8080', 'http://localhost:8080'
 TOKEN = 'Wq3-right_token'
@@ -18,25 +18,19 @@ def refusal(host=HOST, origin=ORIGIN, token=None, access=None):
 # -- Host
 
 @pytest.mark.parametrize('host', [
-    'localhost', 'localhost:8080', 'LOCALHOST:8080', 'LocalHost', 'localhost:1', '127.0.0.1',
-    '127.0.0.1:8080', '[::1]', '[::1]:8080'])
+    'localhost', 'LOCALHOST:8080', '127.0.0.1', '127.0.0.1:8080', '[::1]', '[::1]:8080'])
 def test_the_loopback_has_three_names(host):
     assert refusal(host, None) == ''
 
 
 @pytest.mark.parametrize('host', [
-    None, '', ' ', ':8080', 'evil.com', 'evil.com:8080', 'EVIL.COM', 'localhost.evil.com',
-    'localhost.evil.com:8080', 'evil-localhost', 'localhost.', 'localhost.:8080', '127.0.0.1.',
-    '127.0.0.2', '127.1', '2130706433', '0x7f000001', '0.0.0.0', '192.168.0.7', '::1', '[::1',
-    '::1]', '[::2]:8080', '[::ffff:127.0.0.1]', 'robot-pc', '*', 'localhost,evil.com',
-    'localhost evil.com', 'lokalhost', 'ｌocalhost', 'localhoſt', 'ü', '\ud800', '\x00', '[', ']',
-    pytest.param('a' * 10000, id='long'),
-    'localhost@evil.com', 'localhost:8080@evil.com', 'evil.com#localhost', 'evil.com#@localhost',
-    'evil.com/localhost', 'evil.com?localhost', 'evil.com\\@localhost', 'evil.com@localhost',
+    None, '', ':8080', 'evil.com:8080', 'localhost.evil.com', 'evil-localhost', 'localhost.',
+    '127.0.0.2', '2130706433', '0.0.0.0', '::1', '[::1', '[::2]:8080', '[::ffff:127.0.0.1]',
+    'localhost,evil.com', 'localhost evil.com', 'ｌocalhost', 'localhoſt', '\ud800', '\x00', '[',
+    pytest.param('a' * 10000, id='long'), 'evil.com#@localhost', 'evil.com\\@localhost',
     'user:word@localhost:8080', 'localhost/evil.com', 'localhost#evil.com', 'localhost?evil.com',
     'evil[::1]', '[::1]evil.com', '[localhost]', 'localhost:evil.com', 'localhost:80:80',
-    '//localhost',
-    'http://localhost', 'localhost\n', '\tlocalhost', ' localhost', 'local\nhost'])
+    'http://localhost', 'localhost\n', ' localhost'])
 def test_any_other_name_is_refused_and_anything_beside_a_name_and_a_port(host):
     """RFC 7230, section 5.4: a Host has no user, path, query or fragment."""
     assert 'is not offered as' in refusal(host, None)
@@ -48,9 +42,8 @@ def test_a_refused_name_is_told_with_the_names_that_are_valid():
 
 
 @pytest.mark.parametrize('name, host', [
-    ('192.168.0.7', '192.168.0.7:8080'), ('robot-pc', 'robot-pc:8080'),
-    ('Robot-PC.local', 'robot-pc.LOCAL'), ('fe80::7', '[fe80::7]:8080'),
-    ('FE80::7', '[fe80::7]')])
+    ('192.168.0.7', '192.168.0.7:8080'), ('Robot-PC.local', 'robot-pc.LOCAL'),
+    ('FE80::7', '[fe80::7]:8080')])
 def test_names_of_this_computer_hold_beside_those_of_the_loopback(name, host):
     access = Access([name])
     assert refusal(host, None) != ''
@@ -60,25 +53,19 @@ def test_names_of_this_computer_hold_beside_those_of_the_loopback(name, host):
 # -- Origin
 
 @pytest.mark.parametrize('host, origin', [
-    ('localhost:8080', 'http://localhost:8080'), ('LOCALHOST:8080', 'http://localhost:8080'),
-    ('localhost:8080', 'HTTP://LocalHost:8080'), ('127.0.0.1:8080', 'http://127.0.0.1:8080'),
-    ('[::1]:8080', 'http://[::1]:8080'), ('localhost', 'http://localhost'),
-    ('localhost', 'https://localhost'), ('localhost:8080', None)])
+    ('LOCALHOST:8080', 'http://localhost:8080'), ('localhost:8080', 'HTTP://LocalHost:8080'),
+    ('[::1]:8080', 'http://[::1]:8080'), ('localhost', 'https://localhost'),
+    ('localhost:8080', None)])
 def test_this_nodes_own_page_and_programs_without_an_origin(host, origin):
     assert refusal(host, origin) == ''
 
 
 @pytest.mark.parametrize('origin', [
-    'http://evil.com', 'http://evil.com:8080', 'null', '', ' ', 'file://', 'file://localhost:8080',
-    'ftp://localhost:8080', 'ws://localhost:8080', 'chrome-extension://localhost:8080',
-    'javascript://localhost:8080', 'localhost:8080', '//localhost:8080', 'http:localhost:8080',
-    'http://localhost', 'http://localhost:8081', 'http://localhost:80800', 'http://localhost:808',
-    'http://127.0.0.1:8080', 'http://[::1]:8080', 'http://localhost.evil.com:8080',
-    'http://localhost:8080.evil.com', 'http://localhost:8080@evil.com',
-    'http://evil.com@localhost:8080', 'http://evil.com#localhost:8080',
-    'http://evil.com/localhost:8080', 'http://evil.com/http://localhost:8080',
-    'http://localhost.:8080', 'http://[', 'http://]', 'http://[::1', 'http://\u2100', '\ud800',
-    'http://evil.com http://localhost:8080'])
+    'http://evil.com:8080', 'null', '', 'file://localhost:8080', 'localhost:8080',
+    '//localhost:8080', 'http://localhost', 'http://localhost:8081', 'http://localhost:80800',
+    'http://127.0.0.1:8080', 'http://localhost.evil.com:8080', 'http://localhost:8080.evil.com',
+    'http://localhost:8080@evil.com', 'http://evil.com@localhost:8080', 'http://[', '\ud800',
+    'http://evil.com/http://localhost:8080', 'http://evil.com http://localhost:8080'])
 def test_pages_of_other_sites_are_refused(origin):
     assert refusal(HOST, origin) == 'requests of pages of other sites ({}) are refused'.format(
         origin)
@@ -89,18 +76,17 @@ def test_pages_of_other_sites_are_refused(origin):
 def test_a_token_is_asked_for_where_one_is_needed():
     access = Access(['robot-pc'], TOKEN)
     for token, valid in ((TOKEN, True), (None, True), ('', False), (TOKEN + 'x', False),
-                         (TOKEN[:-1], False), (TOKEN.lower(), False), (' ' + TOKEN, False)):
+                         (TOKEN[:-1], False), (TOKEN.lower(), False)):
         reason = refusal('robot-pc:8080', 'http://robot-pc:8080', token, access)
         assert reason == ('' if valid else 'the token is missing or wrong: '
                                            'use the whole address that the panel printed')
 
 
-@pytest.mark.parametrize('token', ['ü', '机器人', '\U0001f916', '\x00', '\ud800', '?',
-                                   pytest.param('x' * 10 ** 5, id='long')])
+@pytest.mark.parametrize('token', ['ü', '\U0001f916', '\x00', '\ud800'])
 def test_a_token_of_any_letters_is_compared_and_raises_nothing(token):
     assert refusal(token=token, access=Access([], TOKEN)) != ''
     assert refusal(token=token, access=Access([], token)) == ''
-    assert (refusal(token='?', access=Access([], token)) == '') is (token == '?')
+    assert refusal(token='?', access=Access([], token)) != ''
 
 
 def test_the_token_does_not_open_for_another_name_or_site():
@@ -108,12 +94,6 @@ def test_the_token_does_not_open_for_another_name_or_site():
     assert refusal('evil.com', None, TOKEN, access) and refusal(HOST, 'null', TOKEN, access)
     # DNS rebinding: Host and Origin agree, and both are the other site's
     assert refusal('evil.com:8080', 'http://evil.com:8080', TOKEN, access)
-
-
-def test_new_tokens_differ_and_need_no_quoting_in_an_address():
-    tokens = {new_token() for _ in range(100)}
-    assert len(tokens) == 100
-    assert all(re.fullmatch('[A-Za-z0-9_-]{16,}', token) for token in tokens)    # 96 bits
 
 
 # -- whatever comes

@@ -36,8 +36,8 @@ def test_of_a_robot_that_was_never_heard_nothing_is_known(view):
         'holder': 'nobody', 'driver': '', 'command': None, 'heading_deg': None,
         'ages': {'imu': None, 'odom': None, 'joy': None}, 'epoch': 0}
     assert summary(view) == {
-        'state': '', 'phase': '', 'has_control': None, 'holder': 'nobody', 'age': None,
-        'odom': None, 'distance': None}
+        'state': '', 'phase': '', 'holder': 'nobody', 'age': None, 'distance': None,
+        'local': None, 'goal': None}
     assert not view.is_driving
 
 
@@ -47,8 +47,9 @@ def test_what_was_heard_stands_where_it_belongs(view):
     view.hear_local(Pose2(-1.0, -2.0, -3.0), 99.0)
     for kind, value in (('goal', Pose2(3.0, 4.0, 0.0)), ('tolerance', 0.01), ('distance', 0.123456),
                         ('angle', -12.3456), ('state', 'MOVE_FORWARD'), ('has_control', True),
-                        ('holder', 'gamepad'), ('heading', HALF_PI)):
+                        ('holder', 'gamepad')):
         view.hear(kind, value, 99.0)
+    view.hear('imu', HALF_PI, 99.5)
     view.hear_command('/move_to_goal', 0.12345, -0.5, 99.75)
     assert picture(view) == {
         'odom': [1.0, 2.0, 3.0], 'local': [-1.0, -2.0, -3.0], 'frame': [0.5, -0.25, QUARTER],
@@ -56,17 +57,10 @@ def test_what_was_heard_stands_where_it_belongs(view):
         'state': 'MOVE_FORWARD', 'phase': 'driving', 'has_control': True,
         'holder': 'move_to_goal (it has control)', 'driver': '/move_to_goal',
         'command': [0.123, -0.5], 'heading_deg': 90.0,
-        'ages': {'imu': None, 'odom': 0.5, 'joy': None}, 'epoch': 0}
+        'ages': {'imu': 0.5, 'odom': 0.5, 'joy': None}, 'epoch': 0}
     assert summary(view) == {
-        'state': 'MOVE_FORWARD', 'phase': 'driving', 'has_control': True,
-        'holder': 'move_to_goal (it has control)', 'age': 0.0, 'odom': [1.0, 2.0, 3.0],
-        'distance': 0.123}
-
-
-@pytest.mark.parametrize('known', ['distance', 'angle'])
-def test_half_of_what_is_to_go_is_not_shown(view, known):
-    view.hear(known, 1.0, 99.0)
-    assert picture(view)['to_go'] is None
+        'state': 'MOVE_FORWARD', 'phase': 'driving', 'holder': 'move_to_goal (it has control)',
+        'age': 0.0, 'distance': 0.123, 'local': [-1.0, -2.0, -3.0], 'goal': [3.0, 4.0, 0.0]}
 
 
 def test_an_angle_of_nothing_has_no_sign(view):
@@ -79,11 +73,9 @@ def test_an_angle_of_nothing_has_no_sign(view):
 
 @pytest.mark.parametrize('words, phase', [
     ('ROTATE_TO_GOAL', 'driving'), ('MOVE_FORWARD', 'driving'), ('ROTATE_TO_FINAL', 'driving'),
-    ('GOAL_REACHED', 'reached'), ('waiting for control', 'waiting'), ('waiting', 'waiting'),
-    ('waiting: no goal', 'waiting'), ('stopped: no imu for 0.4 s', 'stopped'),
-    ('gave up: it stands still', 'gave up'), ('', ''), ('DRIVING', ''), ('goal_reached', ''),
-    ('GOAL_REACHED twice', ''), ('MOVE', ''), ('MOVE_FORWARD ', ''), ('not waiting', ''),
-    ('Stopped', ''), ('up', '')])
+    ('GOAL_REACHED', 'reached'), ('waiting: no goal', 'waiting'), ('', ''), ('MOVE_FORWARD ', ''),
+    ('stopped: no imu for 0.4 s', 'stopped'), ('gave up: it stands still', 'gave up'),
+    ('GOAL_REACHED twice', ''), ('not waiting', '')])
 def test_the_phase_is_the_kind_of_the_words(view, words, phase):
     assert phase_of(words) == phase
     view.hear('state', words, 99.0)
@@ -99,18 +91,16 @@ def test_every_state_and_every_reason_has_a_phase():
 
 @pytest.mark.parametrize('has_control, state, drives', [
     (True, 'MOVE_FORWARD', True), (False, 'MOVE_FORWARD', False), (None, 'MOVE_FORWARD', False),
-    (True, 'GOAL_REACHED', False), (True, 'stopped: no imu', False), (True, '', False)])
+    (True, 'stopped: no imu', False)])
 def test_move_to_goal_drives_with_control_and_on_its_way(view, has_control, state, drives):
-    if has_control is not None:
-        view.hear('has_control', has_control, 99.0)
+    view.hear('has_control', has_control, 99.0)
     view.hear('state', state, 99.0)
     assert view.is_driving is drives
 
 
 # -- who drives
 
-@pytest.mark.parametrize('age, drives', [(0.0, True), (0.5, True), (0.5 + 2.0 ** -20, False),
-                                         (60.0, False)])
+@pytest.mark.parametrize('age, drives', [(0.0, True), (0.5, True), (0.5 + 2.0 ** -20, False)])
 def test_a_command_drives_a_robot_for_half_a_second(view, age, drives):
     """As its firmware has it: it stops after 0.5 s without a command."""
     view.hear_command('/pad', 0.1, 0.0, 100.0)
@@ -119,8 +109,7 @@ def test_a_command_drives_a_robot_for_half_a_second(view, age, drives):
 
 
 @pytest.mark.parametrize('command, drives', [
-    ((0.1, 0.0), True), ((-0.1, 0.0), True), ((0.0, 0.1), True), ((0.0, -0.1), True),
-    ((0.0, 0.0), False), ((-0.0, 0.0), False)])
+    ((-0.1, 0.0), True), ((0.0, 0.1), True), ((-0.0, 0.0), False)])
 def test_a_node_that_commands_a_standstill_drives_nothing(view, command, drives):
     view.hear_command('/node', *command, 100.0)
     assert picture(view)['driver'] == ('/node' if drives else '')
@@ -154,30 +143,25 @@ def test_the_holder_is_who_has_control_else_who_drives_else_who_is_said_to_hold(
 def test_the_true_pose_is_shown_in_odom(view):
     """The axis x of odom points along y of the world. From (1, 2) to (1, 5) there are 3 m along it;
     and to face -x of the world is to face +y of odom."""
-    view.hear('truth', Pose2(1.0, 5.0, math.pi), 99.0)
+    view.hear('truth', (Pose2(1.0, 5.0, math.pi), 50.0), 99.0)
     assert picture(view)['truth'] is None        # where odom lies is not known
     view.hear('origin', Pose2(1.0, 2.0, HALF_PI), 99.0)
     assert picture(view)['truth'] == [3.0, 0.0, QUARTER]
 
 
 @pytest.mark.parametrize('yaw_deg, shown', [
-    (0.0, 0.0), (90.0, 90.0), (-90.0, 270.0), (180.0, 180.0), (-180.0, 180.0), (-0.01, 0.0),
-    (359.94, 359.9), (359.96, 0.0), (-1e-15, 0.0), (360.0, 0.0), (-0.06, 359.9),
-    (720.04, 0.0), (-269.7, 90.3),
-    (-0.1, 359.9)])
+    (0.0, 0.0), (-90.0, 270.0), (180.0, 180.0), (-180.0, 180.0), (359.94, 359.9), (359.96, 0.0),
+    (-1e-15, 0.0), (360.0, 0.0), (-0.06, 359.9), (720.04, 0.0)])
 def test_the_heading_is_from_0_to_less_than_360(view, yaw_deg, shown):
-    view.hear('heading', math.radians(yaw_deg), 99.0)
+    view.hear('imu', math.radians(yaw_deg), 99.0)
     assert picture(view)['heading_deg'] == shown
 
 
 # -- epochs
 
 @pytest.mark.parametrize('moved, is_new', [
-    (Pose2(), False), (Pose2(0.0009), False), (Pose2(0.0, -0.0009), False),
-    (Pose2(yaw=math.radians(0.09)), False), (Pose2(yaw=-math.radians(0.09)), False),
-    (Pose2(0.0011), True), (Pose2(0.0, -0.0011), True), (Pose2(yaw=math.radians(0.11)), True),
-    (Pose2(yaw=-math.radians(0.11)), True), (Pose2(0.0008, 0.0008), True),
-    (Pose2(3.0, 4.0, 3.0), True)])
+    (Pose2(0.0009), False), (Pose2(yaw=-math.radians(0.09)), False), (Pose2(0.0, -0.0011), True),
+    (Pose2(yaw=-math.radians(0.11)), True), (Pose2(0.0008, 0.0008), True)])
 def test_a_frame_that_moved_was_declared_anew(view, moved, is_new):
     view.hear_frame(Pose2(1.0, 2.0, math.pi), 99.0)    # the first one is no declaration
     assert picture(view)['epoch'] == 0
@@ -188,7 +172,7 @@ def test_a_frame_that_moved_was_declared_anew(view, moved, is_new):
     assert view.trail_in_local.points == ([] if is_new else [(5.0, 5.0)])
 
 
-@pytest.mark.parametrize('at', [Pose2(1.0, 2.0, 0.3), Pose2(0.0, 0.0, math.pi), Pose2(0.25)])
+@pytest.mark.parametrize('at', [Pose2(0.0, 0.0, math.pi), Pose2(0.25)])
 def test_the_odometry_that_was_zeroed_is_no_declaration(view, at):
     """The frame follows: local stays where it is on the floor. The trail in odom ends there."""
     frame = Pose2(0.5, 0.5, 0.1)
@@ -222,35 +206,6 @@ def test_a_declaration_counts_although_the_odometry_is_younger_than_the_frame(vi
 
 # -- trails
 
-def test_the_path_so_far_is_shown_in_both_frames(view):
-    """The frame local stands at (1, 0) in odom and is turned left by a quarter."""
-    view.hear_frame(Pose2(1.0, 0.0, HALF_PI), 99.0)
-    view.hear_path([(0.0, 0.0), (1.0, 0.0), (1.0, 2.0)])
-    assert view.trail_in_local.points == [(0.0, 0.0), (1.0, 0.0), (1.0, 2.0)]
-    assert view.trail_in_odom.points == [(1.0, 0.0), (1.0, 1.0), (-1.0, 1.0)]
-
-
-def test_a_path_waits_for_its_frame_and_then_counts_once(view):
-    view.hear_path([(0.0, 0.0), (1.0, 0.0)])
-    assert view.trail_in_local.points == view.trail_in_odom.points == [] and view.past_count == 0
-    view.hear_local(Pose2(1.5, 0.0), 99.0)      # the robot drives on meanwhile
-    for now in (99.1, 99.2):
-        view.hear_frame(Pose2(2.0), now)
-        assert view.trail_in_local.points == [(0.0, 0.0), (1.0, 0.0), (1.5, 0.0)]
-        assert view.trail_in_odom.points == [(2.0, 0.0), (3.0, 0.0)]
-        assert view.past_count == 1
-
-
-@pytest.mark.parametrize('number', [math.nan, math.inf, -math.inf])
-def test_a_point_that_is_none_is_left_out_of_the_path(view, number):
-    view.hear_frame(Pose2(1.0), 99.0)
-    view.hear_path([(0.0, number), (2.0, 3.0), (number, 0.0)])
-    assert view.trail_in_local.points == [(2.0, 3.0)]
-    assert view.trail_in_odom.points == [(3.0, 3.0)]
-
-
-# -- one trail
-
 def driven(count, step=1.0):
     """The trail of a robot that drove straight on, and turned at each place."""
     trail = Trail()
@@ -274,25 +229,12 @@ def test_a_long_trail_keeps_its_beginning_and_end_and_every_other_point_between(
     assert len(driven(5000).points) <= 1000 and driven(5000).points[-1] == (4999.0, 0.0)
 
 
-@pytest.mark.parametrize('own', [0, 1, 5])
-@pytest.mark.parametrize('count', [2, 999, 1000, 5000])
-def test_the_points_driven_before_come_first_and_are_bounded_too(own, count):
-    trail, before = driven(own), [(float(x), 1.0) for x in range(count)]
-    trail.begin_with(before)
-    if own + count <= 1000:
-        assert trail.points == before + driven(own).points
-    assert min(count, 500) <= len(trail.points) <= 1000
-    assert trail.points[0] == (0.0, 1.0)
-    trail.clear()
-    assert trail.points == []
-
-
 # -- whatever a node of a student says
 
-@pytest.mark.parametrize('number', [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize('number', [math.nan, math.inf])
 def test_what_is_no_number_is_not_shown(view, number):
     """These topics have no check on their way here, and JSON has no such number."""
-    for kind in ('distance', 'angle', 'tolerance', 'heading'):
+    for kind in ('distance', 'angle', 'tolerance', 'imu'):
         view.hear(kind, number, 99.0)
     view.hear_command('/node', number, 0.0, 100.0)
     shown = picture(view)
@@ -309,7 +251,7 @@ def test_what_is_no_number_is_not_shown(view, number):
 @pytest.mark.parametrize('kind', ['imu', 'odom', 'joy'])
 def test_the_age_is_the_time_since_the_last_message(view, kind):
     for at in (10.0, 90.0):
-        view.hear(kind, Pose2(), at)
+        view.hear(kind, 0.0 if kind == 'imu' else Pose2(), at)
     for now, age in ((90.0, 0.0), (90.25, 0.0), (90.375, 0.375), (3690.0, 3600.0)):
         ages = picture(view, now)['ages']
         assert ages.pop(kind) == age        # a stream is read a few times a second
@@ -323,11 +265,11 @@ POSES = st.builds(Pose2, *[st.floats(-1e6, 1e6)] * 2, st.floats(-math.pi, math.p
 
 @given(st.lists(st.one_of(
     st.tuples(st.sampled_from(['odometry', 'local', 'frame']), POSES),
-    st.tuples(st.sampled_from(['goal', 'truth', 'origin']), POSES),
-    st.tuples(st.sampled_from(['distance', 'angle', 'tolerance', 'heading']), st.floats()),
+    st.tuples(st.sampled_from(['goal', 'origin']), POSES),
+    st.tuples(st.just('truth'), st.tuples(POSES, st.floats(0.0, 1e9))),
+    st.tuples(st.sampled_from(['distance', 'angle', 'tolerance', 'imu']), st.floats()),
     st.tuples(st.just('state'), st.text(max_size=5)),
-    st.tuples(st.just('command'), st.tuples(st.floats(), st.floats())),
-    st.tuples(st.just('path'), st.lists(st.tuples(st.floats(), st.floats()), max_size=3))),
+    st.tuples(st.just('command'), st.tuples(st.floats(), st.floats()))),
     max_size=12))
 def test_whatever_is_heard_a_page_can_read(heard):
     view = RobotView()
@@ -336,8 +278,6 @@ def test_whatever_is_heard_a_page_can_read(heard):
             getattr(view, 'hear_' + kind)(value, 99.0)
         elif kind == 'command':
             view.hear_command('/node', *value, 99.9)
-        elif kind == 'path':
-            view.hear_path(value)
         else:
             view.hear(kind, value, 99.0)
     shown = picture(view)
@@ -347,23 +287,20 @@ def test_whatever_is_heard_a_page_can_read(heard):
     json.dumps([view.trail_in_odom.points, view.trail_in_local.points], allow_nan=False)
 
 
-def test_the_truth_is_that_of_the_odometrys_instant():
+def test_the_truth_is_that_of_the_odometrys_instant(view):
     """At 0.2 m/s and 0.1 s later the robot is truly 20 mm ahead of its odometry, which is right."""
-    view = RobotView()
     view.hear('origin', Pose2(), 99.0)
     view.hear_odometry(Pose2(1.0, 2.0, QUARTER), 99.0)
     view.hear('motion', (50.0, 0.2, 0.0), 99.0)
-    view.hear('truth', Pose2(1.0, 2.02, QUARTER), 99.1)
-    view.hear('truth_stamp', 50.1, 99.1)
+    view.hear('truth', (Pose2(1.0, 2.02, QUARTER), 50.1), 99.1)
     assert picture(view)['truth'] == [1.0, 2.0, QUARTER]
     view.hear('motion', (50.2, 0.0, 1.0), 99.2)      # turning: it was 0.1 rad less far
     assert picture(view)['truth'] == [1.0, 2.02, round(math.pi / 2 + 0.1, 5)]
-    view.hear('truth_stamp', 40.0, 99.3)             # of another time: not compared
+    view.hear('truth', (Pose2(1.0, 2.02, QUARTER), 40.0), 99.3)    # too old to be compared
     assert picture(view)['truth'] == [1.0, 2.02, QUARTER]
 
 
-def test_the_pose_in_local_moves_the_robot_between_two_messages_of_the_odometry():
-    view = RobotView()
+def test_the_pose_in_local_moves_the_robot_between_two_messages_of_the_odometry(view):
     view.hear_odometry(Pose2(1.0, 1.0, 0.0), 99.0)
     view.hear_frame(Pose2(1.0, 1.0, math.pi / 2), 99.0)
     view.hear_local(Pose2(0.0, -0.05, -math.pi / 2), 99.1, 50.0)
@@ -372,8 +309,7 @@ def test_the_pose_in_local_moves_the_robot_between_two_messages_of_the_odometry(
     assert picture(view)['odom'] == [1.06, 1.0, 0.0]
 
 
-def test_a_reset_is_seen_at_once_also_before_the_frame_comes():
-    view = RobotView()
+def test_a_reset_is_seen_at_once_also_before_the_frame_comes(view):
     view.hear_odometry(Pose2(2.0, 0.0, 0.0), 99.0)
     view.hear_frame(Pose2(), 99.0)
     view.hear_local(Pose2(2.0, 0.0), 99.0, 50.0)
@@ -390,8 +326,7 @@ def test_a_reset_is_seen_at_once_also_before_the_frame_comes():
     assert picture(view)['epoch'] == 2
 
 
-def test_a_robot_that_was_silent_while_it_drove_was_not_reset():
-    view = RobotView()
+def test_a_robot_that_was_silent_while_it_drove_was_not_reset(view):
     view.hear_frame(Pose2(), 99.0)
     view.hear_odometry(Pose2(), 99.0)
     view.hear_local(Pose2(), 99.0)

@@ -1,14 +1,10 @@
 """A page gets its messages, in time; a page that cannot keep up is dropped."""
 import json
-import re
-from pathlib import Path
 
 import pytest
 
 from tb3_labs.panel.requests import Request
-from tb3_labs.panel.viewer import MOST_UNSEEN, REPORT_EVERY, Viewer
-
-PAGE = Path(__file__).resolve().parents[2] / 'src' / 'tb3_labs' / 'panel' / 'page'
+from tb3_labs.panel.viewer import Viewer
 
 
 def viewer_of(sent=0):
@@ -26,21 +22,10 @@ def test_pictures_are_numbered_from_one():
         {'type': 'picture', 'odom': None, 'n': number} for number in (1, 2, 3)]
 
 
-@pytest.mark.parametrize('count, dropped', [(0, False), (1, False), (59, False), (60, True),
-                                            (1000, True)])
-def test_a_page_that_never_reports_is_dropped_after_60_pictures(count, dropped):
-    assert viewer_of(count).is_too_slow is dropped
-
-
-def test_the_page_reports_as_often_as_is_said_here():
-    every, = re.findall(r'SEEN_EVERY = (\d+)', (PAGE / 'link.js').read_text())
-    assert int(every) == REPORT_EVERY < MOST_UNSEEN / 2
-
-
-@pytest.mark.parametrize('seen', [1, 10, 17, 20])
+@pytest.mark.parametrize('seen', [0, 1, 20])
 def test_it_is_dropped_60_pictures_after_the_one_that_it_has_seen(seen):
     viewer = viewer_of(20)
-    for number in (seen, 0, seen - 1):    # an older report takes nothing back
+    for number in (seen, 0):    # an older report takes nothing back
         viewer.has_seen(number)
     while viewer.sent < seen + 59:
         viewer.send_picture({})
@@ -51,14 +36,11 @@ def test_it_is_dropped_60_pictures_after_the_one_that_it_has_seen(seen):
     assert not viewer.is_too_slow
 
 
-@pytest.mark.parametrize('count, number', [(0, 1), (20, 21), (20, 10 ** 12)])
-def test_a_picture_that_was_not_sent_cannot_be_seen(count, number):
-    viewer = viewer_of(count)
-    with pytest.raises(ValueError) as caught:
-        viewer.has_seen(number)
-    assert str(caught.value) == 'picture {} was not sent yet: the last one is {}'.format(
-        number, count)
-    for _ in range(60):
+def test_a_picture_that_was_not_sent_cannot_be_seen():
+    viewer = viewer_of(20)
+    with pytest.raises(ValueError, match='picture 21 was not sent yet: the last one is 20'):
+        viewer.has_seen(21)
+    for _ in range(40):
         viewer.send_picture({})
     assert viewer.is_too_slow        # the invalid report does not count
 

@@ -14,10 +14,8 @@ Sources: RFC 6454 (origins), RFC 6455 section 10.2 (origins of websockets), RFC 
 """
 import hmac
 import re
-import secrets
 from dataclasses import dataclass
 from typing import Iterable, List, Optional
-from urllib.parse import urlsplit
 
 from tb3_labs.config import Config, setting
 
@@ -27,8 +25,6 @@ LOOPBACK = '127.0.0.1'
 LOOPBACK_NAMES = ('localhost', LOOPBACK, '::1')
 #: A Host header: an IPv6 address in brackets, or another address or name; then a port.
 HOST = re.compile(r'(?:\[([0-9a-fA-F.]*:[0-9a-fA-F:.]*)\]|([^\s\\@:/?#\[\]]+))(?::[0-9]*)?')
-#: Length of a token [bytes].
-TOKEN_SIZE = 12
 
 
 @dataclass(frozen=True)
@@ -66,36 +62,19 @@ class Access:
         `host` and `origin` are its headers, None if it does not have them: programs other than
         browsers send no origin. `token`: as it was given; None: this request needs none.
         """
-        name = _name(host or '')
+        host = (host or '').lower()
+        match = HOST.fullmatch(host)
+        name = match[1] or match[2] if match else ''
         if name not in self._names:
             return 'this page is not offered as {!r}: use one of {}'.format(
                 name, ', '.join(sorted(self._names)))
-        if origin is not None and not self._is_own(origin, host or ''):
+        if origin is not None and origin.lower() not in ('http://' + host, 'https://' + host):
             return 'requests of pages of other sites ({}) are refused'.format(origin)
         if token is not None and not hmac.compare_digest(_bytes(token), _bytes(self._token)):
             return 'the token is missing or wrong: use the whole address that the panel printed'
         return ''
 
-    @staticmethod
-    def _is_own(origin: str, host: str) -> bool:
-        try:
-            site = urlsplit(origin)
-        except ValueError:
-            return False
-        return site.scheme in ('http', 'https') and site.netloc.lower() == host.lower()
-
-
-def _name(host: str) -> str:
-    """The name in a Host header, without its port; '' for an invalid one."""
-    match = HOST.fullmatch(host)
-    return (match[1] or match[2]).lower() if match else ''
-
 
 def _bytes(token: str) -> bytes:
     """The comparison takes ASCII or bytes; a browser may send any text."""
     return token.encode(errors='surrogatepass')
-
-
-def new_token() -> str:
-    """A token that cannot be guessed."""
-    return secrets.token_urlsafe(TOKEN_SIZE)

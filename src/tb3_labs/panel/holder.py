@@ -178,21 +178,12 @@ class Holder:
         """Time for which the pad has been heard [s]; 0 while there is none."""
         return now - self._pad_since if self.pad is not None else 0.0
 
-    def take_grants(self) -> List[bool]:
-        """The messages for `ctrl_relinq` since the last call, in order: True gives control, False
-        takes it."""
-        grants, self._grants = self._grants, []
-        return grants
-
-    def take_pads(self) -> List[LatePad]:
-        """The messages of the pad since the last call, in order."""
-        pads, self._pads = self._pads, []
-        return pads
-
-    def take_mouse(self) -> List[MouseState]:
-        """The messages of the mouse since the last call, in order."""
-        mouse, self._mouse = self._mouse, []
-        return mouse
+    def take_messages(self) -> Tuple[List[bool], List[LatePad], List[MouseState]]:
+        """The messages since the last call, in order: those for `ctrl_relinq` (True gives control,
+        False takes it), of the pad, and of the mouse."""
+        said = self._grants, self._pads, self._mouse
+        self._grants, self._pads, self._mouse = [], [], []
+        return said
 
     def take_news(self) -> List[News]:
         """The News since the last call."""

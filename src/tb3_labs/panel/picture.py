@@ -17,7 +17,7 @@ A picture is a JSON object. Poses are [x m, y m, yaw rad], null if nothing was h
     "epoch"              number of declarations of the frame local that were seen
     "page"               the page that holds the robot: "", "this" or "other"
     "can"                {request: does any node listen to it?}
-    "pad", "mouse"       the state of the page's own: "ready", or the reason why it does not drive
+    "pad"                the state of the page's own: "ready", or the reason why it does not drive
 
 A number that is NaN or infinite is null as well: JSON does not have it, but any node may publish
 it.
@@ -66,20 +66,12 @@ class Trail:
         if self.points and pose.distance_to(Pose2(*self.points[-1])) < TRAIL_STEP:
             return
         self.points.append((round(pose.x, 3), round(pose.y, 3)))
-        self._thin()
-
-    def begin_with(self, points: List[Point]) -> None:
-        """The points that were driven before go before the points so far."""
-        self.points = [(round(x, 3), round(y, 3)) for x, y in points] + self.points
-        self._thin()
+        if len(self.points) > MOST_POINTS:
+            self.points = self.points[::2]
 
     def clear(self) -> None:
         """Forget everything: the frame was declared anew."""
         self.points = []
-
-    def _thin(self) -> None:
-        while len(self.points) > MOST_POINTS:
-            self.points = self.points[::2]
 
 
 class RobotView:
@@ -93,16 +85,13 @@ class RobotView:
         self._epoch = 0
         self.trail_in_odom = Trail()
         self.trail_in_local = Trail()
-        #: How often the trails got a new beginning.
-        self.past_count = 0
-        self._past: List[Point] = []    # driven before, in local, until the frame is known
 
     # -- what comes in
 
     def hear(self, kind: str, value: Any, now: float) -> None:
         """`value` of one kind of those in :meth:`picture`, or one of 'origin' (pose of odom in
-        world), 'truth' (in world), 'truth_stamp' [s], 'motion' (stamp [s], v [m/s], w [rad/s] of
-        the odometry), 'heading' [rad], 'distance' [m], 'angle' [deg]."""
+        world), 'truth' (in world, and stamp [s]), 'motion' (stamp [s], v [m/s], w [rad/s] of the
+        odometry), 'imu' (yaw [rad]), 'distance' [m], 'angle' [deg]."""
         self._latest[kind] = now, value
 
     def hear_odometry(self, pose: Pose2, now: float) -> None:
@@ -140,25 +129,11 @@ class RobotView:
         self._is_estimate = False
         self._odom_at_frame = odom
         self.hear('frame', frame, now)
-        self._put_past_first()
 
     def _declare(self, frame: Pose2, now: float) -> None:
         self._epoch += 1
         self.trail_in_local.clear()
         self.hear('frame', frame, now)
-
-    def hear_path(self, path: List[Point]) -> None:
-        """The path driven before, in local. It waits until the frame is known."""
-        self._past = [point for point in path if math.isfinite(math.hypot(*point))]
-        self._put_past_first()
-
-    def _put_past_first(self) -> None:
-        frame, past = self.latest('frame'), self._past
-        if frame is not None and past:
-            self.trail_in_local.begin_with(past)
-            self.trail_in_odom.begin_with([(x, y) for x, y in frame.act(past).tolist()])
-            self._past = []
-            self.past_count += 1
 
     def hear_command(self, sender: str, linear: float, angular: float, now: float) -> None:
         """`sender` commands a speed [m/s] and a rate of turn [rad/s]."""
@@ -198,7 +173,7 @@ class RobotView:
 
     def picture(self, now: float) -> Dict[str, Any]:
         """The picture, without the entries that differ from page to page."""
-        driver, heading = self.driver(now), self.latest('heading')
+        driver, heading = self.driver(now), self.latest('imu')
         shown, stamp = self._in_odom()
         return {
             'odom': _numbers(shown), 'local': _numbers(self.latest('local')),
@@ -209,18 +184,17 @@ class RobotView:
             'has_control': self.latest('has_control'), 'holder': self.holder(now),
             'driver': driver,
             'command': _all_rounded(self._commands[driver][1:], 3) if driver else None,
-            'heading_deg': None if heading is None or not math.isfinite(heading)
-            else round(math.degrees(heading) % 360.0, 1) % 360.0,
+            'heading_deg': _rounded(
+                None if heading is None else round(math.degrees(heading) % 360.0, 1) % 360.0),
             'ages': {source: self._silence(source, now, READ_WITHIN) for source in SOURCES},
             'epoch': self._epoch}
 
     def summary(self, now: float) -> Dict[str, Any]:
         """The robot's line in the list of all robots."""
         return {'state': self.latest('state') or '', 'phase': self.phase,
-                'has_control': self.latest('has_control'), 'holder': self.holder(now),
-                'age': self._silence('odom', now, LISTED_WITHIN),
-                'odom': _numbers(self.latest('odom')),
-                'distance': _rounded(self.latest('distance'))}
+                'holder': self.holder(now), 'age': self._silence('odom', now, LISTED_WITHIN),
+                'distance': _rounded(self.latest('distance')),
+                'local': _numbers(self.latest('local')), 'goal': _numbers(self.latest('goal'))}
 
     def _silence(self, kind: str, now: float, within: float) -> Optional[float]:
         age = self.age(kind, now)
@@ -243,11 +217,11 @@ class RobotView:
         origin, truth = self.latest('origin'), self.latest('truth')
         if origin is None or truth is None:
             return None
-        stamp, motion = self.latest('truth_stamp'), self.latest('motion')
-        if None not in (stamp, motion, shown) and abs(stamp - shown) < SAME_MOMENT:
+        (pose, stamp), motion = truth, self.latest('motion')
+        if None not in (motion, shown) and abs(stamp - shown) < SAME_MOMENT:
             ahead = stamp - shown
-            truth = truth @ Pose2(ahead * motion[1], 0.0, ahead * motion[2]).inverse()
-        return origin.inverse() @ truth
+            pose = pose @ Pose2(ahead * motion[1], 0.0, ahead * motion[2]).inverse()
+        return origin.inverse() @ pose
 
     def _to_go(self) -> Optional[List[float]]:
         return _all_rounded((_rounded(self.latest('distance'), 4),

@@ -20,7 +20,7 @@ whole number: the answer has it too. "t" is the time at which it was sent [ms, t
 Any other message raises ``ValueError`` with the reason: the invalid value, and the valid ones.
 """
 import json
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, TypedPose
 from tb3_labs.nodes.pad_config import PadConfig
@@ -79,7 +79,7 @@ class Request(NamedTuple):
     lateness: float = 0.0          # its delay beyond the usual one [s]
 
 
-def read_request(text: str) -> Request:
+def read_request(text: Union[str, bytes]) -> Request:
     """The Request in a message; ``ValueError`` with the reason."""
     if len(text) > LONGEST:
         raise ValueError('a message of {} characters is refused: at most {} are valid'.format(
@@ -102,23 +102,11 @@ def read_request(text: str) -> Request:
                    None if pressed is None else _number(message, 'pressed', LATEST))
 
 
-def _nothing(_message: Dict) -> None:
-    return None
-
-
 def _look(message: Dict) -> Optional[str]:
     robot = message.get('robot')
     if robot is not None and not isinstance(robot, str):
-        raise ValueError('robot = {} is not valid: a name, or null'.format(_short(robot)))
+        raise _invalid('robot', robot, 'a name, or null')
     return robot
-
-
-def _seen(message: Dict) -> int:
-    return _whole(message, 'n')
-
-
-def _turn(message: Dict) -> float:
-    return _number(message, 'degrees', MOST_DEGREES, 'deg')
 
 
 def _pose(message: Dict) -> TypedPose:
@@ -131,22 +119,23 @@ def _pose(message: Dict) -> TypedPose:
 def _joy(message: Dict) -> Joy:
     pad, mouse = message.get('pad'), message.get('mouse')
     if pad is not None and not isinstance(pad, dict):
-        raise ValueError('pad = {} is not valid: an object, or null'.format(_short(pad)))
+        raise _invalid('pad', pad, 'an object, or null')
     if mouse is not None and not (isinstance(mouse, list) and len(mouse) == 2):
-        raise ValueError('mouse = {} is not valid: [x, y], or null'.format(_short(mouse)))
+        raise _invalid('mouse', mouse, '[x, y], or null')
     return Joy(
         None if pad is None else Pad(
-            _number(pad, 'forward', 1.0), _number(pad, 'left', 1.0), _flag(pad, 'a'),
-            _flag(pad, 'b'), _flag(pad, 'y'), _flag(pad, 'hold')),
+            _number(pad, 'forward', 1.0), _number(pad, 'left', 1.0),
+            *[_flag(pad, button) for button in ('a', 'b', 'y', 'hold')]),
         None if mouse is None else (_number({'mouse': mouse[0]}, 'mouse', 1.0),
                                     _number({'mouse': mouse[1]}, 'mouse', 1.0)))
 
 
 #: By type: the reader of a message's value.
 READERS: Dict[str, Callable[[Dict], Any]] = {
-    'look': _look, 'seen': _seen, 'begin': _nothing, 'joy': _joy, 'let go': _nothing,
-    'give': _nothing, 'take': _nothing, 'stop': _nothing, 'turn': _turn, 'goal': _pose,
-    'reset': _pose}
+    'look': _look, 'joy': _joy, 'goal': _pose, 'reset': _pose,
+    'seen': lambda message: _whole(message, 'n'),
+    'turn': lambda message: _number(message, 'degrees', MOST_DEGREES, 'deg'),
+    **dict.fromkeys(('begin', 'let go', 'give', 'take', 'stop'), lambda message: None)}
 
 
 def _number(message: Dict, name: str, most: float, unit: str = '') -> float:
@@ -154,23 +143,27 @@ def _number(message: Dict, name: str, most: float, unit: str = '') -> float:
     value = message.get(name)
     # NaN and infinity fail the comparison; a whole number of 400 digits is too large for a float
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= most:
-        raise ValueError('{} = {} is not valid: a number from {:g} to {:g}{}'.format(
-            name, _short(value), -most, most, unit and ' ' + unit))
+        valid = 'a number from {:g} to {:g} {}'.format(-most, most, unit)
+        raise _invalid(name, value, valid.rstrip())
     return float(value)
 
 
 def _whole(message: Dict, name: str) -> int:
     value = message.get(name)
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= 10 ** 12:
-        raise ValueError('{} = {} is not valid: a whole number from 0'.format(name, _short(value)))
+        raise _invalid(name, value, 'a whole number from 0')
     return value
 
 
 def _flag(message: Dict, name: str) -> bool:
     value = message.get(name, False)
     if not isinstance(value, bool):
-        raise ValueError('{} = {} is not valid: true or false'.format(name, _short(value)))
+        raise _invalid(name, value, 'true or false')
     return value
+
+
+def _invalid(name: str, value: Any, valid: str) -> ValueError:
+    return ValueError('{} = {} is not valid: {}'.format(name, _short(value), valid))
 
 
 def _short(value: Any) -> str:

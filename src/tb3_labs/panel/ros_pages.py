@@ -38,7 +38,7 @@ class Pages:
         self._hello = {'control': config.control, 'radius': body_radius,
                        'robots': [{'name': name} for name in config.names]}
         self._pages = []
-        self._log = LogLines()
+        self._lines = deque(maxlen=LINES_KEPT)
         self._server = Server(config, self._open_page)
         worker = Worker()
         self._robots = {name: PanelRobot(name, config.control, self._server, worker)
@@ -46,12 +46,10 @@ class Pages:
         self._drawing = Timer(1.0 / config.rate, self._draw)
         self._listing = Timer(LIST_PERIOD, self._list)
         self._holders = Timer(HOLDER_PERIOD, self._update_holders)
+        subscribe('/rosout', Log, self._on_line, queue_size=None)
+        #: The address to open in a browser.
+        self.address = self._server.address
         self._server.start()
-
-    @property
-    def address(self):
-        """The address to open in a browser."""
-        return self._server.address
 
     def release(self):
         """The node ends, or stands still: release all that pages hold; from any thread."""
@@ -95,8 +93,12 @@ class Pages:
         self._leave_robot(page)
         page.robot = None if name is None else self._robots[name]
         self._look_at_robots()
-        page.log_count = page.past_count = None
-        self._send_log(page)
+        if page.robot is not None:
+            odom, local = page.robot.watch.read(lambda view: (
+                list(view.trail_in_odom.points), list(view.trail_in_local.points)))
+            page.send('trail', odom=odom, local=local, robot=name)
+        page.lines = list(self._lines)
+        self._send_log(page, is_all=True)
 
     def _leave_robot(self, page):
         if page.robot is not None:
@@ -116,30 +118,32 @@ class Pages:
     def _draw(self):
         pictures = {}    # each robot's is made once
         for page in list(self._pages):
-            if page.log_count != self._log.count:
+            if page.lines:
                 self._send_log(page)
             if page.robot is not None:
-                self._send_trails(page)
                 self._send_picture(page, pictures)
 
-    @staticmethod
-    def _send_trails(page):
-        """Send the trails so far, at first and when they get a new beginning."""
-        past_count = page.robot.watch.read(lambda view: view.past_count)
-        if page.past_count != past_count:
-            page.past_count = past_count
-            odom, local = page.robot.watch.read(lambda view: (
-                list(view.trail_in_odom.points), list(view.trail_in_local.points)))
-            page.send('trail', odom=odom, local=local, robot=page.robot.name)
+    def _on_line(self, message):
+        """A line of /rosout; each node's come by a thread of their own."""
+        level = next((name for least, name in LEVELS if message.level >= least), None)
+        if level is not None:
+            line = {'time': time.strftime('%H:%M:%S'), 'level': level, 'node': message.name,
+                    'text': message.msg[:LONGEST_LINE]}
+            self._server.soon(lambda: self._keep(line))
 
-    def _send_log(self, page):
-        """Send the new lines of the log that concern the page's robot; at first all lines."""
-        is_first, count = page.log_count is None, self._log.count
-        others = [robot.name for robot in self._robots.values() if robot is not page.robot]
-        lines = self._log.since(page.log_count or 0, others)
-        page.log_count = count
-        if lines or is_first:
-            page.send('log', all=is_first, lines=lines)
+    def _keep(self, line):
+        self._lines.append(line)
+        for page in self._pages:
+            page.lines.append(line)
+
+    def _send_log(self, page, is_all=False):
+        """Send the page's waiting lines, without those of nodes of other robots."""
+        others = tuple('/{}/'.format(robot.name) for robot in self._robots.values()
+                       if robot.name and robot is not page.robot)
+        lines = [line for line in page.lines if not (line['node'] + '/').startswith(others)]
+        page.lines = []
+        if lines or is_all:
+            page.send('log', all=is_all, lines=lines)
 
     def _send_picture(self, page, pictures):
         if page.is_too_slow:
@@ -213,32 +217,3 @@ class Pages:
             self._flush(robot)
         if not held:
             self._holders.stop()
-
-
-class LogLines:
-    """The lines of /rosout from the level INFO on, for pages."""
-
-    def __init__(self):
-        self._lock = threading.Lock()    # each node's lines come by a thread of their own
-        self._kept = deque(maxlen=LINES_KEPT)
-        #: Number of lines so far.
-        self.count = 0
-        subscribe('/rosout', Log, self._on_line, queue_size=None)
-
-    def since(self, count, others):
-        """The lines after the first `count`, as far as they are kept, without those of nodes in the
-        namespaces `others`."""
-        with self._lock:
-            fresh = min(self.count - count, len(self._kept))
-            lines = list(self._kept)[len(self._kept) - fresh:]
-        prefixes = tuple('/{}/'.format(name) for name in others if name)
-        return [line for line in lines if not (line['node'] + '/').startswith(prefixes)]
-
-    def _on_line(self, message):
-        level = next((name for least, name in LEVELS if message.level >= least), None)
-        if level is None:
-            return
-        with self._lock:
-            self.count += 1
-            self._kept.append({'time': time.strftime('%H:%M:%S'), 'level': level,
-                               'node': message.name, 'text': message.msg[:LONGEST_LINE]})

@@ -25,10 +25,6 @@ from tb3_labs.ros.rospy_internals import heard_by, messages_written
 
 #: A pad that publishes `joy` beside the pages has been heard within this time [s].
 OTHER_PAD = 0.5
-#: The list of nodes that listen is read again after this time [s],
-HEARD_FOR = 0.5
-#: and after this time, if some are missing: they may be about to connect [s].
-SOON = 0.1
 #: A node that does not tell who holds the robot hears a pad that has been sent for so long [s].
 PAD_IS_HEARD = 0.5
 #: Requests that count however late they come.
@@ -134,8 +130,6 @@ class PanelRobot:
         self.watch = Watch(self._prefix, self._tell_holder)
         # from the start, so that a stop needs no master
         self._senders = Senders(self._prefix) if control else None
-        self._last_heard = {}            # the last answer of Senders.heard(),
-        self._heard_until = 0.0          # which holds until then [s]
 
     def look(self, level):
         """Listen to the topics of `level` (one of Watch), soon."""
@@ -143,10 +137,11 @@ class PanelRobot:
 
     def picture(self, now):
         """The picture, with the requests that have a listener."""
-        picture, heard = self.watch.read(lambda view: view.picture(now)), self._heard(now)
-        picture.update(can=heard, pad=self._pad_words(heard, now),
-                       mouse='ready' if heard.get('mouse') else 'no node')
-        return picture
+        # nothing is offered that could move the robot before the stops of others are heard
+        heard = {kind: heard and self.watch.hears_all
+                 for kind, heard in self._senders.heard().items()} if self._senders else {}
+        return dict(self.watch.read(lambda view: view.picture(now)), can=heard,
+                    pad=self._pad_words(heard, now))
 
     def carry_out(self, page, request):
         """Do what `page` asks for, a Request with known times; the answer in words, or None if
@@ -161,12 +156,13 @@ class PanelRobot:
         """Publish what the holder says."""
         if self._senders is None:
             return
-        for granted in self.holder.take_grants():
+        grants, pads, mouse_states = self.holder.take_messages()
+        for granted in grants:
             self._senders.grant(granted, now)
-        for pad in self.holder.take_pads():
+        for pad in pads:
             if not self._other_pad(now):
                 self._senders.pad(pad)
-        for state in self.holder.take_mouse():
+        for state in mouse_states:
             self._senders.mouse(state)
 
     # -- the actions
@@ -274,15 +270,6 @@ class PanelRobot:
             tell(self.holder, now)
             self.flush(now)
         self._server.soon(call)
-
-    def _heard(self, now):
-        """Senders.heard(), of half a second ago at most: it is asked for with each picture."""
-        if self._senders is not None and now >= self._heard_until:
-            # nothing is offered that could move the robot before the stops of others are heard
-            self._last_heard = {kind: heard and self.watch.hears_all
-                                for kind, heard in self._senders.heard().items()}
-            self._heard_until = now + (HEARD_FOR if all(self._last_heard.values()) else SOON)
-        return self._last_heard
 
     def _is_driving(self):
         return self.watch.read(lambda view: view.is_driving)

@@ -3,6 +3,7 @@ import asyncio
 import errno
 import os
 import queue
+import secrets
 import socket
 import threading
 import time
@@ -12,12 +13,14 @@ import rosgraph.network
 import rospy
 from tornado import httpserver, ioloop, netutil, web, websocket
 
-from tb3_labs.panel.access import LOOPBACK, Access, new_token
+from tb3_labs.panel.access import LOOPBACK, Access
 from tb3_labs.panel.requests import LONGEST
 from tb3_labs.ros.node import guarded
 
 #: The page: HTML, style and program, as they are.
 FILES = Path(__file__).resolve().parent / 'page'
+#: The style and the program need no token; the page itself and its socket do.
+PUBLIC = ('.css', '.js', '.svg')
 #: Ports that are tried if the first one is in use.
 PORTS = 10
 #: A master that is gone is asked again after this time [s].
@@ -41,8 +44,8 @@ class Server:
 
     def __init__(self, config, open_page):
         is_open = config.address == LOOPBACK
-        token = '' if is_open else config.token or new_token()
-        self._access = Access([] if is_open else names_of_this_computer(config.address), token)
+        token = '' if is_open else config.token or secrets.token_urlsafe(12)
+        self._access = Access([] if is_open else _names_of_this_computer(config.address), token)
         self._open_page = open_page
         self._sockets, port = _bound(config.port, config.address)
         name = 'localhost' if is_open else _shown_name(config.address)
@@ -77,25 +80,16 @@ class Server:
         self._loop.run_forever()
 
 
-class Timer:
+class Timer(ioloop.PeriodicCallback):
     """Calls `job()` every `seconds` while it runs; for the thread of the server alone."""
 
     def __init__(self, seconds, job):
-        self._seconds = seconds
-        self._job = guarded(job)
-        self._callback = None
+        super().__init__(guarded(job), 1000.0 * seconds)
 
     def start(self):
         """Run, if it does not."""
-        if self._callback is None:
-            self._callback = ioloop.PeriodicCallback(self._job, 1000.0 * self._seconds)
-            self._callback.start()
-
-    def stop(self):
-        """Stop, if it runs."""
-        if self._callback is not None:
-            self._callback.stop()
-            self._callback = None
+        if not self.is_running():    # a second start would call twice as often
+            super().start()
 
 
 class Worker:
@@ -113,17 +107,13 @@ class Worker:
     def _run(self):
         while True:
             job = self._jobs.get()
-            while not self._is_done(job):
-                time.sleep(ASK_AGAIN)
-
-    @staticmethod
-    def _is_done(job):
-        try:
-            job()
-        except OSError as problem:
-            rospy.logwarn_throttle(10.0, 'the master cannot be reached: {}'.format(problem))
-            return False
-        return True
+            while job is not None:
+                try:
+                    job()
+                    job = None
+                except OSError as problem:
+                    rospy.logwarn_throttle(10.0, 'the master cannot be reached: %s', problem)
+                    time.sleep(ASK_AGAIN)
 
 
 class _Guarded:
@@ -138,25 +128,17 @@ class _Guarded:
             self.set_header(name, value)
 
     def prepare(self):
-        headers = self.request.headers
-        token = self.get_query_argument('token', '') if self.needs_token() else None
+        headers, is_public = self.request.headers, self.request.path.endswith(PUBLIC)
+        token = None if is_public else self.get_query_argument('token', '')
         refusal = self._access.refusal(headers.get('Host'), headers.get('Origin'), token)
         if refusal:
             rospy.logwarn_throttle(1.0, 'a browser was refused: ' + refusal)
             self.set_status(403)
             self.finish('tb3_labs: {}\n'.format(refusal))
 
-    def needs_token(self):
-        """Is the token asked for?"""
-        return True
-
 
 class _File(_Guarded, web.StaticFileHandler):
     """A file of the page; nothing outside of its folder."""
-
-    def needs_token(self):
-        """The page itself asks for it. The style and the program are public."""
-        return self.request.path in ('/', '/index.html')
 
 
 class _Socket(_Guarded, websocket.WebSocketHandler):
@@ -173,8 +155,6 @@ class _Socket(_Guarded, websocket.WebSocketHandler):
         self._on_text, self._on_end = guarded(on_text), guarded(on_end)
 
     def on_message(self, message):
-        if isinstance(message, bytes):    # a page sends texts only
-            message = message.decode(errors='replace')
         self._on_text(message)
 
     def on_close(self):
@@ -205,7 +185,7 @@ def _bound(port, address):
     raise ValueError('the panel cannot be offered at {}, port {}: {}'.format(address, port, last))
 
 
-def names_of_this_computer(address):
+def _names_of_this_computer(address):
     """The names and addresses under which other computers may reach this one."""
     names = {address, socket.gethostname(), socket.getfqdn(),
              os.environ.get('ROS_IP', ''), os.environ.get('ROS_HOSTNAME', '')}

@@ -1,11 +1,13 @@
 """Listens to one robot for pages: to nothing while nobody looks, no faster than a page draws."""
 import threading
+from functools import partial
 
 import rospy
 from actionlib_msgs.msg import GoalID
 from dynamic_reconfigure.msg import Config as Values
 from geometry_msgs.msg import PoseStamped, Twist
-from nav_msgs.msg import Odometry, Path
+from nav_msgs.msg import Odometry
+from rosgraph.names import ns_join
 from sensor_msgs.msg import Imu, Joy
 from std_msgs.msg import Bool, Float32, String
 from tf2_msgs.msg import TFMessage
@@ -39,6 +41,15 @@ def _pose(message):
 def _stamped_pose(message):
     """(Pose2, stamp [s])."""
     return to_pose2(message.pose), message.header.stamp.to_sec()
+
+
+def _yaw(message):
+    return to_imu_sample(message).yaw
+
+
+def _tolerance(values):
+    return next((value.value for value in values.doubles
+                 if value.name == 'distance_tolerance'), None)
 
 
 class Watch:
@@ -80,56 +91,43 @@ class Watch:
 
     def _topics(self):
         """{topic: function that subscribes to it}."""
-        topics = {
-            'goal_state': self._keep('goal_state', String, 'state'),
-            'has_control': lambda: subscribe(self._prefix + 'has_control', Bool, self._on_control,
-                                             _data, queue_size=None),
-            'control_holder': self._keep('control_holder', String, 'holder'),
-            'odom': self._stream('odom', Odometry, self._write(_odometry), POSES,
-                                 to_odometry_sample, moves_robot=True),
-            'distance_error': self._stream('distance_error', Float32, self._hear('distance'),
-                                           NUMBERS, _data)}
+        # every message counts
+        news = {'goal_state': (String, self._hear('state'), _data),
+                'has_control': (Bool, self._on_control, _data),
+                'control_holder': (String, self._hear('holder'), _data),
+                'current_goal': (PoseStamped, self._hear('goal'), _pose)}
+        # the latest sample is read, then the stream is left alone for a time [s]
+        streams = {'odom': (Odometry, POSES, self._write(_odometry), to_odometry_sample),
+                   'local_pose': (PoseStamped, POSES, self._write(_local), _stamped_pose),
+                   'distance_error': (Float32, NUMBERS, self._hear('distance'), _data)}
+        topics = {}
         if self._level == self.ALL:
-            topics.update({
-                'ctrl_relinq': lambda: subscribe_events(self._prefix + 'ctrl_relinq', Bool,
-                                                        self._on_grant, _data),
-                'cancel': lambda: subscribe(self._prefix + 'move2goal/cancel', GoalID,
-                                            self._on_cancel, queue_size=None),
-                'local_pose': self._stream('local_pose', PoseStamped, self._write(_local), POSES,
-                                           _stamped_pose),
-                'ground_truth': self._stream('ground_truth', PoseStamped, self._write(_truth),
-                                             NUMBERS, _stamped_pose),
-                'imu': self._stream('imu', Imu, self._write(_imu), NUMBERS, to_imu_sample),
-                'angle_error_deg': self._stream('angle_error_deg', Float32, self._hear('angle'),
-                                                NUMBERS, _data),
-                'cmd_vel': self._stream('cmd_vel', Twist, self._write(_command), NUMBERS),
-                'joy': self._stream('joy', Joy, self._on_joy, NUMBERS),
-                'current_goal': self._keep('current_goal', PoseStamped, 'goal', _pose),
-                'local_path': self._path,
-                'tolerance': self._tolerance,
-                '/tf': self._stream('/tf', TFMessage, self._write(_transforms), NUMBERS,
-                                    self._read_transforms),
-                '/tf_static': lambda: subscribe(
-                    '/tf_static', TFMessage, self._write(_transforms), self._read_transforms,
-                    queue_size=None)})
+            transforms = TFMessage, self._write(_transforms), self._read_transforms
+            news.update({
+                'move2goal/cancel': (GoalID, self._on_cancel, None),
+                'move_to_goal/parameter_updates': (Values, self._hear('tolerance'), _tolerance),
+                '/tf_static': transforms})
+            streams.update({
+                'ground_truth': (PoseStamped, NUMBERS, self._hear('truth'), _stamped_pose),
+                'imu': (Imu, NUMBERS, self._hear('imu'), _yaw),
+                'angle_error_deg': (Float32, NUMBERS, self._hear('angle'), _data),
+                'cmd_vel': (Twist, NUMBERS, self._write(_command), None),
+                'joy': (Joy, NUMBERS, self._on_joy, None),
+                '/tf': (TFMessage, NUMBERS, *transforms[1:])})
+            topics['ctrl_relinq'] = partial(
+                subscribe_events, self._prefix + 'ctrl_relinq', Bool, self._on_grant, _data)
+        for topic, how in news.items():
+            topics[topic] = partial(subscribe, ns_join(self._prefix, topic), *how, queue_size=None)
+        for topic, (kind, rest, *how) in streams.items():
+            topics[topic] = partial(subscribe, ns_join(self._prefix, topic), kind, *how,
+                                    idle_for=partial(self._idle_for, topic, rest))
         return topics
 
-    # -- ways to listen
-
-    def _keep(self, topic, kind, name, read=_data):
-        """A topic with news only: every message counts."""
-        return lambda: subscribe(self._prefix + topic, kind, self._hear(name), read,
-                                 queue_size=None)
-
-    def _stream(self, topic, kind, on_value, rest, read=None, moves_robot=False):
-        """A stream of samples: the latest is read, then the stream is left alone for `rest` [s].
-        `moves_robot`: only if local_pose does not."""
-        def idle_for(_now):
-            if self._level == self.SUMMARY:
-                return LISTED
-            return NUMBERS if moves_robot and self._has_local() else rest
-        name = topic if topic.startswith('/') else self._prefix + topic
-        return lambda: subscribe(name, kind, on_value, read, idle_for=idle_for)
+    def _idle_for(self, topic, rest, _now):
+        """The time for which a stream is left alone [s]."""
+        if self._level == self.SUMMARY:
+            return LISTED
+        return NUMBERS if topic == 'odom' and self._has_local() else rest
 
     def _has_local(self):
         age = self.read(lambda view: view.age('local', steady_time()))
@@ -144,25 +142,6 @@ class Watch:
 
     def _hear(self, name):
         return self._write(lambda view, value, now: view.hear(name, value, now))
-
-    def _path(self):
-        """The path so far, once: it grows to a thousand poses, five times a second."""
-        def on_path(path):
-            with self._lock:
-                self._view.hear_path([(stamped.pose.position.x, stamped.pose.position.y)
-                                      for stamped in path.poses])
-            subscriber = self._subscribers.get('local_path')
-            if subscriber is not None:    # else it is only being made: the next path ends it
-                subscriber.unregister()
-        return subscribe(self._prefix + 'local_path', Path, on_path)
-
-    def _tolerance(self):
-        def on_values(values):
-            for value in values.doubles:
-                if value.name == 'distance_tolerance':
-                    self._hear('tolerance')(value.value)
-        return subscribe(self._prefix + 'move_to_goal/parameter_updates', Values, on_values,
-                         queue_size=None)
 
     def _read_transforms(self, message):
         """[(kind, pose)] of the transforms that a picture needs; ValueError for an invalid one."""
@@ -202,18 +181,8 @@ def _odometry(view, sample, now):
     view.hear('motion', (sample.stamp, sample.linear, sample.angular), now)
 
 
-def _truth(view, stamped, now):
-    for kind, value in zip(('truth', 'truth_stamp'), stamped):
-        view.hear(kind, value, now)
-
-
 def _local(view, stamped, now):
     view.hear_local(stamped[0], now, stamped[1])
-
-
-def _imu(view, sample, now):
-    view.hear('imu', None, now)
-    view.hear('heading', sample.yaw, now)
 
 
 def _command(view, message, now):

@@ -1,18 +1,16 @@
 """One page that looks at robots: its messages, and its pace.
 
-A page reports the number of a picture that it has drawn, once in several pictures. A page is too
+A page reports the number of each tenth picture that it has drawn. A page is too
 slow if it has not drawn the last `MOST_UNSEEN` of those that were sent to it: a suspended laptop,
 or a network that holds everything up. Its connection is closed, and nothing is stored for it. It
 connects anew when it runs again, and then sees the present picture, not those of the past minutes.
 """
 import json
-from typing import Any, Callable, Dict, Optional
+from typing import Any, Callable, Dict, List, Optional
 
 from tb3_labs.localization.sender_clock import Lateness
 from tb3_labs.panel.requests import Request
 
-#: A page reports one picture in this number.
-REPORT_EVERY = 10
 #: A page is dropped when this number of pictures is under way: 3 s at the usual rate.
 MOST_UNSEEN = 60
 
@@ -24,10 +22,8 @@ class Viewer:
         self.close = close
         #: The robot that it looks at; None: the list.
         self.robot: Any = None
-        #: Number of the lines of the log that were sent to it; None: not yet.
-        self.log_count: Optional[int] = None
-        #: Beginnings of the trails that were sent to it; None: not yet.
-        self.past_count: Optional[int] = None
+        #: Lines of the log that were not sent to it yet.
+        self.lines: List[Dict[str, str]] = []
         #: Number of the last picture that was sent; the first one is 1.
         self.sent = 0
         self._seen = 0

@@ -1,13 +1,11 @@
 // Drawing on a canvas: colours, lines and figures, the grid, and names that cover no other.
 // All sizes are in pixels, angles counter-clockwise.
 
-const NAMES = ['paper', 'grid', 'grid-strong', 'ink', 'faint', 'odom', 'local', 'goal', 'truth',
-               'robot'];
+const NAMES = ['paper', 'grid', 'grid-strong', 'ink', 'faint', 'odom', 'local', 'goal', 'truth'];
 const GAP = 6;    // [px] between two rows of names
 
 export const colours = {};
 
-/** Read the colours anew from the style sheet. */
 export function readColours() {
   const style = getComputedStyle(document.documentElement);
   for (const name of NAMES) {
@@ -36,8 +34,23 @@ export function nice(value) {
 
 export function stroke(c, colour, points) {
   c.strokeStyle = colour;
+  trace(c, points);
+  c.stroke();
+}
+
+function trace(c, points) {
   c.beginPath();
   points.forEach(([x, y], i) => (i ? c.lineTo(x, y) : c.moveTo(x, y)));
+}
+
+/** A filled figure with a rim of this width. */
+export function polygon(c, points, colour, rim, width) {
+  trace(c, points);
+  c.closePath();
+  c.fillStyle = colour;
+  c.fill();
+  c.strokeStyle = rim;
+  c.lineWidth = width;
   c.stroke();
 }
 
@@ -57,54 +70,26 @@ export function disc(c, x, y, radius, colour, opacity) {
   c.globalAlpha = 1;
 }
 
-export function square(c, x, y, half, colour) {
-  c.fillStyle = colour;
-  c.fillRect(x - half, y - half, 2 * half, 2 * half);
-}
-
-export function diamond(c, x, y, half, colour, inside) {
-  c.beginPath();
-  c.moveTo(x, y - half);
-  c.lineTo(x + half, y);
-  c.lineTo(x, y + half);
-  c.lineTo(x - half, y);
-  c.closePath();
-  c.fillStyle = inside;
-  c.fill();
-  c.lineWidth = 2;
-  c.strokeStyle = colour;
-  c.stroke();
-}
-
-/** The x axis ends in a full arrow, the y axis in an open one. */
-export function arrowHead(c, x, y, angle, colour, full) {
-  const tip = [x + 7 * Math.cos(angle), y - 7 * Math.sin(angle)];
-  const wings = [2.5, -2.5].map((turn) => [
+/** An arrow of this length with a full or open head; returns the end without the head. */
+export function arrow(c, x, y, angle, length, colour, full) {
+  const end = [x + length * Math.cos(angle), y - length * Math.sin(angle)];
+  const tip = [end[0] + 7 * Math.cos(angle), end[1] - 7 * Math.sin(angle)];
+  const [left, right] = [2.5, -2.5].map((turn) => [
     tip[0] + 12 * Math.cos(angle + turn), tip[1] - 12 * Math.sin(angle + turn)]);
-  c.beginPath();
-  c.moveTo(...wings[0]);
-  c.lineTo(...tip);
-  c.lineTo(...wings[1]);
+  stroke(c, colour, [[x, y], end]);
+  c.setLineDash([]);
   c.fillStyle = colour;
-  c.strokeStyle = colour;
   c.lineWidth = 2.5;
+  trace(c, [left, tip, right]);
   if (full) c.fill(); else c.stroke();
+  return end;
 }
 
-/** An arrow head of the robot that shows where it looks. */
 export function heading(c, x, y, yaw, size, colour, rim) {
   const at = (angle, r) => [x + r * Math.cos(yaw + angle), y - r * Math.sin(yaw + angle)];
-  c.beginPath();
-  c.moveTo(...at(0, size));
-  c.lineTo(...at(2.5, size * 0.75));
-  c.lineTo(...at(Math.PI, size * 0.25));
-  c.lineTo(...at(-2.5, size * 0.75));
-  c.closePath();
-  c.fillStyle = colour;
-  c.fill();
-  c.strokeStyle = rim;
-  c.lineWidth = 1;
-  c.stroke();
+  const points = [
+    at(0, size), at(2.5, size * 0.75), at(Math.PI, size * 0.25), at(-2.5, size * 0.75)];
+  polygon(c, points, colour, rim, 1);
 }
 
 /** A grid over the view `v`; `words`: which frame the numbers belong to. */
@@ -159,7 +144,6 @@ export class Labels {
     this._taken = [];         // rectangles [x0, y0, x1, y1] that hold something already
   }
 
-  /** Keep labels away from a place. */
   avoid(x, y, radius) {
     this._taken.push([x - radius, y - radius, x + radius, y + radius]);
   }
@@ -172,7 +156,6 @@ export class Labels {
     this._names.push({text, x, y, colour, size, away});
   }
 
-  /** Write all texts. */
   write() {
     for (const name of this._names) this._place(name);
   }
@@ -207,12 +190,10 @@ export class Labels {
     if (far) {
       // A name that is far from its point gets a thin line to it.
       const [px, py, box] = far;
-      c.strokeStyle = colour;
+      const end = [
+        Math.max(box[0], Math.min(box[2], px)), Math.max(box[1], Math.min(box[3], py))];
       c.lineWidth = 1;
-      c.beginPath();
-      c.moveTo(px, py);
-      c.lineTo(Math.max(box[0], Math.min(box[2], px)), Math.max(box[1], Math.min(box[3], py)));
-      c.stroke();
+      stroke(c, colour, [[px, py], end]);
     }
     c.textAlign = 'left';
     c.textBaseline = 'alphabetic';

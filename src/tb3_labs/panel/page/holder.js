@@ -29,10 +29,6 @@ class Presses {
     this._since = performance.now();
   }
 
-  lift() {
-    this.down = false;
-  }
-
   /** Forget everything; a button that is still down must be pressed anew. */
   drop() {
     this._waiting = this._shown = this._held = false;
@@ -114,7 +110,7 @@ export class Holder {
   lift(button) {
     const presses = this.buttons[button];
     if (!presses.down) return;
-    presses.lift();
+    presses.down = false;
     this._send();
   }
 
@@ -161,7 +157,7 @@ export class Holder {
     const answer = this._link.ask({type: 'stop'}, STOPPED_WITHIN);
     this._drop();
     this.took();
-    if (this.phase === 'asking') this._silence();
+    if (this.phase === 'asking') this.silence();
     this._send();
     return answer;
   }
@@ -169,13 +165,21 @@ export class Holder {
   /** Another page may hold the robot. */
   letGo() {
     if (this.phase === 'held') this._link.send({type: 'let go'});
-    this._silence();
+    this.silence();
   }
 
-  /** Send nothing any more. The panel takes that for a loss, and stops the robot. */
+  /** Send nothing any more: the panel takes that for a loss, and stops the robot. Returns whether
+   *  this page drove. */
   silence() {
     const drove = this.phase !== 'idle';
-    this._silence();
+    clearInterval(this._timer);
+    this.phase = 'idle';
+    this._asked += 1;
+    this._padUsed = false;
+    this._heardSince = Infinity;
+    this._granted = -Infinity;
+    this._picture = null;
+    this._drop();
     return drove;
   }
 
@@ -189,7 +193,7 @@ export class Holder {
     if (this.phase !== 'held') return;
     if (picture.page !== 'this' && now - this._since > SETTLE) {
       const wasHeld = this._grips.size > 0 || this._mouse !== null;
-      this._silence();
+      this.silence();
       if (wasHeld) this._say('This page no longer drives: let go, and grip again.', true);
       return;
     }
@@ -221,29 +225,18 @@ export class Holder {
     if (answer.ok) {
       this._hold();
     } else {
-      this._silence();
+      this.silence();
       this._say('This page may not drive: ' + answer.text, true);
     }
   }
 
   _hold() {
-    if (document.hidden) { this._silence(); return; }
+    if (document.hidden) { this.silence(); return; }
     clearInterval(this._timer);
     this.phase = 'held';
     this._since = performance.now();
     this._timer = setInterval(() => this._tick(), PERIOD);
     this._send();
-  }
-
-  _silence() {
-    clearInterval(this._timer);
-    this.phase = 'idle';
-    this._asked += 1;
-    this._padUsed = false;
-    this._heardSince = Infinity;
-    this._granted = -Infinity;
-    this._picture = null;
-    this._drop();
   }
 
   _drop() {

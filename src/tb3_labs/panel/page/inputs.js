@@ -6,6 +6,8 @@ const HALF = 0.5;             // the deflection of the arrow keys
 const ARROWS = {
   ArrowUp: [HALF, 0], ArrowDown: [-HALF, 0], ArrowLeft: [0, HALF], ArrowRight: [0, -HALF],
 };
+/** The buttons of the pad on the screen, and their keys. */
+export const PAD_BUTTONS = ['a', 'b', 'y'];
 const TYPING = 'input, textarea, select';
 const OFF_MIDDLE = 0.12;      // a stick further from its middle than this is touched
 const BUTTONS = {a: 0, b: 1, y: 3, hold: 5};    // of the layout "standard"
@@ -13,81 +15,55 @@ const DRIVING = ['a', 'y'];   // B is a stop, and counts at any time
 
 const clamp = (value) => Math.max(-1, Math.min(1, value));
 
-/** A stick that moves along one axis, 'forward' or 'left'. It counts from where it was gripped. */
-export class Stick {
-  constructor(element, axis, holder) {
-    this._element = element;
-    this._knob = element.querySelector('.knob');
-    this._axis = axis;
-    this._holder = holder;
-    this.abandon = onHold(
-      element, (event) => this._grip(event), (event) => this._move(event), () => this._let());
-  }
-
-  _grip(event) {
-    this._from = [event.clientX, event.clientY];
-    this._element.classList.add('held');
-    this._holder.grip(this._element.id);
-  }
-
-  _move(event) {
-    const travel = this._travel();
-    const up = this._axis === 'forward';
-    let value = (up ? this._from[1] - event.clientY : this._from[0] - event.clientX) / travel;
-    value = clamp(value);
-    if (Math.abs(value) < NEAR) value = 0;
-    this._show(value);
-    this._holder.move(this._element.id, up ? value : 0, up ? 0 : value);
-  }
-
-  _let() {
-    this._element.classList.remove('held');
-    this._show(0);
-    this._holder.release(this._element.id);
-  }
-
-  _travel() {
-    const box = this._element.getBoundingClientRect();
-    const knob = this._knob.getBoundingClientRect();
-    return this._axis === 'forward' ? (box.height - knob.height) / 2 : (box.width - knob.width) / 2;
-  }
-
-  _show(value) {
-    const shift = Math.round(-value * this._travel());
-    const direction = this._axis === 'forward' ? 'Y' : 'X';
-    this._knob.style.transform = `translate${direction}(${shift}px)`;
-  }
+/** A stick that moves along one axis, 'forward' or 'left'. It counts from where it was gripped.
+ *  Returns a function that lets it go. */
+export function stick(element, axis, holder) {
+  const knob = element.querySelector('.knob'), up = axis === 'forward';
+  const at = (event) => (up ? event.clientY : event.clientX);
+  let from = 0;
+  const travel = () => {
+    const side = up ? 'height' : 'width';
+    return (element.getBoundingClientRect()[side] - knob.getBoundingClientRect()[side]) / 2;
+  };
+  const show = (value) => {
+    const shift = Math.round(-value * travel());
+    knob.style.transform = `translate${up ? 'Y' : 'X'}(${shift}px)`;
+  };
+  const grip = (event) => {
+    from = at(event);
+    holder.grip(element.id);
+  };
+  const move = (event) => {
+    const pushed = clamp((from - at(event)) / travel());
+    const value = Math.abs(pushed) < NEAR ? 0 : pushed;
+    show(value);
+    holder.move(element.id, up ? value : 0, up ? 0 : value);
+  };
+  return onHold(element, grip, move, () => {
+    show(0);
+    holder.release(element.id);
+  });
 }
 
-/** A square whose middle is (0, 0); x right, y up, each from -1 to 1. */
-export class MousePad {
-  constructor(element, holder) {
-    this._element = element;
-    this._dot = element.querySelector('.dot');
-    this._holder = holder;
-    const hold = (event) => this._hold(event);
-    this.abandon = onHold(element, hold, hold, () => this._let());
-  }
-
-  _hold(event) {
-    const box = this._element.getBoundingClientRect();
+/** A square whose middle is (0, 0); x right, y up, each from -1 to 1. Returns a function that lets
+ *  it go. */
+export function mousePad(element, holder) {
+  const dot = element.querySelector('.dot');
+  const show = (x, y) => {
+    dot.style.left = 50 + 50 * x + '%';
+    dot.style.top = 50 - 50 * y + '%';
+  };
+  const hold = (event) => {
+    const box = element.getBoundingClientRect();
     const x = clamp((event.clientX - box.left) / box.width * 2 - 1);
     const y = clamp(1 - (event.clientY - box.top) / box.height * 2);
-    this._show(x, y);
-    this._holder.holdMouse(x, y);
-    this._element.classList.add('held');
-  }
-
-  _let() {
-    this._element.classList.remove('held');
-    this._show(0, 0);
-    this._holder.releaseMouse();
-  }
-
-  _show(x, y) {
-    this._dot.style.left = 50 + 50 * x + '%';
-    this._dot.style.top = 50 - 50 * y + '%';
-  }
+    show(x, y);
+    holder.holdMouse(x, y);
+  };
+  return onHold(element, hold, hold, () => {
+    show(0, 0);
+    holder.releaseMouse();
+  });
 }
 
 /** A button of the pad: down while it is pressed. Enter presses it for a moment. */
@@ -109,6 +85,7 @@ function onHold(element, grip, move, letGo) {
     if (element.getAttribute('aria-disabled') === 'true') return;
     pointer = event.pointerId;
     element.setPointerCapture(pointer);
+    element.classList.add('held');
     grip(event);
   });
   element.addEventListener('pointermove', (event) => {
@@ -117,7 +94,8 @@ function onHold(element, grip, move, letGo) {
   const end = (event) => {
     if (event.pointerId !== pointer) return;
     pointer = null;
-    letGo(event);
+    element.classList.remove('held');
+    letGo();
   };
   for (const type of ['pointerup', 'pointercancel', 'lostpointercapture']) {
     element.addEventListener(type, end);
@@ -132,10 +110,9 @@ function onHold(element, grip, move, letGo) {
 export class Keys {
   /** `actions`: key -> function; `stop()`: false if there is nothing to stop; `driving()`: may the
    *  arrows drive now? */
-  constructor(holder, {actions, buttons, stop, escape, driving, pan}) {
+  constructor(holder, {actions, stop, escape, driving}) {
     Object.assign(this, {
-      _holder: holder, _actions: actions, _buttons: buttons, _stop: stop, _escape: escape,
-      _driving: driving, _pan: pan,
+      _holder: holder, _actions: actions, _stop: stop, _escape: escape, _driving: driving,
     });
     this._arrows = new Set();
     this._spaceStops = false;      // was the space key, when it went down, a stop?
@@ -151,7 +128,7 @@ export class Keys {
     this._arrows.clear();
     this._holder.release('keys');
     // A button that is held by a key counts as let go as well.
-    for (const name of Object.values(this._buttons)) this._holder.lift(name);
+    for (const name of PAD_BUTTONS) this._holder.lift(name);
   }
 
   /** Forget the arrows: the holder has dropped them already. */
@@ -163,8 +140,8 @@ export class Keys {
     if (event.key in ARROWS) { this._arrow(event); return; }
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     if (event.repeat && key !== '+' && key !== '-') return;
-    if (key === 'b' || (key in this._buttons && this._driving())) {
-      this._holder.press(this._buttons[key]);
+    if (key === 'b' || (PAD_BUTTONS.includes(key) && this._driving())) {
+      this._holder.press(key);
       return;
     }
     const action = this._actions[key];
@@ -185,12 +162,6 @@ export class Keys {
   }
 
   _arrow(event) {
-    if (event.shiftKey) {
-      const [up, left] = ARROWS[event.key];
-      this._pan(left * 120, up * 120);
-      event.preventDefault();
-      return;
-    }
     if (!this._driving()) return;
     event.preventDefault();
     if (event.repeat) return;          // after a stop a key that is still down counts no more
@@ -201,8 +172,8 @@ export class Keys {
 
   _up(event) {
     if (event.key === ' ' && this._spaceStops) event.preventDefault();
-    const button = this._buttons[event.key?.toLowerCase()];
-    if (button) this._holder.lift(button);
+    const key = event.key?.toLowerCase();
+    if (PAD_BUTTONS.includes(key)) this._holder.lift(key);
     if (!this._arrows.delete(event.key)) return;
     if (this._arrows.size) this._move(); else this._holder.release('keys');
   }
@@ -227,16 +198,14 @@ export const SHORTCUTS = [
   ['V', 'the other frame stands still', false],
   ['+, \u2212', 'zoom', false],
   ['F', 'show everything', false],
-  ['Shift + arrows', 'move the map', false],
   ['W', 'only warnings in the log', false],
-  ['T', 'light, dark, or as the system', false],
+  ['T', 'light or dark', false],
   ['U', 'back to the list of robots', false],
   ['?', 'this list', false],
 ];
 
 // -- a real gamepad
 
-/** The gamepad that the browser's Gamepad API offers. */
 export class RealGamepad {
   /** `driving()`: may it drive now? `show(text)`: words about the gamepad. */
   constructor(holder, driving, show) {

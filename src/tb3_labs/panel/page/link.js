@@ -8,10 +8,11 @@ const SEEN_EVERY = 10;     // pictures
 
 export const timeNow = () => performance.timeOrigin + performance.now();
 
-export class Link extends EventTarget {
-  constructor() {
-    super();
+export class Link {
+  /** `hear`: type of a message, or 'connection' -> function that is called with it. */
+  constructor(hear) {
     this.connected = false;
+    this._hear = hear;
     this._socket = null;
     this._lastId = 0;
     this._open = new Map();       // id -> function that is called with the answer
@@ -77,7 +78,7 @@ export class Link extends EventTarget {
       this.connected = true;
       this._pictures = 0;
       this._clock = null;
-      this._tell('connection', true);
+      this._hear.connection(true);
     } else if (message.type === 'answer') {
       this._answered(message.id, message);
     } else if (message.type === 'picture') {
@@ -85,7 +86,7 @@ export class Link extends EventTarget {
       this._clock = {shown: message.now, at: performance.now()};
       if (this._pictures % SEEN_EVERY === 0) this.send({type: 'seen', n: message.n, t: timeNow()});
     }
-    this._tell(message.type, message);
+    this._hear[message.type]?.(message);
   }
 
   _lost() {
@@ -98,7 +99,7 @@ export class Link extends EventTarget {
     }
     if (this.connected) {
       this.connected = false;
-      this._tell('connection', false);
+      this._hear.connection(false);
     }
     setTimeout(() => this._connect(), RETRY);
   }
@@ -106,9 +107,5 @@ export class Link extends EventTarget {
   _watch() {
     // A broken network does not close a socket: silence does it here.
     if (this._socket && performance.now() - this._heardAt > SILENT) this._lost();
-  }
-
-  _tell(type, detail) {
-    this.dispatchEvent(new CustomEvent(type, {detail}));
   }
 }

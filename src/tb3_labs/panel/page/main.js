@@ -2,11 +2,13 @@
 
 import {readColours} from './drawing.js';
 import {Holder} from './holder.js';
-import {Keys, MousePad, RealGamepad, SHORTCUTS, Stick, padButton} from './inputs.js';
-import {Link} from './link.js';
-import {RobotMap, Trail} from './map.js';
 import {
-  $, LogBox, announce, fill, say, setHidden, setText, startTheme, typedRequest, typedYaw,
+  Keys, PAD_BUTTONS, RealGamepad, SHORTCUTS, mousePad, padButton, stick,
+} from './inputs.js';
+import {Link} from './link.js';
+import {FRAMES, RobotMap, Trail} from './map.js';
+import {
+  $, LogBox, announce, fill, make, say, setText, startTheme, typedRequest, typedYaw,
 } from './page.js';
 import {Robots, showControls, showStatus} from './status.js';
 import {Strip} from './strips.js';
@@ -14,17 +16,24 @@ import {MapInput} from './view.js';
 
 const STRIPS_EVERY = 200;       // [ms]
 
-const link = new Link();
+const link = new Link({
+  hello, connection, picture: see, trail,
+  robots: (message) => robots.show(message.robots),
+  log: ({all, lines}) => {
+    if (all) log.clear();
+    log.add(lines);
+  },
+  note: ({text, warning}) => say(text, warning),
+});
 const holder = new Holder(link, say);
 const map = new RobotMap($('map'));
 const trails = {odom: new Trail(), local: new Trail()};
 map.trails = trails;
 const strips = {
-  distance: new Strip($('strip-distance'), false, 0.1, (top) => (top < 1 ? 2 : 1)),
-  angle: new Strip($('strip-angle'), true, 10, () => 0),
+  distance: new Strip($('strip-distance'), false), angle: new Strip($('strip-angle'), true),
 };
 const log = new LogBox($('log'), $('log-filter'));
-const robots = new Robots($('robots'), (name) => { location.hash = encodeURIComponent(name); });
+const robots = new Robots($('robots'), $('class-map'), (name) => { location.hash = encodeURIComponent(name); });
 const input = new MapInput(map, {redraw, placed, toolChanged, yawOf: typedYaw});
 
 let known = {robots: [], control: false};    // the last hello
@@ -47,23 +56,19 @@ function draw() {
   if (latest) showStatus(latest);
   showControls(latest, link.connected, holder);
   setText($('title'), robot || (known.robots.length > 1 ? 'Robots' : 'Robot panel'));
-  $('fixed-odom').setAttribute('aria-pressed', String(map.fixed === 'odom'));
-  $('fixed-local').setAttribute('aria-pressed', String(map.fixed === 'local'));
+  for (const frame of FRAMES) {
+    $('fixed-' + frame).setAttribute('aria-pressed', String(map.fixed === frame));
+  }
   map.draw();
   $('fit').setAttribute('aria-pressed', String(map.view.auto));
   drawStrips();
 }
 
-let stripsAt = 0, stripsTimer = 0;
+let stripsAt = -Infinity;
 
 /** The strips move by few pixels a second: they need not be drawn at each picture. */
 function drawStrips() {
-  clearTimeout(stripsTimer);
-  const wait = stripsAt + STRIPS_EVERY - performance.now();
-  if (wait > 0) {
-    stripsTimer = setTimeout(drawStrips, wait);
-    return;
-  }
+  if (performance.now() - stripsAt < STRIPS_EVERY) return;
   stripsAt = performance.now();
   strips.distance.draw();
   strips.angle.draw();
@@ -77,48 +82,40 @@ async function request(message) {
 
 // -- messages of the panel
 
-link.addEventListener('hello', ({detail}) => {
-  known = detail;
-  map.radius = detail.radius;
-  document.body.dataset.control = detail.control ? 'yes' : 'no';
+function hello(message) {
+  known = message;
+  map.radius = message.radius;
+  document.body.dataset.control = message.control ? 'yes' : 'no';
   log.clear();
-  robots.names(detail.robots);
+  robots.names(message.robots);
   look();
-});
+}
 
-link.addEventListener('connection', ({detail: connected}) => {
+function connection(connected) {
   if (!connected) holder.silence();
   showBanner();
   redraw();
-});
+}
 
-link.addEventListener('picture', ({detail: picture}) => {
+function see(picture) {
   if (picture.robot !== robot) return;
   const isReset = latest !== null && latest.epoch !== picture.epoch;
   latest = map.picture = picture;
   if (isReset) trails.local.lift();
-  if (picture.odom) trails.odom.add(picture.odom);
-  if (picture.local) trails.local.add(picture.local);
-  strips.distance.add(picture.now, picture.to_go ? picture.to_go[0] : null, isReset);
-  strips.angle.add(picture.now, picture.to_go ? picture.to_go[1] : null, isReset);
+  for (const frame of FRAMES) if (picture[frame]) trails[frame].add(picture[frame]);
+  const [distance, angle] = picture.to_go || [null, null];
+  strips.distance.add(picture.now, distance, isReset);
+  strips.angle.add(picture.now, angle, isReset);
   holder.picture(picture);
   announce(picture.state || '');
   redraw();
-});
+}
 
-link.addEventListener('trail', ({detail}) => {
-  if (detail.robot !== robot) return;
-  trails.odom.replace(detail.odom);
-  trails.local.replace(detail.local);
+function trail(message) {
+  if (message.robot !== robot) return;
+  for (const frame of FRAMES) trails[frame].replace(message[frame]);
   redraw();
-});
-
-link.addEventListener('robots', ({detail}) => robots.show(detail.robots));
-link.addEventListener('log', ({detail}) => {
-  if (detail.all) log.clear();
-  log.add(detail.lines);
-});
-link.addEventListener('note', ({detail}) => say(detail.text, detail.warning));
+}
 
 function showBanner() {
   document.body.dataset.connected = link.connected ? 'yes' : 'no';
@@ -136,20 +133,18 @@ function look() {
   if (name !== robot) forget();
   robot = name;
   document.body.dataset.view = name === null ? 'list' : 'robot';
-  setHidden($('robot-view'), name === null);
-  setHidden($('list-view'), name !== null);
-  setHidden($('back'), names.length < 2 || name === null);
+  $('robot-view').hidden = name === null;
+  $('list-view').hidden = name !== null;
+  $('back').hidden = names.length < 2 || name === null;
   link.send({type: 'look', robot: name});
   document.title = name || 'Robot panel';
   redraw();
 }
 
-/** Another robot: forget all that was shown of the last one. */
 function forget() {
   holder.letGo();
   latest = map.picture = null;
-  trails.odom.replace([]);
-  trails.local.replace([]);
+  for (const frame of FRAMES) trails[frame].replace([]);
   strips.distance.clear();
   strips.angle.clear();
   map.view.auto = true;
@@ -190,8 +185,6 @@ function take() {
   holder.took();
   request({type: 'take'});
 }
-
-const turn = (degrees) => request({type: 'turn', degrees});
 
 /** A pose was dragged on the map: it is sent, and stays in the fields. */
 function placed(kind, pose) {
@@ -236,11 +229,11 @@ function closeHelp() {
 }
 
 function showHand(what) {
-  for (const item of held) item.abandon();
-  setHidden($('pad'), what !== 'pad');
-  setHidden($('mouse'), what !== 'mouse');
-  $('tab-pad').setAttribute('aria-pressed', String(what === 'pad'));
-  $('tab-mouse').setAttribute('aria-pressed', String(what === 'mouse'));
+  for (const abandon of held) abandon();
+  for (const name of ['pad', 'mouse']) {
+    $(name).hidden = what !== name;
+    $('tab-' + name).setAttribute('aria-pressed', String(what === name));
+  }
   redraw();
 }
 
@@ -248,44 +241,34 @@ function showHand(what) {
 
 const onClick = (id, action) => $(id).addEventListener('click', action);
 
-function startControls() {
-  // A stop must not wait until the finger is lifted.
-  $('stop').addEventListener('pointerdown', stop);
-  $('stop').addEventListener('click', (event) => { if (event.detail === 0) stop(); });
-  onClick('give', () => holder.give());
-  onClick('take', take);
-  onClick('turn-left', () => turn(90));
-  onClick('turn-about', () => turn(180));
-  onClick('turn-right', () => turn(-90));
-  onClick('tool-goal', () => input.choose('goal'));
-  onClick('tool-reset', () => input.choose('reset'));
-  onClick('tab-pad', () => showHand('pad'));
-  onClick('tab-mouse', () => showHand('mouse'));
-  for (const kind of ['goal', 'reset']) {
-    $(kind + '-form').addEventListener('submit', (event) => {
-      event.preventDefault();
-      sendTyped(kind);
-    });
-  }
+// A stop must not wait until the finger is lifted.
+$('stop').addEventListener('pointerdown', stop);
+$('stop').addEventListener('click', (event) => { if (event.detail === 0) stop(); });
+onClick('give', () => holder.give());
+onClick('take', take);
+for (const [name, degrees] of [['left', 90], ['about', 180], ['right', -90]]) {
+  onClick('turn-' + name, () => request({type: 'turn', degrees}));
+}
+for (const name of ['pad', 'mouse']) onClick('tab-' + name, () => showHand(name));
+for (const kind of ['goal', 'reset']) {
+  onClick('tool-' + kind, () => input.choose(kind));
+  $(kind + '-form').addEventListener('submit', (event) => {
+    event.preventDefault();
+    sendTyped(kind);
+  });
 }
 
-function startView() {
-  onClick('fixed-odom', () => fix('odom'));
-  onClick('fixed-local', () => fix('local'));
-  onClick('zoom-in', () => zoom(1.25));
-  onClick('zoom-out', () => zoom(0.8));
-  onClick('fit', () => { map.fit(); redraw(); });
-  onClick('help-open', help);
-  onClick('help-close', closeHelp);
-  for (const [keys, what, isControl] of SHORTCUTS) {
-    const dt = document.createElement('dt'), dd = document.createElement('dd');
-    dt.textContent = keys;
-    dd.textContent = what;
-    dt.className = dd.className = isControl ? 'control' : '';
-    $('keys').append(dt, dd);
-  }
-  new ResizeObserver(redraw).observe($('map-box'));
+for (const frame of FRAMES) onClick('fixed-' + frame, () => fix(frame));
+onClick('zoom-in', () => zoom(1.25));
+onClick('zoom-out', () => zoom(0.8));
+onClick('fit', () => { map.fit(); redraw(); });
+onClick('help-open', help);
+onClick('help-close', closeHelp);
+for (const [keys, what, isControl] of SHORTCUTS) {
+  const shown = isControl ? 'control' : '';
+  $('keys').append(make('dt', shown, keys), make('dd', shown, what));
 }
+new ResizeObserver(redraw).observe($('map-box'));
 
 /** What a key does for a button; a button that makes no sense now tells why. */
 const click = (id) => () => {
@@ -299,45 +282,36 @@ function mayDrive() {
   return Boolean(latest?.can.pad) && latest.page !== 'other';
 }
 
-function startKeys() {
-  const view = (action) => () => { if (robot !== null) action(); };
-  return new Keys(holder, {
-    stop,
-    escape: closeHelp,
-    driving: mayDrive,
-    pan: (dx, dy) => {
-      map.view.pan(dx, dy);
-      redraw();
-    },
-    buttons: {a: 'a', b: 'b', y: 'y'},
-    actions: {
-      1: click('turn-left'), 2: click('turn-about'), 3: click('turn-right'),
-      g: click('tool-goal'), r: click('tool-reset'),
-      v: view(() => fix(map.fixed === 'odom' ? 'local' : 'odom')),
-      '+': view(() => zoom(1.25)), '=': view(() => zoom(1.25)), '-': view(() => zoom(0.8)),
-      f: view(() => $('fit').click()), w: view(() => $('log-filter').click()),
-      t: () => $('theme').click(), u: toList, '?': help,
-    },
-  });
-}
+/** What a key does for the map. */
+const view = (action) => () => { if (robot !== null) action(); };
+const keys = new Keys(holder, {
+  stop,
+  escape: closeHelp,
+  driving: mayDrive,
+  actions: {
+    1: click('turn-left'), 2: click('turn-about'), 3: click('turn-right'),
+    g: click('tool-goal'), r: click('tool-reset'),
+    v: view(() => fix(map.fixed === 'odom' ? 'local' : 'odom')),
+    '+': view(() => zoom(1.25)), '=': view(() => zoom(1.25)), '-': view(() => zoom(0.8)),
+    f: view(() => $('fit').click()), w: view(() => $('log-filter').click()),
+    t: () => $('theme').click(), u: toList, '?': help,
+  },
+});
 
-startControls();
-startView();
 startTheme($('theme'), () => {
   readColours();
   redraw();
 });
-const keys = startKeys();
-const held = [new Stick($('stick-left'), 'forward', holder),
-              new Stick($('stick-right'), 'left', holder), new MousePad($('mouse-pad'), holder)];
-for (const name of ['a', 'b', 'y']) padButton($('button-' + name), name, holder);
+const held = [stick($('stick-left'), 'forward', holder), stick($('stick-right'), 'left', holder),
+              mousePad($('mouse-pad'), holder)];
+for (const name of PAD_BUTTONS) padButton($('button-' + name), name, holder);
 const gamepad = new RealGamepad(holder, mayDrive, (text) => setText($('gamepad-hint'), text));
 
 holder.ontake = take;
 
 // Anything that was held counts no more until it is gripped anew.
 holder.ondrop = () => {
-  for (const item of held) item.abandon();
+  for (const abandon of held) abandon();
   keys.forget();
   gamepad.disarm();
 };

@@ -1,11 +1,11 @@
 // The map: both frames, the robot, its trails, the goal, and the true pose, drawn to scale.
 
 import {
-  Labels, arrowHead, circle, colours, diamond, disc, drawGrid, drawLegend, heading, sharp, square,
-  stroke,
+  Labels, arrow, circle, colours, disc, drawGrid, drawLegend, heading, polygon, sharp, stroke,
 } from './drawing.js';
 import {View, compose, degrees, inverse} from './view.js';
 
+export const FRAMES = ['odom', 'local'];
 const AXIS = 0.35;           // [m] length of a frame's axes, if that can be seen
 const AXIS_PIXELS = [34, 90];
 const MOST = 2000;           // points kept; beyond it every other one is dropped
@@ -76,7 +76,6 @@ export class RobotMap {
     return compose(to === 'odom' ? frame : inverse(frame), pose);
   }
 
-  /** A pose given in `frame`, in the frame that stands still. */
   shown(frame, pose) { return this._into(this.fixed, frame, pose); }
 
   /** The point in local at a pixel of the canvas; null while that is unknown. */
@@ -85,7 +84,6 @@ export class RobotMap {
     return this._into('local', this.fixed, [point[0], point[1], 0]);
   }
 
-  /** The pixel on the canvas of a point in local. */
   pixelOfLocal(x, y) {
     const pose = this.shown('local', [x, y, 0]);
     return pose && this.view.pixel(pose[0], pose[1]);
@@ -101,13 +99,13 @@ export class RobotMap {
     if (!p) return [];
     const points = [this.shown('odom', p.odom), this.shown('local', p.local),
                     this.shown('local', p.goal), this.shown('odom', p.truth)];
-    for (const frame of ['odom', 'local']) {
+    for (const frame of FRAMES) {
       for (const [x, y] of [[0, 0], [AXIS, 0], [0, AXIS]]) {
         points.push(this.shown(frame, [x, y, 0]));
       }
     }
     if (withTrails) {
-      for (const frame of ['odom', 'local']) {
+      for (const frame of FRAMES) {
         const trail = this.trails[frame].points;
         const step = Math.ceil(trail.length / 300) || 1;
         for (let i = 0; i < trail.length; i += step) {
@@ -135,7 +133,7 @@ export class RobotMap {
     this._goalLine(c);
     this._frames(c, labels);
     this._truth(c, labels);
-    this._goal(c, labels);
+    this._target(c, labels, this.picture.goal, 'goal', this.picture.tolerance);
     this._robot(c, labels);
     this._draft(c, labels);
     labels.write();
@@ -147,7 +145,7 @@ export class RobotMap {
   }
 
   _trails(c) {
-    for (const frame of ['odom', 'local']) {
+    for (const frame of FRAMES) {
       const points = this.trails[frame].points;
       // The part that was driven in an older frame local is faint: it lay elsewhere then.
       const since = points.lastIndexOf(null) + 1;
@@ -177,7 +175,7 @@ export class RobotMap {
   }
 
   _frames(c, labels) {
-    const origins = ['odom', 'local'].map((name) => [name, this.shown(name, [0, 0, 0])])
+    const origins = FRAMES.map((name) => [name, this.shown(name, [0, 0, 0])])
       .filter((origin) => origin[1]);
     for (const [, pose] of origins) labels.avoid(...this.view.pixel(pose[0], pose[1]), 6);
     for (const [name, pose] of origins) this._frame(c, labels, name, pose);
@@ -191,20 +189,20 @@ export class RobotMap {
     const [least, most] = AXIS_PIXELS;
     const length = factor * Math.max(least, Math.min(most, AXIS * this.view.scale));
     const ends = [['x', pose[2]], ['y', pose[2] + Math.PI / 2]].map(([axis, angle]) => {
-      const ex = px + length * Math.cos(angle), ey = py - length * Math.sin(angle);
       c.lineWidth = name === 'odom' ? 4 : 2;
       c.setLineDash(name === 'odom' ? [] : [6, 3]);
-      stroke(c, colour, [[px, py], [ex, ey]]);
-      c.setLineDash([]);
-      arrowHead(c, ex, ey, angle, colour, axis === 'x');
+      const [ex, ey] = arrow(c, px, py, angle, length, colour, axis === 'x');
       for (const part of [0.2, 0.4, 0.6, 0.8]) {
         labels.avoid(px + part * (ex - px), py + part * (ey - py), 4);
       }
       return [axis, ex, ey];
     });
     for (const [axis, ex, ey] of ends) labels.add(axis, ex, ey, colour, {size: 12, away: 9});
-    if (name === 'odom') square(c, px, py, 5, colour);
-    else diamond(c, px, py, 7, colour, colours.paper);
+    // a square for odom, a diamond for local
+    const [far, near] = name === 'odom' ? [4, 4] : [7, 0];
+    const marker = [[px + near, py - far], [px + far, py + near], [px - near, py + far],
+                    [px - far, py - near]];
+    polygon(c, marker, name === 'odom' ? colour : colours.paper, colour, 2);
     labels.add(name, px, py, colour, {away: 12});
   }
 
@@ -219,13 +217,10 @@ export class RobotMap {
     c.setLineDash([]);
   }
 
-  _goal(c, labels) {
-    const pose = this.shown('local', this.picture.goal);
-    if (pose) this._target(c, labels, pose, 'goal', this.picture.tolerance);
-  }
-
-  /** A target: its tolerance to scale, a cross of constant size, and the final heading. */
-  _target(c, labels, pose, text, tolerance) {
+  /** A target in local: its tolerance to scale, a cross of constant size, the final heading. */
+  _target(c, labels, target, text, tolerance) {
+    const pose = this.shown('local', target);
+    if (!pose) return;
     const [px, py] = this.view.pixel(pose[0], pose[1]);
     const colour = colours.goal;
     c.lineWidth = 2;
@@ -234,13 +229,11 @@ export class RobotMap {
       stroke(c, colour, [[px + 9 * dx, py + 9 * dy], [px + 17 * dx, py + 17 * dy]]);
     }
     disc(c, px, py, Math.max(1, (tolerance || 0) * this.view.scale), colour, 0.35);
-    const end = [px + 40 * Math.cos(pose[2]), py - 40 * Math.sin(pose[2])];
     c.lineWidth = 3;
-    stroke(c, colour, [[px, py], end]);
-    arrowHead(c, end[0], end[1], pose[2], colour, true);
+    const [ex, ey] = arrow(c, px, py, pose[2], 40, colour, true);
     labels.avoid(px, py, 13);
-    labels.avoid((px + end[0]) / 2, (py + end[1]) / 2, 8);
-    labels.avoid(end[0], end[1], 8);
+    labels.avoid((px + ex) / 2, (py + ey) / 2, 8);
+    labels.avoid(ex, ey, 8);
     labels.add(text, px, py, colour, {away: 18});
   }
 
@@ -262,24 +255,22 @@ export class RobotMap {
 
   _robot(c, labels) {
     const pose = this.shown('odom', this.picture.odom) || this.shown('local', this.picture.local);
-    if (pose) {
-      const [px, py] = this.view.pixel(pose[0], pose[1]);
-      const size = this.radius * this.view.scale;
-      c.lineWidth = 2;
-      disc(c, px, py, size, colours.robot, 0.25);
-      circle(c, px, py, size, colours.robot);
-      heading(c, px, py, pose[2], Math.max(size * 0.85, 11), colours.robot, colours.paper);
-      labels.avoid(px, py, Math.max(size, 9) * 0.72);
-      labels.add('robot', px, py, colours.robot, {away: Math.max(size, 9) * 0.72 + 5});
-    }
+    if (!pose) return;
+    const [px, py] = this.view.pixel(pose[0], pose[1]);
+    const size = this.radius * this.view.scale;
+    c.lineWidth = 2;
+    disc(c, px, py, size, colours.ink, 0.25);
+    circle(c, px, py, size, colours.ink);
+    heading(c, px, py, pose[2], Math.max(size * 0.85, 11), colours.ink, colours.paper);
+    labels.avoid(px, py, Math.max(size, 9) * 0.72);
+    labels.add('robot', px, py, colours.ink, {away: Math.max(size, 9) * 0.72 + 5});
   }
 
   _draft(c, labels) {
-    const pose = this.draft && this.shown('local', this.draft.pose);
-    if (!pose) return;
+    if (!this.draft) return;
     const [x, y, yaw] = this.draft.pose;
     const kind = this.draft.kind === 'goal' ? 'goal' : 'robot is at';
     const words = `${kind} ${x.toFixed(2)} ${y.toFixed(2)} ${degrees(yaw).toFixed(0)}\u00b0`;
-    this._target(c, labels, pose, words, 0);
+    this._target(c, labels, this.draft.pose, words, 0);
   }
 }

@@ -6,7 +6,6 @@ const STAYS = 6000;          // [ms] a message stays for so long, and longer wit
 const STAYS_A_LETTER = 40;   // [ms]
 const MOST_LINES = 300;      // of the log
 const MARKS = {info: '', warn: '\u25b2 ', error: '\u2716 '};
-const THEMES = ['auto', 'light', 'dark'];
 
 export const $ = (id) => document.getElementById(id);
 
@@ -15,8 +14,11 @@ export function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
-export function setHidden(element, hidden) {
-  if (element.hidden !== hidden) element.hidden = hidden;
+export function make(tag, className, text = '') {
+  const element = document.createElement(tag);
+  element.className = className;
+  element.textContent = text;
+  return element;
 }
 
 /** A control that makes no sense now is disabled, and says why. */
@@ -38,7 +40,6 @@ export function number(value, digits, unit = '') {
 
 let messageTimer = 0;
 
-/** Show a text for some seconds. */
 export function say(text, warning = false) {
   const box = $('message');
   box.textContent = text;
@@ -85,13 +86,9 @@ export class LogBox {
 }
 
 function entry(line) {
-  const item = document.createElement('li');
-  item.className = line.level;
-  const time = document.createElement('time');
-  time.textContent = line.time;
-  const node = document.createElement('b');
-  node.textContent = (MARKS[line.level] || '') + line.node;
-  item.append(time, ' ', node, ' ', line.text);
+  const item = make('li', line.level);
+  const node = make('b', '', (MARKS[line.level] || '') + line.node);
+  item.append(make('time', '', line.time), ' ', node, ' ', line.text);
   return item;
 }
 
@@ -102,7 +99,6 @@ export function typedYaw(kind) {
   return read(kind + '-yaw') || 0;
 }
 
-/** Write a pose into the fields of 'goal' or 'reset'. */
 export function fill(kind, pose) {
   const [x, y, yaw] = pose;
   $(kind + '-x').value = x.toFixed(3);
@@ -130,35 +126,17 @@ function read(id) {
 
 // -- the theme
 
-/** Let the button change the theme: light, dark, or as the system has it; `changed()` is called at
- *  first and after each change. */
+/** The system's theme, until the button shows the other one; `changed()` is called at first and
+ *  after each change. */
 export function startTheme(button, changed) {
-  let theme = stored() || 'auto';
-  const apply = () => {
-    document.documentElement.dataset.theme = theme;
-    button.firstElementChild.textContent = {auto: '\u25d0', light: '\u2600', dark: '\u263e'}[theme];
-    button.lastElementChild.textContent = theme;
-    button.setAttribute('aria-label', 'Theme: ' + theme);
+  const dark = matchMedia('(prefers-color-scheme: dark)');
+  const page = document.documentElement.dataset;
+  const show = (theme) => {
+    page.theme = theme;
     changed();
   };
-  button.addEventListener('click', () => {
-    theme = THEMES[(THEMES.indexOf(theme) + 1) % THEMES.length];
-    keep(theme);
-    apply();
-  });
-  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', apply);
-  apply();
-}
-
-// A browser that keeps nothing (private mode) must not break the page.
-function stored() {
-  try {
-    return THEMES.find((theme) => theme === localStorage.getItem('panel-theme'));
-  } catch (error) {
-    return null;
-  }
-}
-
-function keep(theme) {
-  try { localStorage.setItem('panel-theme', theme); } catch (error) { /* not kept */ }
+  const follow = () => show(dark.matches ? 'dark' : 'light');
+  button.addEventListener('click', () => show(page.theme === 'dark' ? 'light' : 'dark'));
+  dark.addEventListener('change', follow);
+  follow();
 }

@@ -1,7 +1,8 @@
 // The numbers, words and controls of the robot that the page looks at, and the list of all robots.
 
-import {$, number, setHidden, setReason, setText} from './page.js';
-import {degrees, wrap} from './view.js';
+import {Labels, circle, colours, drawGrid, heading, sharp} from './drawing.js';
+import {$, make, number, setReason, setText} from './page.js';
+import {View, degrees, wrap} from './view.js';
 
 const LONG = 60;         // letters
 const LATE = 0.5;        // [s] an older message of a sensor is marked
@@ -26,7 +27,7 @@ export function showStatus(p) {
   setText($('state'), p.state || 'state unknown');
   $('state').title = p.state;
   // The bar cuts a long reason off: it is shown in full here.
-  setHidden($('reason'), (p.state || '').length <= LONG);
+  $('reason').hidden = (p.state || '').length <= LONG;
   setText($('reason'), p.state || '');
   setText($('phase'), SHAPES[p.phase] ?? SHAPES['']);
   $('state-box').dataset.phase = p.phase || 'none';
@@ -51,7 +52,6 @@ function poseText(pose) {
   return `${number(pose[0], 3)} ${number(pose[1], 3)} ${yaw}`;
 }
 
-/** The difference between the true pose and odometry. */
 function errorText(p) {
   if (!p.truth || !p.odom) return number(null);
   const off = Math.hypot(p.truth[0] - p.odom[0], p.truth[1] - p.odom[1]);
@@ -64,7 +64,7 @@ function showAges(ages) {
   for (const [name, age] of Object.entries(ages)) {
     let chip = box.querySelector(`[data-name="${CSS.escape(name)}"]`);
     if (!chip) {
-      chip = document.createElement('span');
+      chip = make('span', '');
       chip.dataset.name = name;
       box.append(chip);
     }
@@ -77,7 +77,6 @@ function showAges(ages) {
 
 // -- the controls
 
-/** Show which controls make sense now, and why the others do not. */
 export function showControls(picture, connected, holder) {
   const can = picture?.can || {};
   const unknown = !connected ? 'not connected' : !picture ? 'no data yet' : '';
@@ -128,12 +127,13 @@ const join = (...texts) => [...new Set(texts.filter(Boolean))].join(' \u00b7 ');
 
 // -- the list
 
-/** A card for each robot. */
 export class Robots {
-  constructor(list, choose) {
+  constructor(list, canvas, choose) {
     this._list = list;
+    this._canvas = canvas;
     this._choose = choose;
     this._cards = new Map();
+    this._view = new View();
   }
 
   /** Cards for these names; those that stay keep the keyboard's focus. */
@@ -145,22 +145,38 @@ export class Robots {
   }
 
   show(robots) {
-    this.names(robots);
     for (const robot of robots) fill(this._cards.get(robot.name), robot);
+    this._draw(robots.filter((robot) => robot.local));
+  }
+
+  /** One map of all robots, each in its own frame local: how far they are in the same task. */
+  _draw(robots) {
+    const sheet = sharp(this._canvas);
+    if (!sheet) return;
+    const {context: c, width, height} = sheet;
+    Object.assign(this._view, {width, height});
+    const poses = robots.flatMap(({local, goal}) => [local, goal || local]);
+    this._view.follow([[0, 0], ...poses]);
+    drawGrid(c, this._view, '[m], each robot in its own frame local');
+    const labels = new Labels(c, width, height);
+    for (const {goal} of robots) {
+      if (goal) circle(c, ...this._view.pixel(goal[0], goal[1]), 13, colours.goal);
+    }
+    for (const {name, local} of robots) {
+      const [px, py] = this._view.pixel(local[0], local[1]);
+      heading(c, px, py, local[2], 13, colours.ink, colours.paper);
+      labels.avoid(px, py, 9);
+      labels.add(name, px, py, colours.ink, {size: 15});
+    }
+    labels.write();
   }
 
   _card(name) {
-    const item = document.createElement('li');
-    const button = document.createElement('button');
+    const item = make('li', ''), button = make('button', 'robot-card');
     button.type = 'button';
     button.id = 'robot-' + name;
-    button.className = 'robot-card';
-    for (const part of ['name', 'distance', 'state', 'holder', 'age']) {
-      const span = document.createElement('span');
-      span.className = part;
-      button.append(span);
-    }
-    button.querySelector('.name').textContent = name || 'robot';
+    button.append(make('span', 'name', name || 'robot'));
+    for (const part of ['distance', 'state', 'holder', 'age']) button.append(make('span', part));
     button.addEventListener('click', () => this._choose(name));
     item.append(button);
     this._cards.set(name, button);

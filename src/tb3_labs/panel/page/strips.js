@@ -1,21 +1,19 @@
 // A number over the last 60 seconds.
 
-import {colours, nice, sharp} from './drawing.js';
+import {colours, nice, sharp, stroke} from './drawing.js';
 
 const SPAN = 60;           // [s]
 const MOST = 2400;         // points kept
 const GAP = 1;             // [s] a longer silence breaks the curve
 const ANGLES = [10, 20, 45, 90, 180];               // [degrees] scales of a strip about an angle
+const LEAST = 0.1;         // [m] the scale shows at least this
 const LEFT = 40, RIGHT = 6, TOP = 6, BOTTOM = 16;   // [px] around the curve
 
 export class Strip {
-  /** `symmetric`: an angle about 0, else from 0; `smallest`: the scale never shows less than this;
-   *  `digits(top)`: of the numbers beside it. */
-  constructor(canvas, symmetric, smallest, digits) {
+  /** `isAngle`: the scale is about 0 [degrees]; else it begins there [m]. */
+  constructor(canvas, isAngle) {
     this._canvas = canvas;
-    this._symmetric = symmetric;
-    this._digits = digits;
-    this._smallest = smallest;
+    this._isAngle = isAngle;
     this.points = [];              // [time, value or null, is it a reset?]
   }
 
@@ -34,7 +32,7 @@ export class Strip {
     if (!sheet) return;
     const {context: c, width, height} = sheet;
     const end = this.points.length ? this.points[this.points.length - 1][0] : 0;
-    const top = this._top(), bottom = this._symmetric ? -top : 0;
+    const top = this._top(), bottom = this._isAngle ? -top : 0;
     const x = (time) => width - RIGHT - (end - time) / SPAN * (width - LEFT - RIGHT);
     const y = (value) => TOP + (top - value) / (top - bottom) * (height - TOP - BOTTOM);
     c.font = '11px system-ui, sans-serif';
@@ -44,36 +42,35 @@ export class Strip {
   }
 
   _top() {
-    let most = this._smallest;
+    let most = this._isAngle ? ANGLES[0] : LEAST;
     for (const [, value] of this.points) most = Math.max(most, Math.abs(value));
-    return this._symmetric && ANGLES.find((angle) => angle >= most) || nice(most);
+    return this._isAngle && ANGLES.find((angle) => angle >= most) || nice(most);
   }
 
   _axes(c, width, height, top, bottom, x, y, end) {
-    c.strokeStyle = colours.grid_strong;
+    const digits = this._isAngle ? 0 : top < 1 ? 2 : 1;
     c.fillStyle = colours.faint;
     c.lineWidth = 1;
     c.textAlign = 'right';
     c.textBaseline = 'middle';
-    for (const value of this._symmetric ? [top, 0, bottom] : [top, top / 2, 0]) {
-      line(c, LEFT, y(value), width - RIGHT, y(value));
-      c.fillText(value.toFixed(value === 0 ? 0 : this._digits(top)), LEFT - 4, y(value));
+    for (const value of this._isAngle ? [top, 0, bottom] : [top, top / 2, 0]) {
+      const py = Math.round(y(value)) + 0.5;
+      stroke(c, colours.grid_strong, [[LEFT, py], [width - RIGHT, py]]);
+      c.fillText(value.toFixed(value === 0 ? 0 : digits), LEFT - 4, y(value));
     }
-    c.textAlign = 'center';
     c.textBaseline = 'alphabetic';
     for (let back = 0; back <= SPAN; back += 15) {
-      const px = x(end - back);
-      line(c, px, height - BOTTOM, px, height - BOTTOM + 3);
+      const px = Math.round(x(end - back)) + 0.5;
+      stroke(c, colours.grid_strong, [[px, height - BOTTOM], [px, height - BOTTOM + 3]]);
       c.textAlign = back === 0 ? 'right' : back === SPAN ? 'left' : 'center';
       c.fillText(back === 0 ? 'now' : `-${back} s`, px, height - 3);
     }
   }
 
   _resets(c, height, x) {
-    c.strokeStyle = colours.ink;
     c.setLineDash([2, 3]);
     for (const [time, , isReset] of this.points) {
-      if (isReset) line(c, x(time), TOP, x(time), height - BOTTOM);
+      if (isReset) stroke(c, colours.ink, [[x(time), TOP], [x(time), height - BOTTOM]]);
     }
     c.setLineDash([]);
   }
@@ -87,18 +84,11 @@ export class Strip {
     for (const [time, value] of this.points) {
       if (value === null) { joined = false; continue; }
       // An angle that passes 180 degrees jumps: that is no line across the strip.
-      if (this._symmetric && before !== null && Math.abs(value - before) > 180) joined = false;
+      if (this._isAngle && before !== null && Math.abs(value - before) > 180) joined = false;
       if (joined) c.lineTo(x(time), y(value)); else c.moveTo(x(time), y(value));
       joined = true;
       before = value;
     }
     c.stroke();
   }
-}
-
-function line(c, x0, y0, x1, y1) {
-  c.beginPath();
-  c.moveTo(Math.round(x0) + 0.5, Math.round(y0) + 0.5);
-  c.lineTo(Math.round(x1) + 0.5, Math.round(y1) + 0.5);
-  c.stroke();
 }
