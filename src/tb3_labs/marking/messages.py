@@ -11,7 +11,7 @@ import subprocess
 import tempfile
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Optional, Union
+from typing import Any, Dict, List, Optional, Union
 
 import rospkg
 
@@ -24,10 +24,6 @@ from tb3_labs.marking.sandbox import NoSandbox, Sandbox
 MESSAGES, SERVICES = 'msg', 'srv'
 MODULE = re.compile(r'_[A-Za-z0-9_]+\.py')
 RECIPE = 'CMakeLists.txt'
-#: The CMake commands that name other packages.
-ASKING = re.compile(r'\b(find_package|catkin_package|generate_messages)\s*\(([^)]*)\)', re.I)
-LISTS = ('COMPONENTS', 'CATKIN_DEPENDS', 'DEPENDENCIES')
-GENERATES = re.compile(r'\bgenerate_messages\s*\(', re.I)
 #: All messages of a submission are built within this time [s].
 BUILD_TIME = 30.0
 
@@ -63,9 +59,15 @@ def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], 
         remarks.append('{} cannot be built: {}.'.format(
             name, ' '.join(problem.split()).rstrip('.')))
     for name, package in packages.items():
-        if interface_files(package):
-            remarks += _on_recipe(name, set(packages), package / RECIPE)
+        if interface_files(package) and not _generates(package / RECIPE):
+            remarks.append('{} does not generate its messages (generate_messages() is missing in '
+                           '{}): they were built all the same.'.format(name, RECIPE))
     return done
+
+
+def _generates(recipe):
+    text = recipe.read_text(encoding='utf-8', errors='replace') if recipe.is_file() else ''
+    return re.search(r'^[^#\n]*\bgenerate_messages\s*\(', text, re.IGNORECASE | re.MULTILINE)
 
 
 def _definitions(name, package, remarks):
@@ -101,43 +103,11 @@ def _read(request, environment, sandbox):
             return None
 
 
-def _on_recipe(name, own, recipe):
-    """Remarks on a CMakeLists.txt that would fail elsewhere; `own`: packages of the submission."""
-    text = recipe.read_text(encoding='utf-8', errors='replace') if recipe.is_file() else ''
-    code = re.sub(r'#.*', '', text)
-    if not GENERATES.search(code):
-        yield '{} does not generate its messages ({}): they were built all the same.'.format(
-            name, 'generate_messages() is missing' if text else 'it has no ' + RECIPE)
-    lacking = sorted(set(_asked_for(code)) - set(system_packages()) - own)
-    if lacking:
-        yield '{} asks CMake for {}, which the marking machine lacks: left out.'.format(
-            name, ' and '.join(lacking))
-
-
-def _asked_for(code: str) -> Iterator[str]:
-    """The names of the packages that a CMakeLists.txt asks catkin for."""
-    for command, inside in ASKING.findall(code):
-        words = inside.split()
-        if command.lower() == 'find_package' and words[:1] != ['catkin']:
-            continue
-        listing = False
-        for word in words:
-            if word.isupper() or '$' in word:
-                listing = word in LISTS
-            elif listing:
-                yield word
-
-
-@lru_cache(maxsize=None)
-def system_packages() -> Dict[str, str]:
-    """name -> folder of each ROS package of this machine; the same mapping at each call."""
-    # A RosPack fills itself while it is asked: one for each thread that comes first.
-    ros = rospkg.RosPack()
-    return {name: ros.get_path(name) for name in ros.list()}
-
-
 @lru_cache(maxsize=None)
 def system_messages() -> Dict[str, List[str]]:
-    """name -> folders of its messages, of all ROS packages of this machine."""
-    folders = {name: os.path.join(folder, MESSAGES) for name, folder in system_packages().items()}
+    """name -> folders of its messages, of all ROS packages of this machine; the same mapping at each
+    call."""
+    # A RosPack fills itself while it is asked: one for each thread that comes first.
+    ros = rospkg.RosPack()
+    folders = {name: os.path.join(ros.get_path(name), MESSAGES) for name in ros.list()}
     return {name: [folder] for name, folder in folders.items() if os.path.isdir(folder)}

@@ -106,8 +106,7 @@ class Observation:
 
         The machine was busy during a long gap: robot and node could not do their work then.
         """
-        times = [row[0] for row in self.truth]
-        return max([then - before for before, then in zip(times, times[1:])] + [0.0])
+        return float(np.diff([row[0] for row in self.truth]).max(initial=0.0))
 
     @property
     def unfair(self) -> str:

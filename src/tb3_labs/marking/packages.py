@@ -19,8 +19,7 @@ LARGEST_MANIFEST = 1000000
 #: The folders of a package's messages, services and actions; the names of their files end alike.
 INTERFACES = ('msg', 'srv', 'action')
 #: A field of a type of another package, as in `geometry_msgs/Pose2D goal`.
-FIELD = re.compile(r'^\s*([A-Za-z]\w*)/[A-Za-z]\w*(\[\d*\])?\s+\w')
-HEADER = re.compile(r'^\s*Header\s')
+FIELD = re.compile(r'^\s*([A-Za-z]\w*)/[A-Za-z]\w*(?:\[\d*\])?\s+\w', re.MULTILINE)
 #: A program that catches one of these around an import goes on without the module.
 CAUGHT = {'ImportError', 'ModuleNotFoundError', 'Exception', 'BaseException'}
 
@@ -98,17 +97,9 @@ def interface_files(package: Path) -> Dict[str, List[str]]:
 
 def _types_used(package):
     """Names of the packages whose types the messages of a package's folder have as fields."""
-    used = set()
-    for kind, names in interface_files(package).items():
-        for name in names:
-            text = (package / kind / name).read_text(encoding='utf-8', errors='replace')
-            for line in text.splitlines():
-                field = FIELD.match(line)
-                if field:
-                    used.add(field.group(1))
-                elif HEADER.match(line):
-                    used.add('std_msgs')
-    return used
+    texts = [(package / kind / name).read_text(encoding='utf-8', errors='replace')
+             for kind, names in interface_files(package).items() for name in names]
+    return set(FIELD.findall('\n'.join(texts)))
 
 
 # -- imports
@@ -141,7 +132,7 @@ def imports_of(text: str) -> List[Import]:
     guarded = {id(inner) for node in ast.walk(tree) if isinstance(node, ast.Try)
                and any(_catches(handler) for handler in node.handlers)
                for statement in node.body for inner in ast.walk(statement)}
-    simple = [(node.lineno, node.end_lineno or node.lineno) for node in ast.walk(tree)
+    simple = [node for node in ast.walk(tree)
               if isinstance(node, ast.stmt) and not hasattr(node, 'body')]
     found = []
     for node in ast.walk(tree):
@@ -155,16 +146,16 @@ def imports_of(text: str) -> List[Import]:
             continue
         first, last = node.lineno, node.end_lineno or node.lineno
         # an import beside another statement in one line cannot be taken out alone
-        alone = sum(begin <= last and first <= end for begin, end in simple) == 1
+        alone = sum(other.lineno <= last and first <= (other.end_lineno or other.lineno)
+                    for other in simple) == 1
         found.append(Import(modules, first, last, not alone or '*' in bound or bool(bound & used),
                             id(node) in guarded))
     return sorted(found, key=lambda item: item.first)
 
 
 def _catches(handler):
-    if handler.type is None:
-        return True
-    return bool({node.id for node in ast.walk(handler.type) if isinstance(node, ast.Name)} & CAUGHT)
+    return handler.type is None or any(
+        isinstance(node, ast.Name) and node.id in CAUGHT for node in ast.walk(handler.type))
 
 
 def without(text: str, imports: List[Import]) -> str:
@@ -172,11 +163,11 @@ def without(text: str, imports: List[Import]) -> str:
     of the other lines stay."""
     lines = text.splitlines(True)
     for item in imports:
-        first = lines[item.first - 1]
-        indent = first[:len(first) - len(first.lstrip())]
-        for number in range(item.first - 1, item.last):
+        begin = item.first - 1
+        indent = lines[begin][:-len(lines[begin].lstrip())]
+        for number in range(begin, item.last):
             lines[number] = '{}{}# {}'.format(
-                indent, 'pass    ' if number == item.first - 1 else '', lines[number].lstrip())
+                indent, 'pass    ' * (number == begin), lines[number].lstrip())
     return ''.join(lines)
 
 

@@ -10,7 +10,6 @@ import rospy
 from sensor_msgs.msg import Imu
 
 from tb3_labs.geometry.angles import difference_degrees
-from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import gamepad as asked_gamepad
 from tb3_labs.marking import imu as asked_imu
 from tb3_labs.marking import move2goal as asked_move2goal
@@ -22,7 +21,6 @@ from tb3_labs.marking.labs import GAMEPAD, IMU, MOVE2GOAL, TURN
 from tb3_labs.marking.observation import CTRL_RELINQ
 from tb3_labs.marking.observation import IMU as IMU_TOPIC
 from tb3_labs.marking.observation import JOY, MOUSE_INFO, MOVED, WAS_MOVING, Stimulus
-from tb3_labs.marking.ros_interface import ResetCaller
 from tb3_labs.marking.ros_running_node import NO, YES
 from tb3_labs.marking.ros_stage import PATIENCE, UNDER_WAY
 from tb3_labs.ros.clocks import wait_until
@@ -163,9 +161,7 @@ def drive(stage):
     ros_move2goal.Control(stage)
     if not stage.node.start():
         return
-    caller = ResetCaller(stage.node.graph)
-    if caller.found:
-        caller.call(Pose2())
+    if ros_move2goal.reset_to_origin(stage.node):
         stage.node.person.tell('  The frame was reset here. The robot drives about a metre now: '
                                'keep clear of it.')
     ros_move2goal.drive(stage)
@@ -173,14 +169,14 @@ def drive(stage):
 
 def control(stage):
     """Control is taken in a drive; Ctrl+C in another."""
-    ros_move2goal.control_taken(stage, lambda stage, control: person_ends(
+    ros_move2goal.control_taken(stage, lambda set_in_motion: person_ends(
         stage, 'Press Ctrl+C in the terminal of your node, while the robot drives.',
-        set_in_motion=control.start_driving))
+        set_in_motion=set_in_motion))
 
 
 def buttons(stage):
     """As in the marking; Ctrl+C while the robot turns on the spot."""
-    ros_gamepad.buttons(stage, lambda stage, pad: person_ends(
+    ros_gamepad.buttons(stage, lambda pad: person_ends(
         stage, 'Press Ctrl+C in the terminal of your node, while the robot turns.',
         set_in_motion=lambda: pad.push(left=SLOWLY)))
 

@@ -228,7 +228,7 @@ def lost(stage):
             time.sleep(0.3)
             moving = stage.moves_after(lambda: hand.at(0.0, 1.0), 0.5)
             time.sleep(WELL_UNDER_WAY)
-            stage.falls_silent(asked_mouse.SILENT, moving, hand.silence)
+            stage.falls_silent(asked_mouse.SILENT, moving, lambda: hand.hold(None))
             hand.at(0.0, 0.0, active=False)
             time.sleep(0.3)
     moving = _in_a_turn(stage)

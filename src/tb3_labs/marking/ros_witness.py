@@ -14,11 +14,11 @@ from std_msgs.msg import Empty
 
 from tb3_labs.marking import conduct
 from tb3_labs.marking.observation import RESET, TRUTH
-from tb3_labs.marking.ros_internals import sender_of
+from tb3_labs.marking.ros_internals import name_of_sender, sender_of
 from tb3_labs.marking.ros_robot import ROBOT
-from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.ros.topics import subscribe
 
+ENDED = 'The {} was ended while the node ran.'
 #: Every node publishes its log lines there.
 LOG = '/rosout'
 #: How often the master is asked [s].
@@ -86,21 +86,24 @@ class Witness:
             try:
                 now = self._master.lookupNode(name)
             except rosgraph.MasterError:
-                note(conduct.ended(owner))
+                note(ENDED.format(owner))
             else:
-                note(conduct.took_name(name, owner) if now != address else '')
+                if now != address:
+                    note('A program called itself {}, which is the name of the {}, and so ended it.'
+                         .format(name, owner))
 
     def _robots_parameters(self):
         """name -> value of the robot's parameters."""
         try:
             found = self._master.getParam('/' + ROBOT)
-        except (OSError, rosgraph.MasterException):
+        except (OSError, rosgraph.MasterException):     # a node may have deleted them
             return {}
         return found if isinstance(found, dict) else {}
 
     def _on_reset(self, message):
         if self._resets is None or sender_of(self._resets, message) != rospy.get_node_uri():
-            self._observation.note(conduct.reset(connection_of(message).get('callerid', '')))
+            self._observation.note("{} called the robot's own reset.".format(
+                name_of_sender(message)))
 
     def _on_settings(self, message):
         """Set back the settings that the marker did not change."""
@@ -127,6 +130,6 @@ class Witness:
     def _on_shutdown(self):
         """A marker that is ended hears no more: its observation from now on would not be true."""
         if not self._over.is_set():
-            self._observation.note(conduct.ended('marker'))
+            self._observation.note(ENDED.format('marker'))
             self._keep()
             os._exit(1)

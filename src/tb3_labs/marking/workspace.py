@@ -4,6 +4,7 @@ Some faults keep a node from running and have nothing to do with its work: no ex
 endings, a wrong first line, no package.xml, an unused import. They are repaired in the copy, and
 told in a remark.
 """
+import codecs
 import importlib
 import os
 import re
@@ -32,7 +33,6 @@ SUBSTITUTE_MANIFEST = '''<package format="2"><name>{}</name><version>0.0.0</vers
 #: The name of a node's file in the copy, likewise.
 SUBSTITUTE_NODE = 'node.py'
 SHEBANG = b'#!/usr/bin/env python3'
-BYTE_ORDER_MARK = b'\xef\xbb\xbf'
 
 
 @dataclass
@@ -75,29 +75,27 @@ def prepare(folder: Path, lab: Lab, workspace: Path, variables: Mapping[str, str
     environment, modules = dict(os.environ, **variables), workspace / 'python'
     environment['ROS_PACKAGE_PATH'] = '{}:{}'.format(
         workspace / 'src', environment.get('ROS_PACKAGE_PATH', ''))
-    environment[PREFIXES] = _workspaces_without(called, environment.get(PREFIXES, ''))
+    # rosrun would find the programs of a package of this name that was built there, and ask
+    environment[PREFIXES] = ':'.join(
+        prefix for prefix in environment.get(PREFIXES, '').split(':')
+        if not os.path.isdir(os.path.join(prefix, 'lib', called)))
     types = build({called if packages[other] == source else other: copies[packages[other]]
                    for other in needed}, modules, environment, remarks, sandbox)
-    environment[MODULES] = os.pathsep.join(filter(None, [str(modules), environment.get(MODULES)]))
+    environment[MODULES] = ':'.join(filter(None, [str(modules), environment.get(MODULES)]))
     lacking = _leave_out_lacking(copied, set(packages), modules, remarks)
     return Prepared(called, copied.name, environment, types, remarks, lacking)
 
 
-def _workspaces_without(package, prefixes):
-    """The workspaces without those in which a package of this name was built: rosrun would find its
-    programs there, too, and ask which one is meant."""
-    return os.pathsep.join(prefix for prefix in prefixes.split(os.pathsep)
-                           if not os.path.isdir(os.path.join(prefix, 'lib', package)))
-
-
 def _leave_out_lacking(node, packages, modules, remarks):
-    """Take out the imports that are not found and the node does not use; the modules that it uses
-    and that are not found. `packages`: names of those of the submission; `modules`: folder of the
-    built ones."""
+    """Take out the imports that are not found and not used; the modules that are used and not found.
+    `packages`: names of those of the submission; `modules`: folder of the built ones."""
     text = node.read_bytes().decode(errors='replace')
     imports = [item for item in imports_of(text) if not item.guarded]
     named = set().union(*(item.packages for item in imports)) - packages
-    missing = _not_found(named, [node.parent, modules])
+    importlib.invalidate_caches()
+    path = [str(node.parent), str(modules)] + sys.path[1:]
+    missing = {name for name in named if name not in sys.builtin_module_names
+               and PathFinder.find_spec(name, path) is None}    # they are not imported here
     unused = [item for item in imports if item.packages & missing and not item.used]
     if unused:
         node.write_text(without(text, unused), encoding='utf-8')
@@ -105,15 +103,6 @@ def _leave_out_lacking(node, packages, modules, remarks):
                        'out.'.format(', '.join(sorted(
                            module for item in unused for module in item.modules))))
     return sorted(set().union(*(item.packages & missing for item in imports if item.used), ()))
-
-
-def _not_found(modules, folders):
-    """Which of these modules does Python not find, for a program with these folders first on its
-    path? None of them is imported: they are the submission's."""
-    importlib.invalidate_caches()
-    path = [str(folder) for folder in folders] + sys.path[1:]
-    return {name for name in modules if name not in sys.builtin_module_names
-            and PathFinder.find_spec(name, path) is None}
 
 
 def _copy(source, target):
@@ -124,7 +113,7 @@ def _copy(source, target):
 
 def _called_properly(node, remarks):
     """The file of a node, with another name if roslaunch and rosrun may take its own for more."""
-    if NAME.fullmatch(node.name[:-len(node.suffix)] if node.suffix == '.py' else node.name):
+    if NAME.fullmatch(node.stem if node.suffix == '.py' else node.name):
         return node
     remarks.append('The file {} got another name, since ROS allows letters, digits and _ in it.'
                    .format(printable(node.name)))
@@ -147,8 +136,8 @@ def _name(source, manifest, needed, remarks):
 def _repair(node, remarks):
     """Make a node's file one that Linux starts by python3."""
     code = node.read_bytes()
-    if code.startswith(BYTE_ORDER_MARK):
-        code = code[len(BYTE_ORDER_MARK):]
+    if code.startswith(codecs.BOM_UTF8):
+        code = code[len(codecs.BOM_UTF8):]
         remarks.append('{} begins with a byte order mark: removed.'.format(node.name))
     if b'\r' in code:
         code = code.replace(b'\r\n', b'\n')
