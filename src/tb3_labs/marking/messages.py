@@ -71,7 +71,6 @@ def _generates(recipe):
 
 
 def _definitions(name, package, remarks):
-    """[package, kind, name, text] of each message and service that ROS allows."""
     for kind, files in interface_files(package).items():
         if kind not in (MESSAGES, SERVICES):
             remarks.append('{} has actions: they were not built.'.format(name))
@@ -105,8 +104,7 @@ def _read(request, environment, sandbox):
 
 @lru_cache(maxsize=None)
 def system_messages() -> Dict[str, List[str]]:
-    """name -> folders of its messages, of all ROS packages of this machine; the same mapping at each
-    call."""
+    """name -> folders of its messages, of all ROS packages of this machine; always the same."""
     # A RosPack fills itself while it is asked: one for each thread that comes first.
     ros = rospkg.RosPack()
     folders = {name: os.path.join(ros.get_path(name), MESSAGES) for name in ros.list()}

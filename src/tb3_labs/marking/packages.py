@@ -96,7 +96,6 @@ def interface_files(package: Path) -> Dict[str, List[str]]:
 
 
 def _types_used(package):
-    """Names of the packages whose types the messages of a package's folder have as fields."""
     texts = [(package / kind / name).read_text(encoding='utf-8', errors='replace')
              for kind, names in interface_files(package).items() for name in names]
     return set(FIELD.findall('\n'.join(texts)))

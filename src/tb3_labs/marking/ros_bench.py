@@ -70,7 +70,7 @@ def _ended(stage, name, task, goodbye, set_in_motion):
         return False
     ended = not node.alive
     time.sleep(UNDER_WAY)
-    gone = node.gone_at if ended else recorder.now
+    gone = node.runs[-1].end if ended else recorder.now
     moving = [at for at, linear, angular in recorder.commands_since(asked) if linear or angular]
     in_motion = bool(moving) and gone - moving[-1] < IN_MOTION
     begin = moving[-1] if in_motion else max(asked, gone - STOPPING)
@@ -84,7 +84,6 @@ def _ended(stage, name, task, goodbye, set_in_motion):
 
 
 def _ask_for_the_end(node, characters, goodbye, ended):
-    """Ask for the last lines of the node."""
     if goodbye and goodbye not in node.text_since(characters) and node.person.asks(
             'Did it print "{}"?'.format(goodbye)) == YES:
         node.attest(goodbye)
@@ -125,11 +124,11 @@ def _nonsense(stage):
     with stage.stimulus(asked_turn.NONSENSE):
         characters, _ = stage.node.printed
         stage.node.type(asked_turn.TYPED_NONSENSE)
-        if not wait_until(lambda: asked_turn.names_valid_inputs(
-                stage.node.text_since(characters)), ANSWER):
-            if stage.node.person.asks(
-                    'Did it answer by an error that names both valid inputs?') == YES:
-                stage.node.attest('l, r')
+        answered = wait_until(lambda: asked_turn.names_valid_inputs(
+            stage.node.text_since(characters)), ANSWER)
+        if not answered and stage.node.person.asks(
+                'Did it answer by an error that names both valid inputs?') == YES:
+            stage.node.attest('l, r')
 
 
 def turn_shutdown(stage):

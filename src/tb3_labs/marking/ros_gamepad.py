@@ -85,12 +85,10 @@ class HeldPad(Repeater):
 
 
 def _reset_service(stage):
-    """The reset that the node may call, until it is closed."""
     return closing(AnyService(rospkg.RosPack(), stage.node.graph.types.own_services()))
 
 
 def _stick_up(stage, pad, name):
-    """The stimulus of the left stick up, then in its middle again."""
     with stage.stimulus(name):
         pad.sticks(1.0)
         time.sleep(HELD)
@@ -131,14 +129,12 @@ def buttons(stage, ctrl_c=None):
 
 
 def _start_driving(stage, pad):
-    """Have the node drive by the stick; returns as Stage.set_in_motion()."""
     pad.sticks()
     return stage.set_in_motion(lambda: stage.node.alive, lambda: pad.push(1.0), REACTION,
                                WELL_UNDER_WAY)
 
 
 def _hand_over(stage, pad):
-    """A, and back by B."""
     said, late = [], []
     listener = rospy.Subscriber(CTRL_RELINQ, Bool, lambda message: said.append(message.data))
     with stage.stimulus(asked.HAND_OVER) as record:

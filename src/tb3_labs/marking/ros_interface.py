@@ -142,7 +142,9 @@ class ResetCaller:
         self.found = min(likely, key=rank, default='')
         self._kind = graph.service(self.found) if self.found else None
         #: The parts that its request takes, as fill_pose() says.
-        self.takes = set() if self._kind is None else fill_pose(self._kind._request_class(), Pose2())
+        self.takes = set()
+        if self._kind is not None:      # else call() tells
+            self.takes = fill_pose(self._kind._request_class(), Pose2())
 
     def call(self, pose):
         """Declare a Pose2; '' or the reason why it failed."""

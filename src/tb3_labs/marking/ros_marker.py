@@ -153,8 +153,6 @@ class Marker:
         shutil.copy(str(record), str(self._logs / (folder.name + '.json')))
 
     def _read(self, marks, sources, executable):
-        """Note which of this package's laws a submission uses; keep the node's text, by which it is
-        compared with others."""
         for path in files_in(sources):
             if path.suffix == '.py':
                 marks.findings += laws_imported(path.name, path.read_text(errors='replace'))

@@ -114,7 +114,6 @@ def reset(stage):
 
 
 def _reset(stage, name, caller, pose):
-    """The stimulus of a reset to this pose; True if it succeeded."""
     with stage.stimulus(name) as record:
         record.facts[PROBLEM] = caller.call(pose)
         time.sleep(TAKES_EFFECT)

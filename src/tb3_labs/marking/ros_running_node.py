@@ -10,6 +10,7 @@ import termios
 import threading
 import time
 import xmlrpc.client
+from pathlib import Path
 
 import rosgraph
 import rospkg
@@ -38,8 +39,7 @@ LISTENERS = ('/record', '/rosbag', '/rviz', '/rqt', '/rostopic', '/play')
 class Person:
     """The person at the bench: reads standard output, and answers by standard input."""
 
-    def __init__(self):
-        self._task = ''
+    _task = ''
 
     @staticmethod
     def tell(words):
@@ -60,7 +60,7 @@ class Person:
 
     def asks(self, question):
         """YES, NO, or '' if there is no answer."""
-        return self._answer(question + ' [y/n] ', r'(y|yes|n|no)')[:1]
+        return self._answer(question + ' [y/n] ', r'y|yes|n|no')[:1]
 
     def number(self, question):
         """A number that the person reads, as text; '' if there is none."""
@@ -98,11 +98,11 @@ def package_of(name):
     """The package of a node, by the path of its file; '' if that is not known: it may run on
     another computer."""
     try:
-        with open('/proc/{}/cmdline'.format(process_of(name)), 'rb') as file:
-            words = [os.fsdecode(word) for word in file.read().split(b'\0')]
+        words = os.fsdecode(Path('/proc/{}/cmdline'.format(process_of(name))).read_bytes())
     except OSError:
         return ''
-    files = [word for word in words[:3] if word.startswith('/') and word.endswith('.py')]
+    files = [word for word in words.split('\0')[:3]
+             if word.startswith('/') and word.endswith('.py')]
     return rospkg.get_package_name(os.path.realpath(files[0])) or '' if files else ''
 
 
@@ -116,14 +116,11 @@ class RunningNode:
         self._wanted = {(LISTENS, rospy.resolve_name(listens))}
         if drives:
             self._wanted.add((PUBLISHES, rospy.resolve_name(CMD_VEL)))
-        self._told = 'listens to {}{}'.format(
-            listens, (' and publishes ' + CMD_VEL) * drives)
+        self._told = 'listens to ' + listens + (' and publishes ' + CMD_VEL) * drives
         self._name = name and rospy.resolve_name(name)
         self._text, self._lock = BoundedText(), threading.Lock()
         self.runs = []
         self.alive = False
-        #: When it had ended, in the observation's time [s].
-        self.gone_at = None
         self.graph = Graph(Types())
         rospy.Subscriber('/rosout', Log, self._on_log, queue_size=100)
         threading.Thread(target=self._watch, daemon=True).start()
@@ -133,15 +130,8 @@ class RunningNode:
         """Its name; '' if there was none yet."""
         return next(iter(self.graph.names), '')
 
-    def is_it(self, name, address=''):
-        """Is this the name of the node?"""
-        return name in self.graph.names
-
     def find(self):
-        """Is there a node such as this? Then it is the one that is watched from now on.
-
-        ``NotFound`` if there are several.
-        """
+        """Is there such a node? It is watched from now on. ``NotFound`` if there are several."""
         nodes = self.graph.nodes()
         robot = {(PUBLISHES, rospy.resolve_name(topic)) for topic in (IMU, ODOM)}
         found = [name for name, registered in nodes.items() if self._wanted <= registered
@@ -202,14 +192,12 @@ class RunningNode:
             self.runs[-1].printed = str(self._text)
 
     def _on_log(self, message):
-        if self.is_it(message.name):
+        if message.name in self.graph.names:
             self.attest(message.msg)
 
     def _watch(self):
-        """Notice the node's end."""
         while not rospy.is_shutdown():
             time.sleep(WATCH)
             if self.alive and process_of(self.name) is None:
-                self.gone_at = self.runs[-1].end = self._now()
-                self.runs[-1].ended_by_itself = True
+                self.runs[-1].end, self.runs[-1].ended_by_itself = self._now(), True
                 self.alive = False

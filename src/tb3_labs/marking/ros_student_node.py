@@ -82,9 +82,9 @@ def _near(name, known):
 class Launch:
     """The start of a node: `prefix`, then its own command."""
 
-    prefix: List[str] = field(default_factory=lambda: ALWAYS + NoSandbox.command([]))
+    prefix: List[str] = field(default_factory=lambda: ALWAYS + NoSandbox().command([]))
     environment: Optional[Dict[str, str]] = None            # None: that of this process
-    types: Optional[Dict[str, Any]] = None                  # of the student; see messages_in_sandbox
+    types: Optional[Dict[str, Any]] = None      # of the student; see messages_in_sandbox
     isolated: bool = False
 
     @classmethod
@@ -150,7 +150,6 @@ class StudentNode:
         return False
 
     def _is_ready_in_time(self, topic, known):
-        """Wait for what the process registers with the master; `known`: names of other nodes."""
         new, since = {}, time.monotonic()
 
         def is_ready():

@@ -93,7 +93,6 @@ class Witness:
                          .format(name, owner))
 
     def _robots_parameters(self):
-        """name -> value of the robot's parameters."""
         try:
             found = self._master.getParam('/' + ROBOT)
         except (OSError, rosgraph.MasterException):     # a node may have deleted them

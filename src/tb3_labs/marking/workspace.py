@@ -87,7 +87,8 @@ def prepare(folder: Path, lab: Lab, workspace: Path, variables: Mapping[str, str
 
 
 def _leave_out_lacking(node, packages, modules, remarks):
-    """Take out the imports that are not found and not used; the modules that are used and not found.
+    """Take out the imports that are neither found nor used; the modules that are used, not found.
+
     `packages`: names of those of the submission; `modules`: folder of the built ones."""
     text = node.read_bytes().decode(errors='replace')
     imports = [item for item in imports_of(text) if not item.guarded]
@@ -134,7 +135,6 @@ def _name(source, manifest, needed, remarks):
 
 
 def _repair(node, remarks):
-    """Make a node's file one that Linux starts by python3."""
     code = node.read_bytes()
     if code.startswith(codecs.BOM_UTF8):
         code = code[len(codecs.BOM_UTF8):]
