@@ -26,8 +26,8 @@ import rospy
 from tb3_labs.command_line import Parser, reason
 from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.marks import points_of, read_points
-from tb3_labs.marking.ros_checkoff import Bag, Checkoff, Impossible, parts_of
-from tb3_labs.marking.ros_running_node import Person
+from tb3_labs.marking.ros_checkoff import Bag, Checkoff, parts_of
+from tb3_labs.marking.ros_running_node import Impossible, Person
 
 #: The folder for the bags.
 BAGS = Path(rospkg.get_ros_home()) / 'checkoffs'

@@ -113,10 +113,8 @@ def test_no_link_is_followed(tmp_path):
     'move2goal "$(find rospy)".py', "move2goal'\n.py", '-move2goal.py', 'm\u202egoal2evom.py',
     '*[!]move2goal.py', os.fsdecode(b'move2goal\xfc.py')])
 def test_a_node_with_an_odd_name_gets_another_one(tmp_path, name):
-    folder = tmp_path / 'bob'
-    folder.mkdir()
-    (folder / name).write_text('#!/usr/bin/env python3\nclass MoveToGoal: pass\n'
-                               'rospy.init_node("move_to_goal")\n')
+    folder = hand_in(tmp_path / 'bob', **{
+        name: 'class MoveToGoal: pass\nrospy.init_node("move_to_goal")\n'})
     ready = prepared(tmp_path, folder)
     assert ready.executable == 'node.py'
     assert (tmp_path / 'ws' / 'src' / 'package' / 'node.py').exists()
@@ -148,19 +146,12 @@ def repository(**texts):
     return files
 
 
-def test_of_lab1_lab2_and_lab3_it_is_lab2():
-    files = repository(lab1__src__turtlebot_controller=MOUSE_ONLY,
-                       lab2__src__turtlebot_controller=IMU_TOO,
-                       lab3__src__turtlebot_controller=IMU_TOO)
-    path, remarks = choose(TURN, files)
-    assert path == 'lab2/src/turtlebot_controller.py'
-    assert remarks == [
-        '3 files can be the node; judged was lab2/src/turtlebot_controller.py, because it is in '
-        'the package lab2. The others: lab3/src/turtlebot_controller.py, '
-        'lab1/src/turtlebot_controller.py.']
-
-
 @pytest.mark.parametrize('texts, expected, said', [
+    (dict(lab1__src__turtlebot_controller=MOUSE_ONLY, lab2__src__turtlebot_controller=IMU_TOO,
+          lab3__src__turtlebot_controller=IMU_TOO), 'lab2/src/turtlebot_controller.py',
+     '3 files can be the node; judged was lab2/src/turtlebot_controller.py, because it is in the '
+     'package lab2. The others: lab3/src/turtlebot_controller.py, lab1/src/turtlebot_controller.py.'
+     ),
     # the package goes before the name
     (dict(lab1__turtlebot_controller=IMU_TOO, lab2__src__controller=IMU_TOO),
      'lab2/src/controller.py', 'in the package lab2'),
@@ -190,19 +181,14 @@ def test_package_then_name_then_signs(texts, expected, said):
     assert said in ' '.join(remarks) if said else remarks == []
 
 
-@pytest.mark.parametrize('line', [
-    "rospy.Subscriber('imu', Imu, f)", 'rospy.Subscriber("/imu", Imu, f)',
-    'Subscriber( name="robot3/imu" , data_class=Imu)'])
-def test_listening_is_seen(line):
-    assert choose(TURN, repository(a__b=line)).path == 'a/b.py'
-
-
-@pytest.mark.parametrize('line', [
-    "# rospy.Subscriber('imu', Imu, f)", "rospy.Subscriber('imu_raw', Imu, f)",
-    'class Controllers:', "rospy.Publisher('imu', Imu)"])
-def test_what_does_not_listen_is_no_node(line):
-    with pytest.raises(NoNode, match=r'There is no turtlebot_controller\.py, .*a/b\.py'):
-        choose(TURN, repository(a__b=line))
+def test_what_listens_can_be_the_node():
+    for line in ("rospy.Subscriber('imu', Imu, f)", 'rospy.Subscriber("/imu", Imu, f)',
+                 'Subscriber( name="robot3/imu" , data_class=Imu)'):
+        assert choose(TURN, repository(a__b=line)).path == 'a/b.py'
+    for line in ("# rospy.Subscriber('imu', Imu, f)", "rospy.Subscriber('imu_raw', Imu, f)",
+                 'class Controllers:', "rospy.Publisher('imu', Imu)"):
+        with pytest.raises(NoNode, match=r'There is no turtlebot_controller\.py, .*a/b\.py'):
+            choose(TURN, repository(a__b=line))
     with pytest.raises(NoNode, match='No Python file was found at all'):
         choose(TURN, [])
 
@@ -234,20 +220,9 @@ from nothing_here.msg import Tag, Tags
 from lab1.msg import MouseController
 print(MouseController().activestatus, tags, "rospy" and rospy.__name__)
 '''
-#: It asks for what no marking machine has, and generates a message.
-LAB1_RECIPE = '''cmake_minimum_required(VERSION 3.0)
-project(lab1)
-find_package(catkin REQUIRED COMPONENTS rospy std_msgs
-  turtlebot3_bringup  # the robot
-  message_generation)
-add_message_files(FILES MouseController.msg)
-generate_messages(DEPENDENCIES std_msgs)
-catkin_package(CATKIN_DEPENDS turtlebot3_bringup)
-'''
 
 
-
-def course(tmp_path, recipe=LAB1_RECIPE, node=TURN_NODE):
+def course(tmp_path, recipe='', node=TURN_NODE):
     return hand_in(tmp_path / 'bob', lab2__src__turtlebot_controller=node, **{
         'lab1__msg__MouseController.msg': LAB1_MESSAGE, 'lab1__CMakeLists.txt': recipe,
         'lab1__package.xml': MANIFEST.format('lab1'),
@@ -265,7 +240,8 @@ def output_of(copy, ready):
 
 
 @pytest.mark.parametrize('recipe, generates', [
-    (LAB1_RECIPE, True), ('# generate_messages()', False)])
+    ('project(lab1)\n Generate_Messages (DEPENDENCIES std_msgs)', True), ('', False),
+    ('# generate_messages()', False)])
 def test_only_what_the_node_needs_is_built_and_what_is_lacking_is_left_out(
         tmp_path, recipe, generates):
     ready = prepare(course(tmp_path, recipe), TURN, tmp_path / 'ws', {})
@@ -367,21 +343,18 @@ def test_what_lies_over_this_package_is_forgotten_and_what_it_needs_stays(tmp_pa
     own = devel_space(tmp_path / 'over' / 'src' / 'clone' / 'ws', 'tb3_labs')
     under = devel_space(tmp_path / 'under', 'lab2')
     source = {prefix: prefix[:-len('devel')] + 'src' for prefix in (over, own, under)}
+    beside, modules = own[:-len('devel')] + 'venv/bin', ['', over + '/lib', own + '/lib']
     environment = {
         'CMAKE_PREFIX_PATH': ':'.join((over, own, under)),
-        'PYTHONPATH': ':'.join((over + '/lib/python3', own + '/lib/python3')),
         'ROS_PACKAGE_PATH': ':'.join((source[over], source[own], source[under])),
-        'PATH': ':'.join((over + '/bin', own[:-len('devel')] + 'venv/bin', '/usr/bin')),
-        'HOME': over}
-    modules = ['', over + '/lib/python3', own + '/lib/python3']
+        'PYTHONPATH': ':'.join((over + '/lib', own + '/lib')),
+        'PATH': ':'.join((over + '/bin', beside, '/usr/bin')), 'HOME': over}
     forget_overlays(environment, modules)
     assert environment == {
         'CMAKE_PREFIX_PATH': own + ':' + under,
-        'PYTHONPATH': own + '/lib/python3',
         'ROS_PACKAGE_PATH': source[own] + ':' + source[under],
-        'PATH': own[:-len('devel')] + 'venv/bin:/usr/bin',
-        'HOME': over}
-    assert modules == ['', own + '/lib/python3']
+        'PYTHONPATH': own + '/lib', 'PATH': beside + ':/usr/bin', 'HOME': over}
+    assert modules == ['', own + '/lib']
 
 
 def test_without_such_workspaces_nothing_is_forgotten(tmp_path):

@@ -116,11 +116,8 @@ def turns(stage):
             stage.node.person.tell('  (This one leads to where the heading jumps.)')
             moved, _ = ros_turn.turn_once(stage, step.typed)
         in_vain = 0 if moved else in_vain + 1
-    if stage.node.start():
-        _nonsense(stage)
-
-
-def _nonsense(stage):
+    if not stage.node.start():
+        return
     with stage.stimulus(asked_turn.NONSENSE):
         characters, _ = stage.node.printed
         stage.node.type(asked_turn.TYPED_NONSENSE)

@@ -15,18 +15,12 @@ from tb3_labs.marking.observation import IMU as IMU_TOPIC
 from tb3_labs.marking.observation import ODOM, TRUTH, Observation
 from tb3_labs.marking.ros_bench import PARTS, PLAYED, RELEASES
 from tb3_labs.marking.ros_robot import Recorder
-from tb3_labs.marking.ros_running_node import YES, NotFound, RunningNode, package_of, process_of
+from tb3_labs.marking.ros_running_node import YES, Impossible, RunningNode, is_there
 from tb3_labs.marking.ros_stage import Stage
 from tb3_labs.report.messages import RECORDED
 
-#: Stands for a package that is not known.
-UNKNOWN = 'unknown'
 #: The bag is closed within this time [s].
 CLOSING = 10.0
-
-
-class Impossible(Exception):
-    """There can be no checkoff now; the text is the reason, and the remedy."""
 
 
 def parts_of(lab, given):
@@ -68,16 +62,12 @@ class Checkoff:
         try:
             if not self.node.start():
                 raise Impossible('no node came that could be judged')
-            self._observation.node = '{}/{}'.format(
-                package_of(self.node.name) or UNKNOWN, self.node.name.rsplit('/', 1)[-1])
             for part in self._parts:
                 self._person.tell('\n{}'.format(part.capitalize()))
                 self._stage.keep()
                 PARTS[self._lab][part](self._stage)
                 self._ask(part)
                 self._say(self.criteria.end(self._observation, part))
-        except NotFound as reason:
-            raise Impossible(str(reason)) from None
         except rospy.ROSException as problem:
             raise Impossible('the robot is silent: {}'.format(problem)) from None
         finally:
@@ -100,7 +90,7 @@ class Checkoff:
 
         def nodes(topic):
             return [name for name in publishers.get(rospy.resolve_name(topic), [])
-                    if name != rospy.get_name() and process_of(name) is not None]
+                    if name != rospy.get_name() and is_there(name)]
         if not (nodes(IMU_TOPIC) and nodes(ODOM)):
             raise Impossible('no robot runs here: nothing publishes {} and {}; start one first'
                              .format(IMU_TOPIC, ODOM))

@@ -3,17 +3,14 @@ typed to by the person.
 
 Its print is known as far as it goes to /rosout. The person is asked for the rest.
 """
-import os
 import re
 import sys
 import termios
 import threading
 import time
 import xmlrpc.client
-from pathlib import Path
 
 import rosgraph
-import rospkg
 import rospy
 from rosgraph_msgs.msg import Log
 
@@ -80,30 +77,19 @@ class Person:
         return ''
 
 
-class NotFound(Exception):
-    """There is no node to judge, or there are several; the text is one sentence."""
+class Impossible(Exception):
+    """There can be no checkoff now; the text is the reason, and the remedy."""
 
 
-def process_of(name):
-    """The number of a node's process; None if it is off the graph, as a node is first of all when
-    it ends, or does not answer: one that was killed stays on the graph."""
+def is_there(name):
+    """Does a node answer? At its end it leaves the graph first of all; one that was killed stays on
+    the graph."""
     try:
         address = rosgraph.Master(rospy.get_name()).lookupNode(name)
-        return xmlrpc.client.ServerProxy(address).getPid(rospy.get_name())[2]
+        xmlrpc.client.ServerProxy(address).getPid(rospy.get_name())
     except (OSError, rosgraph.MasterException, xmlrpc.client.Error):
-        return None
-
-
-def package_of(name):
-    """The package of a node, by the path of its file; '' if that is not known: it may run on
-    another computer."""
-    try:
-        words = os.fsdecode(Path('/proc/{}/cmdline'.format(process_of(name))).read_bytes())
-    except OSError:
-        return ''
-    files = [word for word in words.split('\0')[:3]
-             if word.startswith('/') and word.endswith('.py')]
-    return rospkg.get_package_name(os.path.realpath(files[0])) or '' if files else ''
+        return False
+    return True
 
 
 class RunningNode:
@@ -131,14 +117,14 @@ class RunningNode:
         return next(iter(self.graph.names), '')
 
     def find(self):
-        """Is there such a node? It is watched from now on. ``NotFound`` if there are several."""
+        """Is there such a node? It is watched then. ``Impossible`` if there are several."""
         nodes = self.graph.nodes()
         robot = {(PUBLISHES, rospy.resolve_name(topic)) for topic in (IMU, ODOM)}
         found = [name for name, registered in nodes.items() if self._wanted <= registered
                  and not registered & robot and not name.startswith(LISTENERS)
-                 and self._name in ('', name) and process_of(name) is not None]
+                 and self._name in ('', name) and is_there(name)]
         if len(found) > 1:
-            raise NotFound('several nodes could be yours: {}; say which by --node NAME'.format(
+            raise Impossible('several nodes could be yours: {}; say which by --node NAME'.format(
                 ', '.join(sorted(found))))
         if not found:
             return False
@@ -198,6 +184,6 @@ class RunningNode:
     def _watch(self):
         while not rospy.is_shutdown():
             time.sleep(WATCH)
-            if self.alive and process_of(self.name) is None:
+            if self.alive and not is_there(self.name):
                 self.runs[-1].end, self.runs[-1].ended_by_itself = self._now(), True
                 self.alive = False
