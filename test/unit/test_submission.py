@@ -42,8 +42,7 @@ def prepared(tmp_path, folder):
 @pytest.mark.parametrize('found', [
     'lab7__scripts__move2goal', 'a__b__src__Move2Goal_TF', 'move2goal'])
 def test_a_node_is_found_wherever_it_is(tmp_path, found):
-    folder = hand_in(tmp_path, **{found: NODE, 'lab7__scripts__other': NODE,
-                                  'devel__lib__lab7__move2goal_tf': NODE})
+    folder = hand_in(tmp_path, **{found: NODE, 'lab7__scripts__other': NODE})
     path, remarks = find_node(folder, LAB)
     assert str(path) == str(tmp_path / (found.replace('__', '/') + '.py')) and remarks == []
 
@@ -99,7 +98,7 @@ def test_no_link_is_followed(tmp_path):
     os.mkfifo(str(folder / 'pipe'))
     with open(str(folder / 'core'), 'wb') as file:
         file.truncate(30000000)
-    hand_in(folder, **{'run.bag': 'x', '.git__config': 'x'})
+    hand_in(folder, **{'run.bag': 'x', '.git__config': 'x', 'devel__lib__move2goal': NODE})
     prepared(tmp_path, folder)
     assert sorted(os.listdir(str(tmp_path / 'ws' / 'src' / 'package'))) == [
         'keys', 'move2goal.py', 'package.xml']

@@ -3,16 +3,13 @@
 All files are read as texts; nothing is imported or run.
 """
 import ast
-import os
 import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
-from typing import Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
+from typing import Dict, List, NamedTuple, Optional, Set, Tuple
 
 from tb3_labs.marking.names import NAME, is_name
 
-#: Folders and files that are not looked into, nor copied.
-LEFT_OUT = ('.git', '.svn', 'build', 'devel', 'install', 'logs', '__pycache__', '*.bag', '*.zip')
 MANIFEST = 'package.xml'
 #: This much of a package.xml is read [bytes].
 LARGEST_MANIFEST = 1000000
@@ -26,14 +23,9 @@ CAUGHT = {'ImportError', 'ModuleNotFoundError', 'Exception', 'BaseException'}
 
 # -- files and manifests
 
-def files_in(folder: Path) -> Iterator[Path]:
+def files_in(folder: Path) -> List[Path]:
     """The paths of all files below `folder`, in order; no links."""
-    for root, folders, files in os.walk(str(folder)):
-        folders[:] = sorted(name for name in folders if name not in LEFT_OUT)
-        for name in sorted(files):
-            path = Path(root) / name
-            if path.is_file() and not path.is_symlink():
-                yield path
+    return sorted(path for path in folder.rglob('*') if path.is_file() and not path.is_symlink())
 
 
 def package_folder(path: Path, folder: Path) -> Optional[Path]:

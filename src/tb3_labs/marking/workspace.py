@@ -19,8 +19,8 @@ from tb3_labs.marking.choice import NoNode, find_node, source_of
 from tb3_labs.marking.labs import Lab
 from tb3_labs.marking.messages import build
 from tb3_labs.marking.names import NAME, printable
-from tb3_labs.marking.packages import (LEFT_OUT, MANIFEST, imports_of, name_in, needed_by,
-                                       packages_in, without)
+from tb3_labs.marking.packages import (
+    MANIFEST, imports_of, name_in, needed_by, packages_in, without)
 from tb3_labs.marking.processes import MODULES, PREFIXES
 from tb3_labs.marking.sandbox import OWN_PACKAGE, NoSandbox, Sandbox
 
@@ -62,14 +62,14 @@ def prepare(folder: Path, lab: Lab, workspace: Path, variables: Mapping[str, str
     packages = packages_in(folder, node)
     needed = [other for other in needed_by(node, packages) if other != OWN_PACKAGE]
     try:
-        copies = {source: _copy(source, workspace / 'src' / 'package')}
+        copies = {source: shutil.copytree(source, workspace / 'src' / 'package', symlinks=True)}
         called = _name(source, copies[source] / MANIFEST, needed, remarks)
         copied = _called_properly(copies[source] / node.relative_to(source), remarks)
         _repair(copied, remarks)
         for number, other in enumerate(needed, 1):
             if packages[other] not in copies:
-                copies[packages[other]] = _copy(
-                    packages[other], workspace / 'src' / 'other{}'.format(number))
+                copies[packages[other]] = shutil.copytree(
+                    packages[other], workspace / 'src' / 'other{}'.format(number), symlinks=True)
     except OSError as problem:
         raise NoNode('It cannot be copied: {}.'.format(problem)) from None
     environment, modules = dict(os.environ, **variables), workspace / 'python'
@@ -104,12 +104,6 @@ def _leave_out_lacking(node, packages, modules, remarks):
                        'out.'.format(', '.join(sorted(
                            module for item in unused for module in item.modules))))
     return sorted(set().union(*(item.packages & missing for item in imports if item.used), ()))
-
-
-def _copy(source, target):
-    shutil.copytree(str(source), str(target), symlinks=True,
-                    ignore=shutil.ignore_patterns(*LEFT_OUT))
-    return target
 
 
 def _called_properly(node, remarks):
