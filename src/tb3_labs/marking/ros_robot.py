@@ -29,9 +29,7 @@ SAME_COMMAND = 0.04
 #: No more commands than this are kept of a node.
 MOST_COMMANDS = 40000
 #: A robot that moves less than this within REST_TIME rests [m], [rad], [s].
-REST_WAY = 0.002
-REST_TURN = 0.005
-REST_TIME = 0.4
+REST_WAY, REST_TURN, REST_TIME = 0.002, 0.005, 0.4
 #: Fewer poses than these tell nothing.
 FEWEST = 5
 #: A turn by the marker: rate for each rad of error [1/s], least and greatest rate [rad/s], the
@@ -43,8 +41,7 @@ RESTS = 2.0
 REPEATED = 0.05
 #: A node that is ready connects within this time [s]. It may want to see a new pad at rest for a
 #: moment before it obeys (this package's gamepad for 0.3 s): it has seen enough after SETTLED.
-CONNECTING = 1.0
-SETTLED = 0.45
+CONNECTING, SETTLED = 1.0, 0.45
 
 
 def from_others(name, address):
@@ -63,8 +60,7 @@ class Recorder:
         the robot publish its true pose? Else the odometry tells the place, and the IMU how the
         heading changes."""
         self._observation, self._is_judged = observation, is_judged
-        self._zero = rospy.get_time()
-        self._lock = threading.Lock()
+        self._zero, self._lock = rospy.get_time(), threading.Lock()
         #: The address of the robot: nobody else published its true pose when it began.
         self.robot = ''
         self._poses = self._commands = None

@@ -25,8 +25,7 @@ YES, NO = 'y', 'n'
 #: A question is asked so often until the answer is valid.
 TIMES = 3
 #: A person starts the node within this time [s]; the master is asked every LOOK.
-START_TIME = 300.0
-LOOK = 0.3
+START_TIME, LOOK = 300.0, 0.3
 #: The node is asked whether it is there so often [s].
 WATCH = 0.05
 #: Nodes that listen to everything.

@@ -35,8 +35,7 @@ VARIABLE = 'TB3_LABS_LAUNCH'
 ALWAYS = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '10']
 #: A node is ready when it listens to its topic and has registered nothing new for this time; the
 #: master is asked every LOOK [s].
-QUIET = 0.5
-LOOK = 0.1
+QUIET, LOOK = 0.5, 0.1
 #: A node gets this time to end before it is killed [s].
 PATIENCE = 2.0
 #: A sandbox whose program was ended by a signal ends with this number, and the signal's on top.
@@ -101,9 +100,8 @@ class StudentNode:
     def __init__(self, package, executable, listens, now):
         """`listens`: the topic that the node must listen to in order to be ready; `now()`: the
         observation's time [s]."""
-        self._what, self._listens = (package, executable), listens
+        self._what, self._listens, self._now = (package, executable), listens, now
         self._launch = Launch.given()
-        self._now = now
         #: It is called after each run.
         self.on_end = lambda: None
         self._process = self._watch = None
@@ -141,8 +139,8 @@ class StudentNode:
         self._process = NodeProcess(*self._what, *arguments, terminal=True,
                                     prefix=self._launch.prefix, environment=environment,
                                     clean=environment is not None)
-        self._watch = ResourceWatch(self._process.pid, OWN_FOLDERS) if (
-            self._launch.isolated) else None
+        if self._launch.isolated:
+            self._watch = ResourceWatch(self._process.pid, OWN_FOLDERS)
         if self._is_ready_in_time(topic, known):
             run.ready = self._now()
             return True

@@ -8,6 +8,7 @@ import threading
 
 import rosgraph
 import rospy
+from dynamic_reconfigure.encoding import decode_config, encode_config
 from dynamic_reconfigure.msg import Config as Values
 from dynamic_reconfigure.srv import Reconfigure
 from std_msgs.msg import Empty
@@ -23,8 +24,6 @@ ENDED = 'The {} was ended while the node ran.'
 LOG = '/rosout'
 #: How often the master is asked [s].
 PERIOD = 1.0
-#: The fields of a message of settings.
-KINDS = 'bools', 'ints', 'strs', 'doubles'
 #: The robot's settings are set back no more often than this.
 MOST_REPAIRS = 20
 
@@ -87,10 +86,10 @@ class Witness:
                 now = self._master.lookupNode(name)
             except rosgraph.MasterError:
                 note(ENDED.format(owner))
-            else:
-                if now != address:
-                    note('A program called itself {}, which is the name of the {}, and so ended it.'
-                         .format(name, owner))
+                continue
+            if now != address:
+                note('A program called itself {}, which is the name of the {}, and so ended it.'
+                     .format(name, owner))
 
     def _robots_parameters(self):
         try:
@@ -106,8 +105,7 @@ class Witness:
 
     def _on_settings(self, message):
         """Set back the settings that the marker did not change."""
-        now = {item.name: item.value
-               for item in message.bools + message.ints + message.strs + message.doubles}
+        now = decode_config(message)
         if self._settings is None:
             self._settings = now
         findings = conduct.changed(self._settings, now, 'setting')
@@ -115,16 +113,13 @@ class Witness:
             self._observation.note(finding)
         if findings and self._repairs < MOST_REPAIRS:
             self._repairs += 1
+            before = {name: value for name, value in self._settings.items()
+                      if name not in conduct.SWITCHES}
             try:
-                rospy.ServiceProxy('/{}/set_parameters'.format(ROBOT), Reconfigure)(Values(
-                    **{kind: self._before(getattr(message, kind)) for kind in KINDS}))
+                rospy.ServiceProxy('/{}/set_parameters'.format(ROBOT), Reconfigure)(
+                    encode_config(before))
             except rospy.ServiceException:
                 pass    # the robot is gone, which is noted elsewhere
-
-    def _before(self, items):
-        """These settings, with the values that they had before the node started."""
-        return [type(item)(item.name, self._settings[item.name]) for item in items
-                if item.name in self._settings and item.name not in conduct.SWITCHES]
 
     def _on_shutdown(self):
         """A marker that is ended hears no more: its observation from now on would not be true."""
