@@ -7,7 +7,7 @@ import sys
 import genpy
 import pytest
 from tb3_labs.msg import MouseController
-from tb3_labs.marking.messages import build
+from tb3_labs.marking.packages import build
 from tb3_labs.marking.ros_types import Types
 from tb3_labs.marking.sandbox import NoSandbox
 from tb3_labs.srv import SetInitialPose

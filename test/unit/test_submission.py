@@ -11,7 +11,7 @@ import pytest
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import LABS
-from tb3_labs.marking import messages
+from tb3_labs.marking import packages
 from tb3_labs.marking.choice import NoNode, SourceFile, choose, find_node
 from tb3_labs.marking.intake import Submission
 from tb3_labs.marking.processes import forget_overlays
@@ -314,13 +314,13 @@ def test_whoever_asks_while_the_packages_are_looked_up_gets_all_of_them(
                 half_way.set()
                 go_on.wait(5.0)
             return str(tmp_path / name)
-    monkeypatch.setattr(messages.rospkg, 'RosPack', Packages)
-    messages.system_messages.cache_clear()
-    request.addfinalizer(messages.system_messages.cache_clear)
+    monkeypatch.setattr(packages.rospkg, 'RosPack', Packages)
+    packages.system_messages.cache_clear()
+    request.addfinalizer(packages.system_messages.cache_clear)
     with ThreadPoolExecutor(2) as pool:
-        first = pool.submit(lambda: sorted(messages.system_messages()))
+        first = pool.submit(lambda: sorted(packages.system_messages()))
         assert half_way.wait(5.0)
-        second = pool.submit(lambda: sorted(messages.system_messages()))
+        second = pool.submit(lambda: sorted(packages.system_messages()))
         wait([second], 0.05)
         go_on.set()
         assert first.result() == second.result() == ['one', 'two']

@@ -4,6 +4,7 @@ Some faults keep a node from running and have nothing to do with its work: no ex
 endings, a wrong first line, no package.xml, an unused import. They are repaired in the copy, and
 told in a remark.
 """
+import ast
 import codecs
 import importlib
 import os
@@ -13,14 +14,12 @@ import sys
 from dataclasses import dataclass, field
 from importlib.machinery import PathFinder
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, Optional, Union
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Set, Tuple, Union
 
 from tb3_labs.marking.choice import NoNode, find_node, source_of
 from tb3_labs.marking.labs import Lab
-from tb3_labs.marking.messages import build
 from tb3_labs.marking.names import NAME, printable
-from tb3_labs.marking.packages import (
-    MANIFEST, imports_of, name_in, needed_by, packages_in, without)
+from tb3_labs.marking.packages import MANIFEST, build, name_in, packages_in, types_used
 from tb3_labs.marking.processes import MODULES, PREFIXES
 from tb3_labs.marking.sandbox import OWN_PACKAGE, NoSandbox, Sandbox
 
@@ -33,6 +32,8 @@ SUBSTITUTE_MANIFEST = '''<package format="2"><name>{}</name><version>0.0.0</vers
 #: The name of a node's file in the copy, likewise.
 SUBSTITUTE_NODE = 'node.py'
 SHEBANG = b'#!/usr/bin/env python3'
+#: A program that catches one of these around an import goes on without the module.
+CAUGHT = {'ImportError', 'ModuleNotFoundError', 'Exception', 'BaseException'}
 
 
 @dataclass
@@ -145,3 +146,108 @@ def _repair(node, remarks):
         remarks.append('{} is not executable: it was made so.'.format(node.name))
     node.write_bytes(code)
     node.chmod(0o755)
+
+
+# -- imports
+
+class Import(NamedTuple):
+    """One import statement of a program."""
+
+    modules: Tuple[str, ...]    # with dots, as they are written
+    first: int                  # its lines, counted from 1
+    last: int
+    used: bool                  # is a name that it binds used, or does it share its line?
+    guarded: bool               # does the program go on if the import fails?
+
+    @property
+    def packages(self) -> Set[str]:
+        """The modules up to their first dot."""
+        return {module.split('.')[0] for module in self.modules}
+
+
+def imports_of(text: str) -> List[Import]:
+    """The import statements of a program, in order; none if its syntax is wrong, or too deep.
+
+    Imports of the program's own package (``from . import x``) are left out.
+    """
+    try:
+        tree = ast.parse(text)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return []
+    used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    guarded = {id(inner) for node in ast.walk(tree) if isinstance(node, ast.Try)
+               and any(_catches(handler) for handler in node.handlers)
+               for statement in node.body for inner in ast.walk(statement)}
+    simple = [node for node in ast.walk(tree)
+              if isinstance(node, ast.stmt) and not hasattr(node, 'body')]
+    found = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            modules = tuple(alias.name for alias in node.names)
+            bound = {alias.asname or alias.name.split('.')[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            modules = (node.module,)
+            bound = {alias.asname or alias.name for alias in node.names}
+        else:
+            continue
+        first, last = node.lineno, node.end_lineno or node.lineno
+        # an import beside another statement in one line cannot be taken out alone
+        alone = sum(other.lineno <= last and first <= (other.end_lineno or other.lineno)
+                    for other in simple) == 1
+        found.append(Import(modules, first, last, not alone or '*' in bound or bool(bound & used),
+                            id(node) in guarded))
+    return sorted(found, key=lambda item: item.first)
+
+
+def _catches(handler):
+    return handler.type is None or any(
+        isinstance(node, ast.Name) and node.id in CAUGHT for node in ast.walk(handler.type))
+
+
+def without(text: str, imports: List[Import]) -> str:
+    """The program without these imports; each line of them becomes a comment, so that the numbers
+    of the other lines stay."""
+    lines = text.splitlines(True)
+    for item in imports:
+        begin = item.first - 1
+        indent = lines[begin][:-len(lines[begin].lstrip())]
+        for number in range(begin, item.last):
+            lines[number] = '{}{}# {}'.format(
+                indent, 'pass    ' * (number == begin), lines[number].lstrip())
+    return ''.join(lines)
+
+
+def needed_by(node: Path, packages: Dict[str, Path]) -> List[str]:
+    """Names of the packages that a node needs built, each after those that it needs itself.
+
+    `packages`: name -> folder of all that there are. The modules beside the node count as well.
+    """
+    order: List[str] = []
+    seen: Set[str] = set()
+
+    def visit(name: str) -> None:
+        if name in seen or name not in packages:
+            return
+        seen.add(name)
+        place = packages[name]
+        for other in sorted(types_used(place)):
+            visit(other)
+        for path in sorted(place.glob('src/{}/**/*.py'.format(name))):
+            for imported in sorted(_imported_by(path)):
+                visit(imported)
+        order.append(name)
+
+    programs = [node]
+    for program in programs:        # modules beside the node are added as they are found
+        for imported in sorted(_imported_by(program)):
+            visit(imported)
+            beside = node.parent / (imported + '.py')
+            if beside.is_file() and beside not in programs:
+                programs.append(beside)
+    return order
+
+
+def _imported_by(path):
+    """The modules that a program imports, up to their first dot."""
+    text = path.read_bytes().decode('utf-8-sig', errors='replace')    # Windows' first bytes
+    return {name for item in imports_of(text) for name in item.packages}
