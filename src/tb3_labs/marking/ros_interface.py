@@ -20,11 +20,11 @@ from tb3_labs.ros.conversions import to_quaternion
 
 #: The roles of a node at a topic, or a service.
 ROLES = PUBLISHES, LISTENS, OFFERS = 'publishes', 'listens', 'offers'
-#: The names of the fields of a request.
-X, Y = ('x', 'pos_x', 'x_pos', 'x0', 'pose_x'), ('y', 'pos_y', 'y_pos', 'y0', 'pose_y')
-#: The contents of a request: a place, a heading, a heading whose unit is beyond doubt.
-PLACE_X, PLACE_Y, YAW, UNIT = 'x', 'y', 'yaw', 'unit'
-ALL = frozenset({PLACE_X, PLACE_Y, YAW})
+#: Name of a field of a request -> the part of a pose that it takes.
+PLACES = {'x': 'x', 'pos_x': 'x', 'x_pos': 'x', 'x0': 'x', 'pose_x': 'x',
+          'y': 'y', 'pos_y': 'y', 'y_pos': 'y', 'y0': 'y', 'pose_y': 'y'}
+#: The parts that a request can take; besides, UNIT: the unit of its yaw is beyond doubt.
+ALL, UNIT = frozenset({'x', 'y', 'yaw'}), 'unit'
 ANGLES = ('yaw', 'theta', 'th', 'heading', 'angle', 'phi')
 #: The names of the reset that the handouts lead to, likeliest first; then any that has one of WORDS
 #: in it.
@@ -90,8 +90,8 @@ class Graph:
 def fill_pose(request, pose):
     """Fill a Pose2 into a message, wherever it has fields for one.
 
-    Returns the parts that it took: a set of PLACE_X, PLACE_Y, YAW, and UNIT if the unit of the yaw
-    is beyond doubt. A yaw whose name does not end in '_deg' is filled in rad.
+    Returns the set of the parts that it took: those of ALL, and UNIT. A yaw whose name does not end
+    in '_deg' is filled in rad.
     """
     filled = set()
     for name, kind in zip(request.__slots__, request._slot_types):
@@ -105,15 +105,12 @@ def fill_pose(request, pose):
             filled |= fill_pose(value, pose)
         elif not kind.startswith('float') or '[' in kind:
             continue
-        elif low in X:
-            setattr(request, name, pose.x)
-            filled.add(PLACE_X)
-        elif low in Y:
-            setattr(request, name, pose.y)
-            filled.add(PLACE_Y)
+        elif low in PLACES:
+            setattr(request, name, getattr(pose, PLACES[low]))
+            filled.add(PLACES[low])
         elif bare in ANGLES:
             setattr(request, name, math.degrees(pose.yaw) if low.endswith('_deg') else pose.yaw)
-            filled |= {YAW, UNIT} if bare != low else {YAW}
+            filled |= {'yaw', UNIT} if bare != low else {'yaw'}
     return filled
 
 
