@@ -181,13 +181,9 @@ def buttons(stage):
 
 def release_mouse(stage):
     """The mouse is not active."""
-    try:
-        mouse = ros_turn.HeldMouse(stage.node.graph)
-    except ValueError:
-        return
-    with mouse:
-        mouse.at(0.0, 0.0, active=False)
-        mouse.wait_until_heard()
+    mouse = ros_turn.mouse_of(stage, [])
+    if mouse is not None:
+        mouse.hold(None)
 
 
 def release_pad(stage):
