@@ -132,13 +132,8 @@ class RunningNode:
         self.alive = True
         return True
 
-    def start(self, *arguments, listens=None):
-        """Is there a node that runs? The person is asked to start it if not.
-
-        Never if it should have arguments, since it is the person's own command that starts it.
-        """
-        if arguments or listens:
-            return False
+    def start(self):
+        """Is there a node that runs? The person is asked to start it if not."""
         if self.alive or self.find():
             return True
         self.person.have('Start your node in its own terminal ({}).'.format(self._told))
