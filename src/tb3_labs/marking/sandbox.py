@@ -79,7 +79,7 @@ class NoSandbox:
     isolates = False
 
     def own_network(self, command: List[str]) -> List[str]:
-        """The command that starts the check of a submission; it ends with this process."""
+        """The command that starts the check of a submission."""
         return command
 
     def command(self, command: List[str]) -> List[str]:
