@@ -80,8 +80,8 @@ def main(words):
         bag.close()
         rospy.signal_shutdown('done')
     person.tell('\n{}: {:g} of {:g} points, {}, {} ({}), node {}'.format(
-        given.name or 'No name given', *checkoff.criteria.points, begun, lab.title, ', '.join(parts),
-        checkoff.node.name or 'not found'))
+        given.name or 'No name given', *checkoff.criteria.points, begun, lab.title,
+        ', '.join(parts), checkoff.node.name or 'not found'))
     person.tell('Bag: {}'.format(bag.path.resolve() if bag.path else 'none, rosbag is missing'))
     return 0 if checkoff.criteria.all_met else 1
 
