@@ -26,8 +26,8 @@ import rospy
 from tb3_labs.command_line import Parser, reason
 from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.marks import points_of, read_points
-from tb3_labs.marking.ros_checkoff import Bag, Checkoff, Impossible, parts_of
-from tb3_labs.marking.ros_running_node import Person
+from tb3_labs.marking.ros_checkoff import Bag, Checkoff, parts_of
+from tb3_labs.marking.ros_running_node import Impossible, Person
 
 #: The folder for the bags.
 BAGS = Path(rospkg.get_ros_home()) / 'checkoffs'
@@ -80,10 +80,10 @@ def main(words):
         bag.close()
         rospy.signal_shutdown('done')
     person.tell('\n{}: {:g} of {:g} points, {}, {} ({}), node {}'.format(
-        given.name or 'No name given', *checkoff.points, begun, lab.title, ', '.join(parts),
-        checkoff.node.name or 'not found'))
+        given.name or 'No name given', *checkoff.criteria.points, begun, lab.title,
+        ', '.join(parts), checkoff.node.name or 'not found'))
     person.tell('Bag: {}'.format(bag.path.resolve() if bag.path else 'none, rosbag is missing'))
-    return 0 if checkoff.all_met else 1
+    return 0 if checkoff.criteria.all_met else 1
 
 
 def tell_problem(problem):

@@ -25,7 +25,7 @@ from rosunit_internals import rosrun    # noqa: E402
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 NODE = PACKAGE / 'test' / 'ros' / 'student_nodes' / 'imu_sub.py'
-START, END = "    IMU()\n", '        print("Shutting'
+START, END = '    IMU()\n', '        self.ctrl_c = True\n'
 MOST_FORKS = 600
 #: No other program sleeps for this time [s], nor does this test in another checkout.
 SLEEP = str(800000 + os.getpid())
@@ -123,6 +123,15 @@ ODD_DEEDS = '''    import sys
 '''
 
 
+def replaced(path, *changes):
+    """The text of a file with these replacements of texts that are there."""
+    text = path.read_text(encoding='utf-8')
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    return text
+
+
 @unittest.skipIf(sandbox.problem(), 'no sandboxes here: {}'.format(sandbox.problem()))
 class HostileTest(unittest.TestCase):
     """mark.py runs once, at home in a throw-away folder; the tests look at what is left."""
@@ -144,9 +153,8 @@ class HostileTest(unittest.TestCase):
         cls.done = subprocess.run(
             ['rosrun', 'tb3_labs', 'mark.py', str(base / 'submissions'), '--lab', 'imu', '-o',
              str(cls.marks), '--parts', 'heading', '--limit', '90'],
-            env=dict(os.environ, HOME=str(cls.home), TOKEN=SECRET),
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=250,
-            universal_newlines=True)
+            env=dict(os.environ, HOME=str(cls.home), TOKEN=SECRET), stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT, timeout=250, universal_newlines=True)
         page = cls.marks / 'mallory.html'
         cls.page = page.read_text(encoding='utf-8').replace('&#x27;', "'") if page.exists() else ''
         log = cls.marks / 'logs' / 'mallory.json'
@@ -158,15 +166,10 @@ class HostileTest(unittest.TestCase):
 
     @classmethod
     def hand_in(cls, path):
-        code = NODE.read_text(encoding='utf-8')
-        assert START in code and END in code
-        code = code.replace(START, MISDEEDS.format(
-            victim=str(cls.marks), secret=SECRET, seconds=SLEEP) + START)
-        lines = code.split('\n')
-        after = next(n for n, line in enumerate(lines) if line.startswith(END)) + 1
-        lines.insert(after, FORK.format(most=MOST_FORKS).rstrip('\n'))
         path.parent.mkdir(parents=True)
-        path.write_text('\n'.join(lines), encoding='utf-8')
+        misdeeds = MISDEEDS.format(victim=str(cls.marks), secret=SECRET, seconds=SLEEP)
+        path.write_text(replaced(NODE, (START, misdeeds + START), (
+            END, FORK.format(most=MOST_FORKS))), encoding='utf-8')
 
     @classmethod
     def hand_in_odd(cls, folder):
@@ -177,16 +180,14 @@ class HostileTest(unittest.TestCase):
         for name in NAMES:
             (folder / ('x' + name)).mkdir(parents=True)
         eve = folder / 'eve'
-        code = PAD_NODE.read_text(encoding='utf-8')
-        assert PAD_START in code
+        code = replaced(PAD_NODE, (PAD_START, ODD_DEEDS.format(names=NAMES) + PAD_START))
         files = {'odd/srv/{}.srv'.format(name): '---\n' for name in NAMES + (CODE, 'Good')}
         files.update({'odd/msg/{}.msg'.format(name): '---\n' for name in NAMES})
         files.update({'p{}/package.xml'.format(number): '<package><name>{}</name></package>'.format(
             name.encode(errors='replace').decode()) for number, name in enumerate(NAMES)})
         files.update({'odd/package.xml': '<package><name>odd</name></package>', 'odd/setup.py': '',
                       'lab/deep.py': 'x = ' + 'a.' * 50000 + 'a',
-                      'lab/$(find rospy) "\n\u202e.py': code.replace(
-                          PAD_START, ODD_DEEDS.format(names=NAMES) + PAD_START)})
+                      'lab/$(find rospy) "\n\u202e.py': code})
         for name, text in files.items():
             (eve / name).parent.mkdir(parents=True, exist_ok=True)
             (eve / name).write_text(text, encoding='utf-8', errors='replace')
@@ -211,15 +212,10 @@ class HostileTest(unittest.TestCase):
         # the forks at its end may cost the orderly end; nothing else counts for it or against it
         self.assertRegex(self.done.stdout, 'mallory: (9|10) of 10 points')
 
-    def test_nothing_of_the_instructors_is_gone(self):
+    def test_it_finds_nothing_of_the_instructors(self):
         self.assertEqual((self.home / 'thesis.txt').read_text(), 'years of work')
-        self.assertIn('seen: False [] []', self.printed)
-
-    def test_it_sees_no_secret(self):
-        self.assertIn('secrets: []', self.printed)
-
-    def test_it_does_not_find_the_laws(self):
-        self.assertIn('laws: No module named', self.printed)
+        for words in ('seen: False [] []', 'secrets: []', 'laws: No module named'):
+            self.assertIn(words, self.printed)
 
     @unittest.skipUnless(sandbox.sized(), 'this bubblewrap cannot limit the size of a folder')
     def test_the_disk_is_not_filled(self):

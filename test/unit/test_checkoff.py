@@ -136,7 +136,7 @@ def stage(monkeypatch):
         obeys=1, prompts=[], answers=[], observation=observation(), keep=lambda: None,
         node=SimpleNamespace(
             alive=True, start=lambda: True, printed=(0, 0), text_since=lambda characters: '',
-            runs=[Run(0.0)], gone_at=2.0, person=Person()))
+            runs=[Run(0.0, end=2.0)], person=Person()))
 
     def tell(words):
         stage.prompts.append(words)

@@ -140,12 +140,12 @@ def test_an_archive_that_lies_of_its_size_is_refused(tmp_path):
         unpack(path, tmp_path / 'out', Budget())
 
 
-@pytest.mark.parametrize('data', [b'', b'no zip file', b'PK\x03\x04 cut off'])
-def test_what_is_no_zip_file_is_refused(tmp_path, data):
-    (tmp_path / 'a.zip').write_bytes(data)
-    with pytest.raises(Refused, match='cannot be unpacked: .*'):
-        unpack(tmp_path / 'a.zip', tmp_path / 'out', Budget())
-    assert newest_in(tmp_path / 'a.zip') is None
+def test_what_is_no_zip_file_is_refused(tmp_path):
+    for data in (b'', b'no zip file', b'PK\x03\x04 cut off'):
+        (tmp_path / 'a.zip').write_bytes(data)
+        with pytest.raises(Refused, match='cannot be unpacked: .*'):
+            unpack(tmp_path / 'a.zip', tmp_path / 'out', Budget())
+        assert newest_in(tmp_path / 'a.zip') is None
 
 
 @pytest.mark.parametrize('name', ['a/' * 1500 + 'x.py', 'x' * 300 + '.py', '"\n\u202e.py',
@@ -168,7 +168,6 @@ def laid_out(submission, tmp_path):
 
 def test_a_folder_of_everything(tmp_path):
     folder, told = tmp_path / 'in', []
-    (folder / 'Ann_1_assignsubmission_file_').mkdir(parents=True)
     zipped(folder / 'Ann_1_assignsubmission_file_' / 'work.zip', {NODE: 'x'})
     zipped(folder / 'lee_LATE_2_22_lab2.zip', {'lee/' + NODE: 'x'})
     (folder / 'kim_3_33_turtlebot_controller-1.py').write_text('x')
@@ -241,10 +240,9 @@ def test_when_it_was_handed_in(tmp_path):
 
 
 def test_a_digest_is_that_of_what_is_in_it(tmp_path):
-    (tmp_path / 'a').mkdir()
-    (tmp_path / 'a' / 'n.py').write_text('x')
-    (tmp_path / 'link').symlink_to(tmp_path / 'a')
-    before = digest(tmp_path / 'a')
-    assert digest(tmp_path / 'link') == before
-    (tmp_path / 'a' / 'n.py').write_text('y')
-    assert digest(tmp_path / 'a') != before
+    (tmp_path / 'n.py').write_text('x')
+    before = digest(tmp_path)
+    (tmp_path / 'n.py').write_text('y')
+    assert digest(tmp_path) != before
+    (tmp_path / 'n.py').write_text('x')
+    assert digest(tmp_path) == before

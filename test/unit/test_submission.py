@@ -8,15 +8,14 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from types import SimpleNamespace
 
 import pytest
-import rospkg
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import LABS
-from tb3_labs.marking import messages
+from tb3_labs.marking import packages
 from tb3_labs.marking.choice import NoNode, SourceFile, choose, find_node
 from tb3_labs.marking.intake import Submission
 from tb3_labs.marking.processes import forget_overlays
-from tb3_labs.marking.ros_interface import fill_pose, is_origin, packages_with_services
+from tb3_labs.marking.ros_interface import fill_pose, is_origin
 from tb3_labs.marking.workspace import prepare
 from tb3_labs.srv import ResetPoseRequest, SetInitialPoseRequest
 
@@ -43,8 +42,7 @@ def prepared(tmp_path, folder):
 @pytest.mark.parametrize('found', [
     'lab7__scripts__move2goal', 'a__b__src__Move2Goal_TF', 'move2goal'])
 def test_a_node_is_found_wherever_it_is(tmp_path, found):
-    folder = hand_in(tmp_path, **{found: NODE, 'lab7__scripts__other': NODE,
-                                  'devel__lib__lab7__move2goal_tf': NODE})
+    folder = hand_in(tmp_path, **{found: NODE, 'lab7__scripts__other': NODE})
     path, remarks = find_node(folder, LAB)
     assert str(path) == str(tmp_path / (found.replace('__', '/') + '.py')) and remarks == []
 
@@ -100,7 +98,7 @@ def test_no_link_is_followed(tmp_path):
     os.mkfifo(str(folder / 'pipe'))
     with open(str(folder / 'core'), 'wb') as file:
         file.truncate(30000000)
-    hand_in(folder, **{'run.bag': 'x', '.git__config': 'x'})
+    hand_in(folder, **{'run.bag': 'x', '.git__config': 'x', 'devel__lib__move2goal': NODE})
     prepared(tmp_path, folder)
     assert sorted(os.listdir(str(tmp_path / 'ws' / 'src' / 'package'))) == [
         'keys', 'move2goal.py', 'package.xml']
@@ -114,10 +112,8 @@ def test_no_link_is_followed(tmp_path):
     'move2goal "$(find rospy)".py', "move2goal'\n.py", '-move2goal.py', 'm\u202egoal2evom.py',
     '*[!]move2goal.py', os.fsdecode(b'move2goal\xfc.py')])
 def test_a_node_with_an_odd_name_gets_another_one(tmp_path, name):
-    folder = tmp_path / 'bob'
-    folder.mkdir()
-    (folder / name).write_text('#!/usr/bin/env python3\nclass MoveToGoal: pass\n'
-                               'rospy.init_node("move_to_goal")\n')
+    folder = hand_in(tmp_path / 'bob', **{
+        name: 'class MoveToGoal: pass\nrospy.init_node("move_to_goal")\n'})
     ready = prepared(tmp_path, folder)
     assert ready.executable == 'node.py'
     assert (tmp_path / 'ws' / 'src' / 'package' / 'node.py').exists()
@@ -149,19 +145,12 @@ def repository(**texts):
     return files
 
 
-def test_of_lab1_lab2_and_lab3_it_is_lab2():
-    files = repository(lab1__src__turtlebot_controller=MOUSE_ONLY,
-                       lab2__src__turtlebot_controller=IMU_TOO,
-                       lab3__src__turtlebot_controller=IMU_TOO)
-    path, remarks = choose(TURN, files)
-    assert path == 'lab2/src/turtlebot_controller.py'
-    assert remarks == [
-        '3 files can be the node; judged was lab2/src/turtlebot_controller.py, because it is in '
-        'the package lab2. The others: lab3/src/turtlebot_controller.py, '
-        'lab1/src/turtlebot_controller.py.']
-
-
 @pytest.mark.parametrize('texts, expected, said', [
+    (dict(lab1__src__turtlebot_controller=MOUSE_ONLY, lab2__src__turtlebot_controller=IMU_TOO,
+          lab3__src__turtlebot_controller=IMU_TOO), 'lab2/src/turtlebot_controller.py',
+     '3 files can be the node; judged was lab2/src/turtlebot_controller.py, because it is in the '
+     'package lab2. The others: lab3/src/turtlebot_controller.py, lab1/src/turtlebot_controller.py.'
+     ),
     # the package goes before the name
     (dict(lab1__turtlebot_controller=IMU_TOO, lab2__src__controller=IMU_TOO),
      'lab2/src/controller.py', 'in the package lab2'),
@@ -191,19 +180,14 @@ def test_package_then_name_then_signs(texts, expected, said):
     assert said in ' '.join(remarks) if said else remarks == []
 
 
-@pytest.mark.parametrize('line', [
-    "rospy.Subscriber('imu', Imu, f)", 'rospy.Subscriber("/imu", Imu, f)',
-    'Subscriber( name="robot3/imu" , data_class=Imu)'])
-def test_listening_is_seen(line):
-    assert choose(TURN, repository(a__b=line)).path == 'a/b.py'
-
-
-@pytest.mark.parametrize('line', [
-    "# rospy.Subscriber('imu', Imu, f)", "rospy.Subscriber('imu_raw', Imu, f)",
-    'class Controllers:', "rospy.Publisher('imu', Imu)"])
-def test_what_does_not_listen_is_no_node(line):
-    with pytest.raises(NoNode, match=r'There is no turtlebot_controller\.py, .*a/b\.py'):
-        choose(TURN, repository(a__b=line))
+def test_what_listens_can_be_the_node():
+    for line in ("rospy.Subscriber('imu', Imu, f)", 'rospy.Subscriber("/imu", Imu, f)',
+                 'Subscriber( name="robot3/imu" , data_class=Imu)'):
+        assert choose(TURN, repository(a__b=line)).path == 'a/b.py'
+    for line in ("# rospy.Subscriber('imu', Imu, f)", "rospy.Subscriber('imu_raw', Imu, f)",
+                 'class Controllers:', "rospy.Publisher('imu', Imu)"):
+        with pytest.raises(NoNode, match=r'There is no turtlebot_controller\.py, .*a/b\.py'):
+            choose(TURN, repository(a__b=line))
     with pytest.raises(NoNode, match='No Python file was found at all'):
         choose(TURN, [])
 
@@ -235,20 +219,9 @@ from nothing_here.msg import Tag, Tags
 from lab1.msg import MouseController
 print(MouseController().activestatus, tags, "rospy" and rospy.__name__)
 '''
-#: It asks for what no marking machine has, and generates a message.
-LAB1_RECIPE = '''cmake_minimum_required(VERSION 3.0)
-project(lab1)
-find_package(catkin REQUIRED COMPONENTS rospy std_msgs
-  turtlebot3_bringup  # the robot
-  message_generation)
-add_message_files(FILES MouseController.msg)
-generate_messages(DEPENDENCIES std_msgs)
-catkin_package(CATKIN_DEPENDS turtlebot3_bringup)
-'''
 
 
-
-def course(tmp_path, recipe=LAB1_RECIPE, node=TURN_NODE):
+def course(tmp_path, recipe='', node=TURN_NODE):
     return hand_in(tmp_path / 'bob', lab2__src__turtlebot_controller=node, **{
         'lab1__msg__MouseController.msg': LAB1_MESSAGE, 'lab1__CMakeLists.txt': recipe,
         'lab1__package.xml': MANIFEST.format('lab1'),
@@ -265,13 +238,15 @@ def output_of(copy, ready):
     return subprocess.check_output([str(copy)], env=ready.environment, universal_newlines=True)
 
 
-@pytest.mark.parametrize('recipe, told', [
-    (LAB1_RECIPE, 'lab1 asks CMake for turtlebot3_bringup, which the marking machine lacks'),
-    ('# generate_messages()', 'generate_messages() is missing')])
-def test_only_what_the_node_needs_is_built_and_what_is_lacking_is_left_out(tmp_path, recipe, told):
+@pytest.mark.parametrize('recipe, generates', [
+    ('project(lab1)\n Generate_Messages (DEPENDENCIES std_msgs)', True), ('', False),
+    ('# generate_messages()', False)])
+def test_only_what_the_node_needs_is_built_and_what_is_lacking_is_left_out(
+        tmp_path, recipe, generates):
     ready = prepare(course(tmp_path, recipe), TURN, tmp_path / 'ws', {})
     words = ' '.join(ready.remarks)
-    assert told in words and 'cv3, nothing_here.msg: imported, but not used' in words
+    assert ('generate_messages() is missing' not in words) is generates
+    assert 'cv3, nothing_here.msg: imported, but not used' in words
     assert ready.lacking == ['apriltag_rosx']       # it is used: the node cannot run without it
     assert sorted(os.listdir(str(tmp_path / 'ws' / 'src'))) == ['other1', 'package']
     copy = copy_in(tmp_path)
@@ -339,14 +314,13 @@ def test_whoever_asks_while_the_packages_are_looked_up_gets_all_of_them(
                 half_way.set()
                 go_on.wait(5.0)
             return str(tmp_path / name)
-    monkeypatch.setattr(messages.rospkg, 'RosPack', Packages)
-    for asked in (messages.system_packages, messages.system_messages):
-        asked.cache_clear()
-        request.addfinalizer(asked.cache_clear)
+    monkeypatch.setattr(packages.rospkg, 'RosPack', Packages)
+    packages.system_messages.cache_clear()
+    request.addfinalizer(packages.system_messages.cache_clear)
     with ThreadPoolExecutor(2) as pool:
-        first = pool.submit(lambda: sorted(messages.system_messages()))
+        first = pool.submit(lambda: sorted(packages.system_messages()))
         assert half_way.wait(5.0)
-        second = pool.submit(lambda: sorted(messages.system_messages()))
+        second = pool.submit(lambda: sorted(packages.system_messages()))
         wait([second], 0.05)
         go_on.set()
         assert first.result() == second.result() == ['one', 'two']
@@ -368,21 +342,18 @@ def test_what_lies_over_this_package_is_forgotten_and_what_it_needs_stays(tmp_pa
     own = devel_space(tmp_path / 'over' / 'src' / 'clone' / 'ws', 'tb3_labs')
     under = devel_space(tmp_path / 'under', 'lab2')
     source = {prefix: prefix[:-len('devel')] + 'src' for prefix in (over, own, under)}
+    beside, modules = own[:-len('devel')] + 'venv/bin', ['', over + '/lib', own + '/lib']
     environment = {
         'CMAKE_PREFIX_PATH': ':'.join((over, own, under)),
-        'PYTHONPATH': ':'.join((over + '/lib/python3', own + '/lib/python3')),
         'ROS_PACKAGE_PATH': ':'.join((source[over], source[own], source[under])),
-        'PATH': ':'.join((over + '/bin', own[:-len('devel')] + 'venv/bin', '/usr/bin')),
-        'HOME': over}
-    modules = ['', over + '/lib/python3', own + '/lib/python3']
+        'PYTHONPATH': ':'.join((over + '/lib', own + '/lib')),
+        'PATH': ':'.join((over + '/bin', beside, '/usr/bin')), 'HOME': over}
     forget_overlays(environment, modules)
     assert environment == {
         'CMAKE_PREFIX_PATH': own + ':' + under,
-        'PYTHONPATH': own + '/lib/python3',
         'ROS_PACKAGE_PATH': source[own] + ':' + source[under],
-        'PATH': own[:-len('devel')] + 'venv/bin:/usr/bin',
-        'HOME': over}
-    assert modules == ['', own + '/lib/python3']
+        'PYTHONPATH': own + '/lib', 'PATH': beside + ':/usr/bin', 'HOME': over}
+    assert modules == ['', own + '/lib']
 
 
 def test_without_such_workspaces_nothing_is_forgotten(tmp_path):
@@ -437,10 +408,3 @@ def test_a_request_that_declares_the_origin():
     assert is_origin(SetInitialPoseRequest(pose))
     pose.pose.pose.orientation = Quaternion(0.0, 0.0, 1.0, 0.0)
     assert not is_origin(SetInitialPoseRequest(pose))
-
-
-def test_services_are_known_from_every_package_of_the_student(tmp_path):
-    for name in ('lab7_tf', 'lab4_gamepad'):
-        hand_in(tmp_path, **{name + '__package.xml': MANIFEST.format(name)})
-    hand_in(tmp_path, **{'lab7_tf__srv__SetPose.srv': '---\n'})
-    assert packages_with_services(rospkg.RosPack([str(tmp_path)])) == ['std_srvs', 'lab7_tf']

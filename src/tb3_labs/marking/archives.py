@@ -14,9 +14,9 @@ from typing import Optional
 MOST_FILES, MOST_BYTES = 5000, 200000000
 #: Folders are no deeper than this.
 DEEPEST = 50
-#: Folders and files that are not unpacked: nobody's work.
-LEFT_OUT = re.compile(r'(^|/)(__MACOSX|\.git|\.svn|build|devel|__pycache__|\.DS_Store|[^/]*\.bag)'
-                      r'(/|$)', re.IGNORECASE)
+#: Folders and files that are not unpacked, nor copied: nobody's work.
+LEFT_OUT = re.compile(r'(^|/)(__MACOSX|\.git|\.svn|build|devel|install|logs|__pycache__|\.DS_Store|'
+                      r'[^/]*\.bag)(/|$)', re.IGNORECASE)
 #: This much is read at a time [bytes].
 PIECE = 1 << 20
 ENCRYPTED = 1       # a bit of a file's flags

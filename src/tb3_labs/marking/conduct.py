@@ -4,7 +4,7 @@ Each finding is one sentence with the evidence. Points are judged by the true mo
 and its own messages count alone, so a finding need not cost any: a person decides.
 """
 import re
-from typing import Any, Iterable, List, Mapping, Sequence, Tuple
+from typing import Any, Iterable, List, Mapping, Sequence
 
 from tb3_labs.marking.likeness import nearly_same
 from tb3_labs.marking.marks import Marks
@@ -20,7 +20,7 @@ SWITCHES = IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
 #: After the student's name: the file with the text of the node, in the logs.
 NODE_TEXT = '.node.txt'
 #: Imports of this package that anybody may use.
-SHARED = ('tb3_labs.msg', 'tb3_labs.srv')
+SHARED = ('tb3_labs.msg.', 'tb3_labs.srv.')
 IMPORT = re.compile(r'^\s*(?:from\s+(tb3_labs[\w.]*)\s+import\s+([\w, ]+)|'
                     r'import\s+(tb3_labs[\w.]*))')
 #: A name in quotes, as importlib takes it.
@@ -30,8 +30,8 @@ QUOTED = re.compile(r'''["'](tb3_labs\.\w[\w.]*)["']''')
 def published(node: str, topic: str, inputs: Iterable[str], truth: Sequence[str]) -> str:
     """The finding on a node that publishes on `topic`; '' if it may.
 
-    `inputs`: topics on which the marker itself publishes; `truth`: names that the true poses have,
-    or usually have. All names are resolved.
+    `inputs`: topics on which the marker publishes; `truth`: names of the true poses' topic. All
+    names are resolved.
     """
     name = topic.lstrip('/')
     if topic in truth:
@@ -48,36 +48,13 @@ def published(node: str, topic: str, inputs: Iterable[str], truth: Sequence[str]
 def listened(node: str, topic: str, truth: Sequence[str], markers: Iterable[str]) -> str:
     """The finding on a node that listens to `topic`; '' if it may.
 
-    `truth`: as for :func:`published`; `markers`: namespaces of the robot's settings and of the
-    marker.
+    `truth`: as above; `markers`: namespaces of the robot's settings and of the marker.
     """
     if topic in truth:
         return '{} listens to {}, which tells the true pose.'.format(node, topic)
     if any(topic.startswith(space + '/') for space in markers):
         return '{} listens to {}, which is for the marker alone.'.format(node, topic)
     return ''
-
-
-def took_name(name: str, owner: str) -> str:
-    """The finding on a program that registered under a name that another one has."""
-    return 'A program called itself {}, which is the name of the {}, and so ended it.'.format(
-        name, owner)
-
-
-def ended(owner: str) -> str:
-    """The finding on a robot, or a marker, that no longer answers while the node runs."""
-    return 'The {} was ended while the node ran.'.format(owner)
-
-
-def false_message(topic: str, sender: str, wanted: str) -> str:
-    """The finding on a message from another sender than the robot; it was not used."""
-    return 'A message on {} came from {}, not from {}: it did not count.'.format(
-        topic, sender or 'an unknown program', wanted)
-
-
-def reset(sender: str) -> str:
-    """The finding on a program that called the robot's own reset."""
-    return "{} called the robot's own reset.".format(sender or 'A program')
 
 
 def changed(before: Mapping[str, Any], now: Mapping[str, Any], what: str) -> List[str]:
@@ -92,9 +69,9 @@ def laws_imported(file: str, code: str) -> List[str]:
     """The findings on a Python file that uses more of this package than its messages."""
     found = []
     for number, line in enumerate(code.splitlines(), 1):
-        names = [match.group(1) for match in QUOTED.finditer(line)] + _imported(line)
         found += ['{}, line {}, uses {} of this package.'.format(file, number, name)
-                  for name in names if not _is_shared(name)]
+                  for name in QUOTED.findall(line) + _imported(line)
+                  if not (name + '.').startswith(SHARED)]
     return list(dict.fromkeys(found))
 
 
@@ -106,16 +83,6 @@ def _imported(line: str) -> List[str]:
     if plain:
         return [plain] if '.' in plain else []
     return ['{}.{}'.format(module, name.split()[0]) for name in names.split(',') if name.split()]
-
-
-def _is_shared(name: str) -> bool:
-    return any((name + '.').startswith(shared + '.') for shared in SHARED)
-
-
-def alike(pairs: Iterable[Tuple[str, str, float]]) -> List[str]:
-    """The findings on texts that are nearly the same: (one, other, share from 0 to 1)."""
-    return ['{} and {} are nearly the same text: {:.0f} % of the shorter one.'.format(
-        one, other, 100.0 * share) for one, other, share in pairs]
 
 
 def for_instructor(all_marks: Sequence[Marks], texts: Mapping[str, str],
@@ -130,5 +97,7 @@ def for_instructor(all_marks: Sequence[Marks], texts: Mapping[str, str],
     for marks in all_marks:
         lines += ['To look at: {}: {}'.format(marks.student, finding)
                   for finding in marks.findings]
-    return lines + ['To look at: {}'.format(finding)
-                    for finding in alike(nearly_same(texts, published, given))]
+    return lines + [
+        'To look at: {} and {} are nearly the same text: {:.0f} % of the shorter one.'.format(
+            one, other, 100.0 * share)
+        for one, other, share in nearly_same(texts, published, given)]

@@ -98,14 +98,15 @@ def submissions_from(path: Path, work: Path, tell: Callable[[str], None]) -> Lis
         listed = repositories(path.read_text(encoding='utf-8-sig'))
     except ValueError as problem:
         raise ValueError('{}, read as a list of repositories: {}'.format(path, problem)) from None
-    found = [Submission(name, [path.parent / Path(place).expanduser()])
-             for name, place in listed.items()]
-    for submission in found:
-        if not submission.paths[0].is_dir():
-            raise ValueError('{}: there is no folder {}'.format(path, submission.paths[0]))
+    found = []
+    for name, place in sorted(listed.items()):
+        folder = path.parent / Path(place).expanduser()
+        if not folder.is_dir():
+            raise ValueError('{}: there is no folder {}'.format(path, folder))
+        found.append(Submission(name, [folder]))
     if not found:
         raise ValueError('there is no repository in the list {}'.format(path))
-    return sorted(found, key=lambda submission: submission.student)
+    return found
 
 
 def digest(folder: Path) -> str:
@@ -131,10 +132,7 @@ def sort_out(folder: Path) -> Tuple[List[Path], List[Path]]:
         if len(Path(root).parts) - top >= DEEPEST:
             others += [Path(root) / name for name in folders]
             folders.clear()
-        for name in sorted(names):
-            path = Path(root) / name
-            if LEFT_OUT.search(name):
-                continue
+        for path in (Path(root) / name for name in sorted(names) if not LEFT_OUT.search(name)):
             about = path.lstat()
             if stat.S_ISREG(about.st_mode):
                 files[path] = about
@@ -152,25 +150,25 @@ def _in_folder(folder, tell):
              if not path.name.startswith('.') and not LEFT_OUT.search(path.name)}
     found = []
     for student, parts in by_student((name, path.is_dir()) for name, path in paths.items()).items():
-        kept = []
+        submission = Submission(student, [])
         for name, said in parts:
             if paths[name].is_dir() or said.number or is_zip(name):
-                kept.append((paths[name], said))
+                submission.paths.append(paths[name])
+                submission.names.append(said.file)
+                submission.late |= said.late
             else:
                 tell('left out, because it is neither a folder nor a zip file: {}'.format(
                     paths[name]))
-        if kept:
-            found.append(Submission(
-                student, [path for path, _ in kept], [said.file for _, said in kept],
-                any(said.late for _, said in kept)))
+        if submission.paths:
+            found.append(submission)
     if not found:
         raise ValueError('there is no folder and no zip file in {}'.format(folder))
     return sorted(found, key=lambda submission: submission.student)
 
 
 def _without_wrapping(folder):
-    """The folder in a folder that holds nothing else, if there are only folders and zip files in
-    it: many programs put one round the whole."""
+    """The only folder in a folder, if there are only folders and zip files in it: many programs put
+    one round the whole."""
     inside = list(folder.iterdir())
     if len(inside) == 1 and inside[0].is_dir() and all(
             path.is_dir() or is_zip(path.name) for path in inside[0].iterdir()):
@@ -179,7 +177,6 @@ def _without_wrapping(folder):
 
 
 def _copy_folder(source, copy, budget):
-    """Copy the files of a folder, and tell which are left out."""
     files, others = sort_out(source)
     small = [path for path in files if is_zip(path.name) or path.stat().st_size <= LARGEST]
     for what, left in (('a link, a device, or too deep', others),
@@ -222,7 +219,6 @@ def _unpack_all(copy, budget):
 
 
 def _committed_at(folder):
-    """When the last commit of a repository was made, a datetime; None if that is not known."""
     try:
         done = subprocess.run(
             [*GIT, '-C', str(folder), 'cat-file', 'commit', 'HEAD'], stdin=subprocess.DEVNULL,

@@ -57,7 +57,6 @@ def main(search: Dict[str, List[str]], definitions: List[List[str]]) -> Dict[str
 
 
 def _path_of(package, kind, name):
-    """The file of a type."""
     return os.path.join('in', package, kind, '{}.{}'.format(name, kind))
 
 
@@ -76,7 +75,6 @@ def _describe(path, kind, full_name, search):
 
 
 def _modules():
-    """All modules that were made."""
     found = []
     for folder, _, names in os.walk('out'):
         for name in names:

@@ -86,12 +86,12 @@ def read_name(name: str, is_folder: bool) -> HandedIn:
     if moodle:
         return HandedIn(moodle['student'].strip(), moodle['number'],
                         '' if is_folder else moodle['file'], False)
-    canvas = None if is_folder else CANVAS.fullmatch(name)
+    if is_folder:
+        return HandedIn(name, '', '', False)
+    canvas = CANVAS.fullmatch(name)
     if canvas:
         return HandedIn(canvas['student'].strip(), canvas['number'],
                         AGAIN.sub('', canvas['file']), bool(canvas['late']))
-    if is_folder:
-        return HandedIn(name, '', '', False)
     return HandedIn(name[:-len(ZIP)] if is_zip(name) else name, '', name, False)
 
 

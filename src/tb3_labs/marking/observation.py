@@ -27,9 +27,7 @@ TRUTH = 'ground_truth'
 
 #: Keys of `facts` that several labs use: did the node command a movement after it was asked to;
 #: did the robot come to rest; did the node move the robot when the stimulus began?
-MOVED = 'moved'
-RESTED = 'rested'
-WAS_MOVING = 'was_moving'
+MOVED, RESTED, WAS_MOVING = 'moved', 'rested', 'was_moving'
 #: A robot that was held up for longer than this was not judged fairly, nor was its node [s].
 HELD_UP = 0.15
 #: This number of findings is kept of a node.
@@ -102,12 +100,8 @@ class Observation:
 
     @property
     def longest_gap(self) -> float:
-        """The longest time without a true pose of the robot [s].
-
-        The machine was busy during a long gap: robot and node could not do their work then.
-        """
-        times = [row[0] for row in self.truth]
-        return max([then - before for before, then in zip(times, times[1:])] + [0.0])
+        """The longest time without a true pose of the robot [s]: the machine was busy then."""
+        return float(np.diff([row[0] for row in self.truth]).max(initial=0.0))
 
     @property
     def unfair(self) -> str:
@@ -124,8 +118,8 @@ class Observation:
     def during(self, name: str, may_die: bool = False) -> 'Scene':
         """The :class:`Scene` of a stimulus.
 
-        Raises NotOffered if the node does not offer what the stimulus needs; NotSeen if there was
-        no such stimulus for another reason, or if the node ended during it without `may_die`.
+        ``NotOffered`` if the node does not offer what the stimulus needs; ``NotSeen`` if there was
+        none for another reason, or if the node ended during it without `may_die`.
         """
         for stimulus in self.stimuli:
             if stimulus.name == name:

@@ -1,40 +1,44 @@
-"""The packages of a submission: their names, their messages, and those that a node imports.
+"""The packages of a submission: their names, their messages, and the Python modules made of them.
 
-All files are read as texts; nothing is imported or run.
+A Python node needs nothing else of a build: messages, services, and the modules of a setup.py.
+catkin is not asked: a CMakeLists.txt of a course's repository often needs packages that no marking
+machine has, and it is a program of the submission. Outside of a sandbox all files are texts.
 """
-import ast
+import json
 import os
 import re
+import shutil
+import subprocess
+import tempfile
 import xml.etree.ElementTree as ElementTree
+from functools import lru_cache
 from pathlib import Path
-from typing import Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
+from typing import Any, Dict, List, Optional, Set, Tuple, Union
 
-from tb3_labs.marking.names import NAME, is_name
+import rospkg
 
-#: Folders and files that are not looked into, nor copied.
-LEFT_OUT = ('.git', '.svn', 'build', 'devel', 'install', 'logs', '__pycache__', '*.bag', '*.zip')
-MANIFEST = 'package.xml'
+from tb3_labs.marking import messages_in_sandbox
+from tb3_labs.marking.names import NAME, is_name, printable
+from tb3_labs.marking.sandbox import NoSandbox, Sandbox
+
+MANIFEST, RECIPE = 'package.xml', 'CMakeLists.txt'
 #: This much of a package.xml is read [bytes].
 LARGEST_MANIFEST = 1000000
 #: The folders of a package's messages, services and actions; the names of their files end alike.
-INTERFACES = ('msg', 'srv', 'action')
+MESSAGES, SERVICES = 'msg', 'srv'
+INTERFACES = (MESSAGES, SERVICES, 'action')
 #: A field of a type of another package, as in `geometry_msgs/Pose2D goal`.
-FIELD = re.compile(r'^\s*([A-Za-z]\w*)/[A-Za-z]\w*(\[\d*\])?\s+\w')
-HEADER = re.compile(r'^\s*Header\s')
-#: A program that catches one of these around an import goes on without the module.
-CAUGHT = {'ImportError', 'ModuleNotFoundError', 'Exception', 'BaseException'}
+FIELD = re.compile(r'^\s*([A-Za-z]\w*)/[A-Za-z]\w*(?:\[\d*\])?\s+\w', re.MULTILINE)
+MODULE = re.compile(r'_[A-Za-z0-9_]+\.py')
+#: All messages of a submission are built within this time [s].
+BUILD_TIME = 30.0
 
 
 # -- files and manifests
 
-def files_in(folder: Path) -> Iterator[Path]:
+def files_in(folder: Path) -> List[Path]:
     """The paths of all files below `folder`, in order; no links."""
-    for root, folders, files in os.walk(str(folder)):
-        folders[:] = sorted(name for name in folders if name not in LEFT_OUT)
-        for name in sorted(files):
-            path = Path(root) / name
-            if path.is_file() and not path.is_symlink():
-                yield path
+    return sorted(path for path in folder.rglob('*') if path.is_file() and not path.is_symlink())
 
 
 def package_folder(path: Path, folder: Path) -> Optional[Path]:
@@ -96,121 +100,91 @@ def interface_files(package: Path) -> Dict[str, List[str]]:
             for kind in INTERFACES if any((package / kind).glob('*.' + kind))}
 
 
-def _types_used(package):
+def types_used(package: Path) -> Set[str]:
     """Names of the packages whose types the messages of a package's folder have as fields."""
-    used = set()
-    for kind, names in interface_files(package).items():
-        for name in names:
-            text = (package / kind / name).read_text(encoding='utf-8', errors='replace')
-            for line in text.splitlines():
-                field = FIELD.match(line)
-                if field:
-                    used.add(field.group(1))
-                elif HEADER.match(line):
-                    used.add('std_msgs')
-    return used
+    texts = [(package / kind / name).read_text(encoding='utf-8', errors='replace')
+             for kind, names in interface_files(package).items() for name in names]
+    return set(FIELD.findall('\n'.join(texts)))
 
 
-# -- imports
+def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], remarks: List[str],
+          sandbox: Union[Sandbox, NoSandbox]) -> Optional[Dict[str, Any]]:
+    """Make the modules of packages, name -> folder, below `folder`; the description of their types,
+    see messages_in_sandbox, None if they have none.
 
-class Import(NamedTuple):
-    """One import statement of a program."""
-
-    modules: Tuple[str, ...]    # with dots, as they are written
-    first: int                  # its lines, counted from 1
-    last: int
-    used: bool                  # is a name that it binds used, or does it share its line?
-    guarded: bool               # does the program go on if the import fails?
-
-    @property
-    def packages(self) -> Set[str]:
-        """The modules up to their first dot."""
-        return {module.split('.')[0] for module in self.modules}
-
-
-def imports_of(text: str) -> List[Import]:
-    """The import statements of a program, in order; none if its syntax is wrong, or too deep.
-
-    Imports of the program's own package (``from . import x``) are left out.
+    `environment`: of the sandbox, in which the messages are read; `remarks` grows by sentences.
     """
-    try:
-        tree = ast.parse(text)
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return []
-    used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
-    guarded = {id(inner) for node in ast.walk(tree) if isinstance(node, ast.Try)
-               and any(_catches(handler) for handler in node.handlers)
-               for statement in node.body for inner in ast.walk(statement)}
-    simple = [(node.lineno, node.end_lineno or node.lineno) for node in ast.walk(tree)
-              if isinstance(node, ast.stmt) and not hasattr(node, 'body')]
-    found = []
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            modules = tuple(alias.name for alias in node.names)
-            bound = {alias.asname or alias.name.split('.')[0] for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            modules = (node.module,)
-            bound = {alias.asname or alias.name for alias in node.names}
-        else:
+    files: List[List[str]] = []
+    for name, package in packages.items():
+        own = package / 'src' / name
+        if (package / 'setup.py').exists() and own.is_dir():
+            shutil.copytree(str(own), str(folder / name))
+        files += _definitions(name, package, remarks)
+    if not files:
+        return None
+    done = _read({'search': system_messages(), 'definitions': files}, environment, sandbox)
+    if done is None:
+        remarks.append('The messages and services could not be built.')
+        done = {'modules': [], 'problems': {}, 'fields': {}, 'sums': {}}
+    for package_name, kind, name, text in done['modules']:
+        if not (package_name in packages and kind in (MESSAGES, SERVICES)
+                and MODULE.fullmatch(name)):
+            raise ValueError('a module is called {!r}'.format([package_name, kind, name]))
+        place = folder / package_name / kind
+        place.mkdir(parents=True, exist_ok=True)
+        (place / name).write_text(text, encoding='utf-8')
+        (folder / package_name / '__init__.py').touch()
+    for name, problem in sorted(done['problems'].items()):
+        remarks.append('{} cannot be built: {}.'.format(
+            name, ' '.join(problem.split()).rstrip('.')))
+    for name, package in packages.items():
+        if interface_files(package) and not _generates(package / RECIPE):
+            remarks.append('{} does not generate its messages (generate_messages() is missing in '
+                           '{}): they were built all the same.'.format(name, RECIPE))
+    return done
+
+
+def _generates(recipe):
+    text = recipe.read_text(encoding='utf-8', errors='replace') if recipe.is_file() else ''
+    return re.search(r'^[^#\n]*\bgenerate_messages\s*\(', text, re.IGNORECASE | re.MULTILINE)
+
+
+def _definitions(name, package, remarks):
+    for kind, files in interface_files(package).items():
+        if kind not in (MESSAGES, SERVICES):
+            remarks.append('{} has actions: they were not built.'.format(name))
             continue
-        first, last = node.lineno, node.end_lineno or node.lineno
-        # an import beside another statement in one line cannot be taken out alone
-        alone = sum(begin <= last and first <= end for begin, end in simple) == 1
-        found.append(Import(modules, first, last, not alone or '*' in bound or bool(bound & used),
-                            id(node) in guarded))
-    return sorted(found, key=lambda item: item.first)
+        for file in files:
+            stem = file[:-len(kind) - 1]
+            if is_name(stem):
+                text = (package / kind / file).read_text(encoding='utf-8', errors='replace')
+                yield [name, kind, stem, text]
+            else:
+                remarks.append('{}/{} was not built: ROS allows letters, digits and _ in the name '
+                               'of a type.'.format(name, printable(file)))
 
 
-def _catches(handler):
-    if handler.type is None:
-        return True
-    return bool({node.id for node in ast.walk(handler.type) if isinstance(node, ast.Name)} & CAUGHT)
+def _read(request, environment, sandbox):
+    """The answer of messages_in_sandbox, None if there is none; by a file, since a program in a
+    sandbox cannot write a large one."""
+    command = ['python3', '-c', Path(messages_in_sandbox.__file__).read_text()]
+    with tempfile.TemporaryFile('w+') as asked, tempfile.TemporaryFile('w+') as answer:
+        json.dump(request, asked)
+        asked.seek(0)
+        try:
+            subprocess.run(sandbox.own_network(sandbox.command(command)), stdin=asked,
+                           stdout=answer, stderr=subprocess.DEVNULL, timeout=BUILD_TIME,
+                           env=sandbox.environment(environment), check=True)
+            answer.seek(0)
+            return json.load(answer)
+        except (subprocess.SubprocessError, ValueError):
+            return None
 
 
-def without(text: str, imports: List[Import]) -> str:
-    """The program without these imports; each line of them becomes a comment, so that the numbers
-    of the other lines stay."""
-    lines = text.splitlines(True)
-    for item in imports:
-        first = lines[item.first - 1]
-        indent = first[:len(first) - len(first.lstrip())]
-        for number in range(item.first - 1, item.last):
-            lines[number] = '{}{}# {}'.format(
-                indent, 'pass    ' if number == item.first - 1 else '', lines[number].lstrip())
-    return ''.join(lines)
-
-
-def needed_by(node: Path, packages: Dict[str, Path]) -> List[str]:
-    """Names of the packages that a node needs built, each after those that it needs itself.
-
-    `packages`: name -> folder of all that there are. The modules beside the node count as well.
-    """
-    order: List[str] = []
-    seen: Set[str] = set()
-
-    def visit(name: str) -> None:
-        if name in seen or name not in packages:
-            return
-        seen.add(name)
-        place = packages[name]
-        for other in sorted(_types_used(place)):
-            visit(other)
-        for path in sorted(place.glob('src/{}/**/*.py'.format(name))):
-            for imported in sorted(_imported_by(path)):
-                visit(imported)
-        order.append(name)
-
-    programs = [node]
-    for program in programs:        # modules beside the node are added as they are found
-        for imported in sorted(_imported_by(program)):
-            visit(imported)
-            beside = node.parent / (imported + '.py')
-            if beside.is_file() and beside not in programs:
-                programs.append(beside)
-    return order
-
-
-def _imported_by(path):
-    """The modules that a program imports, up to their first dot."""
-    text = path.read_bytes().decode('utf-8-sig', errors='replace')    # Windows' first bytes
-    return {name for item in imports_of(text) for name in item.packages}
+@lru_cache(maxsize=None)
+def system_messages() -> Dict[str, List[str]]:
+    """name -> folders of its messages, of all ROS packages of this machine; always the same."""
+    # A RosPack fills itself while it is asked: one for each thread that comes first.
+    ros = rospkg.RosPack()
+    folders = {name: os.path.join(ros.get_path(name), MESSAGES) for name in ros.list()}
+    return {name: [folder] for name, folder in folders.items() if os.path.isdir(folder)}

@@ -27,9 +27,8 @@ keys=root,rosout
 [handlers]
 keys=stream
 [formatters]
-keys=plain
+keys=
 [logger_root]
-level=INFO
 handlers=
 [logger_rosout]
 level=INFO
@@ -38,11 +37,7 @@ propagate=0
 qualname=rosout
 [handler_stream]
 class=rosgraph.roslogging.RosStreamHandler
-level=DEBUG
-formatter=plain
 args=(True,)
-[formatter_plain]
-format=[%(name)s][%(levelname)s] %(asctime)s: %(message)s
 '''
 #: The most that the programs of a sandbox may use together: memory [bytes], files in their own
 #: folders [bytes], processes.
@@ -59,13 +54,13 @@ def environment_in(work: Path, environment: Dict[str, str]) -> Dict[str, str]:
     folder; `environment`: that of the submission's workspace."""
     settings = work / 'etc'
     settings.mkdir(exist_ok=True)
-    logging = settings / 'logging.conf'
-    logging.write_text(LOGGING)
+    (settings / 'logging.conf').write_text(LOGGING)
     (settings / 'roscore.xml').write_text(ROSCORE)
     given = {name: value for name, value in environment.items() if name not in FORGOTTEN}
     return dict(given, ROS_HOSTNAME='localhost', ROS_HOME=str(work / 'ros'),
                 ROS_LOG_DIR=str(work / 'log'), ROS_ETC_DIR=str(settings),
-                ROS_PYTHON_LOG_CONFIG_FILE=str(logging), ROS_TEST_RESULTS_DIR=str(work / 'results'))
+                ROS_PYTHON_LOG_CONFIG_FILE=str(settings / 'logging.conf'),
+                ROS_TEST_RESULTS_DIR=str(work / 'results'))
 
 
 def forget_overlays(environment: MutableMapping[str, str] = os.environ,
@@ -89,10 +84,8 @@ def forget_overlays(environment: MutableMapping[str, str] = os.environ,
 
 
 def _sources_of(prefix):
-    """The source folders of a devel space of catkin; those of any other folder: none."""
     try:
-        with open(os.path.join(prefix, '.catkin')) as file:
-            return file.read().split(';')
+        return Path(prefix, '.catkin').read_text().split(';')
     except OSError:
         return ()
 
@@ -103,18 +96,17 @@ def sweep(identity: str) -> None:
     """Kill every process that has this identity in its environment, until there is none."""
     mark = '{}={}'.format(IDENTITY, identity).encode()
     while True:
-        found = [number for number in os.listdir('/proc') if number.isdigit()
-                 and mark in _environment_of(number)]
+        found = [process for process in Path('/proc').glob('[0-9]*')
+                 if mark in _environment_of(process)]
         if not found:
             return
-        for number in found:
-            _kill(int(number))
+        for process in found:
+            _kill(int(process.name))
 
 
-def _environment_of(number):
+def _environment_of(process):
     try:
-        with open('/proc/{}/environ'.format(number), 'rb') as file:
-            return file.read().split(b'\0')
+        return (process / 'environ').read_bytes().split(b'\0')
     except OSError:
         return ()
 
@@ -163,26 +155,20 @@ class ResourceWatch:
 
 
 def _below(pid):
-    """The numbers of all processes that descend from one."""
-    found, open_ = [], [pid]
-    while open_:
-        parent = open_.pop()
+    family = [pid]
+    for parent in family:       # which grows meanwhile
         try:
-            for thread in os.listdir('/proc/{}/task'.format(parent)):
-                with open('/proc/{}/task/{}/children'.format(parent, thread)) as file:
-                    children = [int(number) for number in file.read().split()]
-                found += children
-                open_ += children
+            for thread in Path('/proc/{}/task'.format(parent)).iterdir():
+                family += map(int, (thread / 'children').read_text().split())
         except OSError:
             pass    # it has ended meanwhile
-    return found
+    return family[1:]
 
 
 def _memory(pid):
     """The memory of a process, without files [bytes]; pages shared since a fork count for each."""
     try:
-        with open('/proc/{}/statm'.format(pid)) as file:
-            _, resident, shared = file.read().split()[:3]
+        _, resident, shared, *_ = Path('/proc/{}/statm'.format(pid)).read_text().split()
     except OSError:
         return 0
     return (int(resident) - int(shared)) * PAGE

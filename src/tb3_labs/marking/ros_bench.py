@@ -10,7 +10,6 @@ import rospy
 from sensor_msgs.msg import Imu
 
 from tb3_labs.geometry.angles import difference_degrees
-from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import gamepad as asked_gamepad
 from tb3_labs.marking import imu as asked_imu
 from tb3_labs.marking import move2goal as asked_move2goal
@@ -22,7 +21,6 @@ from tb3_labs.marking.labs import GAMEPAD, IMU, MOVE2GOAL, TURN
 from tb3_labs.marking.observation import CTRL_RELINQ
 from tb3_labs.marking.observation import IMU as IMU_TOPIC
 from tb3_labs.marking.observation import JOY, MOUSE_INFO, MOVED, WAS_MOVING, Stimulus
-from tb3_labs.marking.ros_interface import ResetCaller
 from tb3_labs.marking.ros_running_node import NO, YES
 from tb3_labs.marking.ros_stage import PATIENCE, UNDER_WAY
 from tb3_labs.ros.clocks import wait_until
@@ -72,7 +70,7 @@ def _ended(stage, name, task, goodbye, set_in_motion):
         return False
     ended = not node.alive
     time.sleep(UNDER_WAY)
-    gone = node.gone_at if ended else recorder.now
+    gone = node.runs[-1].end if ended else recorder.now
     moving = [at for at, linear, angular in recorder.commands_since(asked) if linear or angular]
     in_motion = bool(moving) and gone - moving[-1] < IN_MOTION
     begin = moving[-1] if in_motion else max(asked, gone - STOPPING)
@@ -86,7 +84,6 @@ def _ended(stage, name, task, goodbye, set_in_motion):
 
 
 def _ask_for_the_end(node, characters, goodbye, ended):
-    """Ask for the last lines of the node."""
     if goodbye and goodbye not in node.text_since(characters) and node.person.asks(
             'Did it print "{}"?'.format(goodbye)) == YES:
         node.attest(goodbye)
@@ -119,19 +116,16 @@ def turns(stage):
             stage.node.person.tell('  (This one leads to where the heading jumps.)')
             moved, _ = ros_turn.turn_once(stage, step.typed)
         in_vain = 0 if moved else in_vain + 1
-    if stage.node.start():
-        _nonsense(stage)
-
-
-def _nonsense(stage):
+    if not stage.node.start():
+        return
     with stage.stimulus(asked_turn.NONSENSE):
         characters, _ = stage.node.printed
         stage.node.type(asked_turn.TYPED_NONSENSE)
-        if not wait_until(lambda: asked_turn.names_valid_inputs(
-                stage.node.text_since(characters)), ANSWER):
-            if stage.node.person.asks(
-                    'Did it answer by an error that names both valid inputs?') == YES:
-                stage.node.attest('l, r')
+        answered = wait_until(lambda: asked_turn.names_valid_inputs(
+            stage.node.text_since(characters)), ANSWER)
+        if not answered and stage.node.person.asks(
+                'Did it answer by an error that names both valid inputs?') == YES:
+            stage.node.attest('l, r')
 
 
 def turn_shutdown(stage):
@@ -163,9 +157,7 @@ def drive(stage):
     ros_move2goal.Control(stage)
     if not stage.node.start():
         return
-    caller = ResetCaller(stage.node.graph)
-    if caller.found:
-        caller.call(Pose2())
+    if ros_move2goal.reset_to_origin(stage.node):
         stage.node.person.tell('  The frame was reset here. The robot drives about a metre now: '
                                'keep clear of it.')
     ros_move2goal.drive(stage)
@@ -173,14 +165,14 @@ def drive(stage):
 
 def control(stage):
     """Control is taken in a drive; Ctrl+C in another."""
-    ros_move2goal.control_taken(stage, lambda stage, control: person_ends(
+    ros_move2goal.control_taken(stage, lambda set_in_motion: person_ends(
         stage, 'Press Ctrl+C in the terminal of your node, while the robot drives.',
-        set_in_motion=control.start_driving))
+        set_in_motion=set_in_motion))
 
 
 def buttons(stage):
     """As in the marking; Ctrl+C while the robot turns on the spot."""
-    ros_gamepad.buttons(stage, lambda stage, pad: person_ends(
+    ros_gamepad.buttons(stage, lambda pad: person_ends(
         stage, 'Press Ctrl+C in the terminal of your node, while the robot turns.',
         set_in_motion=lambda: pad.push(left=SLOWLY)))
 
@@ -189,13 +181,9 @@ def buttons(stage):
 
 def release_mouse(stage):
     """The mouse is not active."""
-    try:
-        mouse = ros_turn.HeldMouse(stage.node.graph)
-    except ValueError:
-        return
-    with mouse:
-        mouse.at(0.0, 0.0, active=False)
-        mouse.wait_until_heard()
+    mouse = ros_turn.mouse_of(stage, [])
+    if mouse is not None:
+        mouse.hold(None)
 
 
 def release_pad(stage):

@@ -15,18 +15,12 @@ from tb3_labs.marking.observation import IMU as IMU_TOPIC
 from tb3_labs.marking.observation import ODOM, TRUTH, Observation
 from tb3_labs.marking.ros_bench import PARTS, PLAYED, RELEASES
 from tb3_labs.marking.ros_robot import Recorder
-from tb3_labs.marking.ros_running_node import YES, NotFound, RunningNode, package_of, process_of
+from tb3_labs.marking.ros_running_node import YES, Impossible, RunningNode, is_there
 from tb3_labs.marking.ros_stage import Stage
 from tb3_labs.report.messages import RECORDED
 
-#: Stands for a package that is not known.
-UNKNOWN = 'unknown'
 #: The bag is closed within this time [s].
 CLOSING = 10.0
-
-
-class Impossible(Exception):
-    """There can be no checkoff now; the text is the reason, and the remedy."""
 
 
 def parts_of(lab, given):
@@ -50,23 +44,15 @@ class Checkoff:
         """`worth`: criterion -> points; `name`: that of the node, '' if any will do. ``Impossible``
         if there is no robot, or somebody else plays the part of this program."""
         self._lab, self._parts, self._person = lab, parts, person
-        self._open = OpenCriteria(LABS[lab].criteria, worth, parts)
+        #: The OpenCriteria of these parts.
+        self.criteria = OpenCriteria(LABS[lab].criteria, worth, parts)
         self.has_truth = self._look_round()
         self._observation = Observation(lab, '')
         self.node = RunningNode(person, LABS[lab].listens, lab != IMU, name, lambda: recorder.now)
-        recorder = Recorder(self._observation, self.node.is_it, self.has_truth)
+        recorder = Recorder(self._observation, lambda name, address: name in self.node.graph.names,
+                            self.has_truth)
         self._stage = Stage(self._observation, recorder, self.node,
-                           lambda seen: self._say(self._open.look(seen)))
-
-    @property
-    def all_met(self):
-        """Is each criterion of the handout met?"""
-        return self._open.all_met
-
-    @property
-    def points(self):
-        """(points that were earned, full marks of these parts)."""
-        return self._open.points
+                           lambda seen: self._say(self.criteria.look(seen)))
 
     def run(self):
         """Try all parts; whatever happens, nothing is held afterwards.
@@ -76,24 +62,19 @@ class Checkoff:
         try:
             if not self.node.start():
                 raise Impossible('no node came that could be judged')
-            self._observation.node = '{}/{}'.format(
-                package_of(self.node.name) or UNKNOWN, self.node.name.rsplit('/', 1)[-1])
             for part in self._parts:
                 self._person.tell('\n{}'.format(part.capitalize()))
                 self._stage.keep()
                 PARTS[self._lab][part](self._stage)
                 self._ask(part)
-                self._say(self._open.end(self._observation, part))
-        except NotFound as reason:
-            raise Impossible(str(reason)) from None
+                self._say(self.criteria.end(self._observation, part))
         except rospy.ROSException as problem:
             raise Impossible('the robot is silent: {}'.format(problem)) from None
         finally:
             self._let_go()
 
     def _ask(self, part):
-        """Ask for the print of the node, as far as it is not known."""
-        for question in self._open.questions(self._observation, part):
+        for question in self.criteria.questions(self._observation, part):
             if self._person.asks(question.words) == YES:
                 for stimulus in self._observation.stimuli:
                     if stimulus.name == question.stimulus:
@@ -105,12 +86,11 @@ class Checkoff:
 
     def _look_round(self):
         """Does the robot that runs publish its true pose?"""
-        publishers = {topic: names for topic, names in rosgraph.Master(
-            rospy.get_name()).getSystemState()[0]}
+        publishers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[0])
 
         def nodes(topic):
             return [name for name in publishers.get(rospy.resolve_name(topic), [])
-                    if name != rospy.get_name() and process_of(name) is not None]
+                    if name != rospy.get_name() and is_there(name)]
         if not (nodes(IMU_TOPIC) and nodes(ODOM)):
             raise Impossible('no robot runs here: nothing publishes {} and {}; start one first'
                              .format(IMU_TOPIC, ODOM))
@@ -122,7 +102,6 @@ class Checkoff:
         return bool(nodes(TRUTH))
 
     def _let_go(self):
-        """Release the mouse, the pad, the control."""
         for topic in {PLAYED.get((self._lab, part)) for part in self._parts} - {None}:
             if self.node.alive:
                 RELEASES[topic](self._stage)
@@ -132,7 +111,6 @@ class Bag:
     """The bag of a checkoff, which lab_report.py reads; `path` is None if rosbag is not there."""
 
     def __init__(self, path):
-        """`path`: of the bag."""
         found = find_node('rosbag', 'record')
         self.path = path if found else None
         self._process = subprocess.Popen(

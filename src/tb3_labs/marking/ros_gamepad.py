@@ -12,7 +12,7 @@ from std_msgs.msg import Bool
 from tb3_labs.marking import gamepad as asked
 from tb3_labs.marking.gamepad import HELD, RESET_TIME, SAYS
 from tb3_labs.marking.observation import CTRL_RELINQ, JOY
-from tb3_labs.marking.ros_interface import NAMES, AnyService, packages_with_services
+from tb3_labs.marking.ros_interface import AnyService
 from tb3_labs.marking.ros_robot import Repeater
 from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.ros.clocks import wait_until
@@ -29,18 +29,15 @@ REACTION = 1.5
 WELL_UNDER_WAY = 0.4
 #: The pad that is played if none is named.
 HANDOUT = 'handout'
-#: Its numbers, as gamepad.launch loads them.
-FILE = 'pad_{}.yaml'
 
 
 def pad_called(name):
     """The PadConfig of a pad; ``ValueError`` with the valid names for an unknown one."""
     folder = Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch' / 'params'
-    before, after = FILE.split('{}')
-    known = sorted(path.name[len(before):-len(after)] for path in folder.glob(FILE.format('*')))
+    known = {path.stem[len('pad_'):]: path for path in folder.glob('pad_*.yaml')}
     if name not in known:
-        raise ValueError('there is no pad {!r}; valid: {}'.format(name, ', '.join(known)))
-    return PadConfig(**yaml.safe_load((folder / FILE.format(name)).read_text(encoding='utf-8')))
+        raise ValueError('there is no pad {!r}; valid: {}'.format(name, ', '.join(sorted(known))))
+    return PadConfig(**yaml.safe_load(known[name].read_text(encoding='utf-8')))
 
 
 def pad_in_words(name):
@@ -88,13 +85,10 @@ class HeldPad(Repeater):
 
 
 def _reset_service(stage):
-    """The reset that the node may call, until it is closed."""
-    return closing(AnyService(NAMES, packages_with_services(rospkg.RosPack()),
-                              stage.node.graph.types.own_services()))
+    return closing(AnyService(rospkg.RosPack(), stage.node.graph.types.own_services()))
 
 
 def _stick_up(stage, pad, name):
-    """The stimulus of the left stick up, then in its middle again."""
     with stage.stimulus(name):
         pad.sticks(1.0)
         time.sleep(HELD)
@@ -114,12 +108,9 @@ def sticks(stage):
                     time.sleep(HELD)
 
 
-def _ctrl_c(stage, pad):
-    stage.ctrl_c_in_motion(lambda: _start_driving(stage, pad))
-
-
-def buttons(stage, ctrl_c=_ctrl_c):
-    """A, the sticks, B, the sticks, Y; then ``ctrl_c(stage, pad)``, while a stick drives."""
+def buttons(stage, ctrl_c=None):
+    """A, the sticks, B, the sticks, Y; then ``ctrl_c(pad)``, that of the stage while a stick drives
+    if None."""
     with _reset_service(stage) as service:
         if not stage.node.alive and not stage.node.start():
             return
@@ -131,18 +122,19 @@ def buttons(stage, ctrl_c=_ctrl_c):
                 time.sleep(UNDER_WAY)
                 record.facts.update({asked.CALLS: len(service.calls),
                                      asked.ORIGIN: all(service.calls)})
-            ctrl_c(stage, pad)
+            if ctrl_c is None:
+                stage.ctrl_c_in_motion(lambda: _start_driving(stage, pad))
+            else:
+                ctrl_c(pad)
 
 
 def _start_driving(stage, pad):
-    """Have the node drive by the stick; returns as Stage.set_in_motion()."""
     pad.sticks()
     return stage.set_in_motion(lambda: stage.node.alive, lambda: pad.push(1.0), REACTION,
                                WELL_UNDER_WAY)
 
 
 def _hand_over(stage, pad):
-    """A, and back by B."""
     said, late = [], []
     listener = rospy.Subscriber(CTRL_RELINQ, Bool, lambda message: said.append(message.data))
     with stage.stimulus(asked.HAND_OVER) as record:
@@ -178,7 +170,7 @@ def lost(stage):
     with HeldPad(stage.pad) as pad:
         moving = _start_driving(stage, pad)
         if moving is not None:
-            stage.falls_silent(asked.PAD_SILENT, moving, pad.silence)
+            stage.falls_silent(asked.PAD_SILENT, moving, lambda: pad.hold(None))
 
 
 PARTS = {asked.STICKS: sticks, asked.BUTTONS: buttons, asked.NO_SERVICE: no_service,

@@ -6,7 +6,6 @@ theta, heading, yaw_deg, ..., or use a standard pose.
 """
 import math
 import threading
-from pathlib import Path
 
 import rosgraph
 import rosnode
@@ -15,17 +14,17 @@ import rosservice
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.move2goal import ANSWER_TIME
-from tb3_labs.marking.ros_internals import ServiceType, offer_any_service, service_types
+from tb3_labs.marking.ros_internals import offer_any_service, service_types
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
 
 #: The roles of a node at a topic, or a service.
 ROLES = PUBLISHES, LISTENS, OFFERS = 'publishes', 'listens', 'offers'
-#: The names of the fields of a request.
-X, Y = ('x', 'pos_x', 'x_pos', 'x0', 'pose_x'), ('y', 'pos_y', 'y_pos', 'y0', 'pose_y')
-#: The contents of a request: a place, a heading, a heading whose unit is beyond doubt.
-PLACE_X, PLACE_Y, YAW, UNIT = 'x', 'y', 'yaw', 'unit'
-ALL = frozenset({PLACE_X, PLACE_Y, YAW})
+#: Name of a field of a request -> the part of a pose that it takes.
+PLACES = {'x': 'x', 'pos_x': 'x', 'x_pos': 'x', 'x0': 'x', 'pose_x': 'x',
+          'y': 'y', 'pos_y': 'y', 'y_pos': 'y', 'y0': 'y', 'pose_y': 'y'}
+#: The parts that a request can take; besides, UNIT: the unit of its yaw is beyond doubt.
+ALL, UNIT = frozenset({'x', 'y', 'yaw'}), 'unit'
 ANGLES = ('yaw', 'theta', 'th', 'heading', 'angle', 'phi')
 #: The names of the reset that the handouts lead to, likeliest first; then any that has one of WORDS
 #: in it.
@@ -59,10 +58,9 @@ class Graph:
         return nodes
 
     def services(self):
-        """The names of the node's services, but for those that every node has."""
+        """The names of the node's services."""
         _, _, services = self._master.getSystemState()
-        return [name for name, nodes in services if self.names.intersection(nodes)
-                and not name.endswith(('/get_loggers', '/set_logger_level'))]
+        return [name for name, nodes in services if self.names.intersection(nodes)]
 
     def listens_to(self, topic):
         """Does the node listen to `topic`?"""
@@ -71,10 +69,8 @@ class Graph:
 
     def kind_of(self, topic):
         """The message class that the node itself uses on `topic`; None if there is none."""
-        for name, kind in self._master.getTopicTypes():
-            if name == rospy.resolve_name(topic):
-                return self.types.message(kind)
-        return None
+        kind = dict(self._master.getTopicTypes()).get(rospy.resolve_name(topic))
+        return self.types.message(kind) if kind else None
 
     def service(self, name):
         """The class of a service that is offered; None if its type is not known here."""
@@ -94,8 +90,8 @@ class Graph:
 def fill_pose(request, pose):
     """Fill a Pose2 into a message, wherever it has fields for one.
 
-    Returns the parts that it took: a set of PLACE_X, PLACE_Y, YAW, and UNIT if the unit of the yaw
-    is beyond doubt. A yaw whose name does not end in '_deg' is filled in rad.
+    Returns the set of the parts that it took: those of ALL, and UNIT. A yaw whose name does not end
+    in '_deg' is filled in rad.
     """
     filled = set()
     for name, kind in zip(request.__slots__, request._slot_types):
@@ -109,15 +105,12 @@ def fill_pose(request, pose):
             filled |= fill_pose(value, pose)
         elif not kind.startswith('float') or '[' in kind:
             continue
-        elif low in X:
-            setattr(request, name, pose.x)
-            filled.add(PLACE_X)
-        elif low in Y:
-            setattr(request, name, pose.y)
-            filled.add(PLACE_Y)
+        elif low in PLACES:
+            setattr(request, name, getattr(pose, PLACES[low]))
+            filled.add(PLACES[low])
         elif bare in ANGLES:
             setattr(request, name, math.degrees(pose.yaw) if low.endswith('_deg') else pose.yaw)
-            filled |= {YAW, UNIT} if bare != low else {YAW}
+            filled |= {'yaw', UNIT} if bare != low else {'yaw'}
     return filled
 
 
@@ -141,16 +134,14 @@ class ResetCaller:
         def rank(name):
             base = name.rsplit('/', 1)[-1].lower()
             return (NAMES.index(base) if base in NAMES else len(NAMES), name)
-        likely = sorted((name for name in graph.services() if any(
-            word in name.rsplit('/', 1)[-1].lower() for word in WORDS)), key=rank)
-        self.found = likely[0] if likely else ''
+        likely = [name for name in graph.services() if any(
+            word in name.rsplit('/', 1)[-1].lower() for word in WORDS)]
+        self.found = min(likely, key=rank, default='')
+        self._kind = graph.service(self.found) if self.found else None
         #: The parts that its request takes, as fill_pose() says.
         self.takes = set()
-        self._kind = None
-        if self.found:
-            self._kind = graph.service(self.found)
-            if self._kind is not None:      # else call() tells
-                self.takes = fill_pose(self._kind._request_class(), Pose2())
+        if self._kind is not None:      # else call() tells
+            self.takes = fill_pose(self._kind._request_class(), Pose2())
 
     def call(self, pose):
         """Declare a Pose2; '' or the reason why it failed."""
@@ -174,34 +165,19 @@ class ResetCaller:
         return answers[0]
 
 
-def packages_with_services(packages):
-    """The names of those packages of a rospkg.RosPack that have services, and of std_srvs, which
-    Debian installs as a Python module alone."""
-    return ['std_srvs'] + [name for name in packages.list()
-                           if (Path(packages.get_path(name)) / 'srv').is_dir()]
-
-
 class AnyService:
-    """Reset services with these names that take calls of any type; they answer with success.
+    """Reset services, called NAMES, that take calls of any type; they answer with success.
 
-    A client says by a checksum which type it means. A type with that checksum is looked for in the
-    packages that are known.
+    A client says by a checksum which type it means: one of the packages, or of the student's.
     """
 
-    def __init__(self, names, packages, more=()):
-        """`packages`: names of the packages whose types are known; `more`: classes of others."""
+    def __init__(self, packages, own):
+        """`packages`: a rospkg.RosPack; `own`: classes of the student's services."""
         self._types = service_types(packages)
-        self._types.update({kind._md5sum: ServiceType(kind._request_class, kind._response_class)
-                            for kind in more})
-        self._lock = threading.Lock()
-        self._calls = []
-        self._services = [offer_any_service(name, self._on_call) for name in names]
-
-    @property
-    def calls(self):
-        """For each call so far: did it declare (0, 0, 0)? True also if its type is unknown."""
-        with self._lock:
-            return list(self._calls)
+        self._types.update({kind._md5sum: kind for kind in own})
+        #: For each call so far: did it declare (0, 0, 0)? True also if its type is unknown.
+        self.calls = []
+        self._services = [offer_any_service(name, self._on_call) for name in NAMES]
 
     def close(self):
         """Offer nothing any more."""
@@ -211,17 +187,13 @@ class AnyService:
     def _on_call(self, checksum, data):
         kind = self._types.get(checksum)
         if kind is None:
-            self._note(True)
+            self.calls.append(True)
             raise rospy.ServiceException('the type of this request is not known here')
-        request = kind.request()
+        request = kind._request_class()
         request.deserialize(data)
-        self._note(is_origin(request))
-        response = kind.response()
+        self.calls.append(is_origin(request))
+        response = kind._response_class()
         for name, value in (('success', True), ('message', 'reset')):
             if name in response.__slots__:
                 setattr(response, name, value)
         return response
-
-    def _note(self, origin):
-        with self._lock:
-            self._calls.append(origin)

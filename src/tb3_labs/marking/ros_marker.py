@@ -3,13 +3,14 @@
 It has a master, a simulated robot, a home and a log folder of its own, and a time limit. At the end
 not a process is left, whatever the submission did.
 """
+import json
 import os
 import shutil
 import subprocess
 import tempfile
 import time
 import uuid
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Callable, Mapping, Sequence, Set
 
@@ -20,6 +21,7 @@ from tb3_labs.marking.intake import Copy
 from tb3_labs.marking.labs import GAMEPAD, LABS
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.observation import Observation
+from tb3_labs.marking.packages import files_in
 from tb3_labs.marking.processes import IDENTITY, environment_in, sweep
 from tb3_labs.marking.progress import tried_last
 from tb3_labs.marking.ros_gamepad import HANDOUT, pad_in_words
@@ -151,14 +153,11 @@ class Marker:
         shutil.copy(str(record), str(self._logs / (folder.name + '.json')))
 
     def _read(self, marks, sources, executable):
-        """Note which of this package's laws a submission uses; keep the node's text, by which it is
-        compared with others."""
-        files = [path for path in sorted(sources.rglob('*.py')) if path.is_file()
-                 and not path.is_symlink()]
-        for path in files:
-            marks.findings += laws_imported(path.name, path.read_text(errors='replace'))
-        for path in sorted(sources.rglob(executable))[:1]:
-            (self._logs / (marks.student + NODE_TEXT)).write_bytes(path.read_bytes())
+        for path in files_in(sources):
+            if path.suffix == '.py':
+                marks.findings += laws_imported(path.name, path.read_text(errors='replace'))
+        node = min(sources.rglob(executable))
+        (self._logs / (marks.student + NODE_TEXT)).write_bytes(node.read_bytes())
 
     def _check(self, prepared, sandbox, work, log, record, identity, trying):
         """Run the lab's check; False if the time was up.
@@ -168,9 +167,10 @@ class Marker:
         """
         sandbox.hand_over(work / 'ws')
         own = environment_in(work, dict(os.environ, **{IDENTITY: identity}))
-        Launch(ALWAYS + sandbox.command([]),
-               sandbox.environment(environment_in(work, prepared.environment)),
-               prepared.types, sandbox.isolates).write(work / 'launch.json')
+        launch = Launch(ALWAYS + sandbox.command([]),
+                        sandbox.environment(environment_in(work, prepared.environment)),
+                        prepared.types, sandbox.isolates)
+        (work / 'launch.json').write_text(json.dumps(asdict(launch)))
         with open(str(log), 'w') as file:
             check = subprocess.Popen(
                 sandbox.own_network([

@@ -8,9 +8,8 @@ from std_msgs.msg import Bool, Empty
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import move2goal as asked
 from tb3_labs.marking.conduct import ODOM_SWITCH
-from tb3_labs.marking.move2goal import (ASTRAY, CONTROL, DECLARED, DRIVE, DRIVE_TIME, GOAL,
-                                        GOAL_POSE, LOCAL_T_WORLD, LOST, OFFSET, PROBLEM, REACTION,
-                                        RESET, TAKES_EFFECT, TURNED, WATCHED)
+from tb3_labs.marking.move2goal import (
+    ASTRAY, DRIVE_TIME, GOAL, PROBLEM, REACTION, TAKES_EFFECT, TURNED, WATCHED)
 from tb3_labs.marking.observation import CTRL_RELINQ, MOVED, RESTED, WAS_MOVING
 from tb3_labs.marking.observation import RESET as ROBOTS_RESET
 from tb3_labs.marking.ros_interface import ALL, UNIT, ResetCaller
@@ -46,26 +45,21 @@ class Control:
         """Give the robot to the node, or take it."""
         self._control.publish(given)
 
-    @property
-    def pose(self):
-        """The robot's true pose, a Pose2."""
-        return Pose2(*self._stage.recorder.pose)
-
     def drive(self, name, local_T_base=Pose2(), start=None):
         """The stimulus of a drive: control is given, until the robot arrived or goes astray.
 
-        `local_T_base`: the robot's pose in the local frame when its true pose was `start`; None:
-        the true pose now.
+        `local_T_base`: the robot's pose in the local frame when its true pose was `start`, or now.
         """
-        node, recorder, start = self._stage.node, self._stage.recorder, start or self.pose
+        node, recorder = self._stage.node, self._stage.recorder
+        start = start or recorder.pose
         local_T_world = local_T_base @ start.inverse()
-        facts = {GOAL_POSE: GOAL, MOVED: False, RESTED: False,
-                 LOCAL_T_WORLD: [local_T_world.x, local_T_world.y, local_T_world.yaw]}
+        facts = {asked.GOAL_POSE: GOAL, MOVED: False, RESTED: False,
+                 asked.LOCAL_T_WORLD: [local_T_world.x, local_T_world.y, local_T_world.yaw]}
         with self._stage.stimulus(name, facts) as record:
             record.facts[MOVED] = self._stage.moves_after(lambda: self.give(True), REACTION)
             if record.facts[MOVED]:
                 wait_until(lambda: not node.alive or recorder.rests(ARRIVAL)
-                           or self.pose.distance_to(start) > ASTRAY, DRIVE_TIME)
+                           or recorder.pose.distance_to(start) > ASTRAY, DRIVE_TIME)
                 record.facts[RESTED] = recorder.rests(ARRIVAL)
 
     def start_driving(self):
@@ -79,19 +73,22 @@ class Control:
     def _is_ready(self):
         self.give(False)
         node = self._stage.node
-        if not node.alive or not wait_until(self._stage.recorder.rests, RESTS):
+        if not (node.alive and wait_until(self._stage.recorder.rests, RESTS)
+                and reset_to_origin(node)):
             node.stop()
-        else:
-            caller = ResetCaller(node.graph)
-            if not caller.found or caller.call(Pose2()):
-                node.stop()
         return node.alive
+
+
+def reset_to_origin(node):
+    """Reset the node's frame, if it offers that; did it succeed?"""
+    caller = ResetCaller(node.graph)
+    return bool(caller.found) and not caller.call(Pose2())
 
 
 def drive(stage):
     """Without control; the first drive, from where the odometry begins; silence at the goal."""
     control = Control(stage)
-    start = control.pose
+    start = stage.recorder.pose
     if not stage.node.start():
         return
     with stage.stimulus(asked.WITHOUT_CONTROL):
@@ -117,19 +114,15 @@ def reset(stage):
 
 
 def _reset(stage, name, caller, pose):
-    """The stimulus of a reset to this pose; True if it succeeded."""
     with stage.stimulus(name) as record:
         record.facts[PROBLEM] = caller.call(pose)
         time.sleep(TAKES_EFFECT)
     return not record.facts[PROBLEM]
 
 
-def _ctrl_c(stage, control):
-    stage.ctrl_c_in_motion(control.start_driving)
-
-
-def control_taken(stage, ctrl_c=_ctrl_c):
-    """Control is taken in the middle of a drive; then ``ctrl_c(stage, control)``, in another."""
+def control_taken(stage, ctrl_c=None):
+    """Control is taken in the middle of a drive; then ``ctrl_c(set_in_motion)``, that of the stage
+    if None."""
     control = Control(stage)
     moving = control.start_driving()
     if moving is None:
@@ -137,7 +130,7 @@ def control_taken(stage, ctrl_c=_ctrl_c):
     with stage.stimulus(asked.CONTROL_TAKEN, {WAS_MOVING: moving}):
         control.give(False)
         time.sleep(WATCHED)
-    ctrl_c(stage, control)
+    (ctrl_c or stage.ctrl_c_in_motion)(control.start_driving)
     control.give(False)
 
 
@@ -168,24 +161,20 @@ def offset(stage):
         return
     board.publish()
     time.sleep(RECALIBRATION)
-    if not stage.node.start():
-        return
-    caller = ResetCaller(stage.node.graph)
-    if caller.found:
-        caller.call(Pose2())
-    control.drive(asked.OFFSET_DRIVE)
-    control.give(False)
+    if stage.node.start():
+        reset_to_origin(stage.node)
+        control.drive(asked.OFFSET_DRIVE)
+        control.give(False)
 
 
 def lost(stage):
     """The odometry falls silent in the middle of a drive."""
     control = Control(stage)
     moving = control.start_driving()
-    if moving is None:
-        return
-    stage.sensor_falls_silent(asked.ODOMETRY_SILENT, moving, ODOM_SWITCH)
-    control.give(False)
+    if moving is not None:
+        stage.sensor_falls_silent(asked.ODOMETRY_SILENT, moving, ODOM_SWITCH)
+        control.give(False)
 
 
-PARTS = {DRIVE: drive, RESET: reset, CONTROL: control_taken, DECLARED: declared, OFFSET: offset,
-         LOST: lost}
+PARTS = {asked.DRIVE: drive, asked.RESET: reset, asked.CONTROL: control_taken,
+         asked.DECLARED: declared, asked.OFFSET: offset, asked.LOST: lost}

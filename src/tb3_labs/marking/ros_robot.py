@@ -4,22 +4,20 @@ holds its mouse or gamepad.
 import math
 import threading
 import time
-from itertools import takewhile
+from bisect import bisect_left
 
+import numpy as np
 import rospy
-from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
 from tb3_labs.geometry.angles import clamp, continuous, difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.conduct import false_message
 from tb3_labs.marking.observation import CMD_VEL, IMU, ODOM, TRUTH
-from tb3_labs.marking.ros_internals import sender_of
+from tb3_labs.marking.ros_internals import name_of_sender, sender_of
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_imu_sample, to_odometry_sample, to_pose2, to_twist
-from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.ros.topics import subscribe
 
 #: The robot's name, by which its settings are found.
@@ -31,11 +29,9 @@ SAME_COMMAND = 0.04
 #: No more commands than this are kept of a node.
 MOST_COMMANDS = 40000
 #: A robot that moves less than this within REST_TIME rests [m], [rad], [s].
-REST_WAY = 0.002
-REST_TURN = 0.005
-REST_TIME = 0.4
-#: The latest poses, more than arrive in REST_TIME; fewer than FEWEST tell nothing.
-LATEST, FEWEST = 200, 5
+REST_WAY, REST_TURN, REST_TIME = 0.002, 0.005, 0.4
+#: Fewer poses than these tell nothing.
+FEWEST = 5
 #: A turn by the marker: rate for each rad of error [1/s], least and greatest rate [rad/s], the
 #: greatest error at its end [rad], the time between two commands [s].
 GAIN, SLOWEST, FASTEST, CLOSE, PERIOD = 3.0, 0.1, 1.5, 0.01, 0.03
@@ -45,8 +41,7 @@ RESTS = 2.0
 REPEATED = 0.05
 #: A node that is ready connects within this time [s]. It may want to see a new pad at rest for a
 #: moment before it obeys (this package's gamepad for 0.3 s): it has seen enough after SETTLED.
-CONNECTING = 1.0
-SETTLED = 0.45
+CONNECTING, SETTLED = 1.0, 0.45
 
 
 def from_others(name, address):
@@ -62,11 +57,10 @@ class Recorder:
 
     def __init__(self, observation, is_judged=from_others, has_truth=True):
         """``is_judged(name, address)``: are the commands of this sender recorded? `has_truth`: does
-        the robot publish its true pose? Else the place is that of the odometry, and the heading
-        that of the IMU; the two agree at first."""
+        the robot publish its true pose? Else the odometry tells the place, and the IMU how the
+        heading changes."""
         self._observation, self._is_judged = observation, is_judged
-        self._zero = rospy.get_time()
-        self._lock = threading.Lock()
+        self._zero, self._lock = rospy.get_time(), threading.Lock()
         #: The address of the robot: nobody else published its true pose when it began.
         self.robot = ''
         self._poses = self._commands = None
@@ -83,15 +77,16 @@ class Recorder:
     def _on_truth(self, message):
         sender = sender_of(self._poses, message) if self._poses is not None else ''
         self.robot = self.robot or sender
-        if sender != self.robot or not sender:
-            self._observation.note(false_message(
-                TRUTH, connection_of(message).get('callerid', ''), 'the robot') if sender else '')
+        if not sender:
             return
-        self._add_pose(to_pose2(message.pose))
+        if sender == self.robot:
+            self._add_pose(to_pose2(message.pose))
+        else:
+            self._observation.note('A message on {} came from {}, not from the robot: it did not '
+                                   'count.'.format(TRUTH, name_of_sender(message)))
 
     def _on_imu(self, sample):
-        known = self._imu_yaw
-        self._imu_yaw = sample.yaw if known is None else continuous(sample.yaw, known)
+        self._imu_yaw = sample.yaw
 
     def _on_odometry(self, sample):
         if self._imu_yaw is None:
@@ -110,8 +105,7 @@ class Recorder:
         entry = [self.now, message.linear.x, message.angular.z]
         if self._commands is None or not math.isfinite(entry[1]) or not math.isfinite(entry[2]):
             return
-        if not self._is_judged(connection_of(message).get('callerid', ''),
-                               sender_of(self._commands, message)):
+        if not self._is_judged(name_of_sender(message), sender_of(self._commands, message)):
             return
         commands = self._observation.commands
         with self._lock:
@@ -132,21 +126,20 @@ class Recorder:
 
     @property
     def pose(self):
-        """The robot's true pose: (x [m], y [m], yaw [rad], continuous)."""
+        """The robot's true pose, a Pose2; its yaw is continuous."""
         with self._lock:
-            return tuple(self._observation.truth[-1][1:])
+            return Pose2(*self._observation.truth[-1][1:])
 
     @property
     def heading_deg(self):
         """The robot's true heading [deg], continuous."""
-        return math.degrees(self.pose[2])
+        return math.degrees(self.pose.yaw)
 
     def commands_since(self, begin):
         """The node's commands since `begin`: [time, linear, angular]."""
+        commands = self._observation.commands
         with self._lock:
-            latest = takewhile(lambda entry: entry[0] >= begin,
-                               reversed(self._observation.commands))
-            return list(latest)[::-1]
+            return commands[bisect_left(commands, [begin]):]
 
     def moves(self, begin):
         """Has the node commanded a movement since `begin`?"""
@@ -156,14 +149,13 @@ class Recorder:
         """Has the robot rested for REST_TIME, and had no movement commanded for this time [s]?"""
         if without_command and self.moves(self.now - without_command):
             return False
+        truth = self._observation.truth
         with self._lock:
-            recent = [row for row in self._observation.truth[-LATEST:]
-                      if row[0] >= self.now - REST_TIME]
+            recent = np.array(truth[bisect_left(truth, [self.now - REST_TIME]):])
         if len(recent) < FEWEST:
             return False
-        ways = [math.hypot(row[1] - recent[0][1], row[2] - recent[0][2]) for row in recent]
-        turns = [abs(row[3] - recent[0][3]) for row in recent]
-        return max(ways) < REST_WAY and max(turns) < REST_TURN
+        _, x, y, yaw = (recent - recent[0]).T
+        return np.hypot(x, y).max() < REST_WAY and np.abs(yaw).max() < REST_TURN
 
 
 class RobotHand:
@@ -177,7 +169,7 @@ class RobotHand:
         """Turn the robot to a heading [deg], the short way, in at most this time [s]; does it rest
         afterwards? Its last command is zero, also after an interruption."""
         def error():
-            return difference(math.radians(heading_deg), self._recorder.pose[2])
+            return difference(math.radians(heading_deg), self._recorder.pose.yaw)
         deadline = time.monotonic() + seconds
         try:
             while abs(error()) > CLOSE and time.monotonic() < deadline:
@@ -188,11 +180,6 @@ class RobotHand:
             self._wheels.publish(to_twist(0.0, 0.0))
         return wait_until(self._recorder.rests, RESTS)
 
-    @staticmethod
-    def settings():
-        """A client of the robot's settings, which takes a moment to connect."""
-        return Client(ROBOT, timeout=10.0)
-
 
 class Repeater:
     """Repeats the latest message on a topic, as the driver of a mouse or a gamepad does.
@@ -201,8 +188,7 @@ class Repeater:
     """
 
     def __init__(self, topic, kind):
-        self._message = None
-        self._closed = False
+        self._message, self._closed = None, False
         self._publisher = rospy.Publisher(topic, kind, queue_size=1, tcp_nodelay=True)
         threading.Thread(target=self._repeat, daemon=True).start()
 
@@ -210,25 +196,17 @@ class Repeater:
         return self
 
     def __exit__(self, *problem):
-        self.close()
+        self._message, self._closed = None, True
 
     def hold(self, message):
-        """Send this message from now on; None: nothing."""
+        """Send this message from now on; None: nothing, as after its plug was pulled."""
         self._message = message
         self._send()
-
-    def silence(self):
-        """Send nothing, as after its plug was pulled."""
-        self.hold(None)
 
     def wait_until_heard(self):
         """Wait until a node is connected and has heard the message that is held."""
         wait_until(self._publisher.get_num_connections, CONNECTING)
         time.sleep(SETTLED)
-
-    def close(self):
-        """Send nothing ever again."""
-        self._message, self._closed = None, True
 
     def _send(self):
         message = self._message

@@ -3,7 +3,6 @@ typed to by the person.
 
 Its print is known as far as it goes to /rosout. The person is asked for the rest.
 """
-import os
 import re
 import sys
 import termios
@@ -12,7 +11,6 @@ import time
 import xmlrpc.client
 
 import rosgraph
-import rospkg
 import rospy
 from rosgraph_msgs.msg import Log
 
@@ -27,8 +25,7 @@ YES, NO = 'y', 'n'
 #: A question is asked so often until the answer is valid.
 TIMES = 3
 #: A person starts the node within this time [s]; the master is asked every LOOK.
-START_TIME = 300.0
-LOOK = 0.3
+START_TIME, LOOK = 300.0, 0.3
 #: The node is asked whether it is there so often [s].
 WATCH = 0.05
 #: Nodes that listen to everything.
@@ -38,8 +35,7 @@ LISTENERS = ('/record', '/rosbag', '/rviz', '/rqt', '/rostopic', '/play')
 class Person:
     """The person at the bench: reads standard output, and answers by standard input."""
 
-    def __init__(self):
-        self._task = ''
+    _task = ''
 
     @staticmethod
     def tell(words):
@@ -60,7 +56,7 @@ class Person:
 
     def asks(self, question):
         """YES, NO, or '' if there is no answer."""
-        return self._answer(question + ' [y/n] ', r'(y|yes|n|no)')[:1]
+        return self._answer(question + ' [y/n] ', r'y|yes|n|no')[:1]
 
     def number(self, question):
         """A number that the person reads, as text; '' if there is none."""
@@ -80,30 +76,19 @@ class Person:
         return ''
 
 
-class NotFound(Exception):
-    """There is no node to judge, or there are several; the text is one sentence."""
+class Impossible(Exception):
+    """There can be no checkoff now; the text is the reason, and the remedy."""
 
 
-def process_of(name):
-    """The number of a node's process; None if it is off the graph, as a node is first of all when
-    it ends, or does not answer: one that was killed stays on the graph."""
+def is_there(name):
+    """Does a node answer? At its end it leaves the graph first of all; one that was killed stays on
+    the graph."""
     try:
         address = rosgraph.Master(rospy.get_name()).lookupNode(name)
-        return xmlrpc.client.ServerProxy(address).getPid(rospy.get_name())[2]
+        xmlrpc.client.ServerProxy(address).getPid(rospy.get_name())
     except (OSError, rosgraph.MasterException, xmlrpc.client.Error):
-        return None
-
-
-def package_of(name):
-    """The package of a node, by the path of its file; '' if that is not known: it may run on
-    another computer."""
-    try:
-        with open('/proc/{}/cmdline'.format(process_of(name)), 'rb') as file:
-            words = [os.fsdecode(word) for word in file.read().split(b'\0')]
-    except OSError:
-        return ''
-    files = [word for word in words[:3] if word.startswith('/') and word.endswith('.py')]
-    return rospkg.get_package_name(os.path.realpath(files[0])) or '' if files else ''
+        return False
+    return True
 
 
 class RunningNode:
@@ -116,14 +101,11 @@ class RunningNode:
         self._wanted = {(LISTENS, rospy.resolve_name(listens))}
         if drives:
             self._wanted.add((PUBLISHES, rospy.resolve_name(CMD_VEL)))
-        self._told = 'listens to {}{}'.format(
-            listens, (' and publishes ' + CMD_VEL) * drives)
+        self._told = 'listens to ' + listens + (' and publishes ' + CMD_VEL) * drives
         self._name = name and rospy.resolve_name(name)
         self._text, self._lock = BoundedText(), threading.Lock()
         self.runs = []
         self.alive = False
-        #: When it had ended, in the observation's time [s].
-        self.gone_at = None
         self.graph = Graph(Types())
         rospy.Subscriber('/rosout', Log, self._on_log, queue_size=100)
         threading.Thread(target=self._watch, daemon=True).start()
@@ -133,22 +115,15 @@ class RunningNode:
         """Its name; '' if there was none yet."""
         return next(iter(self.graph.names), '')
 
-    def is_it(self, name, address=''):
-        """Is this the name of the node?"""
-        return name in self.graph.names
-
     def find(self):
-        """Is there a node such as this? Then it is the one that is watched from now on.
-
-        ``NotFound`` if there are several.
-        """
+        """Is there such a node? It is watched then. ``Impossible`` if there are several."""
         nodes = self.graph.nodes()
         robot = {(PUBLISHES, rospy.resolve_name(topic)) for topic in (IMU, ODOM)}
         found = [name for name, registered in nodes.items() if self._wanted <= registered
                  and not registered & robot and not name.startswith(LISTENERS)
-                 and self._name in ('', name) and process_of(name) is not None]
+                 and self._name in ('', name) and is_there(name)]
         if len(found) > 1:
-            raise NotFound('several nodes could be yours: {}; say which by --node NAME'.format(
+            raise Impossible('several nodes could be yours: {}; say which by --node NAME'.format(
                 ', '.join(sorted(found))))
         if not found:
             return False
@@ -157,13 +132,8 @@ class RunningNode:
         self.alive = True
         return True
 
-    def start(self, *arguments, listens=None):
-        """Is there a node that runs? The person is asked to start it if not.
-
-        Never if it should have arguments, since it is the person's own command that starts it.
-        """
-        if arguments or listens:
-            return False
+    def start(self):
+        """Is there a node that runs? The person is asked to start it if not."""
         if self.alive or self.find():
             return True
         self.person.have('Start your node in its own terminal ({}).'.format(self._told))
@@ -202,14 +172,12 @@ class RunningNode:
             self.runs[-1].printed = str(self._text)
 
     def _on_log(self, message):
-        if self.is_it(message.name):
+        if message.name in self.graph.names:
             self.attest(message.msg)
 
     def _watch(self):
-        """Notice the node's end."""
         while not rospy.is_shutdown():
             time.sleep(WATCH)
-            if self.alive and process_of(self.name) is None:
-                self.gone_at = self.runs[-1].end = self._now()
-                self.runs[-1].ended_by_itself = True
+            if self.alive and not is_there(self.name):
+                self.runs[-1].end, self.runs[-1].ended_by_itself = self._now(), True
                 self.alive = False

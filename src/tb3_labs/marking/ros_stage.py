@@ -6,12 +6,14 @@ The script of a lab's part acts on `node` and `robot` within a :meth:`Stage.stim
 import time
 from contextlib import contextmanager
 
+from dynamic_reconfigure.client import Client
+
 from tb3_labs.marking import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking.criteria import (CTRL_C, ENDING, SIGNAL, STOPPING, TOOK,
                                        tracebacks_before_the_end)
 from tb3_labs.marking.labs import GAMEPAD, IMU, LABS, MOVE2GOAL, TURN
 from tb3_labs.marking.observation import WAS_MOVING, Observation, Stimulus
-from tb3_labs.marking.ros_robot import Recorder, RobotHand
+from tb3_labs.marking.ros_robot import ROBOT, Recorder, RobotHand
 from tb3_labs.marking.ros_student_node import StudentNode
 from tb3_labs.marking.ros_witness import Witness
 from tb3_labs.nodes.pad_config import PadConfig
@@ -64,8 +66,7 @@ class Stage:
 
     def not_offered(self, names, reason):
         """There cannot be these stimuli, because the node does not offer what they need."""
-        for name in names:
-            self.observation.missing[name] = reason
+        self.observation.missing.update(dict.fromkeys(names, reason))
 
     def remark(self, sentences):
         """Tell these sentences on the student's page, each once."""
@@ -119,7 +120,7 @@ class Stage:
 
     def sensor_falls_silent(self, name, was_moving, switch):
         """The stimulus of a sensor of the robot that its setting `switch` makes silent."""
-        settings = self.robot.settings()
+        settings = Client(ROBOT, timeout=10.0)      # takes a moment to connect
         self.falls_silent(name, was_moving,
                           lambda: settings.update_configuration({switch: True}))
         settings.update_configuration({switch: False})
@@ -135,9 +136,8 @@ class Stage:
                 return
             begin = self.recorder.now
             self.ctrl_c(name, moving)
-            if any(not (linear or angular)
-                   for at, linear, angular in self.recorder.commands_since(begin)
-                   if at <= begin + STOPPING):
+            if any(not (linear or angular) and at <= begin + STOPPING
+                   for at, linear, angular in self.recorder.commands_since(begin)):
                 return
 
     def ctrl_c(self, name=CTRL_C[0], was_moving=False):

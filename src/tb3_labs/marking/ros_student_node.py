@@ -8,7 +8,7 @@ import json
 import os
 import signal
 import time
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Dict, List, Optional
 
@@ -27,20 +27,15 @@ from tb3_labs.ros.program import NodeProcess
 
 #: A node's file is looked for at these depths of a package; links are followed.
 DEPTHS = '*', '*/*', '*/*/*'
-#: This number of files is named.
-MOST_NAMES = 5
 #: The variable with the path of the file that holds a Launch: mark.py writes it, since another
 #: process, the check, starts the node.
 VARIABLE = 'TB3_LABS_LAUNCH'
 #: The node dies with the process that tries it out, and leaves the processor to the robot if both
 #: want it.
 ALWAYS = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '10']
-#: The address of the master; each submission has a master of its own.
-MASTER = 'ROS_MASTER_URI'
 #: A node is ready when it listens to its topic and has registered nothing new for this time; the
 #: master is asked every LOOK [s].
-QUIET = 0.5
-LOOK = 0.1
+QUIET, LOOK = 0.5, 0.1
 #: A node gets this time to end before it is killed [s].
 PATIENCE = 2.0
 #: A sandbox whose program was ended by a signal ends with this number, and the signal's on top.
@@ -71,14 +66,14 @@ def place_of(package, executable):
         if path.name == executable:
             raise ValueError('{0} is not executable, so rosrun cannot start it; type: chmod +x {0}'
                              .format(path))
-    names = [path.name for path in files if path.suffix == '.py']
+    names = sorted({path.name for path in files if path.suffix == '.py'})
     raise ValueError('there is no {} in the package {}, {}{}'.format(
         executable, package, folder, _near(executable, names) or '; there are: {}'.format(
-            ', '.join(sorted(set(names))[:MOST_NAMES]) or 'no Python files')))
+            ', '.join(names[:5]) or 'no Python files')))
 
 
 def _near(name, known):
-    near = difflib.get_close_matches(name, sorted(known), 1)
+    near = difflib.get_close_matches(name, known, 1)
     return ', near it: ' + near[0] if near else ''
 
 
@@ -86,14 +81,10 @@ def _near(name, known):
 class Launch:
     """The start of a node: `prefix`, then its own command."""
 
-    prefix: List[str] = field(default_factory=lambda: ALWAYS + NoSandbox.command([]))
+    prefix: List[str] = field(default_factory=lambda: ALWAYS + NoSandbox().command([]))
     environment: Optional[Dict[str, str]] = None            # None: that of this process
-    types: Optional[Dict[str, Any]] = None                  # of the student; see messages_in_sandbox
+    types: Optional[Dict[str, Any]] = None      # of the student; see messages_in_sandbox
     isolated: bool = False
-
-    def write(self, path):
-        """Write it into a file."""
-        Path(path).write_text(json.dumps(asdict(self)))
 
     @classmethod
     def given(cls):
@@ -102,12 +93,6 @@ class Launch:
             return cls()
         return cls(**json.loads(Path(os.environ[VARIABLE]).read_text()))
 
-    def in_this_world(self):
-        """The environment of the node, with this process's master; None as above."""
-        if self.environment is None:
-            return None
-        return dict(self.environment, **{MASTER: os.environ[MASTER]})
-
 
 class StudentNode:
     """One process of the node at a time, and a list of Run, the latest last."""
@@ -115,9 +100,8 @@ class StudentNode:
     def __init__(self, package, executable, listens, now):
         """`listens`: the topic that the node must listen to in order to be ready; `now()`: the
         observation's time [s]."""
-        self._what, self._listens = (package, executable), listens
+        self._what, self._listens, self._now = (package, executable), listens, now
         self._launch = Launch.given()
-        self._now = now
         #: It is called after each run.
         self.on_end = lambda: None
         self._process = self._watch = None
@@ -149,12 +133,14 @@ class StudentNode:
         known = set(self.graph.nodes())
         run = Run(self._now())
         self.runs.append(run)
-        environment = self._launch.in_this_world()
+        environment = self._launch.environment
+        if environment is not None:     # each submission has a master of its own
+            environment = dict(environment, ROS_MASTER_URI=os.environ['ROS_MASTER_URI'])
         self._process = NodeProcess(*self._what, *arguments, terminal=True,
                                     prefix=self._launch.prefix, environment=environment,
                                     clean=environment is not None)
-        self._watch = ResourceWatch(self._process.pid, OWN_FOLDERS) if (
-            self._launch.isolated) else None
+        if self._launch.isolated:
+            self._watch = ResourceWatch(self._process.pid, OWN_FOLDERS)
         if self._is_ready_in_time(topic, known):
             run.ready = self._now()
             return True
@@ -162,7 +148,6 @@ class StudentNode:
         return False
 
     def _is_ready_in_time(self, topic, known):
-        """Wait for what the process registers with the master; `known`: names of other nodes."""
         new, since = {}, time.monotonic()
 
         def is_ready():

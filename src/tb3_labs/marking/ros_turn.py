@@ -80,7 +80,6 @@ class HeldMouse(Repeater):
     """
 
     def __init__(self, graph):
-        """`graph`: the Graph of the node that runs."""
         self._kind = graph.kind_of(MOUSE_INFO) or MouseController
         empty = self._kind()
         self._fields = mouse_fields(empty.__slots__, empty._slot_types)
@@ -202,12 +201,10 @@ def both(stage):
 
 
 def _is_idle(stage):
-    """Does the node run, and has it let the robot rest?"""
     return stage.node.alive and wait_until(lambda: stage.recorder.rests(QUIET), 1.0)
 
 
 def _in_a_turn(stage):
-    """Have the node turn; returns as Stage.set_in_motion()."""
     return stage.set_in_motion(lambda: _is_idle(stage), lambda: stage.node.type(LEFT), REACTION,
                                WELL_UNDER_WAY)
 
@@ -228,7 +225,7 @@ def lost(stage):
             time.sleep(0.3)
             moving = stage.moves_after(lambda: hand.at(0.0, 1.0), 0.5)
             time.sleep(WELL_UNDER_WAY)
-            stage.falls_silent(asked_mouse.SILENT, moving, hand.silence)
+            stage.falls_silent(asked_mouse.SILENT, moving, lambda: hand.hold(None))
             hand.at(0.0, 0.0, active=False)
             time.sleep(0.3)
     moving = _in_a_turn(stage)

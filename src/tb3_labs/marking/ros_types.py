@@ -10,6 +10,7 @@ length begin with their length, uint32.
 import importlib
 import re
 import struct
+from io import BytesIO
 from types import SimpleNamespace
 from typing import Any, BinaryIO, Dict, Iterator, List, Optional, Tuple
 
@@ -22,7 +23,7 @@ NUMBERS = {'bool': '?', 'byte': 'b', 'char': 'B', 'int8': 'b', 'uint8': 'B', 'in
            'uint16': 'H', 'int32': 'i', 'uint32': 'I', 'int64': 'q', 'uint64': 'Q',
            'float32': 'f', 'float64': 'd'}
 TIMES = {'time': ('<II', genpy.Time), 'duration': ('<ii', genpy.Duration)}
-LENGTH = struct.Struct('<I')
+LENGTH = '<I'
 TEXT = 'string'
 #: A type, and the length if it is an array: 'float32', 'float32[]', 'lab2/Wheel[4]'.
 KIND = re.compile(r'([A-Za-z0-9_/]+)(\[[0-9]*\])?')
@@ -43,50 +44,39 @@ class Types:
 
     def message(self, kind: str) -> Any:
         """The class of a message type, such as 'lab2/MouseController'; None if there is none."""
-        return self._imported(kind, 'msg') or self._made(kind, self._make_message)
+        return _imported(kind, 'msg') or self._made(kind)
 
     def service(self, kind: str) -> Any:
         """The class of a service type; None if there is none."""
-        return self._imported(kind, 'srv') or self._made(kind, self._make_service)
+        return _imported(kind, 'srv') or self._service(kind)
 
     def own_services(self) -> List[Any]:
         """The classes of all services of the description."""
-        made = [self._made(kind, self._make_service) for kind in sorted(self._sums)]
-        return [kind for kind in made if kind is not None]
+        return list(filter(None, map(self._service, sorted(self._sums))))
 
-    @staticmethod
-    def _imported(kind, what):
-        package, _, name = kind.partition('/')
+    def _service(self, kind):
+        request, response = self._made(kind, 'Request'), self._made(kind, 'Response')
+        return request and response and SimpleNamespace(
+            _type=kind, _md5sum=self._sums[kind], _request_class=request,
+            _response_class=response)
+
+    def _made(self, kind, part=''):
+        """The class of a message, or of this part of a service; None if it is not described, or not
+        validly."""
         try:
-            return is_type(kind) and getattr(
-                importlib.import_module('{}.{}'.format(package, what)), name, None)
-        except ImportError:
+            made = self._class_of(kind + part)
+            made._md5sum = self._sums[kind]
+            made()
+            return made
+        except (KeyError, ValueError, RecursionError):
             return None
 
-    @staticmethod
-    def _made(kind, make):
-        try:
-            return make(kind)
-        except (KeyError, ValueError, RecursionError):
-            return None     # not described, or not validly
-
-    def _make_message(self, kind):
-        made = self._class_of(kind, self._sums[kind])
-        made()
-        return made
-
-    def _make_service(self, kind):
-        request, response = (self._class_of(kind + part) for part in ('Request', 'Response'))
-        request(), response()
-        return SimpleNamespace(_type=kind, _md5sum=self._sums[kind], _request_class=request,
-                               _response_class=response)
-
-    def _class_of(self, kind, checksum=''):
+    def _class_of(self, kind):
         if kind not in self._classes:
             fields = self._fields[kind]
             self._classes[kind] = type(kind.partition('/')[2], (_Message,), {
                 '__slots__': [name for _, name in fields], '_slot_types': [of for of, _ in fields],
-                '_type': kind, '_md5sum': checksum, '_full_text': '', '_codec': self,
+                '_type': kind, '_md5sum': '', '_full_text': '', '_codec': self,
                 '_has_header': ['std_msgs/Header', 'header'] in map(list, fields)})
         return self._classes[kind]
 
@@ -110,7 +100,7 @@ class Types:
         """Write a value into a stream."""
         base, length = _split(kind)
         if length is not None:
-            out.write(LENGTH.pack(len(value)) if length < 0 else b'')
+            out.write(struct.pack(LENGTH, len(value)) if length < 0 else b'')
             for item in value:
                 self.write(base, item, out)
         elif base in NUMBERS:
@@ -119,7 +109,7 @@ class Types:
             out.write(struct.pack(TIMES[base][0], value.secs, value.nsecs))
         elif base == TEXT:
             data = value.encode()
-            out.write(LENGTH.pack(len(data)) + data)
+            out.write(struct.pack(LENGTH, len(data)) + data)
         else:
             for inner, name in self._fields[base]:
                 self.write(inner, getattr(value, name), out)
@@ -128,14 +118,16 @@ class Types:
         """Read a value from a :class:`_Stream`."""
         base, length = _split(kind)
         if length is not None:
-            number = stream.length() if length < 0 else length
-            return [self.read(base, stream) for _ in range(number)]
+            if length < 0:
+                length, = stream.unpack(LENGTH)
+                stream.check(length)        # else one of 0 bytes each would fill the memory
+            return [self.read(base, stream) for _ in range(length)]
         if base in NUMBERS:
             return stream.unpack('<' + NUMBERS[base])[0]
         if base in TIMES:
             return TIMES[base][1](*stream.unpack(TIMES[base][0]))
         if base == TEXT:
-            return stream.take(stream.length()).decode(errors='replace')
+            return stream.take(*stream.unpack(LENGTH)).decode(errors='replace')
         made = self._class_of(base)
         return made(*(self.read(inner, stream) for inner in made._slot_types))
 
@@ -166,29 +158,31 @@ class _Message(genpy.Message):
         return self
 
 
-class _Stream:
+class _Stream(BytesIO):
     """Bytes that are read piece by piece; a DeserializationError if there are too few."""
 
-    def __init__(self, data: bytes) -> None:
-        self._data, self._place = data, 0
+    def check(self, number: int) -> None:
+        """Are there so many bytes?"""
+        if number > self.getbuffer().nbytes - self.tell():
+            raise genpy.DeserializationError('the message is too short')
 
     def take(self, number: int) -> bytes:
         """The next bytes."""
-        self._place += number
-        if self._place > len(self._data):
-            raise genpy.DeserializationError('the message is too short')
-        return self._data[self._place - number:self._place]
+        self.check(number)
+        return self.read(number)
 
     def unpack(self, form: str) -> tuple:
         """The next numbers."""
         return struct.unpack(form, self.take(struct.calcsize(form)))
 
-    def length(self) -> int:
-        """The length of the next text or array: no more than there are bytes."""
-        number, = LENGTH.unpack(self.take(LENGTH.size))
-        if number > len(self._data) - self._place:
-            raise genpy.DeserializationError('the message is too short')
-        return number
+
+def _imported(kind, what):
+    package, _, name = kind.partition('/')
+    try:
+        return is_type(kind) and getattr(
+            importlib.import_module('{}.{}'.format(package, what)), name, None)
+    except ImportError:
+        return None
 
 
 def _split(kind):

@@ -8,23 +8,22 @@ import threading
 
 import rosgraph
 import rospy
+from dynamic_reconfigure.encoding import decode_config, encode_config
 from dynamic_reconfigure.msg import Config as Values
 from dynamic_reconfigure.srv import Reconfigure
 from std_msgs.msg import Empty
 
 from tb3_labs.marking import conduct
 from tb3_labs.marking.observation import RESET, TRUTH
-from tb3_labs.marking.ros_internals import sender_of
+from tb3_labs.marking.ros_internals import name_of_sender, sender_of
 from tb3_labs.marking.ros_robot import ROBOT
-from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.ros.topics import subscribe
 
+ENDED = 'The {} was ended while the node ran.'
 #: Every node publishes its log lines there.
 LOG = '/rosout'
 #: How often the master is asked [s].
 PERIOD = 1.0
-#: The fields of a message of settings.
-KINDS = 'bools', 'ints', 'strs', 'doubles'
 #: The robot's settings are set back no more often than this.
 MOST_REPAIRS = 20
 
@@ -86,26 +85,27 @@ class Witness:
             try:
                 now = self._master.lookupNode(name)
             except rosgraph.MasterError:
-                note(conduct.ended(owner))
-            else:
-                note(conduct.took_name(name, owner) if now != address else '')
+                note(ENDED.format(owner))
+                continue
+            if now != address:
+                note('A program called itself {}, which is the name of the {}, and so ended it.'
+                     .format(name, owner))
 
     def _robots_parameters(self):
-        """name -> value of the robot's parameters."""
         try:
             found = self._master.getParam('/' + ROBOT)
-        except (OSError, rosgraph.MasterException):
+        except (OSError, rosgraph.MasterException):     # a node may have deleted them
             return {}
         return found if isinstance(found, dict) else {}
 
     def _on_reset(self, message):
         if self._resets is None or sender_of(self._resets, message) != rospy.get_node_uri():
-            self._observation.note(conduct.reset(connection_of(message).get('callerid', '')))
+            self._observation.note("{} called the robot's own reset.".format(
+                name_of_sender(message)))
 
     def _on_settings(self, message):
         """Set back the settings that the marker did not change."""
-        now = {item.name: item.value
-               for item in message.bools + message.ints + message.strs + message.doubles}
+        now = decode_config(message)
         if self._settings is None:
             self._settings = now
         findings = conduct.changed(self._settings, now, 'setting')
@@ -113,20 +113,17 @@ class Witness:
             self._observation.note(finding)
         if findings and self._repairs < MOST_REPAIRS:
             self._repairs += 1
+            before = {name: value for name, value in self._settings.items()
+                      if name not in conduct.SWITCHES}
             try:
-                rospy.ServiceProxy('/{}/set_parameters'.format(ROBOT), Reconfigure)(Values(
-                    **{kind: self._before(getattr(message, kind)) for kind in KINDS}))
+                rospy.ServiceProxy('/{}/set_parameters'.format(ROBOT), Reconfigure)(
+                    encode_config(before))
             except rospy.ServiceException:
                 pass    # the robot is gone, which is noted elsewhere
-
-    def _before(self, items):
-        """These settings, with the values that they had before the node started."""
-        return [type(item)(item.name, self._settings[item.name]) for item in items
-                if item.name in self._settings and item.name not in conduct.SWITCHES]
 
     def _on_shutdown(self):
         """A marker that is ended hears no more: its observation from now on would not be true."""
         if not self._over.is_set():
-            self._observation.note(conduct.ended('marker'))
+            self._observation.note(ENDED.format('marker'))
             self._keep()
             os._exit(1)

@@ -78,27 +78,23 @@ class NoSandbox:
 
     isolates = False
 
-    @staticmethod
-    def own_network(command: List[str]) -> List[str]:
+    def own_network(self, command: List[str]) -> List[str]:
         """The command that starts the check of a submission."""
         return command
 
-    @staticmethod
-    def command(command: List[str]) -> List[str]:
+    def command(self, command: List[str]) -> List[str]:
         """The command of a submission's program."""
         return ['prlimit', '--fsize={}'.format(LARGEST_FILE)] + command
 
-    @staticmethod
-    def environment(environment: Mapping[str, str]) -> Dict[str, str]:
+    def environment(self, environment: Mapping[str, str]) -> Dict[str, str]:
         """The environment of a submission's program."""
         return dict(environment)
 
-    @staticmethod
-    def hand_over(folder: Path) -> None:
-        """A folder of copies is the program's."""
+    def hand_over(self, folder: Path) -> None:
+        """Make a folder of copies the program's own, and readable."""
 
 
-class Sandbox:
+class Sandbox(NoSandbox):
     """Makes commands that run in a sandbox; all of them as the same user."""
 
     isolates = True
@@ -109,50 +105,32 @@ class Sandbox:
         self._readable = [str(folder) for folder in readable]
         self.user = random.choice(USERS) if os.geteuid() == 0 else None
 
-    @staticmethod
-    def own_network(command: List[str]) -> List[str]:
-        """The command, in a network of its own; it ends with the process that starts it."""
+    def own_network(self, command: List[str]) -> List[str]:
         return ['bwrap', '--die-with-parent', '--unshare-net', '--dev-bind', '/', '/',
                 '--'] + command
 
     def command(self, command: List[str]) -> List[str]:
-        """The command in a sandbox."""
         options = ['--die-with-parent', '--unshare-pid', '--unshare-ipc', '--unshare-uts']
         options += ['--unshare-user'] if self.user is None else [
             '--cap-drop', 'ALL', '--cap-add', 'CAP_SETUID', '--cap-add', 'CAP_SETGID']
-        places = _system() + self._ros() + _own_package()
+        places = _system() + _ros() + _own_package()
         places += [(READ_ONLY_TRY, folder, folder) for folder in self._readable]
         options += _with_parents(places)
         options += ['--remount-ro', '/dev', '--remount-ro', '/', '--chdir', HOME]
-        # bubblewrap must not end at the Ctrl+C that is meant for the program
-        return ['sh', '-c', 'trap "" INT; exec "$@"', 'sh', 'bwrap'] + options + [
-            '--', '/usr/bin/python3', '-ISc', ENTER, json.dumps(self._limits())] + command
-
-    def _limits(self):
         limits = {'RLIMIT_FSIZE': LARGEST_FILE, 'RLIMIT_AS': ADDRESS_SPACE, 'RLIMIT_CORE': 0}
         if self.user is not None or _version(platform.release()) >= COUNTED:
             limits['RLIMIT_NPROC'] = TASKS
-        return {'limits': limits, 'forget': IDENTITY, 'user': self.user, 'folders': OWN_FOLDERS}
+        entered = {'limits': limits, 'forget': IDENTITY, 'user': self.user, 'folders': OWN_FOLDERS}
+        # bubblewrap must not end at the Ctrl+C that is meant for the program
+        return ['sh', '-c', 'trap "" INT; exec "$@"', 'sh', 'bwrap'] + options + [
+            '--', '/usr/bin/python3', '-ISc', ENTER, json.dumps(entered)] + command
 
-    @staticmethod
-    def environment(environment: Mapping[str, str]) -> Dict[str, str]:
-        """The variables of this environment that a program gets: none that are the instructor's."""
+    def environment(self, environment: Mapping[str, str]) -> Dict[str, str]:
         kept = {name: value for name, value in environment.items() if name.startswith(KEPT)}
         return dict(kept, HOME=HOME, USER=USER, LOGNAME=USER,
                     ROS_HOME=HOME + '/.ros', ROS_LOG_DIR=HOME + '/.ros/log')
 
-    @staticmethod
-    def _ros():
-        """The folders of Python and ROS, besides the system's."""
-        folders = [sys.prefix, sys.base_prefix, '/opt/ros'] + [
-            folder for name in (MODULES, PREFIXES, 'LD_LIBRARY_PATH')
-            for folder in os.environ.get(name, '').split(':')]
-        return [(READ_ONLY, folder, folder)
-                for folder in dict.fromkeys(os.path.abspath(folder) for folder in folders if folder)
-                if os.path.isdir(folder) and not (folder + '/').startswith('/usr/')]
-
     def hand_over(self, folder: Path) -> None:
-        """Make a folder of copies the program's own, and readable."""
         if self.user is not None:
             for path in [folder] + list(Path(folder).rglob('*')):
                 os.chown(str(path), self.user, self.user, follow_symlinks=False)
@@ -172,14 +150,26 @@ def _system():
     return places + [size + (EMPTY, folder) for folder in OWN_FOLDERS]
 
 
+def _listed(*variables):
+    return [folder for name in variables
+            for folder in os.environ.get(name, '').split(':') if folder]
+
+
+def _ros():
+    """The folders of Python and ROS, besides the system's."""
+    folders = [sys.prefix, sys.base_prefix, '/opt/ros'] + _listed(
+        MODULES, PREFIXES, 'LD_LIBRARY_PATH')
+    return [(READ_ONLY, folder, folder) for folder in dict.fromkeys(map(os.path.abspath, folders))
+            if os.path.isdir(folder) and not (folder + '/').startswith('/usr/')]
+
+
 def _own_package():
     """The shared parts of this package, at the usual places, which are empty otherwise."""
-    folders = [rospkg.RosPack().get_path(OWN_PACKAGE)] + [
-        os.path.join(folder, below, OWN_PACKAGE)
-        for name, below in ((MODULES, ''), (PREFIXES, 'lib'))
-        for folder in os.environ.get(name, '').split(':') if folder]
+    folders = [rospkg.RosPack().get_path(OWN_PACKAGE)]
+    folders += [os.path.join(folder, OWN_PACKAGE) for folder in _listed(MODULES)]
+    folders += [os.path.join(folder, 'lib', OWN_PACKAGE) for folder in _listed(PREFIXES)]
     places = []
-    for folder in dict.fromkeys(os.path.abspath(path) for path in folders):
+    for folder in dict.fromkeys(map(os.path.abspath, folders)):
         if os.path.isdir(folder):
             places.append((EMPTY, folder))
             places += [(READ_ONLY, os.path.realpath(path), path) for path in (
@@ -203,21 +193,17 @@ def _with_parents(places):
     return words
 
 
+@functools.lru_cache(maxsize=1)
 def sized() -> bool:
     """Can this bubblewrap limit the size of a folder?"""
-    return _bwrap_version() >= SIZED
-
-
-@functools.lru_cache(maxsize=1)
-def _bwrap_version():
     try:
-        return _version(subprocess.check_output(['bwrap', '--version'], universal_newlines=True))
+        return _version(subprocess.check_output(
+            ['bwrap', '--version'], universal_newlines=True)) >= SIZED
     except (OSError, subprocess.CalledProcessError):
-        return ()
+        return False
 
 
 def _version(text):
-    """The first two numbers in a text."""
     return tuple(int(number) for number in re.findall(r'\d+', text)[:2])
 
 

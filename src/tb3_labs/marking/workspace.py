@@ -4,6 +4,8 @@ Some faults keep a node from running and have nothing to do with its work: no ex
 endings, a wrong first line, no package.xml, an unused import. They are repaired in the copy, and
 told in a remark.
 """
+import ast
+import codecs
 import importlib
 import os
 import re
@@ -12,14 +14,12 @@ import sys
 from dataclasses import dataclass, field
 from importlib.machinery import PathFinder
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, Optional, Union
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Set, Tuple, Union
 
 from tb3_labs.marking.choice import NoNode, find_node, source_of
 from tb3_labs.marking.labs import Lab
-from tb3_labs.marking.messages import build
 from tb3_labs.marking.names import NAME, printable
-from tb3_labs.marking.packages import (LEFT_OUT, MANIFEST, imports_of, name_in, needed_by,
-                                       packages_in, without)
+from tb3_labs.marking.packages import MANIFEST, build, name_in, packages_in, types_used
 from tb3_labs.marking.processes import MODULES, PREFIXES
 from tb3_labs.marking.sandbox import OWN_PACKAGE, NoSandbox, Sandbox
 
@@ -32,7 +32,8 @@ SUBSTITUTE_MANIFEST = '''<package format="2"><name>{}</name><version>0.0.0</vers
 #: The name of a node's file in the copy, likewise.
 SUBSTITUTE_NODE = 'node.py'
 SHEBANG = b'#!/usr/bin/env python3'
-BYTE_ORDER_MARK = b'\xef\xbb\xbf'
+#: A program that catches one of these around an import goes on without the module.
+CAUGHT = {'ImportError', 'ModuleNotFoundError', 'Exception', 'BaseException'}
 
 
 @dataclass
@@ -62,42 +63,41 @@ def prepare(folder: Path, lab: Lab, workspace: Path, variables: Mapping[str, str
     packages = packages_in(folder, node)
     needed = [other for other in needed_by(node, packages) if other != OWN_PACKAGE]
     try:
-        copies = {source: _copy(source, workspace / 'src' / 'package')}
+        copies = {source: shutil.copytree(source, workspace / 'src' / 'package', symlinks=True)}
         called = _name(source, copies[source] / MANIFEST, needed, remarks)
         copied = _called_properly(copies[source] / node.relative_to(source), remarks)
         _repair(copied, remarks)
         for number, other in enumerate(needed, 1):
             if packages[other] not in copies:
-                copies[packages[other]] = _copy(
-                    packages[other], workspace / 'src' / 'other{}'.format(number))
+                copies[packages[other]] = shutil.copytree(
+                    packages[other], workspace / 'src' / 'other{}'.format(number), symlinks=True)
     except OSError as problem:
         raise NoNode('It cannot be copied: {}.'.format(problem)) from None
     environment, modules = dict(os.environ, **variables), workspace / 'python'
     environment['ROS_PACKAGE_PATH'] = '{}:{}'.format(
         workspace / 'src', environment.get('ROS_PACKAGE_PATH', ''))
-    environment[PREFIXES] = _workspaces_without(called, environment.get(PREFIXES, ''))
+    # rosrun would find the programs of a package of this name that was built there, and ask
+    environment[PREFIXES] = ':'.join(
+        prefix for prefix in environment.get(PREFIXES, '').split(':')
+        if not os.path.isdir(os.path.join(prefix, 'lib', called)))
     types = build({called if packages[other] == source else other: copies[packages[other]]
                    for other in needed}, modules, environment, remarks, sandbox)
-    environment[MODULES] = os.pathsep.join(filter(None, [str(modules), environment.get(MODULES)]))
+    environment[MODULES] = ':'.join(filter(None, [str(modules), environment.get(MODULES)]))
     lacking = _leave_out_lacking(copied, set(packages), modules, remarks)
     return Prepared(called, copied.name, environment, types, remarks, lacking)
 
 
-def _workspaces_without(package, prefixes):
-    """The workspaces without those in which a package of this name was built: rosrun would find its
-    programs there, too, and ask which one is meant."""
-    return os.pathsep.join(prefix for prefix in prefixes.split(os.pathsep)
-                           if not os.path.isdir(os.path.join(prefix, 'lib', package)))
-
-
 def _leave_out_lacking(node, packages, modules, remarks):
-    """Take out the imports that are not found and the node does not use; the modules that it uses
-    and that are not found. `packages`: names of those of the submission; `modules`: folder of the
-    built ones."""
+    """Take out the imports that are neither found nor used; the modules that are used, not found.
+
+    `packages`: names of those of the submission; `modules`: folder of the built ones."""
     text = node.read_bytes().decode(errors='replace')
     imports = [item for item in imports_of(text) if not item.guarded]
     named = set().union(*(item.packages for item in imports)) - packages
-    missing = _not_found(named, [node.parent, modules])
+    importlib.invalidate_caches()
+    path = [str(node.parent), str(modules)] + sys.path[1:]
+    missing = {name for name in named if name not in sys.builtin_module_names
+               and PathFinder.find_spec(name, path) is None}    # they are not imported here
     unused = [item for item in imports if item.packages & missing and not item.used]
     if unused:
         node.write_text(without(text, unused), encoding='utf-8')
@@ -107,24 +107,9 @@ def _leave_out_lacking(node, packages, modules, remarks):
     return sorted(set().union(*(item.packages & missing for item in imports if item.used), ()))
 
 
-def _not_found(modules, folders):
-    """Which of these modules does Python not find, for a program with these folders first on its
-    path? None of them is imported: they are the submission's."""
-    importlib.invalidate_caches()
-    path = [str(folder) for folder in folders] + sys.path[1:]
-    return {name for name in modules if name not in sys.builtin_module_names
-            and PathFinder.find_spec(name, path) is None}
-
-
-def _copy(source, target):
-    shutil.copytree(str(source), str(target), symlinks=True,
-                    ignore=shutil.ignore_patterns(*LEFT_OUT))
-    return target
-
-
 def _called_properly(node, remarks):
     """The file of a node, with another name if roslaunch and rosrun may take its own for more."""
-    if NAME.fullmatch(node.name[:-len(node.suffix)] if node.suffix == '.py' else node.name):
+    if NAME.fullmatch(node.stem if node.suffix == '.py' else node.name):
         return node
     remarks.append('The file {} got another name, since ROS allows letters, digits and _ in it.'
                    .format(printable(node.name)))
@@ -145,10 +130,9 @@ def _name(source, manifest, needed, remarks):
 
 
 def _repair(node, remarks):
-    """Make a node's file one that Linux starts by python3."""
     code = node.read_bytes()
-    if code.startswith(BYTE_ORDER_MARK):
-        code = code[len(BYTE_ORDER_MARK):]
+    if code.startswith(codecs.BOM_UTF8):
+        code = code[len(codecs.BOM_UTF8):]
         remarks.append('{} begins with a byte order mark: removed.'.format(node.name))
     if b'\r' in code:
         code = code.replace(b'\r\n', b'\n')
@@ -162,3 +146,108 @@ def _repair(node, remarks):
         remarks.append('{} is not executable: it was made so.'.format(node.name))
     node.write_bytes(code)
     node.chmod(0o755)
+
+
+# -- imports
+
+class Import(NamedTuple):
+    """One import statement of a program."""
+
+    modules: Tuple[str, ...]    # with dots, as they are written
+    first: int                  # its lines, counted from 1
+    last: int
+    used: bool                  # is a name that it binds used, or does it share its line?
+    guarded: bool               # does the program go on if the import fails?
+
+    @property
+    def packages(self) -> Set[str]:
+        """The modules up to their first dot."""
+        return {module.split('.')[0] for module in self.modules}
+
+
+def imports_of(text: str) -> List[Import]:
+    """The import statements of a program, in order; none if its syntax is wrong, or too deep.
+
+    Imports of the program's own package (``from . import x``) are left out.
+    """
+    try:
+        tree = ast.parse(text)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return []
+    used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    guarded = {id(inner) for node in ast.walk(tree) if isinstance(node, ast.Try)
+               and any(_catches(handler) for handler in node.handlers)
+               for statement in node.body for inner in ast.walk(statement)}
+    simple = [node for node in ast.walk(tree)
+              if isinstance(node, ast.stmt) and not hasattr(node, 'body')]
+    found = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            modules = tuple(alias.name for alias in node.names)
+            bound = {alias.asname or alias.name.split('.')[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            modules = (node.module,)
+            bound = {alias.asname or alias.name for alias in node.names}
+        else:
+            continue
+        first, last = node.lineno, node.end_lineno or node.lineno
+        # an import beside another statement in one line cannot be taken out alone
+        alone = sum(other.lineno <= last and first <= (other.end_lineno or other.lineno)
+                    for other in simple) == 1
+        found.append(Import(modules, first, last, not alone or '*' in bound or bool(bound & used),
+                            id(node) in guarded))
+    return sorted(found, key=lambda item: item.first)
+
+
+def _catches(handler):
+    return handler.type is None or any(
+        isinstance(node, ast.Name) and node.id in CAUGHT for node in ast.walk(handler.type))
+
+
+def without(text: str, imports: List[Import]) -> str:
+    """The program without these imports; each line of them becomes a comment, so that the numbers
+    of the other lines stay."""
+    lines = text.splitlines(True)
+    for item in imports:
+        begin = item.first - 1
+        indent = lines[begin][:-len(lines[begin].lstrip())]
+        for number in range(begin, item.last):
+            lines[number] = '{}{}# {}'.format(
+                indent, 'pass    ' * (number == begin), lines[number].lstrip())
+    return ''.join(lines)
+
+
+def needed_by(node: Path, packages: Dict[str, Path]) -> List[str]:
+    """Names of the packages that a node needs built, each after those that it needs itself.
+
+    `packages`: name -> folder of all that there are. The modules beside the node count as well.
+    """
+    order: List[str] = []
+    seen: Set[str] = set()
+
+    def visit(name: str) -> None:
+        if name in seen or name not in packages:
+            return
+        seen.add(name)
+        place = packages[name]
+        for other in sorted(types_used(place)):
+            visit(other)
+        for path in sorted(place.glob('src/{}/**/*.py'.format(name))):
+            for imported in sorted(_imported_by(path)):
+                visit(imported)
+        order.append(name)
+
+    programs = [node]
+    for program in programs:        # modules beside the node are added as they are found
+        for imported in sorted(_imported_by(program)):
+            visit(imported)
+            beside = node.parent / (imported + '.py')
+            if beside.is_file() and beside not in programs:
+                programs.append(beside)
+    return order
+
+
+def _imported_by(path):
+    """The modules that a program imports, up to their first dot."""
+    text = path.read_bytes().decode('utf-8-sig', errors='replace')    # Windows' first bytes
+    return {name for item in imports_of(text) for name in item.packages}
