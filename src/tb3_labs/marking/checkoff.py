@@ -3,12 +3,12 @@
 Headings are those of the IMU in [deg], 0 to 360.
 """
 from collections import deque
-from dataclasses import fields
 from typing import (Deque, Dict, FrozenSet, Iterable, List, Mapping, NamedTuple, Optional, Sequence,
                     Set, Tuple)
 
 from tb3_labs.marking import gamepad, move2goal
 from tb3_labs.marking.criteria import Criterion, Outcome, Verdict, judge
+from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.observation import Observation, Scene
 from tb3_labs.marking.turn import LEFT, RIGHT
 
@@ -66,15 +66,11 @@ class OpenCriteria:
     def __init__(self, criteria: Iterable[Criterion], worth: Mapping[str, float],
                  parts: Sequence[str]) -> None:
         self._open = [criterion for criterion in criteria if criterion.part in parts]
-        self._worth = worth
-        #: The verdicts so far.
-        self.verdicts: List[Verdict] = []
+        self._worth, self._marks = worth, Marks('')
 
     def look(self, observation: Observation) -> List[Verdict]:
         """The verdicts that are certain now, in the middle of a part."""
-        so_far = _SoFar(**{item.name: getattr(observation, item.name)
-                           for item in fields(observation)})
-        return self._judge(so_far, self._open, asked=True)
+        return self._judge(_SoFar(**vars(observation)), self._open, asked=True)
 
     def questions(self, observation: Observation, part: str) -> List[Question]:
         """The questions before a part ends, one for each open criterion about the print of the
@@ -99,27 +95,22 @@ class OpenCriteria:
                 continue
             judged.append(verdict)
             self._open.remove(criterion)
-        self.verdicts += judged
+        self._marks.verdicts += judged
         return judged
-
-    @property
-    def graded(self) -> List[Verdict]:
-        """The verdicts on the handout's criteria."""
-        return [verdict for verdict in self.verdicts if not verdict.criterion.extra]
 
     @property
     def all_met(self) -> bool:
         """Was each of the handout's criteria judged, and is it met?"""
-        return bool(self.graded) and all(
-            verdict.outcome is Outcome.MET for verdict in self.graded) and not any(
-            not criterion.extra for criterion in self._open)
+        graded = self._marks.graded
+        return bool(graded) and all(
+            verdict.outcome is Outcome.MET for verdict in graded) and all(
+            criterion.extra for criterion in self._open)
 
     @property
     def points(self) -> Tuple[float, float]:
         """(points that were earned, full marks); the points of open criteria count."""
-        return (sum(verdict.points for verdict in self.verdicts),
-                sum(verdict.worth for verdict in self.graded)
-                + sum(self._worth[c.name] for c in self._open if not c.extra))
+        still_open = sum(self._worth[c.name] for c in self._open if not c.extra)
+        return self._marks.points, self._marks.worth + still_open
 
 
 class Next(NamedTuple):

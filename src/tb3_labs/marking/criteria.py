@@ -23,10 +23,6 @@ class Outcome(Enum):
     NOT_OFFERED = 'not offered'
 
 
-#: How a line begins, so that what is missed is seen among many lines.
-SHOUTED = {Outcome.MET: 'met', Outcome.MISSED: 'NOT MET', Outcome.NOT_OFFERED: 'NOT OFFERED'}
-
-
 @dataclass(frozen=True)
 class Place:
     """A place in a lab sheet: a heading, and a numbered step below it (0: no step)."""
@@ -93,7 +89,9 @@ class Verdict:
         points = 'extra' if self.criterion.extra and not self.worth else '{:g} of {:g}'.format(
             self.points, self.worth)
         words = ': '.join(filter(None, [self.criterion.meaning, self.sentence]))
-        return '  {:11}  {:8}  {}'.format(SHOUTED[self.outcome], points, words)
+        outcome = self.outcome.value    # in capitals it is seen among many lines
+        return '  {:11}  {:8}  {}'.format(
+            outcome if self.outcome is Outcome.MET else outcome.upper(), points, words)
 
 
 def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mapping[str, float],
@@ -139,8 +137,7 @@ ENDING = 5.0
 #: A zero velocity must have been sent by then [s].
 STOPPING = 0.5
 #: The limits of the criteria about the start and Ctrl+C, in words.
-IN_TIME, ENDS_IN_TIME, STOPS_IN_TIME = (
-    'within {:g} s'.format(time) for time in (START_TIME, ENDING, STOPPING))
+IN_TIME, STOPS_IN_TIME = ('within {:g} s'.format(time) for time in (START_TIME, STOPPING))
 #: How a traceback begins, also in the middle of a line of a log.
 TRACEBACK = 'Traceback (most recent call last)'
 ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
@@ -148,16 +145,16 @@ ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
 NOT_THEIRS = 'publish() to a closed topic'
 #: A clean exit in words, and its limits.
 CLEAN_EXIT = 'at Ctrl+C ends by itself, without a traceback'
-CLEAN_EXIT_LIMITS = '{}; "{}", which rospy raises, does not count'.format(ENDS_IN_TIME, NOT_THEIRS)
+CLEAN_EXIT_LIMITS = 'within {:g} s; "{}", which rospy raises, does not count'.format(
+    ENDING, NOT_THEIRS)
 
 
 def starts(seen: Observation) -> str:
-    """Does it run, and listen to the robot?"""
+    """'' if the node runs, and listens to the robot."""
     return seen.why_missing() if not seen.runs or seen.runs[0].ready is None else ''
 
 
 def _ends(seen):
-    """The Scene of each Ctrl+C."""
     tried = [name for name in CTRL_C if seen.has(name)] or CTRL_C[:1]
     return [seen.during(name, may_die=True) for name in tried]
 

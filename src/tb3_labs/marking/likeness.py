@@ -36,8 +36,7 @@ def tokens_of(code: str) -> List[str]:
     found, begins_line = [], True
     try:
         for kind, text, _, _, _ in tokenize.generate_tokens(io.StringIO(code).readline):
-            docstring = kind == tokenize.STRING and begins_line
-            if kind not in IGNORED and not docstring:
+            if kind not in IGNORED and not (kind == tokenize.STRING and begins_line):
                 found.append(_plain(text, kind == tokenize.STRING))
             begins_line = kind in IGNORED and (begins_line or kind != tokenize.COMMENT)
     except (tokenize.TokenError, SyntaxError):
