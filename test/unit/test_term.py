@@ -345,7 +345,7 @@ def test_a_machine_that_is_too_busy_is_told(tmp_path, monkeypatch, gaps, told, r
     gaps, words = list(gaps), []
 
     def tried(marker, copy, trying):
-        seen = observation(truth=[[t, 0.0, 0.0, 0.0] for t in (0.0, gaps.pop(0))])
+        seen = observation(truth=[[t, 0.0, 0.0, 0.0] for t in (0.0, gaps[0], gaps.pop(0) + 0.02)])
         return Marks(copy.folder.name, 'lab2/node.py', observation=seen)
     monkeypatch.setattr(Marker, '_try', tried)
     marker = Marker('turn', WORTH, tmp_path)
