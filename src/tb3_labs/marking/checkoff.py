@@ -2,9 +2,7 @@
 
 Headings are those of the IMU in [deg], 0 to 360.
 """
-from collections import deque
-from typing import (Deque, Dict, FrozenSet, Iterable, List, Mapping, NamedTuple, Optional, Sequence,
-                    Set, Tuple)
+from typing import Iterable, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
 
 from tb3_labs.marking import gamepad, move2goal
 from tb3_labs.marking.criteria import Criterion, Outcome, Verdict, judge
@@ -123,40 +121,30 @@ class Next(NamedTuple):
 
 def next_turn(heading_deg: float, left: Iterable[str], margin: float = MARGIN,
               last: Optional[Next] = None) -> Optional[Next]:
-    """The next of the turns `left` (names of stimuli), by the shortest way through all of them, or
-    through as many as quarter turns from here lead to.
+    """The next of the turns `left` (names of stimuli): one that begins here, else a turn to where
+    one begins. None if there is none left.
 
-    None if there is none left. `last`: the turn before; one that only led somewhere is not taken
-    back, so that a robot whose turns are coarse does not go to and fro.
+    `last`: the turn before; one that only led somewhere is not taken back, so that a robot whose
+    turns are coarse does not go to and fro.
     """
-    wanted = frozenset(left)
+    wanted = set(left)
     if not wanted:
         return None
-    ways: Deque[Tuple[float, FrozenSet[str], Optional[Next]]] = deque(
-        [(heading_deg % 360.0, wanted, None)])
-    seen: Set[Tuple[int, FrozenSet[str]]] = set()
-    fewest, best = len(wanted), Next(LEFT, '')      # if none can be reached: try from elsewhere
-    while ways:
-        heading, names, first = ways.popleft()
-        if (round(heading) % 360, names) in seen:
-            continue
-        seen.add((round(heading) % 360, names))
-        if first is not None and len(names) < fewest:
-            fewest, best = len(names), first
-        for typed, turn in ((LEFT, 90.0), (RIGHT, -90.0)):
-            name = _name(heading, typed, margin)
-            step = Next(typed, name if name in names else '')
-            ways.append(((heading + turn) % 360.0, names - {name}, first or step))
-    if last is not None and not last.name and not best.name:
+    begins = _begins(heading_deg, wanted, margin)
+    if begins is not None:
+        return begins
+    if last is not None and not last.name:
         return last
-    return best
+    leads_right = _begins(heading_deg + 90.0, wanted, margin) is None and (
+        _begins(heading_deg - 90.0, wanted, margin) is not None)
+    return Next(RIGHT if leads_right else LEFT, '')
 
 
-def _name(heading: float, typed: str, margin: float) -> str:
-    quadrant, beyond = divmod(heading, 90.0)
-    names: Dict[str, str] = dict(BY_QUADRANT[int(quadrant) % 4])
-    name = names.get(typed, '')
-    if name in (LEFT, RIGHT, ''):
-        return name
-    room = beyond if typed == LEFT else 90.0 - beyond
-    return name if room >= margin else ''
+def _begins(heading_deg: float, wanted: Set[str], margin: float) -> Optional[Next]:
+    """A wanted turn that begins at this heading; None if there is none."""
+    quadrant, beyond = divmod(heading_deg % 360.0, 90.0)
+    for typed, room in ((RIGHT, 90.0 - beyond), (LEFT, beyond)):
+        name = BY_QUADRANT[int(quadrant) % 4].get(typed)
+        if name in wanted and (name == typed or room >= margin):
+            return Next(typed, name)
+    return None

@@ -107,10 +107,9 @@ def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mappin
         try:
             seen = criterion.judge(observation)
             outcome = Outcome.MISSED if seen else Outcome.MET
-        except NotOffered as reason:
-            outcome, seen = Outcome.NOT_OFFERED, str(reason)
         except NotSeen as reason:
-            outcome, seen = Outcome.MISSED, str(reason)
+            missing = isinstance(reason, NotOffered)
+            outcome, seen = Outcome.NOT_OFFERED if missing else Outcome.MISSED, str(reason)
         verdicts.append(Verdict(criterion, outcome, seen, worth[criterion.name]))
     return verdicts
 

@@ -52,7 +52,7 @@ class MarksFolder:
         self._table()       # tells at once if it cannot be read
 
     def kept(self, student: str, submission: str) -> Optional[Marks]:
-        """The Marks that a student has, if another try of this digest would end alike; else None."""
+        """The Marks that a student has, if another try of this digest would end alike, or None."""
         record = self._records.get(student)
         if record is None or record[AGAIN] or record[KEY] != self._key_of(submission):
             return None
