@@ -50,21 +50,18 @@ def edition(folder):
 
 def imports_of(text, edition):
     """The files that a program imports from this package; AssertionError for one that is missing."""
+    names = []
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):
-            names = ['src/' + alias.name.replace('.', '/') for alias in node.names
-                     if alias.name.startswith('tb3_labs.')]
-            yield from (path for name in names for path in (name + '.py', name + '/__init__.py')
-                        if path in edition)
-        if isinstance(node, ast.ImportFrom) and (node.module or '').split('.')[0] == 'tb3_labs':
-            place = 'src/' + node.module.replace('.', '/')
-            for name in [place] + [place + '/' + alias.name for alias in node.names]:
-                yield from (path for path in (name + '.py', name + '/__init__.py') if path in edition)
-            if node.module not in ('tb3_labs.msg', 'tb3_labs.srv') and place + '.py' not in edition:
-                for alias in node.names:
-                    name = '{}/{}'.format(place, alias.name)
-                    assert name + '.py' in edition or name + '/__init__.py' in edition or (
-                        alias.name in edition.get(place + '/__init__.py', '')), node.module
+            names += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            names += ['{}.{}'.format(node.module, alias.name) for alias in node.names]
+    for name in names:
+        if re.match(r'tb3_labs\.(?!(msg|srv)\b)', name):
+            place = 'src/' + name.replace('.', '/')     # a module, or a name in a module
+            found = {place + '.py', place + '/__init__.py', place.rpartition('/')[0] + '.py'} & set(edition)
+            assert found, name
+            yield from found
 
 
 # ----- the students' edition of this package

@@ -143,7 +143,7 @@ def marks_of(student, seen):
 
 
 class Strict(HTMLParser):
-    """Fails where an element is not closed; keeps the words."""
+    """A page whose elements must be closed: its words and tags."""
 
     def __init__(self, text):
         super().__init__()
@@ -246,10 +246,9 @@ def test_what_could_not_be_judged_is_no_zero():
     assert 'not judged' in every and '0 / 30' in every
     alone = Strict(overview([bad], 'IMU lab', ['Bobby.html'])).words
     assert '1 submission, 1 not judged. The last' in alone
-    rows = list(csv.DictReader(io.StringIO(Table().renewed([bad, good], []))))
-    assert [row['points'] for row in rows] == ['', '0']
-    assert {rows[0][name] for name in ('starts', 'left', 'extra_within_1_deg')} == {''}
-    assert {rows[1][name] for name in ('starts', 'left')} == {'0'}
+    unjudged, judged = csv.DictReader(io.StringIO(Table().renewed([bad, good], [])))
+    assert {unjudged[name] for name in ('points', 'starts', 'left', 'extra_within_1_deg')} == {''}
+    assert {judged[name] for name in ('points', 'starts', 'left')} == {'0'}
     assert cells([Row('code', 25.0), Row('demonstration', 25.0)], bad, {'demonstration': '20'}) == [
         '', '20', '']
 
