@@ -97,9 +97,6 @@ CASES = {
             ('elif self.goal_yaw > 360:', 'elif False:'), ('if yaw_err > 180:', 'if False:'),
             ('elif yaw_err < -180:', 'elif False:'), ('MAX_ANG_Z = 1.5', 'MAX_ANG_Z = 2.0')],
              {'short_way', 'clamped'}),
-        Case('endless loop', TURN, [(
-            "    rospy.init_node('controller')",
-            '    import time\n    while True: time.sleep(1.0)')], EVERYTHING),
         Case('flood', TURN, [WRONG_SIDE, (
             '        self.cmd = Twist()\n', '        self.cmd = Twist()\n' + FLOOD)],
              {'answers_nonsense', 'left', 'short_way'}, always=True),
@@ -274,7 +271,6 @@ class MarkTest(unittest.TestCase):
                 (('turn', 'turns'), 'flood', 'Windows line endings'),
                 (TWO_JOBS, 'syntax error', 'it ended at once: '),
                 (TWO_JOBS, 'syntax error', 'SyntaxError: '),    # each Python goes on as it likes
-                (('turn', 'turns'), 'endless loop', 'it ran, but never listened'),
                 (('turn', 'turns'), 'flood', 'lines were printed in'),
                 (('turn', 'turns'), 'across the jump', 'rad/s while turning'),
                 (('turn', 'mouse,both,shutdown'), 'no mouse, hangs', 'still running 5 s after Ctrl+C'),
