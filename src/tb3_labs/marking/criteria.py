@@ -142,10 +142,6 @@ TRACEBACK = 'Traceback (most recent call last)'
 ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
 #: rospy itself raises this in a callback that publishes while the node ends.
 NOT_THEIRS = 'publish() to a closed topic'
-#: A clean exit in words, and its limits.
-CLEAN_EXIT = 'at Ctrl+C ends by itself, without a traceback'
-CLEAN_EXIT_LIMITS = 'within {:g} s; "{}", which rospy raises, does not count'.format(
-    ENDING, NOT_THEIRS)
 
 
 def starts(seen: Observation) -> str:
@@ -158,9 +154,12 @@ def _ends(seen):
     return [seen.during(name, may_die=True) for name in tried]
 
 
-def clean_exit(seen: Observation) -> str:
-    """Does it end by itself, without a traceback, at each Ctrl+C?"""
-    return first_missed(*map(_clean_exit, _ends(seen)))
+def ends_cleanly(part: str, where: Place) -> Criterion:
+    """The criterion of the end at each Ctrl+C."""
+    return Criterion(
+        'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', where,
+        lambda seen: first_missed(*map(_clean_exit, _ends(seen))),
+        limits='within {:g} s; "{}", which rospy raises, does not count'.format(ENDING, NOT_THEIRS))
 
 
 def _clean_exit(scene: Scene) -> str:

@@ -1,11 +1,10 @@
 """The Transformation lab's gamepad: driving, handing the robot over, resetting. All it asks for."""
 from functools import partial
 
-from tb3_labs.marking.criteria import (ANGULAR, AT_ONCE, CLEAN_EXIT, CLEAN_EXIT_LIMITS, IN_TIME,
-                                       LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE, STOPS_IN_TIME,
-                                       STOPS_WHEN_LOST, THUMB, TRACEBACK, Criterion, clean_exit,
-                                       first_missed, opposite, starts, steers, stops_robot,
-                                       stops_when_silent)
+from tb3_labs.marking.criteria import (ANGULAR, AT_ONCE, IN_TIME, LINEAR, NEAR, ROUNDING,
+                                       STOPS_AT_ONCE, STOPS_IN_TIME, STOPS_WHEN_LOST, THUMB,
+                                       TRACEBACK, Criterion, ends_cleanly, first_missed, opposite,
+                                       starts, steers, stops_robot, stops_when_silent)
 from tb3_labs.marking.observation import NotSeen, Observation
 
 #: The parts of the lab.
@@ -163,8 +162,7 @@ CRITERIA = [
               limits=IN_RESET_TIME),
     Criterion('says_success', BUTTONS, 'says "{}." after Y'.format(SUCCESS), THUMB, _says_success,
               limits=IN_RESET_TIME),
-    Criterion('clean_exit', BUTTONS, CLEAN_EXIT, THUMB, clean_exit,
-              limits=CLEAN_EXIT_LIMITS),
+    ends_cleanly(BUTTONS, THUMB),
     Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service', THUMB,
               _says_why_not, limits=IN_RESET_TIME),
     Criterion('stops_robot', BUTTONS, 'at Ctrl+C while driving sends zero velocity', THUMB,

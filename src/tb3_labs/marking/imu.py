@@ -3,9 +3,8 @@ import re
 from typing import List
 
 from tb3_labs.geometry.angles import difference_degrees
-from tb3_labs.marking.criteria import (CLEAN_EXIT, CLEAN_EXIT_LIMITS, CTRL_C, EXERCISE,
-                                       HEADING_EXERCISE, IMU_SHEET, IN_TIME, TRACEBACK, Criterion,
-                                       Place, clean_exit, says, starts)
+from tb3_labs.marking.criteria import (CTRL_C, EXERCISE, HEADING_EXERCISE, IMU_SHEET, IN_TIME,
+                                       TRACEBACK, Criterion, Place, ends_cleanly, says, starts)
 from tb3_labs.marking.observation import NotSeen, Observation
 
 #: The parts of the lab.
@@ -109,8 +108,7 @@ CRITERIA = [
               _from_0_to_360),
     Criterion('says_goodbye', HEADING, 'at Ctrl+C says "{}", then nothing'.format(GOODBYE),
               AT_CTRL_C, _says_goodbye, limits='{} more heading may follow'.format(LATE_HEADINGS)),
-    Criterion('clean_exit', HEADING, CLEAN_EXIT, AT_CTRL_C, clean_exit,
-              limits=CLEAN_EXIT_LIMITS),
+    ends_cleanly(HEADING, AT_CTRL_C),
     Criterion('never_360', ODD_SAMPLES, 'never prints 360.000000', EXERCISE, _never_360,
               extra=True),
     Criterion('survives_nonsense', ODD_SAMPLES, 'goes on after a quaternion of zeros', EXERCISE,

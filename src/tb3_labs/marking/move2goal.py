@@ -7,10 +7,10 @@ import numpy as np
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.criteria import (AT_ONCE, CLEAN_EXIT, CLEAN_EXIT_LIMITS, IN_TIME, ROUNDING,
-                                       STATES, STOPS_AT_ONCE, STOPS_IN_TIME, STOPS_WHEN_LOST,
-                                       TRANSFORMATION_SHEET, Criterion, Place, clean_exit,
-                                       first_missed, starts, stops_robot, stops_when_silent)
+from tb3_labs.marking.criteria import (AT_ONCE, IN_TIME, ROUNDING, STATES, STOPS_AT_ONCE,
+                                       STOPS_IN_TIME, STOPS_WHEN_LOST, TRANSFORMATION_SHEET,
+                                       Criterion, Place, ends_cleanly, first_missed, starts,
+                                       stops_robot, stops_when_silent)
 from tb3_labs.marking.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation, Scene
 
 #: The parts of the lab.
@@ -202,8 +202,7 @@ CRITERIA = [
               _second_heading, limits='as goal_heading'),
     Criterion('control_taken', CONTROL, 'stops the robot at once when control is taken', STATES,
               _control_taken, limits='zero velocity ' + STOPS_AT_ONCE),
-    Criterion('clean_exit', CONTROL, CLEAN_EXIT, STATES, clean_exit,
-              limits=CLEAN_EXIT_LIMITS),
+    ends_cleanly(CONTROL, STATES),
     Criterion('stops_robot', CONTROL, 'at Ctrl+C in a drive sends zero velocity', STATES,
               stops_robot, extra=True, limits=STOPS_IN_TIME),
     Criterion('exact', RESET, 'both drives are within {:g} m and {:g} degree'.format(

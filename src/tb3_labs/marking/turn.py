@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from tb3_labs.marking import mouse
-from tb3_labs.marking.criteria import (CLEAN_EXIT, CLEAN_EXIT_LIMITS, EXERCISE, IMU_SHEET, IN_TIME,
-                                       ROUNDING, STOPS_AT_ONCE, STOPS_IN_TIME, STOPS_WHEN_LOST,
-                                       TURN_LAB, Criterion, Place, clean_exit, first_missed, says,
-                                       starts, stops_robot, stops_when_silent)
+from tb3_labs.marking.criteria import (EXERCISE, IMU_SHEET, IN_TIME, ROUNDING, STOPS_AT_ONCE,
+                                       STOPS_IN_TIME, STOPS_WHEN_LOST, TURN_LAB, Criterion, Place,
+                                       ends_cleanly, first_missed, says, starts, stops_robot,
+                                       stops_when_silent)
 from tb3_labs.marking.observation import MOVED, RESTED, NotSeen, Observation
 
 #: The parts of the lab.
@@ -170,8 +170,7 @@ CRITERIA = [
               stops_robot, limits=STOPS_IN_TIME),
     Criterion('says_goodbye', SHUTDOWN, 'at Ctrl+C says "{}"'.format(GOODBYE), AT_CTRL_C,
               partial(says, words=GOODBYE)),
-    Criterion('clean_exit', SHUTDOWN, CLEAN_EXIT, AT_CTRL_C, clean_exit,
-              limits=CLEAN_EXIT_LIMITS),
+    ends_cleanly(SHUTDOWN, AT_CTRL_C),
     Criterion('within_1_deg', TURNS, 'all turns are within {:g} degree'.format(EXACT), LAW,
               _within_1_deg, extra=True),
     Criterion('lost_imu', LOST, 'stops a turn after the IMU fell silent', AT_CTRL_C,
