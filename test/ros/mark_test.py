@@ -79,7 +79,6 @@ UNFILLED = None
 WRONG_SIDE = ('self.curr_yaw + 90', 'self.curr_yaw - 90')
 #: The message comes from the package of another lab, as in the handout.
 MESSAGE_OF_LAB1 = ('from lab2.msg', 'from lab1.msg')
-FASTER = [('0.3 * yaw_error', '2.0 * yaw_error'), ('cmd.linear.x = 0.15', 'cmd.linear.x = 0.22')]
 GAMEPAD = ('gamepad', 'sticks,buttons,no service')
 XBOX = GAMEPAD + ('--pad', 'xbox')
 #: This one comes as a zip file of a learning platform, late.
@@ -92,11 +91,6 @@ BAD_NETWORK = 'imu', 'heading', '--network', 'bad'
 #: with several parts. The check tests of this package's own nodes judge by the same criteria.
 CASES = {
     ('turn', 'turns'): [
-        Case('across the jump', TURN, [
-            NO_WRAP, ('if self.goal_yaw < 0:', 'if False:'),
-            ('elif self.goal_yaw > 360:', 'elif False:'), ('if yaw_err > 180:', 'if False:'),
-            ('elif yaw_err < -180:', 'elif False:'), ('MAX_ANG_Z = 1.5', 'MAX_ANG_Z = 2.0')],
-             {'short_way', 'clamped'}),
         Case('flood', TURN, [WRONG_SIDE, (
             '        self.cmd = Twist()\n', '        self.cmd = Twist()\n' + FLOOD)],
              {'answers_nonsense', 'left', 'short_way'}, always=True),
@@ -114,13 +108,6 @@ CASES = {
             ('        self.cmd.angular.z = 0\n        self.cmd_pub.publish(self.cmd)\n', HANG)],
             {'mouse_drives', 'mouse_dead_zone', 'mouse_off', 'mouse_after_turn', 'mouse_in_turn',
              'clean_exit', 'stops_robot'}),
-    ],
-    ('move2goal', 'drive'): [
-        Case('driven through', MOVE, FASTER + [
-            ('distance > 0.15', 'True'), ('not self.has_control or', '')],
-             {'waits', 'goal_place', 'goal_heading', 'says_reached', 'silent_at_goal'}),
-        Case('skeleton', MOVE, UNFILLED,
-             {'goal_place', 'goal_heading', 'says_reached', 'silent_at_goal'}),
     ],
     ('turn', ''): [
         Case('good', TURN, [MESSAGE_OF_LAB1], set()),
@@ -272,14 +259,12 @@ class MarkTest(unittest.TestCase):
                 (TWO_JOBS, 'syntax error', 'it ended at once: '),
                 (TWO_JOBS, 'syntax error', 'SyntaxError: '),    # each Python goes on as it likes
                 (('turn', 'turns'), 'flood', 'lines were printed in'),
-                (('turn', 'turns'), 'across the jump', 'rad/s while turning'),
                 (('turn', 'mouse,both,shutdown'), 'no mouse, hangs', 'still running 5 s after Ctrl+C'),
                 (TWO_JOBS, 'skeleton', 'TODO 2 is open: nothing listens to imu'),
                 (GAMEPAD, 'skeleton', 'TODO 1 is open: there is no client of /set_pose'),
                 (GAMEPAD, 'good', 'The pad was "handout": axis 1 drives'),
                 (XBOX, 'careless', 'The pad was "xbox"'),
-                (XBOX, 'careless', '3 is Y'),
-                (('move2goal', 'drive'), 'driven through', 'still moving after')):
+                (XBOX, 'careless', '3 is Y')):
             if student in [case.student for case in self.cases[key]]:
                 self.assertIn(sentence, self.words_of(key, student))
 
