@@ -44,7 +44,7 @@ def drive(x=-0.61, y=0.61, degrees=0.0, linear=0.2, angular=0.0, moved=True, res
 
 
 def ctrl_c(*commands, printed='', took=0.4, signal=0, was_moving=True):
-    return scene(*commands or [(0.3, 0.0, 0.0)], printed=printed, died=True, took=took,
+    return scene(*commands or [(0.49, 0.0, 0.0)], printed=printed, died=True, took=took,
                  signal=signal, was_moving=was_moving)
 
 
@@ -52,29 +52,32 @@ def heading(*degrees):
     return ''.join('Current heading is {} degrees.\n'.format(number) for number in degrees)
 
 
+#: As near to the limits as a node may be that meets every criterion.
 GOOD = {
     'imu': {
         'at 50 degrees': scene(printed=heading(50.9, 49.1), heading_deg=50.0),
         'at 150 degrees': scene(printed=heading(150.0), heading_deg=150.0),
         'at 220 degrees': scene(printed=heading(220.0), heading_deg=220.0),
-        'at 350 degrees': scene(printed=heading(350), heading_deg=350.0),
+        'at 350 degrees': scene(printed=heading(0), heading_deg=359.5),
         'a hair below zero': scene(printed=heading('0.000000', '359.999999')),
         'a quaternion of zeros': scene(printed='not valid\n' + heading(57.9)),
-        'Ctrl+C': ctrl_c(printed=heading(350) + 'Shutting down the IMU subscriber\n')},
+        # the handout's own flag lets one more heading through
+        'Ctrl+C': ctrl_c(printed='Shutting down the IMU subscriber\n' + heading(1))},
     'turn': {
-        'l': turn(90.9), 'l across 180': turn(90.0), 'r across 180': turn(-89.1),
-        'r': turn(-90.0), 'r across 0': turn(-90.0),
+        'l': turn(90.9, forward=0.004), 'l across 180': turn(90.0), 'r across 180': turn(-89.1),
+        'r': turn(-90.0, rate=1.504), 'r across 0': turn(-90.0),
         'nonsense': scene((0.1, 0.0, 0.0), printed='Not valid: type l or r.', lines=1000),
-        'mouse not active': scene((0.1, 0.0, 0.0)), 'mouse up': scene((0.1, 0.5, 0.0)),
-        'mouse near the middle': stopped(0.49), 'mouse left': scene((0.1, 0.0, 0.5)),
-        'mouse half right': scene((0.1, 0.0, -0.25)), 'mouse deactivated': stopped(0.49),
-        'l beside the mouse': turn(90.0), 'mouse after a turn': scene((0.1, 0.5, 0.0)),
-        'mouse in a turn': scene((0.1, 0.5, 0.0), was_moving=True),
+        'mouse not active': scene((0.1, 0.0, 0.0)), 'mouse up': scene((0.1, 0.549, 0.049)),
+        'mouse near the middle': stopped(0.49), 'mouse left': scene((0.1, -0.049, 0.451)),
+        'mouse half right': scene((0.1, 0.0, -0.101)), 'mouse deactivated': stopped(0.49),
+        'l beside the mouse': turn(90.0), 'mouse after a turn': scene((0.1, 0.451, 0.0)),
+        'mouse in a turn': scene((0.1, 0.0, 1.5), (3.0, 0.5, 0.0), was_moving=True),
         'IMU silent': stopped(0.99, was_moving=True),
         'mouse silent': stopped(0.99, was_moving=True),
         'Ctrl+C': ctrl_c(printed='Controller exiting. Halting robot.\n')},
     'move2goal': {
-        'without control': scene((0.1, 0.0, 0.0)), 'first drive': drive(),
+        'without control': scene((0.1, 0.0, 0.0)),
+        'first drive': drive(-0.61 + 0.019, degrees=-0.9, linear=-0.224, angular=-2.844),
         'at the goal': scene((0.49, 0.0, 0.0), printed='goal REACHED!\n'),
         'reset to the origin': scene(printed='Local pose set to x=0, y=0, yaw=0', problem=''),
         'second drive': drive(), 'control taken': stopped(0.49, was_moving=True),
@@ -82,9 +85,10 @@ GOOD = {
         'drive with an offset IMU': drive(), 'odometry silent': stopped(0.99, was_moving=True),
         'Ctrl+C': ctrl_c()},
     'gamepad': {
-        'left stick up': scene((0.1, 0.2, 0.0)), 'left stick half up': scene((0.1, 0.1, 0.0)),
-        'left stick down': scene((0.1, -0.2, 0.0)), 'right stick left': scene((0.1, 0.0, 2.0)),
-        'right stick right': scene((0.1, 0.0, -2.0)), 'sticks let go': stopped(0.49),
+        'left stick up': scene((0.1, 0.224, 0.049)),
+        'left stick half up': scene((0.1, 0.057, 0.0)),
+        'left stick down': scene((0.1, -0.151, 0.0)), 'right stick left': scene((0.1, 0.049, 1.51)),
+        'right stick right': scene((0.1, 0.0, -2.844)), 'sticks let go': stopped(0.49),
         'A': scene(**{'relinquished': True, 'heard late': True}),
         'left stick up after A': scene(), 'B': scene(relinquished=False),
         'left stick up after B': scene((0.1, 0.2, 0.0)),
@@ -136,13 +140,10 @@ CHANGES = [
     ('imu', {'at 350 degrees': scene(printed=heading(-10.0), heading_deg=350.0)}, 'from_0_to_360'),
     ('imu', {'at 350 degrees': scene(printed=heading(359.95, 360.0), heading_deg=359.5)},
      'from_0_to_360'),
-    ('imu', {'at 350 degrees': scene(printed=heading(0), heading_deg=359.5)}, ''),
     ('imu', {'at 150 degrees': scene(printed='150.0', heading_deg=150.0)}, 'prints_heading'),
     ('imu', {name: scene(printed='150.0', heading_deg=150.0) for name in GOOD['imu']
              if name.startswith('at ')}, 'prints_heading heading_right from_0_to_360'),
     ('imu', {'Ctrl+C': ctrl_c(printed='Bye')}, 'says_goodbye'),
-    ('imu', {'Ctrl+C': ctrl_c(printed='Shutting down the IMU subscriber\n' + heading(1))},
-     ''),       # the handout's own flag lets one more heading through
     ('imu', {'Ctrl+C': ctrl_c(printed='Shutting down the IMU subscriber\n' + heading(1, 2))},
      'says_goodbye'),
     ('imu', {'a hair below zero': scene()}, 'never_360'),
@@ -161,23 +162,16 @@ CHANGES = [
     ('turn', {'r': turn(-90.0, rested=False)}, 'within_1_deg right'),
     ('turn', {'l': turn(-90.0)}, 'within_1_deg left'),
     ('turn', {'l': turn(450.0)}, 'within_1_deg left'),
-    ('turn', {'r': turn(-90.0, rate=1.504)}, ''), ('turn', {'r': turn(-90.0, 1.506)}, 'clamped'),
-    ('turn', {'l': turn(90.0, forward=0.004)}, ''),
+    ('turn', {'r': turn(-90.0, 1.506)}, 'clamped'),
     ('turn', {'l': turn(90.0, forward=-0.0053)}, 'on_the_spot'),
     ('turn', {'nonsense': scene((0.1, 0.0, 0.1), printed='l, r')}, 'answers_nonsense'),
     ('turn', {'nonsense': scene(printed='l or r', lines=1001)}, 'answers_nonsense'),
     ('turn', {'nonsense': scene(printed='Please type left or right')}, ''),
     ('turn', {'nonsense': scene(printed='left, please')}, 'answers_nonsense'),
     ('turn', {'nonsense': scene(printed='or r')}, 'answers_nonsense'),
-    ('turn', {'mouse up': scene((0.1, 0.549, 0.049))}, ''),
-    ('turn', {'mouse up': scene((0.1, 0.451, -0.049))}, ''),
     ('turn', {'mouse up': scene((0.1, 0.551, 0.0))}, 'mouse_drives'),
     ('turn', {'mouse up': scene((0.1, 0.449, 0.0))}, 'mouse_drives'),
-    ('turn', {'mouse up': scene((0.1, 0.5, 0.051))}, 'mouse_drives'),
     ('turn', {'mouse left': scene((0.1, 0.0, -0.5))}, 'mouse_drives'),
-    ('turn', {'mouse left': scene((0.1, -0.051, 0.5))}, 'mouse_drives'),
-    ('turn', {'mouse half right': scene((0.1, 0.0, -0.101))}, ''),
-    ('turn', {'mouse half right': scene((0.1, 0.0, -0.399))}, ''),
     ('turn', {'mouse half right': scene((0.1, 0.0, -0.099))}, 'mouse_drives'),
     ('turn', {'mouse half right': scene((0.1, 0.0, -0.401))}, 'mouse_drives'),
     ('turn', {'mouse up': scene((0.1, 0.0, 0.0))}, 'mouse_drives mouse_dead_zone mouse_off'),
@@ -185,23 +179,19 @@ CHANGES = [
     ('turn', {'mouse deactivated': stopped(0.51)}, 'mouse_off'),
     ('turn', {'mouse not active': scene((0.1, 0.0, 0.1))}, 'mouse_off'),
     ('turn', {'l beside the mouse': turn(78.9)}, 'turn_beside_mouse'),
-    ('turn', {'mouse after a turn': scene((0.1, 0.451, 0.0))}, ''),
     ('turn', {'mouse after a turn': scene((0.1, 0.449, 0.5))}, 'mouse_after_turn'),
     ('turn', {'mouse in a turn': scene((0.1, 0.5, 0.0), was_moving=False)}, 'mouse_in_turn'),
     ('turn', {'mouse in a turn': scene((0.1, 0.0, 1.5), was_moving=True)}, 'mouse_in_turn'),
-    ('turn', {'mouse in a turn': scene((0.1, 0.0, 1.5), (3.0, 0.5, 0.0), was_moving=True)}, ''),
     ('turn', {'mouse silent': stopped(1.01, was_moving=True)}, 'lost_mouse'),
     ('turn', {'IMU silent': stopped(1.01, was_moving=True)}, 'lost_imu'),
     ('turn', {'IMU silent': stopped(0.5, was_moving=False)}, 'lost_imu'),
     ('turn', {'Ctrl+C': ctrl_c(printed='Halting robot.')}, 'says_goodbye'),
 
     ('move2goal', {'without control': scene((0.1, 0.01, 0.0))}, 'waits'),
-    ('move2goal', {'first drive': drive(x=-0.61 + 0.019)}, ''),
     ('move2goal', {'first drive': drive(y=0.61 - 0.021)}, 'exact'),
     ('move2goal', {'second drive': drive(x=-0.61 + 0.169)}, 'exact'),
     ('move2goal', {'second drive': drive(x=-0.61 - 0.1711)}, 'exact second_place'),
     ('move2goal', {'first drive': drive(y=0.61 + 0.1711)}, 'exact goal_place'),
-    ('move2goal', {'first drive': drive(degrees=-0.9)}, ''),
     ('move2goal', {'first drive': drive(degrees=1.05)}, 'exact'),
     ('move2goal', {'first drive': drive(degrees=-4.8)}, 'exact'),
     ('move2goal', {'second drive': drive(degrees=-4.9)}, 'exact second_heading'),
@@ -214,7 +204,6 @@ CHANGES = [
     ('move2goal', {'at the goal': scene(printed='Goal reached!\n' * 2)}, 'says_reached'),
     ('move2goal', {'at the goal': scene((0.51, 0.0, 0.0), printed='Goal reached!')},
      'silent_at_goal'),
-    ('move2goal', {'first drive': drive(linear=-0.224, angular=-2.844)}, ''),
     ('move2goal', {'second drive': drive(linear=-0.2253)}, 'within_limits'),
     ('move2goal', {'second drive': drive(angular=-2.8453)}, 'within_limits'),
     ('move2goal', {'reset to the origin': scene(printed='local pose set', problem='no')},
@@ -231,22 +220,15 @@ CHANGES = [
     ('move2goal', {'drive with an offset IMU': drive(degrees=5.0)}, 'offset_imu'),
     ('move2goal', {'odometry silent': stopped(1.01, was_moving=True)}, 'lost_odometry'),
 
-    ('gamepad', {'left stick up': scene((0.1, 0.151, 0.049))}, ''),
     ('gamepad', {'left stick up': scene((0.1, 0.149, 0.0))}, 'drives'),
-    ('gamepad', {'left stick up': scene((0.1, 0.224, -0.049))}, ''),
     ('gamepad', {'left stick up': scene((0.1, 0.226, 0.0))}, 'drives'),
     ('gamepad', {'left stick up': scene((0.1, 0.2, -0.051))}, 'drives'),
     ('gamepad', {'left stick up': scene()}, 'drives'),
-    ('gamepad', {'left stick half up': scene((0.1, 0.051, 0.0))}, ''),
-    ('gamepad', {'left stick half up': scene((0.1, 0.149, 0.0))}, ''),
-    ('gamepad', {'left stick half up': scene((0.1, 0.049, 0.0))}, 'drives'),
-    ('gamepad', {'left stick half up': scene((0.1, 0.151, 0.0))}, 'drives'),
+    ('gamepad', {'left stick half up': scene((0.1, 0.055, 0.0))}, 'drives'),
+    ('gamepad', {'left stick half up': scene((0.1, 0.169, 0.0))}, 'drives'),
     ('gamepad', {'left stick down': scene((0.1, 0.2, 0.0))}, 'drives'),
-    ('gamepad', {'right stick left': scene((0.1, 0.049, 1.51))}, ''),
     ('gamepad', {'right stick left': scene((0.1, 0.0, 1.49))}, 'turns'),
     ('gamepad', {'right stick left': scene((0.1, 0.0, 2.85))}, 'turns'),
-    ('gamepad', {'right stick left': scene((0.1, 0.0, -2.0))}, 'turns'),
-    ('gamepad', {'right stick right': scene((0.1, 0.0, -2.84))}, ''),
     ('gamepad', {'right stick right': scene((0.1, 0.051, -2.0))}, 'turns'),
     ('gamepad', {'right stick right': scene((0.1, 0.0, 0.0))}, 'turns lets_go'),
     ('gamepad', {'sticks let go': stopped(0.51)}, 'lets_go'),
@@ -267,20 +249,10 @@ CHANGES = [
     ('gamepad', {'Y without a service': scene((0.1, 0.2, 0.0), printed=extended('Error'))},
      'says_why_not'),
     ('gamepad', {'pad silent': stopped(1.01, was_moving=True)}, 'lost_pad'),
-    ('gamepad', {'Ctrl+C': ctrl_c((0.49, 0.0, 0.0))}, ''),
     ('gamepad', {'Ctrl+C': ctrl_c((0.51, 0.0, 0.0))}, 'stops_robot'),
     ('gamepad', {'Ctrl+C': ctrl_c((0.1, 0.0, 0.1))}, 'stops_robot'),
     ('gamepad', {'Ctrl+C': ctrl_c((0.1, 0.1, 0.0))}, 'stops_robot'),
-    ('gamepad', {'Ctrl+C': ctrl_c(was_moving=False)}, 'stops_robot'),
-    ('gamepad', {'Ctrl+C': ctrl_c(signal=15)}, ''),
-    ('gamepad', {'Ctrl+C': ctrl_c(signal=9)}, 'clean_exit'),
-    ('gamepad', {'Ctrl+C': ctrl_c(printed=extended('KeyError: 1'))}, 'clean_exit'),
-    ('gamepad', {'Ctrl+C': ctrl_c(printed=extended('KeyError: 1') + extended(
-        'rospy.exceptions.ROSException: publish() to a closed topic'))}, 'clean_exit'),
-    ('gamepad', {'Ctrl+C': ctrl_c(printed=extended('cut off here'))}, 'clean_exit'),
-    # rospy's own, where a callback publishes while the node ends
-    ('gamepad', {'Ctrl+C': ctrl_c(printed=extended(
-        'rospy.exceptions.ROSException: publish() to a closed topic'))}, '')]
+    ('gamepad', {'Ctrl+C': ctrl_c(was_moving=False)}, 'stops_robot')]
 
 
 @pytest.mark.parametrize('lab, change, misses', CHANGES)
@@ -341,9 +313,7 @@ def test_parts_are_those_of_the_lab():
 
 
 def test_where_the_robot_stands_and_begins_to_turn():
-    """Headings as the names say; turns across 180 and 0 degrees cross them by their own width."""
-    assert {name: 'at {:.0f} degrees'.format(angle) for name, angle in imu.STANDS.items()} == {
-        name: name for name in imu.STANDS}
+    """Turns across 180 and 0 degrees cross them by their own width."""
     assert len({angle // 90.0 for angle in imu.STANDS.values()}) == 4       # all four quadrants
     for name, asked in EACH_TURN.items():
         assert asked.asked_deg == {'l': 90.0, 'r': -90.0}[asked.typed] and name[0] == asked.typed
@@ -361,15 +331,12 @@ def missed_of(lab, name, seen):
     return criterion.judge(seen)
 
 
-@pytest.mark.parametrize('start', [Pose2(), Pose2(4.8, -0.3, 2.0)])
 @pytest.mark.parametrize('end, place, heading', [
-    (Pose2(-0.61, 0.61, 0.0), True, True), (Pose2(-0.61, 0.74, 0.04), True, True),
-    (Pose2(-0.61, 0.79, 0.0), False, True), (Pose2(-0.61, 0.61, 0.1), True, False),
-    (Pose2(-0.61, 0.61, 2.0 * math.pi + 0.04), True, True),
-    (Pose2(0.61, -0.61, math.pi), False, False)])
-def test_a_drive_is_judged_in_the_frame_it_began_in(start, end, place, heading):
-    local_T_world = start.inverse()
-    there = start @ end
+    (Pose2(-0.61, 0.74, 0.04), True, True), (Pose2(-0.61, 0.79, 0.0), False, True),
+    (Pose2(-0.61, 0.61, 0.1), True, False)])
+def test_a_drive_is_judged_in_the_frame_it_began_in(end, place, heading):
+    start = Pose2(4.8, -0.3, 2.0)
+    local_T_world, there = start.inverse(), start @ end
     seen = observation('move2goal', stimuli=[stimulus('first drive', facts={
         'moved': True, 'rested': True, 'goal': move2goal.GOAL,
         'local_T_world': [local_T_world.x, local_T_world.y, local_T_world.yaw]})],
@@ -379,76 +346,56 @@ def test_a_drive_is_judged_in_the_frame_it_began_in(start, end, place, heading):
 
 
 def test_what_a_node_does_not_offer_is_not_offered():
-    seen = observation(missing={'mouse up': 'it does not listen to mouse_info'},
-                       stimuli=[stimulus('mouse not active')])
+    seen = observed('turn', **{'mouse not active': scene()})
+    seen.missing['mouse up'] = 'it does not listen to mouse_info'
     judged = {v.criterion.name: v.outcome for v in verdicts('turn', seen, parts=['mouse'])}
     assert judged['mouse_drives'] is Outcome.NOT_OFFERED
     assert set(judged) == {'mouse_drives', 'mouse_dead_zone', 'mouse_off'}
 
 
 def test_a_node_that_dies_of_a_stimulus_does_not_meet_it():
-    seen = observation(stimuli=[stimulus('nonsense', died=True, printed="KeyError: 'l' or 'r'")])
+    seen = observed('turn', nonsense=scene(died=True, printed="KeyError: 'l' or 'r'"))
     assert 'answers_nonsense' in missed('turn', seen)
 
 
-@pytest.mark.parametrize('facts, printed, words', [
-    ({'took': 0.8, 'signal': 0}, 'bye\n', ''), ({'took': None, 'signal': 0}, '', 'still running'),
-    ({'took': 0.8, 'signal': 2}, '', ''), ({'took': 0.8, 'signal': 6}, '', 'signal 6'),
-    ({'took': 0.8, 'signal': 0}, 'Traceback (most recent call last):\n  x\nKeyError: 3\n',
-     'KeyError: 3'),
-    ({'took': 0.8, 'signal': 0}, '[ERROR] [17.2]: Traceback (most recent call last):\n  x\n',
-     'traceback')])
-def test_a_clean_exit(facts, printed, words):
+#: rospy's own, if a callback publishes while the node ends.
+CLOSED = extended('rospy.exceptions.ROSException: publish() to a closed topic')
+
+
+@pytest.mark.parametrize('end, words', [
+    (ctrl_c(printed='bye\n', signal=2), ''), (ctrl_c(signal=15), ''), (ctrl_c(printed=CLOSED), ''),
+    (ctrl_c(took=None), 'still running'), (ctrl_c(signal=9), 'signal 9'),
+    (ctrl_c(printed=extended('KeyError: 3')), 'KeyError: 3'),
+    (ctrl_c(printed=CLOSED + extended('KeyError: 3')), 'KeyError: 3'),
+    (ctrl_c(printed='[ERROR] [17.2]: ' + extended('cut off here')), 'traceback')])
+def test_a_clean_exit(end, words):
     """At the first Ctrl+C, or at one that is tried again."""
-    this = dict(died=True, printed=printed, facts=facts)
-    good = stimulus('Ctrl+C', died=True, printed='bye', facts={'took': 0.8, 'signal': 0})
-    again = stimulus('Ctrl+C again', 3.0, 5.0, **this)
-    for stimuli in ([stimulus('Ctrl+C', **this)], [good, again]):
-        clause = missed_of('turn', 'clean_exit', observation(stimuli=stimuli))
+    for parts in ({'Ctrl+C': end}, {'Ctrl+C': ctrl_c(), 'Ctrl+C again': end}):
+        clause = missed_of('turn', 'clean_exit', observed('turn', **parts))
         assert words in clause and bool(clause) is bool(words)
 
 
 @pytest.mark.parametrize('name, printed, said', [
-    ('l', 'Traceback (most recent call last):\n  x\nKeyError: 3\n', "during \"l\": 'KeyError: 3'"),
-    ('l', 'ValueError: that was no number', ''),
-    ('Ctrl+C', 'Traceback (most recent call last):\n  x\nKeyError: 3\n', ''),
-    ('l', 'Traceback (most recent call last):\nrospy.exceptions.ROSException: '
-     'publish() to a closed topic\n', '')])
+    ('l', extended('KeyError: 3'), "during \"l\": 'KeyError: 3'"), ('l', CLOSED, ''),
+    ('l', 'ValueError: that was no number', ''), ('Ctrl+C', extended('KeyError: 3'), '')])
 def test_a_traceback_before_the_end_is_told(name, printed, said):
     told = tracebacks_before_the_end(stimulus(name, printed=printed))
     assert len(told) == bool(said) and said in ''.join(told)
 
 
-@pytest.mark.parametrize('commands, met', [
-    ([[0.1, 0.0, 1.5], [0.2, 0.0, 0.0]], True), ([[0.1, 0.0, 1.5]], False), ([], False),
-    ([[0.1, 0.0, 1.5], [0.9, 0.0, 0.0]], False),            # the turn was over then
-    ([[0.1, 0.0, 1.5], [5.1, 0.0, 0.0]], True),             # at the second try
-    ([[0.2, 0.0, 0.0], [0.25, 0.0, 1.5]], True)])           # overtaken by another thread
-def test_a_zero_is_sent_at_ctrl_c(commands, met):
-    seen = observation(commands=commands, stimuli=[
-        stimulus('Ctrl+C', died=True, facts={'was_moving': True}),
-        stimulus('Ctrl+C again', 5.0, 6.0, died=True, facts={'was_moving': True})])
+@pytest.mark.parametrize('first, second, met', [
+    (ctrl_c((0.1, 0.0, 1.5)), ctrl_c((0.1, 0.0, 1.5)), False),
+    (ctrl_c((0.1, 0.0, 1.5)), ctrl_c((0.1, 0.0, 0.0)), True),
+    # overtaken by another thread
+    (ctrl_c((0.2, 0.0, 0.0), (0.25, 0.0, 1.5)), ctrl_c((0.1, 0.0, 1.5)), True)])
+def test_one_zero_at_ctrl_c_is_enough(first, second, met):
+    seen = observed('turn', **{'Ctrl+C': first, 'Ctrl+C again': second})
     assert (missed_of('turn', 'stops_robot', seen) == '') is met
 
 
 def test_an_observation_comes_back_from_its_file():
     seen = observed('turn', **GOOD['turn'])
     assert Observation.from_json(seen.to_json()) == seen
-
-
-def test_the_longest_gap_in_what_the_robot_said():
-    assert observation(truth=[[t, 0, 0, 0] for t in (0.0, 0.02, 0.52, 0.54)]).longest_gap == (
-        pytest.approx(0.5))
-    assert observation().longest_gap == 0.0
-
-
-def test_full_marks_ask_for_nothing_that_the_handouts_leave_open():
-    """The handout waits 1 s in the gamepad's callback, and halts the robot in the IMU lab alone."""
-    extra = {(lab, c.name) for lab in LABS for c in LABS[lab].criteria if c.extra}
-    assert {('gamepad', 'not_blocked'), ('gamepad', 'stops_robot'), ('gamepad', 'once'),
-            ('gamepad', 'latched'), ('move2goal', 'stops_robot'), ('move2goal', 'declared_pose'),
-            ('move2goal', 'offset_imu')} <= extra
-    assert ('turn', 'stops_robot') not in extra
 
 
 # ----- the message of the mouse -----

@@ -7,7 +7,6 @@ written without it: tools of ROS would else take the template itself for a packa
 import keyword
 import re
 import shutil
-import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import Dict, List, Sequence
 
@@ -56,15 +55,6 @@ def skeleton(templates: Path, package: str) -> Dict[str, str]:
 def programs(templates: Path) -> List[str]:
     """The texts of the programs that a skeleton has."""
     return [text for text in skeleton(templates, 'package').values() if text.startswith(PROGRAM)]
-
-
-def sentence(files: Dict[str, str]) -> str:
-    """What the package does: the description in its package.xml; ``ValueError`` if it is no XML."""
-    try:
-        described = ElementTree.fromstring(files[MANIFEST].encode()).findtext('description') or ''
-    except ElementTree.ParseError as problem:
-        raise ValueError('{} is no XML: {}'.format(MANIFEST, problem)) from None
-    return ' '.join(described.split())
 
 
 def checked_place(folder: Path) -> Path:

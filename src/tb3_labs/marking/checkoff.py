@@ -2,13 +2,11 @@
 
 Headings are those of the IMU in [deg], 0 to 360.
 """
-from collections import deque
-from dataclasses import fields
-from typing import (Deque, Dict, FrozenSet, Iterable, List, Mapping, NamedTuple, Optional, Sequence,
-                    Set, Tuple)
+from typing import Iterable, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
 
 from tb3_labs.marking import gamepad, move2goal
 from tb3_labs.marking.criteria import Criterion, Outcome, Verdict, judge
+from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.observation import Observation, Scene
 from tb3_labs.marking.turn import LEFT, RIGHT
 
@@ -66,15 +64,11 @@ class OpenCriteria:
     def __init__(self, criteria: Iterable[Criterion], worth: Mapping[str, float],
                  parts: Sequence[str]) -> None:
         self._open = [criterion for criterion in criteria if criterion.part in parts]
-        self._worth = worth
-        #: The verdicts so far.
-        self.verdicts: List[Verdict] = []
+        self._worth, self._marks = worth, Marks('')
 
     def look(self, observation: Observation) -> List[Verdict]:
         """The verdicts that are certain now, in the middle of a part."""
-        so_far = _SoFar(**{item.name: getattr(observation, item.name)
-                           for item in fields(observation)})
-        return self._judge(so_far, self._open, asked=True)
+        return self._judge(_SoFar(**vars(observation)), self._open, asked=True)
 
     def questions(self, observation: Observation, part: str) -> List[Question]:
         """The questions before a part ends, one for each open criterion about the print of the
@@ -99,27 +93,22 @@ class OpenCriteria:
                 continue
             judged.append(verdict)
             self._open.remove(criterion)
-        self.verdicts += judged
+        self._marks.verdicts += judged
         return judged
-
-    @property
-    def graded(self) -> List[Verdict]:
-        """The verdicts on the handout's criteria."""
-        return [verdict for verdict in self.verdicts if not verdict.criterion.extra]
 
     @property
     def all_met(self) -> bool:
         """Was each of the handout's criteria judged, and is it met?"""
-        return bool(self.graded) and all(
-            verdict.outcome is Outcome.MET for verdict in self.graded) and not any(
-            not criterion.extra for criterion in self._open)
+        graded = self._marks.graded
+        return bool(graded) and all(
+            verdict.outcome is Outcome.MET for verdict in graded) and all(
+            criterion.extra for criterion in self._open)
 
     @property
     def points(self) -> Tuple[float, float]:
         """(points that were earned, full marks); the points of open criteria count."""
-        return (sum(verdict.points for verdict in self.verdicts),
-                sum(verdict.worth for verdict in self.graded)
-                + sum(self._worth[c.name] for c in self._open if not c.extra))
+        still_open = sum(self._worth[c.name] for c in self._open if not c.extra)
+        return self._marks.points, self._marks.worth + still_open
 
 
 class Next(NamedTuple):
@@ -132,40 +121,30 @@ class Next(NamedTuple):
 
 def next_turn(heading_deg: float, left: Iterable[str], margin: float = MARGIN,
               last: Optional[Next] = None) -> Optional[Next]:
-    """The next of the turns `left` (names of stimuli), by the shortest way through all of them, or
-    through as many as quarter turns from here lead to.
+    """The next of the turns `left` (names of stimuli): one that begins here, else a turn to where
+    one begins. None if there is none left.
 
-    None if there is none left. `last`: the turn before; one that only led somewhere is not taken
-    back, so that a robot whose turns are coarse does not go to and fro.
+    `last`: the turn before; one that only led somewhere is not taken back, so that a robot whose
+    turns are coarse does not go to and fro.
     """
-    wanted = frozenset(left)
+    wanted = set(left)
     if not wanted:
         return None
-    ways: Deque[Tuple[float, FrozenSet[str], Optional[Next]]] = deque(
-        [(heading_deg % 360.0, wanted, None)])
-    seen: Set[Tuple[int, FrozenSet[str]]] = set()
-    fewest, best = len(wanted), Next(LEFT, '')      # if none can be reached: try from elsewhere
-    while ways:
-        heading, names, first = ways.popleft()
-        if (round(heading) % 360, names) in seen:
-            continue
-        seen.add((round(heading) % 360, names))
-        if first is not None and len(names) < fewest:
-            fewest, best = len(names), first
-        for typed, turn in ((LEFT, 90.0), (RIGHT, -90.0)):
-            name = _name(heading, typed, margin)
-            step = Next(typed, name if name in names else '')
-            ways.append(((heading + turn) % 360.0, names - {name}, first or step))
-    if last is not None and not last.name and not best.name:
+    begins = _begins(heading_deg, wanted, margin)
+    if begins is not None:
+        return begins
+    if last is not None and not last.name:
         return last
-    return best
+    leads_right = _begins(heading_deg + 90.0, wanted, margin) is None and (
+        _begins(heading_deg - 90.0, wanted, margin) is not None)
+    return Next(RIGHT if leads_right else LEFT, '')
 
 
-def _name(heading: float, typed: str, margin: float) -> str:
-    quadrant, beyond = divmod(heading, 90.0)
-    names: Dict[str, str] = dict(BY_QUADRANT[int(quadrant) % 4])
-    name = names.get(typed, '')
-    if name in (LEFT, RIGHT, ''):
-        return name
-    room = beyond if typed == LEFT else 90.0 - beyond
-    return name if room >= margin else ''
+def _begins(heading_deg: float, wanted: Set[str], margin: float) -> Optional[Next]:
+    """A wanted turn that begins at this heading; None if there is none."""
+    quadrant, beyond = divmod(heading_deg % 360.0, 90.0)
+    for typed, room in ((RIGHT, 90.0 - beyond), (LEFT, beyond)):
+        name = BY_QUADRANT[int(quadrant) % 4].get(typed)
+        if name in wanted and (name == typed or room >= margin):
+            return Next(typed, name)
+    return None

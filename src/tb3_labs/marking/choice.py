@@ -55,9 +55,13 @@ def find_node(folder: Path, lab: Lab, package: str = '', name: str = '') -> Tupl
 
     `package` and `name`, if given, are those of the node. ``NoNode`` if there is none.
     """
-    choice = choose(lab, [
-        SourceFile(str(path.relative_to(folder)), _package_name(path, folder), _text(path))
-        for path in files_in(folder) if _is_program(path)], package, name)
+    files = []
+    for path in filter(_is_program, files_in(folder)):
+        found = package_folder(path, folder)
+        files.append(SourceFile(str(path.relative_to(folder)),
+                                name_in(found / MANIFEST)[0] if found else '',
+                                path.read_bytes().decode(errors='replace')))
+    choice = choose(lab, files, package, name)
     return folder / choice.path, choice.remarks
 
 
@@ -74,15 +78,6 @@ def _is_program(path):
     if path.stat().st_size > LARGEST_PROGRAM:
         return False
     return path.suffix == '.py' or not path.suffix and b'python' in path.read_bytes()[:80]
-
-
-def _text(path):
-    return path.read_bytes().decode(errors='replace')
-
-
-def _package_name(path, folder):
-    found = package_folder(path, folder)
-    return name_in(found / MANIFEST)[0] if found else ''
 
 
 def choose(lab: Lab, files: Sequence[SourceFile], package: str = '', name: str = '') -> Choice:

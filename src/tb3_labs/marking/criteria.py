@@ -23,10 +23,6 @@ class Outcome(Enum):
     NOT_OFFERED = 'not offered'
 
 
-#: How a line begins, so that what is missed is seen among many lines.
-SHOUTED = {Outcome.MET: 'met', Outcome.MISSED: 'NOT MET', Outcome.NOT_OFFERED: 'NOT OFFERED'}
-
-
 @dataclass(frozen=True)
 class Place:
     """A place in a lab sheet: a heading, and a numbered step below it (0: no step)."""
@@ -93,7 +89,9 @@ class Verdict:
         points = 'extra' if self.criterion.extra and not self.worth else '{:g} of {:g}'.format(
             self.points, self.worth)
         words = ': '.join(filter(None, [self.criterion.meaning, self.sentence]))
-        return '  {:11}  {:8}  {}'.format(SHOUTED[self.outcome], points, words)
+        outcome = self.outcome.value    # in capitals it is seen among many lines
+        return '  {:11}  {:8}  {}'.format(
+            outcome if self.outcome is Outcome.MET else outcome.upper(), points, words)
 
 
 def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mapping[str, float],
@@ -109,10 +107,9 @@ def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mappin
         try:
             seen = criterion.judge(observation)
             outcome = Outcome.MISSED if seen else Outcome.MET
-        except NotOffered as reason:
-            outcome, seen = Outcome.NOT_OFFERED, str(reason)
         except NotSeen as reason:
-            outcome, seen = Outcome.MISSED, str(reason)
+            missing = isinstance(reason, NotOffered)
+            outcome, seen = Outcome.NOT_OFFERED if missing else Outcome.MISSED, str(reason)
         verdicts.append(Verdict(criterion, outcome, seen, worth[criterion.name]))
     return verdicts
 
@@ -139,32 +136,30 @@ ENDING = 5.0
 #: A zero velocity must have been sent by then [s].
 STOPPING = 0.5
 #: The limits of the criteria about the start and Ctrl+C, in words.
-IN_TIME, ENDS_IN_TIME, STOPS_IN_TIME = (
-    'within {:g} s'.format(time) for time in (START_TIME, ENDING, STOPPING))
+IN_TIME, STOPS_IN_TIME = ('within {:g} s'.format(time) for time in (START_TIME, STOPPING))
 #: How a traceback begins, also in the middle of a line of a log.
 TRACEBACK = 'Traceback (most recent call last)'
 ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
 #: rospy itself raises this in a callback that publishes while the node ends.
 NOT_THEIRS = 'publish() to a closed topic'
-#: A clean exit in words, and its limits.
-CLEAN_EXIT = 'at Ctrl+C ends by itself, without a traceback'
-CLEAN_EXIT_LIMITS = '{}; "{}", which rospy raises, does not count'.format(ENDS_IN_TIME, NOT_THEIRS)
 
 
 def starts(seen: Observation) -> str:
-    """Does it run, and listen to the robot?"""
+    """'' if the node runs, and listens to the robot."""
     return seen.why_missing() if not seen.runs or seen.runs[0].ready is None else ''
 
 
 def _ends(seen):
-    """The Scene of each Ctrl+C."""
     tried = [name for name in CTRL_C if seen.has(name)] or CTRL_C[:1]
     return [seen.during(name, may_die=True) for name in tried]
 
 
-def clean_exit(seen: Observation) -> str:
-    """Does it end by itself, without a traceback, at each Ctrl+C?"""
-    return first_missed(*map(_clean_exit, _ends(seen)))
+def ends_cleanly(part: str, where: Place) -> Criterion:
+    """The criterion of the end at each Ctrl+C."""
+    return Criterion(
+        'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', where,
+        lambda seen: first_missed(*map(_clean_exit, _ends(seen))),
+        limits='within {:g} s; "{}", which rospy raises, does not count'.format(ENDING, NOT_THEIRS))
 
 
 def _clean_exit(scene: Scene) -> str:

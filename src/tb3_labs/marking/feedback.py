@@ -10,7 +10,7 @@ from typing import Any, Dict, Sequence
 from urllib.parse import quote
 
 from tb3_labs.marking import figures
-from tb3_labs.marking.criteria import Outcome, Verdict
+from tb3_labs.marking.criteria import Outcome
 from tb3_labs.marking.marks import NOT_JUDGED, Marks
 from tb3_labs.marking.marks_table import Row, scaled
 from tb3_labs.report.html import STYLE, Markup, picture, table
@@ -23,10 +23,8 @@ COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERE
 
 #: Headings of the columns of words, which are wide.
 SEEN, REMARKS = 'what was seen, and where to look', 'remarks'
-#: When a student sees the tests in Gradescope; whether a student sees the output of the marking.
-VISIBILITY, STDOUT_VISIBILITY = 'after_published', 'hidden'
-PASSED, FAILED = 'passed', 'failed'
-TEXT = 'text'
+#: When a student sees the tests in Gradescope.
+VISIBILITY = 'after_published'
 
 PAGE = Template('''<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>$title</title><style>
@@ -135,25 +133,16 @@ def results(marks: Marks, rows: Sequence[Row] = ()) -> Dict[str, Any]:
         'score': round(float(score), 2),
         'execution_time': int(round(marks.seconds)),
         'output': '\n'.join(['Node: {}.'.format(marks.node)] * bool(marks.node) + marks.sentences),
-        'output_format': TEXT,
-        'test_output_format': TEXT,
-        'test_name_format': TEXT,
         'visibility': VISIBILITY,
-        'stdout_visibility': STDOUT_VISIBILITY,
-        'tests': [_test(verdict, factor, str(number))
-                  for number, verdict in enumerate(marks.graded + marks.extra, 1)],
+        'stdout_visibility': 'hidden',
+        'tests': [{
+            'name': 'Beyond the handout: ' * verdict.criterion.extra + verdict.criterion.meaning,
+            'number': str(number),
+            'score': round(verdict.points * factor, 4),
+            'max_score': 0.0 if verdict.criterion.extra else round(verdict.worth * factor, 4),
+            'status': 'passed' if verdict.outcome is Outcome.MET else 'failed',
+            'output': verdict.sentence,
+            'visibility': VISIBILITY,
+        } for number, verdict in enumerate(marks.graded + marks.extra, 1)],
         'extra_data': {'student': marks.student, 'late': bool(marks.late)},
-    }
-
-
-def _test(verdict: Verdict, factor: float, number: str) -> Dict[str, Any]:
-    extra = verdict.criterion.extra
-    return {
-        'name': ('Beyond the handout: ' if extra else '') + verdict.criterion.meaning,
-        'number': number,
-        'score': round(verdict.points * factor, 4),
-        'max_score': 0.0 if extra else round(verdict.worth * factor, 4),
-        'status': PASSED if verdict.outcome is Outcome.MET else FAILED,
-        'output': verdict.sentence,
-        'visibility': VISIBILITY,
     }

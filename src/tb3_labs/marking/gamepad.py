@@ -1,11 +1,10 @@
 """The Transformation lab's gamepad: driving, handing the robot over, resetting. All it asks for."""
 from functools import partial
 
-from tb3_labs.marking.criteria import (ANGULAR, AT_ONCE, CLEAN_EXIT, CLEAN_EXIT_LIMITS, IN_TIME,
-                                       LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE, STOPS_IN_TIME,
-                                       STOPS_WHEN_LOST, THUMB, TRACEBACK, Criterion, clean_exit,
-                                       first_missed, opposite, starts, steers, stops_robot,
-                                       stops_when_silent)
+from tb3_labs.marking.criteria import (ANGULAR, AT_ONCE, IN_TIME, LINEAR, NEAR, ROUNDING,
+                                       STOPS_AT_ONCE, STOPS_IN_TIME, STOPS_WHEN_LOST, THUMB,
+                                       TRACEBACK, Criterion, ends_cleanly, first_missed, opposite,
+                                       starts, steers, stops_robot, stops_when_silent)
 from tb3_labs.marking.observation import NotSeen, Observation
 
 #: The parts of the lab.
@@ -51,8 +50,7 @@ def _stick(seen, name, column, bounds):
     return steers(seen.during(name).commands, name, column, bounds)
 
 
-def drives(seen: Observation) -> str:
-    """Does the left stick drive forward, about half as fast half way, and backward?"""
+def _drives(seen: Observation) -> str:
     missed = _stick(seen, UP, LINEAR, FORWARD)
     if missed:
         return missed
@@ -61,14 +59,12 @@ def drives(seen: Observation) -> str:
                         _stick(seen, DOWN, LINEAR, opposite(FORWARD)))
 
 
-def turns(seen: Observation) -> str:
-    """Does the right stick turn?"""
+def _turns(seen: Observation) -> str:
     return first_missed(_stick(seen, TO_LEFT, ANGULAR, TURN),
                         _stick(seen, TO_RIGHT, ANGULAR, opposite(TURN)))
 
 
-def lets_go(seen: Observation) -> str:
-    """Do sticks in their middle stop the robot?"""
+def _lets_go(seen: Observation) -> str:
     scene = seen.during(LET_GO)
     if not len(seen.during(TO_RIGHT).moving):
         raise NotSeen('the sticks did not move the robot at all')
@@ -76,7 +72,7 @@ def lets_go(seen: Observation) -> str:
         AT_ONCE) if len(scene.moving_after(AT_ONCE)) else ''
 
 
-def _control(seen, name, wanted):
+def _control(seen: Observation, name: str, wanted: bool) -> str:
     """'' if `wanted` is the latest on ctrl_relinq after the button `name`, else what was seen."""
     said = seen.during(name).facts[RELINQUISHED]
     if said is wanted:
@@ -90,31 +86,22 @@ def _handed_over(seen):
         raise NotSeen('A did not hand the robot over')
 
 
-def relinquishes(seen: Observation) -> str:
-    """Does A hand the robot over?"""
-    return _control(seen, HAND_OVER, True)
-
-
-def silent_meanwhile(seen: Observation) -> str:
-    """Is no velocity sent while the robot is handed over?"""
+def _silent_meanwhile(seen: Observation) -> str:
     scene = seen.during(UP_HANDED_OVER)
     _handed_over(seen)
     return 'the stick still sent velocities while the robot was handed over' if len(
         scene.commands) else ''
 
 
-def regains(seen: Observation) -> str:
-    """Does B take the robot back?"""
+def _regains(seen: Observation) -> str:
     _handed_over(seen)
     missed = _control(seen, TAKE_BACK, False)
-    if missed:
+    if missed or len(seen.during(UP_TAKEN_BACK).moving):
         return missed
-    return '' if len(seen.during(UP_TAKEN_BACK).moving) else \
-        'after B the stick did not move the robot'
+    return 'after B the stick did not move the robot'
 
 
-def resets(seen: Observation) -> str:
-    """Does Y call a reset service with (0, 0, 0)?"""
+def _resets(seen: Observation) -> str:
     facts = seen.during(RESET).facts
     if not facts[CALLS]:
         return 'after Y no reset service was called (reset_pose, set_pose, reset, ... were there)'
@@ -122,14 +109,12 @@ def resets(seen: Observation) -> str:
         'after Y the reset was called with another pose than (0, 0, 0)'
 
 
-def says_success(seen: Observation) -> str:
-    """Does it say that the reset succeeded?"""
+def _says_success(seen: Observation) -> str:
     return '' if SUCCESS.lower() in seen.during(RESET).printed.lower() else \
         '"{}." was not printed after Y'.format(SUCCESS)
 
 
-def not_blocked(seen: Observation) -> str:
-    """Do the sticks drive although there is no service?"""
+def _not_blocked(seen: Observation) -> str:
     scene = seen.during(RESET_WITHOUT_SERVICE)
     moving = scene.moving
     if len(moving) and moving[0, 0] - scene.begin <= PROMPT:
@@ -138,8 +123,7 @@ def not_blocked(seen: Observation) -> str:
         'any more' if not len(moving) else 'for {:.1f} s'.format(moving[0, 0] - scene.begin))
 
 
-def says_why_not(seen: Observation) -> str:
-    """Does it say why the reset failed?"""
+def _says_why_not(seen: Observation) -> str:
     scene = seen.during(RESET_WITHOUT_SERVICE)
     if TRACEBACK in scene.printed:
         return 'after Y without a reset service there was a traceback'
@@ -148,14 +132,12 @@ def says_why_not(seen: Observation) -> str:
             scene.end - scene.begin)
 
 
-def once(seen: Observation) -> str:
-    """Is a button that is held one press?"""
+def _once(seen: Observation) -> str:
     calls = seen.during(RESET).facts[CALLS]
     return '' if calls == 1 else 'Y, held for a moment, called the reset {} times'.format(calls)
 
 
-def latched(seen: Observation) -> str:
-    """Does a late subscriber hear whether the robot is handed over?"""
+def _latched(seen: Observation) -> str:
     return '' if seen.during(HAND_OVER).facts[LATCHED] else \
         'a subscriber that came after A heard nothing on ctrl_relinq'
 
@@ -163,32 +145,32 @@ def latched(seen: Observation) -> str:
 CRITERIA = [
     Criterion('starts', STICKS, 'runs and listens to joy', THUMB, starts, limits=IN_TIME),
     Criterion('drives', STICKS, 'left stick drives forward and back, at most {:g} m/s'.format(
-        FULL_SPEED), THUMB, drives, limits=STICK_LIMITS.format(*FORWARD, 'm/s', HELD, NEAR) +
+        FULL_SPEED), THUMB, _drives, limits=STICK_LIMITS.format(*FORWARD, 'm/s', HELD, NEAR) +
               '; half way {:g} to {:g} of full'.format(*HALF)),
     Criterion('turns', STICKS, 'right stick turns left and right, at most {:g} rad/s'.format(
-        FULL_TURN), THUMB, turns, limits=STICK_LIMITS.format(*TURN, 'rad/s', HELD, NEAR)),
-    Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', THUMB, lets_go,
+        FULL_TURN), THUMB, _turns, limits=STICK_LIMITS.format(*TURN, 'rad/s', HELD, NEAR)),
+    Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', THUMB, _lets_go,
               limits=STOPS_AT_ONCE),
-    Criterion('relinquishes', BUTTONS, 'A publishes True on ctrl_relinq', THUMB, relinquishes,
+    Criterion('relinquishes', BUTTONS, 'A publishes True on ctrl_relinq', THUMB,
+              partial(_control, name=HAND_OVER, wanted=True),
               limits='within {:g} s'.format(SAYS)),
     Criterion('silent_meanwhile', BUTTONS, 'sends no velocity while the robot is handed over',
-              THUMB, silent_meanwhile, limits='the stick is up for {:g} s'.format(HELD)),
+              THUMB, _silent_meanwhile, limits='the stick is up for {:g} s'.format(HELD)),
     Criterion('regains', BUTTONS, 'B publishes False on ctrl_relinq, and the sticks drive again',
-              THUMB, regains, limits='within {:g} s; the stick within {:g} s'.format(SAYS, HELD)),
-    Criterion('resets', BUTTONS, 'Y calls the reset with (0, 0, 0)', THUMB, resets,
+              THUMB, _regains, limits='within {:g} s; the stick within {:g} s'.format(SAYS, HELD)),
+    Criterion('resets', BUTTONS, 'Y calls the reset with (0, 0, 0)', THUMB, _resets,
               limits=IN_RESET_TIME),
-    Criterion('says_success', BUTTONS, 'says "{}." after Y'.format(SUCCESS), THUMB, says_success,
+    Criterion('says_success', BUTTONS, 'says "{}." after Y'.format(SUCCESS), THUMB, _says_success,
               limits=IN_RESET_TIME),
-    Criterion('clean_exit', BUTTONS, CLEAN_EXIT, THUMB, clean_exit,
-              limits=CLEAN_EXIT_LIMITS),
+    ends_cleanly(BUTTONS, THUMB),
     Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service', THUMB,
-              says_why_not, limits=IN_RESET_TIME),
+              _says_why_not, limits=IN_RESET_TIME),
     Criterion('stops_robot', BUTTONS, 'at Ctrl+C while driving sends zero velocity', THUMB,
               stops_robot, extra=True, limits=STOPS_IN_TIME),
     Criterion('not_blocked', NO_SERVICE, 'Y without a service does not block the sticks', THUMB,
-              not_blocked, extra=True, limits='the stick drives within {:g} s'.format(PROMPT)),
-    Criterion('once', BUTTONS, 'Y, held, is one call', THUMB, once, extra=True),
-    Criterion('latched', BUTTONS, 'ctrl_relinq is latched', THUMB, latched, extra=True,
+              _not_blocked, extra=True, limits='the stick drives within {:g} s'.format(PROMPT)),
+    Criterion('once', BUTTONS, 'Y, held, is one call', THUMB, _once, extra=True),
+    Criterion('latched', BUTTONS, 'ctrl_relinq is latched', THUMB, _latched, extra=True,
               limits='heard within {:g} s'.format(SAYS)),
     Criterion('lost_pad', LOST, 'stops the robot after the pad fell silent', THUMB,
               partial(stops_when_silent, name=PAD_SILENT, what='the pad'), extra=True,

@@ -3,9 +3,8 @@ import re
 from typing import List
 
 from tb3_labs.geometry.angles import difference_degrees
-from tb3_labs.marking.criteria import (CLEAN_EXIT, CLEAN_EXIT_LIMITS, CTRL_C, EXERCISE,
-                                       HEADING_EXERCISE, IMU_SHEET, IN_TIME, TRACEBACK, Criterion,
-                                       Place, clean_exit, says, starts)
+from tb3_labs.marking.criteria import (CTRL_C, EXERCISE, HEADING_EXERCISE, IMU_SHEET, IN_TIME,
+                                       TRACEBACK, Criterion, Place, ends_cleanly, says, starts)
 from tb3_labs.marking.observation import NotSeen, Observation
 
 #: The parts of the lab.
@@ -47,16 +46,14 @@ def _standing(seen):
     return stands
 
 
-def prints_heading(seen: Observation) -> str:
-    """Is the line printed, wherever the robot stands?"""
+def _prints_heading(seen: Observation) -> str:
     for heading, printed in _standing(seen):
         if not printed:
             return 'nothing was printed while the robot stood at {:.0f} degrees'.format(heading)
     return ''
 
 
-def heading_right(seen: Observation) -> str:
-    """Is the heading that of the IMU, modulo 360 degrees?"""
+def _heading_right(seen: Observation) -> str:
     for heading, printed in _standing(seen):
         for number in printed:
             if abs(difference_degrees(number, heading)) > TOLERANCE:
@@ -64,8 +61,7 @@ def heading_right(seen: Observation) -> str:
     return ''
 
 
-def from_0_to_360(seen: Observation) -> str:
-    """Is the heading counted from 0 (included) to 360 degrees (not included)?"""
+def _from_0_to_360(seen: Observation) -> str:
     for heading, printed in _standing(seen):
         for number in printed:
             if not 0.0 <= number < 360.0:
@@ -74,8 +70,7 @@ def from_0_to_360(seen: Observation) -> str:
     return ''
 
 
-def says_goodbye(seen: Observation) -> str:
-    """Does it say that it ends, and print no more headings than LATE_HEADINGS after that?"""
+def _says_goodbye(seen: Observation) -> str:
     missed = says(seen, GOODBYE)
     if missed:
         return missed
@@ -85,8 +80,7 @@ def says_goodbye(seen: Observation) -> str:
         '{} headings were printed after "{}"'.format(late, GOODBYE)
 
 
-def never_360(seen: Observation) -> str:
-    """Is 360.000000 never shown, not even for a heading a hair below zero?"""
+def _never_360(seen: Observation) -> str:
     printed = headings(seen.during(HAIR_BELOW_ZERO).printed)
     if not printed:
         return 'nothing was printed while the IMU was a hair below zero'
@@ -95,8 +89,7 @@ def never_360(seen: Observation) -> str:
     return ''
 
 
-def survives_nonsense(seen: Observation) -> str:
-    """Does it go on after a quaternion that is not valid?"""
+def _survives_nonsense(seen: Observation) -> str:
     scene = seen.during(ZERO_QUATERNION)
     if TRACEBACK in scene.printed:
         return 'a quaternion of zeros gave a traceback'
@@ -108,17 +101,16 @@ def survives_nonsense(seen: Observation) -> str:
 CRITERIA = [
     Criterion('starts', HEADING, 'runs and listens to imu', LISTENING, starts, limits=IN_TIME),
     Criterion('prints_heading', HEADING, 'prints "Current heading is ... degrees."', EXERCISE,
-              prints_heading, limits='within {:g} s at each heading'.format(READING)),
-    Criterion('heading_right', HEADING, 'prints the heading of the IMU', EXERCISE, heading_right,
+              _prints_heading, limits='within {:g} s at each heading'.format(READING)),
+    Criterion('heading_right', HEADING, 'prints the heading of the IMU', EXERCISE, _heading_right,
               limits='within {:g} degree'.format(TOLERANCE)),
     Criterion('from_0_to_360', HEADING, 'counts the heading from 0 to 360 degrees', EXERCISE,
-              from_0_to_360),
+              _from_0_to_360),
     Criterion('says_goodbye', HEADING, 'at Ctrl+C says "{}", then nothing'.format(GOODBYE),
-              AT_CTRL_C, says_goodbye, limits='{} more heading may follow'.format(LATE_HEADINGS)),
-    Criterion('clean_exit', HEADING, CLEAN_EXIT, AT_CTRL_C, clean_exit,
-              limits=CLEAN_EXIT_LIMITS),
-    Criterion('never_360', ODD_SAMPLES, 'never prints 360.000000', EXERCISE, never_360,
+              AT_CTRL_C, _says_goodbye, limits='{} more heading may follow'.format(LATE_HEADINGS)),
+    ends_cleanly(HEADING, AT_CTRL_C),
+    Criterion('never_360', ODD_SAMPLES, 'never prints 360.000000', EXERCISE, _never_360,
               extra=True),
     Criterion('survives_nonsense', ODD_SAMPLES, 'goes on after a quaternion of zeros', EXERCISE,
-              survives_nonsense, extra=True, limits='within {:g} s'.format(NEXT)),
+              _survives_nonsense, extra=True, limits='within {:g} s'.format(NEXT)),
 ]

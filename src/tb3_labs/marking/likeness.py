@@ -10,7 +10,6 @@ document fingerprinting", SIGMOD 2003; all k-grams are kept, since these texts a
 import io
 import itertools
 import keyword
-import re
 import tokenize
 from typing import Dict, FrozenSet, Iterable, List, Mapping, Sequence, Tuple
 
@@ -26,7 +25,6 @@ NEARLY_SAME = 0.8
 FEWEST = 200
 IGNORED = (tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT,
            tokenize.ENCODING, tokenize.ENDMARKER)
-WORD = re.compile(r'#.*|[A-Za-z_]\w*|\d[\w.]*|"[^"\n]*"|\'[^\'\n]*\'|\S')
 Shingles = FrozenSet[Tuple[str, ...]]
 
 
@@ -36,14 +34,11 @@ def tokens_of(code: str) -> List[str]:
     found, begins_line = [], True
     try:
         for kind, text, _, _, _ in tokenize.generate_tokens(io.StringIO(code).readline):
-            docstring = kind == tokenize.STRING and begins_line
-            if kind not in IGNORED and not docstring:
+            if kind not in IGNORED and not (kind == tokenize.STRING and begins_line):
                 found.append(_plain(text, kind == tokenize.STRING))
             begins_line = kind in IGNORED and (begins_line or kind != tokenize.COMMENT)
     except (tokenize.TokenError, SyntaxError):
-        # not valid Python; its words are enough
-        found = [_plain(text, text[0] in '"\'') for text in WORD.findall(code)
-                 if not text.startswith('#')]
+        pass        # not valid Python; the tokens up to there are enough
     return found
 
 

@@ -4,13 +4,14 @@ import threading
 import time
 from concurrent.futures import ThreadPoolExecutor, wait
 from datetime import datetime
-from typing import Any, Callable, Optional, Sequence
+from typing import Callable, Optional, Sequence
 
 from tb3_labs.command_line import reason
 from tb3_labs.marking.intake import Submission, digest
 from tb3_labs.marking.marks import NOT_JUDGED
 from tb3_labs.marking.marks_folder import MarksFolder, late_by
 from tb3_labs.marking.names import printable
+from tb3_labs.marking.progress import Progress
 from tb3_labs.marking.ros_marker import Interrupted, Marker
 
 
@@ -18,9 +19,8 @@ class MarkedClass:
     """A class whose submissions are marked, and its folder of marks."""
 
     def __init__(self, marker: Marker, folder: MarksFolder, due: Optional[datetime], anew: bool,
-                 progress: Any, tell_problem: Callable[[str], None]) -> None:
-        """`anew`: try also those that have been marked and have not changed; `progress`: a
-        Progress."""
+                 progress: Progress, tell_problem: Callable[[str], None]) -> None:
+        """`anew`: try also those that have been marked and have not changed."""
         self._marker, self._folder, self._due, self._anew = marker, folder, due, anew
         self._progress, self._tell_problem = progress, tell_problem
         self._failed, self._unchanged = False, 0
@@ -106,8 +106,5 @@ class MarkedClass:
     def _tell_trying(self, name, words='', seconds=0.0):
         """Tell each part that is tried, and on a terminal each step and the time."""
         part, _, step = words.partition(': ')
-        if part:
-            self._progress.now(name, '{}: {}'.format(name, part),
-                               ', {}, {:.0f} s'.format(step, seconds))
-        else:
-            self._progress.now(name, name + ' ...', ' {:.0f} s'.format(seconds))
+        self._progress.now(name, '{}: {}'.format(name, part) if part else name + ' ...',
+                           (', {},'.format(step) if part else '') + ' {:.0f} s'.format(seconds))

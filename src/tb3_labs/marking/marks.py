@@ -15,7 +15,7 @@ holds the verdicts, without the observation they came from, and the key of the t
 same key would end alike.
 """
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence
 
@@ -32,8 +32,6 @@ NOT_JUDGED = 'not judged'
 EXTRA, COURSE = 'extra', 'course'
 #: Parts of a record.
 KEY, MARKS, VERDICTS = 'key', 'marks', 'verdicts'
-#: Fields of Marks that a record does not hold as they are; VERDICTS is one of them.
-LEFT_OUT = (VERDICTS, 'observation')
 
 
 @dataclass
@@ -142,8 +140,8 @@ def read_points(path: Optional[Path]) -> Any:
 def to_record(marks: Marks, key: Mapping[str, Any]) -> Dict[str, Any]:
     """The record of these marks."""
     return {KEY: dict(key),
-            MARKS: {item.name: getattr(marks, item.name) for item in fields(marks)
-                    if item.name not in LEFT_OUT},
+            MARKS: {name: value for name, value in vars(marks).items()
+                    if name not in (VERDICTS, 'observation')},
             VERDICTS: {verdict.criterion.name: [verdict.outcome.value, verdict.seen]
                        for verdict in marks.verdicts}}
 

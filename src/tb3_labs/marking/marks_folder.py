@@ -24,8 +24,7 @@ from tb3_labs.marking.observation import Observation
 
 #: Names of files.
 TABLE, OVERVIEW, RESULTS, RECORD = 'marks.csv', 'overview.html', 'results.json', '.marks.json'
-#: Keys of a record, beside those of tb3_labs.marking.marks: is it worth another try as it is? the
-#: parts of its page that do not come from the try.
+#: Keys of a record: is another try wanted? the parts of its page that do not come from the try.
 AGAIN, PAGE = 'again', 'page'
 #: Of the remarks and the findings of one student this is written: sentences, characters of each.
 MOST_SENTENCES, LONGEST = 100, 2000
@@ -43,6 +42,7 @@ class MarksFolder:
         """`worth`: criterion -> points; `rows`: of the course; `options`: all else that a try
         depends on. ``ValueError`` if the folder has other marks."""
         self._path, self._lab, self._parts = Path(path), lab, sorted(parts)
+        self.logs = self._path / 'logs'
         self._worth, self._rows = worth, rows
         self._key = {LAB: lab, PARTS: self._parts, OPTIONS: options, VERSION: _version()}
         self.logs.mkdir(parents=True, exist_ok=True)
@@ -51,41 +51,18 @@ class MarksFolder:
             self._read(file)
         self._table()       # tells at once if it cannot be read
 
-    @property
-    def logs(self) -> Path:
-        """The folder of the logs."""
-        return self._path / 'logs'
-
-    @property
-    def students(self) -> List[str]:
-        """The students that have marks."""
-        return sorted(self._records)
-
     def kept(self, student: str, submission: str) -> Optional[Marks]:
-        """The Marks that a student has, if another try would end alike; else None.
-
-        `submission`: its digest.
-        """
+        """The Marks that a student has, if another try of this digest would end alike, or None."""
         record = self._records.get(student)
         if record is None or record[AGAIN] or record[KEY] != self._key_of(submission):
             return None
-        try:
-            return self._marks(record)
-        except ValueError:
-            return None
+        return self._marks(record)
 
     def write(self, marks: Marks, submission: str, again: bool = False) -> None:
-        """Write the marks of one student; `again`: the next run is to try it once more.
-
-        The observation of these Marks is forgotten afterwards: a class has hundreds of MB of it.
-        """
+        """Write the marks of one student, and forget their observation; `again`: the next run is to
+        try it once more."""
         marks.remarks, marks.findings = _cleaned(marks.remarks), _cleaned(marks.findings)
-        self._write_page(marks)
-        record = dict(to_record(marks, self._key_of(submission)), **{
-            AGAIN: again, PAGE: self._page_of(marks)})
-        self._records[marks.student] = record
-        _replace(self.logs / (marks.student + RECORD), json.dumps(record))
-        marks.observation = None
+        self._keep(marks, dict(to_record(marks, self._key_of(submission)), **{AGAIN: again}))
 
     def set_late(self, student: str, late: str) -> None:
         """Write into the marks that are kept whether they are late, '' or a sentence."""
@@ -97,9 +74,9 @@ class MarksFolder:
         the lines for the instructor. `unprotected`: were there no sandboxes? `given`: programs that
         every student was given."""
         all_marks = []
-        for student in self.students:
+        for _, record in sorted(self._records.items()):
             try:
-                all_marks.append(self._marks(self._records[student]))
+                all_marks.append(self._marks(record))
             except ValueError:
                 continue    # of an older version, and not handed in this time
         if not all_marks:
@@ -108,15 +85,12 @@ class MarksFolder:
         for marks in all_marks:
             self._renew_page(marks)
         path = self._path / OVERVIEW
-        notes = for_instructor(all_marks, self._nodes(), _own_nodes(), unprotected, given)
+        nodes = {file.name[:-len(NODE_TEXT)]: file.read_text(errors='replace')
+                 for file in sorted(self.logs.glob('*' + NODE_TEXT))}
+        notes = for_instructor(all_marks, nodes, _own_nodes(), unprotected, given)
         _replace(path, overview(all_marks, LABS[self._lab].title, [
             marks.student + '.html' for marks in all_marks], notes))
         return path, notes
-
-    def _nodes(self):
-        """Student -> the program of the node."""
-        return {path.name[:-len(NODE_TEXT)]: path.read_text(errors='replace')
-                for path in sorted(self.logs.glob('*' + NODE_TEXT))}
 
     def _read(self, file):
         try:
@@ -158,27 +132,25 @@ class MarksFolder:
         file = self.logs / (marks.student + '.json')
         if file.exists():
             marks.observation = Observation.from_json(file.read_text())
-        self._write_page(marks)
-        marks.observation = None
-        record[PAGE] = self._page_of(marks)
-        _replace(self.logs / (marks.student + RECORD), json.dumps(record))
+        self._keep(marks, record)
 
-    def _write_page(self, marks):
+    def _keep(self, marks, record):
         page = feedback(marks, LABS[self._lab].title, self._sentence(marks))
         _replace(self._path / (marks.student + '.html'), page)
+        marks.observation = None        # a class has hundreds of MB of it
         folder = self._path / 'gradescope' / marks.student
         folder.mkdir(parents=True, exist_ok=True)
         if marks.judged:
             _replace(folder / RESULTS, json.dumps(results(marks, self._rows), indent=1))
         elif (folder / RESULTS).exists():
             (folder / RESULTS).unlink()     # of an earlier try: it says another thing
+        record[PAGE] = self._page_of(marks)
+        self._records[marks.student] = record
+        _replace(self.logs / (marks.student + RECORD), json.dumps(record))
 
 
 def late_by(due: datetime, handed_in: Optional[datetime], what: str) -> str:
-    """A sentence if something was handed in late, else ''.
-
-    `what`: the thing that has this time.
-    """
+    """A sentence if something, `what`, was handed in late, else ''."""
     if handed_in is None or handed_in <= due:
         return ''
     return 'Late: {} is of {:%Y-%m-%d %H:%M}, it was due {:%Y-%m-%d %H:%M}.'.format(
@@ -190,12 +162,10 @@ def due_time(text: str) -> datetime:
 
     ``ValueError`` if it is neither.
     """
-    for form, rest in (('%Y-%m-%d %H:%M', ''), ('%Y-%m-%d %H:%M', ' 23:59')):
-        try:
-            return datetime.strptime(text + rest, form)
-        except ValueError:
-            pass
-    raise ValueError('{!r} is no time such as "2026-11-20 23:59"'.format(text))
+    try:
+        return datetime.strptime(text if ':' in text else text + ' 23:59', '%Y-%m-%d %H:%M')
+    except ValueError:
+        raise ValueError('{!r} is no time such as "2026-11-20 23:59"'.format(text)) from None
 
 
 def _cleaned(sentences):
@@ -204,7 +174,7 @@ def _cleaned(sentences):
 
 
 def _replace(path, text):
-    """Write a file so that an interruption leaves the old one or the new one."""
+    """Write a file; an interruption leaves the old one or the new one."""
     part = path.with_name(path.name + '.part')
     part.write_text(text, encoding='utf-8', errors='backslashreplace')
     os.replace(str(part), str(path))

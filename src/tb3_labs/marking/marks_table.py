@@ -73,10 +73,8 @@ def cells(rows: Sequence[Row], marks: Marks, given: Mapping[str, str]) -> List[s
 
 def labels(rows: Sequence[Row]) -> List[str]:
     """The heading of each cell of :func:`cells`."""
-    if len(rows) < 2:
-        return [row.label for row in rows]
-    return [row.label for row in rows] + [
-        Row(TOTAL, sum(row.points for row in rows)).label]
+    total = [Row(TOTAL, sum(row.points for row in rows))] if len(rows) > 1 else []
+    return [row.label for row in [*rows, *total]]
 
 
 def name_in(label: str) -> str:
@@ -137,22 +135,19 @@ class Table:
         some = all_marks[0]
         heads = [STUDENT, POINTS, OF] + [v.criterion.label for v in some.graded + some.extra] + [
             NODE, LATE] + labels(rows) + [REMARKS]
-        added = [head for head in self._heads[self._heads.index(REMARKS) + 1:]] \
-            if REMARKS in self._heads else []
+        added = self._heads[self._heads.index(REMARKS) + 1:] if REMARKS in self._heads else []
         out = io.StringIO(newline='')
         writer = csv.writer(out, lineterminator='\n')
         writer.writerow(heads + added)
-        students = set()
+        others = dict(self._rows)
         for marks in all_marks:
-            old = self._rows.get(safe(marks.student), {})
-            students.add(safe(marks.student))
+            old = others.pop(safe(marks.student), {})
             writer.writerow(_cells(marks, rows, self.given(marks.student))
                             + [old.get(head, '') for head in added])
-        for student, old in self._rows.items():
-            if student not in students:
-                given = self.given(student)
-                writer.writerow([old.get(head) or given.get(name_in(head), '')
-                                 for head in heads + added])
+        for student, old in others.items():
+            given = self.given(student)
+            writer.writerow([old.get(head) or given.get(name_in(head), '')
+                             for head in heads + added])
         return out.getvalue()
 
 

@@ -7,11 +7,11 @@ import numpy as np
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.criteria import (AT_ONCE, CLEAN_EXIT, CLEAN_EXIT_LIMITS, IN_TIME, ROUNDING,
-                                       STATES, STOPS_AT_ONCE, STOPS_IN_TIME, STOPS_WHEN_LOST,
-                                       TRANSFORMATION_SHEET, Criterion, Place, clean_exit,
-                                       first_missed, starts, stops_robot, stops_when_silent)
-from tb3_labs.marking.observation import MOVED, RESTED, WAS_MOVING, Observation, Scene
+from tb3_labs.marking.criteria import (AT_ONCE, IN_TIME, ROUNDING, STATES, STOPS_AT_ONCE,
+                                       STOPS_IN_TIME, STOPS_WHEN_LOST, TRANSFORMATION_SHEET,
+                                       Criterion, Place, ends_cleanly, first_missed, starts,
+                                       stops_robot, stops_when_silent)
+from tb3_labs.marking.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation, Scene
 
 #: The parts of the lab.
 DRIVE, RESET, CONTROL, DECLARED, OFFSET, LOST = (
@@ -73,12 +73,9 @@ THEORY, AT_RESET, DEMONSTRATION, ANALYSIS = (
 TWO_ZEROS = Place(TRANSFORMATION_SHEET, '1. The local pose', 4)
 
 
-def place_at_end(seen: Observation, name: str, tolerance: float = DISTANCE + MORE_DISTANCE) -> str:
+def _place(seen: Observation, name: str, tolerance: float = DISTANCE + MORE_DISTANCE) -> str:
     """'' if the drive `name` ended at most `tolerance` [m] from the goal, else what was seen."""
-    scene = seen.during(name)
-    missed = not_driven(scene)
-    if missed:
-        return missed
+    scene = _driven(seen, name)
     away = _end(scene).distance_to(Pose2(*GOAL))
     if not scene.facts[RESTED]:
         return 'it was still moving after {:.0f} s, {:.2f} m from the goal'.format(
@@ -86,13 +83,10 @@ def place_at_end(seen: Observation, name: str, tolerance: float = DISTANCE + MOR
     return '' if away <= tolerance else 'it stopped {:.2f} m from the goal'.format(away)
 
 
-def heading_at_end(seen: Observation, name: str, tolerance: float = ANGLE + MORE_ANGLE) -> str:
+def _heading(seen: Observation, name: str, tolerance: float = ANGLE + MORE_ANGLE) -> str:
     """'' if the robot at last faced the goal's heading within `tolerance` [deg], else what it
     faced."""
-    scene = seen.during(name)
-    missed = not_driven(scene)
-    if missed:
-        return missed
+    scene = _driven(seen, name)
     if not scene.facts[RESTED]:
         return 'it was still moving after {:.0f} s'.format(scene.end - scene.begin)
     faced = math.degrees(difference(_end(scene).yaw, GOAL[2]))
@@ -100,9 +94,12 @@ def heading_at_end(seen: Observation, name: str, tolerance: float = ANGLE + MORE
         'at the end it faced {:.1f} degrees instead of 0'.format(faced)
 
 
-def not_driven(scene: Scene) -> str:
-    """'' if the node moved the robot after it had got control."""
-    return '' if scene.facts[MOVED] else 'it got control, but did not move the robot'
+def _driven(seen: Observation, name: str) -> Scene:
+    """The scene of a drive; NotSeen if the node did not move the robot."""
+    scene = seen.during(name)
+    if not scene.facts[MOVED]:
+        raise NotSeen('it got control, but did not move the robot')
+    return scene
 
 
 def _end(scene):
@@ -110,30 +107,24 @@ def _end(scene):
     return Pose2(*scene.facts[LOCAL_T_WORLD]) @ Pose2(*scene.truth[-1, 1:])
 
 
-def waits(seen: Observation) -> str:
-    """Does nothing move before the node has control?"""
+def _waits(seen: Observation) -> str:
     return 'it moved the robot without having control' if len(
         seen.during(WITHOUT_CONTROL).moving) else ''
 
 
-def says_reached(seen: Observation) -> str:
-    """Is the line at the goal printed once?"""
+def _says_reached(seen: Observation) -> str:
     number = len(REACHED.findall(seen.during(FIRST_DRIVE).printed + seen.during(AT_GOAL).printed))
     return '' if number == 1 else '"Goal reached!" was printed {} times'.format(number)
 
 
-def silent_at_goal(seen: Observation) -> str:
-    """Is cmd_vel silent at the goal, so that another node may drive?"""
-    missed = not_driven(seen.during(FIRST_DRIVE))
-    if missed:
-        return missed
+def _silent_at_goal(seen: Observation) -> str:
+    _driven(seen, FIRST_DRIVE)
     scene = seen.during(AT_GOAL)
     late = scene.commands[scene.commands[:, 0] > scene.begin + LAST_WORD]
     return 'it went on sending commands on cmd_vel after it had arrived' if len(late) else ''
 
 
-def within_limits(seen: Observation) -> str:
-    """Is no more commanded than the robot can do?"""
+def _within_limits(seen: Observation) -> str:
     commands = np.vstack([seen.during(name).commands for name in (FIRST_DRIVE, SECOND_DRIVE)
                           if seen.has(name)] or [seen.during(FIRST_DRIVE).commands])
     if not len(commands):
@@ -143,34 +134,25 @@ def within_limits(seen: Observation) -> str:
         'it commanded up to {:.2f} m/s and {:.1f} rad/s'.format(forward, turn)
 
 
-def _reset(seen, name):
+def _reset(seen: Observation, name: str = RESET_TO_ORIGIN) -> str:
     problem = seen.during(name).facts[PROBLEM]
     return 'the reset failed: ' + problem if problem else ''
 
 
-def resets(seen: Observation) -> str:
-    """Does a service declare where the robot is?"""
-    return _reset(seen, RESET_TO_ORIGIN)
-
-
-def says_reset(seen: Observation) -> str:
-    """Is the line of the reset printed?"""
+def _says_reset(seen: Observation) -> str:
     return '' if SET.search(seen.during(RESET_TO_ORIGIN).printed) else \
         'no line "Local pose set to x=..., y=..., yaw=..." was printed'
 
 
-def second_place(seen: Observation) -> str:
-    """Is the same task done again, from another place and heading?"""
-    return resets(seen) or place_at_end(seen, SECOND_DRIVE)
+def _second_place(seen: Observation) -> str:
+    return _reset(seen) or _place(seen, SECOND_DRIVE)
 
 
-def second_heading(seen: Observation) -> str:
-    """Does the robot face the goal's heading again?"""
-    return resets(seen) or heading_at_end(seen, SECOND_DRIVE)
+def _second_heading(seen: Observation) -> str:
+    return _reset(seen) or _heading(seen, SECOND_DRIVE)
 
 
-def control_taken(seen: Observation) -> str:
-    """Does it stop the robot when control is taken?"""
+def _control_taken(seen: Observation) -> str:
     scene = seen.during(CONTROL_TAKEN)
     if not scene.facts[WAS_MOVING]:
         return 'it got control, but did not move the robot, so that a stop could not be seen'
@@ -181,58 +163,54 @@ def control_taken(seen: Observation) -> str:
     return ''
 
 
-def exact(seen: Observation) -> str:
-    """Are both drives several times as exact as the handout asks for?"""
+def _exact(seen: Observation) -> str:
     return first_missed(*(said for name in (FIRST_DRIVE, SECOND_DRIVE) for said in (
-        place_at_end(seen, name, EXACT_DISTANCE),
-        heading_at_end(seen, name, EXACT_ANGLE))))
+        _place(seen, name, EXACT_DISTANCE),
+        _heading(seen, name, EXACT_ANGLE))))
 
 
-def offset_imu(seen: Observation) -> str:
-    """Does it drive with an IMU whose zero is not that of the odometry?"""
-    return place_at_end(seen, OFFSET_DRIVE) or heading_at_end(seen, OFFSET_DRIVE)
+def _offset_imu(seen: Observation) -> str:
+    return _place(seen, OFFSET_DRIVE) or _heading(seen, OFFSET_DRIVE)
 
 
-def declared_pose(seen: Observation) -> str:
-    """Does it drive from a declared pose that is not the origin?"""
-    return _reset(seen, RESET_ELSEWHERE) or place_at_end(
-        seen, DECLARED_DRIVE) or heading_at_end(seen, DECLARED_DRIVE)
+def _declared_pose(seen: Observation) -> str:
+    return _reset(seen, RESET_ELSEWHERE) or _place(
+        seen, DECLARED_DRIVE) or _heading(seen, DECLARED_DRIVE)
 
 
 CRITERIA = [
     Criterion('starts', DRIVE, 'runs and listens to odom', STATES, starts, limits=IN_TIME),
-    Criterion('waits', DRIVE, 'does not move before it has control', STATES, waits,
+    Criterion('waits', DRIVE, 'does not move before it has control', STATES, _waits,
               limits='for {:g} s'.format(WATCHED)),
     Criterion('goal_place', DRIVE, 'drives to ({:g}, {:g})'.format(*GOAL), THEORY,
-              partial(place_at_end, name=FIRST_DRIVE), limits=PLACE_LIMITS),
+              partial(_place, name=FIRST_DRIVE), limits=PLACE_LIMITS),
     Criterion('goal_heading', DRIVE, 'faces 0 degrees there', THEORY,
-              partial(heading_at_end, name=FIRST_DRIVE), limits=HEADING_LIMITS),
-    Criterion('says_reached', DRIVE, 'says "Goal reached!" once', STATES, says_reached),
+              partial(_heading, name=FIRST_DRIVE), limits=HEADING_LIMITS),
+    Criterion('says_reached', DRIVE, 'says "Goal reached!" once', STATES, _says_reached),
     Criterion('silent_at_goal', DRIVE, 'sends nothing on cmd_vel at the goal', STATES,
-              silent_at_goal, limits='from {:g} s after its arrival on'.format(LAST_WORD)),
+              _silent_at_goal, limits='from {:g} s after its arrival on'.format(LAST_WORD)),
     Criterion('within_limits', DRIVE, "keeps the robot's limits, {:g} m/s and {:g} rad/s".format(
-        FASTEST, FASTEST_TURN), THEORY, within_limits,
+        FASTEST, FASTEST_TURN), THEORY, _within_limits,
               limits='and {:g} for rounding'.format(ROUNDING)),
-    Criterion('resets', RESET, 'a service resets the local frame', AT_RESET, resets,
+    Criterion('resets', RESET, 'a service resets the local frame', AT_RESET, _reset,
               limits='answers within {:g} s'.format(ANSWER_TIME)),
     Criterion('says_reset', RESET, 'says "Local pose set to x=..., y=..., yaw=..."', AT_RESET,
-              says_reset, limits='within {:g} s after the answer'.format(TAKES_EFFECT)),
+              _says_reset, limits='within {:g} s after the answer'.format(TAKES_EFFECT)),
     Criterion('second_place', RESET, 'does the same task after a turn by {:g} degrees and a '
-              'reset'.format(TURNED), DEMONSTRATION, second_place, limits='as goal_place'),
+              'reset'.format(TURNED), DEMONSTRATION, _second_place, limits='as goal_place'),
     Criterion('second_heading', RESET, 'faces 0 degrees of the new frame', DEMONSTRATION,
-              second_heading, limits='as goal_heading'),
+              _second_heading, limits='as goal_heading'),
     Criterion('control_taken', CONTROL, 'stops the robot at once when control is taken', STATES,
-              control_taken, limits='zero velocity ' + STOPS_AT_ONCE),
-    Criterion('clean_exit', CONTROL, CLEAN_EXIT, STATES, clean_exit,
-              limits=CLEAN_EXIT_LIMITS),
+              _control_taken, limits='zero velocity ' + STOPS_AT_ONCE),
+    ends_cleanly(CONTROL, STATES),
     Criterion('stops_robot', CONTROL, 'at Ctrl+C in a drive sends zero velocity', STATES,
               stops_robot, extra=True, limits=STOPS_IN_TIME),
     Criterion('exact', RESET, 'both drives are within {:g} m and {:g} degree'.format(
-        EXACT_DISTANCE, EXACT_ANGLE), ANALYSIS, exact, extra=True),
+        EXACT_DISTANCE, EXACT_ANGLE), ANALYSIS, _exact, extra=True),
     Criterion('declared_pose', DECLARED, 'drives from a declared pose that is not the origin',
-              AT_RESET, declared_pose, extra=True, limits='as goal_place and goal_heading'),
+              AT_RESET, _declared_pose, extra=True, limits='as goal_place and goal_heading'),
     Criterion('offset_imu', OFFSET, 'drives with an IMU whose zero is not that of the odometry',
-              TWO_ZEROS, offset_imu, extra=True, limits='as goal_place and goal_heading'),
+              TWO_ZEROS, _offset_imu, extra=True, limits='as goal_place and goal_heading'),
     Criterion('lost_odometry', LOST, 'stops the robot after the odometry fell silent', STATES,
               partial(stops_when_silent, name=ODOMETRY_SILENT, what='the odometry'), extra=True,
               limits=STOPS_WHEN_LOST),

@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from tb3_labs.marking import mouse
-from tb3_labs.marking.criteria import (CLEAN_EXIT, CLEAN_EXIT_LIMITS, EXERCISE, IMU_SHEET, IN_TIME,
-                                       ROUNDING, STOPS_AT_ONCE, STOPS_IN_TIME, STOPS_WHEN_LOST,
-                                       TURN_LAB, Criterion, Place, clean_exit, first_missed, says,
-                                       starts, stops_robot, stops_when_silent)
+from tb3_labs.marking.criteria import (EXERCISE, IMU_SHEET, IN_TIME, ROUNDING, STOPS_AT_ONCE,
+                                       STOPS_IN_TIME, STOPS_WHEN_LOST, TURN_LAB, Criterion, Place,
+                                       ends_cleanly, first_missed, says, starts, stops_robot,
+                                       stops_when_silent)
 from tb3_labs.marking.observation import MOVED, RESTED, NotSeen, Observation
 
 #: The parts of the lab.
@@ -90,13 +90,11 @@ def _degrees(seen_deg):
     return '{} degrees to the {}'.format(number, 'left' if seen_deg > 0.0 else 'right')
 
 
-def short_way(seen: Observation) -> str:
-    """Do they turn the same where the heading jumps?"""
+def _short_way(seen: Observation) -> str:
     return first_missed(*(turned(seen, name, EACH_TURN[name]) for name in ACROSS))
 
 
-def within_1_deg(seen: Observation) -> str:
-    """Are all turns ten times as exact as the handout asks for?"""
+def _within_1_deg(seen: Observation) -> str:
     return first_missed(*(turned(seen, name, turn, EXACT) for name, turn in EACH_TURN.items()))
 
 
@@ -109,22 +107,19 @@ def _turning(seen):
     return commands
 
 
-def clamped(seen: Observation) -> str:
-    """Is no turn faster than MAX_ANG_Z?"""
+def _clamped(seen: Observation) -> str:
     fastest = np.abs(_turning(seen)[:, 2]).max()
     return '' if fastest <= MAX_ANG_Z + ROUNDING else \
         'it commanded up to {:.1f} rad/s while turning'.format(fastest)
 
 
-def on_the_spot(seen: Observation) -> str:
-    """Is there no forward speed while turning?"""
+def _on_the_spot(seen: Observation) -> str:
     fastest = np.abs(_turning(seen)[:, 1]).max()
     return '' if fastest < ROUNDING else \
         'it commanded up to {:.2f} m/s forward while turning'.format(fastest)
 
 
-def answers_nonsense(seen: Observation) -> str:
-    """Is there an error that names the valid inputs, and no movement?"""
+def _answers_nonsense(seen: Observation) -> str:
     scene = seen.during(NONSENSE)
     if len(scene.moving):
         return 'the robot moved after "{}" was typed'.format(TYPED_NONSENSE)
@@ -149,13 +144,13 @@ CRITERIA = [
     Criterion('right', TURNS, 'r turns 90 degrees right', LAW,
               partial(turned, name=RIGHT, turn=EACH_TURN[RIGHT]), limits=LIMITS),
     Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees, where it jumps',
-              EXERCISE, short_way, limits=LIMITS),
+              EXERCISE, _short_way, limits=LIMITS),
     Criterion('clamped', TURNS, 'turns no faster than {:g} rad/s'.format(MAX_ANG_Z), LAW,
-              clamped, limits='and {:g} for rounding'.format(ROUNDING)),
+              _clamped, limits='and {:g} for rounding'.format(ROUNDING)),
     Criterion('on_the_spot', TURNS, 'does not drive forward while it turns', LAW,
-              on_the_spot, limits='less than {:g} m/s'.format(ROUNDING)),
+              _on_the_spot, limits='less than {:g} m/s'.format(ROUNDING)),
     Criterion('answers_nonsense', TURNS, 'answers any other input by an error that names the valid '
-              'ones', LAW, answers_nonsense, limits='l and r, or left and right, within '
+              'ones', LAW, _answers_nonsense, limits='l and r, or left and right, within '
               '{:g} s, in at most {} lines; the robot rests'.format(
                   ANSWER, LEGIBLE)),
     Criterion('mouse_drives', MOUSE, 'mouse up drives forward, left turns left, {:g} at the '
@@ -175,10 +170,9 @@ CRITERIA = [
               stops_robot, limits=STOPS_IN_TIME),
     Criterion('says_goodbye', SHUTDOWN, 'at Ctrl+C says "{}"'.format(GOODBYE), AT_CTRL_C,
               partial(says, words=GOODBYE)),
-    Criterion('clean_exit', SHUTDOWN, CLEAN_EXIT, AT_CTRL_C, clean_exit,
-              limits=CLEAN_EXIT_LIMITS),
+    ends_cleanly(SHUTDOWN, AT_CTRL_C),
     Criterion('within_1_deg', TURNS, 'all turns are within {:g} degree'.format(EXACT), LAW,
-              within_1_deg, extra=True),
+              _within_1_deg, extra=True),
     Criterion('lost_imu', LOST, 'stops a turn after the IMU fell silent', AT_CTRL_C,
               partial(stops_when_silent, name=IMU_SILENT, what='the IMU'), extra=True,
               limits=STOPS_WHEN_LOST),

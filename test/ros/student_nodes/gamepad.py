@@ -1,19 +1,5 @@
 #!/usr/bin/env python3
-"""Drives by a gamepad, hands the robot over, and resets the local frame: the Transformation lab.
-
-Each TODO says what belongs there. Write it, and delete the lines below it that say that the TODO is
-open. The node starts with open TODOs, too, and names those that it meets.
-
-The numbers of axes and buttons are those of the handout's pad. `rostopic echo /joy` shows yours.
-
-Subscribes
-    joy            sensor_msgs/Joy
-Publishes
-    cmd_vel        geometry_msgs/Twist
-    ctrl_relinq    std_msgs/Bool: True hands the robot over, False takes it back
-Calls
-    /set_pose      tb3_labs/SetInitialPose
-"""
+"""The gamepad of the Transformation lab: its skeleton in doc/skeletons, with the TODOs done."""
 import math
 import threading
 

@@ -1,20 +1,5 @@
 #!/usr/bin/env python3
-"""Drives to a goal in a local frame that a service resets: the Transformation lab.
-
-Each TODO says what belongs there. Write it, and delete the lines below it that say that the TODO is
-open. The node starts with open TODOs, too, and names those that it meets.
-
-Global is the frame of the odometry. The local frame begins where the robot stood at the reset.
-
-Subscribes
-    imu            sensor_msgs/Imu
-    odom           nav_msgs/Odometry
-    ctrl_relinq    std_msgs/Bool: True lets this node drive
-Publishes
-    cmd_vel        geometry_msgs/Twist
-Services
-    /set_pose      tb3_labs/SetInitialPose: resets the local frame
-"""
+"""The node of the Transformation lab: its skeleton in doc/skeletons, with the TODOs done."""
 import math
 
 import rospy

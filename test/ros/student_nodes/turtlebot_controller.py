@@ -1,16 +1,5 @@
 #!/usr/bin/env python3
-"""Turns the robot by 90 degrees, by keyboard and IMU, beside the mouse: the IMU lab.
-
-Each TODO says what belongs there. Write it, and delete the lines below it that say that the TODO is
-open. The node starts with open TODOs, too, and names those that it meets. The mouse is that of lab 1,
-and drives from the beginning.
-
-Subscribes
-    imu           sensor_msgs/Imu
-    mouse_info    MouseController of this package
-Publishes
-    cmd_vel       geometry_msgs/Twist
-"""
+"""The node of the IMU lab: its skeleton in doc/skeletons, with the TODOs done."""
 import rospy
 from geometry_msgs.msg import Twist
 from lab2.msg import MouseController
