@@ -17,10 +17,12 @@ Publishes
     ctrl_relinq   std_msgs/Bool: False, then True, until move_to_goal has control
 Calls
     reset_pose    tb3_labs/ResetPose
-Parameters: see DemoConfig in tb3_labs.nodes.demo; limits are those of move_to_goal.
+Parameters: see DemoConfig in tb3_labs.nodes.demo, set by demo.launch; limits are those of
+move_to_goal.
 """
 import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
 
+import math
 import threading
 import time
 
@@ -41,8 +43,6 @@ from tb3_labs.ros.observer import Observer, comes_to_hear
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.srv import ResetPose
 
-#: Time between two looks whether roslaunch has begun [s].
-LAUNCH_PERIOD = 0.1
 #: Longest wait for the robot and the nodes at the start [s].
 START_TIMEOUT = 30.0
 #: Longest wait for the recorder, which may have ended because its disk was full [s].
@@ -60,8 +60,6 @@ source scripts/setup.sh:
   rosrun tb3_labs send_goal.py 1 1 90         another goal
   rostopic echo /local_pose/pose              where it believes to be
 Ctrl+C here ends everything."""
-
-
 TAKEN = 'Control was taken from the demonstration: it drives no more'
 
 
@@ -168,24 +166,18 @@ class Demo:
         say(table(drives, self._config))
         if self._config.stay:
             say(WHAT_NEXT)
-        elif not good:
-            end('a drive ended outside the tolerance')
         else:
-            end()
+            end('' if good else 'a drive ended outside the tolerance')
 
 
-def wait_for_launch():
-    """Wait until roslaunch has set the parameters: the use of simulated time is one of them."""
-    master = rosgraph.Master('/demo')
-    while True:
-        try:
-            if master.hasParam('/move_to_goal/law'):
-                return
-        except (OSError, rosgraph.MasterException):    # not yet
-            pass
-        time.sleep(LAUNCH_PERIOD)
+def parameters_are_set():
+    """Has roslaunch set the parameters? They are those of demo.launch, and /use_sim_time."""
+    try:
+        return rosgraph.Master('/demo').hasParam('/demo/drives')
+    except (OSError, rosgraph.MasterException):    # not yet
+        return False
 
 
 if __name__ == '__main__':
-    wait_for_launch()
+    wait_until(parameters_are_set, math.inf)
     run('demo', Demo)

@@ -49,12 +49,7 @@ run=$(mktemp -d "$ROS_LOG_DIR/demo.XXXXXX")
 trap 'rm -rf "$said" "$run"' EXIT
 mkfifo "$run/output"
 
-# The judge's own settings: it begins when the page's pad and the recorder are there, if they come.
-judge=() pad=false patience=12
-for word; do
-  case $word in drives:=* | stay:=* | record:=* | model:=*) judge+=("_$word") ;; esac
-done
-if [[ " $* " == *' stay:='[Tt]rue* && " $* " != *' web:='[Ff]alse* ]]; then pad=true; fi
+patience=12
 if [[ " $* " == *' record:='[Tt]rue* ]]; then patience=100; fi
 
 # The nodes write into a pipe here: without this their lines would come late, and in another order.
@@ -74,7 +69,7 @@ sed -uE '/RLException: Invalid <param> tag: Cannot load command/,/^(.\[[0-9]+m)?
 filter=$!
 roslaunch --disable-title --skip-log-check --no-summary tb3_labs demo.launch "$@" </dev/null >"$run/output" 2>&1 9>&- &
 launch=$!
-python3 "$scripts/demo.py" __name:=demo "_pad:=$pad" ${judge[@]+"${judge[@]}"} </dev/null >"$run/output" 2>&1 9>&- &
+python3 "$scripts/demo.py" __name:=demo </dev/null >"$run/output" 2>&1 9>&- &
 judge=$!
 
 # roslaunch waits 15 s for each node that does not hear SIGINT; one that is just starting does not. A recorder needs its time.

@@ -8,38 +8,28 @@ mouse moves.
 Publishes
     mouse_info   tb3_labs/MouseController: status, and the position on the screen, -1 to 1, x to
                  the right, y up, (0, 0) in the middle
-Parameters
-    ~rate        messages a second while the mouse is active (30)
 """
 import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
 
 import os
 import threading
 import time
-from dataclasses import dataclass
 
 import rospy
 from std_msgs.msg import Bool
 
-from tb3_labs.config import Config, setting
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.node import end, guarded, run
-from tb3_labs.ros.parameters import read_config
 
-
-@dataclass(frozen=True)
-class MouseConfig(Config):
-    """The rate of the mouse's messages."""
-
-    rate: float = setting(30.0, 'messages while the mouse is active', '1/s', 10.0, 200.0)
+#: Time between two messages while the mouse is active [s].
+PERIOD = 1.0 / 30.0
 
 
 class Mouse:
     """Publishes the computer's mouse as `mouse_info`."""
 
     def __init__(self):
-        self._period = 1.0 / read_config(MouseConfig).rate
         self._active = False
         self._stirred = threading.Event()
         self._lock = threading.Lock()    # guards what is published: nothing after the last message
@@ -74,16 +64,13 @@ class Mouse:
             except ValueError as problem:
                 end(str(problem))
                 return
-            self._send(self._active, *position)
+            with self._lock:
+                if not self._closed:
+                    self._publish(self._active, *position)
             if not self._active:
-                time.sleep(self._period)    # bounds the rate of a mouse that moves fast
-            self._stirred.wait(self._period if self._active else None)
+                time.sleep(PERIOD)    # bounds the rate of a mouse that moves fast
+            self._stirred.wait(PERIOD if self._active else None)
             self._stirred.clear()
-
-    def _send(self, active, x, y):
-        with self._lock:
-            if not self._closed:
-                self._publish(active, x, y)
 
     def _publish(self, active, x, y):
         message = MouseController(status=Bool(active), xPos=x, yPos=y)

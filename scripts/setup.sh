@@ -7,9 +7,8 @@
 #     ./scripts/setup.sh --from /media/ann/stick rviz      set up there, from that folder; the same system is needed
 #     TB3_LABS_TESTS=1            in front of each: also what the tests need
 #
-# Works on Debian 13, 12 and 11, on Ubuntu 22.04 (tried once), and on Ubuntu 20.04 with ROS Noetic. ROS One in /opt/ros/one
-# is taken as Noetic is, but this is untested. On any other system, also macOS, and Windows without WSL, use the container:
-# docker build -t tb3_labs -f .devcontainer/Dockerfile .
+# Works on Debian 13, 12 and 11, on Ubuntu 22.04 (tried once), and on Ubuntu 20.04 with ROS Noetic. On any other system, also
+# macOS, and Windows without WSL, use the container: docker build -t tb3_labs -f .devcontainer/Dockerfile .
 #
 # It installs the system packages that are missing (root or sudo), and makes everything else in the folder build/.ws of the
 # repository: a Python environment with squaternion, a catkin workspace whose src/tb3_labs links to the repository's files,

@@ -9,6 +9,7 @@ import os
 import select
 import threading
 import time
+from functools import partial
 from io import BytesIO
 
 import genpy
@@ -186,14 +187,11 @@ def print_by(put):
     If RosStreamHandler no longer prints by its `_write`, nodes print as rospy does, and hang with a
     terminal that blocks: test/ros/stops.test shows it.
     """
-    for handler in logging.getLogger('rosout').handlers:
-        if isinstance(handler, RosStreamHandler):
-            _print_by(handler, put)
+    def write_later(write, *words):
+        put(lambda: write(*words))
 
-
-def _print_by(handler, put):
-    write = handler._write
-    handler._write = lambda stream, text, color: put(lambda: write(stream, text, color))
+    for handler in _log_handlers(RosStreamHandler):
+        handler._write = partial(write_later, handler._write)
 
 
 def publish_log_by(put):
@@ -203,19 +201,16 @@ def publish_log_by(put):
     again each time if the parameter is not set). If the handler no longer publishes in its `emit`,
     a node hangs where its master cannot be reached: test/ros/network.test shows it.
     """
-    for handler in logging.getLogger('rosout').handlers:
-        if isinstance(handler, RosOutHandler):
-            _publish_by(handler, put)
-
-
-def _publish_by(handler, put):
-    emit = handler.emit
-
-    def emit_later(record):
+    def emit_later(emit, record):
         record.msg, record.args = record.getMessage(), ()    # formatted now, published later
         put(lambda: emit(record))
 
-    handler.emit = emit_later
+    for handler in _log_handlers(RosOutHandler):
+        handler.emit = partial(emit_later, handler.emit)
+
+
+def _log_handlers(kind):
+    return [each for each in logging.getLogger('rosout').handlers if isinstance(each, kind)]
 
 
 def is_wall_time():
