@@ -129,12 +129,6 @@ def test_each_parameter_of_the_simulated_robot_can_be_set(name, robot_set):
         0.1, 'bad', 'waffle']
 
 
-def test_the_demonstration_starts_somewhere():
-    params = loaded('demo').params
-    assert (params['/turtlebot3/start_x'].value, params['/turtlebot3/imu_offset_deg'].value) == (
-        1.0, 140.6)
-
-
 @pytest.mark.parametrize('web, nodes', [('true', {'panel'}), ('false', {'mouse'})])
 def test_the_page_takes_the_mouses_place(web, nodes):
     names = {node.name for node in loaded('turn', 'web:=' + web).nodes}
