@@ -100,9 +100,9 @@ class Pointer:
         if not os.environ.get('DISPLAY'):
             raise ValueError('no display: the mouse can only be read on a computer with a screen '
                              '(DISPLAY is not set)')
-        mouse = _pynput_mouse()
+        mouse, display = _libraries()
         self._hand = mouse.Controller()
-        self._root = _root_window()
+        self._root = display.Display().screen().root
         # Never to be stopped or joined: on X11 that hangs. It is a daemon thread.
         self._listener = mouse.Listener(
             on_move=lambda x, y: on_move(),
@@ -128,9 +128,10 @@ def screen_position(pixel_x, pixel_y, width, height):
             clamp(1.0 - 2.0 * pixel_y / max(height - 1, 1), -1.0, 1.0))
 
 
-def _pynput_mouse():
+def _libraries():
     try:
         from pynput import mouse
+        from Xlib import display
     except ImportError as problem:
         if (problem.name or '').startswith('pynput'):
             raise ValueError('the mouse needs the Python package pynput: sudo apt install '
@@ -138,7 +139,7 @@ def _pynput_mouse():
                              'pip3 install --no-deps pynput)') from None
         raise ValueError('cannot open the display {} to read the mouse'.format(
             os.environ['DISPLAY'])) from None
-    return mouse
+    return mouse, display
 
 
 def _end_quietly(thread):
@@ -146,11 +147,6 @@ def _end_quietly(thread):
     """
     report = threading.excepthook
     threading.excepthook = lambda died: died.thread is thread or report(died)
-
-
-def _root_window():
-    from Xlib.display import Display
-    return Display().screen().root
 
 
 if __name__ == '__main__':

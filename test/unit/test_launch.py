@@ -89,15 +89,6 @@ def test_a_file_that_is_included_is_not_asked(words):
     assert launch.problem_of(words, LAUNCH / 'turn.launch') == ''
 
 
-def test_roslaunch_ends_with_the_line_and_starts_nothing(tmp_path):
-    run = subprocess.run(
-        ['roslaunch', '--skip-log-check', '--disable-title', 'tb3_labs', 'demo.launch', 'gaol:=1'],
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, timeout=60.0,
-        env=dict(os.environ, ROS_MASTER_URI='http://localhost:11998', ROS_LOG_DIR=str(tmp_path)))
-    assert 'tb3_labs: gaol:=1: demo.launch has no argument gaol' in run.stdout
-    assert run.returncode == 1 and 'started' not in run.stdout
-
-
 def test_only_a_roslaunch_is_ended(monkeypatch):
     killed = []
     monkeypatch.setattr(os, 'kill', lambda *what: killed.append(what))
