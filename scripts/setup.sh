@@ -198,9 +198,7 @@ XML
     fail "the build failed (all of it: $log)"
   fi
   mkdir -p "$ws/devel/etc/catkin/profile.d"
-  rm -f "$ws/venv/bin/dynparam"
-  printf '#!/bin/sh\nexec "%s" -m tb3_labs.ros.dynparam "$@"\n' "$ws/venv/bin/python3" >"$ws/venv/bin/dynparam"
-  chmod +x "$ws/venv/bin/dynparam"
+  printf '#!/bin/sh\nexec "%s" -m tb3_labs.ros.dynparam "$@"\n' "$ws/venv/bin/python3" | install /dev/stdin "$ws/venv/bin/dynparam"
   ln -sfn "$repo/scripts/setup/terminal.bash" "$ws/devel/etc/catkin/profile.d/50.tb3_labs.bash"
   # On their way out rospy and roslaunch 1.15.9 call what Python 3.9 no longer has; every end would be a traceback, and of
   # a node exit status 1.
@@ -245,8 +243,7 @@ make_ready() {
 case ${1:-} in
   '') ;;
   -h | --help) sed -n '2,/^$/s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
-  --fetch) [ $# -ge 2 ] || { echo 'tb3_labs: --fetch: the folder is missing (--help shows an example)' >&2; exit 2; } ;;
-  --from) [ $# -ge 2 ] || { echo 'tb3_labs: --from: the folder is missing (--help shows an example)' >&2; exit 2; } ;;
+  --fetch | --from) [ $# -ge 2 ] || { echo "tb3_labs: $1: the folder is missing (--help shows an example)" >&2; exit 2; } ;;
   *) echo "tb3_labs: unknown option $1: --fetch FOLDER [PACKAGE ...], --from FOLDER [PACKAGE ...] or --help" >&2; exit 2 ;;
 esac
 
