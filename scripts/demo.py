@@ -41,7 +41,7 @@ from tb3_labs.ros.ctrl_relinq import hear_takers
 from tb3_labs.ros.node import end, guarded, run
 from tb3_labs.ros.observer import Observer, comes_to_hear
 from tb3_labs.ros.parameters import read_config, read_model
-from tb3_labs.srv import ResetPose
+from tb3_labs.ros.reset_call import call_reset
 
 #: Longest wait for the robot and the nodes at the start [s].
 START_TIMEOUT = 30.0
@@ -73,10 +73,8 @@ class Demo:
 
     def __init__(self):
         self._config = read_config(DemoConfig)
-        drive = read_config(DriveConfig, of='move_to_goal')
-        self._reverse = drive.allow_reverse
+        self._law = read_config(DriveConfig, of='move_to_goal')
         self._model = read_model()
-        self._limits = drive.max_linear, drive.max_angular
         self._observer = Observer()
         # not latched: move_to_goal would take a latched message for one of an earlier node
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
@@ -123,15 +121,14 @@ class Demo:
         world_T_local = observer.latest('ground_truth')
         observer.forget('goal_state')
         if number > 1 or observer.latest('has_control'):
-            answer = rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0)
-            if not answer.success:
-                raise RuntimeError('reset_pose: ' + answer.message)
+            call_reset(0.0, 0.0, 0.0)
         self._give_control()
         begun, _ = self._first(lambda state: state == BEGUN, START_TIMEOUT)
         ended, state = self._first(is_over, self._config.timeout)
         observer.wait_for_rest('ground_truth')
         goal = observer.latest('current_goal')
-        bound = least_time(Pose2(), goal, self._model, *self._limits, reverse=self._reverse)
+        bound = least_time(Pose2(), goal, self._model, self._law.max_linear,
+                           self._law.max_angular, reverse=self._law.allow_reverse)
         return DemoDrive(state, goal, observer.latest('local_pose'),
                          world_T_local.inverse() @ observer.latest('ground_truth'), ended - begun,
                          bound)

@@ -1,7 +1,7 @@
 """The demonstration's judgement, and its table word for word."""
-import importlib.util
 import math
 import pathlib
+import runpy
 import threading
 
 import pytest
@@ -10,7 +10,6 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.demo import DemoConfig, DemoDrive, table
 
 SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / 'scripts'
-SCRIPT = SCRIPTS / 'demo.py'
 GOAL = Pose2(-0.61, 0.61, 0.0)
 CONFIG = DemoConfig()
 
@@ -81,16 +80,15 @@ class MoveToGoal:
 
 @pytest.fixture
 def script(monkeypatch):
-    spec = importlib.util.spec_from_file_location('demo_script', str(SCRIPT))
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    monkeypatch.setattr(module, 'wait_until', lambda condition, seconds: condition())
-    return module
+    demo = runpy.run_path(str(SCRIPTS / 'demo.py'))['Demo']
+    parts = demo._give_control.__globals__
+    monkeypatch.setitem(parts, 'wait_until', lambda condition, seconds: condition())
+    return parts
 
 
 def give_control(script, **how):
     """What a Demo says to a MoveToGoal."""
-    demo = script.Demo.__new__(script.Demo)
+    demo = object.__new__(script['Demo'])
     demo._taken = threading.Event()
     demo._observer = demo._control = node = MoveToGoal(demo, **how)
     demo._give_control()
@@ -109,7 +107,7 @@ def test_a_stop_of_a_person_is_not_undone(script):
 
 
 def test_control_that_never_counts_is_a_failure_and_no_wait_for_ever(script, monkeypatch):
-    monkeypatch.setattr(script, 'START_TIMEOUT', 0.0)
+    monkeypatch.setitem(script, 'START_TIMEOUT', 0.0)
     with pytest.raises(RuntimeError, match='move_to_goal does not take control'):
         give_control(script, refuses=99)
 

@@ -1,8 +1,8 @@
 """The launch files can be loaded, have few arguments, and refuse arguments that they do not have."""
 import argparse
-import importlib.util
 import os
 import pathlib
+import runpy
 import signal
 import subprocess
 import xml.etree.ElementTree as ET
@@ -162,13 +162,11 @@ def test_a_container_says_by_its_environment_where_the_page_is_offered(
 
 def class_of(**given):
     """The nodes of classroom.py's launch file, and its parameters."""
-    spec = importlib.util.spec_from_file_location('classroom', str(ROOT / 'scripts/classroom.py'))
-    script = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(script)
+    launch_file = runpy.run_path(str(ROOT / 'scripts/classroom.py'))['launch_file']
     asked = dict(dict(robots=2, real=False, web=False, mystery=0, model='burger', law='precise',
                       set='{}', imu_rate=60.0), **given)
     config = ROSLaunchConfig()
-    XmlLoader().load_string(script.launch_file(argparse.Namespace(**asked)), config, verbose=False)
+    XmlLoader().load_string(launch_file(argparse.Namespace(**asked)), config, verbose=False)
     return sorted(node.namespace + node.name for node in config.nodes), config.params
 
 

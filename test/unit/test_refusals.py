@@ -1,7 +1,7 @@
 """What the tools say to typos and bad values: one line, with the reason and what is valid, at once."""
-import importlib.util
 import os
 import pathlib
+import runpy
 import sys
 import threading
 import time
@@ -63,18 +63,11 @@ CASES = [
 ]
 
 
-def main_of(script):
-    """The function main of a script that is imported without being run."""
-    spec = importlib.util.spec_from_file_location('script_' + script[:-3], str(SCRIPTS / script))
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module.main
-
-
 @pytest.fixture(scope='module')
 def mains():
     """{script: its main}"""
-    return {script: main_of(script) for script in {script for script, _, _ in CASES}}
+    return {script: runpy.run_path(str(SCRIPTS / script))['main']
+            for script in {script for script, _, _ in CASES}}
 
 
 @pytest.mark.parametrize('script, words, answer', CASES, ids=lambda part: str(part)[:40])

@@ -48,8 +48,8 @@ def workspace(folder, python='/usr/bin/env python3', on_top_of=None, *packages):
     return devel
 
 
-SHOW = ('; echo "$CMAKE_PREFIX_PATH" "$ROS_PACKAGE_PATH" "$ROS_HOSTNAME" "$(command -v python3)" "$VIRTUAL_ENV" '
-        '"$CMAKE_POLICY_VERSION_MINIMUM"')
+SHOW = ('; echo "$CMAKE_PREFIX_PATH" "$ROS_PACKAGE_PATH" "$ROS_HOSTNAME" "$(command -v python3)" '
+        '"$VIRTUAL_ENV" "$CMAKE_POLICY_VERSION_MINIMUM"')
 #: The words of SHOW after the paths: also a catkin_make in the terminal finds its Python.
 OURS = ['localhost', str(BUILT / 'venv' / 'bin' / 'python3'), str(BUILT / 'venv'), '3.5']
 

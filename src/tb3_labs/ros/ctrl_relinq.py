@@ -71,8 +71,8 @@ class ControlTaker:
     def hear(self, told):
         """Call `told(granted, **details)` from now on, with those of permission.Permission.told."""
         def hear(event):
-            told(event.value.data, sender=event.sender, renews=RENEWS.items() <= event.header.items(),
-                 is_doubtful=event.is_doubtful, is_old=event.is_old)
+            told(event.value.data, sender=event.sender, is_doubtful=event.is_doubtful,
+                 is_old=event.is_old, renews=RENEWS.items() <= event.header.items())
 
         subscribe_events('ctrl_relinq', Bool, hear)
 

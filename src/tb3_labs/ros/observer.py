@@ -109,8 +109,8 @@ def _hears(node, topic):
     master = rosgraph.Master(rospy.get_name())
     publishers = dict(master.getSystemState()[0]).get(link[-1], [])
     try:
-        infos = [xmlrpc.client.ServerProxy(master.lookupNode(publisher)).getBusInfo(rospy.get_name())
-                 for publisher in publishers]
+        slaves = [xmlrpc.client.ServerProxy(master.lookupNode(each)) for each in publishers]
+        infos = [slave.getBusInfo(rospy.get_name()) for slave in slaves]
     except (OSError, rosgraph.MasterException):    # one of them has just ended
         return False
     return bool(infos) and all(link in [each[1:5] for each in links] for _, _, links in infos)
