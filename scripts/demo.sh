@@ -73,7 +73,7 @@ python3 "$scripts/demo.py" __name:=demo </dev/null >"$run/output" 2>&1 9>&- &
 judge=$!
 
 # roslaunch waits 15 s for each node that does not hear SIGINT; one that is just starting does not. A recorder needs its time.
-interrupt() {    # with the exit status
+interrupt() {
   trap '' INT TERM HUP
   exec 2>/dev/null    # bash names each process that it ends
   cat <"$run/output" >/dev/null 9>&- &    # what comes from here on: tracebacks of nodes that are just starting
@@ -88,10 +88,10 @@ interrupt() {    # with the exit status
   done
   kill -KILL -- "-$launch" 2>/dev/null || true
   kill "$sink" 2>/dev/null || true
-  exit "$1"
+  exit 130
 }
-trap 'interrupt 130' INT TERM HUP
-[ -z "$interrupted" ] || interrupt 130
+trap interrupt INT TERM HUP
+[ -z "$interrupted" ] || interrupt
 
 # Whichever of the two ends first ends the other one. bash would name what is ended.
 status=0
