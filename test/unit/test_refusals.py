@@ -63,11 +63,15 @@ CASES = [
 ]
 
 
+def main_of(script):
+    """The function main of a script that is not run."""
+    return runpy.run_path(str(SCRIPTS / script))['main']
+
+
 @pytest.fixture(scope='module')
 def mains():
     """{script: its main}"""
-    return {script: runpy.run_path(str(SCRIPTS / script))['main']
-            for script in {script for script, _, _ in CASES}}
+    return {script: main_of(script) for script in {script for script, _, _ in CASES}}
 
 
 @pytest.mark.parametrize('script, words, answer', CASES, ids=lambda part: str(part)[:40])
