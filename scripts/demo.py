@@ -17,10 +17,12 @@ Publishes
     ctrl_relinq   std_msgs/Bool: False, then True, until move_to_goal has control
 Calls
     reset_pose    tb3_labs/ResetPose
-Parameters: see DemoConfig in tb3_labs.nodes.demo; limits are those of move_to_goal.
+Parameters: see DemoConfig in tb3_labs.nodes.demo, set by demo.launch; limits are those of
+move_to_goal.
 """
 import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
 
+import math
 import threading
 import time
 
@@ -39,10 +41,8 @@ from tb3_labs.ros.ctrl_relinq import hear_takers
 from tb3_labs.ros.node import end, guarded, run
 from tb3_labs.ros.observer import Observer, comes_to_hear
 from tb3_labs.ros.parameters import read_config, read_model
-from tb3_labs.srv import ResetPose
+from tb3_labs.ros.reset_call import call_reset
 
-#: Time between two looks whether roslaunch has begun [s].
-LAUNCH_PERIOD = 0.1
 #: Longest wait for the robot and the nodes at the start [s].
 START_TIMEOUT = 30.0
 #: Longest wait for the recorder, which may have ended because its disk was full [s].
@@ -60,8 +60,6 @@ source scripts/setup.sh:
   rosrun tb3_labs send_goal.py 1 1 90         another goal
   rostopic echo /local_pose/pose              where it believes to be
 Ctrl+C here ends everything."""
-
-
 TAKEN = 'Control was taken from the demonstration: it drives no more'
 
 
@@ -75,10 +73,8 @@ class Demo:
 
     def __init__(self):
         self._config = read_config(DemoConfig)
-        drive = read_config(DriveConfig, of='move_to_goal')
-        self._reverse = drive.allow_reverse
+        self._law = read_config(DriveConfig, of='move_to_goal')
         self._model = read_model()
-        self._limits = drive.max_linear, drive.max_angular
         self._observer = Observer()
         # not latched: move_to_goal would take a latched message for one of an earlier node
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
@@ -125,15 +121,14 @@ class Demo:
         world_T_local = observer.latest('ground_truth')
         observer.forget('goal_state')
         if number > 1 or observer.latest('has_control'):
-            answer = rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0)
-            if not answer.success:
-                raise RuntimeError('reset_pose: ' + answer.message)
+            call_reset(0.0, 0.0, 0.0)
         self._give_control()
         begun, _ = self._first(lambda state: state == BEGUN, START_TIMEOUT)
         ended, state = self._first(is_over, self._config.timeout)
         observer.wait_for_rest('ground_truth')
         goal = observer.latest('current_goal')
-        bound = least_time(Pose2(), goal, self._model, *self._limits, reverse=self._reverse)
+        bound = least_time(Pose2(), goal, self._model, self._law.max_linear,
+                           self._law.max_angular, reverse=self._law.allow_reverse)
         return DemoDrive(state, goal, observer.latest('local_pose'),
                          world_T_local.inverse() @ observer.latest('ground_truth'), ended - begun,
                          bound)
@@ -168,24 +163,18 @@ class Demo:
         say(table(drives, self._config))
         if self._config.stay:
             say(WHAT_NEXT)
-        elif not good:
-            end('a drive ended outside the tolerance')
         else:
-            end()
+            end('' if good else 'a drive ended outside the tolerance')
 
 
-def wait_for_launch():
-    """Wait until roslaunch has set the parameters: the use of simulated time is one of them."""
-    master = rosgraph.Master('/demo')
-    while True:
-        try:
-            if master.hasParam('/move_to_goal/law'):
-                return
-        except (OSError, rosgraph.MasterException):    # not yet
-            pass
-        time.sleep(LAUNCH_PERIOD)
+def parameters_are_set():
+    """Has roslaunch set the parameters? They are those of demo.launch, and /use_sim_time."""
+    try:
+        return rosgraph.Master('/demo').hasParam('/demo/drives')
+    except (OSError, rosgraph.MasterException):    # not yet
+        return False
 
 
 if __name__ == '__main__':
-    wait_for_launch()
+    wait_until(parameters_are_set, math.inf)
     run('demo', Demo)

@@ -49,12 +49,7 @@ run=$(mktemp -d "$ROS_LOG_DIR/demo.XXXXXX")
 trap 'rm -rf "$said" "$run"' EXIT
 mkfifo "$run/output"
 
-# The judge's own settings: it begins when the page's pad and the recorder are there, if they come.
-judge=() pad=false patience=12
-for word; do
-  case $word in drives:=* | stay:=* | record:=* | model:=*) judge+=("_$word") ;; esac
-done
-if [[ " $* " == *' stay:='[Tt]rue* && " $* " != *' web:='[Ff]alse* ]]; then pad=true; fi
+patience=12
 if [[ " $* " == *' record:='[Tt]rue* ]]; then patience=100; fi
 
 # The nodes write into a pipe here: without this their lines would come late, and in another order.
@@ -74,11 +69,11 @@ sed -uE '/RLException: Invalid <param> tag: Cannot load command/,/^(.\[[0-9]+m)?
 filter=$!
 roslaunch --disable-title --skip-log-check --no-summary tb3_labs demo.launch "$@" </dev/null >"$run/output" 2>&1 9>&- &
 launch=$!
-python3 "$scripts/demo.py" __name:=demo "_pad:=$pad" ${judge[@]+"${judge[@]}"} </dev/null >"$run/output" 2>&1 9>&- &
+python3 "$scripts/demo.py" __name:=demo </dev/null >"$run/output" 2>&1 9>&- &
 judge=$!
 
 # roslaunch waits 15 s for each node that does not hear SIGINT; one that is just starting does not. A recorder needs its time.
-interrupt() {    # with the exit status
+interrupt() {
   trap '' INT TERM HUP
   exec 2>/dev/null    # bash names each process that it ends
   cat <"$run/output" >/dev/null 9>&- &    # what comes from here on: tracebacks of nodes that are just starting
@@ -93,10 +88,10 @@ interrupt() {    # with the exit status
   done
   kill -KILL -- "-$launch" 2>/dev/null || true
   kill "$sink" 2>/dev/null || true
-  exit "$1"
+  exit 130
 }
-trap 'interrupt 130' INT TERM HUP
-[ -z "$interrupted" ] || interrupt 130
+trap interrupt INT TERM HUP
+[ -z "$interrupted" ] || interrupt
 
 # Whichever of the two ends first ends the other one. bash would name what is ended.
 status=0

@@ -17,9 +17,8 @@ Publishes (frames are in the node's namespace: robot3/odom in /robot3)
 Parameters
     ~speed        pace of /clock, times real time, with use_sim_time (1)
     ~robots       0: one robot, in this node's namespace; else the number of robots, in the
-                  namespaces robot1, robot2, ... (0)
+                  namespaces robot1, robot2, ..., 1 m apart along y (0)
     ~first_robot  number of the first robot (1)
-    ~spacing      distance of two neighbours, along y [m] (1)
     ~network      quiet, good, busy, bad: a set of network settings (simulation/network.py); a
                   setting that is given itself takes precedence (quiet)
     ~host         default, laptop, pi: the same for the computer that the robot's board is connected
@@ -48,16 +47,19 @@ from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator_config import HOSTS, STARTING, SimulatorConfig
 
 
+#: Distance between two robots, along y [m].
+SPACING = 1.0
+
+
 @dataclass(frozen=True)
 class ClassConfig(Config):
-    """Number and places of the robots, the pace of their time, and their network."""
+    """Number of the robots, the pace of their time, and their network."""
 
     speed: float = setting(1.0, 'pace of /clock, times real time, with use_sim_time',
                            low=0.1, high=20.0)
     robots: int = setting(0, 'robots, in namespaces robot1, robot2, ...; 0: one in this namespace',
                           low=0, high=200)
     first_robot: int = setting(1, 'number of the first robot', low=1, high=10000)
-    spacing: float = setting(1.0, 'distance between neighbours, along y', 'm', 0.0, 100.0)
     network: str = setting('quiet', 'named network between robots and computer',
                            choices=tuple(NETWORKS))
     host: str = setting('default', "named computer that the robots' boards are connected to",
@@ -97,7 +99,7 @@ def _placed(settings, room):
     if not room.robots:
         return [(0, '', settings)]
     return [(number, 'robot%d' % number,
-             replace(settings, start_y=settings.start_y + number * room.spacing))
+             replace(settings, start_y=settings.start_y + number * SPACING))
             for number in range(room.first_robot, room.first_robot + room.robots)]
 
 

@@ -8,38 +8,28 @@ mouse moves.
 Publishes
     mouse_info   tb3_labs/MouseController: status, and the position on the screen, -1 to 1, x to
                  the right, y up, (0, 0) in the middle
-Parameters
-    ~rate        messages a second while the mouse is active (30)
 """
 import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
 
 import os
 import threading
 import time
-from dataclasses import dataclass
 
 import rospy
 from std_msgs.msg import Bool
 
-from tb3_labs.config import Config, setting
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.node import end, guarded, run
-from tb3_labs.ros.parameters import read_config
 
-
-@dataclass(frozen=True)
-class MouseConfig(Config):
-    """The rate of the mouse's messages."""
-
-    rate: float = setting(30.0, 'messages while the mouse is active', '1/s', 10.0, 200.0)
+#: Time between two messages while the mouse is active [s].
+PERIOD = 1.0 / 30.0
 
 
 class Mouse:
     """Publishes the computer's mouse as `mouse_info`."""
 
     def __init__(self):
-        self._period = 1.0 / read_config(MouseConfig).rate
         self._active = False
         self._stirred = threading.Event()
         self._lock = threading.Lock()    # guards what is published: nothing after the last message
@@ -74,16 +64,13 @@ class Mouse:
             except ValueError as problem:
                 end(str(problem))
                 return
-            self._send(self._active, *position)
+            with self._lock:
+                if not self._closed:
+                    self._publish(self._active, *position)
             if not self._active:
-                time.sleep(self._period)    # bounds the rate of a mouse that moves fast
-            self._stirred.wait(self._period if self._active else None)
+                time.sleep(PERIOD)    # bounds the rate of a mouse that moves fast
+            self._stirred.wait(PERIOD if self._active else None)
             self._stirred.clear()
-
-    def _send(self, active, x, y):
-        with self._lock:
-            if not self._closed:
-                self._publish(active, x, y)
 
     def _publish(self, active, x, y):
         message = MouseController(status=Bool(active), xPos=x, yPos=y)
@@ -113,9 +100,9 @@ class Pointer:
         if not os.environ.get('DISPLAY'):
             raise ValueError('no display: the mouse can only be read on a computer with a screen '
                              '(DISPLAY is not set)')
-        mouse = _pynput_mouse()
+        mouse, display = _libraries()
         self._hand = mouse.Controller()
-        self._root = _root_window()
+        self._root = display.Display().screen().root
         # Never to be stopped or joined: on X11 that hangs. It is a daemon thread.
         self._listener = mouse.Listener(
             on_move=lambda x, y: on_move(),
@@ -141,9 +128,10 @@ def screen_position(pixel_x, pixel_y, width, height):
             clamp(1.0 - 2.0 * pixel_y / max(height - 1, 1), -1.0, 1.0))
 
 
-def _pynput_mouse():
+def _libraries():
     try:
         from pynput import mouse
+        from Xlib import display
     except ImportError as problem:
         if (problem.name or '').startswith('pynput'):
             raise ValueError('the mouse needs the Python package pynput: sudo apt install '
@@ -151,7 +139,7 @@ def _pynput_mouse():
                              'pip3 install --no-deps pynput)') from None
         raise ValueError('cannot open the display {} to read the mouse'.format(
             os.environ['DISPLAY'])) from None
-    return mouse
+    return mouse, display
 
 
 def _end_quietly(thread):
@@ -159,11 +147,6 @@ def _end_quietly(thread):
     """
     report = threading.excepthook
     threading.excepthook = lambda died: died.thread is thread or report(died)
-
-
-def _root_window():
-    from Xlib.display import Display
-    return Display().screen().root
 
 
 if __name__ == '__main__':

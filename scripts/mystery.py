@@ -17,7 +17,6 @@ from importlib.util import find_spec
 from tb3_labs.command_line import Parser
 from tb3_labs.simulation.mystery import KINDS, LAST, judge
 
-EXAMPLE = 'example: mystery.py --answer 7 "imu offset" 130'
 #: The instructor's part: `mystery.py key 1-12`. The students' edition does not have it.
 KEY = 'tb3_labs.simulation.mystery_key'
 
@@ -25,7 +24,7 @@ KEY = 'tb3_labs.simulation.mystery_key'
 def parse(words):
     """The command line's arguments."""
     parser = Parser(
-        prog='mystery.py', epilog=EXAMPLE,
+        prog='mystery.py', epilog='example: mystery.py --answer 7 "imu offset" 130',
         description='Judges an answer to a mystery robot: roslaunch tb3_labs fake_robot.launch '
         'mystery:=NUMBER hides one fault, NUMBER is from 1 to {}.'.format(LAST))
     choice = parser.add_mutually_exclusive_group(required=True)

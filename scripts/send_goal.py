@@ -14,6 +14,7 @@ Subscribes
 """
 import sys
 import threading
+from functools import partial
 
 import actionlib
 import rosgraph
@@ -38,22 +39,20 @@ class Progress:
     """Prints the words of `goal_state` when they change, and what is left to go."""
 
     def __init__(self):
-        self._distance = self._angle_deg = None
+        self._left = {}    # [m], [deg]
         self._said = None
-        subscribe('distance_error', Float32, self._on_distance)
-        subscribe('angle_error_deg', Float32, self._on_angle)
+        for topic in ('distance_error', 'angle_error_deg'):
+            subscribe(topic, Float32, partial(self._on_left, topic))
         subscribe('goal_state', String, self._on_state, queue_size=None)
 
     def tell(self):
         """A line of progress, while the robot drives."""
-        if self._said in DRIVING and None not in (self._distance, self._angle_deg):
-            print('{}: {}'.format(self._said, to_go(self._distance, self._angle_deg)), flush=True)
+        if self._said in DRIVING and len(self._left) == 2:
+            print('{}: {}'.format(self._said, to_go(
+                self._left['distance_error'], self._left['angle_error_deg'])), flush=True)
 
-    def _on_distance(self, message):
-        self._distance = message.data
-
-    def _on_angle(self, message):
-        self._angle_deg = message.data
+    def _on_left(self, topic, message):
+        self._left[topic] = message.data
 
     def _on_state(self, message):
         is_of_the_last_goal = self._said is None and is_over(message.data)
@@ -64,14 +63,6 @@ class Progress:
                 hint = ': rostopic pub -1 {} std_msgs/Bool true'.format(
                     rospy.resolve_name('ctrl_relinq'))
             print(message.data + hint, flush=True)
-
-
-def read_goal(words):
-    """The Pose2 of X, Y and YAW_DEG; ``ValueError`` with the reason."""
-    words = [word for word in words if word != '--']
-    if len(words) != 3:
-        raise ValueError(USAGE)
-    return TypedPose(*map(number_or_text, words)).pose
 
 
 def drive(goal, signals):
@@ -114,8 +105,11 @@ def main(words):
     if words in (['-h'], ['--help']):
         print(__doc__.strip())
         return 0
+    numbers = [number_or_text(word) for word in words if word != '--']
     try:
-        goal = read_goal(words)
+        if len(numbers) != 3:
+            raise ValueError(USAGE)
+        goal = TypedPose(*numbers).pose
     except ValueError as problem:
         print('send_goal: {}'.format(problem), file=sys.stderr)
         return 2

@@ -7,9 +7,8 @@
 #     ./scripts/setup.sh --from /media/ann/stick rviz      set up there, from that folder; the same system is needed
 #     TB3_LABS_TESTS=1            in front of each: also what the tests need
 #
-# Works on Debian 13, 12 and 11, on Ubuntu 22.04 (tried once), and on Ubuntu 20.04 with ROS Noetic. ROS One in /opt/ros/one
-# is taken as Noetic is, but this is untested. On any other system, also macOS, and Windows without WSL, use the container:
-# docker build -t tb3_labs -f .devcontainer/Dockerfile .
+# Works on Debian 13, 12 and 11, on Ubuntu 22.04 (tried once), and on Ubuntu 20.04 with ROS Noetic. On any other system, also
+# macOS, and Windows without WSL, use the container: docker build -t tb3_labs -f .devcontainer/Dockerfile .
 #
 # It installs the system packages that are missing (root or sudo), and makes everything else in the folder build/.ws of the
 # repository: a Python environment with squaternion, a catkin workspace whose src/tb3_labs links to the repository's files,
@@ -199,9 +198,7 @@ XML
     fail "the build failed (all of it: $log)"
   fi
   mkdir -p "$ws/devel/etc/catkin/profile.d"
-  rm -f "$ws/venv/bin/dynparam"
-  printf '#!/bin/sh\nexec "%s" -m tb3_labs.ros.dynparam "$@"\n' "$ws/venv/bin/python3" >"$ws/venv/bin/dynparam"
-  chmod +x "$ws/venv/bin/dynparam"
+  printf '#!/bin/sh\nexec "%s" -m tb3_labs.ros.dynparam "$@"\n' "$ws/venv/bin/python3" | install /dev/stdin "$ws/venv/bin/dynparam"
   ln -sfn "$repo/scripts/setup/terminal.bash" "$ws/devel/etc/catkin/profile.d/50.tb3_labs.bash"
   # On their way out rospy and roslaunch 1.15.9 call what Python 3.9 no longer has; every end would be a traceback, and of
   # a node exit status 1.
@@ -246,8 +243,7 @@ make_ready() {
 case ${1:-} in
   '') ;;
   -h | --help) sed -n '2,/^$/s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
-  --fetch) [ $# -ge 2 ] || { echo 'tb3_labs: --fetch: the folder is missing (--help shows an example)' >&2; exit 2; } ;;
-  --from) [ $# -ge 2 ] || { echo 'tb3_labs: --from: the folder is missing (--help shows an example)' >&2; exit 2; } ;;
+  --fetch | --from) [ $# -ge 2 ] || { echo "tb3_labs: $1: the folder is missing (--help shows an example)" >&2; exit 2; } ;;
   *) echo "tb3_labs: unknown option $1: --fetch FOLDER [PACKAGE ...], --from FOLDER [PACKAGE ...] or --help" >&2; exit 2 ;;
 esac
 

@@ -23,7 +23,6 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 NODES = (
     ('imu_sub', 'imu_sub.py', 'imu_sub.launch', ('ImuSubConfig',)),
     ('controller', 'turtlebot_controller.py', 'turn.launch', ('TurnConfig',)),
-    ('mouse', 'mouse_client.py', 'turn.launch', ('MouseConfig',)),
     ('move_to_goal', 'move2goal_tf.py', 'move2goal.launch', ('MoveToGoalConfig', 'DriveConfig')),
     ('gamepad', 'gamepad.py', 'gamepad.launch', ('PadConfig',)),
     ('turtlebot3', 'fake_turtlebot3.py', 'fake_robot.launch', ('SimulatorConfig', 'ClassConfig')),

@@ -4,15 +4,8 @@
 # What this set-up takes, for its refusals.
 supported='Debian 13, 12 and 11, Ubuntu 22.04, or Ubuntu 20.04 with ROS Noetic'
 
-# find_ros FOLDER: sets ros, the folder of a ROS 1 that is no part of the system, and distro, its name; both are empty if
-# there is none. Noetic goes before ROS One, because this package was written for it.
-find_ros() {
-  local name
-  ros='' distro=''
-  for name in noetic one; do
-    if [ -r "$1/$name/setup.bash" ]; then ros=$1/$name distro=$name; return; fi
-  done
-}
+# find_ros FOLDER: sets ros, the folder of a Noetic that is no part of the system; empty if there is none.
+find_ros() { ros=; if [ -r "$1/noetic/setup.bash" ]; then ros=$1/noetic; fi; }
 
 # run_packages, test_packages: by their names here.  late_packages: those that lab_report.py and mark.py ask for when they
 # are started; they are a quarter of all packages.  requirements: what comes from PyPI.
@@ -20,9 +13,9 @@ name_packages() {
   local p
   late_packages=(python3-matplotlib)
   requirements=(squaternion)    # the system has no package of it
-  if [ -n "$distro" ]; then
+  if [ -n "$ros" ]; then
     run_packages=(make g++ python3-venv python3-numpy python3-setuptools)
-    for p in ros-core actionlib diagnostic-updater dynamic-reconfigure move-base-msgs robot-state-publisher rostest std-srvs tf tf2-geometry-msgs tf2-msgs tf2-ros; do run_packages+=("ros-$distro-$p"); done
+    for p in ros-core actionlib diagnostic-updater dynamic-reconfigure move-base-msgs robot-state-publisher rostest std-srvs tf tf2-geometry-msgs tf2-msgs tf2-ros; do run_packages+=("ros-noetic-$p"); done
     test_packages=(python3-pytest python3-hypothesis python3-mypy catkin-lint xvfb xdotool)
   else
     run_packages=(make g++ python3-venv python3-numpy python3-setuptools catkin rosbash ros-core ros-environment
@@ -75,7 +68,6 @@ refuse_system() {
   case $system in
     debian:13 | debian:12 | debian:11 | ubuntu:22.04) ;;
     ubuntu:20.04) fail 'ROS Noetic is missing; install it first: http://wiki.ros.org/noetic/Installation/Ubuntu (ros-noetic-ros-base is enough)' ;;
-    ubuntu:24.04) fail "$name has no ROS 1 of its own: install ROS One (https://ros.packages.techfak.net; untested), or use the container: $container" ;;
     *) fail "$name is not supported: it takes $supported; elsewhere use the container: $container" ;;
   esac
 }
@@ -86,7 +78,7 @@ no_network() {
 
 install_packages() {
   local line need free
-  [ -n "$distro" ] || refuse_system
+  [ -n "$ros" ] || refuse_system
   line="apt-get update; apt-get install --no-install-recommends ${missing[*]}"
   if [ "$EUID" != 0 ]; then
     # `su -`: without the dash root keeps the user's PATH, which dpkg refuses.

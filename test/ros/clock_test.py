@@ -13,6 +13,7 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu
 
+from tb3_labs.ros.conversions import to_quaternion
 from tb3_labs.ros.observer import Observer
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
@@ -52,12 +53,10 @@ class Robot:
                 self.y += linear * math.sin(self.yaw) * STEP
                 self.clock.publish(rospy.Time.from_sec(self.now))
             imu, odom = Imu(), Odometry()
-            for message in (imu, odom):
-                message.header.stamp = rospy.Time.from_sec(self.now)
+            imu.header.stamp = odom.header.stamp = rospy.Time.from_sec(self.now)
             imu.angular_velocity.z = angular + 1e-5 * math.sin(1e3 * time.monotonic())
             pose = odom.pose.pose
-            for q in (imu.orientation, pose.orientation):
-                q.z, q.w = math.sin(self.yaw / 2.0), math.cos(self.yaw / 2.0)
+            imu.orientation = pose.orientation = to_quaternion(self.yaw)
             pose.position.x, pose.position.y = self.x, self.y
             odom.twist.twist.linear.x = linear
             self.imu.publish(imu)

@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """The ways to give a parameter to a node that runs: a file, set:=, dynparam; and its refusals."""
 import os
-import signal
 import sys
 import tempfile
 
@@ -17,14 +16,8 @@ from tb3_labs.ros.program import Program
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import STARTING, NodeCase    # noqa: E402
 
-DEFAULT = DriveConfig()
+NODE = '/mine/move_to_goal'
 DYNPARAM = [sys.executable, '-m', 'tb3_labs.ros.dynparam']
-
-
-def launch(namespace, *arguments):
-    """move2goal.launch in a namespace of its own."""
-    return Program(['roslaunch', '--disable-title', '--skip-log-check', 'tb3_labs',
-                    'move2goal.launch'] + list(arguments), environment={'ROS_NAMESPACE': namespace})
 
 
 class ParametersTest(NodeCase):
@@ -38,53 +31,41 @@ class ParametersTest(NodeCase):
             file.write('max_linear: 0.2\nallow_reverse: true\nmodel: waffle\n')
         cls.seen = Observer()
         cls.seen.watch('/diagnostics', DiagnosticArray, lambda message: message.status[0])
-        cls.launches = [launch('plain'), launch('file', 'params:=' + mine, 'set:={max_angular: 1}')]
+        cls.launch = Program(['roslaunch', '--disable-title', '--skip-log-check', 'tb3_labs',
+                              'move2goal.launch', 'params:=' + mine, 'set:={max_angular: 1}'],
+                             environment={'ROS_NAMESPACE': 'mine'})
+        cls.addClassCleanup(cls.launch.kill)
+        cls.addClassCleanup(cls.launch.end, seconds=40.0)
 
-    @classmethod
-    def tearDownClass(cls):
-        for program in cls.launches:
-            program.send(signal.SIGINT)
-        try:
-            for program in cls.launches:
-                program.wait(40.0)
-        finally:
-            for program in cls.launches:
-                program.kill()
-
-    def settings_of(self, namespace):
-        """The settings of the node, {name: value}."""
-        client = Client('/{}/move_to_goal'.format(namespace), timeout=20.0)
+    def settings(self):
+        """The settings of the node, {name: value}, as ROS's own client reads them."""
+        client = Client(NODE, timeout=20.0)
         self.addCleanup(client.close)
-        return client.get_configuration(timeout=10.0)
+        return dict(client.get_configuration(timeout=10.0), groups=None)
 
-    def test_a_file_of_ones_own_and_set(self):
-        taken = self.settings_of('file')
-        self.assertEqual([taken[name] for name in (
-            'max_linear', 'allow_reverse', 'max_angular', 'law')], [0.2, True, 1.0, 'precise'])
+    def test_1_a_file_of_ones_own_and_set_go_before_the_defaults(self):
+        self.assertEqual(self.settings(), dict(vars(DriveConfig()), max_linear=0.2, groups=None,
+                                               allow_reverse=True, max_angular=1.0))
         self.seen.wait_for('/diagnostics', lambda status: 'waffle' in status.hardware_id)
 
-    def test_nothing_given_then_dynparam_while_it_runs(self):
-        taken = self.settings_of('plain')
-        del taken['groups']
-        self.assertEqual(taken, vars(DEFAULT))
-        done = self.tool('set /plain/move_to_goal max_linear 0.05')
+    def test_2_dynparam_while_it_runs(self):
+        done = self.tool('set {} max_linear 0.05'.format(NODE))
         self.assertEqual(done.wait(STARTING), 0, done.text)
         self.assertEqual(done.text, 'max_linear is 0.05 now\n')
-        self.assertEqual(self.settings_of('plain')['max_linear'], 0.05)
+        self.assertEqual(self.settings()['max_linear'], 0.05)
         # it lasts as long as the node: a node that starts again has the settings of its launch
-        self.assertEqual(rospy.get_param('/plain/move_to_goal/max_linear'), DEFAULT.max_linear)
+        self.assertEqual(rospy.get_param(NODE + '/max_linear'), 0.2)
 
-    def test_dynparam_refuses_in_one_line(self):
+    def test_3_dynparam_refuses_in_one_line(self):
         robot = self.start('fake_turtlebot3.py', '__ns:=/hidden', '_mystery:=7')
         robot.wait_for('one fault is hidden')
-        node = '/file/move_to_goal'
         cases = (
-            ('set {} max_linear 9'.format(node), 'max_linear = 9.0 is not valid: a number from'),
-            ('set {} max_linear fast'.format(node), "'fast' is not valid: a number from 0.02 to 1"),
-            ('set {} law Lab'.format(node), "law = 'Lab' is not valid: one of precise, lab"),
-            ('set {} max_liner 0.1'.format(node), 'is max_linear meant?'),
-            ('set /file/move_to_gaol max_linear 0.1', 'is {} meant?'.format(node)),
-            ('get {} lw'.format(node), 'is law meant?'), ('sat', 'usage: dynparam list'),
+            ('set {} max_linear 9'.format(NODE), 'max_linear = 9.0 is not valid: a number from'),
+            ('set {} max_linear fast'.format(NODE), "'fast' is not valid: a number from 0.02 to 1"),
+            ('set {} law Lab'.format(NODE), "law = 'Lab' is not valid: one of precise, lab"),
+            ('set {} max_liner 0.1'.format(NODE), 'is max_linear meant?'),
+            ('set /mine/move_to_gaol max_linear 0.1', 'is {} meant?'.format(NODE)),
+            ('get {} lw'.format(NODE), 'is law meant?'),
             ('set /hidden/turtlebot3 slip 0', 'has no settings that can change while it runs'))
         tools = [self.tool(words) for words, _ in cases]
         for tool, (words, line) in zip(tools, cases):

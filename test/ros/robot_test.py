@@ -6,7 +6,6 @@ import math
 import os
 import pathlib
 import shutil
-import socket
 import subprocess
 import sys
 import tempfile
@@ -24,6 +23,7 @@ from tb3_labs.ros.observer import Observer
 from tb3_labs.ros.program import Program
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from costs import free_port    # noqa: E402
 from rosunit_internals import rosrun    # noqa: E402
 
 HOST = '127.0.0.1'
@@ -92,9 +92,7 @@ class RobotTest(unittest.TestCase):
     @classmethod
     def start_sshd(cls):
         """sshd on a port of its own, for one key; and three homes that log in with and without."""
-        with socket.socket() as free:
-            free.bind((HOST, 0))
-            cls.port = free.getsockname()[1]
+        cls.port = free_port()
         host_key = make_key(cls.folder / 'host_key')
         known = ''.join('{} {}\n'.format(name, host_key)
                         for name in (HOST, '[{}]:{}'.format(HOST, cls.port)))
@@ -173,12 +171,9 @@ class RobotTest(unittest.TestCase):
 
     def test_what_is_wrong_is_said(self):
         missing_setup = self.make_loader('no_setup.sh', '/nowhere/setup.bash', 'burger')
-        with socket.socket() as free:
-            free.bind((HOST, 0))    # a port without a listener
-            refused = free.getsockname()[1]
         cases = [
             ('no such name', ['robot:=robot99.invalid'], {}, 'cannot resolve host address'),
-            ('nobody there', ['ssh_port:={}'.format(refused)], {}, 'network error connecting to'),
+            ('nobody there', ['ssh_port:={}'.format(free_port())], {}, 'network error connecting to'),
             ('never met', [], {'home': 'unknown_robot'}, 'is not in your SSH known_hosts file'),
             ('no key', [], {'home': 'other_key'}, 'missing key in your authorized_keys'),
             ('no such user', ['user:=nobody_here'], {}, 'nobody_here@127.0.0.1'),

@@ -100,6 +100,13 @@ class StopsTest(NodeCase):
         self.wait_until_heard(self.hand, self.goals, self.actions, self.cancels)
         return node
 
+    def student(self):
+        """A student's node that has a terminal."""
+        student = Program([sys.executable, '-c', STUDENT], terminal=True)
+        self.addCleanup(student.kill)
+        student.wait_for('connected', STARTING)
+        return student
+
     def gamepad(self):
         node = self.start('gamepad.py')
         self.seen.wait_for('control_holder', lambda holder: holder == 'gamepad', STARTING)
@@ -112,6 +119,9 @@ class StopsTest(NodeCase):
         give()
         self.seen.wait_for('ground_truth', lambda pose: pose.distance_to(start) > 0.01 or (
             abs(pose.yaw - start.yaw) > 0.05))
+
+    def drive_far(self):
+        self.goals.publish(to_pose_stamped(Pose2(90.0), 'local', 0.0))
 
     def by_hand(self):
         self.hand.publish(False)
@@ -179,9 +189,7 @@ class StopsTest(NodeCase):
 
     def test_the_first_word_of_a_sender_that_latches_is_a_stop(self):
         """It was connected all the time, and had said nothing: its False is not an old one."""
-        student = Program([sys.executable, '-c', STUDENT], terminal=True)
-        self.addCleanup(student.kill)
-        student.wait_for('connected', STARTING)
+        student = self.student()
         self.move_to_goal()
         self.let_it_drive(self.by_hand)
         self.let_pass(AT_ONCE)
@@ -220,7 +228,7 @@ class StopsTest(NodeCase):
         self.seen.wait_for('goal_state', lambda state: state == 'gave up: canceled')
         self.declare_origin()
         self.is_stopped(rospy.get_time(), 0.0)
-        self.let_it_drive(lambda: self.goals.publish(to_pose_stamped(Pose2(50.0), 'local', 0.0)))
+        self.let_it_drive(self.drive_far)
 
     def test_a_cancel_does_not_wait_for_the_frame_of_another_goal(self):
         """tf is asked for half a second whether it knows the frame."""
@@ -229,7 +237,7 @@ class StopsTest(NodeCase):
         nowhere.goal.target_pose = to_pose_stamped(Pose2(1.0), 'nowhere', 0.0)
         for send in (lambda: self.actions.publish(nowhere),
                      lambda: self.goals.publish(nowhere.goal.target_pose)):
-            self.goals.publish(to_pose_stamped(Pose2(90.0), 'local', 0.0))
+            self.drive_far()
             self.let_it_drive(self.by_hand)
             send()
             self.let_pass(0.1)        # until it is awaited
@@ -251,8 +259,7 @@ class StopsTest(NodeCase):
         node.wait_for('it was cancelled while its frame was awaited')
 
     def test_a_latched_goal_of_the_action_is_not_taken_again(self):
-        student = Program([sys.executable, '-c', STUDENT], terminal=True)
-        self.addCleanup(student.kill)
+        student = self.student()
         student.type('goal')
         student.wait_for('said', STARTING)
         node = self.move_to_goal()
@@ -303,8 +310,7 @@ class StopsTest(NodeCase):
             if executable == 'move2goal_tf.py':
                 self.wait_until_heard(self.hand)
                 self.closed_send_goal_cancels()
-                self.let_it_drive(lambda: self.goals.publish(
-                    to_pose_stamped(Pose2(90.0), 'local', 0.0)))
+                self.let_it_drive(self.drive_far)
             else:
                 self.wait_until_heard(self.turns)
                 self.let_it_drive(lambda: os.write(terminal, b'3600\n'))
@@ -327,25 +333,20 @@ class StopsTest(NodeCase):
 
     def test_a_terminal_that_takes_no_text_stops_nobody(self):
         """Ctrl+S: a process that prints there waits until Ctrl+Q."""
-        terminal, process = run_in_terminal('turtlebot_controller.py')
-        self.addCleanup(process.kill)
+        node = self.start('turtlebot_controller.py', terminal=True)
         self.wait_until_heard(self.turns)
         self.wait_until_hears('controller', 'imu')
         heading = self.rest().yaw
         self.let_it_drive(lambda: self.turns.publish(180.0))
-        os.write(terminal, b'\x13')     # Ctrl+S
+        node.type('\x13')     # Ctrl+S
         for total in (180.0, 225.0, 270.0, 315.0):
             if total > 180.0:
                 self.let_it_drive(lambda: self.turns.publish(45.0))
             self.wait_until_turned(heading + math.radians(total))
-        os.write(terminal, b'\x11')     # Ctrl+Q
-        text = b''
-        while text.count(b'Turned') < 4:
-            self.assertTrue(select.select([terminal], [], [], STARTING)[0], text)
-            text += os.read(terminal, 4096)
-        process.send_signal(signal.SIGTERM)
-        self.assertEqual(process.wait(STARTING), 0)
-        os.close(terminal)
+        self.assertNotIn('Turned', node.text)
+        node.type('\x11')     # Ctrl+Q
+        node.wait_for('Turned', times=4)
+        self.assertEqual(node.end(signal.SIGTERM, STARTING), 0)
 
 
 def run_in_terminal(executable, *arguments):

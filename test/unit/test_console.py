@@ -27,13 +27,6 @@ def test_before_the_start_text_is_printed_at_once(capsys, monkeypatch):
     assert console.flush()
 
 
-def test_text_comes_in_order(printer, capsys):
-    for word in ('one', 'two', 'three'):
-        console.say(word)
-    assert console.flush()
-    assert capsys.readouterr().out == 'one\ntwo\nthree\n'
-
-
 def test_a_terminal_that_takes_nothing_holds_up_nobody(printer, capsys, monkeypatch):
     monkeypatch.setattr(console, 'LAST_WAIT', 0.1)
     began, goes_on = threading.Event(), threading.Event()
@@ -66,12 +59,9 @@ def test_news_are_logged_warnings_as_such(monkeypatch):
     assert logged == [('info', '%s', '50 % done'), ('warn', '%s', 'lost')]
 
 
-def test_it_waits_until_the_condition_holds():
+def test_it_waits_until_the_condition_holds_or_gives_up_and_says_so():
     answers = iter([False, False, True])
     assert wait_until(lambda: next(answers), 10.0, period=0.001)
-
-
-def test_it_gives_up_and_says_so():
     begun = time.monotonic()
     assert not wait_until(lambda: False, 0.05, period=0.01)
     assert time.monotonic() - begun >= 0.05

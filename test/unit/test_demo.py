@@ -1,17 +1,15 @@
 """The demonstration's judgement, and its table word for word."""
-import importlib.util
 import math
 import pathlib
+import runpy
 import threading
 
 import pytest
 
-from tb3_labs.control.goal import is_over
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.demo import HEADER, DemoConfig, DemoDrive, table
+from tb3_labs.nodes.demo import DemoConfig, DemoDrive, table
 
 SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / 'scripts'
-SCRIPT = SCRIPTS / 'demo.py'
 GOAL = Pose2(-0.61, 0.61, 0.0)
 CONFIG = DemoConfig()
 
@@ -32,12 +30,7 @@ def test_the_table_is_the_readmes():
 
 def test_a_bad_drive_says_how_it_ended():
     row = table([drive(state='gave up: no way')], CONFIG).split('\n')[-1]
-    assert row.endswith('  NOT GOOD: gave up: no way')
-
-
-def test_the_header_is_as_wide_as_the_rows():
-    assert len(HEADER) < 80
-    assert len(table([drive()], CONFIG).split('\n')[-1]) <= 80
+    assert row.endswith('  NOT GOOD: gave up: no way')    # though the true error is zero
 
 
 @pytest.mark.parametrize('yaw', [-0.0, -1e-9, 1e-9])
@@ -59,27 +52,10 @@ def test_the_true_pose_judges(reached, good):
     assert drive(origin, goal=origin, believed=reached).is_good(CONFIG) is True
 
 
-def test_only_a_reached_goal_is_good():
-    assert not drive(state='gave up: stalled').is_good(CONFIG)
-
-
-def test_the_believed_pose_is_off_the_goal_by_its_own_error():
-    one = drive(reached=Pose2(), believed=Pose2(0.003, 0.004, math.radians(-2.0)), goal=Pose2())
-    assert one.off_by == pytest.approx((0.005, 2.0)) and one.truly_off == (0.0, 0.0)
-
-
 def test_errors_are_taken_across_the_half_turn():
     one = drive(Pose2(0.0, 0.0, math.radians(-179.9)), goal=Pose2(0.0, 0.0, math.pi))
     assert one.truly_off == pytest.approx((0.0, 0.1), abs=1e-9)
     assert one.is_good(CONFIG)
-
-
-@pytest.mark.parametrize('state, over', [
-    ('GOAL_REACHED', True), ('gave up: no imu', True), ('ROTATE_TO_GOAL', False),
-    ('MOVE_FORWARD', False), ('ROTATE_TO_FINAL', False), ('waiting for control', False),
-    ('stopped: imu lost', False), ('', False)])
-def test_what_ends_a_drive(state, over):
-    assert is_over(state) is over
 
 
 class MoveToGoal:
@@ -104,16 +80,15 @@ class MoveToGoal:
 
 @pytest.fixture
 def script(monkeypatch):
-    spec = importlib.util.spec_from_file_location('demo_script', str(SCRIPT))
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    monkeypatch.setattr(module, 'wait_until', lambda condition, seconds: condition())
-    return module
+    demo = runpy.run_path(str(SCRIPTS / 'demo.py'))['Demo']
+    parts = demo._give_control.__globals__
+    monkeypatch.setitem(parts, 'wait_until', lambda condition, seconds: condition())
+    return parts
 
 
 def give_control(script, **how):
     """What a Demo says to a MoveToGoal."""
-    demo = script.Demo.__new__(script.Demo)
+    demo = object.__new__(script['Demo'])
     demo._taken = threading.Event()
     demo._observer = demo._control = node = MoveToGoal(demo, **how)
     demo._give_control()
@@ -132,7 +107,7 @@ def test_a_stop_of_a_person_is_not_undone(script):
 
 
 def test_control_that_never_counts_is_a_failure_and_no_wait_for_ever(script, monkeypatch):
-    monkeypatch.setattr(script, 'START_TIMEOUT', 0.0)
+    monkeypatch.setitem(script, 'START_TIMEOUT', 0.0)
     with pytest.raises(RuntimeError, match='move_to_goal does not take control'):
         give_control(script, refuses=99)
 

@@ -1,22 +1,14 @@
 """The place of the mouse on the screen, whatever the size of the screen."""
-import importlib.util
 import pathlib
+import runpy
 
 import pytest
 
 pytest.importorskip('rospy')
 
 
-def load(name):
-    """The module of a script."""
-    path = pathlib.Path(__file__).resolve().parents[2] / 'scripts' / name
-    spec = importlib.util.spec_from_file_location(path.stem, str(path))
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-screen_position = load('mouse_client.py').screen_position
+SCRIPT = pathlib.Path(__file__).resolve().parents[2] / 'scripts' / 'mouse_client.py'
+screen_position = runpy.run_path(str(SCRIPT))['screen_position']
 
 
 @pytest.mark.parametrize('pixel, position', [

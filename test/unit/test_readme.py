@@ -46,7 +46,8 @@ def test_launch_files_and_their_arguments_exist(page):
         files += [name + '.launch' for name in re.findall(r'(?:^|\s)\./scripts/(\w+)\.sh', command)
                   if name + '.launch' in LAUNCHABLE]
         for name in set(files) - OTHERS:
-            paths = [kind[name] for kind in (LAUNCHABLE, SKELETONS) if name in kind]
+            kinds = (LAUNCHABLE,) if 'tb3_labs' in words else (LAUNCHABLE, SKELETONS)
+            paths = [kind[name] for kind in kinds if name in kind]
             assert paths, command
             assert set(given(words)) <= set().union(*map(arguments_of, paths)), command
 
@@ -66,14 +67,6 @@ def test_settings_of_the_simulated_robot_exist():
     for code in in_backticks(ROOT / 'doc' / 'robot.md'):
         name = re.fullmatch(r'(\w+): \S+', code)
         assert name is None or name.group(1) in settings_of('turtlebot3'), code
-
-
-@by_name(PAGES)
-def test_launch_files_of_this_package_are_in_it(page):
-    """A skeleton's launch file may have the same name."""
-    for command in commands(page):
-        for name in re.findall(r'ros(?:launch|test) tb3_labs (\w+\.\w+)', command):
-            assert name in LAUNCHABLE, command
 
 
 @by_name(PAGES)

@@ -1,7 +1,7 @@
 """What the tools say to typos and bad values: one line, with the reason and what is valid, at once."""
-import importlib.util
 import os
 import pathlib
+import runpy
 import sys
 import threading
 import time
@@ -27,7 +27,6 @@ CASES = [
     ('mark.py', MARK + ['--parts', 'turn'], 'IMU lab has these parts: turns, mouse,'),
     ('mark.py', MARK + ['--pad', 'xbox'], '--pad is for --lab gamepad alone'),
     ('mark.py', GAMEPAD + ['--pad', 'xbx'], "there is no pad 'xbx'; valid: f310_d,"),
-    ('mark.py', MARK + ['--limit', '-3'], "--limit: '-3' is not valid: a number of seconds above 0"),
     ('mark.py', MARK + ['--limit', 'nan'], "--limit: 'nan' is not valid: a number of seconds above 0"),
     ('mark.py', MARK + ['--limit', 'long'], "'long' is not valid: a number of seconds above 0"),
     ('mark.py', MARK + ['--jobs', '0'], ('--jobs', '0', '1, 2')),
@@ -42,17 +41,12 @@ CASES = [
     ('lab_report.py', ['nowhere.bag'], 'nowhere.bag: there is no such file'),
     ('lab_report.py', ['x.bag', '--goal', '1', '1'], ('--goal', '3')),
     ('lab_report.py', ['x.bag', '--goal', '1', '1', 'up'], "--goal: yaw_deg = 'up' is not valid: " + YAW),
-    ('lab_report.py', ['x.bag', '--goal', '1', '1', '900'], '--goal: yaw_deg = 900.0 is not valid: ' + YAW),
     ('lab_report.py', ['x.bag', '--model', 'burgr'], ('burgr', 'burger', 'waffle_pi')),
     ('send_goal.py', [], 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees'),
-    ('send_goal.py', ['1', '1'], 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees'),
-    ('send_goal.py', ['1', '1', 'up'], "yaw_deg = 'up' is not valid: " + YAW),
     ('send_goal.py', ['1', '1', '900'], 'yaw_deg = 900.0 is not valid: ' + YAW),
     ('send_goal.py', ['nan', '1', '0'], 'x = nan is not valid: ' + METRES),
-    ('send_goal.py', ['1', '-100.5', '0'], 'y = -100.5 is not valid: ' + METRES),
     ('send_goal.py', ['1', '1', '0'], 'no ROS master answers at http://localhost:1: start a launch file'),
-    (DYNPARAM, [], 'usage: dynparam list | get NODE [NAME] | set NODE NAME VALUE'),
-    (DYNPARAM, ['sett', 'a', 'b', 'c'], 'usage: dynparam list | get NODE'),
+    (DYNPARAM, ['sett'], 'usage: dynparam list | get NODE [NAME] | set NODE NAME VALUE'),
     (DYNPARAM, ['set', 'a', 'b'], 'usage: dynparam list | get NODE'),
     (DYNPARAM, ['list'], 'no ROS master answers at http://localhost:1: start a launch file'),
     ('doctor.py', ['--second', 'x'], ('--seconds', "'x'")),
@@ -70,11 +64,8 @@ CASES = [
 
 
 def main_of(script):
-    """The function main of a script that is imported without being run."""
-    spec = importlib.util.spec_from_file_location('script_' + script[:-3], str(SCRIPTS / script))
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module.main
+    """The function main of a script that is not run."""
+    return runpy.run_path(str(SCRIPTS / script))['main']
 
 
 @pytest.fixture(scope='module')

@@ -1,6 +1,6 @@
 """An answer to a goal counts also if it comes before send_goal() has returned."""
-import importlib.util
 import pathlib
+import runpy
 from types import SimpleNamespace
 
 import pytest
@@ -42,14 +42,12 @@ class Client:
 
 @pytest.mark.parametrize('status, ends_with', [(GoalStatus.REJECTED, 1), (GoalStatus.SUCCEEDED, 0)])
 def test_an_answer_at_once(status, ends_with, monkeypatch, capsys):
-    spec = importlib.util.spec_from_file_location('send_goal', str(SCRIPT))
-    script = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(script)
+    drive = runpy.run_path(str(SCRIPT))['drive']
     monkeypatch.setattr(Client, 'status', status)
-    monkeypatch.setattr(script.actionlib, 'ActionClient', Client)
-    monkeypatch.setattr(script, 'Progress', lambda: None)
+    monkeypatch.setattr('actionlib.ActionClient', Client)
+    monkeypatch.setitem(drive.__globals__, 'Progress', lambda: None)
     for name in ('init_node', 'on_shutdown'):
-        monkeypatch.setattr(script.rospy, name, lambda *_, **__: None)
+        monkeypatch.setattr('rospy.' + name, lambda *_, **__: None)
     signals = SimpleNamespace(wake=lambda: None, wait=None)    # nothing is waited for
-    assert script.drive(Pose2(1.0, 0.0, 0.0), signals) == ends_with
+    assert drive(Pose2(1.0, 0.0, 0.0), signals) == ends_with
     assert capsys.readouterr().out == 'the text\n'

@@ -1,5 +1,4 @@
 """The signals of a node, sent to a process of its own."""
-import importlib.util
 import os
 import pathlib
 import re
@@ -65,17 +64,12 @@ def test_a_signal_ends_the_wait(number):
     assert process.rest() == ['interrupted']
 
 
-def test_another_thread_ends_the_wait():
-    process = Process('threading.Timer(0.2, signals.wake).start()' + WAIT)
-    assert process.rest() == ['woken']
-
-
 def test_a_wait_ends_when_its_time_is_over():
     process = Process(WAIT.replace('wait()', 'wait(0.1)'))
     assert process.rest() == ['woken']
 
 
-def test_nohup_is_respected():
+def test_nohup_is_respected_and_another_thread_ends_the_wait():
     process = Process('threading.Timer(1.0, signals.wake).start()' + WAIT,
                       lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
     process.send_signal(signal.SIGHUP)
@@ -126,8 +120,8 @@ NODES = sorted(path.name for path in SCRIPTS.glob('*.py')
                if re.search(r'^from tb3_labs\.ros\.node import .*\brun\b', path.read_text(), re.MULTILINE))
 
 
-def interrupted_while_it_imports(name):
-    """(exit status, text) of a node that got SIGINT while it imported rospy."""
+@pytest.mark.parametrize('name', NODES)
+def test_ctrl_c_ends_a_node_that_still_imports(name):
     node = subprocess.Popen([sys.executable, '-X', 'importtime', str(SCRIPTS / name)], stderr=subprocess.PIPE,
                             text=True, env=dict(os.environ, ROS_MASTER_URI='http://localhost:1'))
     try:
@@ -135,16 +129,8 @@ def interrupted_while_it_imports(name):
             if 'rospy.' in line:
                 break
         node.send_signal(signal.SIGINT)
-        return node.wait(10.0), node.stderr.read()
+        assert node.wait(10.0) == -signal.SIGINT and 'Traceback' not in node.stderr.read()
     finally:
         node.kill()
         node.wait()
         node.stderr.close()
-
-
-@pytest.mark.skipif(importlib.util.find_spec('rospy') is None, reason='ROS is not installed')
-@pytest.mark.parametrize('name', NODES)
-def test_ctrl_c_ends_a_node_that_still_imports(name):
-    """The students' edition has fewer of them."""
-    status, text = interrupted_while_it_imports(name)
-    assert status == -signal.SIGINT and 'Traceback' not in text

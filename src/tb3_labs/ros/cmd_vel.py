@@ -68,9 +68,10 @@ class CmdVel:
         since = self._driving_since
         return time.monotonic() - since if since is not None else 0.0
 
-    def drive(self, linear, angular):
-        """Send one command: forward speed [m/s], rate of turn [rad/s]. 0, 0 is :meth:`stop`, and so
-        is every command while the clock stands still. ``ValueError`` if a number is not finite."""
+    def send(self, command):
+        """Send the command of a core, a Twist2. None and zero are :meth:`stop`, and so is every
+        command while the clock stands still. ``ValueError`` if a number is not finite."""
+        linear, angular = (command.linear, command.angular) if command is not None else (0.0, 0.0)
         if not (math.isfinite(linear) and math.isfinite(angular)):
             raise ValueError('command ({}, {}) is not finite'.format(linear, angular))
         with self._lock:
@@ -80,19 +81,13 @@ class CmdVel:
                 self._driving_since = self._driving_since or time.monotonic()
                 publish_now(self._publisher, to_twist(linear, angular))
 
-    def send(self, command):
-        """Send the command of a core: a Twist2, or None to stop."""
-        if command is None:
-            self.stop()
-        else:
-            self.drive(command.linear, command.angular)
-
     def stop(self):
-        """Send one zero if this node was driving, otherwise nothing. True if a zero was sent."""
+        """Send one zero if this node was driving, otherwise nothing."""
         with self._lock:
-            return self._stop()
+            self._stop()
 
     def _stop(self):
+        """The same, with the lock held. True if a zero was sent."""
         was_driving = self._driving_since is not None
         if was_driving:
             self._driving_since = None

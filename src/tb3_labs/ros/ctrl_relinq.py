@@ -55,10 +55,10 @@ class ControlGiver:
 def hear_takers(on_taken, prefix=''):
     """Call `on_taken()` when another node publishes False; `prefix` as in ControlGiver."""
     def hear(event):
-        if not event.value and event.sender != rospy.get_name():
+        if not event.value.data and event.sender != rospy.get_name():
             on_taken()
 
-    return subscribe_events(prefix + 'ctrl_relinq', Bool, hear, _data)
+    return subscribe_events(prefix + 'ctrl_relinq', Bool, hear)
 
 
 class ControlTaker:
@@ -71,17 +71,13 @@ class ControlTaker:
     def hear(self, told):
         """Call `told(granted, **details)` from now on, with those of permission.Permission.told."""
         def hear(event):
-            told(event.value, sender=event.sender, renews=RENEWS.items() <= event.header.items(),
-                 is_doubtful=event.is_doubtful, is_old=event.is_old)
+            told(event.value.data, sender=event.sender, is_doubtful=event.is_doubtful,
+                 is_old=event.is_old, renews=RENEWS.items() <= event.header.items())
 
-        subscribe_events('ctrl_relinq', Bool, hear, _data)
+        subscribe_events('ctrl_relinq', Bool, hear)
 
     def say(self, has_control):
         """Publish whether move_to_goal has control now."""
         if has_control != self._has_control:
             self._has_control = has_control
             self._publisher.publish(has_control)
-
-
-def _data(message):
-    return message.data

@@ -5,8 +5,6 @@ looked at comes at the pace of the eye. The texts of `goal_state` are those of
 :mod:`tb3_labs.control.goal`.
 """
 import math
-import threading
-import time
 
 import rospy
 import tf2_ros
@@ -34,7 +32,7 @@ PATH_RATE = 5.0
 PROGRESS_PERIOD = 1.0
 #: Time between two points of a plot [s].
 PLOT_PERIOD = 0.1
-#: Markers are sent again after this time [s, wall clock].
+#: Markers are sent again after this time [s].
 REPEAT_PERIOD = 1.0
 
 ORANGE = ColorRGBA(r=1.0, g=0.55, b=0.0, a=1.0)
@@ -130,6 +128,7 @@ class DriveStatusPublisher:
 
     def plot(self, fix):
         """Publish the errors of a localizer.Fix on topics for rqt_plot, while they are heard."""
+        self._marker.repeat(fix.stamp)
         if abs(fix.stamp - self._plotted_at) < PLOT_PERIOD or not (
                 self._distance.get_num_connections() or self._angle.get_num_connections()):
             return
@@ -173,23 +172,20 @@ class DriveStatusPublisher:
 
 
 class GoalMarker:
-    """Publishes `goal_marker`, at once when goal or words change.
-
-    It repeats it as well, since RViz drops markers whose frame it does not know yet.
-    """
+    """Publishes `goal_marker`."""
 
     def __init__(self, frame, robot_frame):
         self._frame = frame
         self._robot = robot_frame
         self._publisher = rospy.Publisher('goal_marker', MarkerArray, queue_size=1, latch=True)
         self._shown = MarkerArray()
-        threading.Thread(target=self._run, name='goal_marker', daemon=True).start()
+        self._repeated_at = -math.inf
 
     def show(self, goal, tolerance, words):
         """Draw the Pose2 `goal` with its tolerance [m], and a line of text above the robot."""
-        arrow = self._marker(0, goal, Marker.ARROW, ORANGE, (0.20, 0.03, 0.03))
-        disc = self._marker(1, goal, Marker.CYLINDER, PALE_YELLOW,
-                            (2.0 * tolerance, 2.0 * tolerance, 0.005))
+        arrow = _marker('goal', 0, self._frame, goal, Marker.ARROW, ORANGE, (0.20, 0.03, 0.03))
+        disc = _marker('goal', 1, self._frame, goal, Marker.CYLINDER, PALE_YELLOW,
+                       (2.0 * tolerance, 2.0 * tolerance, 0.005))
         text = _marker('words', 2, self._robot, Pose2(), Marker.TEXT_VIEW_FACING, WHITE,
                        (0.0, 0.0, 0.1))
         disc.pose.position.z, text.pose.position.z = 0.02, 0.3
@@ -197,16 +193,11 @@ class GoalMarker:
         self._shown = MarkerArray(markers=[arrow, disc, text])
         self._publisher.publish(self._shown)
 
-    def _run(self):
-        while not rospy.is_shutdown():
-            time.sleep(REPEAT_PERIOD)
-            try:
-                self._publisher.publish(self._shown)
-            except rospy.ROSException:  # closed: the node ends
-                return
-
-    def _marker(self, number, goal, *looks):
-        return _marker('goal', number, self._frame, goal, *looks)
+    def repeat(self, stamp):
+        """Draw it again once in REPEAT_PERIOD: RViz drops markers whose frame it does not know."""
+        if abs(stamp - self._repeated_at) >= REPEAT_PERIOD:
+            self._repeated_at = stamp
+            self._publisher.publish(self._shown)
 
 
 class WayMarker:

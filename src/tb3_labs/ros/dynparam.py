@@ -21,7 +21,7 @@ from dynamic_reconfigure.msg import Config, ConfigDescription
 from dynamic_reconfigure.srv import Reconfigure
 
 from tb3_labs.config import nearest
-from tb3_labs.ros.reconfigure import encoded
+from tb3_labs.ros.reconfigure import decoded, encoded
 
 SERVICE = '/set_parameters'
 #: Longest wait for a node's answer [s].
@@ -56,9 +56,7 @@ def call(node, config):
         raise ValueError('{} does not answer'.format(node))
     if isinstance(answers[0], ValueError):
         raise answers[0]
-    values = answers[0]
-    return {item.name: item.value
-            for item in values.bools + values.ints + values.strs + values.doubles}
+    return decoded(answers[0])
 
 
 def settings_of(node):
@@ -73,18 +71,12 @@ def settings_of(node):
     return node, settings
 
 
-def check_name(name, settings):
-    """``ValueError`` if there is no such setting."""
-    if name not in settings:
-        raise ValueError('{} is unknown; {}'.format(name, nearest(name, settings)))
-
-
 def typed_value(node, name, text, kind):
     """The value that was typed, as the type of the present one."""
     try:
         value = text if kind is str else yaml.safe_load(text)
     except yaml.YAMLError:
-        value = text
+        value = None
     if kind is float and type(value) is int:
         value = float(value)
     if type(value) is not kind:
@@ -105,8 +97,8 @@ def carry_out(command, node='', name='', text=None):
         print('\n'.join(nodes()) or 'no node: is a robot running?')
         return
     node, settings = settings_of(node)
-    if name:
-        check_name(name, settings)
+    if name and name not in settings:
+        raise ValueError('{} is unknown; {}'.format(name, nearest(name, settings)))
     if command == 'get':
         for each in [name] if name else sorted(settings):
             print('{}: {}'.format(each, shown(settings[each])))

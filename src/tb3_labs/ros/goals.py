@@ -80,10 +80,7 @@ class GoalInterfaces:
 
     def ended(self, goal, failure):
         """`goal` was reached, or given up for the reason `failure`."""
-        if failure:
-            self._end(goal, 'set_aborted', failure)
-        else:
-            self._end(goal, 'set_succeeded', 'Goal reached!')
+        self._end(goal, 'set_aborted' if failure else 'set_succeeded', failure or 'Goal reached!')
 
     def feedback(self, fix, local_frame):
         """Send a localizer.Fix to the client of the present action goal, if there is one."""

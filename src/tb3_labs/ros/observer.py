@@ -105,17 +105,12 @@ def comes_to_hear(node, topics, seconds):
 
 def _hears(node, topic):
     """Is `node` connected to all publishers of `topic`, and is there one?"""
-    node, topic = rospy.resolve_name(node), rospy.resolve_name(topic)
+    link = [rospy.resolve_name(node), 'o', 'TCPROS', rospy.resolve_name(topic)]
     master = rosgraph.Master(rospy.get_name())
-    publishers = dict(master.getSystemState()[0]).get(topic, [])
+    publishers = dict(master.getSystemState()[0]).get(link[-1], [])
     try:
-        return bool(publishers) and all(
-            (topic, node) in _links_from(master.lookupNode(publisher)) for publisher in publishers)
+        slaves = [xmlrpc.client.ServerProxy(master.lookupNode(each)) for each in publishers]
+        infos = [slave.getBusInfo(rospy.get_name()) for slave in slaves]
     except (OSError, rosgraph.MasterException):    # one of them has just ended
         return False
-
-
-def _links_from(uri):
-    """{(topic, node that is connected to it)} of the node at `uri`, by ROS's slave API."""
-    _, _, links = xmlrpc.client.ServerProxy(uri).getBusInfo(rospy.get_name())
-    return {(topic, node) for _, node, direction, _, topic, *_ in links if direction == 'o'}
+    return bool(infos) and all(link in [each[1:5] for each in links] for _, _, links in infos)

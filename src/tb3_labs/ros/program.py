@@ -22,8 +22,7 @@ class Program:
     """
 
     def __init__(self, command, terminal=False, typed='', environment=None, clean=False):
-        output, theirs = pty.openpty() if terminal else os.pipe()
-        self._keyboard = output if terminal else None
+        self._source, theirs = pty.openpty() if terminal else os.pipe()
         self._process = subprocess.Popen(
             command,
             stdin=theirs if terminal else subprocess.PIPE, stdout=theirs, stderr=theirs,
@@ -35,12 +34,29 @@ class Program:
         if not terminal:
             self._process.stdin.write(typed.encode())
             self._process.stdin.close()
-        self._output = Output(output)
+        self._changed = threading.Condition()    # guards the text
+        self._text = BoundedText()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self):
+        while True:
+            try:
+                chunk = os.read(self._source, 65536)
+            except OSError:    # the other side of a pseudo-terminal is closed
+                chunk = b''
+            with self._changed:
+                self._text.append(chunk.decode(errors='replace').replace('\r\n', '\n'))
+                self._changed.notify_all()
+            if not chunk:
+                return
+            time.sleep(len(chunk) / FASTEST_READING)
 
     @property
     def text(self):
         """Everything printed so far."""
-        return str(self._output)
+        with self._changed:
+            return str(self._text)
 
     @property
     def lines(self):
@@ -50,11 +66,13 @@ class Program:
     @property
     def printed(self):
         """The amount printed so far: (characters, lines)."""
-        return self._output.size
+        with self._changed:
+            return self._text.length, self._text.lines
 
     def text_since(self, characters):
         """The text printed after the first `characters`, as far as it is kept."""
-        return self._output.since(characters)
+        with self._changed:
+            return self._text.since(characters)
 
     @property
     def pid(self):
@@ -68,16 +86,14 @@ class Program:
 
     def type(self, line):
         """Type a line, and Enter."""
-        os.write(self._keyboard, line.encode() + b'\n')
+        os.write(self._source, line.encode() + b'\n')
 
     def wait_for(self, words, seconds=20.0, times=1):
         """Wait until `words` were printed `times` times; RuntimeError with the output if not."""
-        self._output.wait_for(words, seconds, times)
-
-    def wait_for_match(self, pattern, seconds=20.0):
-        """Wait until the regular expression `pattern` is found in the output; RuntimeError with the
-        output if not."""
-        self._output.wait_for_match(pattern, seconds)
+        with self._changed:
+            if not self._changed.wait_for(lambda: str(self._text).count(words) >= times, seconds):
+                raise RuntimeError('waited {:.0f} s in vain for {!r}; printed: {}'.format(
+                    seconds, words, self._text))
 
     def where(self):
         """The stacks of its threads, if it is a node of this package (see ros.signals)."""
@@ -105,7 +121,7 @@ class Program:
         except subprocess.TimeoutExpired:
             raise RuntimeError('it still runs after {:.0f} s; printed: {}'.format(
                 seconds, self.text)) from None
-        self._output.wait_for_the_end(1.0)    # a child of its own may keep the output open
+        self._reader.join(1.0)    # a child of its own may keep the output open
         return status
 
     def kill(self):
@@ -121,64 +137,6 @@ class NodeProcess(Program):
     def __init__(self, package, executable, *arguments, prefix=(), **options):
         super().__init__(list(prefix) + ['rosrun', package, executable] + list(arguments),
                          **options)
-
-
-class Output:
-    """The text that comes from the file descriptor `source`, of which head and tail are kept."""
-
-    def __init__(self, source):
-        self._source = source
-        self._changed = threading.Condition()
-        self._text = BoundedText()
-        self._reader = threading.Thread(target=self._read, daemon=True)
-        self._reader.start()
-
-    def _read(self):
-        while True:
-            try:
-                chunk = os.read(self._source, 65536)
-            except OSError:    # the other side of a pseudo-terminal is closed
-                chunk = b''
-            with self._changed:
-                self._text.append(chunk.decode(errors='replace').replace('\r\n', '\n'))
-                self._changed.notify_all()
-            if not chunk:
-                return
-            time.sleep(len(chunk) / FASTEST_READING)
-
-    def __str__(self):
-        with self._changed:
-            return str(self._text)
-
-    @property
-    def size(self):
-        """The amount so far: (characters, lines)."""
-        with self._changed:
-            return self._text.length, self._text.lines
-
-    def since(self, characters):
-        """The text after the first `characters`, as far as it is kept."""
-        with self._changed:
-            return self._text.since(characters)
-
-    def wait_for(self, words, seconds, times):
-        """Wait until `words` came `times` times; RuntimeError with the output if not."""
-        self._wait(lambda text: text.count(words) >= times, seconds, repr(words))
-
-    def wait_for_match(self, pattern, seconds):
-        """Wait until the regular expression `pattern` is found in all that came; RuntimeError with
-        the output if not."""
-        self._wait(pattern.search, seconds, pattern.pattern)
-
-    def _wait(self, holds, seconds, wanted):
-        with self._changed:
-            if not self._changed.wait_for(lambda: holds(str(self._text)), seconds):
-                raise RuntimeError('waited {:.0f} s in vain for {}; printed: {}'.format(
-                    seconds, wanted, self._text))
-
-    def wait_for_the_end(self, seconds):
-        """Wait until the other side is closed, at most `seconds`."""
-        self._reader.join(seconds)
 
 
 class BoundedText:

@@ -50,10 +50,8 @@ class LiveSettings:
         rospy.Service('~set_parameters', Reconfigure, self._on_request)
 
     def _on_request(self, request):
-        wanted = request.config
         with self._lock:
-            self._change({item.name: item.value for item in (
-                wanted.bools + wanted.ints + wanted.strs + wanted.doubles)})
+            self._change(decoded(request.config))
             self._updates.publish(self._message())
             return self._message()
 
@@ -92,6 +90,12 @@ def encoded(values, groups=()):
 
     return Values(of(bool, BoolParameter), of(int, IntParameter), of(str, StrParameter),
                   of(float, DoubleParameter), list(groups))
+
+
+def decoded(message):
+    """{name: value} of a dynamic_reconfigure/Config."""
+    return {item.name: item.value
+            for item in message.bools + message.ints + message.strs + message.doubles}
 
 
 def _description(config, offered):

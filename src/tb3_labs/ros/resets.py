@@ -84,27 +84,25 @@ class Resets:
         return response
 
     def _on_set_pose(self, request):
-        try:
-            self._declare(request.pose)
-        except ValueError as problem:
-            rospy.logwarn('Reset refused, the old frame stays: %s', problem)
-            raise rospy.ServiceException(str(problem)) from None
+        problem = self._on_initialpose(request.pose)
+        if problem:
+            raise rospy.ServiceException(str(problem))
         return SetInitialPoseResponse()
 
-    def _on_initialpose(self, message):
-        try:
-            self._declare(message)
-        except ValueError as problem:
-            rospy.logwarn('Reset refused, the old frame stays: %s', problem)
-
-    def _declare(self, stamped):
-        """Reset to a stamped pose; `map` means local here, since the handout's client says so."""
+    def _on_initialpose(self, stamped):
+        """Reset to a stamped pose; `map` means local here, since the handout's client says so. The
+        reason of a refusal, or None."""
         deadline = time.monotonic() + ANSWER_WITHIN
         self._frames.await_frame(stamped.header, ('map',))
         with self._changed:
             odom_T_local = self._core.odom_T_local
-        self._reset(self._frames.to_local(stamped.header, stamped.pose.pose, odom_T_local,
-                                          ('map',)), deadline)
+        try:
+            self._reset(self._frames.to_local(stamped.header, stamped.pose.pose, odom_T_local,
+                                              ('map',)), deadline)
+        except ValueError as problem:
+            rospy.logwarn('Reset refused, the old frame stays: %s', problem)
+            return problem
+        return None
 
 
 def _in_degrees(pose):

@@ -1,14 +1,15 @@
 """The private parts of rospy that the nodes read or change, each behind one function.
 
-rospy may change them at any time. They were read in the sources of rospy and rosgraph 1.15.15
-(Debian 12), and the tests ran with those. Each docstring names the defect of rospy, the failure if
-the part changes, and the test that shows it.
+They were read in the sources of rospy and rosgraph 1.15.15 (Debian 12), and the tests ran with
+those. Each docstring names the part, the defect of rospy, and the test that shows a change of the
+part. Without a test there an AttributeError shows it: a node does not start, or ends at once.
 """
 import logging
 import os
 import select
 import threading
 import time
+from functools import partial
 from io import BytesIO
 
 import genpy
@@ -26,8 +27,6 @@ def connection_of(message):
     """The header of a message's connection: a dict of strings, the same object for all messages of
     one connection. 'callerid' is the sender. 'latching' is '1' if the sender's last message is sent
     to each new connection first.
-
-    Without it (`_connection_header`) an AttributeError ends the node at its first event.
     """
     return message._connection_header
 
@@ -48,10 +47,8 @@ def connected_for():
 def stop_hearing_oneself(subscriber):
     """Close the connection from this node's own publisher to `subscriber`.
 
-    rospy connects a node to itself as well, and each message then wakes two threads. If the
-    connections (`impl.connections`, `callerid_pub`) change, an AttributeError ends the node at its
-    first command. If only the name of the sender changes, nothing is closed, and driving costs
-    more: test/benchmark/nodes.py shows it.
+    rospy connects a node to itself as well, and each message then wakes two threads: driving costs
+    more (`impl.connections`, `callerid_pub`; test/benchmark/nodes.py).
     """
     topic = subscriber.impl
     for connection in topic.connections:
@@ -62,8 +59,7 @@ def stop_hearing_oneself(subscriber):
 def bytes_received(subscriber):
     """Bytes received on all connections of `subscriber` since each began, lengths included.
 
-    It is the second number of each entry of `impl.get_stats()`. If its place changes, the rates in
-    /diagnostics are wrong: test/ros/live.test shows it.
+    It is the second number of each entry of `impl.get_stats()` (test/ros/live.test).
     """
     _, connections = subscriber.impl.get_stats()
     return sum(received for _, received, *_ in connections)
@@ -79,19 +75,14 @@ SURELY_TAKEN = 1024
 def messages_written(publisher):
     """{rospy's number of a connection: number of messages written to it}.
 
-    It is the third number of each entry of `impl.get_stats()`. If its place changes, a node that
-    ends no longer waits for its last zero, which rospy may drop. The robot then drives on until its
-    firmware stops it: test/ros/faults.test shows it.
+    It is the third number of each entry of `impl.get_stats()`. By it a node that ends waits for its
+    last zero, which rospy may drop (test/ros/faults.test).
     """
     return {link[0]: link[2] for link in publisher.impl.get_stats()[2]}
 
 
 def heard_by(publisher):
-    """The names of the nodes that are connected to `publisher`.
-
-    They are the `endpoint_id` of its connections. If that moves, an AttributeError ends the panel
-    when the first page looks at a robot: test/ros/panel.test shows it.
-    """
+    """The names of the nodes that are connected to `publisher` (`endpoint_id`)."""
     return {connection.endpoint_id for connection in list(publisher.impl.connections)}
 
 
@@ -106,9 +97,8 @@ def publish_now(publisher, *messages):
     them in one read, and drops all but the last. ``publish()`` makes one write for each, and a
     reader that is awake hears one after the other.
 
-    Raises what ``publish()`` raises. The publisher has a queue_size. If its `impl` or the queues
-    (`QueuedConnection`) change, an AttributeError ends the simulated robot, or a driving node, at
-    its first message to a subscriber: test/unit/test_rospy_internals.py shows it.
+    Raises what ``publish()`` raises. The publisher has a queue_size (`impl`, `QueuedConnection`;
+    test/unit/test_rospy_internals.py).
     """
     topic = publisher.impl
     if topic is None:
@@ -183,64 +173,48 @@ def print_by(put):
     """Print each log line by ``put(job)``, which calls `job()` later, in any thread. The line shows
     the time at which it was logged.
 
-    If RosStreamHandler no longer prints by its `_write`, nodes print as rospy does, and hang with a
-    terminal that blocks: test/ros/stops.test shows it.
+    rospy's own way hangs with a terminal that blocks (RosStreamHandler's `_write`;
+    test/ros/stops.test).
     """
-    for handler in logging.getLogger('rosout').handlers:
-        if isinstance(handler, RosStreamHandler):
-            _print_by(handler, put)
+    def write_later(write, *words):
+        put(lambda: write(*words))
 
-
-def _print_by(handler, put):
-    write = handler._write
-    handler._write = lambda stream, text, color: put(lambda: write(stream, text, color))
+    for handler in _log_handlers(RosStreamHandler):
+        handler._write = partial(write_later, handler._write)
 
 
 def publish_log_by(put):
     """Publish each log line on /rosout by ``put(job)``, which calls `job()` later, in any thread.
 
     rospy's RosOutHandler asks the master for a parameter with each line (``get_param_cached`` asks
-    again each time if the parameter is not set). If the handler no longer publishes in its `emit`,
-    a node hangs where its master cannot be reached: test/ros/network.test shows it.
+    again each time if it is not set), and hangs where the master cannot be reached (its `emit`;
+    test/ros/network.test).
     """
-    for handler in logging.getLogger('rosout').handlers:
-        if isinstance(handler, RosOutHandler):
-            _publish_by(handler, put)
-
-
-def _publish_by(handler, put):
-    emit = handler.emit
-
-    def emit_later(record):
+    def emit_later(emit, record):
         record.msg, record.args = record.getMessage(), ()    # formatted now, published later
         put(lambda: emit(record))
 
-    handler.emit = emit_later
+    for handler in _log_handlers(RosOutHandler):
+        handler.emit = partial(emit_later, handler.emit)
+
+
+def _log_handlers(kind):
+    return [each for each in logging.getLogger('rosout').handlers if isinstance(each, kind)]
 
 
 def is_wall_time():
-    """Is ROS time the computer's time, and not that of a simulated /clock?
-
-    Without it (`rostime.is_wallclock`, which rospy calls internal) no node starts.
-    """
+    """Is ROS time the computer's time, and not that of a simulated /clock?"""
     return rospy.rostime.is_wallclock()
 
 
 def is_ending():
-    """Has the shutdown begun? ``rospy.is_shutdown()`` is true only after its hooks.
-
-    Without it (`core.is_shutdown_requested`, not exported) a publish or service call that is
-    refused while the node ends raises an AttributeError; the node ends all the same.
-    """
+    """Has the shutdown begun? ``rospy.is_shutdown()`` is true only after its hooks."""
     return rospy.core.is_shutdown_requested()
 
 
 def after_hooks(callback):
     """Call `callback()` at shutdown, after all hooks of ``rospy.on_shutdown()``, in their thread.
-
-    Without it (`core.add_preshutdown_hook`) no node starts. If it came before those hooks, the
-    process might end before its last zero velocity is sent.
-    """
+    Before them the process might end without its last zero velocity."""
     rospy.core.add_preshutdown_hook(lambda reason: callback())
 
 
@@ -259,9 +233,8 @@ def mend_registration():
     s, and the shutdown waits for it. Meanwhile the XML-RPC server, whose socket is closed, polls
     without a pause: 0.2 s of computing. So the thread is woken after the flag, too.
 
-    If RegManager is not among the listeners any more, or has other attributes than `cond`,
-    `updates` and `publisher_update`, the defects return, or no node starts:
-    test/unit/test_rospy_internals.py shows it.
+    The parts are RegManager's `cond`, `updates` and `publisher_update`
+    (test/unit/test_rospy_internals.py).
     """
     for manager in registration.get_registration_listeners().listeners:
         if isinstance(manager, registration.RegManager) and manager not in _mended:

@@ -90,9 +90,9 @@ class Event(NamedTuple):
     is_old: bool         # latched, and said before this node started
 
 
-def subscribe_events(topic, kind, callback, read=None, queue_size=None):
-    """A guarded subscriber whose `callback` gets every message as an Event, or the latest
-    `queue_size` of those that arrived at once; see :func:`subscribe`."""
+def subscribe_events(topic, kind, callback, read=None):
+    """A guarded subscriber whose `callback` gets every message as an Event; see :func:`subscribe`.
+    """
     replays = _Replays(rospy.resolve_name(topic))
 
     def to_event(message):
@@ -101,7 +101,7 @@ def subscribe_events(topic, kind, callback, read=None, queue_size=None):
         value = message if read is None else read(message)
         return Event(value, header.get('callerid', ''), header, is_doubtful, is_old)
 
-    return subscribe(topic, kind, callback, to_event, queue_size=queue_size)
+    return subscribe(topic, kind, callback, to_event, queue_size=None)
 
 
 def subscribe_news(topic, kind, callback, queue_size=None):
