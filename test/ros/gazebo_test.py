@@ -2,7 +2,6 @@
 """gazebo.launch with a stand-in for Gazebo's TurtleBot3, and where that is not installed."""
 import os
 import pathlib
-import sys
 import tempfile
 import unittest
 
@@ -10,12 +9,10 @@ import rospkg
 import rospy
 from rosgraph_msgs.msg import Clock
 
+from node_case import STARTING
+from rosunit_internals import rosrun
 from tb3_labs.ros.observer import Observer
 from tb3_labs.ros.program import Program
-
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from node_case import STARTING    # noqa: E402 (a relay's folder is another one)
-from rosunit_internals import rosrun    # noqa: E402
 
 #: The package, the file and the argument are turtlebot3_simulations'; the embedded robot stands in.
 MANIFEST = ('<package format="2"><name>turtlebot3_gazebo</name><version>0.0.0</version>'

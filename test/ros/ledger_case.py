@@ -4,24 +4,20 @@
 The docstring of an act is its line in a story, with the arguments in it.
 """
 import json
-import os
 import signal
-import sys
 import time
 
 import rospy
 from actionlib_msgs.msg import GoalID
 from move_base_msgs.msg import MoveBaseGoal
 
+from latching_sender import break_connections
+from ledger_nodes import LedgerNodes
+from panel_page import Page
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.srv import ResetPose
-
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from latching_sender import break_connections    # noqa: E402 (a relay's folder)
-from ledger_nodes import LedgerNodes    # noqa: E402
-from panel_page import Page    # noqa: E402
-from thumb import A, B    # noqa: E402
+from thumb import A, B
 
 #: actionlib remembers a goal for this long after its end [s].
 REMEMBERED = 5.2

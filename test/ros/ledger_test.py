@@ -8,16 +8,13 @@ The judges are those of ledger_judge.py. The line that a bad story ends with pla
     rostest tb3_labs ledger.test story:="[['press', 'pad 1', 'A'], ['let_pass', 0.5], ...]"
 """
 import ast
-import os
 import random
-import sys
 
 import rospy
 import rostest
 
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from ledger_case import LedgerCase    # noqa: E402 (a relay's folder)
-from ledger_judge import PADS, judge, judge_controller    # noqa: E402 (its path is ledger_case's)
+from ledger_case import LedgerCase
+from ledger_judge import PADS, judge, judge_controller
 
 #: Time from a person's action to the last command that it ends, also on a busy machine [s].
 GRACE = 0.35

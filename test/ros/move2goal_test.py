@@ -1,8 +1,6 @@
 #!/usr/bin/env python3
 """The drive, the resets and the permission of the real node, judged by the robot's true pose."""
 import math
-import os
-import sys
 import time
 from bisect import bisect_left
 from itertools import groupby
@@ -17,15 +15,13 @@ from nav_msgs.msg import Path
 from std_msgs.msg import Bool, String
 from tf2_msgs.msg import TFMessage
 
+from node_case import STARTING, ZERO, Hiccups, NodeCase
 from tb3_labs.control.goal import is_over
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2, interpolate
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped, to_twist, transform_to_pose2
 from tb3_labs.ros.observer import Observer
 from tb3_labs.srv import ResetPose, SetInitialPose
-
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from node_case import STARTING, ZERO, Hiccups, NodeCase    # noqa: E402 (a relay's folder)
 
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
 

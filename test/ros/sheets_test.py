@@ -20,12 +20,10 @@ from pathlib import Path
 import rospkg
 import rospy
 
+from costs import free_port
+from rosunit_internals import rosrun
+from sheets_steps import promised, steps_of
 from tb3_labs.ros.program import Program
-
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from costs import free_port    # noqa: E402
-from rosunit_internals import rosrun    # noqa: E402
-from sheets_steps import promised, steps_of    # noqa: E402 (a relay's folder is another one)
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 REPOSITORY = (PACKAGE / 'README.md').resolve().parent

@@ -1,9 +1,7 @@
 #!/usr/bin/env python3
 """The real nodes, hour after hour: flat memory, no thread left behind, no growing error."""
 import math
-import os
 import random
-import sys
 import time
 import unittest
 
@@ -12,14 +10,12 @@ import rostest
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Bool, Float64, String
 
+from costs import memory, process_of, threads
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.observer import Observer
 from tb3_labs.srv import ResetPose
-
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from costs import memory, process_of, threads    # noqa: E402
 
 #: Memory and threads count from here on, when every history has been filled [simulated s].
 WARM = 30.0

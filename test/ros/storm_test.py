@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """All requests at the same instant, and no CPU time: the real nodes, judged by the robot."""
 import math
-import os
 import random
 import subprocess
 import sys
@@ -18,15 +17,13 @@ from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from std_msgs.msg import Bool, String
 
+from costs import memory, process_of, threads
+from node_case import STARTING, Hiccups, NodeCase
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2, interpolate
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped, to_twist
 from tb3_labs.ros.observer import Observer
 from tb3_labs.srv import ResetPose
-
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from costs import memory, process_of, threads    # noqa: E402
-from node_case import STARTING, Hiccups, NodeCase    # noqa: E402 (a relay's folder is another one)
 
 SEED = 20261121
 RESETS, RATE, CALLERS = 200, 100.0, 10

@@ -7,19 +7,16 @@ import re
 import shutil
 import signal
 import subprocess
-import sys
 
 import rospy
 from std_msgs.msg import Float64
 
+from node_case import STARTING, ZERO, Hiccups, NodeCase
+from rosunit_internals import rosrun
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.conversions import to_mouse
 from tb3_labs.ros.observer import Observer
-
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from node_case import STARTING, ZERO, Hiccups, NodeCase    # noqa: E402 (a relay's folder)
-from rosunit_internals import rosrun    # noqa: E402
-from virtual_screen import VirtualScreen    # noqa: E402
+from virtual_screen import VirtualScreen
 
 WIDTH, HEIGHT = 800, 600
 
