@@ -2,7 +2,6 @@
 """The drive, the resets and the permission of the real node, judged by the robot's true pose."""
 import math
 import time
-from bisect import bisect_left
 from itertools import groupby
 
 import actionlib
@@ -15,19 +14,15 @@ from nav_msgs.msg import Path
 from std_msgs.msg import Bool, String
 from tf2_msgs.msg import TFMessage
 
-from node_case import STARTING, ZERO, Hiccups, NodeCase
+from node_case import STARTING, ZERO, Hiccups, NodeCase, stamped
 from tb3_labs.control.goal import is_over
 from tb3_labs.geometry.angles import difference
-from tb3_labs.geometry.se2 import Pose2, interpolate
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped, to_twist, transform_to_pose2
 from tb3_labs.ros.observer import Observer
 from tb3_labs.srv import ResetPose, SetInitialPose
 
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
-
-
-def stamped(message):
-    return message.header.stamp.to_sec(), to_pose2(message.pose)
 
 
 class Move2GoalTest(NodeCase):
@@ -59,7 +54,7 @@ class Move2GoalTest(NodeCase):
         assert cls.action.wait_for_server(rospy.Duration(4.0 * STARTING))    # simulated time
 
     def setUp(self):
-        self.give_control(False)
+        self.control.publish(False)
         # a drive that begins anew shows that the message has arrived
         self.seen.forget('goal_state')
         self.declare()
@@ -67,9 +62,6 @@ class Move2GoalTest(NodeCase):
         self.wait_for_rest()
 
     # -- parts of the tests
-
-    def give_control(self, yes):
-        self.control.publish(yes)
 
     def wait_for_rest(self):
         self.seen.wait_for_rest('ground_truth', lambda sample: sample[1])
@@ -96,12 +88,6 @@ class Move2GoalTest(NodeCase):
         self.assertTrue(answer.success, answer.message)
         return answer
 
-    def truth_at(self, instant):
-        samples = [sample for _, sample in self.seen.all('ground_truth')]
-        after = bisect_left([stamp for stamp, _ in samples], instant)
-        (before, start), (then, end) = samples[after - 1], samples[after]
-        return interpolate(start, end, (instant - before) / (then - before))
-
     def truth(self):
         return self.seen.latest('ground_truth')[1]
 
@@ -120,7 +106,7 @@ class Move2GoalTest(NodeCase):
         machine's time. If the machine was late by half of that, the goal is set again.
         """
         begun = time.time()
-        self.give_control(True)
+        self.control.publish(True)
         state = self.seen.wait_for('goal_state', is_over, 60.0)
         if state.startswith('gave up: sensors were silent') and self.hiccups.since(begun) > 0.35:
             print('this machine held the robot up: {}'.format(state))
@@ -195,7 +181,7 @@ class Move2GoalTest(NodeCase):
     def test_reset_in_mid_drive_begins_the_drive_anew(self):
         self.reset()
         self.set_goal(LAB_GOAL)
-        self.give_control(True)
+        self.control.publish(True)
         self.seen.wait_for('goal_state', lambda state: state == 'MOVE_FORWARD')
         local_T_world = self.reset()
         self.seen.wait_for('goal_state', lambda state: state == 'ROTATE_TO_GOAL')
@@ -260,10 +246,10 @@ class Move2GoalTest(NodeCase):
     def test_losing_control_in_mid_turn_stops_at_once_with_one_zero(self):
         local_T_world = self.reset()
         self.set_goal(LAB_GOAL)
-        self.give_control(True)
+        self.control.publish(True)
         self.seen.wait_for('cmd_vel', lambda command: abs(command[1]) > 1.0)
         taken = time.time()     # permissions use the wall clock
-        self.give_control(False)
+        self.control.publish(False)
         self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
         self.assertLess(time.time() - taken, 0.1 + self.hiccups.since(taken))
         stopped, _ = self.seen.all('cmd_vel')[-1]
@@ -278,7 +264,7 @@ class Move2GoalTest(NodeCase):
     def test_action_reports_feedback_and_success(self):
         self.reset()
         feedback = []
-        self.give_control(True)
+        self.control.publish(True)
         self.action.send_goal(self.goal(Pose2(0.3, 0.0, 0.0)), feedback_cb=feedback.append)
         self.assertTrue(self.action.wait_for_result(rospy.Duration(40.0)))
         self.assertEqual(self.action.get_state(), GoalStatus.SUCCEEDED)
@@ -298,7 +284,7 @@ class Move2GoalTest(NodeCase):
 
     def test_cancel_stops_and_a_newer_goal_replaces(self):
         self.reset()
-        self.give_control(True)
+        self.control.publish(True)
         self.drive_by_action(Pose2(2.0, 0.0, 0.0))
         self.action.cancel_goal()
         self.assertTrue(self.action.wait_for_result(rospy.Duration(20.0)))

@@ -81,9 +81,9 @@ class Room:
         self.seen.wait_for('goal_state', lambda state: state == 'GOAL_REACHED', 30.0)
 
     def go_back_to(self, x):
-        """Send this goal until it is reached: after a long cut, TCP waits for seconds before it sends
-        again, in each direction for itself. Then the sensors are back, and the commands not yet.
-        """
+        """Send this goal until it is reached: after a long cut, TCP waits for seconds before it
+        sends again, in each direction for itself. Then the sensors are back, and the commands not
+        yet."""
         outcome = ''
         for _ in range(3):
             self.seen.forget('goal_state')
@@ -176,8 +176,9 @@ def master_that_does_not_answer():
         lab.drive(0.8)
         lab.master.send_signal(signal.SIGSTOP)
         lab.reach()
-        pauses = [after - before - lab.hiccups.since(before, after) for (before, _), (after, _) in zip(
-            lab.seen.all('cmd_vel'), lab.seen.all('cmd_vel')[1:])]
+        times = [at for at, _ in lab.seen.all('cmd_vel')]
+        pauses = [after - before - lab.hiccups.since(before, after)
+                  for before, after in zip(times, times[1:])]
         assert max(pauses) < 0.4, 'no command for %.2f s' % max(pauses)
         begun = time.monotonic()
         assert lab.node.end() == 0, lab.node.text
@@ -222,19 +223,20 @@ def network_cut_and_back():
 
 def rest_after(truth, cut):
     """Seconds from `cut` to the last motion before the standstill in it, by lines of rostopic."""
-    samples = [(int(at) * 1e-9, float(x)) for at, x in re.findall(r'^(\d+),(\S+)\n', truth.text, re.M)]
+    lines = re.findall(r'^(\d+),(\S+)\n', truth.text, re.M)
+    samples = [(int(at) * 1e-9, float(x)) for at, x in lines]
     assert samples[-1][0] > cut + 2.0, 'the truth is not told'
     return max([at - cut for (_, before), (at, x) in zip(samples, samples[1:])
                 if cut < at < cut + 2.0 and abs(x - before) > 1e-5], default=0.0)
 
 
 def listening(environment):
-    """{(address, port)} of the listening sockets of all processes with this environment's master."""
+    """{(address, port)} on which processes with this environment's master listen."""
     master, inodes = environment['ROS_MASTER_URI'].encode(), set()
     for process in Path('/proc').glob('[0-9]*'):
         with contextlib.suppress(OSError):    # it has ended
-            descriptors = process.glob('fd/*') if master in (process / 'environ').read_bytes() else ()
-            for descriptor in map(str, descriptors):
+            is_ours = master in (process / 'environ').read_bytes()
+            for descriptor in map(str, process.glob('fd/*') if is_ours else ()):
                 with contextlib.suppress(OSError):    # it was closed
                     inodes.update(re.findall(r'socket:\[(\d+)\]', os.readlink(descriptor)))
     found = set()

@@ -2,6 +2,7 @@
 import ast
 import glob
 import os
+from functools import lru_cache
 
 import pytest
 
@@ -17,8 +18,10 @@ FLOOR = {room: floor for floor, rooms in enumerate(NOTIONS + [{'ros'}, set(TOOLS
 ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 'threading'}
 
 
+@lru_cache(maxsize=None)
 def imports():
-    """(path in the package, module imported) of every import."""
+    """[(path in the package, module imported)] of every import."""
+    found = []
     for folder, _, names in os.walk(SOURCES):
         for name in names:
             if name.endswith('.py'):
@@ -27,10 +30,11 @@ def imports():
                     tree = ast.parse(file.read())
                 for node in ast.walk(tree):
                     if isinstance(node, ast.ImportFrom):
-                        yield os.path.relpath(path, SOURCES), node.module
+                        found.append((os.path.relpath(path, SOURCES), node.module))
                     elif isinstance(node, ast.Import):
-                        for alias in node.names:
-                            yield os.path.relpath(path, SOURCES), alias.name
+                        found += [(os.path.relpath(path, SOURCES), alias.name)
+                                  for alias in node.names]
+    return found
 
 
 def room_of(path):
