@@ -10,8 +10,7 @@ Units: seconds.
 PADS = ('pad 1', 'pad 2')
 #: Those who must renew a permission that they gave.
 RENEWING = PADS + ('panel',)
-#: Time from a stop's arrival to the last command; events that are nearer in time have no order.
-GRACE = 0.05
+#: Events that are nearer in time have no order.
 SAME_TIME = 0.15
 #: The silences after which a giver's permission is suspended, and ends.
 SUSPENDED, OVER = 0.5, 2.0
@@ -24,7 +23,7 @@ class Ledger:
     stop takes effect within this time [s].
     """
 
-    def __init__(self, started_at, old, granted=False, grace=GRACE):
+    def __init__(self, started_at, old, granted, grace):
         self.grace = grace
         # (giver, when a person caused it)
         self.givings = [('its start', started_at)] if granted else []
@@ -71,9 +70,9 @@ class Ledger:
         return 'all who gave it have fallen silent' if all(silent) else ''
 
 
-def judge(history, grace=GRACE):
+def judge(history, grace):
     """The commands of move_to_goal."""
-    ledger, wrong = Ledger(history[0][0], [], grace=grace), []
+    ledger, wrong = Ledger(history[0][0], [], False, grace), []
     for now, what, *details in history:
         if what == 'driven':
             objection = ledger.objection(now)
@@ -84,7 +83,7 @@ def judge(history, grace=GRACE):
         elif what in ('stopped', 'all stopped'):
             ledger.stopped(now, now)
         elif what == 'mover started':
-            ledger = Ledger(now, *details, grace=grace)
+            ledger = Ledger(now, *details, grace)
         elif what == 'mover sleeps':
             ledger.slept(now, details[0])
         elif what == 'goal':
@@ -94,7 +93,7 @@ def judge(history, grace=GRACE):
     return wrong
 
 
-def judge_controller(history, grace=GRACE):
+def judge_controller(history, grace):
     """The commands of controller: it drives by a turn that a person asked for, or by a mouse that a
     person moved away from the middle, since the last stop, sleep or start. The mouse of a page may
     be refused there; then it ends no turn."""

@@ -113,11 +113,10 @@ class LedgerTest(LedgerCase):
             self.thumbs[name].plugged = True
 
     def tale(self, seed, played, at, reason):
-        """A bad story in words, and as it can be played again."""
+        """A bad story with its times, and as it can be played again."""
         before = [(begun, act) for begun, act in played if begun < at]
         lines = ['story {}:'.format(seed)] + [
-            '{:7.2f} s: {}'.format(begun - at, self.in_words(act))
-            for begun, act in before[-TOLD:] if act[0] != 'let_pass']
+            '{:7.2f} s: {}'.format(begun - at, act) for begun, act in before[-TOLD:]]
         heard = ['{:7.2f} s: {}'.format(entry[0] - at, entry[1:]) for entry in self.history
                  if at - 6.0 < entry[0] < at + 0.3 and entry[1] not in ('driven', 'controlled')
                  and (entry[1] != 'heard' or not entry[3])]

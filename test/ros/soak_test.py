@@ -3,7 +3,6 @@
 import math
 import random
 import time
-import unittest
 
 import rospy
 import rostest
@@ -11,6 +10,7 @@ from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Bool, Float64, String
 
 from costs import memory, process_of, threads
+from node_case import NodeCase
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
@@ -28,7 +28,7 @@ def inside(node):
     return memory(pid), threads(pid)
 
 
-class SoakTest(unittest.TestCase):
+class SoakTest(NodeCase):
 
     def setUp(self):
         self.seen = Observer()
@@ -40,14 +40,9 @@ class SoakTest(unittest.TestCase):
         self.turns = rospy.Publisher('turn', Float64, queue_size=1)
         rospy.wait_for_service('reset_pose', 30.0)
         self.reset = rospy.ServiceProxy('reset_pose', ResetPose)
-        self.seen.wait_until(lambda: all(publisher.get_num_connections() for publisher in (
-            self.control, self.goals, self.turns)), 20.0, 'the nodes')
+        self.wait_until_heard(self.control, self.goals, self.turns)
         self.seen.wait_for('ground_truth')
         self.seen.wait_for('local_pose', seconds=20.0)    # a reset needs both sensors
-
-    def rest(self):
-        self.seen.wait_for_rest('ground_truth', seconds=60.0)
-        return self.seen.latest('ground_truth')
 
     def drive(self, chance):
         """The true error at a goal: (distance [m], angle [deg])."""
