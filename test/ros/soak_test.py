@@ -30,19 +30,20 @@ def inside(node):
 
 class SoakTest(NodeCase):
 
-    def setUp(self):
-        self.seen = Observer()
-        self.seen.watch_robot()
-        self.seen.watch('goal_state', String, lambda message: message.data)
-        self.seen.watch('local_pose', PoseStamped)
-        self.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
-        self.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
-        self.turns = rospy.Publisher('turn', Float64, queue_size=1)
+    @classmethod
+    def setUpClass(cls):
+        cls.seen = Observer()
+        cls.seen.watch_robot()
+        cls.seen.watch('goal_state', String, lambda message: message.data)
+        cls.seen.watch('local_pose', PoseStamped)
+        cls.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
+        cls.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
+        cls.turns = rospy.Publisher('turn', Float64, queue_size=1)
         rospy.wait_for_service('reset_pose', 30.0)
-        self.reset = rospy.ServiceProxy('reset_pose', ResetPose)
-        self.wait_until_heard(self.control, self.goals, self.turns)
-        self.seen.wait_for('ground_truth')
-        self.seen.wait_for('local_pose', seconds=20.0)    # a reset needs both sensors
+        cls.reset = rospy.ServiceProxy('reset_pose', ResetPose)
+        cls.wait_until_heard(cls.control, cls.goals, cls.turns)
+        cls.seen.wait_for('ground_truth')
+        cls.seen.wait_for('local_pose', seconds=20.0)    # a reset needs both sensors
 
     def drive(self, chance):
         """The true error at a goal: (distance [m], angle [deg])."""
