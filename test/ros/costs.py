@@ -83,8 +83,8 @@ def shares(seconds, *pids):
 
 
 def on_time(times, latest, pause=0.5):
-    """[Did it come at most `latest` [s] after the one before?] of the commands with these times; one
-    that comes after a `pause` [s] begins a drive."""
+    """[Did it come at most `latest` [s] after the one before?] of the commands with these times;
+    one that comes after a `pause` [s] begins a drive."""
     gaps = [later - sooner for sooner, later in zip(times, times[1:])]
     return [gap <= latest for gap in gaps if gap < pause]
 

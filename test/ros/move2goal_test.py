@@ -198,7 +198,8 @@ class Move2GoalTest(NodeCase):
         for x in (math.nan, 1e9):
             answer = self.reset_pose(x, 0.0, 0.0)
             self.assertFalse(answer.success)
-            self.assertEqual(answer.message, 'x = {} is not valid: a number from -100 to 100 m'.format(x))
+            self.assertEqual(
+                answer.message, 'x = {} is not valid: a number from -100 to 100 m'.format(x))
             self.assertEqual((list(answer.before), list(answer.after), answer.stamp), ([], [], 0.0))
         for frame, w, reason in (('local', 0.0, 'norm'), ('local', math.nan, 'norm'),
                                  ('mars', 1.0, 'mars')):

@@ -41,8 +41,8 @@ NEW_PROFILE = re.compile('catkin_make|setup')
 #: A command that starts a simulated robot, and how that robot gets a faster clock.
 ROBOT = re.compile(r'^((?:roslaunch .*(?:sim:=true|(fake_robot)\.launch)|\./scripts/demo\.sh).*?)(\s+#.*)?$',
                    re.MULTILINE)
-#: Settings of that robot for it; the first one is not the robot's own, but all nodes'. The rate of its
-#: IMU costs.
+#: Settings of that robot for it; the first one is not the robot's own, but all nodes'. The rate of
+#: its IMU costs.
 FASTER = '{{/use_sim_time: true, imu_rate: 100, speed: {}'
 #: Pace of simulated time in the suite; real time.
 SUITE_SPEED, REAL_TIME = 5.0, 0.0

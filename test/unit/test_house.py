@@ -138,8 +138,8 @@ SCRIPTS = sorted((ROOT / 'scripts').glob('*.py'))
 
 @pytest.mark.parametrize('path', SCRIPTS, ids=lambda path: path.name)
 def test_every_script_answers_help(path):
-    """By run() of tb3_labs.ros.node, by command_line.Parser, or by itself; bad_start.test tries some
-    of them."""
+    """By run() of tb3_labs.ros.node, by command_line.Parser, or by itself; bad_start.test tries
+    some of them."""
     assert len(ast.get_docstring(tree_of(path))) > 60
     text = path.read_text(encoding='utf-8')
     assert any(words in text for words in (
