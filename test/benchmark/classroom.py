@@ -17,13 +17,15 @@ Usage: classroom.py [numbers of robots, default 1 4 12 24] [-r rate of the IMU, 
 """
 import argparse
 import contextlib
+import itertools
 import math
 import os
 import random
+import statistics
 import subprocess
 import sys
-import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import rospy
 from geometry_msgs.msg import PoseStamped
@@ -34,17 +36,16 @@ from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal import GoalState, is_over
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped
 from tb3_labs.srv import ResetPose
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', 'ros'))
-from costs import cpu_time, memory, parent, private_master    # noqa: E402
+from costs import cpu_time, memory, on_time, parent, private_master    # noqa: E402
 
 ROW = '{:>6} {:>9} {:>18} {:>9} {:>29} {:>9}'
-#: A command that comes later than this after the one before is late [s]; one that comes later than
-#: that begins a drive.
+#: A command that comes later than this after the one before is late [s].
 ON_TIME = PreciseLaw.period + 0.033
-PAUSE = 0.5
 PATIENCE = 240.0
 #: Time between two looks at a robot [s], and robots for each one whose commands are timed: dozens of them
 #: would cost this process as much as some robots.
@@ -81,8 +82,8 @@ class Pupil:
     def wait_until_ready(self):
         """Wait until the robot's node runs and hears this one."""
         rospy.wait_for_service(self.name + '/reset_pose', PATIENCE)
-        self._wait(lambda: self._state and self._control.get_num_connections()
-                   and self._goals.get_num_connections())
+        wait(lambda: self._state and self._control.get_num_connections()
+             and self._goals.get_num_connections())
 
     def drive(self):
         """(reached, distance [m], angle [deg] off) of one drive from a declared pose to a goal."""
@@ -95,7 +96,7 @@ class Pupil:
         self._state = ''
         self._goals.publish(to_pose_stamped(goal, '', 0.0))
         self._control.publish(True)
-        self._wait(lambda: is_over(self._state))
+        wait(lambda: is_over(self._state))
         reached = self._state == GoalState.GOAL_REACHED.name
         if not reached:
             print('{}: {}'.format(self.name, self._state))
@@ -126,20 +127,18 @@ class Pupil:
             last = here
             time.sleep(LOOK)
 
-    @staticmethod
-    def _wait(condition):
-        deadline = time.monotonic() + PATIENCE
-        while not condition():
-            if time.monotonic() > deadline:
-                raise RuntimeError('timeout: not there within {:g} s'.format(PATIENCE))
-            time.sleep(LOOK)
-
     def leave(self):
         """Disconnect from all its topics."""
         for subscriber in self._subscribers:
             subscriber.unregister()
         self._control.unregister()
         self._goals.unregister()
+
+
+def wait(condition):
+    """Wait until it holds."""
+    if not wait_until(condition, PATIENCE, LOOK):
+        raise RuntimeError('timeout: not there within {:g} s'.format(PATIENCE))
 
 
 def lesson(number, imu_rate, port):
@@ -168,33 +167,24 @@ def lesson(number, imu_rate, port):
 
 def drive_all(pupils):
     """(reached, distance [m], angle [deg] off) of two drives of each."""
-    results, guard = [], threading.Lock()
-
     def two_drives(pupil, late):
         first = pupil.drive()
         time.sleep(late)
-        second = pupil.drive()
-        with guard:
-            results.extend([first, second])
-    threads = [threading.Thread(target=two_drives, args=(pupil, 0.2 * k))
-               for k, pupil in enumerate(pupils)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    return results
+        return first, pupil.drive()
+    with ThreadPoolExecutor(len(pupils)) as pool:
+        both = pool.map(two_drives, pupils, itertools.count(0.0, 0.2))
+    return list(itertools.chain.from_iterable(both))
 
 
 def row(pupils, results, cores, used):
     """The figures of a lesson as text; `cores` by kind, memory `used` in MB."""
-    gaps = [gap for pupil in pupils for gap in (
-        later - sooner for sooner, later in zip(pupil.commands, pupil.commands[1:])) if gap < PAUSE]
+    prompt = [is_prompt for pupil in pupils for is_prompt in on_time(pupil.commands, ON_TIME)]
     good = [result for result in results if result[0]] or [(False, math.nan, math.nan)]
     return ROW.format(
         len(pupils), '{}/{}'.format(sum(reached for reached, _, _ in results), 2 * len(pupils)),
         '{:.1f} mm {:.2f} deg'.format(1000.0 * max(off for _, off, _ in good),
                                       max(angle for _, _, angle in good)),
-        '{:.1f} %'.format(100.0 * sum(gap <= ON_TIME for gap in gaps) / len(gaps)),
+        '{:.1f} %'.format(100.0 * statistics.mean(prompt)),
         '{:.2f}: {:.2f} + {:.2f} + {:.2f}'.format(
             sum(cores.values()), *(cores[kind] for kind in KINDS)),
         '{:.0f} MB'.format(used))

@@ -20,7 +20,6 @@ import contextlib
 import os
 import signal
 import statistics
-import subprocess
 import sys
 import threading
 import time
@@ -35,7 +34,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', 'ros'))
-from costs import cpu_time, memory, private_master, process_of    # noqa: E402
+from costs import memory, private_master, process_of, shares, start    # noqa: E402
 
 #: A node of rospy alone; its arguments: topic, package and type of each topic.
 BARE = '''
@@ -94,20 +93,10 @@ class Bench:
     def close(self):
         self._stack.close()
 
-    def start(self, command, typed=''):
-        """A process that ends with this one; `typed` is its input."""
-        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
-                                   stderr=subprocess.DEVNULL, start_new_session=True)
-        process.stdin.write(typed.encode())
-        process.stdin.close()
-        self._stack.callback(process.wait)
-        self._stack.callback(process.kill)
-        return process
-
     def node(self, name, executable, wait_for='imu'):
         """(process id, seconds until it was ready) of one of the package's nodes."""
         begun = time.monotonic()
-        self.start(['rosrun', 'tb3_labs', executable, '__name:=' + name])
+        start(self._stack, ['rosrun', 'tb3_labs', executable, '__name:=' + name])
         return self.pid(name, wait_for), time.monotonic() - begun
 
     def first_command(self, name):
@@ -115,8 +104,9 @@ class Bench:
         heard = threading.Event()
         commands = rospy.Subscriber('cmd_vel', Twist, lambda _: heard.set(), tcp_nodelay=True)
         begun = time.monotonic()
-        process = self.start(['rosrun', 'tb3_labs', NODES[name][0], '__name:=first_' + name]
-                             + ['_has_control:=true'] * (name == 'move_to_goal'), typed='90\n')
+        process = start(self._stack, [
+            'rosrun', 'tb3_labs', NODES[name][0], '__name:=first_' + name]
+            + ['_has_control:=true'] * (name == 'move_to_goal'), typed='90\n')
         heard.wait(30.0)
         took = time.monotonic() - begun
         os.killpg(process.pid, signal.SIGINT)
@@ -128,8 +118,8 @@ class Bench:
         if topics is JOY:    # the robot of a bare node is this process
             self._stack.callback(rospy.Subscriber(
                 name + '/cmd_vel', Twist, lambda _: None, tcp_nodelay=True).unregister)
-        self.start([sys.executable, '-c', BARE_PAD if topics is JOY else BARE, name]
-                   + list(topics))
+        start(self._stack, [sys.executable, '-c', BARE_PAD if topics is JOY else BARE, name]
+              + list(topics))
         return self.pid(name, topics[0])
 
     def pid(self, name, topic):
@@ -175,21 +165,10 @@ class Bench:
 
     def shares(self, pid, bare):
         """[CPU of a node, times that of the bare nodes beside it], as text."""
-        shares, times = [], []
-        for _ in range(REPEATS):
-            share, *least = self.measure(self.seconds / REPEATS, pid, *bare)
-            shares.append(share)
-            times.append(share / max(statistics.mean(least), 0.01))
-        return ['{:.1f} %'.format(statistics.median(shares)),
+        measured = [shares(self.seconds / REPEATS, pid, *bare) for _ in range(REPEATS)]
+        times = [share / max(statistics.mean(least), 0.01) for share, *least in measured]
+        return ['{:.1f} %'.format(statistics.median(share for share, *_ in measured)),
                 '{:.2f}'.format(statistics.median(times))]
-
-    @staticmethod
-    def measure(seconds, *pids):
-        """CPU shares [%] of processes over some time [s]."""
-        before, begun = [cpu_time(pid) for pid in pids], time.monotonic()
-        time.sleep(seconds)
-        took = time.monotonic() - begun
-        return [100.0 * (cpu_time(pid) - then) / took for pid, then in zip(pids, before)]
 
     def drive(self, name):
         """Let a node drive during the next two measurements."""
@@ -243,7 +222,7 @@ def main(seconds):
         for name in NODES:
             print(bench.row(name), flush=True)
         print('embedded robot, with all its topics heard: {:.1f} %, {:.0f} MB'.format(
-            *bench.measure(seconds, bench.robot), memory(bench.robot)))
+            *shares(seconds, bench.robot), memory(bench.robot)))
     finally:
         bench.close()
 

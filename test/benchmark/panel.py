@@ -13,7 +13,7 @@ import contextlib
 import os
 import pathlib
 import shutil
-import subprocess
+import statistics
 import sys
 import time
 
@@ -28,16 +28,14 @@ from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose_stamped
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'ros'))
-from costs import cpu_time, private_master, process_of    # noqa: E402
+from costs import on_time, private_master, process_of, shares, start    # noqa: E402
 from panel_page import Page    # noqa: E402
 from virtual_screen import VirtualScreen    # noqa: E402
 
 PORT = 8130
 GOALS = Pose2(0.6, 0.0, 1.5), Pose2(0.0, 0.4, -1.5)
-#: As in classroom.py: a command that comes later than this after the one before is late [s]; one
-#: that comes later than the second begins a drive.
+#: A command that comes later than this after the one before is late [s].
 ON_TIME = PreciseLaw.period + 0.033
-PAUSE = 0.5
 #: Before a measurement a node runs for this long [s].
 SETTLE = 4.0
 ROW = '{:24} {:>14} {:>13} {:>7} {:>9} {:>14} {:>8}'
@@ -64,12 +62,7 @@ class Drives:
 
     def start(self, command, name, **environment):
         """Start a node; (its process id, the process) once it is registered."""
-        process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL, env=dict(os.environ, **environment), start_new_session=True)
-        self._stack.callback(process.wait)
-        self._stack.callback(process.kill)
-        found = []
+        process, found = start(self._stack, command, **environment), []
 
         def is_there():
             with contextlib.suppress(Exception):    # of any kind: it is not there yet
@@ -83,18 +76,12 @@ class Drives:
         """A line of figures: CPU of the process `watched`, of move_to_goal and of the robot."""
         pids = [watched] * (watched is not None) + [
             process_of('/move_to_goal'), process_of('/turtlebot3')]
-        before, begun = [cpu_time(pid) for pid in pids], time.monotonic()
         pictures = page.pictures if page else 0
         self._commands.clear()
-        time.sleep(seconds)
-        took = time.monotonic() - begun
-        shares = ['{:.1f} %'.format(100.0 * (cpu_time(pid) - was) / took)
-                  for pid, was in zip(pids, before)]
-        gaps = [later - sooner for sooner, later in zip(self._commands, self._commands[1:])
-                if later - sooner < PAUSE]
-        return shares[:-2] or [''], shares[-2:], (
-            '{:.1f}'.format((page.pictures - pictures) / took) if page else ''), (
-            '{:.1f} %'.format(100.0 * sum(gap <= ON_TIME for gap in gaps) / len(gaps)))
+        used = ['{:.1f} %'.format(share) for share in shares(seconds, *pids)]
+        return used[:-2] or [''], used[-2:], (
+            '{:.1f}'.format((page.pictures - pictures) / seconds) if page else ''), (
+            '{:.1f} %'.format(100.0 * statistics.mean(on_time(self._commands, ON_TIME))))
 
     def _on_state(self, message):
         if is_over(message.data):

@@ -85,7 +85,8 @@ def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig 
         commands += _navigate(robot, navigator, LOOK_PERIOD)
         overrun = max(overrun, (along @ robot.truth).x)
     rested = all(abs(speed) <= rest for speed, rest in zip(robot.true_velocity, AT_REST))
-    _come_to_rest(robot)
+    while _moves(robot):
+        robot.step(LOOK_PERIOD)
     here = local_T_world @ robot.truth
     status = navigator.status(robot.now)
     return Drive(
@@ -131,11 +132,6 @@ def _turn(robot: Simulator, controller: ControllerCore, degrees: float) -> SpotT
             resting_since = robot.now
     return SpotTurn(yaw - start, resting_since - begun, overshoot,
                     max(abs(angular) for _, angular in commands))
-
-
-def _come_to_rest(robot: Simulator) -> None:
-    while _moves(robot):
-        robot.step(LOOK_PERIOD)
 
 
 def _moves(robot: Simulator) -> bool:

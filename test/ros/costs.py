@@ -1,4 +1,4 @@
-"""A private master at a free port; the costs of a running node: CPU time, memory, threads. On Linux."""
+"""A private master at a free port; processes; their costs: CPU time, memory, threads. On Linux."""
 import contextlib
 import os
 import random
@@ -32,6 +32,18 @@ def free_port():
             return port
 
 
+def start(stack, command, typed='', **environment):
+    """A process in a session of its own, which the ExitStack ends; `typed` is its input."""
+    process = subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        env=dict(os.environ, **environment), start_new_session=True)
+    process.stdin.write(typed.encode())
+    process.stdin.close()
+    stack.callback(process.wait)
+    stack.callback(process.kill)
+    return process
+
+
 @contextlib.contextmanager
 def private_master():
     """Start a private master at a free port, for this process and its children. RuntimeError if it
@@ -60,6 +72,21 @@ def cpu_time(pid):
     """CPU time of a process and its threads so far [s]."""
     # The process's own clock, see clock_getcpuclockid(3); /proc counts only in ticks of 10 ms.
     return time.clock_gettime((~pid << 3) | 2)
+
+
+def shares(seconds, *pids):
+    """CPU shares [%] of processes over some time [s]."""
+    before, begun = [cpu_time(pid) for pid in pids], time.monotonic()
+    time.sleep(seconds)
+    took = time.monotonic() - begun
+    return [100.0 * (cpu_time(pid) - then) / took for pid, then in zip(pids, before)]
+
+
+def on_time(times, latest, pause=0.5):
+    """[Did it come at most `latest` [s] after the one before?] of the commands with these times;
+    one that comes after a `pause` [s] begins a drive."""
+    gaps = [later - sooner for sooner, later in zip(times, times[1:])]
+    return [gap <= latest for gap in gaps if gap < pause]
 
 
 def parent(pid):

@@ -1,10 +1,8 @@
 #!/usr/bin/env python3
 """The embedded robot's node on the wall clock: rates, cost, its end, and a hidden fault."""
 import math
-import os
 import signal
 import subprocess
-import sys
 import threading
 import time
 import unittest
@@ -20,13 +18,11 @@ from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
+from costs import cpu_time
+from node_case import STARTING, Hiccups, path_of
 from tb3_labs.geometry.angles import difference
 from tb3_labs.ros.conversions import yaw_of
 from tb3_labs.ros.program import Program
-
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from costs import cpu_time    # noqa: E402
-from node_case import STARTING, Hiccups, path_of    # noqa: E402 (a relay's folder is another one)
 
 COUNT = 600       # imu messages: 3 s
 DEADLINE = STARTING   # of a wait [s]

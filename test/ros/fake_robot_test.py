@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """The simulated robot's node on simulated time: topics, frames, firmware, faults."""
-import math
 import time
 import unittest
 
@@ -14,8 +13,7 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Empty
 from tf2_msgs.msg import TFMessage
 
-from tb3_labs.geometry.angles import wrap
-from tb3_labs.ros.conversions import to_twist, yaw_of
+from tb3_labs.ros.conversions import to_twist
 
 TOPICS = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'ground_truth': PoseStamped,
           '/tf': TFMessage}
@@ -83,21 +81,17 @@ class FakeRobotTest(unittest.TestCase):
         self.assertEqual(transforms[0].transform.rotation, odom.pose.pose.orientation)
         self.assertEqual(transforms[0].transform.translation.x, odom.pose.pose.position.x)
 
-    def test_reset_zeroes_the_odometry_but_for_the_turn_of_the_imu(self):
+    def test_a_reset_zeroes_the_odometry_after_a_pause(self):
         self.commands.publish(to_twist(0.1, 0.3))
         self.wait('motion', lambda: self.last('odom').twist.twist.linear.x > 0.05)
         self.wait_for_rest()
-        imu_yaw, seen = yaw_of(self.last('imu').orientation), len(self.heard['odom'])
+        seen = len(self.heard['odom'])
         self.resets.publish(Empty())
         self.wait('zero', lambda: abs(self.last('odom').pose.pose.position.x) < 1e-6
                   and abs(self.last('odom').pose.pose.position.y) < 1e-6)
         pause = self.stamps('odom')[seen - 1:]
         longest = max(b - a for a, b in zip(pause, pause[1:]))
         self.assertAlmostEqual(longest, 512 / 200, delta=0.1)
-        self.wait('imu', lambda: self.stamps('imu')[-1] >= pause[-1])
-        turned = wrap(yaw_of(self.last('imu').orientation) - imu_yaw)
-        self.assertAlmostEqual(math.degrees(turned), 1.82, delta=0.1)
-        self.assertAlmostEqual(yaw_of(self.last('odom').pose.pose.orientation), turned, delta=0.002)
 
     def test_wheels_are_those_of_the_odometry_however_late_it_is(self):
         self.live.update_configuration({'sensor_latency': 0.3})
@@ -153,12 +147,6 @@ class FakeRobotTest(unittest.TestCase):
         last = self.stamps('imu')[-1]
         self.wait('imu', lambda: self.stamps('imu')[-1] > last + 0.5)
         self.assertEqual(self.live.get_configuration(DEADLINE)['slip'], 0.0)
-
-    def test_a_command_that_is_not_finite_is_full_speed(self):
-        seen = len(self.heard['odom'])
-        self.commands.publish(to_twist(math.nan, 0.0))
-        self.wait('full speed', lambda: any(
-            message.twist.twist.linear.x > 0.208 for message in self.heard['odom'][seen:]))
 
 
 if __name__ == '__main__':

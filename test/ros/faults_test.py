@@ -5,10 +5,8 @@ Prints a line with the measured times of each fault. The core's roll-outs (test/
 cover every state of a drive.
 """
 import math
-import os
 import re
 import signal
-import sys
 
 import rospy
 import rostest
@@ -17,34 +15,31 @@ from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
-from std_msgs.msg import Bool, Empty, Float64, String
+from std_msgs.msg import Bool, Empty, String
 
+from node_case import STARTING, ZERO, Hiccups, Node, NodeCase
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped
 from tb3_labs.ros.observer import Observer
 from tb3_labs.srv import ResetPose
 
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from node_case import STARTING, ZERO, Hiccups, Node, NodeCase    # noqa: E402 (a relay's folder)
-
 #: Time from the last valid sample to the zero, and to the notice of a stalled robot [s]. Required
 #: are 0.3 and 2, which test_stops.py checks for the core; here the time of the nodes is added.
 SILENCE = 0.4
 STUCK = 2.5
-#: The rate of its IMU is not what is tested, and costs.
-ROBOT = 'fake_turtlebot3.py', '__name:=turtlebot3', '_imu_rate:=100'
+MOVER, TURNER = 'move2goal_tf.py', 'turtlebot_controller.py'
 FAULTLESS = dict(dict.fromkeys((
     'imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen', 'motors_off'), False),
                  gyro_bias_deg=0.0)
 
 
 class FaultsTest(NodeCase):
+    """Methods share the robot, and the nodes that the one before left running."""
 
     @classmethod
     def setUpClass(cls):
-        cls.seen, cls.hiccups = Observer(), Hiccups()
-        cls.shared_robot = None
+        cls.seen, cls.hiccups, cls.nodes = Observer(), Hiccups(), {}
         cls.seen.watch_robot()
         cls.seen.watch('imu', Imu)
         cls.seen.watch('odom', Odometry)
@@ -53,69 +48,78 @@ class FaultsTest(NodeCase):
         cls.seen.watch('/diagnostics', DiagnosticArray, lambda message: message.status[0])
         cls.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
         cls.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
-        cls.turns = rospy.Publisher('turn', Float64, queue_size=1)
         cls.resets = rospy.Publisher('reset', Empty, queue_size=1)
         cls.bad_imu = rospy.Publisher('imu', Imu, queue_size=1)
         cls.bad_odom = rospy.Publisher('odom', Odometry, queue_size=1)
+        cls.seen.wait_for('ground_truth', seconds=STARTING)
+        cls.robot = Client('turtlebot3', timeout=STARTING)
 
     @classmethod
     def tearDownClass(cls):
-        if cls.shared_robot:
-            cls.shared_robot.kill()
+        for node in cls.nodes.values():
+            node.kill()
 
     def setUp(self):
-        for topic in ('cmd_vel', 'ground_truth', 'imu', 'odom', 'goal_state', 'local_pose'):
-            self.seen.forget(topic)
-        self.wait_until_unheard({self.control: Bool(False), self.turns: Float64(0.0)})
-        self.forget_parameters('move_to_goal', 'controller')
+        self.set(**FAULTLESS)
+        self.control.publish(False)
+        self.rest()
+        self.printed = {name: node.printed[0] for name, node in self.nodes.items()}
 
     # -- parts of the tests
 
-    def robot(self):
-        """The robot that tests share, without a fault."""
-        if not self.shared_robot:
-            type(self).shared_robot = Node(*ROBOT)
-            self.connect(self.shared_robot)
-        self.set(**FAULTLESS)
-
-    def own_robot(self, *parameters):
-        """A robot of this test alone, with parameters of its own; the test may kill it."""
-        if self.shared_robot:
-            self.shared_robot.kill()
-            type(self).shared_robot = None
-        robot = self.start(*ROBOT, *parameters)
-        self.addCleanup(self.forget_parameters, 'turtlebot3')
-        self.connect(robot)
-        return robot
-
-    def connect(self, robot):
-        self.seen.forget('ground_truth')
-        try:
-            self.seen.wait_for('ground_truth', seconds=STARTING)
-        except RuntimeError as problem:    # seen once: a robot that hung at its start
-            raise RuntimeError('{}; it printed: {}; it does: {}'.format(
-                problem, robot.text, robot.where())) from None
-        type(self).settings = Client('turtlebot3', timeout=STARTING)
-
     def set(self, **settings):
-        self.settings.update_configuration(settings)
+        self.robot.update_configuration(settings)
 
-    def move_to_goal(self, *arguments, goal=Pose2(2.0, 0.0, 0.0)):
+    def node(self, executable):
+        """The node that runs, or a new one."""
+        if executable not in self.nodes or self.nodes[executable].status is not None:
+            if executable == MOVER:
+                self.wait_until_unheard({self.control: Bool(False)})
+                self.seen.forget('goal_state')
+            self.nodes[executable] = Node(executable, terminal=True)
+            self.printed[executable] = 0
+        return self.nodes[executable]
+
+    def wait_for_line(self, executable, words):
+        """Wait until a node has printed `words` in this test."""
+        self.seen.wait_until(lambda: words in self.nodes[executable].text_since(
+            self.printed[executable]), what=words)
+
+    def drive(self, goal=Pose2(2.0, 0.0, 0.0)):
         """A drive straight ahead, in full motion; `begin` is its first true pose."""
-        node = self.start('move2goal_tf.py', *arguments)
-        return self.drive_ahead(node, goal)
-
-    def drive_ahead(self, node, goal=Pose2(2.0, 0.0, 0.0)):
-        self.seen.wait_for('goal_state', lambda state: state == 'waiting for control', STARTING)
+        node = self.node(MOVER)
         self.wait_until_heard(self.control, self.goals)
+        self.seen.forget('local_pose')
         self.seen.wait_for('local_pose', seconds=STARTING)    # else it refuses the reset
         self.begin = self.rest()
-        answer = rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0)
-        self.assertTrue(answer.success, answer.message)
-        self.goals.publish(to_pose_stamped(goal, 'local', 0.0))
+        self.reset()
+        self.seen.wait_for('goal_state', lambda state: state == 'waiting for control', STARTING)
+        self.go_to(goal)
         self.control.publish(True)
         self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)
         self.seen.wait_for('ground_truth', lambda pose: pose.distance_to(self.begin) > 0.04)
+        return node
+
+    def reset(self):
+        answer = rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0)
+        self.assertTrue(answer.success, answer.message)
+
+    def go_to(self, goal):
+        self.seen.forget('cmd_vel')
+        self.goals.publish(to_pose_stamped(goal, 'local', 0.0))
+
+    def drive_on(self, x):
+        """A new goal ahead, and full motion."""
+        self.go_to(Pose2(x, 0.0, 0.0))
+        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)
+
+    def turn(self):
+        """A turn, in full motion."""
+        node, start = self.node(TURNER), self.rest()
+        self.seen.forget('cmd_vel')
+        node.type('b')      # a line that is typed waits for the robot
+        self.seen.wait_for('cmd_vel', lambda command: command[1] > 1.4, STARTING)
+        self.seen.wait_for('ground_truth', lambda pose: difference(pose.yaw, start.yaw) > 0.2)
         return node
 
     def place(self):
@@ -172,14 +176,14 @@ class FaultsTest(NodeCase):
     # -- sensors
 
     def test_silent_sensors_in_a_drive(self):
-        self.robot()
-        node = self.move_to_goal()
+        self.drive()
         for lost in (('imu',), ('odom',), ('imu', 'odom')):
             self.set(**{name + '_silent': True for name in lost})
             last = self.silence_of(*lost)
             self.stop_since(last, SILENCE, ' and '.join(lost) + ' silent in a drive')
-            state = self.seen.wait_for('goal_state', lambda state: state.startswith('stopped'))
-            self.assertTrue(all('no ' + name in state for name in lost), state)
+            # of two that fall silent, one may be noticed first
+            self.seen.wait_for('goal_state', lambda state: state.startswith('stopped') and all(
+                'no ' + name in state for name in lost))
             answer = rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0)
             self.assertFalse(answer.success)
             self.set(**{name + '_silent': False for name in lost})
@@ -190,11 +194,9 @@ class FaultsTest(NodeCase):
         self.let_pass(2.1)      # more than 2 s is too long to go on
         self.set(imu_silent=False)
         self.seen.wait_for('goal_state', lambda state: state.startswith('gave up: sensors were'))
-        self.assertEqual(node.end(), 0)
 
     def test_a_silent_imu_in_a_turn(self):
-        self.robot()
-        node = self.controller()
+        node = self.turn()
         self.set(imu_silent=True)
         self.stop_since(self.silence_of('imu'), SILENCE, 'imu silent in a turn')
         node.wait_for('Stopped: no imu')
@@ -203,28 +205,27 @@ class FaultsTest(NodeCase):
         node.wait_for('Turned 1')        # 179 or 180
 
     def test_frozen_sensors(self):
-        self.robot()
-        node = self.move_to_goal()
-        self.set(odom_frozen=True)
-        self.stop_since(rospy.get_time(), 1.0, 'odom frozen in a drive')
-        node.wait_for('odom repeats one reading')
-        self.set(odom_frozen=False)
-        self.goals.publish(to_pose_stamped(Pose2(3.0, 0.0, 0.0), 'local', 0.0))
-        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)
-        self.set(imu_frozen=True)
-        self.stop_since(rospy.get_time(), 1.0, 'imu frozen in a drive')
-        node.wait_for('imu repeats one reading')
-        self.set(imu_frozen=False)
-        self.goals.publish(to_pose_stamped(Pose2(4.0, 0.0, 0.0), 'local', 0.0))
-        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)
-        self.set(gyro_bias_deg=40.0)
-        self.stop_since(rospy.get_time(), SILENCE, 'a gyro that lies in a drive')
-        node.wait_for('the gyro contradicts the wheels')
+        self.drive()
+        for x, sensor in ((3.0, 'odom'), (4.0, 'imu')):
+            self.set(**{sensor + '_frozen': True})
+            self.stop_since(rospy.get_time(), 1.0, sensor + ' frozen in a drive')
+            self.wait_for_line(MOVER, sensor + ' repeats one reading')
+            self.set(**{sensor + '_frozen': False})
+            self.drive_on(x)
+
+    def test_the_gyro_lies(self):
+        for executable, begin in ((MOVER, self.drive), (TURNER, self.turn)):
+            begin()
+            self.set(gyro_bias_deg=40.0)
+            self.stop_since(rospy.get_time(), SILENCE, 'a gyro that lies in a ' + begin.__name__)
+            self.wait_for_line(executable, 'the gyro contradicts the wheels')
+            if executable == TURNER:
+                self.nodes[TURNER].type('90')
+                self.wait_for_line(TURNER, 'cannot turn: the gyro contradicts the wheels')
+            self.set(gyro_bias_deg=0.0)
 
     def test_messages_that_cannot_be_true(self):
-        self.robot()
-        node = self.move_to_goal(goal=Pose2(0.6, 0.0, 0.0))
-        bad = []
+        node, bad = self.drive(Pose2(0.6, 0.0, 0.0)), []
         for w, x in ((math.nan, 0.0), (math.inf, 0.0), (0.0, 0.0), (3.0, 0.0), (1.0, math.nan)):
             imu, odom = Imu(), Odometry()
             imu.orientation.w = odom.pose.pose.orientation.w = w
@@ -247,11 +248,10 @@ class FaultsTest(NodeCase):
         self.assertGreater(int(values['imu dropped']), 10)
         self.assertGreater(int(values['odom dropped']), 10)
         for topic in ('imu', 'odom'):
-            warnings = [line for line in node.lines if 'invalid message on {} dropped'.format(topic) in line]
-            self.assertTrue(1 <= len(warnings) <= 12, warnings)
+            warnings = node.text.count('invalid message on {} dropped'.format(topic))
+            self.assertTrue(1 <= warnings <= 12, node.text)
         # without valid messages they count as silence
-        self.goals.publish(to_pose_stamped(Pose2(3.0, 0.0, 0.0), 'local', 0.0))
-        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)
+        self.drive_on(3.0)
         self.set(imu_silent=True)
         good = [at for at, imu in self.seen.all('imu') if abs(imu.orientation.w) <= 1.0][-1]
 
@@ -261,58 +261,37 @@ class FaultsTest(NodeCase):
         self.seen.wait_until(stopped, 3.0, 'the zero')
         self.zero_since(good, SILENCE, 'invalid messages only')
 
-    def test_the_robots_own_reset(self):
-        self.own_robot('_start_x:=1.0', '_start_yaw_deg:=40', '_imu_offset_deg:=-105.5')
-        node = self.move_to_goal()
+    def test_own_reset_of_the_robot(self):
+        node = self.drive()
+        lost = node.text.count('pose lost')
         self.seen.wait_until(lambda: self.place().x > 0.25)
         self.resets.publish(Empty())
         self.zero_since(self.silence_of('imu', 'odom'), SILENCE, "robot's own reset in a drive")
         node.wait_for('The odometry was set to zero: pose lost: reset_pose')
         self.seen.wait_for('goal_state', lambda state: state.startswith('gave up: pose lost'))
         self.begin = self.rest()          # it rolled on
-        self.goals.publish(to_pose_stamped(Pose2(0.3, 0.2, 0.5), 'local', 0.0))
-        node.wait_for('pose lost', times=3)
-        self.assertEqual(self.seen.latest('cmd_vel'), ZERO)
-        answer = rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0)
-        self.assertTrue(answer.success, answer.message)
+        self.go_to(Pose2(0.3, 0.2, 0.5))
+        node.wait_for('pose lost', times=lost + 3)
+        self.assertIn(self.seen.latest('cmd_vel'), (None, ZERO))
+        self.reset()
         self.seen.wait_for('goal_state', lambda state: state == 'GOAL_REACHED', 20.0)
         self.rest()
         self.assertLess(self.place().distance_to(Pose2(0.3, 0.2)), 0.010)
         self.assertLess(abs(math.degrees(self.place().yaw - 0.5)), 0.5)
 
-    # -- the robot
-
-    def test_a_stuck_robot_and_a_gyro_that_lies(self):
-        self.robot()
-        node = self.move_to_goal()
-        self.set(motors_off=True)
-        self.stop_since(self.last_motion(), STUCK, 'stuck in a drive')
-        node.wait_for('does not move although it is told to')
-        self.set(motors_off=False)
-        node.end()
-        node = self.controller()
-        self.set(motors_off=True)
-        self.stop_since(self.last_motion(), STUCK, 'stuck in a turn')
-        node.wait_for('does not move although it is told to')
-        self.set(motors_off=False)
-        start = self.rest()
-        node.type('-180')
-        self.seen.wait_for('ground_truth', lambda pose: difference(pose.yaw, start.yaw) < -0.6)
-        self.set(gyro_bias_deg=40.0)
-        self.stop_since(rospy.get_time(), SILENCE, 'a gyro that lies in a turn')
-        node.wait_for('before its end: the gyro contradicts the wheels')
-        node.type('90')
-        node.wait_for('cannot turn: the gyro contradicts the wheels')
+    def test_a_stuck_robot(self):
+        for executable, begin in ((MOVER, self.drive), (TURNER, self.turn)):
+            begin()
+            self.set(motors_off=True)
+            self.stop_since(self.last_motion(), STUCK, 'stuck in a ' + begin.__name__)
+            self.wait_for_line(executable, 'does not move although it is told to')
+            self.set(motors_off=False)
 
     # -- the nodes
 
     def test_signals_in_mid_drive(self):
-        self.robot()
-        for number, begin, node in (
-                (signal.SIGINT, self.drive_ahead, self.start('move2goal_tf.py')),
-                (signal.SIGTERM, self.turn_round,
-                 self.start('turtlebot_controller.py', terminal=True))):
-            begin(node)
+        for number, begin in ((signal.SIGINT, self.drive), (signal.SIGTERM, self.turn)):
+            node = begin()
             self.seen.forget('cmd_vel')
             asked = rospy.get_time()
             self.assertEqual(node.end(number), 0)
@@ -320,17 +299,17 @@ class FaultsTest(NodeCase):
                 signal.Signals(number).name, begin.__name__))
             self.assertNotIn('Traceback', node.text)
 
-    def test_an_exception_in_mid_drive(self):
-        self.robot()
-        core = 'tb3_labs.nodes.move_to_goal:MoveToGoalCore'
-        for executable, where in (('move2goal_tf.py', core + '.on_odometry'),
-                                  ('turtlebot_controller.py',
-                                   'tb3_labs.nodes.controller:ControllerCore.command')):
-            self.setUp()
+    def test_a_node_that_raises(self):
+        for executable, where, *arguments in (
+                (MOVER, 'tb3_labs.nodes.move_to_goal:MoveToGoalCore.on_odometry',
+                 '_has_control:=true', '_goal_x:=3.0'),
+                (TURNER, 'tb3_labs.nodes.controller:ControllerCore.command')):
+            if executable in self.nodes:
+                self.nodes[executable].end()
             self.rest()
-            drives = ['_has_control:=true', '_goal_x:=3.0'] * (executable == 'move2goal_tf.py')
-            node = self.start('broken_node.py', executable, where, *drives, terminal=True)
-            if executable == 'turtlebot_controller.py':
+            self.seen.forget('cmd_vel')
+            node = self.start('broken_node.py', executable, where, *arguments, terminal=True)
+            if executable == TURNER:
                 node.type('b')
             node.wait_for('FATAL', STARTING)
             fatal, = [line for line in node.lines if 'FATAL' in line]
@@ -339,11 +318,10 @@ class FaultsTest(NodeCase):
             failed = float(re.search(r'\[(\d+\.\d+)\]', fatal).group(1))
             self.stop_since(failed, 0.2, 'exception in ' + where.split(':')[1])
             self.assertNotIn('Traceback', node.text)
+        self.forget_parameters('move_to_goal')
 
     def test_a_killed_node(self):
-        self.robot()
-        node = self.move_to_goal()
-        node.kill()
+        self.drive().kill()
         killed = rospy.get_time()
         start = self.place_at(killed)
         rested, end = self.last_motion(), self.seen.latest('ground_truth')
@@ -351,9 +329,8 @@ class FaultsTest(NodeCase):
             'SIGKILL', rested - killed, 1000 * start.distance_to(end)))
         # the firmware's timeout, and the motors
         self.assertLess(rested - killed, 0.5 + 0.4 + self.hiccups.since(killed, rested))
-        self.seen.forget('goal_state')
         begun = rospy.get_time()
-        self.start('move2goal_tf.py')
+        self.node(MOVER)
         self.seen.wait_for('goal_state', lambda state: state == 'waiting for control', STARTING)
         self.assert_silence(begun)
 

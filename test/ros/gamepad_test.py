@@ -1,9 +1,7 @@
 #!/usr/bin/env python3
 """The lab's demonstration with a gamepad, and faults of the pad; a script plays the pad."""
 import math
-import os
 import signal
-import sys
 
 import rospy
 import rostest
@@ -12,12 +10,10 @@ from geometry_msgs.msg import PoseStamped, Twist
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String
 
+from node_case import STARTING, ZERO, Hiccups, Node, NodeCase
 from tb3_labs.ros.conversions import to_pose2, to_twist
 from tb3_labs.ros.observer import Observer
-
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from node_case import STARTING, ZERO, Hiccups, Node, NodeCase    # noqa: E402 (a relay's folder)
-from thumb import A, B, Y, Thumb, punctual    # noqa: E402
+from thumb import A, B, Y, Thumb, punctual
 
 
 @punctual

@@ -1,21 +1,17 @@
 #!/usr/bin/env python3
-"""gazebo.launch with a stand-in for Gazebo's TurtleBot3, and where that is not installed."""
+"""gazebo.launch with a stand-in for Gazebo's TurtleBot3."""
 import os
 import pathlib
-import sys
 import tempfile
 import unittest
 
-import rospkg
 import rospy
+import rostest
 from rosgraph_msgs.msg import Clock
 
+from node_case import STARTING
 from tb3_labs.ros.observer import Observer
 from tb3_labs.ros.program import Program
-
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from node_case import STARTING    # noqa: E402 (a relay's folder is another one)
-from rosunit_internals import rosrun    # noqa: E402
 
 #: The package, the file and the argument are turtlebot3_simulations'; the embedded robot stands in.
 MANIFEST = ('<package format="2"><name>turtlebot3_gazebo</name><version>0.0.0</version>'
@@ -41,6 +37,12 @@ class GazeboTest(unittest.TestCase):
         cls.seen.watch('/clock', Clock)
         cls.addClassCleanup(rospy.set_param, '/use_sim_time', False)
 
+    def launch(self, *arguments, environment=None):
+        program = Program(['roslaunch', '--disable-title', '--skip-log-check', 'tb3_labs']
+                          + list(arguments), environment=environment)
+        self.addCleanup(program.kill)
+        return program
+
     def test_a_lab_beside_it(self):
         with tempfile.TemporaryDirectory(prefix='gazebo_test_') as folder:
             package = pathlib.Path(folder) / 'turtlebot3_gazebo'
@@ -56,23 +58,7 @@ class GazeboTest(unittest.TestCase):
             for program in (lab, gazebo):
                 program.end(seconds=STARTING)
 
-    def launch(self, *arguments, environment=None):
-        program = Program(['roslaunch', '--disable-title', '--skip-log-check', 'tb3_labs']
-                          + list(arguments), environment=environment)
-        self.addCleanup(program.kill)
-        return program
-
-    def test_without_it_roslaunch_says_so_and_ends(self):
-        try:
-            rospkg.RosPack().get_path('turtlebot3_gazebo')
-            self.skipTest('turtlebot3_gazebo is installed')
-        except rospkg.ResourceNotFound:
-            pass
-        program = self.launch('gazebo.launch')
-        self.assertEqual(program.wait(STARTING), 1)
-        self.assertIn('turtlebot3_gazebo', program.text)
-
 
 if __name__ == '__main__':
     rospy.init_node('gazebo_test')
-    rosrun('gazebo', GazeboTest)
+    rostest.rosrun('tb3_labs', 'gazebo', GazeboTest)

@@ -1,19 +1,15 @@
 #!/usr/bin/env python3
 """The output of imu_sub, against the simulated robot's true heading."""
 import math
-import os
 import re
-import sys
 
 import rospy
 import rostest
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float32
 
+from node_case import SILENCE, STARTING, Hiccups, NodeCase
 from tb3_labs.ros.observer import Observer
-
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from node_case import SILENCE, STARTING, Hiccups, NodeCase    # noqa: E402 (a relay's folder)
 
 LINE = re.compile(r'Current heading is (\d+\.\d{6}) degrees\.$')
 

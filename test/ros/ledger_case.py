@@ -1,27 +1,20 @@
 #!/usr/bin/env python3
-"""What can happen in the stories of ledger.test: acts of persons, the machine and the network.
-
-The docstring of an act is its line in a story, with the arguments in it.
-"""
+"""What can happen in the stories of ledger.test: acts of persons, the machine and the network."""
 import json
-import os
 import signal
-import sys
 import time
 
 import rospy
 from actionlib_msgs.msg import GoalID
 from move_base_msgs.msg import MoveBaseGoal
 
+from latching_sender import break_connections
+from ledger_nodes import LedgerNodes
+from panel_page import Page
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.srv import ResetPose
-
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from latching_sender import break_connections    # noqa: E402 (a relay's folder)
-from ledger_nodes import LedgerNodes    # noqa: E402
-from panel_page import Page    # noqa: E402
-from thumb import A, B    # noqa: E402
+from thumb import A, B
 
 #: actionlib remembers a goal for this long after its end [s].
 REMEMBERED = 5.2
@@ -35,7 +28,6 @@ class LedgerCase(LedgerNodes):
     # -- persons
 
     def press(self, pad, button):
-        """{0} is pressed: {1}"""
         which = {'A': A, 'B': B}[button]
         self.presses.append((rospy.get_time(), pad, which))
         if which == B and self.thumbs[pad].plugged:
@@ -43,18 +35,17 @@ class LedgerCase(LedgerNodes):
         self.thumbs[pad].press(which)
 
     def plug(self, pad):
-        """{0} is plugged in or out"""
         self.thumbs[pad].plugged = not self.thumbs[pad].plugged
 
     def hand(self, *words):
-        """a person at a terminal says {0}"""
+        """A person at a terminal says these."""
         for word in words:
             if not word:
                 self.stop()
             self.hand_words.publish(word)
 
     def student(self, *words):
-        """a student's node, which latches, says {0}"""
+        """A student's node, which latches, says these."""
         for word in words:
             if word is False:
                 self.stop('student')
@@ -63,19 +54,16 @@ class LedgerCase(LedgerNodes):
             self.nodes['student'].type(str(word))
 
     def mouse(self, place):
-        """the mouse is {0}"""
         self.pointer.plugged = place != 'silent'
         if self.pointer.plugged:
             self.pointer.state = PLACES[place]
         self.note('mouse', 'mouse', place)
 
     def turn(self, degrees):
-        """a turn by {0} degrees is asked for"""
         self.note('turn', rospy.get_time())
         self.turns.publish(degrees)
 
     def goal(self, how):
-        """a goal comes by {0}"""
         self.note('goal')
         if how == 'action':
             self.action.send_goal(MoveBaseGoal(to_pose_stamped(Pose2(70.0), '', 0.0)))
@@ -83,30 +71,27 @@ class LedgerCase(LedgerNodes):
             self.goals.publish(to_pose_stamped(Pose2(80.0), '', 0.0))
 
     def goal_nowhere(self):
-        """a goal comes in a frame that nobody knows"""
+        """A goal comes in a frame that nobody knows."""
         self.goals.publish(to_pose_stamped(Pose2(80.0), 'nowhere', 0.0))
 
     def cancel(self):
-        """all goals are cancelled"""
         self.cancelled_at = rospy.get_time()
         self.note('cancelled')
         self.cancels.publish(GoalID())
 
     def goal_again(self):
-        """the last action goal, which is latched, comes by a new connection"""
+        """The last action goal, which is latched, comes by a new connection."""
         goal = max([at for at, what, *_ in self.history if what == 'goal'], default=0.0)
         if goal < self.cancelled_at:
             self.let_pass(max(0.0, self.cancelled_at + REMEMBERED - rospy.get_time()))
         break_connections(self.action.action_client.pub_goal)
 
     def reset(self):
-        """the local frame is declared anew"""
         rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0)
 
     # -- persons at pages
 
     def page(self, number, what):
-        """page {0}: {1}"""
         if self.pages[number].closed.is_set():
             self.pages[number] = Page(self.address)
         page = self.pages[number]
@@ -140,7 +125,7 @@ class LedgerCase(LedgerNodes):
             page.fall_silent() if what == 'silent' else page.close()
 
     def late(self, number, what, seconds, *between):
-        """page {0}: {1}, which the network delays for {2} s; meanwhile {3}"""
+        """A page says this, which the network delays; other acts come between."""
         pressed = rospy.get_time()
         text = {'type': what, 't': 1000.0 * time.time(), 'degrees': 300.0}
         if what == 'give':
@@ -157,7 +142,7 @@ class LedgerCase(LedgerNodes):
     # -- machine and network
 
     def sleep(self, names, seconds, *between):
-        """{0} sleep for {1} s, and meanwhile {2}"""
+        """Nodes sleep, and meanwhile other acts happen."""
         begun = rospy.get_time()
         self.asleep |= set(names)
         for name in names:
@@ -173,24 +158,23 @@ class LedgerCase(LedgerNodes):
             self.note(name + ' sleeps', rospy.get_time(), at=begun)
 
     def stall(self, seconds):
-        """the robot's network stands still for {0} s"""
+        """The robot's network stands still."""
         self.robot.update_configuration({'network_cut': True})
         self.let_pass(seconds)
         self.robot.update_configuration({'network_cut': False})
 
     def master_dies(self, *between):
-        """the master dies; before it is there again, {0}"""
+        """The master dies; acts happen before it is there again."""
         self.way.cut()
         for act in between:
             self.play(act)
         self.way.mend()
 
     def restart(self, name):
-        """{0} is killed and started again"""
         self.start_again(name)
 
     def restart_mover(self, granted):
-        """move_to_goal is killed and started again; has_control:=true? {0}"""
+        """move_to_goal is killed and started again, perhaps with has_control:=true."""
         self.nodes['mover'].kill()
         self.let_pass(0.2)
         self.start_mover(granted)
@@ -200,15 +184,3 @@ class LedgerCase(LedgerNodes):
     def play(self, act):
         """Let one act happen."""
         getattr(self, act[0])(*act[1:])
-
-    @classmethod
-    def in_words(cls, act):
-        """The line of an act in a story."""
-        if act[0] == 'let_pass':
-            return '{} s pass'.format(act[1])
-        lines = getattr(cls, act[0]).__doc__
-        arguments = [cls.in_words(word) if isinstance(word, (list, tuple)) and word and hasattr(
-            cls, str(word[0])) else word for word in act[1:]]
-        fields = lines.count('{')
-        rest = ', '.join(map(str, arguments[fields - 1:])) or 'nothing'
-        return lines.format(*arguments[:max(0, fields - 1)], rest) if fields else lines

@@ -7,22 +7,14 @@ the first. A story is a history [(time, what, details...)], sorted by time; each
 Units: seconds.
 """
 
-# -- the numbers of the rule, a second time
-
 PADS = ('pad 1', 'pad 2')
 #: Those who must renew a permission that they gave.
 RENEWING = PADS + ('panel',)
-#: Time from a stop's arrival to the last command; events that are nearer in time have no order.
-GRACE = 0.05
+#: Events that are nearer in time have no order.
 SAME_TIME = 0.15
 #: The silences after which a giver's permission is suspended, and ends.
 SUSPENDED, OVER = 0.5, 2.0
-#: A pad that is silent for this long is lost.
-LOST = 0.3
-NEVER = float('inf')
 
-
-# -- the ledger
 
 class Ledger:
     """For one run of move_to_goal: the actions of persons that have arrived.
@@ -31,7 +23,7 @@ class Ledger:
     stop takes effect within this time [s].
     """
 
-    def __init__(self, started_at, old, granted=False, grace=GRACE):
+    def __init__(self, started_at, old, granted, grace):
         self.grace = grace
         # (giver, when a person caused it)
         self.givings = [('its start', started_at)] if granted else []
@@ -42,7 +34,7 @@ class Ledger:
         self.cancelled = False
         self.asleep_until = -1.0
 
-    def hear(self, now, sender, word, why, caused_at):
+    def hear(self, now, sender, word, caused_at):
         """A word on ctrl_relinq."""
         silent_for, self.heard[sender] = now - self.heard.get(sender, now), now
         before, self.said[sender] = self.said.get(sender, False), word
@@ -50,7 +42,7 @@ class Ledger:
             self.givings = [(giver, at) for giver, at in self.givings if giver != sender]
         if not word:
             self.stopped(caused_at, now)
-        elif not before and why != 'renewal':
+        elif not before:
             self.givings.append((sender, caused_at))
 
     def stopped(self, caused_at, now):
@@ -78,9 +70,9 @@ class Ledger:
         return 'all who gave it have fallen silent' if all(silent) else ''
 
 
-def judge(history, grace=GRACE):
+def judge(history, grace):
     """The commands of move_to_goal."""
-    ledger, wrong = Ledger(history[0][0], [], grace=grace), []
+    ledger, wrong = Ledger(history[0][0], [], False, grace), []
     for now, what, *details in history:
         if what == 'driven':
             objection = ledger.objection(now)
@@ -91,7 +83,7 @@ def judge(history, grace=GRACE):
         elif what in ('stopped', 'all stopped'):
             ledger.stopped(now, now)
         elif what == 'mover started':
-            ledger = Ledger(now, *details, grace=grace)
+            ledger = Ledger(now, *details, grace)
         elif what == 'mover sleeps':
             ledger.slept(now, details[0])
         elif what == 'goal':
@@ -101,7 +93,7 @@ def judge(history, grace=GRACE):
     return wrong
 
 
-def judge_controller(history, grace=GRACE):
+def judge_controller(history, grace):
     """The commands of controller: it drives by a turn that a person asked for, or by a mouse that a
     person moved away from the middle, since the last stop, sleep or start. The mouse of a page may
     be refused there; then it ends no turn."""
@@ -135,29 +127,3 @@ def judge_controller(history, grace=GRACE):
             if asleep_until - now > OVER:
                 leave, ready, ended = set(), set(), asleep_until
     return wrong
-
-
-def judge_sticks(history):
-    """The commands of gamepads. A stick drives only while its pad is plugged in. It must have been
-    at rest since the pad was plugged in, its node was started, or another node held the robot."""
-    wrong, since, left_rest = [], dict.fromkeys(PADS, 0.0), dict.fromkeys(PADS, NEVER)
-    unplugged, held = {}, dict.fromkeys(PADS, 0.0)
-    for now, what, *details in history:
-        pad = details[0] if details else None
-        if what in ('pad started', 'lets move_to_goal drive'):
-            since[pad] = now
-        elif what == 'unplugged':
-            unplugged[pad] = now
-        elif what == 'joy held':
-            held[pad] = details[1]
-        elif what == 'plugged' and now - unplugged.pop(pad) > LOST:
-            since[pad] = now
-        elif what == 'stick':
-            left_rest[pad] = NEVER if not details[1] else min(left_rest[pad], now)
-        elif what == 'stick drives' and left_rest[pad] <= since[pad] - LOST:
-            wrong.append((now, 'a stick drives that nobody let go'))
-        elif what == 'stick drives' and now - max(unplugged.get(pad, now), held[pad]) > 2.0 * LOST:
-            wrong.append((now, 'a pad drives that is not there'))
-    return wrong
-
-

@@ -140,7 +140,7 @@ class LedgerNodes(NodeCase):
             # this test if it connects later
             is_first = name in PADS and now - cls.started[name] < CONNECTING
             caused = 0.0 if is_first else now
-        cls.note('heard', name, message.data, 'pressed', caused)
+        cls.note('heard', name, message.data, caused)
 
     def stop(self, *through, what='stopped'):
         """A person says stop; it counts at once if the nodes that it goes through are awake."""

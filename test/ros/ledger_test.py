@@ -8,16 +8,13 @@ The judges are those of ledger_judge.py. The line that a bad story ends with pla
     rostest tb3_labs ledger.test story:="[['press', 'pad 1', 'A'], ['let_pass', 0.5], ...]"
 """
 import ast
-import os
 import random
-import sys
 
 import rospy
 import rostest
 
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from ledger_case import LedgerCase    # noqa: E402 (a relay's folder)
-from ledger_judge import PADS, judge, judge_controller    # noqa: E402 (its path is ledger_case's)
+from ledger_case import LedgerCase
+from ledger_judge import PADS, judge, judge_controller
 
 #: Time from a person's action to the last command that it ends, also on a busy machine [s].
 GRACE = 0.35
@@ -116,11 +113,10 @@ class LedgerTest(LedgerCase):
             self.thumbs[name].plugged = True
 
     def tale(self, seed, played, at, reason):
-        """A bad story in words, and as it can be played again."""
+        """A bad story with its times, and as it can be played again."""
         before = [(begun, act) for begun, act in played if begun < at]
         lines = ['story {}:'.format(seed)] + [
-            '{:7.2f} s: {}'.format(begun - at, self.in_words(act))
-            for begun, act in before[-TOLD:] if act[0] != 'let_pass']
+            '{:7.2f} s: {}'.format(begun - at, act) for begun, act in before[-TOLD:]]
         heard = ['{:7.2f} s: {}'.format(entry[0] - at, entry[1:]) for entry in self.history
                  if at - 6.0 < entry[0] < at + 0.3 and entry[1] not in ('driven', 'controlled')
                  and (entry[1] != 'heard' or not entry[3])]

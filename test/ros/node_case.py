@@ -7,6 +7,7 @@ import threading
 import time
 import unittest
 import xmlrpc.client
+from bisect import bisect_left
 from collections import deque
 from functools import lru_cache
 
@@ -14,6 +15,8 @@ import rosgraph
 import roslib.packages
 import rospy
 
+from tb3_labs.geometry.se2 import interpolate
+from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.program import Program
 
 PACKAGE = 'tb3_labs'
@@ -35,6 +38,11 @@ def command_of(executable):
     """The words that start a node of this package, or a program beside this file."""
     path = os.path.join(os.path.dirname(os.path.realpath(__file__)), executable)
     return [sys.executable, path] if os.path.exists(path) else [path_of(executable)]
+
+
+def stamped(message):
+    """(stamp [s], Pose2) of a PoseStamped."""
+    return message.header.stamp.to_sec(), to_pose2(message.pose)
 
 
 class Node(Program):
@@ -114,6 +122,13 @@ class NodeCase(unittest.TestCase):
         since = rospy.get_time() if since is None else since
         self.let_pass(seconds)
         self.assertEqual(self.seen.all('cmd_vel', since), [])
+
+    def truth_at(self, instant):
+        """The robot's true pose at `instant`, by a `ground_truth` that is kept as stamped()."""
+        samples = [sample for _, sample in self.seen.all('ground_truth')]
+        after = bisect_left([stamp for stamp, _ in samples], instant)
+        (before, start), (then, end) = samples[after - 1], samples[after]
+        return interpolate(start, end, (instant - before) / (then - before))
 
     def rest(self, topic='ground_truth'):
         """Wait until the robot rests; its true pose."""

@@ -20,12 +20,10 @@ from pathlib import Path
 import rospkg
 import rospy
 
+from costs import free_port
+from rosunit_internals import rosrun
+from sheets_steps import promised, steps_of
 from tb3_labs.ros.program import Program
-
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from costs import free_port    # noqa: E402
-from rosunit_internals import rosrun    # noqa: E402
-from sheets_steps import promised, steps_of    # noqa: E402 (a relay's folder is another one)
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 REPOSITORY = (PACKAGE / 'README.md').resolve().parent
@@ -43,8 +41,9 @@ NEW_PROFILE = re.compile('catkin_make|setup')
 #: A command that starts a simulated robot, and how that robot gets a faster clock.
 ROBOT = re.compile(r'^((?:roslaunch .*(?:sim:=true|(fake_robot)\.launch)|\./scripts/demo\.sh).*?)(\s+#.*)?$',
                    re.MULTILINE)
-#: Settings of that robot for it; the first one is not the robot's own, but all nodes'.
-FASTER = '{{/use_sim_time: true, speed: {}'
+#: Settings of that robot for it; the first one is not the robot's own, but all nodes'. The rate of
+#: its IMU costs.
+FASTER = '{{/use_sim_time: true, imu_rate: 100, speed: {}'
 #: Pace of simulated time in the suite; real time.
 SUITE_SPEED, REAL_TIME = 5.0, 0.0
 #: What a reader puts in place of these names.

@@ -1,25 +1,21 @@
 #!/usr/bin/env python3
 """The real nodes, hour after hour: flat memory, no thread left behind, no growing error."""
 import math
-import os
 import random
-import sys
 import time
-import unittest
 
 import rospy
 import rostest
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Bool, Float64, String
 
+from costs import memory, process_of, threads
+from node_case import NodeCase
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.observer import Observer
 from tb3_labs.srv import ResetPose
-
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from costs import memory, process_of, threads    # noqa: E402
 
 #: Memory and threads count from here on, when every history has been filled [simulated s].
 WARM = 30.0
@@ -32,26 +28,22 @@ def inside(node):
     return memory(pid), threads(pid)
 
 
-class SoakTest(unittest.TestCase):
+class SoakTest(NodeCase):
 
-    def setUp(self):
-        self.seen = Observer()
-        self.seen.watch_robot()
-        self.seen.watch('goal_state', String, lambda message: message.data)
-        self.seen.watch('local_pose', PoseStamped)
-        self.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
-        self.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
-        self.turns = rospy.Publisher('turn', Float64, queue_size=1)
+    @classmethod
+    def setUpClass(cls):
+        cls.seen = Observer()
+        cls.seen.watch_robot()
+        cls.seen.watch('goal_state', String, lambda message: message.data)
+        cls.seen.watch('local_pose', PoseStamped)
+        cls.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
+        cls.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
+        cls.turns = rospy.Publisher('turn', Float64, queue_size=1)
         rospy.wait_for_service('reset_pose', 30.0)
-        self.reset = rospy.ServiceProxy('reset_pose', ResetPose)
-        self.seen.wait_until(lambda: all(publisher.get_num_connections() for publisher in (
-            self.control, self.goals, self.turns)), 20.0, 'the nodes')
-        self.seen.wait_for('ground_truth')
-        self.seen.wait_for('local_pose', seconds=20.0)    # a reset needs both sensors
-
-    def rest(self):
-        self.seen.wait_for_rest('ground_truth', seconds=60.0)
-        return self.seen.latest('ground_truth')
+        cls.reset = rospy.ServiceProxy('reset_pose', ResetPose)
+        cls.wait_until_heard(cls.control, cls.goals, cls.turns)
+        cls.seen.wait_for('ground_truth')
+        cls.seen.wait_for('local_pose', seconds=20.0)    # a reset needs both sensors
 
     def drive(self, chance):
         """The true error at a goal: (distance [m], angle [deg])."""

@@ -7,19 +7,16 @@ import re
 import shutil
 import signal
 import subprocess
-import sys
 
 import rospy
 from std_msgs.msg import Float64
 
+from node_case import STARTING, ZERO, Hiccups, NodeCase
+from rosunit_internals import rosrun
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.conversions import to_mouse
 from tb3_labs.ros.observer import Observer
-
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from node_case import STARTING, ZERO, Hiccups, NodeCase    # noqa: E402 (a relay's folder)
-from rosunit_internals import rosrun    # noqa: E402
-from virtual_screen import VirtualScreen    # noqa: E402
+from virtual_screen import VirtualScreen
 
 WIDTH, HEIGHT = 800, 600
 
@@ -35,29 +32,23 @@ class TurnTest(NodeCase):
         cls.turn = rospy.Publisher('turn', Float64, queue_size=5)
         cls.seen.wait_for('ground_truth')
 
-    def setUp(self):
-        self.wait_until_unheard({self.turn: Float64(0.0)})
-
     def controller(self, *arguments, **options):
-        """A controller in a terminal, ready."""
+        """A controller in a terminal, ready; the only one."""
+        self.wait_until_unheard({self.turn: Float64(0.0)})
         node = self.start('turtlebot_controller.py', *arguments, **dict(dict(terminal=True),
                                                                         **options))
-        node.wait_for('and Enter', STARTING)
+        node.wait_for('and Enter')
         self.wait_until_heard(self.turn)
         self.wait_until_hears('controller', 'imu')
+        self.seen.forget('cmd_vel')
         return node
 
     def mouse(self):
-        """A screen, its pointer, and mouse_client on it."""
-        if not (shutil.which('Xvfb') and shutil.which('xdotool')):
-            self.skipTest('Xvfb or xdotool is not installed')
-        screen = VirtualScreen(WIDTH, HEIGHT)
-        self.addCleanup(screen.close)
-        self.display = screen.display
+        """mouse_client on the screen, as soon as it is ready."""
         client = self.start('mouse_client.py', environment={'DISPLAY': self.display,
                                                             'WAYLAND_DISPLAY': ''})
-        client.wait_for('Scroll down', STARTING)
-        return client, screen
+        client.wait_for('Scroll down')
+        return client
 
     def xdotool(self, *arguments):
         subprocess.check_call(['xdotool'] + [str(argument) for argument in arguments],
@@ -71,12 +62,6 @@ class TurnTest(NodeCase):
     def scroll(self, down):
         self.xdotool('click', 5 if down else 4)
 
-    def activate(self, node):
-        """In the middle: a mouse whose first message is late drives only from there."""
-        self.point(0.0, 0.0)
-        self.scroll(down=True)
-        node.wait_for('The mouse is active')
-
     def stopped(self):
         """The robot was stopped by one zero; two zeros never followed each other."""
         self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
@@ -89,6 +74,11 @@ class TurnTest(NodeCase):
 
     def turned_since(self, heading):
         return math.remainder(self.heading() - heading, 360.0)
+
+    def turn_half_round(self, node):
+        """Returns in the middle of a half turn."""
+        node.type('b')
+        self.seen.wait_for('cmd_vel', lambda command: command[1] > 1.0)
 
     # -- keyboard
 
@@ -110,32 +100,17 @@ class TurnTest(NodeCase):
             self.assertTrue(all(linear == 0.0 for _, (linear, _) in self.seen.all('cmd_vel')))
         self.assert_silence()
 
-    def test_nonsense_is_answered_with_what_is_valid(self):
-        node = self.controller()
+        # nonsense is answered with what is valid
         self.seen.forget('cmd_vel')
         for number, text in enumerate(['nonsense', '', 'nan', 'l r', '\x1b[A', '1e9'], 1):
             node.type(text)
             node.wait_for('WARN', times=number)
         self.assertEqual(node.text.count('l (90 degrees left)'), 4)
         self.assertEqual(node.text.count('a number from -36000 to 36000'), 2)
-        self.assertNotIn('Traceback', node.text)
         self.assertEqual(self.seen.all('cmd_vel'), [])
 
-    def test_q_ends_it_in_the_middle_of_a_turn(self):
-        node = self.controller()
-        self.seen.forget('cmd_vel')
-        node.type('b')
-        self.seen.wait_for('cmd_vel', lambda command: command[1] > 1.0)
-        node.type('q')
-        self.assertEqual(node.wait(), 0)
-        self.assertIn('Controller exiting. Halting robot.', node.text)
-        self.assertTrue(self.stopped())
-
-    def test_ctrl_c_in_the_middle_of_a_turn(self):
-        node = self.controller()
-        self.seen.forget('cmd_vel')
-        node.type('b')
-        self.seen.wait_for('cmd_vel', lambda command: command[1] > 1.0)
+        # Ctrl+C in the middle of a turn
+        self.turn_half_round(node)
         asked = rospy.get_time()
         self.assertEqual(node.end(signal.SIGINT), 0)
         self.assertIn('Controller exiting. Halting robot.', node.text)
@@ -152,27 +127,26 @@ class TurnTest(NodeCase):
         node.wait_for('Turned')
         self.rest()
         self.assertLess(abs(math.remainder(self.turned_since(before) - 180.0, 360.0)), 0.5)
-        self.turn.publish(-90.0)
+        # what is asked for all at once adds up
+        for _ in range(3):
+            self.turn.publish(-30.0)
         node.wait_for('Turned', times=2)
+        self.rest()
+        self.assertLess(abs(self.turned_since(before) - 90.0), 0.5)
         self.turn.publish(math.nan)
         node.wait_for('nan degrees: a number from')
         self.assertEqual(node.text.count('No keyboard'), 1)
         self.assertEqual(node.end(), 0)
 
-    def test_turns_that_are_asked_for_all_at_once_add_up(self):
-        node = self.controller('_law:=precise')
-        before = self.heading()
-        for _ in range(3):
-            self.turn.publish(30.0)
-        node.wait_for('Turned')
-        self.rest()
-        self.assertLess(abs(self.turned_since(before) - 90.0), 0.5)
-
     # -- the mouse, and both together
 
     def test_keyboard_and_mouse_together(self):
-        node = self.controller()
-        self.mouse()
+        if not (shutil.which('Xvfb') and shutil.which('xdotool')):
+            self.skipTest('Xvfb or xdotool is not installed')
+        screen = VirtualScreen(WIDTH, HEIGHT)
+        self.addCleanup(screen.close)
+        self.display = screen.display
+        node, client = self.controller(), self.mouse()
         self.point(0.0, 0.0)
         # not active: it has no effect
         self.point(0.0, 1.0)
@@ -207,8 +181,7 @@ class TurnTest(NodeCase):
         self.rest()
         self.assertLess(abs(self.turned_since(before) + 90.0), 0.5)
         self.assertTrue(self.stopped())
-        node.type('b')
-        self.seen.wait_for('cmd_vel', lambda command: command[1] > 1.0)
+        self.turn_half_round(node)
         self.point(0.0, -1.0)
         self.seen.wait_for('cmd_vel', lambda command: command == (-0.5, 0.0))
         node.wait_for('the mouse took over')
@@ -226,18 +199,17 @@ class TurnTest(NodeCase):
         self.point(0.0, 0.0)
         self.scroll(down=True)
         node.wait_for('The mouse is active', times=2)
-        node.type('b')
-        self.seen.wait_for('cmd_vel', lambda command: command[1] > 1.0)
+        self.turn_half_round(node)
         self.scroll(down=False)
         node.wait_for('given up', times=2)
         self.assertTrue(self.stopped())
         self.rest()
         self.assert_silence()
 
-    def test_a_mouse_that_dies_stops_the_robot(self):
-        node = self.controller()
-        client, _ = self.mouse()
-        self.activate(node)
+        # a mouse that dies stops the robot
+        self.point(0.0, 0.0)
+        self.scroll(down=True)
+        node.wait_for('The mouse is active', times=3)
         self.point(0.0, 1.0)
         self.seen.wait_for('cmd_vel', lambda command: command == (0.5, 0.0))
         client.kill()
@@ -249,18 +221,29 @@ class TurnTest(NodeCase):
         self.rest()
         self.assert_silence()
 
-    def test_a_display_that_dies_stops_the_robot_in_one_line(self):
-        node = self.controller()
-        client, screen = self.mouse()
-        self.activate(node)
+        # a display that dies stops it, too, in one line
+        client, deactivated = self.mouse(), node.text.count('The mouse was deactivated')
+        # in the middle: a mouse whose first message is late drives only from there
+        self.point(0.0, 0.0)
+        self.scroll(down=True)
+        node.wait_for('The mouse is active', times=4)
         self.point(1.0, 0.0)
         self.seen.wait_for('cmd_vel', lambda command: command == (0.0, -0.5))
         screen.close()
         self.assertEqual(client.wait(10.0), 1)
-        node.wait_for('The mouse was deactivated')
-        self.assertEqual(self.seen.latest('cmd_vel'), ZERO)
+        node.wait_for('The mouse was deactivated', times=deactivated + 1)
+        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
         self.assertIn('lost the display of the mouse', client.lines[-1])
         self.assertNotIn('Traceback', client.text)
+
+        # q ends it in the middle of a turn
+        self.rest()
+        self.seen.forget('cmd_vel')
+        self.turn_half_round(node)
+        node.type('q')
+        self.assertEqual(node.wait(), 0)
+        self.assertIn('Controller exiting. Halting robot.', node.text)
+        self.assertTrue(self.stopped())
 
     def test_a_mouse_that_cannot_be_read_is_one_line(self):
         cases = [({'DISPLAY': ''}, 'DISPLAY is not set'),

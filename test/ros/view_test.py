@@ -2,10 +2,8 @@
 """The display of view.launch: RViz loads its file without an error and draws the robot, whose
 wheels turn as far as it drives. RViz runs on screens of the test's own."""
 import math
-import os
 import re
 import shutil
-import sys
 import unittest
 
 import numpy as np
@@ -19,13 +17,11 @@ from geometry_msgs.msg import PoseStamped, Twist
 from rosgraph_msgs.msg import Log
 from std_msgs.msg import Bool, String
 
+from rosunit_internals import rosrun
 from tb3_labs.ros.conversions import to_pose2, to_twist
 from tb3_labs.ros.observer import Observer
 from tb3_labs.ros.program import Program
-
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from rosunit_internals import rosrun    # noqa: E402
-from virtual_screen import VirtualScreen    # noqa: E402
+from virtual_screen import VirtualScreen
 
 WHEEL_RADIUS, BODY_RADIUS = 0.033, 0.105    # of a Burger [m]
 BLUE = 64, 153, 255                         # the body of the simple shape

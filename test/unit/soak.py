@@ -28,7 +28,7 @@ from rollout import control, navigation, run    # noqa: E402
 
 STEP = 0.1
 #: Objects are counted after this number of tasks, when every history has been filled.
-WARM = 10
+WARM = 6
 
 
 @dataclass

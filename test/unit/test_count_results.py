@@ -38,11 +38,26 @@ def run(folder, capsys, status='0', lint='none', log=''):
     return main(str(folder), status, lint, str(file)), capsys.readouterr().out.splitlines()
 
 
-def test_the_last_line_counts_every_case_once(results, capsys):
-    results('rostest-test_ros_x', '<testcase name="testx"/>')
-    results('rosunit-x', 'passed', 'passed', 'skipped')
-    status, lines = run(results('pytest-unit', 'passed'), capsys, lint='passed')
-    assert (status, lines[-1]) == (0, '4 passed, 0 failed, 1 skipped')
+NODE = '<testcase name="testx"/>'
+
+
+@pytest.mark.parametrize('files, status, lint, last', [
+    ({'rostest-test_ros_x': [NODE], 'rosunit-x': ['passed', 'passed', 'skipped'],
+      'pytest-unit': ['passed']}, '0', 'passed', '4 passed, 0 failed, 1 skipped'),
+    # a file without a case
+    ({'pytest-unit': ['passed'], 'rosunit-x': []}, '0', 'none', '1 passed, 1 failed'),
+    # one name in two files
+    ({'rostest-test_ros_x': [NODE], 'rostest-test_ros_y': [NODE], 'rosunit-x': ['passed']},
+     '0', 'none', '1 passed, 1 failed'),
+    # nothing ran
+    ({}, '0', 'none', '0 passed, 1 failed'), ({}, '0', 'passed', '1 passed, 1 failed'),
+    ({}, '8', 'passed', '1 passed, 1 failed'), ({}, '0', 'failed', '0 passed, 2 failed'),
+    ({'pytest-unit': ['passed']}, '0', 'failed', '1 passed, 1 failed')])
+def test_the_last_line_counts_every_case_once(files, status, lint, last, results, tmp_path, capsys):
+    for name, cases in files.items():
+        results(name, *cases)
+    ended, lines = run(tmp_path, capsys, status=status, lint=lint)
+    assert (ended, lines[-1]) == (int(' 0 failed' not in last), last)
 
 
 @pytest.mark.parametrize('case', ['failed', 'error'])
@@ -76,35 +91,15 @@ def test_what_ctest_alone_calls_failed_is_a_failure(outcome, results):
 @pytest.mark.parametrize('name, result', [
     ('pytest_unit', 'pytest-unit'), ('rostest_test_ros_x.test', 'rosunit-x')])
 def test_a_failure_that_a_result_file_explains_counts_once(name, result, results):
-    results('rostest-test_ros_x', '<testcase name="testx"/>')
+    results('rostest-test_ros_x', NODE)
     count = Count(results(result, 'failed'), log_line(name, '***Failed', 3.0))
     assert [test for test, _, _ in count.failures] == [result]
 
 
-@pytest.mark.parametrize('text', ['', '<testsuite', '<testsuite></testsuite>'])
-def test_a_result_file_without_a_case_is_a_failure(text, results, capsys):
+@pytest.mark.parametrize('text', ['', '<testsuite'])
+def test_a_result_file_that_cannot_be_read_is_a_failure(text, results, capsys):
     results('pytest-unit', 'passed')
     status, lines = run(results('rosunit-x', text=text), capsys)
-    assert (status, lines[-1]) == (1, '1 passed, 1 failed')
-
-
-def test_one_name_in_two_files_is_a_failure(results, capsys):
-    results('rostest-test_ros_x', '<testcase name="testsame"/>')
-    results('rostest-test_ros_y', '<testcase name="testsame"/>')
-    status, lines = run(results('rosunit-same', 'passed'), capsys)
-    assert (status, lines[-1]) == (1, '1 passed, 1 failed')
-
-
-@pytest.mark.parametrize('status, lint, last', [
-    ('0', 'none', '0 passed, 1 failed'), ('0', 'passed', '1 passed, 1 failed'),
-    ('8', 'passed', '1 passed, 1 failed'), ('0', 'failed', '0 passed, 2 failed')])
-def test_nothing_ran_is_a_failure(status, lint, last, tmp_path, capsys):
-    ended, lines = run(tmp_path, capsys, status=status, lint=lint)
-    assert (ended, lines[-1]) == (1, last)
-
-
-def test_lint_that_failed_is_a_failure(results, capsys):
-    status, lines = run(results('pytest-unit', 'passed'), capsys, lint='failed')
     assert (status, lines[-1]) == (1, '1 passed, 1 failed')
 
 

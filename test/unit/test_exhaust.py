@@ -23,9 +23,7 @@ def test_no_long_story_moves_a_robot_against_the_rule(kind):
 
 
 @pytest.mark.parametrize('name, events', [
-    ('a first False that is latched is thrown away', 3),
     ('a latched True gives control', 2),
-    ('a late giving of a page is compared with no stop', 4),
     ('a page that is silent is not lost', 3),
     ('the usual delay only ever falls', 1)])
 def test_a_defect_is_found_by_its_shortest_story(name, events):

@@ -1,11 +1,13 @@
 """The rooms of the package: imports only go down, and every room states its purpose."""
 import ast
-import glob
 import os
+import pathlib
+from functools import lru_cache
 
 import pytest
 
-SOURCES = os.path.join(os.path.dirname(__file__), os.pardir, os.pardir, 'src', 'tb3_labs')
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SOURCES = ROOT / 'src' / 'tb3_labs'
 #: The notions, from the ground up; a room imports only from lower floors, and from itself.
 NOTIONS = [{'config', 'news', 'command_line'}, {'geometry'}, {'robot', 'supervision'}, {'localization', 'control'},
            {'nodes'}]
@@ -17,31 +19,32 @@ FLOOR = {room: floor for floor, rooms in enumerate(NOTIONS + [{'ros'}, set(TOOLS
 ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 'threading'}
 
 
+def tree_of(path):
+    return ast.parse(path.read_text(encoding='utf-8'))
+
+
+@lru_cache(maxsize=None)
 def imports():
-    """(path in the package, module imported) of every import."""
-    for folder, _, names in os.walk(SOURCES):
-        for name in names:
-            if name.endswith('.py'):
-                path = os.path.join(folder, name)
-                with open(path) as file:
-                    tree = ast.parse(file.read())
-                for node in ast.walk(tree):
-                    if isinstance(node, ast.ImportFrom):
-                        yield os.path.relpath(path, SOURCES), node.module
-                    elif isinstance(node, ast.Import):
-                        for alias in node.names:
-                            yield os.path.relpath(path, SOURCES), alias.name
+    """[(path in the package, module imported)] of every import."""
+    found = []
+    for path in SOURCES.rglob('*.py'):
+        for node in ast.walk(tree_of(path)):
+            if isinstance(node, ast.ImportFrom):
+                found.append((path.relative_to(SOURCES), node.module))
+            elif isinstance(node, ast.Import):
+                found += [(path.relative_to(SOURCES), alias.name) for alias in node.names]
+    return found
 
 
 def room_of(path):
-    return os.path.splitext(path.split(os.sep)[0])[0]
+    return path.parts[0].replace('.py', '')
 
 
 def test_imports_only_go_down():
     wrong = []
     for path, module in imports():
         if module.startswith('tb3_labs.') and module.split('.')[1] not in ('msg', 'srv'):
-            here, there = room_of(path), room_of(os.sep.join(module.split('.')[1:]))
+            here, there = room_of(path), module.split('.')[1]
             if there != here and FLOOR[there] >= FLOOR[here] and there not in TOOLS.get(here, ()):
                 wrong.append('{} imports {}'.format(path, module))
     assert wrong == []
@@ -59,17 +62,14 @@ def test_the_notions_know_neither_ros_nor_a_clock():
 
 def test_the_ros_of_a_tool_is_seen_by_the_names_of_its_files():
     wrong = ['{} imports {}'.format(path, module) for path, module in imports()
-             if room_of(path) in TOOLS and not os.path.basename(path).startswith('ros_')
+             if room_of(path) in TOOLS and not path.name.startswith('ros_')
              and (is_ros(module) and module not in ('time', 'threading') or module.startswith('tb3_labs.ros.'))]
     assert wrong == []
 
 
-@pytest.mark.parametrize('room', sorted(
-    os.path.relpath(folder, SOURCES) for folder, _, names in os.walk(SOURCES)
-    if '__init__.py' in names))
-def test_every_room_says_which_question_it_answers(room):
-    with open(os.path.join(SOURCES, room, '__init__.py')) as file:
-        assert len(ast.get_docstring(ast.parse(file.read()))) > 30
+def test_every_room_says_which_question_it_answers():
+    assert [path for path in SOURCES.rglob('__init__.py')
+            if len(ast.get_docstring(tree_of(path)) or '') < 30] == []
 
 
 # ----- ros/, and the nodes and tools in scripts/ -----
@@ -90,7 +90,7 @@ def test_imports_within_ros_only_go_down():
     wrong = []
     for path, module in imports():
         if room_of(path) == 'ros' and module.startswith('tb3_labs.ros.'):
-            here, there = room_of(os.path.relpath(path, 'ros')), module.split('.')[2]
+            here, there = room_of(path.relative_to('ros')), module.split('.')[2]
             if there != here and ROS_FLOOR[there] >= ROS_FLOOR[here]:
                 wrong.append('{} imports {}'.format(path, module))
     assert wrong == []
@@ -110,16 +110,10 @@ def private_parts(tree):
 
 
 def test_one_file_alone_touches_the_private_parts_of_rospy():
-    files = [path for folder in ('ros', os.path.join(os.pardir, os.pardir, 'scripts'))
-             for path in glob.glob(os.path.join(SOURCES, folder, '**', '*.py'), recursive=True)
-             if os.path.basename(path) not in INTERNALS]
+    files = [path for folder in (SOURCES / 'ros', ROOT / 'scripts') for path in folder.rglob('*.py')
+             if path.name not in INTERNALS]
     assert len(files) > 30
-    wrong = []
-    for path in files:
-        with open(path) as file:
-            wrong += ['{}:{} {}'.format(os.path.relpath(path, SOURCES), *part)
-                      for part in private_parts(ast.parse(file.read()))]
-    assert wrong == []
+    assert [(path, *part) for path in files for part in private_parts(tree_of(path))] == []
 
 
 @pytest.mark.parametrize('code', [
@@ -139,32 +133,30 @@ def test_public_parts_are_not(code):
 
 #: What a person chooses from after `rosrun tb3_labs <Tab>`.
 MOST_PROGRAMS = 19
-SCRIPTS = sorted(glob.glob(os.path.join(SOURCES, os.pardir, os.pardir, 'scripts', '*.py')))
+SCRIPTS = sorted((ROOT / 'scripts').glob('*.py'))
 
 
-@pytest.mark.parametrize('path', SCRIPTS, ids=os.path.basename)
+@pytest.mark.parametrize('path', SCRIPTS, ids=lambda path: path.name)
 def test_every_script_answers_help(path):
-    """By run() of tb3_labs.ros.node, by command_line.Parser, or by itself; bad_start.test tries some of them."""
-    with open(path) as file:
-        text = file.read()
-    assert len(ast.get_docstring(ast.parse(text))) > 60
+    """By run() of tb3_labs.ros.node, by command_line.Parser, or by itself; bad_start.test tries
+    some of them."""
+    assert len(ast.get_docstring(tree_of(path))) > 60
+    text = path.read_text(encoding='utf-8')
     assert any(words in text for words in (
         "\n    run('", 'parser = Parser(', "'--help'", 'sys.exit(__doc__'))
 
 
-@pytest.mark.parametrize('path', SCRIPTS, ids=os.path.basename)
-def test_every_script_is_executable(path):
+def test_every_script_is_executable():
     """All but demo.py, which demo.sh starts: rosrun does not list it."""
-    assert os.access(path, os.X_OK) == (os.path.basename(path) != 'demo.py')
+    assert [path.name for path in SCRIPTS if not os.access(str(path), os.X_OK)] == ['demo.py']
 
 
 def test_rosrun_lists_the_scripts_alone():
     """In a catkin workspace its completion finds every executable file that is not hidden."""
-    root = os.path.realpath(os.path.join(SOURCES, os.pardir, os.pardir))
     found = []
-    for folder, folders, names in os.walk(root):
+    for folder, folders, names in os.walk(str(ROOT)):
         folders[:] = [name for name in folders if not name.startswith('.') and name != 'build']
-        found += [os.path.relpath(os.path.join(folder, name), root) for name in names
-                  if not name.startswith('.') and os.access(os.path.join(folder, name), os.X_OK)]
-    assert {os.path.dirname(path) for path in found} == {'scripts'}
+        paths = [pathlib.Path(folder, name) for name in names if not name.startswith('.')]
+        found += [path for path in paths if os.access(str(path), os.X_OK)]
+    assert {path.parent for path in found} == {ROOT / 'scripts'}
     assert len(found) <= MOST_PROGRAMS, found

@@ -13,6 +13,13 @@ SOURCES = HERE.parents[1] / 'src'
 PURE = sorted('.'.join(path.relative_to(SOURCES).with_suffix('').parts)
               for path in (SOURCES / 'tb3_labs').rglob('*.py')
               if 'ros' not in path.parts and not path.name.startswith(('ros_', '__')))
+LAWS = (SOURCES / 'tb3_labs' / 'control' / 'goal_machine.py').exists()
+MISTAKES = '''
+from tb3_labs.control.goal_machine import GoalMachine
+from tb3_labs.control.turning import LabTurn, TurnConfig
+from tb3_labs.robot.turtlebot3 import robot_model
+GoalMachine(LabTurn(TurnConfig(), robot_model(3)))
+''' if LAWS else ''
 
 MISSING = importlib.util.find_spec('mypy') is None
 pytestmark = [
@@ -23,43 +30,34 @@ pytestmark = [
 
 
 @pytest.fixture(scope='module')
-def cache(pytestconfig, tmp_path_factory):
-    """mypy's cache, shared by its runs: beside pytest's own if that is kept. mypy looks itself at what
-    has changed since."""
-    kept = getattr(pytestconfig, 'cache', None)
-    if kept is None:
-        return tmp_path_factory.mktemp('mypy')
-    return (kept.mkdir if hasattr(kept, 'mkdir') else kept.makedir)('mypy')    # as pytest's version has it
-
-
-def complaints(cache, modules, more=''):
-    """mypy's lines about modules of the sources, or of the folder `more`."""
+def complaints(pytestconfig, tmp_path_factory):
+    """mypy's lines about the pure rooms, and about mistakes that are made here."""
+    made, cache = tmp_path_factory.mktemp('mistakes'), getattr(pytestconfig, 'cache', None)
+    (made / 'mistakes.py').write_text(MISTAKES)
+    if cache is None:
+        kept = made
+    else:    # beside pytest's own, as pytest's version has it
+        kept = (cache.mkdir if hasattr(cache, 'mkdir') else cache.makedir)('mypy')
     command = [sys.executable, '-m', 'mypy', '--config-file', str(HERE / 'types.ini'),
-               '--cache-dir', str(cache), '--no-error-summary']
-    for module in modules:
+               '--cache-dir', str(kept), '--no-error-summary', '-m', 'mistakes']
+    for module in PURE:
         command += ['-m', module]
     result = subprocess.run(
         command, cwd=str(SOURCES), timeout=600.0,
-        env=dict(os.environ, MYPYPATH=os.pathsep.join(filter(None, (str(SOURCES), str(more))))),
+        env=dict(os.environ, MYPYPATH=os.pathsep.join((str(SOURCES), str(made)))),
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, check=False)
     assert result.returncode in (0, 1), result.stdout
     return result.stdout.splitlines()
 
 
-def test_the_pure_rooms_have_no_wrong_hint(cache):
+def test_the_pure_rooms_have_no_wrong_hint(complaints):
     assert len(PURE) > 10
     # a tool's files with ROS, named ros_*.py, have no hints, as ros/
-    assert [line for line in complaints(cache, PURE) if '/ros' not in line] == []
+    assert [line for line in complaints if '/ros' not in line and 'mistakes.py' not in line] == []
 
 
-@pytest.mark.skipif(not (SOURCES / 'tb3_labs' / 'control' / 'goal_machine.py').exists(),
-                    reason="the laws are not in the students' edition")
-def test_what_is_no_law_is_noticed(cache, tmp_path):
-    (tmp_path / 'mistakes.py').write_text(
-        'from tb3_labs.control.goal_machine import GoalMachine\n'
-        'from tb3_labs.control.turning import LabTurn, TurnConfig\n'
-        'from tb3_labs.robot.turtlebot3 import robot_model\n'
-        'GoalMachine(LabTurn(TurnConfig(), robot_model(3)))\n')
-    said = '\n'.join(complaints(cache, ['mistakes'], tmp_path))
+@pytest.mark.skipif(not LAWS, reason="the laws are not in the students' edition")
+def test_what_is_no_law_is_noticed(complaints):
+    said = '\n'.join(complaints)
     assert 'expected "DrivingLaw"' in said
     assert 'Argument 1 to "robot_model"' in said
