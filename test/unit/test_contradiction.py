@@ -1,6 +1,7 @@
 """Gyro against wheels: robots in all sorts of motion, sound ones and one whose gyro lies."""
 import itertools
 import math
+import random
 from dataclasses import replace
 
 import pytest
@@ -14,7 +15,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
-from tb3_labs.robot.samples import ImuSample, WheelSample
+from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator import Simulator
@@ -90,6 +91,35 @@ def test_no_sound_robot_is_accused(settings):
     for linear, angular, seconds in MOTIONS:
         watched.run(seconds, linear, angular, until=watch.problem)
         assert watch.problem() == '', (linear, angular)
+
+
+class Losing(Watched):
+    """A busy computer: the newest sample replaces those that were not read in time."""
+
+    def __init__(self, ear, **settings):
+        super().__init__(ear, **settings)
+        self._random = random.Random(1)
+        self._deaf_until = {ImuSample: 0.0, OdometrySample: 0.0}
+
+    def _hear(self, sample):
+        if self.robot.now < self._deaf_until[type(sample)]:
+            return
+        if self._random.random() < 0.1:
+            longest = 0.14 if isinstance(sample, ImuSample) else 0.28
+            self._deaf_until[type(sample)] = self.robot.now + self._random.uniform(0.0, longest)
+        super()._hear(sample)
+
+
+@pytest.mark.parametrize('settings', [{}, {'slip': 0.05}, HOSTS['pi']], ids=str)
+def test_samples_that_were_lost_accuse_nobody(settings):
+    watch = GyroWatch(BURGER)
+    watched = Losing(watch, **settings)
+    for linear, angular, seconds in 3 * MOTIONS:
+        watched.run(seconds, linear, angular, until=watch.problem)
+        assert watch.problem() == '', (linear, angular)
+    watched.set(gyro_bias_deg=5.0)
+    watched.run(2.0, until=watch.problem)
+    assert watch.problem()
 
 
 @pytest.mark.parametrize('settings', [

@@ -56,6 +56,9 @@ STANDING_RATE = 0.03
 #: Nothing is known of a longer time between two samples of the gyro, or of the wheels [s].
 GYRO_GAP = 0.15
 WHEEL_GAP = 0.3
+#: Of wheels that moved between two samples farther apart than this only the mean rate is known [s]:
+#: samples were lost, as on a busy computer.
+MEAN_ONLY = 0.08
 #: Turns of the wheels are remembered for this long [s].
 WHEEL_MEMORY = 0.6
 #: The problem in words, and its remedy.
@@ -156,6 +159,8 @@ class GyroWatch:
         begin, end = reading.begin - LAG, reading.end + LEAD
         turns = [turn for turn in self._turns if turn.end > begin and turn.begin < end]
         if not (self._clock.uses_stamps and turns and turns[0].begin <= begin):
+            return
+        if any(turn.end - turn.begin > MEAN_ONLY and turn.one_wheel for turn in turns):
             return
         self.has_compared = True
         least, most = min(turn.rate for turn in turns), max(turn.rate for turn in turns)

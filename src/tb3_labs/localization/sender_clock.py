@@ -82,7 +82,7 @@ class SenderClock:
     def _is_no_clock(self, source: str, stamp: float, arrival: float) -> bool:
         repeated = source in self._last and stamp == self._last[source][1]
         self._repeats[source] = self._repeats[source] + 1 if repeated else 0
-        if stamp <= 0.0 or self._repeats[source] >= MAX_REPEATS:
+        if stamp == 0.0 or self._repeats[source] >= MAX_REPEATS:
             return True
         if source not in self._last or stamp >= self._last[source][0]:
             self._behind_since.pop(source, None)
