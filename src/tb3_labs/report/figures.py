@@ -7,7 +7,7 @@ Units on the axes: metres, degrees, seconds since the recording's start, m/s, ra
 """
 import math
 from pathlib import Path
-from typing import Any, BinaryIO, Dict, List, Optional, Sequence, Union
+from typing import Any, BinaryIO, List, Optional, Sequence, Union
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,7 +17,7 @@ from matplotlib.patches import Patch
 
 from tb3_labs.report import drives
 from tb3_labs.report.epochs import epochs
-from tb3_labs.report.html import degrees
+from tb3_labs.report.html import degrees, picture
 from tb3_labs.report.movements import RESTED
 from tb3_labs.report.run_data import RunData, yaw_offset
 from tb3_labs.report.turns import REST_MEAN, turns as turns_of
@@ -66,6 +66,14 @@ def save(figure: Figure, path: Union[str, Path, BinaryIO]) -> None:
     """Write a figure as PNG, to a path or an open file."""
     figure.savefig(path, format='png', dpi=DOTS_PER_INCH, bbox_inches='tight',
                    metadata={'Software': None})
+
+
+def write_figure(figure: Optional[Figure], path: Path, caption: str) -> str:
+    """Write a figure as PNG; its HTML, with the picture in it. '' without a figure."""
+    if figure is None:
+        return ''
+    save(figure, path)
+    return picture(path.read_bytes(), path.stem, caption)
 
 
 def new_figure(height: float) -> Figure:
@@ -145,7 +153,7 @@ def errors(run: RunData, model: RobotModel) -> Optional[Figure]:
     return figure
 
 
-def heading(run: RunData, _model: RobotModel) -> Figure:
+def heading(run: RunData) -> Figure:
     """The IMU's heading, wrapped and continuous, and its difference from the odometry's."""
     figure = new_figure(5.6)
     circle, line, apart = figure.subplots(3, 1, sharex=True)
@@ -187,7 +195,7 @@ def speeds(run: RunData, model: RobotModel) -> Figure:
     return figure
 
 
-def turns(run: RunData, _model: RobotModel) -> Optional[Figure]:
+def turns(run: RunData) -> Optional[Figure]:
     """The angle left, and the rate of turn, both in the direction that was asked for; None without
     a turn."""
     found = turns_of(run)
