@@ -1,7 +1,6 @@
 """The figures of a run over time: errors, heading, speeds and turns; and the parts of any figure.
 
-Readable in black and white: lines differ by style and width, states by hatching. Curves are thinned
-to the resolution of paper; extremes are kept.
+Readable in black and white: lines differ by style and width, states by hatching.
 
 Units on the axes: metres, degrees, seconds since the recording's start, m/s, rad/s; inch for sizes.
 """
@@ -9,6 +8,7 @@ import math
 from pathlib import Path
 from typing import Any, BinaryIO, List, Optional, Sequence, Union
 
+import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -30,8 +30,6 @@ LETTER, SAMPLE = 0.075, 0.6
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
 #: (colour, line style) of successive curves.
 STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
-#: Number of stretches of a curve; two extremes of each are drawn.
-STRETCHES = 700
 #: A pause in a curve longer than this is left blank [s].
 BREAK = 0.5
 #: state: (fill, hatching); '' stands for all other states (waiting, stopped, gave up).
@@ -41,25 +39,12 @@ STATES = {'ROTATE_TO_GOAL': ('#c9d8ee', '///'), 'MOVE_FORWARD': ('#f7e3c4', ''),
           '': ('#dddddd', '...')}
 #: Most labels in a figure: more would cover each other.
 MOST_LABELS = 6
+#: Curves of an hour are drawn in parts of this length: Agg in Noetic has a limit on a whole one.
+matplotlib.rcParams['agg.path.chunksize'] = 20000
 #: A turn is drawn from this time before it until this time after it [s].
 BEFORE, AFTER = 0.2, 2.0 * REST_MEAN
 #: Up to this many turns have names in the legend.
 MOST_NAMES = 12
-
-
-def thin(*columns: np.ndarray) -> np.ndarray:
-    """Sorted indices that keep the least and the greatest of each column in each stretch, and both
-    ends; all indices if there are few. The columns are of one length."""
-    count = len(columns[0])
-    if count <= 2 * STRETCHES:
-        return np.arange(count)
-    size = -(-count // STRETCHES)
-    begins = np.arange(0, count, size)
-    kept = [begins, np.array([count - 1])]
-    for column in columns:
-        padded = np.concatenate([column, np.full(-count % size, column[-1])]).reshape(-1, size)
-        kept += [begins + padded.argmin(axis=1), begins + padded.argmax(axis=1)]
-    return np.unique(np.concatenate(kept))     # none beyond the end: padding equals the last value
 
 
 def save(figure: Figure, path: Union[str, Path, BinaryIO]) -> None:
@@ -92,8 +77,6 @@ def curve(axes: Axes, time: np.ndarray, values: np.ndarray, breaks: Sequence[flo
     pauses = np.diff(time)
     longest = max(BREAK, 5.0 * float(np.median(pauses))) if len(pauses) else BREAK
     breaks = list(breaks) + list(time[1:][pauses > longest])
-    kept = thin(values)
-    time, values = time[kept], values[kept]
     at = {int(index) for index in np.searchsorted(time, breaks)} - {0, len(time)}
     if circle:
         at |= {int(index) + 1 for index in np.flatnonzero(np.abs(np.diff(values)) > 180.0)}

@@ -39,7 +39,7 @@ from tb3_labs.control.goal import DRIVING
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.odometry_jumps import POSE_LOST
-from tb3_labs.report.epochs import declared_frame, robot_in_odom, steady_odometry
+from tb3_labs.report.epochs import robot_in_odom, steady_odometry
 from tb3_labs.report.run_data import Poses, RunData, States
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
@@ -174,11 +174,12 @@ def _with_local(run: RunData) -> RunData:
         (time, Pose2()) for time, jump in jumps if jump.outcome == POSE_LOST]
     declared += [(float(run.resets.time[k]), run.resets.pose(k)) for k in range(len(run.resets))]
     declared.sort(key=lambda reset: reset[0])
-    frames = [declared_frame(run, steady, *reset) for reset in declared]
+    frames = [(time, steady.at(time) @ local_T_base.inverse(), local_T_base.yaw)
+              for time, local_T_base in declared]
     number = np.searchsorted([time for time, _ in declared], steady.time, side='right') - 1
     x, y, yaw, imu_yaw = np.array([
-        (frame.odom_T_local.x, frame.odom_T_local.y, frame.odom_T_local.yaw, frame.imu_yaw_of_x)
-        for frame in frames])[number.clip(0)].T
+        (frame.x, frame.y, frame.yaw, float(run.imu.yaw_at(time)) - declared_yaw)
+        for time, frame, declared_yaw in frames])[number.clip(0)].T
     steady_T_local = Poses(steady.arrival, steady.time, x, y, yaw)
     local = steady_T_local.inverse() @ steady
     heading = wrap_all(run.imu.yaw_at(steady.time) - imu_yaw)

@@ -13,8 +13,7 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.drives import DriveReport, drives
 from tb3_labs.report.epochs import Epoch, epoch_of, epochs, local_in_odom
-from tb3_labs.report.figures import (
-    GREY, STYLES, legend_below, map_of_local, new_figure, thin)
+from tb3_labs.report.figures import GREY, STYLES, legend_below, map_of_local, new_figure
 from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.robot.turtlebot3 import RobotModel
 
@@ -89,8 +88,7 @@ def draw_path(axes: Axes, poses: Poses, **looks: Any) -> None:
     leaps = np.flatnonzero(np.hypot(np.diff(poses.x), np.diff(poses.y)) > LEAP) + 1
     for piece in np.split(np.arange(len(poses)), leaps):
         if len(piece):
-            kept = piece[thin(poses.x[piece], poses.y[piece])]
-            axes.plot(poses.x[kept], poses.y[kept], **looks)
+            axes.plot(poses.x[piece], poses.y[piece], **looks)
             looks['label'] = None
 
 
