@@ -29,7 +29,7 @@ def test_a_drive_by_hand():
     assert drive.goal == Pose2(1.02, 0.03, 0.2) and drive.outcome == 'reached'
     assert drive.measured == pytest.approx((math.hypot(0.02, 0.03), 0.2))
     assert drive.true == pytest.approx((math.nan, math.nan), nan_ok=True)
-    assert drive.in_state == {'ROTATE_TO_GOAL': 0.5, 'MOVE_FORWARD': 5.0, 'ROTATE_TO_FINAL': 1.0}
+    assert drive.seconds == (0.5, 5.0, 1.0)
 
 
 @pytest.mark.parametrize('moves_at, counts', [(7.9, True), (8.02, False)])

@@ -12,7 +12,7 @@ from tb3_labs.robot.turtlebot3 import robot_model
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.figures import (  # noqa: E402
-    STRETCHES, curve, errors, heading, new_figure, speeds, thin)
+    curve, errors, heading, new_figure, speeds)
 from tb3_labs.report.movements import completed  # noqa: E402
 from tb3_labs.report.path_figures import _frames, draw_path, paths  # noqa: E402
 
@@ -22,24 +22,6 @@ BURGER = robot_model('burger')
 def lines(axes, label=None):
     return [line.get_xydata() for line in axes.get_lines()
             if label is None or line.get_label() == label]
-
-
-def test_thin_keeps_all_of_few_and_the_extremes_of_many():
-    assert list(thin(np.zeros(2 * STRETCHES))) == list(range(2 * STRETCHES))
-    wave = np.sin(np.arange(20001) * 0.7)
-    slow = np.cos(np.arange(20001) * 0.001)
-    kept = thin(wave, slow)
-    size = -(-20001 // STRETCHES)
-    for begin in range(0, 20001, size):
-        for column in wave, slow:
-            part, left = column[begin:begin + size], column[kept[(kept >= begin)
-                                                                 & (kept < begin + size)]]
-            assert (left.min(), left.max()) == (part.min(), part.max())
-    assert kept[0] == 0 and kept[-1] == 20000 and list(kept) == sorted(set(kept))
-    assert len(kept) <= 5 * (STRETCHES + 1)
-    peaks = np.zeros(20001)
-    peaks[[1, 19990]] = 9.0, 1.0                 # the lower one in the last stretch, which is short
-    assert {1, 19990} <= set(thin(peaks))
 
 
 @pytest.mark.parametrize('period, pause, blanks', [
@@ -92,7 +74,7 @@ def test_the_figures_draw_the_runs_own_numbers():
     assert lines(turned)[0][:, 1] == pytest.approx(math.degrees(0.2))
     assert [text.get_text() for text in far.texts] == ['0.0 mm\n11.5 deg']
     assert far.texts[0].xy == pytest.approx((7.0, 0.0), abs=1e-9) and far.get_ylim()[0] == 0.0
-    circle, line, apart = heading(run, BURGER).axes
+    circle, line, apart = heading(run).axes
     for axes in circle, line:
         assert lines(axes)[0][:, 1] == pytest.approx(math.degrees(0.5))
     assert lines(apart)[0][:, 1] == pytest.approx(ZERO, abs=1e-9)

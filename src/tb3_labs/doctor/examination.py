@@ -2,6 +2,7 @@
 import os
 import socket
 import time
+from dataclasses import replace
 
 from tb3_labs.doctor.computer import look_at_devices, look_at_disk, look_at_python
 from tb3_labs.doctor.listening import Ear, compare, imu_of, listen, stamp_of, wheels_of
@@ -12,8 +13,8 @@ from tb3_labs.doctor.questions import (
     RESOLVING, Graph, Peer, ask_all, local_drivers, master_names, peers_of, second_masters,
     together, within)
 from tb3_labs.doctor.robot import (
-    Clock, Stream, judge_clock, judge_drivers, judge_gyro, judge_names, judge_nodes,
-    judge_presence, judge_stream, judge_way_back)
+    judge_clock, judge_drivers, judge_gyro, judge_names, judge_nodes, judge_presence, judge_stream,
+    judge_way_back)
 
 #: A robot needs at most this long to connect to a driver that has just been started [s].
 CONNECTING = 1.0
@@ -101,8 +102,7 @@ class _Robot:
         if drivers and not all(driver.is_connected for driver in drivers):
             time.sleep(CONNECTING)    # a driver may have been started just now
             drivers = self._connections(alive[hearer], mine) or drivers
-        here = Address(self._here.ros_ip, self._here.ros_hostname, self._here.hostname,
-                       self._here.resolved, self._here.own, way_out(address), False)
+        here = replace(self._here, way_out=way_out(address), master_here=False)
         yield judge_way_back(drivers, hearer, here, not is_own(address))
 
     @staticmethod
@@ -126,27 +126,21 @@ class _Robot:
             ear.node: len(ear.messages) for ear in commands}, seconds, [
                 node for node, peer in self._drivers.items() if peer.answer.problem])
         for ear in imu + odom:
-            yield judge_stream(_stream(ear, pause, is_own(alive[ear.node].address)))
-        yield judge_clock(self._clock(imu + odom, alive))
+            yield judge_stream(ear.topic, len(ear.messages), ear.seconds, *ear.gap(), ear.problem,
+                               pause, is_own(alive[ear.node].address))
+        yield self._judge_clock(imu + odom, alive)
         watch = compare(imu, joints, self._namespace + 'reset')
         if watch:
             yield judge_gyro(watch.cause if watch.problem() else '', watch.remedy,
                              watch.has_compared)
 
-    def _clock(self, ears, alive):
+    def _judge_clock(self, ears, alive):
         simulated = Peer(self._master.uri).ask('getParam', '/use_sim_time') is True
         heard = [(wall, fields[0]) for ear in ears for _, wall, fields in ear.messages]
         delays = [wall - stamp for wall, stamp in heard]
         zero = any(stamp == 0.0 for _, stamp in heard)
         answers = [peer.answer.round_trip for peer in alive.values()]
         dates = [peer.date_offset for peer in alive.values() if peer.date_offset is not None]
-        return Clock(min(delays, default=None), min(answers, default=0.0),
-                     dates[0] if dates else None, zero, simulated,
-                     all(is_own(peer.address) for peer in alive.values()))
-
-
-def _stream(ear, pause, robot_here):
-    """The Stream that an Ear heard."""
-    gap, late = ear.gap()
-    return Stream(ear.topic, len(ear.messages), ear.seconds, gap, late, ear.problem, pause,
-                  robot_here)
+        return judge_clock(min(delays, default=None), min(answers, default=0.0),
+                           dates[0] if dates else None, zero, simulated,
+                           all(is_own(peer.address) for peer in alive.values()))

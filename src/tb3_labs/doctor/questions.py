@@ -71,10 +71,6 @@ def _begun(function, *arguments):
 
 # Master and nodes -----------------------------------------------------------------------------
 
-class Refused(Exception):
-    """A program answered that it cannot answer."""
-
-
 class _Transport(xmlrpc.client.Transport):
     """With a limit for each wait; it keeps the date of the answer."""
 
@@ -122,7 +118,7 @@ class Peer:
             told = email.utils.parsedate_to_datetime(transport.date).timestamp()
             self.date_offset = told + 0.5 - time.time()
         if code != 1:
-            raise Refused(reason)
+            raise RuntimeError(reason)
         return value
 
     def _find(self):

@@ -150,9 +150,7 @@ def _errors(runs: Sequence[RunSummary],
         for place, k in enumerate(shown):
             _points(axes, place, np.array(rows[k]), STYLES[k % len(STYLES)][0])
         axes.axvline(0.0, color=GREY, linewidth=0.8)
-        axes.set_xlabel(label)
-        axes.set_ylim(len(shown) - 0.4, -0.6)
-        axes.set_yticks(range(len(shown)))
+        axes.set(xlabel=label, ylim=(len(shown) - 0.4, -0.6), yticks=range(len(shown)))
         axes.set_yticklabels([runs[k].name for k in shown], fontsize=8)
         axes.grid(True, axis='x', linewidth=0.3)
     return figure

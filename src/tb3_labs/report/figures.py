@@ -37,6 +37,8 @@ STATES = {'ROTATE_TO_GOAL': ('#c9d8ee', '///'), 'MOVE_FORWARD': ('#f7e3c4', ''),
           'ROTATE_TO_FINAL': ('#d3e8d3', '\\\\\\'), 'GOAL_REACHED': ('#ffffff', ''),
           RESTED: ('#ffffff', ''),
           '': ('#dddddd', '...')}
+#: The vertical axis of an angle [deg].
+WHOLE_CIRCLE = dict(ylim=(-190.0, 190.0), yticks=[-180, -90, 0, 90, 180])
 #: Most labels in a figure: more would cover each other.
 MOST_LABELS = 6
 #: Curves of an hour are drawn in parts of this length: Agg in Noetic has a limit on a whole one.
@@ -118,10 +120,8 @@ def errors(run: RunData, model: RobotModel) -> Optional[Figure]:
     far, turned = figure.subplots(2, 1, sharex=True)
     curve(far, time, distance, _resets(run), color=BLUE)
     curve(turned, time, np.degrees(angle), _resets(run), circle=True, color=BLUE)
-    far.set_ylabel('distance error [m]')
-    far.set_ylim(bottom=0.0)
-    turned.set_ylabel('angle error [deg]')
-    _whole_circle(turned)
+    far.set(ylabel='distance error [m]', ylim=(0.0, None))
+    turned.set(ylabel='angle error [deg]', **WHOLE_CIRCLE)
     found = drives.drives(run, model)
     for drive in found if len(found) <= MOST_LABELS else ():
         if not math.isnan(drive.measured[0]):
@@ -144,7 +144,7 @@ def heading(run: RunData) -> Figure:
     curve(line, run.imu.time, np.degrees(np.unwrap(run.imu.yaw)), color=BLUE)
     offset = yaw_offset(run)
     curve(apart, offset.time, np.degrees(offset.deviation), color=GREY, linewidth=0.8)
-    _whole_circle(circle)
+    circle.set(**WHOLE_CIRCLE)
     most = max([0.25] + list(1.1 * np.abs(np.degrees(offset.deviation))))
     apart.set_ylim(-most, most)
     for axes, title in ((circle, 'IMU, wrapped'), (line, 'IMU, continuous'),
@@ -204,8 +204,7 @@ def turns(run: RunData) -> Optional[Figure]:
                   markersize=2.5, label=None if number else 'commanded')
     left.axhline(0.0, color=GREY, linewidth=0.8)
     left.set_ylabel('angle left [deg]')
-    rate.set_ylabel('rate of turn [rad/s]\n(gyro)')
-    rate.set_xlabel('time since the first command [s]')
+    rate.set(ylabel='rate of turn [rad/s]\n(gyro)', xlabel='time since the first command [s]')
     rate.legend(fontsize=8, frameon=False)
     for axes in (left, rate):
         axes.grid(True, linewidth=0.3)
@@ -242,8 +241,3 @@ def _finish_time(run: RunData, *plots: Axes) -> None:
         axes.grid(True, linewidth=0.3)
         axes.set_xlim(0.0, run.duration)
     plots[-1].set_xlabel('time [s]')
-
-
-def _whole_circle(axes: Axes) -> None:
-    axes.set_ylim(-190.0, 190.0)
-    axes.set_yticks([-180, -90, 0, 90, 180])

@@ -52,9 +52,7 @@ def paths(run: RunData, model: RobotModel) -> Figure:
     _frames(in_odom, 'odom', [(pose, 'local' + after) for pose, after in shown], size)
     _frames(in_local, 'local', [(pose.inverse(), 'odom' + after) for pose, after in shown], size)
     for axes, title in ((in_odom, 'global frame (odom)'), (in_local, 'local frame')):
-        axes.set_title(title)
-        axes.set_xlabel('x [m]')
-        axes.set_ylabel('y [m]')
+        axes.set(title=title, xlabel='x [m]', ylabel='y [m]')
         axes.grid(True, linewidth=0.3)
     legend_below(figure, *in_odom.get_legend_handles_labels())
     return figure
@@ -107,8 +105,7 @@ def _same_scale(*panels: Tuple[Axes, Sequence[Pose2]]) -> float:
     width = max([1.0] + [1.35 * np.ptp(box, axis=0).max() for box in boxes])
     for (axes, _), box in zip(panels, boxes):
         x, y = box.mean(axis=0)
-        axes.set_xlim(x - width / 2.0, x + width / 2.0)
-        axes.set_ylim(y - width / 2.0, y + width / 2.0)
+        axes.set(xlim=(x - width / 2.0, x + width / 2.0), ylim=(y - width / 2.0, y + width / 2.0))
         axes.set_aspect('equal', adjustable='box')
     return width
 
