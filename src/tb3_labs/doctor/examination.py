@@ -87,10 +87,7 @@ class _Robot:
 
     def _ways(self, alive):
         """The lines on names, and on the way from the robot to this computer."""
-        uris = ask_all(alive, 'getMasterUri')
-        yield judge_names(master_names({node: (alive[node], uri) for node, uri in uris.items()
-                                        if isinstance(uri, str)}, self._master),
-                          self._master.address)
+        yield judge_names(master_names(alive, self._master), self._master.address)
         hearer = next((node for node in self._graph.hearers if node in alive), None)
         if hearer is None:
             return

@@ -4,8 +4,7 @@ clock, and its gyro.
 Units: seconds, messages per second. `gap` is the longest time between two arrivals.
 """
 import math
-from dataclasses import dataclass
-from typing import Mapping, Optional, Sequence, Tuple
+from typing import Mapping, NamedTuple, Optional, Sequence
 
 from tb3_labs.doctor.line import Line, fault, ok, warning
 from tb3_labs.doctor.network import PROBLEMS, Address, Answer, is_loopback
@@ -76,8 +75,7 @@ def judge_nodes(answers: Mapping[str, Answer], master_here: bool) -> Line:
         node, 1e3 * answer.round_trip) for node, answer in sorted(answers.items())))
 
 
-@dataclass(frozen=True)
-class MasterName:
+class MasterName(NamedTuple):
     """The name by which a node of the robot calls its master: `uri`, `address` as resolved here;
     `is_ours`: is that, with its port, the master that this terminal uses?"""
 
@@ -103,8 +101,7 @@ def judge_names(names: Sequence[MasterName], master: str) -> Line:
     return ok('Names', 'both sides mean the same master')
 
 
-@dataclass(frozen=True)
-class Driver:
+class Driver(NamedTuple):
     """A node of this computer that publishes cmd_vel: does the robot's node hold a connection to
     it?"""
 

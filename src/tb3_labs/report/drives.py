@@ -135,13 +135,9 @@ def _goes_on(frames: Sequence[Epoch], span: Span, following: Span) -> bool:
     if following.state != FIRST:
         return following.state in DRIVING or is_stopped(following.state)
     # the drive ended outside its tolerance, or was interrupted, and goes on from there
-    return (span.state == LAST or is_stopped(span.state)) and (
-        span.goal == following.goal
-        and _epoch_of(frames, span) is _epoch_of(frames, following))
-
-
-def _epoch_of(frames: Sequence[Epoch], span: Span) -> Epoch:
-    return epoch_of(frames, span.begin, span.end)
+    return (span.state == LAST or is_stopped(span.state)) and span.goal == following.goal and (
+        epoch_of(frames, span.begin, span.end)
+        is epoch_of(frames, following.begin, following.end))
 
 
 def _drive(run: RunData, model: RobotModel, frames: Sequence[Epoch], parts: Sequence[Span],
@@ -199,6 +195,7 @@ def _outcome(frames: Sequence[Epoch], parts: Sequence[Span], later: Sequence[Spa
         return state
     if later[0].goal != parts[0].goal:
         return 'replaced by a new goal'
-    if epoch_of(frames, parts[0].begin, parts[-1].end) is not _epoch_of(frames, later[0]):
+    if epoch_of(frames, parts[0].begin, parts[-1].end) is not epoch_of(
+            frames, later[0].begin, later[0].end):
         return 'ended by a reset'
     return 'begun anew'

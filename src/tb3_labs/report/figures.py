@@ -6,7 +6,7 @@ Units on the axes: metres, degrees, seconds since the recording's start, m/s, ra
 """
 import math
 from pathlib import Path
-from typing import Any, BinaryIO, List, Optional, Sequence, Union
+from typing import Any, BinaryIO, Dict, List, Optional, Sequence, Union
 
 import matplotlib
 import numpy as np
