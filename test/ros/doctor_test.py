@@ -244,7 +244,6 @@ class DoctorTest(NodeCase):
         for namespace in ('robot2', 'robot3', 'robot9', 'ahead', 'nameless', 'silent', 'elsewhere'):
             call(namespace, namespace, '--seconds', '4' if namespace == 'robot3' else '1')
         call('robot3 longer', 'robot3', '--seconds', '5.5')
-        call('bad usage', 'no robot')
         if cls.hosts:
             call('laptop', 'robot1', '--seconds', '4', **cls.on('laptop'))
             options = cls.on('laptop', ROS_HOSTNAME='', ROS_IP='10.77.9.9')
@@ -323,11 +322,6 @@ class DoctorTest(NodeCase):
         self.assertEqual(status, 130)
         self.assertNotIn('Traceback', output)
         self.assertNotIn('Interrupt', output)
-
-    def test_bad_usage(self):
-        status, output, _ = self.doctors.ended['bad usage']
-        self.assertEqual(status, 2)
-        self.assertIn('no robot is no namespace', output)
 
     def test_each_fault_of_a_robot_is_named_in_time(self):
         self.check(FOUND)

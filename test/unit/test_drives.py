@@ -60,12 +60,6 @@ def test_the_last_pose_alone_may_be_close_to_the_end():
     assert drive_of(made(local_pose=poses().take([0, 138]))).measured == pytest.approx((0.0, 0.0))
 
 
-def test_without_a_goal_nothing_is_measured():
-    drive = drive_of(made(goals=Poses.none()))
-    assert drive.goal is None and drive.outcome == 'reached'
-    assert math.isnan(drive.measured[0]) and math.isnan(drive.least_time)
-
-
 def test_the_true_error_is_seen_from_where_local_truly_stands():
     world_T_local = Pose2(5.0, -3.0, 2.0)
     truth = poses(X, np.where(TIME > 5.0, 0.05, 0.0), np.where(TIME > 6.5, 0.1, 0.0))

@@ -67,7 +67,6 @@ def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):
 def test_a_bag_of_sensors_only(tmp_path):
     path = write_bag(tmp_path / 'sensors.bag', sources=(sensors,))
     poses = completed(read_run(path)).local_pose
-    assert (poses.x[0], poses.y[0], poses.yaw[0]) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
     assert (poses.x[-1], poses.y[-1], math.degrees(poses.yaw[-1])) == pytest.approx(
         (1.0 - MISS, 0.0, MISS_DEG), abs=1e-6)
     assert lab_report(path) == 0
@@ -87,15 +86,6 @@ def test_the_true_path_is_drawn_along_an_odometry_that_is_set_to_zero(run):
         assert np.hypot(np.diff(x), np.diff(y)).max() < LEAP
         near = np.hypot(x[:, None] - run.odometry.x, y[:, None] - run.odometry.y).min(axis=1)
         assert near.max() < 0.06                  # it truly ends 0.05 m beside
-
-
-@pytest.mark.parametrize('words, said', [
-    ((), 'RUN.bag'), (('run.bag', '--goal', '1', '2'), '--goal'),
-    (('run.bag', '--goal', '1', '2', 'nan'), '--goal')])
-def test_wrong_usage(words, said, capsys):
-    with pytest.raises(SystemExit) as end:
-        lab_report(*words)
-    assert end.value.code == 2 and said in capsys.readouterr().err
 
 
 def spoil(what, bag, folder):
@@ -123,7 +113,7 @@ def spoil(what, bag, folder):
 
 
 @pytest.mark.parametrize('what, said', [
-    ('missing', 'no such file'), ('text', 'bag'), ('empty', 'bag'), ('short', 'bag'),
+    ('text', 'bag'), ('empty', 'bag'), ('short', 'bag'),
     ('unindexed', 'rosbag reindex'), ('no odometry', 'no nav_msgs/Odometry'),
     ('no folder', 'choose another folder'), ('folder', 'irectory')])
 def test_what_cannot_be_reported_is_said_in_one_line(what, said, bag, tmp_path, capsys):

@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 import pytest
-from made_run import TIME, X, ZERO, made
+from made_run import TIME, ZERO, made
 
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.geometry.se2 import Pose2
@@ -115,9 +115,7 @@ def test_a_pose_between_two(time, share, pair):
 
 
 def test_what_was_recorded_is_named_sensors_first():
-    run = made()
-    assert run.recorded() == ('imu', 'odometry', 'local_pose', 'goals', 'states')
-    assert len(run.imu) == 201 and len(run.imu.take(TIME < 1.0)) == 20 and X[-1] == 1.0
+    assert made().recorded() == ('imu', 'odometry', 'local_pose', 'goals', 'states')
 
 
 def test_samples_between_two_times_hold_the_first_but_not_the_last():

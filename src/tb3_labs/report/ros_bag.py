@@ -75,8 +75,9 @@ def _gather(path, namespace, progress):
                 progress(number / total)
         progress(1.0)
         absolute = {_absolute(topic) for topic in types}
-        return dict(name=str(path), start=start, duration=bag.get_end_time() - start, topics=topics,
-                    devices=tuple(name for name in DEVICES if prefix + name in absolute)), collectors
+        devices = tuple(name for name in DEVICES if prefix + name in absolute)
+        return dict(name=str(path), start=start, duration=bag.get_end_time() - start,
+                    topics=topics, devices=devices), collectors
 
 
 def _arrange(recording, collectors):
