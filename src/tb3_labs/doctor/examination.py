@@ -72,9 +72,8 @@ class _Robot:
         reached = {peer.address for peer in self._peers.values()
                    if peer.answer.problem in ('', 'refused')}
         yield judge_second_master(self._master.uri, second_masters(self._master, reached))
-        presence = judge_presence(self._graph.imu, self._graph.odom, self._graph.hearers,
-                                  self._namespace, self._graph.others)
-        yield presence
+        yield judge_presence(self._graph.imu, self._graph.odom, self._graph.hearers,
+                             self._namespace, self._graph.others)
         if not self._peers:
             return
         yield judge_nodes({node: peer.answer for node, peer in self._peers.items()},
@@ -95,18 +94,12 @@ class _Robot:
         mine = {node: peer for node, peer in self._drivers.items() if node not in self._peers and (
             peer.answer.problem == 'unresolved'
             or is_own(peer.address) and not peer.answer.problem)}
-        drivers = self._connections(alive[hearer], mine)
+        drivers = local_drivers(mine, alive[hearer])
         if drivers and not all(driver.is_connected for driver in drivers):
             time.sleep(CONNECTING)    # a driver may have been started just now
-            drivers = self._connections(alive[hearer], mine) or drivers
+            drivers = local_drivers(mine, alive[hearer]) or drivers
         here = replace(self._here, way_out=way_out(address), master_here=False)
         yield judge_way_back(drivers, hearer, here, not is_own(address))
-
-    @staticmethod
-    def _connections(hearer, drivers):
-        """A Driver for each of `drivers`; None if the robot's node does not answer."""
-        bus = ask_all({'hearer': hearer}, 'getBusInfo')['hearer']
-        return None if bus is None else local_drivers(drivers, bus)
 
     def _listen(self, seconds, alive):
         """The lines on drivers, sensors and clock."""

@@ -207,9 +207,12 @@ def _is_ours(master, address, port):
     return same and port == master.port
 
 
-def local_drivers(drivers, bus):
-    """A Driver for each node of this computer: `drivers` {node: Peer}, `bus` the getBusInfo of the
-    robot's node."""
+def local_drivers(drivers, hearer):
+    """A Driver for each node of this computer, `drivers` {node: Peer}; None if the robot's node,
+    the Peer `hearer`, does not answer."""
+    bus = hearer.ask('getBusInfo')
+    if bus is None:
+        return None
     heard = {str(row[1]).rstrip('/') for row in bus if row[2] == 'i'}
     return [Driver(node, peer.uri, peer.uri.rstrip('/') in heard)
             for node, peer in sorted(drivers.items())]

@@ -11,8 +11,8 @@ from tb3_labs.doctor.network import PROBLEMS, Address, Answer, is_loopback
 
 #: The labs' nodes stop the robot after a silence of a sensor of this length [s],
 PAUSES = 0.22
-#: and give up the drive after one of this length [s]. Both are those of supervision.freshness, which
-#: the students' edition, but not its doctor, leaves out.
+#: and give up the drive after one of this length [s]. Both are those of supervision.freshness,
+#: which the students' edition, but not its doctor, leaves out.
 GIVES_UP = 2.0
 #: Fewer samples than this are too few to steer by [1/s].
 FEW = 10.0

@@ -28,9 +28,9 @@ ROW, SPREAD_OVER = 0.5, 0.5
 #: Columns whose mean says nothing: they have turns to either side.
 NO_MEAN = 'asked [deg]', 'turned [deg]'
 
-NOTE = (
-    '<p>Spread: standard deviation of the values (divided by n - 1). Largest: by its size. All rows '
-    "are in turns.csv and drives.csv too. Rules, figures, and speeds: on each run's own page.</p>")
+NOTE = '''<p>Spread: standard deviation of the values (divided by n - 1). Largest: by its size.
+All rows are in turns.csv and drives.csv too. Rules, figures, and speeds: on each run's own page.
+</p>'''
 
 
 @dataclass(frozen=True)
@@ -96,8 +96,11 @@ def _compared(title: str, what: str, columns: Sequence[Column],
     if len(runs) > 1:
         groups.append(('all', [report for _, reports in runs for report in reports]))
     meant = [column for column in columns if column[0] not in NO_MEAN]
-    means = [[name if not k else '', str(len(reports)) if not k else '', word] + cells
-             for name, reports in groups for k, (word, cells) in enumerate(_spread(meant, reports))]
+    means: List[List[str]] = []
+    for name, reports in groups:
+        mean, spread, largest = _spread(meant, reports)
+        means += [[name, str(len(reports)), 'mean'] + mean, ['', '', 'spread'] + spread,
+                  ['', '', 'largest'] + largest]
     rows = [[name, str(count)] + cells(columns, report)
             for name, reports in runs for count, report in enumerate(reports, 1)]
     return '<h2>{0}</h2>{1}<h2>{0}, one by one</h2>{2}'.format(
@@ -106,8 +109,8 @@ def _compared(title: str, what: str, columns: Sequence[Column],
         table(['run', what] + heads(columns), rows))
 
 
-def _spread(columns: Sequence[Column], reports: Sequence[Any]) -> List[Tuple[str, List[str]]]:
-    """(word, cells) of the mean, of the standard deviation, and of the largest value."""
+def _spread(columns: Sequence[Column], reports: Sequence[Any]) -> List[List[str]]:
+    """The cells of the mean, of the standard deviation, and of the largest value."""
     rows: List[List[str]] = [[], [], []]
     for _, value, form in columns:
         values = np.array([value(report) for report in reports])
@@ -117,7 +120,7 @@ def _spread(columns: Sequence[Column], reports: Sequence[Any]) -> List[Tuple[str
         rows[0].append(number(mean, form))
         rows[1].append(number(spread, form.replace('+', '')))
         rows[2].append(number(largest, form))
-    return list(zip(('mean', 'spread', 'largest'), rows))
+    return rows
 
 
 # Figures --------------------------------------------------------------------------------------

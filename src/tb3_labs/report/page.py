@@ -6,7 +6,7 @@ import math
 from datetime import datetime
 from html import escape
 from pathlib import Path
-from typing import Dict, List, Sequence, Union
+from typing import Dict, Sequence, Union
 
 from tb3_labs.report import figures, path_figures, tables
 from tb3_labs.report.drives import DriveReport, drives
@@ -76,15 +76,13 @@ def _figures(run: RunData, model: RobotModel, folder: Path) -> Dict[str, str]:
 
 def _summary(run: RunData, model: RobotModel) -> str:
     offset, resets = yaw_offset(run), len(epochs(run)) - 1
-    words = '{} on {}, {:.1f} s, {:.2f} m driven, {} reset{}. '.format(
-        model.name.capitalize(), datetime.fromtimestamp(run.start).strftime('%Y-%m-%d %H:%M'),
-        run.duration, run.odometry.length, resets or 'no',
-        '' if resets == 1 else 's')
-    words += 'IMU yaw minus odometry yaw: mean {} deg, standard deviation {}, change from the ' \
-        'first to the last tenth of the run {}.'.format(
-            *(degrees(value, form) for value, form in
-              ((offset.mean, '{:+.2f}'), (offset.spread, '{:.3f}'), (offset.drift, '{:+.3f}'))))
-    return words
+    return (
+        '{} on {}, {:.1f} s, {:.2f} m driven, {} reset{}. IMU yaw minus odometry yaw: mean {} deg, '
+        'standard deviation {}, change from the first to the last tenth of the run {}.'.format(
+            model.name.capitalize(), datetime.fromtimestamp(run.start).strftime('%Y-%m-%d %H:%M'),
+            run.duration, run.odometry.length, resets or 'no', '' if resets == 1 else 's',
+            degrees(offset.mean, '{:+.2f}'), degrees(offset.spread, '{:.3f}'),
+            degrees(offset.drift, '{:+.3f}')))
 
 
 def _turns(run: RunData, turned: Sequence[TurnReport]) -> str:
@@ -162,11 +160,9 @@ def _unlisted(run: RunData, reports: Sequence[TurnReport]) -> str:
     """
     if len(run.states) and 'states' not in run.derived:
         return ''
-    others: List[float] = []
-    for movement in movements(run):
-        listed = any(movement.begin < turn.end and turn.begin < movement.end for turn in reports)
-        if not listed and movement.kind is not Kind.DRIVE:
-            others.append(movement.end - movement.begin)
+    others = [movement.end - movement.begin for movement in movements(run)
+              if movement.kind is not Kind.DRIVE and not any(
+                  movement.begin < turn.end and turn.begin < movement.end for turn in reports)]
     if not others:
         return ''
     return 'Not listed: {} other movement{}, {} s in all.'.format(
