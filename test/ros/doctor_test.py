@@ -83,22 +83,13 @@ class Quiet(SimpleXMLRPCRequestHandler):
         """Print nothing."""
 
 
-class StandIn:
-    """A node that answers questions, and offers no topic; or, without `answers`, one that takes
-    connections and never says a word."""
-
-    def __init__(self, **answers):
-        if not answers:
-            self._socket = socket.socket()
-            self._socket.bind(('127.0.0.1', 0))
-            self._socket.listen(5)
-            self.uri = 'http://127.0.0.1:%d/' % self._socket.getsockname()[1]
-            return
-        server = SimpleXMLRPCServer(('127.0.0.1', 0), Quiet, allow_none=True)
-        for name, value in answers.items():
-            server.register_function(lambda *_, value=value: [1, '', value], name)
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        self.uri = 'http://127.0.0.1:%d/' % server.server_address[1]
+def stand_in(**answers):
+    """The URI of a node that answers these questions, and offers no topic."""
+    server = SimpleXMLRPCServer(('127.0.0.1', 0), Quiet, allow_none=True)
+    for name, value in answers.items():
+        server.register_function(lambda *_, value=value: [1, '', value], name)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    return 'http://127.0.0.1:%d/' % server.server_address[1]
 
 
 def register(namespace, uri):
@@ -121,10 +112,9 @@ class Doctors:
         self._hiccups = hiccups    # of this machine: they are not the doctor's time
         self._called, self._first_line, self.ended = {}, {}, {}
 
-    def call(self, patient, *arguments, prefix=(), environment=None, clean=False):
+    def call(self, patient, *arguments, prefix=(), environment=None):
         command = list(prefix) + [sys.executable, path_of('doctor.py')] + list(arguments)
-        self._called[patient] = time.time(), Program(command, environment=environment,
-                                                          clean=clean)
+        self._called[patient] = time.time(), Program(command, environment=environment)
         return self._called[patient][1]
 
     def wait(self):
@@ -180,10 +170,11 @@ class DoctorTest(NodeCase):
         rospy.Subscriber('/ahead/cmd_vel', Twist, lambda message: None)
         cls.timer = rospy.Timer(rospy.Duration(0.05), lambda event: cls._publish())
         register('/nameless/', 'http://robot4.invalid:40001/')
-        cls.silent = StandIn()
-        register('/silent/', cls.silent.uri)
-        register('/elsewhere/', StandIn(getPid=1, getMasterUri='http://10.9.9.9:11311',
-                                        getBusInfo=[]).uri)
+        # it takes connections, and never says a word
+        cls.silent = socket.create_server(('127.0.0.1', 0))
+        register('/silent/', 'http://127.0.0.1:%d/' % cls.silent.getsockname()[1])
+        register('/elsewhere/', stand_in(getPid=1, getMasterUri='http://10.9.9.9:11311',
+                                         getBusInfo=[]))
         cls.wait_for_publisher('/robot1/odom', '/robot3/odom', '/robot3/cmd_vel')
         time.sleep(1.0)    # robots connect to their drivers
 

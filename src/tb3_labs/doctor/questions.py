@@ -43,15 +43,13 @@ def together(calls, seconds=QUESTION):
     problem of the network.
     """
     begun = [_begun(*call) for call in calls]
-    end = time.monotonic() + seconds
-    return [_value(future, max(0.0, end - time.monotonic())) for future in begun]
-
-
-def _value(future, seconds):
-    try:
-        return future.result(seconds)
-    except (OSError, UnicodeError, futures.TimeoutError):
-        return None
+    end, values = time.monotonic() + seconds, []
+    for future in begun:
+        try:
+            values.append(future.result(max(0.0, end - time.monotonic())))
+        except (OSError, UnicodeError, futures.TimeoutError):
+            values.append(None)
+    return values
 
 
 def _begun(function, *arguments):

@@ -129,7 +129,8 @@ def make_collectors(kinds, prefix):
         'frames': lambda: _FrameCollector((prefix + 'local').strip('/'))}
     if kinds.get('resets') == LOG:
         special['resets'] = lambda: _ResetLineCollector(prefix)
-    return {part: special.get(part, _pose_collector)() for part in kinds}
+    return {part: special[part]() if part in special else _Collector(
+        Poses, PLACE_ORIENTATION, _pose_columns) for part in kinds}
 
 
 def _imu_columns(x, y, z, w, rate):
@@ -138,10 +139,6 @@ def _imu_columns(x, y, z, w, rate):
 
 def _pose_columns(x, y, qx, qy, qz, qw, *speeds):
     return (x, y, yaws_from_quaternions(w=qw, x=qx, y=qy, z=qz)) + speeds
-
-
-def _pose_collector():
-    return _Collector(Poses, PLACE_ORIENTATION, _pose_columns)
 
 
 class _Collector:

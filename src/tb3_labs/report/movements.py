@@ -141,14 +141,12 @@ def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
 
     `goal` is that of each drive. Those fields are named in `derived`.
     """
-    if not len(run.local_pose):
-        run = _with_local_by_tf(run) if len(run.frames) else _with_local(run)
+    if not len(run.local_pose) and len(run.frames):
+        local = run.frames.inverse() @ robot_in_odom(run, run.frames.time)
+        run = replace(run, local_pose=local, derived=run.derived + ('local_pose',))
+    elif not len(run.local_pose):
+        run = _with_local(run)
     return run if len(run.states) else _with_states(run, goal)
-
-
-def _with_local_by_tf(run: RunData) -> RunData:
-    local = run.frames.inverse() @ robot_in_odom(run, run.frames.time)
-    return replace(run, local_pose=local, derived=run.derived + ('local_pose',))
 
 
 def _with_local(run: RunData) -> RunData:
