@@ -3,6 +3,7 @@ import math
 
 import numpy as np
 import pytest
+from made_motion import driven, turn
 from made_run import STATES, TIME, X, ZERO, goals, made, poses, states
 
 from tb3_labs.geometry.se2 import Pose2
@@ -12,7 +13,7 @@ from tb3_labs.robot.turtlebot3 import robot_model
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.figures import (  # noqa: E402
-    curve, errors, heading, new_figure, speeds)
+    curve, errors, heading, new_figure, speeds, turns)
 from tb3_labs.report.movements import completed  # noqa: E402
 from tb3_labs.report.path_figures import _frames, draw_path, paths  # noqa: E402
 
@@ -67,6 +68,28 @@ def test_the_figures_draw_the_runs_own_numbers():
         assert lines(axes)[0][:, 1] == pytest.approx(math.degrees(0.5))
     assert lines(apart)[0][:, 1] == pytest.approx(ZERO, abs=1e-9)
     assert far.get_xlim() == apart.get_xlim() == (0.0, 10.0)
+
+
+def test_turns_are_drawn_from_their_begin_in_the_direction_that_was_asked_for():
+    """The second one begins before all of the first one's rest is drawn."""
+    first = turn(2.0, 90.0)
+    left, rate = turns(driven([first, turn(first[1] + 0.5, -90.0)])).axes
+    assert (left.get_ylabel(), rate.get_xlabel()) == (
+        'angle left [deg]', 'time since the first command [s]')
+    for k, rest in enumerate((0.5, 0.6)):
+        angle, speed = lines(left)[k], lines(rate, 'commanded' if not k else None)[0]
+        assert angle[[0, -1], 0] == pytest.approx((-0.2, first[1] - first[0] + rest), abs=0.03)
+        assert angle[[0, -1], 1] == pytest.approx((90.0, 0.0), abs=0.2)
+        assert speed[:, 1].max() == pytest.approx(1.5) and speed[:, 1].min() > -0.01
+
+
+def test_the_angle_error_is_blank_where_it_goes_round():
+    yaw = np.angle(np.exp(1j * np.radians(40.0 * TIME)))
+    run = made(local_pose=poses(yaw=yaw), imu=ImuSamples(TIME, TIME, yaw, ZERO),
+               odometry=OdometrySamples(TIME, TIME, X, ZERO, yaw, ZERO, ZERO))
+    _, turned = errors(run, BURGER).axes
+    data = lines(turned)[0]
+    assert data[np.isnan(data[:, 1])][:, 0] == pytest.approx([4.5], abs=0.06)
 
 
 def test_no_goal_no_errors():
