@@ -150,6 +150,8 @@ def test_a_page_without_drives_says_where_local_stood(tmp_path, monkeypatch):
 
 def test_the_page_says_what_happened_along_the_way(page):
     first, second = (row for row in rows_of(page) if len(row) == 8)
+    for state in 'ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL':
+        assert page.count('<th>{} [s]</th>'.format(state)) == 1
     assert first[:5] == ['1', '0.50', '5.00', '0.50', '0.50']        # the stop is half a second
     least = float([row for row in rows_of(page) if len(row) == 11][0][6])
     assert float(first[5]) == pytest.approx(6.5 / least, abs=0.01)

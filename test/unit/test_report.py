@@ -80,6 +80,9 @@ def test_the_true_path_is_drawn_along_an_odometry_that_is_set_to_zero(run):
     in_odom, _ = paths(run, BURGER).axes
     lines = [line for line in in_odom.get_lines() if len(line.get_xdata()) > 5]
     truth = [line for line in lines if line.get_color() == '#bbbbbb']
+    star = [line for line in in_odom.get_lines() if line.get_marker() == '*'][0]
+    goal = here.inverse() @ Pose2(2.0, 1.0, 0.5) @ Pose2(1.0, 0.0, 0.0)     # of the first drive
+    assert star.get_xydata()[0] == pytest.approx((goal.x, goal.y), abs=1e-6)
     assert len(truth) == 3 and len(lines) == 6    # two pieces before the reset, one after it
     for line in lines:
         x, y = line.get_data()
