@@ -234,7 +234,9 @@ def test_the_drives_of_several_runs(tmp_path):
 def test_the_files_of_a_run_with_turns_and_a_drive(tmp_path):
     segments = [turn(2.0, 90.0)] + drive(6.0, 90.0, 0.8, -90.0)
     page = write_report(completed(driven(segments), Pose2(0.0, 0.6, 0.5)), BURGER, tmp_path)
-    assert 'Goal: taken as (0 m, 0.6 m, 28.648 deg), see --goal.' in page.read_text()
+    text = page.read_text(encoding='utf-8')
+    assert 'Goal: taken as (0 m, 0.6 m, 28.648 deg), see --goal.' in text
+    assert [row[:3] for row in rows_of(text) if len(row) == 9] == [['1', '2.00', '+90']]
     for name, column, value in (('turns', 'turned_deg', 90.0), ('drives', 'move_forward_s', 4.0)):
         row, = table_in(tmp_path / (name + '.csv'))
         assert float(row[column]) == pytest.approx(value, abs=0.2)
