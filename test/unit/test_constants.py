@@ -77,7 +77,7 @@ NUMBERS = {
         'STEADY_TURN': 0.1,
         'LAG': 0.13, 'LEAD': 0.04, 'SLIP': 0.055, 'UNEVEN': 0.033, 'DRIFT': 0.02,
         'UNEXPLAINED': 0.015, 'AGREED': 1.0, 'AT_REST': 0.024, 'STANDING_RATE': 0.03,
-        'GYRO_GAP': 0.15, 'WHEEL_GAP': 0.3, 'WHEEL_MEMORY': 0.6},
+        'GYRO_GAP': 0.15, 'MEAN_ONLY': 0.08, 'WHEEL_GAP': 0.3, 'WHEEL_MEMORY': 0.6},
     localizer: {'MAX_EXTRAPOLATION': 2.0 / 30.0},
     samples.Motion: {
         'imu_age': 0.0, 'odometry_age': 0.0, 'yaw_noise': 0.0, 'extrapolated': 0.0},
