@@ -2,15 +2,95 @@
 
     python3 -m tb3_labs.ros.robot_description MODEL [PREFIX]
 
-It is the URDF of turtlebot3_description where that is installed, else a simple shape of its size.
-PREFIX is of the frames' names, such as robot3/.
+It is the URDF of turtlebot3_description if that is installed, else a simple shape of its size with
+the names of its links and joints. Body and nose lie on the floor, so that they do not hide goal,
+path and true pose. PREFIX is of the frames' names, such as robot3/.
+
+Frames: ``base_footprint`` on the floor in the middle between the wheels, ``base_link`` above it at
+the height of their axle; x forward, y left. Joints turn by positive angles when the robot drives
+forward. Units: metres.
 """
 import os
 import subprocess
 import sys
+from xml.etree import ElementTree
 
-from tb3_labs.robot.turtlebot3 import robot_model
-from tb3_labs.robot.urdf import simple_urdf, with_prefix
+from tb3_labs.robot.turtlebot3 import WHEEL_WIDTH, RobotModel, robot_model
+
+#: Height of body and nose [m].
+THICKNESS = 0.005
+
+_ROBOT = """<?xml version="1.0"?>
+<robot name="turtlebot3_{name}">
+  <material name="blue"><color rgba="0.25 0.6 1 1"/></material>
+  <material name="white"><color rgba="1 1 1 1"/></material>
+  <material name="dark"><color rgba="0.1 0.1 0.1 1"/></material>
+
+  <link name="base_footprint"/>
+  <joint name="base_joint" type="fixed">
+    <parent link="base_footprint"/>
+    <child link="base_link"/>
+    <origin xyz="0 0 {wheel_radius}"/>
+  </joint>
+
+  <link name="base_link">
+    <visual name="body">
+      <origin xyz="0 0 {body_z}"/>
+      <geometry><cylinder radius="{body_radius}" length="{thickness}"/></geometry>
+      <material name="blue"/>
+    </visual>
+    <visual name="nose">
+      <origin xyz="{nose_x} 0 {nose_z}"/>
+      <geometry><box size="{body_radius} {nose_width} {thickness}"/></geometry>
+      <material name="white"/>
+    </visual>
+  </link>
+{wheels}</robot>
+"""
+
+_WHEEL = """
+  <joint name="wheel_{side}_joint" type="continuous">
+    <parent link="base_link"/>
+    <child link="wheel_{side}_link"/>
+    <origin xyz="0 {y} 0"/>
+    <axis xyz="0 1 0"/>
+  </joint>
+  <link name="wheel_{side}_link">
+    <visual>
+      <origin rpy="1.5707963 0 0"/>
+      <geometry><cylinder radius="{radius}" length="{width}"/></geometry>
+      <material name="dark"/>
+    </visual>
+  </link>
+"""
+
+
+def simple_urdf(model: RobotModel) -> str:
+    """The URDF of a shape of the size of `model`."""
+    wheels = [_WHEEL.format(side=side, y=y, radius=model.wheel_radius, width=WHEEL_WIDTH)
+              for side, y in (('left', model.half_track), ('right', -model.half_track))]
+    return _ROBOT.format(
+        name=model.name, wheel_radius=model.wheel_radius, body_radius=model.body_radius,
+        body_z=-model.wheel_radius - 2.0 * THICKNESS, nose_z=-model.wheel_radius - THICKNESS,
+        nose_x=model.body_radius / 2.0, nose_width=model.body_radius / 2.0, thickness=THICKNESS,
+        wheels=''.join(wheels))
+
+
+def with_prefix(urdf: str, prefix: str) -> str:
+    """The same robot with `prefix`, such as ``robot3/``, before the names of its links: tf has one
+    tree for all robots. ``ValueError`` if `urdf` is not valid.
+    """
+    try:
+        robot = ElementTree.fromstring(urdf)
+    except ElementTree.ParseError as problem:
+        raise ValueError('not a URDF: {}'.format(problem)) from None
+    for path, attribute in (('link', 'name'), ('joint/parent', 'link'), ('joint/child', 'link')):
+        for element in robot.findall(path):
+            name = element.get(attribute)
+            if name is None:
+                raise ValueError('not a URDF: <{}> has no {}'.format(element.tag, attribute))
+            element.set(attribute, prefix + name)
+    return ElementTree.tostring(robot, encoding='unicode')
 
 
 def urdf_of(model):
