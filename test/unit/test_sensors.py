@@ -17,14 +17,12 @@ def imu(offset=0.0, **how):
 
 def test_offset_and_drift_add_up_in_the_yaw_and_the_drift_in_the_rate():
     model = imu(0.5, drift=0.01)
-    model.advance(20.0)
     model.follow(20.0, (0.3, 0.1, 0.0, 0.0))
     sample, later = model.measure([20.0, 21.0])
     assert (sample.stamp, sample.yaw, sample.yaw_rate) == pytest.approx((20.0, 1.0, 0.11))
     assert (later.stamp, later.yaw, later.yaw_rate) == pytest.approx((21.0, 1.11, 0.11))
-    model.advance(1.0)                  # and drifts the other way from then on
-    model.configure(0.0, 0.0, -0.02, 0.0)
-    model.advance(2.0)
+    model.follow(21.0, (0.0, 0.0, 0.0, 0.0))
+    model.configure(0.0, 0.0, -0.02, 0.0)   # it drifts the other way from then on
     model.follow(23.0, (0.0, 0.0, 0.0, 0.0))
     assert model.measure([23.0])[0].yaw == pytest.approx(0.5 + 0.21 - 0.04)
 
@@ -69,8 +67,22 @@ def test_each_noise_is_as_large_as_asked_for_and_of_its_own():
             assert abs(statistics.mean(values)) <= 0.08 * sigma
 
 
-def test_no_stamps_no_samples():
-    assert imu().measure([]) == []
+@pytest.mark.parametrize('rate, how, shown', [
+    (0.0, {'rate_noise': 0.001}, 0.0), (0.00319, {}, 0.0), (-0.00319, {}, 0.0),
+    (0.0032, {}, 0.0032), (-0.0032, {}, -0.0032), (0.0, {'drift': 0.002}, 0.002)])
+def test_the_gyros_dead_zone_is_3_steps_of_2000_deg_s_over_16_bit(rate, how, shown):
+    """0.1831 deg/s, 0.003196 rad/s; the yaw is not touched."""
+    model = imu(**how)
+    model.follow(0.0, (0.0, rate, 0.0, 0.0))
+    for sample in model.measure([0.01 * k for k in range(5000)]):
+        assert sample.yaw_rate == pytest.approx(shown, abs=1e-15)
+        assert sample.yaw == pytest.approx((rate + how.get('drift', 0.0)) * sample.stamp)
+
+
+@pytest.mark.parametrize('how', [{'rate_noise': 0.0011}, {'drift': 1e-9, 'rate_noise': 0.001}])
+def test_a_gyro_unlike_the_firmwares_shows_its_noise_at_rest(how):
+    assert statistics.pstdev(sample.yaw_rate for sample in imu(**how).measure(
+        [0.01 * k for k in range(4000)])) == pytest.approx(how['rate_noise'], rel=0.05)
 
 
 # Moments at a fixed rate --------------------------------------------------------------------------
