@@ -278,11 +278,6 @@ def test_how_often_it_is_asked_changes_nothing(cuts, seed):
     assert often.take(math.inf) == once.take(math.inf)
 
 
-def test_a_direction_has_a_name():
-    with pytest.raises(ValueError, match='both'):
-        Link('both', 1)
-
-
 # The named networks -------------------------------------------------------------------------------
 
 def test_every_named_network_says_all_that_another_one_does():

@@ -6,7 +6,8 @@ import pytest
 
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.simulation.body import ImuModel
-from tb3_labs.simulation.sensors import Dropouts, Rhythm, SensorFaults
+from tb3_labs.simulation.network import Interruptions
+from tb3_labs.simulation.sensors import DROPOUT, Rhythm, SensorFaults
 
 
 def imu(offset=0.0, **how):
@@ -129,40 +130,41 @@ def yaws(*values):
     return [ImuSample(0.1 * k, value, 0.5) for k, value in enumerate(values)]
 
 
-def test_both_ends_of_a_dropout_belong_to_it_and_the_next_one_begins_after_it():
-    dropouts, fine = Dropouts(2.0, 100.0, seed=3), Dropouts(2.0, 100.0, seed=3)
-    stamps = [100.0 + 0.001 * k for k in range(60000)]
-    covered = [fine.cover(stamp) for stamp in stamps]
-    edges = [k for k in range(1, len(stamps)) if covered[k] != covered[k - 1]]
-    assert not covered[0] and len(edges) > 20
-    for begin, end in zip(edges[::2], edges[1::2]):
-        assert 0.3 <= (end - begin) * 0.001 + 0.001 and (end - begin) * 0.001 <= 4.3 + 0.001
-    assert [dropouts.cover(stamp) for stamp in stamps[::7]] == covered[::7]
+@pytest.mark.parametrize('lengths', [DROPOUT, (0.0, 0.4)])
+def test_interruptions_are_half_open_intervals_of_the_lengths_asked_for(lengths):
+    every, seventh = (Interruptions(2.0, lengths, 100.0, seed=3) for _ in range(2))
+    moments = [100.0 + 0.001 * k for k in range(60000)]
+    ends = [every.release(moment) for moment in moments]
+    assert [seventh.release(moment) for moment in moments[::7]] == ends[::7]
+    held = [(moment, end) for moment, end in zip(moments, ends) if end != moment]
+    begins = {}
+    for moment, end in held:
+        begins.setdefault(end, moment)
+    assert len(begins) > 20 and ends[0] == moments[0]
+    assert all(lengths[0] - 0.001 <= end - begin <= lengths[1] for end, begin in begins.items())
     # 0.5 s between two of them on average, exponential
-    gaps = [0.001 * (begin - end) for end, begin in zip(edges[1::2], edges[2::2])]
+    gaps = [begin - end for end, begin in zip(begins, list(begins.values())[1:])]
     assert 0.2 < sum(gaps) / len(gaps) < 1.0
-
-
-def test_no_rate_no_dropouts():
-    dropouts = Dropouts(0.0, 0.0, seed=3)
-    assert dropouts.rate == 0.0 and not any(dropouts.cover(float(k)) for k in range(1000))
+    again, end = Interruptions(2.0, lengths, 100.0, seed=3), held[0][1]
+    assert again.release(held[0][0]) == end and again.release(end) == end     # its end is free
 
 
 @pytest.mark.parametrize('silent, frozen, said', [
     (False, False, [1.0, 2.0, 3.0]), (True, False, []), (False, True, [1.0, 1.0, 1.0]),
     (True, True, [])])
 def test_what_a_sensor_with_a_fault_says(silent, frozen, said):
-    faults = SensorFaults(silent, frozen, Dropouts(0.0, 0.0, 1))
+    faults = SensorFaults(silent, frozen, None)
     samples = yaws(1.0, 2.0, 3.0)
-    outcome = faults.outcome([]) + faults.outcome(samples[:2]) + faults.outcome(samples[2:])
+    outcome = [sample for part in (samples[:0], samples[:2], samples[2:])
+               for sample in faults.outcome(part)]
     assert [sample.yaw for sample in outcome] == said
     assert [sample.stamp for sample in outcome] == [0.0, 0.1, 0.2][:len(said)]
 
 
 def test_a_frozen_sensor_has_its_dropouts_too():
-    dropouts, same = Dropouts(2.0, 0.0, seed=3), Dropouts(2.0, 0.0, seed=3)
+    dropouts, same = (Interruptions(2.0, DROPOUT, 0.0, seed=3) for _ in range(2))
     samples = [ImuSample(0.1 * k, 0.001 * k, 0.0) for k in range(200)]
     outcome = SensorFaults(False, True, dropouts).outcome(samples)
     assert [sample.stamp for sample in outcome] == [
-        sample.stamp for sample in samples if not same.cover(sample.stamp)]
+        sample.stamp for sample in samples if same.release(sample.stamp) == sample.stamp]
     assert 0 < len(outcome) < 200 and {sample.yaw for sample in outcome} == {0.0}

@@ -27,7 +27,7 @@ import math
 import random
 from collections import deque
 from dataclasses import dataclass
-from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple, Union
 
 #: A moment [s], and the message that arrives then.
 Arrival = Tuple[float, Any]
@@ -46,7 +46,7 @@ def _network(delay: float = 0.0, stalls_per_min: float = 0.0,
                 longest_stall=longest_stall)
 
 
-#: Networks by name: the settings of tb3_labs.simulation.simulator.SimulatorConfig that make them.
+#: Networks by name: the settings of SimulatorConfig that make them.
 NETWORKS: Dict[str, Dict[str, float]] = {
     'quiet': _network(),
     'good': _network(0.008),
@@ -72,21 +72,22 @@ class LinkSettings:
         return self.stalls_per_min, self.longest_stall, self.stalled
 
 
-class Stalls:
-    """Random intervals [start, end) in which nothing arrives, `rate` per second outside them."""
+class Interruptions:
+    """Random intervals [start, end), `rate` per second outside them; each lasts a uniform random
+    time between the two `lengths` [s]."""
 
-    def __init__(self, rate: float, longest: float, since: float, seed: int) -> None:
-        self._rate, self._longest = rate, longest
-        self._random = random.Random('stalls {}'.format(seed))
+    def __init__(self, rate: float, lengths: Tuple[float, float], since: float,
+                 seed: Union[int, str]) -> None:
+        self._rate, self._lengths = rate, lengths
+        self._random = random.Random(seed)
         self._plan(since)
 
     def _plan(self, after: float) -> None:
-        gap = self._random.expovariate(self._rate) if self._rate else math.inf
-        self._start = after + gap
-        self._end = self._start + self._random.uniform(0.0, self._longest)
+        self._start = after + (self._random.expovariate(self._rate) if self._rate else math.inf)
+        self._end = self._start + self._random.uniform(*self._lengths)
 
     def release(self, moment: float) -> float:
-        """`moment`, or the end of the stall in which it lies. Ask in order of time."""
+        """`moment`, or the end of the interval in which it lies. Ask in order of time."""
         while moment >= self._end:
             self._plan(self._end)
         return self._end if moment >= self._start else moment
@@ -96,13 +97,10 @@ class Link:
     """One direction of the network, 'sensors' or 'commands'. Its times never go back."""
 
     def __init__(self, direction: str, seed: int) -> None:
-        if direction not in STALLED[1:]:
-            raise ValueError('direction = {!r} is not valid: one of {}'.format(
-                direction, ', '.join(STALLED[1:])))
         self._direction, self._seed = direction, seed
         self._random = random.Random('jitter of {} {}'.format(direction, seed))
         self._settings = LinkSettings()
-        self._stalls: Optional[Stalls] = None
+        self._stalls: Optional[Interruptions] = None
         self._under_way: Deque[Arrival] = deque()   # by the time it is due
         self._last_due = -math.inf
         self._arrived: List[Arrival] = []
@@ -117,8 +115,9 @@ class Link:
         if settings.stalls != before.stalls:
             # The links of both directions plan alike: one stall delays both.
             has_stalls = settings.stalls_per_min and settings.stalled in ('both', self._direction)
-            self._stalls = Stalls(settings.stalls_per_min / 60.0, settings.longest_stall, now,
-                                  self._seed) if has_stalls else None
+            self._stalls = Interruptions(
+                settings.stalls_per_min / 60.0, (0.0, settings.longest_stall), now,
+                'stalls {}'.format(self._seed)) if has_stalls else None
         # Messages that waited for the end of a stall are due now.
         self._under_way = deque((max(due, now), thing) for due, thing in self._under_way)
         self._is_quiet = not (settings.delay or settings.jitter or self._stalls or settings.is_cut)
@@ -139,8 +138,7 @@ class Link:
         self.is_clear = False
 
     def take(self, until: float) -> List[Arrival]:
-        """The messages that have arrived by `until` [s], in order, with their moments of arrival.
-        """
+        """The messages that have arrived by `until` [s], in order of their arrival."""
         arrived, self._arrived = self._arrived, []
         under_way, stalls = self._under_way, self._stalls
         if not self._settings.is_cut:

@@ -113,15 +113,12 @@ class Simulator:
             body.imu.bias = math.radians(config.gyro_bias_deg)
         body.motion_changed()
         self._sensors.configure(config, self._now)
-        self._apply_network(config)
-        self._switch_board(before)
-
-    def _apply_network(self, config: SimulatorConfig) -> None:
         for link, delay, jitter in (
                 (self._command_link, config.command_latency, config.command_jitter),
                 (self._sensor_link, config.sensor_latency, config.sensor_jitter)):
             link.configure(LinkSettings(delay, jitter, config.stalls_per_min, config.longest_stall,
                                         config.stalled, config.network_cut), self._now)
+        self._switch_board(before)
 
     def command(self, linear: float, angular: float) -> None:
         """Send a command now: forward speed [m/s], rate of turn [rad/s]. A number that is not
@@ -143,14 +140,14 @@ class Simulator:
         """
         self._pass(dt)
         if self._sensor_link.is_clear:      # nothing is delayed
-            return self._sensors.stamped(self._sensors.take())
-        return self._sensors.stamped([sample for _, sample in self._arrivals()])
+            return self._sensors.clock.stamped(self._sensors.take())
+        return self._sensors.clock.stamped([sample for _, sample in self._arrivals()])
 
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
         """As :meth:`step`, but samples that arrive at the same moment, for instance after a stall,
         are together in one list."""
         self._pass(dt)
-        return [self._sensors.stamped([sample for _, sample in burst])
+        return [self._sensors.clock.stamped([sample for _, sample in burst])
                 for _, burst in groupby(self._arrivals(), itemgetter(0))]
 
     def _arrivals(self) -> List[Arrival]:
@@ -224,7 +221,7 @@ class Simulator:
         """The board starts. It calibrates three times; it is heard between the last two."""
         pause = self._config.reset_pause
         yaw = self._body.yaw + self._body.imu.error
-        self._sensors.odometer.start(wrap(yaw + RAW_BIAS * pause))
+        self._sensors.odometer.theta_last = wrap(yaw + RAW_BIAS * pause)
         self._board.start(self._now)
         self._body.use_bias(RAW_BIAS * 2.0 * pause / START_TIME)
 
