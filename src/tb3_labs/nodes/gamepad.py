@@ -20,7 +20,6 @@ from tb3_labs.nodes.pad import ControlMessages, PadListener, PadMessage, PadStat
 from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.arbitration import HOLDERS, Holder, HolderEvent, after
-from tb3_labs.supervision.freshness import Freshness
 from tb3_labs.supervision.permission import LONGEST_LAPSE, SleepWatch
 
 #: After taking the robot back the pad waits until move_to_goal has stopped [s].
@@ -35,6 +34,7 @@ class GamepadCore:
         self._config = config
         self._model = model
         self._pad = PadListener(config)
+        self.joy = self._pad.source
         self._messages = ControlMessages()
         self._sleep = SleepWatch()
         self._silent_until = 0.0
@@ -48,9 +48,8 @@ class GamepadCore:
 
     def on_joy(self, axes: Sequence[float], buttons: Sequence[int], now: float,
                stamp: float = 0.0) -> None:
-        """Take in a message of the pad, sent at `stamp` [s, sender's clock; 0: unknown].
-
-        ``ValueError`` for another kind of pad.
+        """A message sent at `stamp` [s, sender's clock; 0: unknown]. ``ValueError`` for another kind
+        of pad.
         """
         self._look_at_clock(now)
         message = self._pad.hear(axes, buttons, now, stamp)
@@ -85,10 +84,7 @@ class GamepadCore:
             self._happens(HolderEvent.TAKEN, now)
 
     def update(self, now: float) -> None:
-        """Look at the clock; to be called ten times a second, and more often while :attr:`watched`.
-
-        A pad at rest is ready as soon as it has been heard for long enough.
-        """
+        """A pad at rest is ready as soon as it has been heard for long enough."""
         self._look_at_clock(now)
         state = self._pad.state
         if self.holder is Holder.NOBODY and state is not None and state.at_rest and (
@@ -98,7 +94,7 @@ class GamepadCore:
     # -- what comes out
 
     def take_messages(self) -> List[bool]:
-        """The messages for `ctrl_relinq` since the last call, in order: True and False."""
+        """Those for `ctrl_relinq`: True and False."""
         return self._messages.take()
 
     def take_reset(self) -> bool:
@@ -107,13 +103,7 @@ class GamepadCore:
         return presses > 0
 
     def take_news(self) -> List[News]:
-        """The News since the last call."""
         return self._news.take()
-
-    @property
-    def joy(self) -> Freshness:
-        """The Freshness of the pad."""
-        return self._pad.source
 
     @property
     def gives(self) -> bool:
@@ -122,16 +112,13 @@ class GamepadCore:
 
     @property
     def watched(self) -> bool:
-        """Must the node look at the clock more often, since messages may stop?"""
         return self.gives or self._drives() or (
             self._pad.state is not None and self.holder is Holder.NOBODY)
 
     def due(self, now: float) -> bool:
-        """Is it time for :meth:`command`?"""
         return self._is_new or self._is_lost(now)
 
     def command(self, now: float) -> Optional[Twist2]:
-        """The velocity to send now, or None: silence."""
         self._is_new = False
         if self._is_lost(now):
             self._pad.lose()
@@ -145,7 +132,6 @@ class GamepadCore:
         return self._asked
 
     def _asked_for(self, state: PadState) -> Twist2:
-        """The velocity that the sticks ask for."""
         model, config = self._model, self._config
         return saturate(Twist2(state.forward * min(config.linear_scale, model.max_linear),
                                state.left * min(config.angular_scale, model.max_angular)),

@@ -78,7 +78,6 @@ class MoveToGoalCore:
     # -- what comes in
 
     def on_imu(self, sample: ImuSample, now: float) -> None:
-        """Take in a sample of the IMU."""
         self.imu.heard(now, sample[1:])
         self._gyro.on_imu(sample, now)
         self._localizer.on_imu(sample, now)
@@ -88,14 +87,13 @@ class MoveToGoalCore:
         self._look_at_localizer()
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
-        """Take in a message of the odometry."""
         self.odometry.heard(now, (sample.pose, sample.linear, sample.angular))
         self._frozen.on_odometry(sample.pose.yaw)
         self._localizer.on_odometry(sample, now)
         self._look_at_localizer()
 
     def on_wheels(self, sample: WheelSample, now: float) -> None:
-        """Take in a sample of the wheels, if the robot has such; they only show a lying gyro."""
+        """The wheels, if the robot has such, only show a gyro that lies."""
         self._gyro.on_wheels(sample, now)
 
     def heard_command(self, linear: float, angular: float, now: float) -> None:
@@ -149,8 +147,8 @@ class MoveToGoalCore:
         self.update_control(now)
 
     def update_control(self, now: float) -> None:
-        """Check whether the permission still holds. To be called ten times a second, and before a
-        goal is set; `now` as in permission.Permission."""
+        """Check whether the permission still holds, also before a goal is set; `now` as in
+        permission.Permission."""
         permission, machine = self._permission, self._machine
         permission.update(now)
         for news in permission.take_news():
@@ -168,15 +166,14 @@ class MoveToGoalCore:
     # -- what comes out, once
 
     def take_news(self) -> List[News]:
-        """The News since the last call."""
         return self._news.take()
 
     def take_fix(self) -> Optional[Fix]:
-        """The latest Fix, once; None if there is no new one."""
+        """The latest one; None if there is no new one."""
         return self._localizer.take_fix()
 
     def take_end(self) -> Optional[DriveEnd]:
-        """The end of the drive, once; None while it goes on, or if there was no drive."""
+        """None while the drive goes on, or if there was none."""
         machine = self._machine
         if machine.goal is None or machine.active or machine.attempt == self._ended:
             return None
@@ -184,7 +181,6 @@ class MoveToGoalCore:
         return DriveEnd(machine.goal, machine.failure)
 
     def command(self, now: float) -> Optional[Twist2]:
-        """The velocity to send now, or None: silence."""
         refusal = self._refusal()
         if not (self.has_control and self._machine.active):
             self._pause()
@@ -251,15 +247,13 @@ class MoveToGoalCore:
 
     @property
     def watched(self) -> bool:
-        """Must :meth:`command` be called by a timer as well, since messages may stop?"""
         return self._permission.stands and self._machine.active
 
     def due(self, now: float) -> bool:
-        """Is it time for :meth:`command`? At the law's own rate, and whenever a sensor is lost."""
+        """At the law's own rate, and whenever a sensor is lost."""
         return self._pace.due(now) or not self._sensors.are_fresh(now)
 
     def idle_for(self, now: float) -> float:
-        """Time for which no sample of the IMU needs to be read [s]."""
         if self._localizer.has_resets:
             return 0.0
         driving = self.has_control and self._machine.active
@@ -273,18 +267,15 @@ class MoveToGoalCore:
 
     def _sensors_allow(self, now: float) -> bool:
         self._sensors.update(now)
-        if self._sensors.sight is Sight.SILENT:
+        if self._sensors.sight in (Sight.SILENT, Sight.BACK_SOON):
             self._pace.pause()
             self._frozen.start()
-            return False
         if self._sensors.sight is Sight.BACK_SOON:
-            self._pace.pause()
-            self._frozen.start()
             self._machine.interrupt()
         elif self._sensors.sight is Sight.BACK_LATE and self._machine.begun:
             self._machine.give_up('sensors were silent for {:.1f} s'.format(
                 self._sensors.silent_for))
-        return self._machine.active
+        return self._sensors.sight is not Sight.SILENT and self._machine.active
 
     def _begin_anew(self) -> None:
         """Begin the drive anew, unless its goal was reached or cancelled."""
