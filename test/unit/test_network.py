@@ -204,28 +204,6 @@ def test_one_stall_holds_up_both_directions():
     assert len(both[0]) > 150 and both[0] == both[1]
 
 
-def test_one_stall_holds_up_both_directions_also_when_the_other_joins_later():
-    one = replace(STALLING, stalled='sensors')
-    ends = []
-    for direction, sent in (('sensors', DENSE), ('commands', DENSE[::7])):
-        link = link_of(one, direction)
-        carry(link, sent[:len(sent) // 2], 300.0)
-        link.configure(STALLING, 300.0)
-        rest = sent[len(sent) // 2:]
-        ends.append([end for end, moments in stalls_of(carry(link, rest), rest)
-                     if len(moments) * (sent[1] - sent[0]) > 0.02 and end > 300.1])
-    assert len(ends[1]) > 60 and set(ends[1]) <= set(ends[0])
-
-
-@pytest.mark.parametrize('stalled', ['sensors', 'commands'])
-def test_a_stall_of_one_direction_leaves_the_other_alone(stalled):
-    for direction in ('sensors', 'commands'):
-        link = link_of(replace(STALLING, stalled=stalled), direction)
-        arrivals = carry(link, DENSE)
-        assert bool(stalls_of(arrivals, DENSE)) == (direction == stalled)
-        assert link.is_clear == (direction != stalled)
-
-
 def test_a_change_of_the_stalls_ends_the_present_one():
     first = stalls_of(stalling_arrivals(), DENSE)[0]
     link, middle = link_of(STALLING), (first[1][0] + first[0]) / 2.0

@@ -61,7 +61,7 @@ def same(samples, others):
 @settings(max_examples=30, deadline=None)
 @given(st.lists(st.floats(0.0, 0.3), min_size=1, max_size=20), st.integers(0, 1000),
        st.sampled_from([{'sensor_latency': 0.02}, NETWORKS['good'], NETWORKS['bad'],
-                        {'stalls_per_min': 120.0, 'stalled': 'commands'}]))
+                        {'stalls_per_min': 120.0}]))
 def test_how_time_is_cut_changes_nothing(cuts, seed, network):
     config = SimulatorConfig(seed=seed, dropouts_per_min=30.0, **network)
     fine, coarse = Simulator(config), Simulator(config)

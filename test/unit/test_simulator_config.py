@@ -23,7 +23,7 @@ def test_what_belongs_to_the_start_cannot_change_later():
 
 @pytest.mark.parametrize('name', sorted(
     {item.name for item in fields(SimulatorConfig)} - set(STARTING) - set(FAULTS)
-    - {'stalled', 'network_cut', 'board_off', 'serial_dead'}))
+    - {'network_cut', 'board_off', 'serial_dead'}))
 def test_physics_may_change_while_it_drives(name):
     """Nothing jumps: the motion so far is kept."""
     robot = Simulator(QUIET)
@@ -41,7 +41,7 @@ def test_physics_may_change_while_it_drives(name):
 @pytest.mark.parametrize('bad', [
     {'model': 'pioneer'}, {'slip': 1.1}, {'slip': -0.1}, {'imu_rate': 0.0},
     {'motor_lag': -1.0}, {'start_x': math.nan}, {'sensor_latency': math.inf},
-    {'imu_silent': 1}, {'seed': 1.5}, {'stalled': 'imu'}, {'stalls_per_min': 121.0},
+    {'imu_silent': 1}, {'seed': 1.5}, {'stalls_per_min': 121.0},
     {'command_jitter': -0.001}, {'odom_rate': 'often'}, {'wheel_mismatch': 1.0}])
 def test_nonsense_is_refused_by_name(bad):
     with pytest.raises(ValueError, match=list(bad)[0]):

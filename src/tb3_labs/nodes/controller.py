@@ -128,7 +128,7 @@ class ControllerCore:
                 self._news.tell('The mouse is active: it drives outside the middle of the screen; '
                                 'scroll up to stop')
             self._mouse_is_new = True
-            self._happens(DriverEvent.MOUSE_CENTRED if self._mouse.is_centred
+            self._happens(DriverEvent.MOUSE_CENTRED if self._mouse.twist == Twist2()
                           else DriverEvent.MOUSE_MOVED, 'the mouse took over')
         elif was_active or deactivated:
             self._mouse_told = active

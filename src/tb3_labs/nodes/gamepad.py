@@ -16,7 +16,7 @@ from typing import List, Optional, Sequence
 
 from tb3_labs.control.speed_laws import Twist2, saturate
 from tb3_labs.news import News, NewsDesk
-from tb3_labs.nodes.pad import ControlMessages, PadListener, PadMessage, PadState
+from tb3_labs.nodes.pad import ControlMessages, PadListener, PadMessage
 from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.arbitration import HOLDERS, Holder, HolderEvent, after
@@ -39,8 +39,6 @@ class GamepadCore:
         self._sleep = SleepWatch()
         self._silent_until = 0.0
         self._is_new = False         # something changed, so a command is due
-        self._asked_by = PadState()  # the state of the latest command,
-        self._asked = Twist2()       # and that command
         self._resets = 0             # presses of the reset button that were not taken yet
         self._news = NewsDesk()
 
@@ -79,7 +77,7 @@ class GamepadCore:
         Control that others gave is over when move_to_goal says so, since only move_to_goal knows
         the order of both messages.
         """
-        self._messages.stopped_by_others(now)
+        self._messages.stopped_at = now
         if self.gives:
             self._happens(HolderEvent.TAKEN, now)
 
@@ -121,17 +119,12 @@ class GamepadCore:
     def command(self, now: float) -> Optional[Twist2]:
         self._is_new = False
         if self._is_lost(now):
-            self._pad.lose()
+            self._pad.state = None      # the last one no longer counts
             self._tell_loss(now)
             self._stop(HolderEvent.LOST, now, now)
         state = self._pad.state
         if state is None or not self._drives() or now < self._silent_until:
             return None
-        if state is not self._asked_by:    # a stick that is held asks for the same again
-            self._asked_by, self._asked = state, self._asked_for(state)
-        return self._asked
-
-    def _asked_for(self, state: PadState) -> Twist2:
         model, config = self._model, self._config
         return saturate(Twist2(state.forward * min(config.linear_scale, model.max_linear),
                                state.left * min(config.angular_scale, model.max_angular)),

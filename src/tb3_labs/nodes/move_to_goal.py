@@ -157,7 +157,9 @@ class MoveToGoalCore:
         given, self._grants = permission.count > self._grants, permission.count
         if given and (machine.failure or not before):
             # the robot may have been driven elsewhere meanwhile
-            self._begin_anew()
+            if machine.failure or machine.active:
+                machine.restart()
+            self._pause()
         elif self._may_drive and not before:
             machine.interrupt()
         elif before and not self._may_drive:
@@ -181,7 +183,7 @@ class MoveToGoalCore:
         return DriveEnd(machine.goal, machine.failure)
 
     def command(self, now: float) -> Optional[Twist2]:
-        refusal = self._refusal()
+        refusal = POSE_LOST if self._localizer.is_lost else self._gyro.problem()
         if not (self.has_control and self._machine.active):
             self._pause()
         elif refusal:
@@ -261,10 +263,6 @@ class MoveToGoalCore:
 
     # -- the drive
 
-    def _refusal(self) -> str:
-        """'' or the reason why no drive may go on, or begin."""
-        return POSE_LOST if self._localizer.is_lost else self._gyro.problem()
-
     def _sensors_allow(self, now: float) -> bool:
         self._sensors.update(now)
         if self._sensors.sight in (Sight.SILENT, Sight.BACK_SOON):
@@ -276,12 +274,6 @@ class MoveToGoalCore:
             self._machine.give_up('sensors were silent for {:.1f} s'.format(
                 self._sensors.silent_for))
         return self._sensors.sight is not Sight.SILENT and self._machine.active
-
-    def _begin_anew(self) -> None:
-        """Begin the drive anew, unless its goal was reached or cancelled."""
-        if self._machine.failure or self._machine.active:
-            self._machine.restart()
-        self._pause()
 
     def _pause(self) -> None:
         """The robot stands, or another node drives it: the next command counts as the first."""

@@ -64,8 +64,7 @@ class PadListener:
         self._lateness = Lateness()
         self._heard_since = math.inf     # from then on the lateness of messages is learned
         self._is_late = False
-        self._last: Optional[Tuple[Sequence[float], Sequence[int]]] = None    # message,
-        self._read = PadState()          # and what it said
+        self._last: Optional[Tuple[Sequence[float], Sequence[int]]] = None    # message
 
     def hear(self, axes: Sequence[float], buttons: Sequence[int], now: float,
              stamp: float) -> PadMessage:
@@ -74,11 +73,9 @@ class PadListener:
         A button that is down in the first message may have been pressed long ago, and does not
         count as pressed now. A stop counts all the same.
         """
-        if (axes, buttons) == self._last:
-            self.repeats = True
-        else:
-            self._read, self._last = read_pad(axes, buttons, self._config), (axes, buttons)
-        state = self._read
+        state = read_pad(axes, buttons, self._config)
+        self.repeats = self.repeats or (axes, buttons) == self._last
+        self._last = axes, buttons
         lateness = self._lateness.of(stamp, now) if stamp > 0.0 else 0.0
         came_after_loss = self.repeats and not self.source.is_fresh(now)
         self.source.heard(now)
@@ -89,10 +86,6 @@ class PadListener:
         if before is None or came_after_loss:
             before = state._replace(regain=False)
         return PadMessage(state, before, lateness, came_after_loss)
-
-    def lose(self) -> None:
-        """The pad is lost: its last state no longer counts."""
-        self.state = None
 
     def tells_lateness(self, now: float) -> bool:
         """Has the pad been heard for long enough to know how late a message is?"""
@@ -141,7 +134,8 @@ class ControlMessages:
         self.gives = False
         self._waiting = [False]
         self._given_at = -math.inf      # if move_to_goal has not answered since
-        self._stopped_at = -math.inf    # time at which control was taken from move_to_goal
+        #: Time at which control was taken from move_to_goal, by anyone [s].
+        self.stopped_at = -math.inf
 
     def take(self) -> List[bool]:
         """The messages since the last call, in order."""
@@ -160,7 +154,7 @@ class ControlMessages:
         """False, for any holder of control: the operator's press at `caused_at`, or the pad's loss.
         """
         self.gives = False
-        self._stopped_at = max(self._stopped_at, caused_at)    # a late B is older than a loss
+        self.stopped_at = max(self.stopped_at, caused_at)    # a late B is older than a loss
         self._waiting.append(False)
 
     def end(self) -> None:
@@ -168,10 +162,6 @@ class ControlMessages:
         if self.gives:
             self.gives = False
             self._waiting.append(False)
-
-    def stopped_by_others(self, now: float) -> None:
-        """Another node took control from move_to_goal."""
-        self._stopped_at = now
 
     def move_to_goal_has_control(self) -> None:
         """move_to_goal says that it has control, so it has heard the True."""
@@ -186,4 +176,4 @@ class ControlMessages:
 
         It is too old, or control was taken since.
         """
-        return lateness > LONGEST_LAPSE or now - lateness < self._stopped_at
+        return lateness > LONGEST_LAPSE or now - lateness < self.stopped_at

@@ -8,8 +8,8 @@
 A link is one direction and behaves as TCP does: messages are not lost and do not overtake. A
 message arrives after its `delay` and a random `jitter`, which is drawn for each message. It does
 not arrive before the message sent before it. In a stall it waits for the end of the stall. A cut is
-a stall that lasts until it is switched off. Messages of the same moment arrive together. A stall of
-both directions is the same one for both links.
+a stall that lasts until it is switched off. Messages of the same moment arrive together. Stalls are
+the same ones for the links of both directions.
 
 Stalls begin as a Poisson process, and none begins within another one, so that none is longer than
 the longest. Everything random comes from the seed, by separate generators, and does not depend on
@@ -32,8 +32,6 @@ from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple, Union
 #: A moment [s], and the message that arrives then.
 Arrival = Tuple[float, Any]
 
-#: The directions that a stall may delay; the last two are also the directions of a Link.
-STALLED = ('both', 'sensors', 'commands')
 #: The longest stall of the recordings [s].
 LONGEST_STALL = 0.4
 
@@ -63,13 +61,12 @@ class LinkSettings:
     jitter: float = 0.0             # mean of the additional delay, exponential [s]
     stalls_per_min: float = 0.0
     longest_stall: float = LONGEST_STALL    # each lasts a uniform random time up to this [s]
-    stalled: str = STALLED[0]
     is_cut: bool = False            # nothing arrives while it is
 
     @property
-    def stalls(self) -> Tuple[float, float, str]:
+    def stalls(self) -> Tuple[float, float]:
         """The settings on which the stalls depend: a change plans them anew."""
-        return self.stalls_per_min, self.longest_stall, self.stalled
+        return self.stalls_per_min, self.longest_stall
 
 
 class Interruptions:
@@ -97,7 +94,7 @@ class Link:
     """One direction of the network, 'sensors' or 'commands'. Its times never go back."""
 
     def __init__(self, direction: str, seed: int) -> None:
-        self._direction, self._seed = direction, seed
+        self._seed = seed
         self._random = random.Random('jitter of {} {}'.format(direction, seed))
         self._settings = LinkSettings()
         self._stalls: Optional[Interruptions] = None
@@ -114,10 +111,9 @@ class Link:
         before, self._settings = self._settings, settings
         if settings.stalls != before.stalls:
             # The links of both directions plan alike: one stall delays both.
-            has_stalls = settings.stalls_per_min and settings.stalled in ('both', self._direction)
             self._stalls = Interruptions(
                 settings.stalls_per_min / 60.0, (0.0, settings.longest_stall), now,
-                'stalls {}'.format(self._seed)) if has_stalls else None
+                'stalls {}'.format(self._seed)) if settings.stalls_per_min else None
         # Messages that waited for the end of a stall are due now.
         self._under_way = deque((max(due, now), thing) for due, thing in self._under_way)
         self._is_quiet = not (settings.delay or settings.jitter or self._stalls or settings.is_cut)

@@ -117,7 +117,7 @@ class Simulator:
                 (self._command_link, config.command_latency, config.command_jitter),
                 (self._sensor_link, config.sensor_latency, config.sensor_jitter)):
             link.configure(LinkSettings(delay, jitter, config.stalls_per_min, config.longest_stall,
-                                        config.stalled, config.network_cut), self._now)
+                                        config.network_cut), self._now)
         self._switch_board(before)
 
     def command(self, linear: float, angular: float) -> None:
