@@ -71,8 +71,8 @@ class Controller:
                   idle_for=self._idle_for)
         subscribe_wheels(self._on_wheels)
         # every message is read: scrolling up stops at once, even if later messages came with it
-        subscribe('mouse_info', MouseController, self._on_mouse, _to_mouse, self._core.mouse,
-                  queue_size=None)
+        subscribe('mouse_info', MouseController, self._on_mouse,
+                  lambda message: (message, to_mouse(message)), self._core.mouse, queue_size=None)
         subscribe_news('turn', Float64, self._on_turn)
         self._sources = SourceReport(
             (self._core.imu, 'imu', Imu, rospy.get_time),
@@ -99,13 +99,12 @@ class Controller:
         with self._lock:
             return self._core.idle_for(now)
 
-    def _on_mouse(self, mouse):
+    def _on_mouse(self, heard):
         with self._lock:
-            message, active, x, y = mouse
+            message, mouse = heard
             # simulated time has an unknown pace: its stamps do not show how late a message is
             stamp = message.header.stamp.to_sec() if is_wall_time() else 0.0
-            self._core.on_mouse(active, x, y, steady_time(), connection_of(message)['callerid'],
-                                stamp)
+            self._core.on_mouse(*mouse, steady_time(), connection_of(message)['callerid'], stamp)
         self._tick()
         self._watchdog.feed()
 
@@ -143,7 +142,6 @@ class Controller:
                       '90", or drive by the mouse', rospy.resolve_name('turn'))
 
     def _turn(self, degrees):
-        """Turn by `degrees`; ``ValueError`` if that is refused."""
         with self._lock:
             self._core.update(steady_time())
             self._core.ask(degrees, rospy.get_time())
@@ -169,11 +167,6 @@ class Controller:
             problem = self._rivals.complaint or self._core.problem(rospy.get_time())
             return problem, dict(self._sources.values(), driver=self._core.driver.value,
                                  mouse='active' if self._core.mouse_active else 'not active')
-
-
-def _to_mouse(message):
-    """(message, active, x, y)."""
-    return (message,) + to_mouse(message)
 
 
 class Keyboard:

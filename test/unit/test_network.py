@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tb3_labs.simulation.network import NETWORKS, Link, LinkSettings
+from tb3_labs.simulation.network import NETWORKS, Interruptions, Link, LinkSettings
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 SPARSE = [float(k) for k in range(20000)]           # nothing waits for what was before it [s]
@@ -147,7 +147,31 @@ def test_what_is_still_under_way_when_the_cut_ends_takes_its_time():
     assert link.take(2.0) == [(1.75, 'late')]
 
 
-# Stalls: their rate, length and direction ---------------------------------------------------------
+# Stalls, and other interruptions ------------------------------------------------------------------
+
+@pytest.mark.parametrize('lengths', [(0.3, 4.3), (0.0, 0.4)])
+def test_interruptions_are_half_open_intervals_of_the_lengths_and_the_rate_asked_for(lengths):
+    every, seventh = (Interruptions(1.0, lengths, 100.0, seed=3) for _ in range(2))
+    moments = [100.0 + moment for moment in DENSE]
+    ends = [every.release(moment) for moment in moments]
+    assert [seventh.release(moment) for moment in moments[::7]] == ends[::7]
+    begins = {}
+    for moment, end in zip(moments, ends):
+        if end != moment:
+            begins.setdefault(end, moment)
+    taken = [end - begin for end, begin in begins.items()]
+    middle, half = (lengths[1] + lengths[0]) / 2.0, (lengths[1] - lengths[0]) / 2.0
+    assert lengths[0] - 0.001 <= min(taken) and max(taken) <= lengths[1]
+    assert max(taken) > middle + 0.9 * half
+    assert sum(taken) / len(taken) == pytest.approx(middle, abs=0.15 * half)
+    # a Poisson process: mean 1 s, 37 % longer than that, 10 % shorter than 0.105 s
+    gaps = [begin - end for end, begin in zip(begins, list(begins.values())[1:])]
+    assert len(gaps) > 150 and sum(gaps) / len(gaps) == pytest.approx(1.0, rel=0.15)
+    assert sum(gap > 1.0 for gap in gaps) / len(gaps) == pytest.approx(math.exp(-1.0), abs=0.06)
+    assert sum(gap < 0.105 for gap in gaps) / len(gaps) == pytest.approx(0.1, abs=0.04)
+    again, (end, begin) = Interruptions(1.0, lengths, 100.0, seed=3), next(iter(begins.items()))
+    assert again.release(begin) == end and again.release(end) == end     # its end is free
+
 
 def test_a_stall_holds_up_what_falls_into_it_until_its_end_and_nothing_else():
     arrivals = stalling_arrivals()
@@ -160,26 +184,6 @@ def test_a_stall_holds_up_what_falls_into_it_until_its_end_and_nothing_else():
         assert end - moments[0] <= 0.3
 
 
-def test_stalls_are_as_frequent_and_as_long_as_asked_for():
-    lengths = [len(moments) / 1000 for _, moments in stalls_of(
-        carry(link_of(STALLING, seed=2), DENSE), DENSE)]
-    # 3 s to the next one, 0.15 s long on average: 190.5 in ten minutes, give or take 13
-    assert 150 < len(lengths) < 230
-    # uniform: 190 numbers give the mean to 0.006 s, and a longest one near the limit
-    assert sum(lengths) / len(lengths) == pytest.approx(0.15, abs=0.02)
-    assert 0.28 < max(lengths) <= 0.301
-
-
-def test_a_stall_begins_at_any_time_after_the_last_one():
-    stalls = stalls_of(carry(link_of(LinkSettings(stalls_per_min=60.0, longest_stall=0.1)),
-                             DENSE), DENSE)
-    gaps = [moments[0] - end for (end, _), (_, moments) in zip(stalls, stalls[1:])]
-    # a Poisson process: mean 1 s, 37 % longer than that, 10 % shorter than 0.105 s
-    assert sum(gaps) / len(gaps) == pytest.approx(1.0, rel=0.15)
-    assert sum(gap > 1.0 for gap in gaps) / len(gaps) == pytest.approx(math.exp(-1.0), abs=0.06)
-    assert sum(gap < 0.105 for gap in gaps) / len(gaps) == pytest.approx(0.1, abs=0.04)
-
-
 def test_a_stall_counts_at_arrival_not_at_sending():
     direct = stalls_of(stalling_arrivals(), DENSE)
     late = carry(link_of(replace(STALLING, delay=0.5)), DENSE)
@@ -189,13 +193,6 @@ def test_a_stall_counts_at_arrival_not_at_sending():
     assert {arrival for arrival, _ in held} == ends
     assert [moment + 0.5 for _, moment in held[:20]] == pytest.approx(
         [moment for _, moments in direct for moment in moments][:20])
-
-
-@pytest.mark.parametrize('every', [7, 1900, 31000])
-def test_stalls_are_the_same_whatever_is_sent(every):
-    arrivals = [arrival for arrival, _ in stalling_arrivals()]
-    assert [arrival for arrival, _ in carry(link_of(STALLING), DENSE[::every])] == (
-        arrivals[::every])
 
 
 def test_one_stall_holds_up_both_directions():

@@ -130,25 +130,6 @@ def yaws(*values):
     return [ImuSample(0.1 * k, value, 0.5) for k, value in enumerate(values)]
 
 
-@pytest.mark.parametrize('lengths', [DROPOUT, (0.0, 0.4)])
-def test_interruptions_are_half_open_intervals_of_the_lengths_asked_for(lengths):
-    every, seventh = (Interruptions(2.0, lengths, 100.0, seed=3) for _ in range(2))
-    moments = [100.0 + 0.001 * k for k in range(60000)]
-    ends = [every.release(moment) for moment in moments]
-    assert [seventh.release(moment) for moment in moments[::7]] == ends[::7]
-    held = [(moment, end) for moment, end in zip(moments, ends) if end != moment]
-    begins = {}
-    for moment, end in held:
-        begins.setdefault(end, moment)
-    assert len(begins) > 20 and ends[0] == moments[0]
-    assert all(lengths[0] - 0.001 <= end - begin <= lengths[1] for end, begin in begins.items())
-    # 0.5 s between two of them on average, exponential
-    gaps = [begin - end for end, begin in zip(begins, list(begins.values())[1:])]
-    assert 0.2 < sum(gaps) / len(gaps) < 1.0
-    again, end = Interruptions(2.0, lengths, 100.0, seed=3), held[0][1]
-    assert again.release(held[0][0]) == end and again.release(end) == end     # its end is free
-
-
 @pytest.mark.parametrize('silent, frozen, said', [
     (False, False, [1.0, 2.0, 3.0]), (True, False, []), (False, True, [1.0, 1.0, 1.0]),
     (True, True, [])])

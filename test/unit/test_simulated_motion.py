@@ -12,18 +12,6 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.simulation.simulator import Simulator
 
 
-def test_motors_follow_with_their_time_constant():
-    robot = Simulator(replace(QUIET, motor_lag=0.1))
-    robot.command(0.2, 0.0)
-    speed = 252 * MOTOR_STEP  # 0.2 m/s is 252.7 steps
-    for k in range(1, 12):
-        robot.step(1 / 30)
-        since = robot.now - 1 / 30  # the board acts at its first tick
-        fading = math.exp(-since / 0.1)
-        assert robot.true_velocity == pytest.approx((speed * (1 - fading), 0.0), abs=1e-12)
-        assert robot.truth.x == pytest.approx(speed * (since - 0.1 * (1 - fading)), abs=1e-12)
-
-
 def test_pose_while_the_speed_changes():
     """From straight ahead into a curve, against the integral of the same exponentials in 30,000
     steps."""
@@ -225,14 +213,3 @@ def test_a_command_holds_for_half_a_second_to_the_tick():
     assert robot.true_velocity[0] > 0.09
     robot.step(0.005)
     assert robot.true_velocity == (0.0, 0.0)
-
-
-def test_after_its_reset_the_odometry_counts_on_and_can_be_reset_again():
-    robot = Simulator(replace(STIFF, reset_pause=0.3))
-    for _ in range(2):
-        robot.reset()
-        assert robot.step(0.29) == []          # busy, each time
-        robot.step(0.05)
-        pose = odom_of(drive(robot, 1.0, 0.1, 0.0))[-1].pose
-        assert pose.x == pytest.approx(126 * MOTOR_STEP * (1.0 - 1 / 60), abs=0.1 / 60 + 2 * TICK)
-        drive(robot, 0.1, 0.0, 0.0)

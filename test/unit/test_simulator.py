@@ -20,19 +20,6 @@ def test_a_long_step_gives_every_sample_that_is_due():
     assert [s.stamp for s in samples] == sorted(s.stamp for s in samples)
 
 
-@pytest.mark.parametrize('imu_rate, odom_rate', [(170, 30), (118, 25), (20, 20), (1000, 200)])
-def test_rates_are_kept(imu_rate, odom_rate):
-    samples = Simulator(SimulatorConfig(imu_rate=imu_rate, odom_rate=odom_rate)).step(7.0)
-    assert (len(imu_of(samples)), len(odom_of(samples))) == (7 * imu_rate, 7 * odom_rate)
-
-
-def test_a_thousand_small_steps_are_one_large_step():
-    robot, samples = Simulator(), []
-    for _ in range(1000):
-        samples += robot.step(0.001)
-    assert samples == Simulator().step(1.0)
-
-
 def test_ten_steps_are_one_also_where_they_add_up_to_less():
     config = SimulatorConfig(sensor_latency=0.1)
     robot, samples = Simulator(config), []

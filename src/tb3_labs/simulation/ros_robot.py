@@ -97,10 +97,9 @@ class FakeRobot:
             publish_now(self._truth, to_pose_stamped(truth, 'world', now))
 
     def _use_hidden_settings(self):
-        if self._hidden:
-            settings = self._hidden.settings_at(self._robot.now)
-            if settings is not self._robot.config:
-                self._robot.configure(settings)
+        settings = self._hidden.settings_at(self._robot.now) if self._hidden else self._robot.config
+        if settings is not self._robot.config:
+            self._robot.configure(settings)
 
     def _on_command(self, message):
         with self._lock:
@@ -122,10 +121,8 @@ class Pacemaker:
     def __init__(self, robots, speed):
         self._robots = robots
         self._epoch = time.time()  # the robots' time 0, also with their own /clock
-        if rospy.get_param('/use_sim_time', False):
-            self._take(publisher('/clock', Clock), speed)
-        else:
-            self._take(None, 1.0)
+        has_clock = rospy.get_param('/use_sim_time', False)
+        self._take(publisher('/clock', Clock) if has_clock else None, speed if has_clock else 1.0)
         self._thread = threading.Thread(target=guarded(self._run), name='robot', daemon=True)
         self._ending = threading.Event()  # rospy.is_shutdown() is true only after its hooks
         rospy.on_shutdown(self._end)
