@@ -88,34 +88,25 @@ def test_a_gyro_unlike_the_firmwares_shows_its_noise_at_rest(how):
 
 # Moments at a fixed rate --------------------------------------------------------------------------
 
-def test_moments_are_counted_from_the_start():
+def test_moments_are_counted_from_the_start_and_one_at_the_end_itself_is_left():
     rhythm = Rhythm(4.0, 10.0)
     assert rhythm.due == 10.25
     assert [rhythm.take() for _ in range(3)] == [10.25, 10.5, 10.75] and rhythm.due == 11.0
-    assert Rhythm(4.0).due == 0.25
-
-
-def test_a_moment_at_the_end_itself_is_left():
     rhythm = Rhythm(4.0)
-    assert rhythm.take_until(0.25) == []
+    assert rhythm.due == 0.25 and rhythm.take_until(0.25) == []
     assert rhythm.take_until(1.0) == [0.25, 0.5, 0.75] and rhythm.due == 1.0
     assert rhythm.take_until(1.1) == [1.0] and rhythm.take() == 1.25
 
 
-def test_another_rate_counts_from_now():
+def test_another_rate_counts_from_now_and_the_same_changes_nothing():
     rhythm = Rhythm(4.0)
-    rhythm.take_until(1.1)
+    rhythm.take()
+    rhythm.set_rate(4.0, 0.3)
+    assert rhythm.take_until(1.1) == [0.5, 0.75, 1.0]
     rhythm.set_rate(10.0, 1.125)
     assert rhythm.due == pytest.approx(1.225)
     assert rhythm.take_until(1.45) == pytest.approx([1.225, 1.325, 1.425])
     assert rhythm.take() == pytest.approx(1.525)
-
-
-def test_the_same_rate_changes_nothing():
-    rhythm = Rhythm(4.0)
-    rhythm.take()
-    rhythm.set_rate(4.0, 0.3)
-    assert [rhythm.take() for _ in range(2)] == [0.5, 0.75]
 
 
 def test_no_rounding_adds_up():
@@ -126,16 +117,12 @@ def test_no_rounding_adds_up():
 
 # Faults -------------------------------------------------------------------------------------------
 
-def yaws(*values):
-    return [ImuSample(0.1 * k, value, 0.5) for k, value in enumerate(values)]
-
-
 @pytest.mark.parametrize('silent, frozen, said', [
     (False, False, [1.0, 2.0, 3.0]), (True, False, []), (False, True, [1.0, 1.0, 1.0]),
     (True, True, [])])
 def test_what_a_sensor_with_a_fault_says(silent, frozen, said):
     faults = SensorFaults(silent, frozen, None)
-    samples = yaws(1.0, 2.0, 3.0)
+    samples = [ImuSample(0.1 * k, 1.0 + k, 0.5) for k in range(3)]
     outcome = [sample for part in (samples[:0], samples[:2], samples[2:])
                for sample in faults.outcome(part)]
     assert [sample.yaw for sample in outcome] == said

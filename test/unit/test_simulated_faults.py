@@ -130,40 +130,25 @@ def test_a_frozen_sensor_repeats_itself_with_new_stamps(fault, frozen_of):
     frozen = frozen_of(drive(robot, 1.0, 0.1, 0.5))
     assert len(frozen) >= 29 and len({s.stamp for s in frozen}) == len(frozen)
     assert all(with_stamp(s, 0.0) == with_stamp(frozen[0], 0.0) for s in frozen)
-    robot.configure(replace(robot.config, **{fault: False}))
-    thawed = frozen_of(drive(robot, 0.1, 0.1, 0.5))
-    assert with_stamp(thawed[-1], 0.0) != with_stamp(frozen[0], 0.0)
+    for is_frozen in (False, True):     # and the next time it repeats another sample
+        robot.configure(replace(robot.config, **{fault: is_frozen}))
+        other = frozen_of(drive(robot, 0.1, 0.1, 0.5))[-1]
+        assert with_stamp(other, 0.0) != with_stamp(frozen[0], 0.0)
 
 
-def test_dropouts_silence_both_sensors_for_a_while():
-    samples = Simulator(SimulatorConfig(dropouts_per_min=6.0, imu_rate=60.0)).step(1800.0)
-    gaps = [(a.stamp, b.stamp) for a, b in zip(samples, samples[1:]) if b.stamp - a.stamp > 0.02]
-    lengths = [end - start for start, end in gaps]
-    # 10 s to the next, 2.3 s long on average: 146 in half an hour, give or take sqrt(146)
-    assert 110 < len(gaps) < 183
+def test_dropouts_silence_both_sensors_and_what_is_no_fault_leaves_them_alone():
+    plain = Simulator(SimulatorConfig(dropouts_per_min=6.0, imu_rate=60.0, imu_frozen=True))
+    tuned, stamps = Simulator(plain.config), []
+    samples = plain.step(300.0)
+    for k in range(300):
+        tuned.configure(replace(tuned.config, motor_lag=0.001 * k))
+        stamps += [sample.stamp for sample in tuned.step(1.0)]
+    assert stamps == [sample.stamp for sample in samples]
+    lengths = [gap for gap in (b - a for a, b in zip(stamps, stamps[1:])) if gap > 0.02]
+    # 10 s to the next, 2.3 s long on average: 24 in five minutes, give or take 5
+    assert 12 < len(lengths) < 36
     assert min(lengths) >= 0.3 and max(lengths) <= 4.3 + 0.02
-    assert sum(lengths) / len(lengths) == pytest.approx(2.3, abs=0.3)
-
-
-def test_a_fault_that_begins_anew_keeps_another_sample():
-    robot = Simulator()
-    drive(robot, 0.5, 0.0, 1.0)
-    frozen = []
-    for is_frozen in (True, False, True):
-        robot.configure(replace(robot.config, imu_frozen=is_frozen))
-        frozen.append(imu_of(drive(robot, 0.5, 0.0, 1.0))[-1].yaw)
-    assert frozen[0] < frozen[1] < frozen[2] + 0.01 and frozen[2] - frozen[0] > 0.5
-
-
-def test_what_is_no_fault_leaves_the_faults_alone():
-    """A frozen sensor stays at the same sample, and the times of the dropouts do not change."""
-    plain = Simulator(SimulatorConfig(dropouts_per_min=30.0, imu_frozen=True, motor_lag=0.0))
-    tuned = Simulator(plain.config)
-    samples = [[sample.stamp for sample in plain.step(20.0)], []]
-    for k in range(20):
-        tuned.configure(replace(tuned.config, motor_lag=0.01 * k))
-        samples[1] += [sample.stamp for sample in tuned.step(1.0)]
-    assert samples[1] == samples[0] and len(samples[0]) < 20.0 * 230 - 200
+    assert len({sample.yaw for sample in imu_of(samples)}) == 1
 
 
 def test_motors_that_are_off_stand_whatever_is_commanded_and_obey_again():
