@@ -113,18 +113,6 @@ def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
     assert first - taken >= HAND_BACK - 0.06
 
 
-def test_a_stick_that_is_already_pushed_when_the_robot_comes_back_drives_nothing(pad):
-    pad.press(A)
-    pad.sticks = (1.0, 0.0)
-    pad.press(B)
-    assert pad.holder is NOBODY and set(pad.run(2.0)) == {None}
-    pad.sticks = (0.0, 0.0)
-    pad.run(0.2)
-    assert pad.holder is GAMEPAD
-    pad.sticks = (1.0, 0.0)
-    assert pad.run(0.2)[-1] == pytest.approx(BURGER_FULL)
-
-
 @pytest.mark.parametrize('silence, drives', [(0.2, True), (0.3, False), (5.0, False)])
 def test_a_pad_that_was_silent_at_rest_must_be_seen_at_rest_again(pad, silence, drives):
     pad.plugged = False
@@ -326,26 +314,6 @@ def test_hold_to_drive():
     assert pad.run(0.2)[-1] == pytest.approx(BURGER_FULL)
 
 
-@pytest.mark.parametrize('stop', ['lost', 'taken', 'B'])
-def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stop):
-    controller = GamepadCore(PadConfig(), BURGER)
-    for tick in range(20):
-        controller.on_joy([0.0] * 6, [0] * 8, 100.0 + 0.05 * tick, 7.0 + 0.05 * tick)
-    if stop == 'lost':
-        controller.on_joy([0.0, 1.0] + [0.0] * 4, [0] * 8, 101.0, 8.0)
-        assert controller.command(101.3) is None
-    look(controller, 101.0, 101.3)
-    if stop == 'taken':
-        controller.on_taken(101.3)
-    controller.take_messages()
-    look(controller, 101.3, 101.5)
-    # released at 101.5: rest, A pressed at 101.1; or B before it
-    for buttons, stamp in (([0, 0], 8.05), ([0, int(stop == 'B')], 8.07), ([1, 0], 8.1), ([0, 0], 8.2)):
-        controller.on_joy([0.0] * 6, buttons + [0] * 6, 101.5, stamp)
-    words = controller.take_messages()
-    assert words[:2] == ([False, True] if stop == 'B' else [])
-
-
 @pytest.mark.parametrize('after, counts', [(0.1, False), (0.4, True)])
 @pytest.mark.parametrize('stamped', [False, True])
 def test_an_a_of_a_pad_that_was_heard_for_a_moment_only_does_not_count(after, counts, stamped):
@@ -408,18 +376,6 @@ def test_a_button_that_is_held_through_a_loss_is_not_pressed_by_the_return(pad, 
     pad.run(1.0)
     assert pad.holder is not GOAL and not pad.controller.gives
     assert True not in pad.said() and not pad.controller.take_reset()
-
-
-def test_a_pad_without_repetition_that_returns_with_a_pressed_gives_nothing():
-    pad = Pad(repeats=False)
-    pad.sticks = (1.0, 0.0)
-    pad.run(0.1)
-    pad.plugged = False              # with its stick off the middle: lost
-    pad.run(1.0)
-    pad.said()
-    pad.plugged, pad.sticks, pad.pressed = True, (0.0, 0.0), (A,)
-    pad.run(0.5)
-    assert pad.holder is not GOAL and True not in pad.said()
 
 
 def test_the_operator_is_told_of_each_change_of_hands_once(pad):
