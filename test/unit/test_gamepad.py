@@ -1,5 +1,6 @@
 """The pad decides who holds the robot. Both nodes together: test_exhaust."""
 import pytest
+
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.nodes.gamepad import HAND_BACK, GamepadCore
 from tb3_labs.nodes.pad import PAD_TIMEOUT
@@ -10,6 +11,7 @@ from tb3_labs.supervision.arbitration import Holder
 NOBODY, GAMEPAD, GOAL = Holder.NOBODY, Holder.GAMEPAD, Holder.MOVE_TO_GOAL
 BURGER = robot_model('burger')
 PERIOD = 0.05      # of a pad that repeats itself
+
 
 class Pad:
     """A pad that repeats its state until it is unplugged."""
@@ -113,7 +115,7 @@ def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
     assert first - taken >= HAND_BACK - 0.06
 
 
-@pytest.mark.parametrize('silence, drives', [(0.2, True), (0.3, False), (5.0, False)])
+@pytest.mark.parametrize('silence, drives', [(0.2, True), (0.3, False)])
 def test_a_pad_that_was_silent_at_rest_must_be_seen_at_rest_again(pad, silence, drives):
     pad.plugged = False
     pad.run(silence)
@@ -128,46 +130,21 @@ def test_a_pad_that_was_silent_at_rest_must_be_seen_at_rest_again(pad, silence, 
 
 # B, for any holder of the robot -------------------------------------------------------------------
 
-def given_by_hand(pad):
-    pad.controller.on_control(True, pad.now)
-
-
-def lost_at_rest(pad):
-    pad.plugged = False
+@pytest.mark.parametrize('given, is_lost', [
+    (None, False), ('by hand', False), (None, True), ('A', False), ('A', True)])
+def test_b_says_false_whoever_holds_the_robot(pad, given, is_lost):
+    if given == 'A':
+        pad.press(A)
+    elif given:
+        pad.controller.on_control(True, pad.now)
+    pad.plugged = not is_lost
     pad.run(3.0)
     pad.plugged = True
-
-
-def lost_while_driving(pad):
-    pad.sticks = (1.0, 0.0)
-    pad.run(0.2)
-    lost_at_rest(pad)
-
-
-def lost_while_it_gave(pad):
-    pad.press(A)
-    lost_at_rest(pad)
-
-
-@pytest.mark.parametrize('history', [
-    lambda pad: None, given_by_hand, lost_at_rest, lost_while_driving, lost_while_it_gave,
-    lambda pad: pad.press(A), lambda pad: pad.press(B)])
-def test_b_says_false_whoever_holds_the_robot(pad, history):
-    history(pad)
     pad.said()
     for _ in range(3):
-        pad.press(B)
+        pad.press(B)        # after a loss the first message
         assert pad.said()[-1:] == [False]
         assert pad.holder is not GOAL
-
-
-def test_b_counts_also_if_it_is_pressed_in_the_first_message_after_a_loss(pad):
-    pad.plugged = False
-    pad.run(1.0)
-    pad.said()
-    pad.plugged, pad.pressed = True, (B,)
-    pad.run(0.02)
-    assert pad.said() == [False]
 
 
 def test_each_press_counts_though_the_messages_come_all_at_once(pad):
@@ -178,7 +155,8 @@ def test_each_press_counts_though_the_messages_come_all_at_once(pad):
                     [0, 1, 0], [0, 0, 0]):
         pad.controller.on_joy([0.0] * 6, buttons + [0] * 5, pad.now)
     assert pad.controller.take_messages() == [False, True, False]
-    assert pad.controller.take_reset() and pad.holder is GAMEPAD
+    assert pad.controller.take_reset() and not pad.controller.take_reset()
+    assert pad.holder is GAMEPAD
 
 
 @pytest.mark.parametrize('late, counts', [(0.0, True), (1.5, True), (2.5, False), (60.0, False)])
@@ -237,7 +215,7 @@ def test_what_somebody_else_gave_is_not_taken_by_a_pad_that_is_not_there(pad):
     pad.controller.on_control(True, pad.now)
     pad.said()
     pad.plugged = False
-    pad.run(60.0)
+    pad.run(10.0)
     assert pad.said() == [] and pad.holder is GOAL
 
 
@@ -250,12 +228,6 @@ def test_rising_edges_only(pad):
     pad.pressed = (A,)
     pad.run(1.0)
     assert pad.holder is GAMEPAD
-
-
-def test_reset_is_asked_for_once_a_press(pad):
-    pad.pressed = (Y,)
-    pad.run(1.0)
-    assert pad.controller.take_reset() and not pad.controller.take_reset()
 
 
 @pytest.mark.parametrize('repeats', [True, False])
@@ -281,7 +253,7 @@ def test_a_pad_lost_with_its_stick_off_the_middle_stops_the_robot(repeats):
 
 def test_a_silent_pad_in_its_middle_is_no_loss():
     pad = Pad(repeats=False)
-    pad.run(60.0)
+    pad.run(10.0)
     assert pad.holder is GAMEPAD
 
 
@@ -296,6 +268,7 @@ def test_a_pad_lost_while_move_to_goal_drives(allowed):
 
 def test_hold_to_drive():
     pad = Pad(PadConfig(hold_button=HOLD))
+    assert pad.holder is NOBODY             # its sticks are at rest
     pad.sticks = (1.0, 0.0)
     assert set(pad.run(0.5)) == {None}
     pad.pressed = (HOLD,)
@@ -416,9 +389,3 @@ def test_somebody_must_look_at_the_clock_while_the_robot_depends_on_the_pad(pad)
     assert pad.holder is NOBODY
     pad.controller.on_control(True, pad.now)
     assert not watched()                      # another one gives
-
-
-def test_with_a_hold_button_sticks_at_rest_alone_take_no_robot():
-    pad = Pad(PadConfig(hold_button=HOLD))
-    pad.run(1.0)
-    assert pad.holder is NOBODY
