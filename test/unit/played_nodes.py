@@ -1,7 +1,4 @@
-"""The nodes of a story: the real cores, with messages that may wait, and with their oracles.
-
-Units: seconds.
-"""
+"""The nodes of a story: the real cores, with messages that may wait, and with their oracles."""
 from oracle import GoalOracle, HandOracle
 from tb3_labs.control.speed_laws import LawStep, Twist2
 from tb3_labs.geometry.se2 import Pose2
@@ -28,6 +25,7 @@ class Process:
 
     def __init__(self, world):
         self.world = world
+        self.tremble = 1e-6
         self.asleep_since = self.asleep_until = None
         self.backwards = False       # the order in which its threads run when it wakes
         self.stalled = False
@@ -63,6 +61,11 @@ class Process:
         self.stalled = slept_for <= STALL
         self.deliver(sorted(set(self.waiting) - set(self.held), reverse=self.backwards))
         self.stalled = False
+
+    def hear_imu(self):
+        """The IMU trembles, as one that is not frozen does."""
+        self.tremble = -self.tremble
+        self.core.on_imu(ImuSample(self.world.now, self.tremble, self.tremble), self.world.now)
 
     def at(self, at):
         """The time of a person's action, as the oracle shall know it: what waited for a moment only
@@ -143,7 +146,6 @@ class Mover(Process):
         self.oracle = GoalOracle(world.now)
         if has_control:
             self.oracle.hear(world.now, 'start', True, world.now)
-        self.tremble = 1e-6
         self.has_control = False
         for name, word in latched:
             if word is not None:
@@ -184,8 +186,7 @@ class Mover(Process):
         if self.asleep_since is not None:
             return
         core, now = self.core, self.world.now
-        self.tremble = -self.tremble
-        core.on_imu(ImuSample(now, self.tremble, self.tremble), now)
+        self.hear_imu()
         core.on_odometry(OdometrySample(now, Pose2(self.tremble), 0.1, self.tremble), now)
         core.update_control(now)
         if core.due(now):
@@ -269,7 +270,6 @@ class Turner(Process):
         self.core = ControllerCore(Turning())
         self.core.update(world.now)
         self.by_turn, self.by_mouse = GoalOracle(world.now), HandOracle(world.now)
-        self.tremble = 1e-6
 
     def on_turn(self, at):
         self.core.update(self.world.now)
@@ -296,8 +296,7 @@ class Turner(Process):
         if self.asleep_since is not None:
             return
         core, now = self.core, self.world.now
-        self.tremble = -self.tremble
-        core.on_imu(ImuSample(now, self.tremble, self.tremble), now)
+        self.hear_imu()
         core.update(now)
         if core.due(now):
             by_turn = core.driver is Driver.TURN

@@ -515,12 +515,6 @@ def test_a_frozen_imu_ends_a_turn_and_the_time_before_does_not_count(desk):
     assert desk.run(0.5)[-1] is None and desk.told('imu repeats one reading', warning=True)
 
 
-def test_an_imu_whose_rate_is_even_is_not_frozen(desk):
-    desk.ask()
-    desk.rate = 0.5
-    assert None not in desk.run(1.0)
-
-
 def test_another_law_does_not_begin_a_turn_that_is_over(desk):
     desk.ask()
     desk.rate = 0.05                      # it is not judged yet
