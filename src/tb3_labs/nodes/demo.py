@@ -43,14 +43,10 @@ class DemoDrive:
     bound: float             # least possible time [s]
 
     @property
-    def off_by(self) -> Tuple[float, float]:
-        """(distance [m], angle [deg]) from the believed pose to the goal."""
-        return _miss(self.believed, self.goal)
-
-    @property
     def truly_off(self) -> Tuple[float, float]:
         """(distance [m], angle [deg]) from the true pose to the goal."""
-        return _miss(self.reached, self.goal)
+        return (self.reached.distance_to(self.goal),
+                abs(math.degrees(difference(self.reached.yaw, self.goal.yaw))))
 
     def is_good(self, config: DemoConfig) -> bool:
         """Did it end at its goal, truly within the tolerances (bounds included)?"""
@@ -71,10 +67,6 @@ def _row(number, drive, config):
                       '{:.1f} mm {:.2f} deg'.format(1000.0 * distance, angle),
                       '{:.2f}, {:.2f} s'.format(drive.time, drive.bound),
                       'ok' if drive.is_good(config) else 'NOT GOOD: ' + drive.state)
-
-
-def _miss(pose, goal):
-    return pose.distance_to(goal), abs(math.degrees(difference(pose.yaw, goal.yaw)))
 
 
 def _in_short(pose):

@@ -1,8 +1,5 @@
 """One pad: the messages that are heard from it, and those that it sends on `ctrl_relinq`.
 
-PadListener reads its sticks and buttons, and says whether they are current. ControlMessages
-collects its True, which gives the robot to move_to_goal, and its False, which takes it.
-
 Units: axes from -1 to 1, forward and left positive (as joy_node sends them). Seconds on a clock
 that never stands still and never goes back (`now`); `stamp` is on the sender's clock.
 """
@@ -39,16 +36,16 @@ class PadState(NamedTuple):
 
 
 class PadMessage(NamedTuple):
-    """One message, and the state before it."""
+    """One message."""
 
     state: PadState
-    before: PadState         # of the message before it
+    before: PadState         # the state of the message before it
     lateness: float          # its delay [s]
     came_after_loss: bool
 
 
 class PadListener:
-    """Hears one pad.
+    """Reads the sticks and buttons of one pad, and says whether they are current.
 
     joy_node sends only changes unless its autorepeat_rate is set. So the silence of a pad that has
     never repeated itself does not show a loss.
@@ -124,9 +121,9 @@ def _outside(dead_zone: float, position: float) -> float:
 
 
 class ControlMessages:
-    """Collects the messages until the node takes them, since every press counts.
-
-    The first one is False: a pad that has just started gives nothing.
+    """Collects True, which gives the robot to move_to_goal, and False, which takes it, until the
+    node takes them, since every press counts. The first one is False: a pad that has just started
+    gives nothing.
     """
 
     def __init__(self) -> None:
@@ -138,7 +135,6 @@ class ControlMessages:
         self.stopped_at = -math.inf
 
     def take(self) -> List[bool]:
-        """The messages since the last call, in order."""
         messages, self._waiting = self._waiting, []
         return messages
 
