@@ -227,6 +227,7 @@ def test_another_mouse_that_is_deactivated_stops_a_mouse_until_it_was_in_the_mid
     bench.run(0.5)
     stop_by_another_mouse(bench)
     assert set(bench.run(1.0)) <= {None}
+    assert not any('are late' in news.text for news in bench.news)
     bench.hold(True)
     bench.run(0.2)
     bench.hold(True, 0.0, 1.0)

@@ -151,7 +151,7 @@ def test_a_cold_start_is_that_of_the_board():
     robot.command(0.1, 0.0)
     assert robot.step(6.1) == [] and robot.truth.x == 2.0
     last = odom_of(robot.step(3.0))[-1].pose
-    here = robot.odometry_origin @ last
+    here = robot.sensors.origin @ last
     assert (here.x, here.y, here.yaw) == pytest.approx((robot.truth.x, robot.truth.y, 0.0))
 
 
@@ -159,7 +159,8 @@ def test_all_stamps_step_together_every_5_seconds():
     robot, true = Simulator(replace(STIFF, stamp_step=0.02)), Simulator(STIFF)
     errors = [[round(sample.stamp - right.stamp, 9) for sample, right in zip(
         robot.step(5.0), true.step(5.0))] for _ in range(8)]
-    assert robot.odometry_stamp == pytest.approx(true.odometry_stamp + errors[-1][-2], abs=0.04)
+    assert robot.sensors.odometry_stamp == pytest.approx(
+        true.sensors.odometry_stamp + errors[-1][-2], abs=0.04)
     kinds = [set(error[:-2]) for error in errors]
     assert all(len(kind) <= 2 for kind in kinds) and len(set.union(*kinds)) >= 8
     assert 0.01 < max(map(abs, set.union(*kinds))) <= 0.02

@@ -351,6 +351,18 @@ def test_a_button_that_is_held_through_a_loss_is_not_pressed_by_the_return(pad, 
     assert True not in pad.said() and not pad.controller.take_reset()
 
 
+def test_a_pad_without_repetition_that_returns_with_a_pressed_gives_nothing():
+    pad = Pad(repeats=False)
+    pad.sticks = (1.0, 0.0)
+    pad.run(0.1)
+    pad.plugged = False              # with its stick off the middle: lost
+    pad.run(1.0)
+    pad.said()
+    pad.plugged, pad.sticks, pad.pressed = True, (0.0, 0.0), (A,)
+    pad.run(0.5)
+    assert pad.holder is not GOAL and True not in pad.said()
+
+
 def test_the_operator_is_told_of_each_change_of_hands_once(pad):
     def told():
         pad.run(1.0)

@@ -23,7 +23,7 @@ class Sensors:
     def __init__(self, prefix):
         self.samples = []
 
-    def note_wheels(self, robot):
+    def note_wheels(self, sensors):
         pass
 
     def send(self, burst, epoch):

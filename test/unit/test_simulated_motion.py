@@ -90,7 +90,7 @@ def test_reset_at_rest_zeroes_the_place_and_moves_the_yaw_by_the_raw_gyros_bias(
     assert imu_of(samples)[-1].yaw_rate == pytest.approx(0.0, abs=1e-6)
     assert wrap(imu_of(samples)[-1].yaw - before.yaw) == pytest.approx(
         RAW * 2.56, abs=math.radians(5.0) / 150.0)
-    assert robot.wheel_angles == (0.0, 0.0)
+    assert robot.sensors.odometer.wheel_angles == (0.0, 0.0)
     assert close(robot.truth, truth, metres=1e-6, radians=1e-6)
 
 
@@ -162,16 +162,16 @@ def test_no_pause_no_calibration():
 def test_the_odometry_stands_in_the_world_where_the_last_reset_ended():
     robot = Simulator(replace(STIFF, start_x=1.0, start_y=-2.0, start_yaw_deg=30.0,
                               reset_pause=0.3))
-    assert robot.odometry_origin == Pose2()          # the odometry starts at the true pose
+    assert robot.sensors.origin == Pose2()          # the odometry starts at the true pose
     for linear, angular in ((0.1, 0.5), (-0.1, 0.3)):
         drive(robot, 1.0, linear, angular)
         robot.step(0.6)                 # the command has timed out: it stands
         robot.reset()
         sample = odom_of(robot.step(0.4))[-1]
-        assert close(robot.odometry_origin @ sample.pose, robot.truth)
+        assert close(robot.sensors.origin @ sample.pose, robot.truth)
     drive(robot, 1.0, 0.1, 0.4)
     sample = odom_of(robot.step(0.1))[-1]
-    here = robot.odometry_origin @ sample.pose
+    here = robot.sensors.origin @ sample.pose
     assert close(here, robot.truth, metres=3 * TICK + 0.1 / 30.0, radians=0.5 / 30.0)
 
 
@@ -190,8 +190,8 @@ def test_the_wheels_are_as_old_as_their_lag_says():
 
 def test_the_stamp_of_the_last_odometry_is_known_whether_or_not_it_has_arrived():
     robot = Simulator(replace(STIFF, sensor_latency=3.0))
-    assert robot.odometry_stamp == 0.0
-    assert robot.step(1.01) == [] and robot.odometry_stamp == pytest.approx(1.0)
+    assert robot.sensors.odometry_stamp == 0.0
+    assert robot.step(1.01) == [] and robot.sensors.odometry_stamp == pytest.approx(1.0)
 
 
 def test_what_it_truly_does_between_two_ticks_is_known():

@@ -24,10 +24,11 @@ def test_the_odometry_follows_the_truth_to_the_ticks():
 def test_wheel_angles_are_whole_ticks_of_the_travel():
     robot = Simulator(QUIET)
     drive(robot, 3.0, 0.15, 0.0)
-    for angle in robot.wheel_angles:
+    odometer = robot.sensors.odometer
+    for angle in odometer.wheel_angles:
         assert angle * 0.033 == pytest.approx(robot.truth.x, abs=1.01 * TICK)
         assert angle / 0.001533981 == pytest.approx(round(angle / 0.001533981), abs=0.01)
-    assert robot.wheel_speeds == pytest.approx((0.15 / 0.033,) * 2, abs=0.0016 * 30)
+    assert odometer.wheel_speeds == pytest.approx((0.15 / 0.033,) * 2, abs=0.0016 * 30)
 
 
 @pytest.mark.parametrize('offset', [0.0, 140.0, -105.5, 180.0, 360.0])

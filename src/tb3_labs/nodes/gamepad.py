@@ -46,9 +46,7 @@ class GamepadCore:
 
     def on_joy(self, axes: Sequence[float], buttons: Sequence[int], now: float,
                stamp: float = 0.0) -> None:
-        """A message sent at `stamp` [s, sender's clock; 0: unknown]. ``ValueError`` for another kind
-        of pad.
-        """
+        """Sent at `stamp` [s, sender's clock; 0: unknown]. ``ValueError``: another kind of pad."""
         self._look_at_clock(now)
         message = self._pad.hear(axes, buttons, now, stamp)
         state, before = message.state, message.before

@@ -84,9 +84,9 @@ class FakeRobot:
             self._use_hidden_settings()
             bursts = self._robot.step_in_bursts(STEP)
             now = epoch + self._robot.now
-            origin = self._robot.odometry_origin
+            origin = self._robot.sensors.origin
             truth = self._robot.truth if truth_is_due else None
-            self._sensors.note_wheels(self._robot)
+            self._sensors.note_wheels(self._robot.sensors)
         if self._static_tf and self._origin != origin:
             self._origin = origin
             self._static_tf.send(

@@ -53,12 +53,12 @@ class SensorTopics:
         """Does any node listen to the IMU or the odometry?"""
         return self._imu.get_num_connections() or self._odom.get_num_connections()
 
-    def note_wheels(self, robot):
-        """Remember the wheels of `robot` (a Simulator) as of its latest odometry: the network may
+    def note_wheels(self, sensors):
+        """Remember the wheels as of the latest odometry of a Simulator's `sensors`: the network may
         delay it, and with it the joint states."""
-        stamp = robot.odometry_stamp
+        stamp, odometer = sensors.odometry_stamp, sensors.odometer
         if not self._wheels or self._wheels[-1][0] != stamp:
-            self._wheels.append((stamp, robot.wheel_angles, robot.wheel_speeds))
+            self._wheels.append((stamp, odometer.wheel_angles, odometer.wheel_speeds))
 
     def send(self, burst, epoch):
         """Publish the samples of a `burst`, which arrive at one moment, by one write for each

@@ -44,7 +44,8 @@ class Simulator:
         self.config = replace(config, gyro_bias_deg=0.0, board_off=False, serial_dead=False)
         start = Pose2(config.start_x, config.start_y, wrap(math.radians(config.start_yaw_deg)))
         self._body = Body(self._model, start, math.radians(config.imu_offset_deg), config.seed)
-        self._sensors = Sensors(self._model, self._body, self.config)
+        #: The odometry's origin, and stamp and wheels of the last one, arrived or not.
+        self.sensors = Sensors(self._model, self._body, self.config)
         #: Time since the start [s].
         self.now = 0.0
         self._control_rhythm = Rhythm(CONTROL_RATE)
@@ -62,29 +63,9 @@ class Simulator:
         return self._body.at(self.now).pose
 
     @property
-    def odometry_origin(self) -> Pose2:
-        """The odometry's frame: world_T_odom, by the true pose at the last reset."""
-        return self._sensors.origin
-
-    @property
     def true_velocity(self) -> Tuple[float, float]:
         """(forward speed [m/s], rate of turn [rad/s]) over the floor."""
         return self._body.at(self.now).velocity
-
-    @property
-    def wheel_angles(self) -> Tuple[float, float]:
-        """(left, right) as of the last odometry [rad]."""
-        return self._sensors.odometer.wheel_angles
-
-    @property
-    def wheel_speeds(self) -> Tuple[float, float]:
-        """(left, right) as of the last odometry [rad/s]."""
-        return self._sensors.odometer.wheel_speeds
-
-    @property
-    def odometry_stamp(self) -> float:
-        """Time at which the last odometry was measured, arrived or not [s]."""
-        return self._sensors.odometry_stamp
 
     def configure(self, config: SimulatorConfig) -> None:
         """Use other settings from now on; ``ValueError`` if one of `STARTING` differs."""
@@ -104,7 +85,7 @@ class Simulator:
         if config.gyro_bias_deg != before.gyro_bias_deg:
             body.imu.bias = math.radians(config.gyro_bias_deg)
         body.motion_changed()
-        self._sensors.configure(config, self.now)
+        self.sensors.configure(config, self.now)
         for link, delay, jitter in (
                 (self._command_link, config.command_latency, config.command_jitter),
                 (self._sensor_link, config.sensor_latency, config.sensor_jitter)):
@@ -132,18 +113,18 @@ class Simulator:
         """
         self._pass(dt)
         if self._sensor_link.is_clear:      # nothing is delayed
-            return self._sensors.clock.stamped(self._sensors.take())
-        return self._sensors.clock.stamped([sample for _, sample in self._arrivals()])
+            return self.sensors.clock.stamped(self.sensors.take())
+        return self.sensors.clock.stamped([sample for _, sample in self._arrivals()])
 
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
         """As :meth:`step`, but samples that arrive at the same moment, for instance after a stall,
         are together in one list."""
         self._pass(dt)
-        return [self._sensors.clock.stamped([sample for _, sample in burst])
+        return [self.sensors.clock.stamped([sample for _, sample in burst])
                 for _, burst in groupby(self._arrivals(), itemgetter(0))]
 
     def _arrivals(self) -> List[Arrival]:
-        sent = self._sensors.take()
+        sent = self.sensors.take()
         self._sensor_link.send(sent, [sample.stamp for sample in sent])
         return self._sensor_link.take(self.now + ROUNDING)
 
@@ -152,7 +133,7 @@ class Simulator:
             raise ValueError('a step of {} s'.format(dt))
         self.now += dt
         horizon = self.now + ROUNDING
-        board, sensors, control = self._board, self._sensors, self._control_rhythm
+        board, sensors, control = self._board, self.sensors, self._control_rhythm
         imu, odom = sensors.imu_rhythm, sensors.odom_rhythm
         while True:
             # Order of events of one moment: the board, driving, odometry, IMU.
@@ -213,7 +194,7 @@ class Simulator:
         """The board starts. It calibrates three times; it is heard between the last two."""
         pause = self.config.reset_pause
         yaw = self._body.yaw + self._body.imu.error
-        self._sensors.odometer.theta_last = wrap(yaw + RAW_BIAS * pause)
+        self.sensors.odometer.theta_last = wrap(yaw + RAW_BIAS * pause)
         self._board.start(self.now)
         self._body.use_bias(RAW_BIAS * 2.0 * pause / START_TIME)
 
@@ -221,7 +202,7 @@ class Simulator:
         """The board has started, or calibrated its gyro."""
         self._body.move_to(stamp)
         if self._board.is_starting:
-            self._sensors.measure_imu([stamp])
+            self.sensors.measure_imu([stamp])
             self._calibrate(stamp)
         else:
             self._body.use_bias(self._board.end_calibration(self._body.yaw))
@@ -229,5 +210,5 @@ class Simulator:
     def _calibrate(self, stamp: float) -> None:
         self._body.move_to(stamp)
         self._board.calibrate(stamp, self.config.reset_pause, self._body.yaw)
-        self._sensors.resetting = True
+        self.sensors.resetting = True
         self._body.use_bias(RAW_BIAS)
