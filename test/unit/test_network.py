@@ -47,12 +47,9 @@ def stalls_of(arrivals, moments):
 
 def test_a_quiet_link_takes_no_time():
     link = Link('commands', 1)
-    assert link.is_clear
     link.send([0, 1, 2], [0.0, 0.5, 1.0])
-    assert not link.is_clear
     assert link.take(0.5) == [(0.0, 0), (0.5, 1)]
-    assert not link.is_clear
-    assert link.take(1.0) == [(1.0, 2)] and link.is_clear
+    assert link.take(1.0) == [(1.0, 2)] and link.take(math.inf) == []
 
 
 def test_a_delay_is_the_same_for_all():
@@ -94,27 +91,12 @@ def test_a_shorter_delay_lets_nothing_overtake(lower):
     assert link.take(5.0) == [(1.0, 'before'), (1.0, 'after'), (2.0 + lower.delay, 'late')]
 
 
-def test_a_link_is_clear_again_when_the_last_slow_message_has_arrived():
-    link = link_of(LinkSettings(delay=1.0))
-    assert not link.is_clear
-    link.send(['slow'], [0.0])
-    link.configure(LinkSettings(), 0.5)
-    assert not link.is_clear
-    assert link.take(0.9) == [] and not link.is_clear
-    assert link.take(1.0) == [(1.0, 'slow')] and link.is_clear
-    link.configure(LinkSettings(jitter=0.1), 2.0)
-    assert not link.is_clear
-    link.configure(LinkSettings(), 3.0)
-    assert link.is_clear
-
-
 def test_what_has_arrived_when_the_settings_change_is_not_lost():
     link = link_of(LinkSettings(delay=0.5))
     link.send(['early', 'late'], [0.0, 1.0])
     link.configure(LinkSettings(), 1.0)
-    assert not link.is_clear
     assert link.take(1.0) == [(0.5, 'early')]
-    assert link.take(2.0) == [(1.5, 'late')] and link.is_clear
+    assert link.take(2.0) == [(1.5, 'late')]
 
 
 # The cut ------------------------------------------------------------------------------------------
@@ -205,8 +187,7 @@ def test_a_change_of_the_stalls_ends_the_present_one():
     link.send(['held'], [first[1][0]])
     assert link.take(middle) == []
     link.configure(LinkSettings(), middle)
-    assert not link.is_clear
-    assert link.take(middle) == [(middle, 'held')] and link.is_clear
+    assert link.take(middle) == [(middle, 'held')]
 
 
 def test_what_changes_nothing_of_the_stalls_leaves_them_alone():

@@ -101,9 +101,6 @@ class Link:
         self._under_way: Deque[Arrival] = deque()   # by the time it is due
         self._last_due = -math.inf
         self._arrived: List[Arrival] = []
-        self._is_quiet = True
-        #: Does everything arrive at once? An attribute, for speed.
-        self.is_clear = True
 
     def configure(self, settings: LinkSettings, now: float) -> None:
         """Use other settings from `now` on."""
@@ -116,8 +113,6 @@ class Link:
                 'stalls {}'.format(self._seed)) if settings.stalls_per_min else None
         # Messages that waited for the end of a stall are due now.
         self._under_way = deque((max(due, now), thing) for due, thing in self._under_way)
-        self._is_quiet = not (settings.delay or settings.jitter or self._stalls or settings.is_cut)
-        self.is_clear = self._is_quiet and not (self._under_way or self._arrived)
 
     def send(self, things: Sequence[Any], moments: Sequence[float]) -> None:
         """Each of `things` is sent at its moment [s]."""
@@ -131,7 +126,6 @@ class Link:
                 latest = due
             append((latest, thing))
         self._last_due = latest
-        self.is_clear = False
 
     def take(self, until: float) -> List[Arrival]:
         """The messages that have arrived by `until` [s], in order of their arrival."""
@@ -146,5 +140,4 @@ class Link:
                     arrived.append((arrival, under_way.popleft()[1]))
                 else:
                     arrived.append(under_way.popleft())
-        self.is_clear = self._is_quiet and not under_way
         return arrived

@@ -112,8 +112,6 @@ class Simulator:
         ``ValueError`` if `dt` is negative or not finite.
         """
         self._pass(dt)
-        if self._sensor_link.is_clear:      # nothing is delayed
-            return self.sensors.clock.stamped(self.sensors.take())
         return self.sensors.clock.stamped([sample for _, sample in self._arrivals()])
 
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
