@@ -349,16 +349,12 @@ def test_a_drive_that_was_silenced_begins_from_standing():
 def test_somebody_must_look_at_the_clock_while_it_drives_and_only_then():
     robot = Robot(has_control=False)
     robot.run(0.1)
-    robot.core.set_goal(Pose2(-0.61, 0.61, 0.0))
-    assert not robot.core.watched
-    robot.control(True)
-    assert robot.core.watched
-    robot.core.cancel()
-    assert not robot.core.watched
-    robot.core.set_goal(Pose2(1.0, 0.0, 0.0))
-    assert robot.core.watched
-    robot.control(False)
-    assert not robot.core.watched
+    for act, is_watched in (
+            (lambda: robot.core.set_goal(Pose2(1.0)), False), (lambda: robot.control(True), True),
+            (robot.core.cancel, False), (lambda: robot.core.set_goal(Pose2(1.0)), True),
+            (lambda: robot.control(False), False)):
+        act()
+        assert robot.core.watched is is_watched
 
 
 def test_the_first_goal_by_the_parameters():

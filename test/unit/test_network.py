@@ -113,20 +113,14 @@ def test_a_cut_holds_up_everything_and_then_it_comes_at_once(delay):
                                         (100.0 + delay, 'after')]
 
 
-def test_what_is_under_way_when_the_cut_comes_is_held_up_too():
+def test_what_is_under_way_when_the_cut_comes_is_held_up_and_afterwards_takes_its_time():
     link = link_of(LinkSettings(delay=0.5))
     link.send(['arrives', 'held'], [0.0, 0.25])
     link.configure(LinkSettings(delay=0.5, is_cut=True), 0.625)
+    link.send(['late'], [8.75])
     assert link.take(9.0) == [(0.5, 'arrives')]
     link.configure(LinkSettings(delay=0.5), 9.0)
-    assert link.take(9.0) == [(9.0, 'held')]
-
-
-def test_what_is_still_under_way_when_the_cut_ends_takes_its_time():
-    link = link_of(LinkSettings(delay=1.0, is_cut=True))
-    link.send(['late'], [0.75])
-    link.configure(LinkSettings(delay=1.0), 1.5)
-    assert link.take(2.0) == [(1.75, 'late')]
+    assert link.take(9.5) == [(9.0, 'held'), (9.25, 'late')]
 
 
 # Stalls, and other interruptions ------------------------------------------------------------------
@@ -192,13 +186,13 @@ def test_a_change_of_the_stalls_ends_the_present_one():
 
 def test_what_changes_nothing_of_the_stalls_leaves_them_alone():
     link, arrivals = link_of(STALLING), []
-    for second in range(600):
+    for second in range(200):
         moments = DENSE[1000 * second:1000 * (second + 1)]
         link.configure(replace(STALLING, delay=1e-9 * (second % 2)), float(second))
         link.send(moments, moments)
         arrivals += link.take(second + 0.999)
-    ends = {round(end, 6) for end, _ in stalls_of(stalling_arrivals(), DENSE)}
-    assert ends <= {round(arrival, 6) for arrival, _ in arrivals}
+    ends = {round(end, 6) for end, _ in stalls_of(stalling_arrivals(), DENSE) if end < 199.9}
+    assert len(ends) > 40 and ends <= {round(arrival, 6) for arrival, _ in arrivals}
 
 
 # Seeds, and the length of steps -------------------------------------------------------------------
@@ -209,11 +203,10 @@ ALL = LinkSettings(delay=0.02, jitter=0.01, stalls_per_min=40.0, longest_stall=0
 def test_the_seed_decides():
     moments = DENSE[:60000]
     assert carry(link_of(ALL, seed=3), moments) == carry(link_of(ALL, seed=3), moments)
-    assert carry(link_of(ALL, seed=3), moments) != carry(link_of(ALL, seed=4), moments)
     jitter = LinkSettings(jitter=0.01)
+    for kind in jitter, STALLING:
+        assert carry(link_of(kind, seed=3), moments) != carry(link_of(kind, seed=4), moments)
     assert carry(link_of(jitter, 'sensors'), SPARSE) != carry(link_of(jitter, 'commands'), SPARSE)
-    assert stalls_of(carry(link_of(STALLING, seed=3), moments), moments) != stalls_of(
-        carry(link_of(STALLING, seed=4), moments), moments)
 
 
 @settings(max_examples=50, deadline=None)
