@@ -9,7 +9,7 @@ How every core is used:
 * *The command*: `due(now)` asks whether one is due. `command(now)` takes the step and returns the
   Twist2 to send. None means silence, after one zero if the robot was being driven. For the time of
   `idle_for(now)` no sample of the IMU needs to be read.
-* *Events*, which happen once: `take_...()` returns those since the last call, in order; of News the
+* *Events*, which happen once: `take_...()` returns those since the last call, in order. News are
   lines for the user.
 * *State*: properties, `status(now)`, `problem(now)`. A question never changes anything.
 * *A request that takes time* returns its handle at once (localizer.Reset), which shows the outcome.

@@ -55,7 +55,7 @@ class Rhythm:
 
 class SensorFaults:
     """The faults of one sensor. `silent`: no samples; `frozen`: one sample, with new stamps.
-    ``dropouts`` are the same for both sensors."""
+    `dropouts` are the same for both sensors."""
 
     def __init__(self, silent: bool, frozen: bool, dropouts: Optional[Interruptions]) -> None:
         self._silent, self._frozen, self._dropouts = silent, frozen, dropouts
