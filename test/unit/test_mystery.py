@@ -117,6 +117,12 @@ def test_a_number_is_the_same_robot_for_ever(number):
     assert (fault.name, value) == KEPT[number]
 
 
+def test_no_range_or_tolerance_changes_unnoticed():
+    assert sum(abs(draw(number)[1]) for number in range(1, 1001)) == pytest.approx(16160.66)
+    assert [kind.tolerance for kind in KINDS] == [
+        3.0, 2.0, 0.5, 2.0, 0.3, 0.3, 0.3, 0.3, 0.03, 0.1, 0.15]
+
+
 def test_faults_are_evenly_spread_and_neighbours_differ():
     names = [draw(number)[0].name for number in range(1, LAST + 1)]
     assert set(Counter(names).values()) == {LAST // len(KINDS)}

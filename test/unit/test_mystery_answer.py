@@ -96,7 +96,8 @@ def test_the_key_agrees_with_the_judge(capsys):
         assert judge(int(row[0]), name, float(row[-4]))[1].endswith('off by 0 ' + row[-3] + '.')
 
 
-@pytest.mark.parametrize('word', ['0', '1-10000', '5-1', 'x', '1-', '-3x', '1-2-3', ''])
-def test_a_key_for_no_number_is_refused(capsys, word):
-    status, out, errors = command(capsys, 'key', word)
+@pytest.mark.parametrize('words', [
+    ['0'], ['1-10000'], ['5-1'], ['x'], ['1-'], ['-3x'], ['1-2-3'], [''], []])
+def test_a_key_for_no_number_is_refused(capsys, words):
+    status, out, errors = command(capsys, 'key', *words)
     assert (status, out, len(errors.splitlines())) == (2, '', 1)
