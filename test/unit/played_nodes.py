@@ -78,6 +78,7 @@ class Ahead:
 
     period = TICK
     distance_tolerance = 0.01
+    command = Twist2(0.1, 0.2)
 
     def __init__(self):
         self._left = 1e4
@@ -90,7 +91,7 @@ class Ahead:
 
     def rotate_to_goal(self, *_):
         self._left -= 0.1
-        return LawStep(Twist2(0.1, 0.2), self._left, False)
+        return LawStep(self.command, self._left, False)
 
     move_forward = rotate_to_final = rotate_to_goal
 

@@ -4,10 +4,12 @@ import math
 import numpy as np
 import pytest
 
+from played_nodes import Ahead
 from tb3_labs.control.driving import PreciseLaw, make_law
 from tb3_labs.control.goal import (
     DRIVING, WAITING_FOR_CONTROL, DriveConfig, GoalState, is_over, is_stopped)
 from tb3_labs.control.pace import LONGEST_IDLE
+from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.move_to_goal import MoveToGoalConfig, MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
@@ -380,15 +382,21 @@ def test_sensors_that_hang_end_the_drive():
     assert 'odom repeats one reading' in robot.status.failure
 
 
-def test_an_imu_that_hangs_is_seen_by_an_odometry_that_turns():
-    robot = Robot()
+@pytest.mark.parametrize('linear, angular, odometry_turns, frozen', [
+    (0.1, 0.0, False, ['odom']),           # an odometry that goes straight does not show the IMU
+    (-0.1, 0.0, True, ['imu']),            # it turns by the same IMU
+    (0.0, -0.5, False, ['odom', 'imu']),
+    (0.0, 0.05, False, []), (0.01, 0.0, True, [])])
+def test_the_command_decides_which_sensors_must_change(linear, angular, odometry_turns, frozen):
+    robot, law = Robot(), Ahead()
+    law.command = Twist2(linear, angular)
+    robot.core.set_law(law)
+    robot.core.set_goal(Pose2(50.0))
     robot.tremble = 0.0
-    robot.run(0.1)
-    robot.core.set_goal(Pose2(5.0, 0.0, 0.0))      # straight on
     for k in range(100):
-        robot.odom_pose = Pose2(1.0, 2.0, 0.3 + 1e-5 * k)
+        robot.odom_pose = Pose2(1.0, 2.0, 0.3 + 1e-5 * k * odometry_turns)
         robot.run(0.01)
-    assert robot.status.failure.startswith('imu repeats one reading')
+    assert [name for name in ('odom', 'imu') if name + ' repeats' in robot.status.failure] == frozen
 
 
 @pytest.mark.parametrize('stand', ['silence', 'without control'])

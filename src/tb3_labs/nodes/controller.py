@@ -17,7 +17,7 @@ from tb3_labs.nodes.mouse import Mouse
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 from tb3_labs.supervision.arbitration import DRIVERS, Driver, DriverEvent, after
-from tb3_labs.supervision.freshness import RESUME_TIME, Freshness, FrozenWatch, SensorWatch, Sight
+from tb3_labs.supervision.freshness import RESUME_TIME, Freshness, SensorWatch, Sight
 from tb3_labs.supervision.permission import SleepWatch
 from tb3_labs.supervision.stall import StallWatch
 
@@ -81,7 +81,6 @@ class ControllerCore:
         self._pace = Pace(law.period)
         self._heading = Heading()
         self._sensors = SensorWatch(self.imu)
-        self._frozen = FrozenWatch()
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._sleep = SleepWatch()
         self._turn: Optional[Turn] = None        # driven, or waiting for rest to be judged
@@ -250,7 +249,6 @@ class ControllerCore:
         self._law.start(self._yaw, turn.left(self._yaw))
         self._pace.pause()
         self._sensors.pause()
-        self._frozen.start()
 
     def _sensors_allow(self, now: float) -> bool:
         turn = self._turn
@@ -274,8 +272,8 @@ class ControllerCore:
         assert turn is not None
         dt = self._pace.step(now)
         step = self._law.step(self._yaw, heading.rate, dt, heading.age(now), heading.noise)
-        self._frozen.update(self.imu, True, dt)
-        problem = self._frozen.problem() or self._gyro.problem()
+        self.imu.look(True, dt)
+        problem = self._sensors.frozen() or self._gyro.problem()
         if not problem and not step.finished:
             turn.stall.update(step.remaining, 0.0, heading.rate, dt, step.command != Twist2())
             problem = turn.stall.problem()

@@ -22,7 +22,8 @@ from tb3_labs.localization.odometry_jumps import POSE_LOST
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
-from tb3_labs.supervision.freshness import DriveFrozenWatch, Freshness, SensorWatch, Sight
+from tb3_labs.supervision.freshness import (
+    SURELY_DRIVES, SURELY_TURNS, Freshness, SensorWatch, Sight)
 from tb3_labs.supervision.permission import Permission
 
 
@@ -69,7 +70,7 @@ class MoveToGoalCore:
         self._grants = 0                   # and its count of grants then
         self._pace = Pace(law.period)
         self._sensors = SensorWatch(self.imu, self.odometry)
-        self._frozen = DriveFrozenWatch(self.imu, self.odometry)
+        self._odometry_turned = False      # between the last two samples
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._sent = Twist2()
         self._ended = 0                    # the last attempt whose end was taken
@@ -87,8 +88,9 @@ class MoveToGoalCore:
         self._look_at_localizer()
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
+        before = self.odometry.reading
         self.odometry.heard(now, (sample.pose, sample.linear, sample.angular))
-        self._frozen.on_odometry(sample.pose.yaw)
+        self._odometry_turned = before is None or before[0].yaw != sample.pose.yaw
         self._localizer.on_odometry(sample, now)
         self._look_at_localizer()
 
@@ -194,9 +196,7 @@ class MoveToGoalCore:
             if motion is not None:
                 dt = self._pace.step(now)
                 self._heard.drop()
-                self._frozen.on_command(self._sent.linear, self._sent.angular, dt)
-                if self._frozen.problem():
-                    self._machine.give_up(self._frozen.problem())
+                self._look_at_readings(dt)
                 command = self._machine.step(motion, dt)
                 self._sent = command or Twist2()
                 if self._sent != Twist2():
@@ -267,7 +267,6 @@ class MoveToGoalCore:
         self._sensors.update(now)
         if self._sensors.sight in (Sight.SILENT, Sight.BACK_SOON):
             self._pace.pause()
-            self._frozen.start()
         if self._sensors.sight is Sight.BACK_SOON:
             self._machine.interrupt()
         elif self._sensors.sight is Sight.BACK_LATE and self._machine.begun:
@@ -275,11 +274,20 @@ class MoveToGoalCore:
                 self._sensors.silent_for))
         return self._sensors.sight is not Sight.SILENT and self._machine.active
 
+    def _look_at_readings(self, dt: float) -> None:
+        """Give up if a sensor repeats itself, though the last command must have changed it."""
+        drives = abs(self._sent.linear) > SURELY_DRIVES
+        turns = abs(self._sent.angular) > SURELY_TURNS
+        # The odometry's yaw is the IMU's: if it turns, the IMU must change.
+        self.imu.look(turns or (drives and self._odometry_turned), dt)
+        self.odometry.look(drives or turns, dt)
+        if self._sensors.frozen():
+            self._machine.give_up(self._sensors.frozen())
+
     def _pause(self) -> None:
         """The robot stands, or another node drives it: the next command counts as the first."""
         self._pace.pause()
         self._sensors.pause()
-        self._frozen.start()
         self._sent = Twist2()
 
     def _look_at_localizer(self) -> None:
