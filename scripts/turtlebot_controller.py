@@ -72,11 +72,12 @@ class Controller:
         subscribe_wheels(self._on_wheels)
         # every message is read: scrolling up stops at once, even if later messages came with it
         subscribe('mouse_info', MouseController, self._on_mouse,
-                  lambda message: (message, to_mouse(message)), self._core.mouse, queue_size=None)
+                  lambda message: (message, to_mouse(message)), self._core.mouse.source,
+                  queue_size=None)
         subscribe_news('turn', Float64, self._on_turn)
         self._sources = SourceReport(
             (self._core.imu, 'imu', Imu, rospy.get_time),
-            (self._core.mouse, 'mouse_info', MouseController, steady_time))
+            (self._core.mouse.source, 'mouse_info', MouseController, steady_time))
         rospy.loginfo('Type l (left), r (right), b (about turn), a number of degrees, or q (quit), '
                       'and Enter')
         Keyboard(self._on_line, self._on_keyboard_end)
@@ -166,7 +167,7 @@ class Controller:
         with self._lock:
             problem = self._rivals.complaint or self._core.problem(rospy.get_time())
             return problem, dict(self._sources.values(), driver=self._core.driver.value,
-                                 mouse='active' if self._core.mouse_active else 'not active')
+                                 mouse='active' if self._core.mouse.active else 'not active')
 
 
 class Keyboard:

@@ -281,10 +281,10 @@ class Turner(Process):
         self.by_turn.hear(self.world.now, 'turn', True, self.at(at))
 
     def on_mouse(self, active, y, at):
-        pushed, was_active = active and y != 0.0, self.core.mouse_active
+        pushed, was_active = active and y != 0.0, self.core.mouse.active
         self.by_mouse.hear(self.world.now, pushed, self.at(at), repeats=active)
         self.core.on_mouse(active, 0.0, y, self.world.now, 'mouse', at + CLOCK)
-        if (was_active and not active) or (pushed and self.core.mouse_active):
+        if (was_active and not active) or (pushed and self.core.mouse.active):
             self.by_turn.hear(self.world.now, 'mouse', False, self.at(at))
 
     def woke(self, slept_for):

@@ -403,7 +403,7 @@ def desk():
 
 def test_a_controller_that_was_asked_for_nothing_is_silent():
     core = ControllerCore(Told())
-    assert not core.due(0.0) and not core.watched and not core.mouse_active
+    assert not core.due(0.0) and not core.watched and not core.mouse.active
     assert core.problem(0.0) == 'no imu yet' and core.idle_for(0.0) == LONGEST_IDLE
 
 
@@ -415,7 +415,7 @@ def test_somebody_must_look_at_the_clock_during_a_turn_and_while_the_mouse_is_ac
     assert not desk.core.watched
     for active in (True, False):
         desk.core.on_mouse(active, 0.0, 0.0, desk.now)
-        assert desk.core.watched is desk.core.mouse_active is active
+        assert desk.core.watched is desk.core.mouse.active is active
 
 
 def test_each_turn_is_announced_and_begins_from_standing(desk):

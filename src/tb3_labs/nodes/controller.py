@@ -85,8 +85,7 @@ class ControllerCore:
         self._sleep = SleepWatch()
         self._turn: Optional[Turn] = None        # driven, or waiting for rest to be judged
         self._carried = 0.0                      # error of the turn before, to be corrected [rad]
-        self._mouse = Mouse()
-        self.mouse = self._mouse.source          # a Freshness, as the imu
+        self.mouse = Mouse()
         self._mouse_is_new = False               # so a command is due
         self._mouse_told = False                 # was its user told how to use a lost mouse?
         self._news = NewsDesk()
@@ -119,15 +118,15 @@ class ControllerCore:
         mouse; `details` as of mouse.Mouse.heard.
         """
         self.update(now)
-        was_active = self._mouse.active
-        deactivated = self._mouse.heard(active, x, y, now, *details)
-        if self._mouse.active:
+        was_active = self.mouse.active
+        deactivated = self.mouse.heard(active, x, y, now, *details)
+        if self.mouse.active:
             self._mouse_told = False
             if not was_active:
                 self._news.tell('The mouse is active: it drives outside the middle of the screen; '
                                 'scroll up to stop')
             self._mouse_is_new = True
-            self._happens(DriverEvent.MOUSE_CENTRED if self._mouse.twist == Twist2()
+            self._happens(DriverEvent.MOUSE_CENTRED if self.mouse.twist == Twist2()
                           else DriverEvent.MOUSE_MOVED, 'the mouse took over')
         elif was_active or deactivated:
             self._mouse_told = active
@@ -164,13 +163,13 @@ class ControllerCore:
         self._sleep.update(now)
         if self._sleep.slept_for > RESUME_TIME and self.driver is Driver.TURN:
             self._happens(DriverEvent.TURN_OVER, self._sleep.in_words())
-        was_active = self._mouse.active
-        if self._sleep.slept_for or self._mouse.is_silent(now):
-            self._mouse.lose(now)
-        if was_active and not self._mouse.active:
+        was_active = self.mouse.active
+        if self._sleep.slept_for or self.mouse.is_silent(now):
+            self.mouse.lose(now)
+        if was_active and not self.mouse.active:
             self._mouse_is_new = self._mouse_told = True
             self._released('{}: move it to the middle of the screen to use it again'.format(
-                self.mouse.silence_with_age(now)))
+                self.mouse.source.silence_with_age(now)))
 
     def set_law(self, law: TurningLaw) -> None:
         """Turn by another law from now on; a present turn goes on to the same goal."""
@@ -186,13 +185,8 @@ class ControllerCore:
         return self._news.take()
 
     @property
-    def mouse_active(self) -> bool:
-        """Does the mouse drive, outside the middle of the screen?"""
-        return self._mouse.active
-
-    @property
     def watched(self) -> bool:
-        return self.driver is not Driver.NOBODY or self._mouse.active
+        return self.driver is not Driver.NOBODY or self.mouse.active
 
     def problem(self, now: float) -> str:
         """'' or the problem of the IMU."""
@@ -208,7 +202,7 @@ class ControllerCore:
     def command(self, now: float) -> Optional[Twist2]:
         self._mouse_is_new = False
         if self.driver is Driver.MOUSE:
-            return self._mouse.twist
+            return self.mouse.twist
         if self.driver is Driver.TURN and self._sensors_allow(now):
             return self._turn_on(now)
         self._pace.skip(now)
