@@ -46,7 +46,7 @@ class Pad:
         self.controller.update(self.now)
         if self.controller.due(self.now):
             self.sent.append((self.now, self.controller.command(self.now)))
-        self.words += self.controller.take_messages()
+        self.words += self.controller.messages.take()
 
     def said(self):
         """The words on ctrl_relinq since the last call."""
@@ -107,9 +107,9 @@ def test_full_stick_is_the_robots_own_limit(pad):
 
 
 def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
-    assert pad.holder is GAMEPAD and not pad.controller.gives and pad.said() == [False]
+    assert pad.holder is GAMEPAD and not pad.controller.messages.gives and pad.said() == [False]
     pad.press(A)
-    assert pad.holder is GOAL and pad.controller.gives and pad.said() == [True]
+    assert pad.holder is GOAL and pad.controller.messages.gives and pad.said() == [True]
     pad.sticks = (1.0, 1.0)
     assert set(pad.run(1.0)) == {None}
     pad.sticks = (0.0, 0.0)
@@ -158,7 +158,7 @@ def test_each_press_counts_though_the_messages_come_all_at_once(pad):
     for buttons in ([0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1], [0, 0, 0], [1, 0, 0], [0, 0, 0],
                     [0, 1, 0], [0, 0, 0]):
         pad.controller.on_joy([0.0] * 6, buttons + [0] * 5, pad.now)
-    assert pad.controller.take_messages() == [False, True, False]
+    assert pad.controller.messages.take() == [False, True, False]
     assert pad.controller.take_reset() and not pad.controller.take_reset()
     assert pad.holder is GAMEPAD
 
@@ -168,16 +168,16 @@ def test_an_a_that_the_network_held_up_for_long_does_not_count(late, counts):
     controller = GamepadCore(PadConfig(), BURGER)
     for tick in range(40):
         controller.on_joy([0.0] * 6, [0] * 8, 100.0 + 0.05 * tick, 7.0 + 0.05 * tick)
-    controller.take_messages()
+    controller.messages.take()
     look(controller, 102.0, 102.04 + late)
     controller.on_joy([0.0] * 6, [0] * 8, 102.04 + late, 9.04)
     controller.on_joy([0.0] * 6, [1] + [0] * 7, 102.05 + late, 9.05)
-    words = controller.take_messages()
+    words = controller.messages.take()
     # with the renewals that were due since, so that they show the age of the giving
     assert words == [True] * (counts * (1 + round(late / 0.1)))
     assert warned(controller, 'press it again') is not counts
     controller.on_joy([0.0] * 6, [0, 1] + [0] * 6, 102.06 + late, 9.06)
-    assert controller.take_messages() == [False]       # a stop is never too late
+    assert controller.messages.take() == [False]       # a stop is never too late
 
 
 # Other nodes --------------------------------------------------------------------------------------
@@ -186,11 +186,11 @@ def test_what_another_one_takes_is_not_renewed_and_a_gives_it_again(pad):
     pad.press(A)
     pad.said()
     pad.controller.on_taken(pad.now)
-    assert not pad.controller.gives and pad.controller.take_messages() == [False]
+    assert not pad.controller.messages.gives and pad.controller.messages.take() == [False]
     pad.run(1.0)
-    assert pad.holder is GAMEPAD and not pad.controller.gives
+    assert pad.holder is GAMEPAD and not pad.controller.messages.gives
     pad.press(A)
-    assert pad.said() == [True] and pad.controller.gives
+    assert pad.said() == [True] and pad.controller.messages.gives
 
 
 @pytest.mark.parametrize('after, is_believed', [(0.1, False), (0.5, True)])
@@ -198,17 +198,17 @@ def test_that_move_to_goal_has_no_control_may_cross_with_an_a(pad, after, is_bel
     pad.press(A)
     pad.run(after - 0.04)
     pad.controller.on_control(False, pad.now)
-    assert pad.controller.gives is not is_believed
+    assert pad.controller.messages.gives is not is_believed
     pad.controller.on_control(True, pad.now)
     pad.controller.on_control(False, pad.now)       # it had it, and lost it
-    assert not pad.controller.gives
+    assert not pad.controller.messages.gives
 
 
 def test_what_somebody_else_gave_silences_the_sticks(pad):
     pad.sticks = (1.0, 0.0)
     assert any(pad.run(0.3))
     pad.controller.on_control(True, pad.now)
-    assert pad.holder is GOAL and not pad.controller.gives
+    assert pad.holder is GOAL and not pad.controller.messages.gives
     assert set(pad.run(1.0)) == {None}
     pad.controller.on_control(False, pad.now)
     assert pad.holder is NOBODY
@@ -263,7 +263,7 @@ def test_a_pad_lost_while_move_to_goal_drives(allowed):
     pad.press(A)
     pad.plugged = False
     pad.run(PAD_TIMEOUT + 0.05)
-    assert pad.controller.gives is allowed
+    assert pad.controller.messages.gives is allowed
 
 
 def test_hold_to_drive():
@@ -294,7 +294,7 @@ def test_an_a_of_a_pad_that_was_heard_for_a_moment_only_does_not_count(after, co
     controller = GamepadCore(PadConfig(), BURGER)
     for now, buttons in ((100.0, [0]), (100.0 + after, [1])):
         controller.on_joy([0.0] * 6, buttons + [0] * 7, now, now - 90.0 if stamped else 0.0)
-    assert (True in controller.take_messages()) is counts
+    assert (True in controller.messages.take()) is counts
     assert warned(controller, 'the moment the pad was first heard') is not counts
 
 
@@ -328,7 +328,7 @@ def test_a_node_that_slept_does_not_go_on_giving(slept, gives):
     pad.said()
     pad.now += slept
     pad.run(0.5)
-    assert pad.controller.gives is gives and pad.said() == [False] * (not gives)
+    assert pad.controller.messages.gives is gives and pad.said() == [False] * (not gives)
     assert warned(pad.controller, 'This node did not run for') is not gives
 
 
@@ -344,7 +344,7 @@ def test_a_button_that_is_held_through_a_loss_is_not_pressed_by_the_return(pad, 
     pad.said(), pad.controller.take_reset()
     pad.plugged = True
     pad.run(1.0)
-    assert pad.holder is not GOAL and not pad.controller.gives
+    assert pad.holder is not GOAL and not pad.controller.messages.gives
     assert True not in pad.said() and not pad.controller.take_reset()
 
 

@@ -71,12 +71,9 @@ def test_without_control_or_a_goal_there_is_silence():
     assert set(robot.run(0.5)) == {None}
 
 
-def test_commands_come_at_the_laws_own_rate():
-    assert len(driving().run(1.0)) == pytest.approx(30, abs=2)
-
-
-def test_the_rate_is_kept_after_the_sensors_were_silent():
+def test_commands_come_at_the_laws_own_rate_also_after_the_sensors_were_silent():
     robot = driving()
+    assert len(robot.run(1.0)) == pytest.approx(30, abs=2)
     robot.odom = False
     robot.run(1.0)
     robot.odom = True
@@ -94,19 +91,6 @@ def test_a_robot_that_calibrates_its_gyro_after_its_first_message_is_not_moved()
     robot.imu = robot.odom = True
     robot.imu_yaw += 0.033
     assert None not in robot.run(0.2)[2:] and robot.status.words == 'ROTATE_TO_GOAL'
-
-
-@pytest.mark.parametrize('lost', [('imu',), ('odom',), ('imu', 'odom')])
-def test_silent_sensors_stop_the_drive_in_time_and_say_which(lost):
-    robot = driving()
-    for name in lost:
-        setattr(robot, name, False)
-    before = robot.now
-    while None not in robot.run(0.01) and robot.now < before + 10.0:
-        pass
-    assert robot.now - before <= 0.3
-    assert all(name in robot.status.hold_reason for name in lost)
-    assert ('imu' in robot.status.hold_reason) is ('imu' in lost)
 
 
 def test_a_reset_starts_the_drive_anew_in_the_new_frame():
@@ -373,13 +357,6 @@ def test_a_jump_ends_the_drive_with_the_message_that_shows_it(only):
     robot.imu_yaw, robot.odom_pose = -1.5, Pose2(4.0, 2.0, 0.3)
     robot.run(0.01)
     assert 'jumped by' in robot.status.failure
-
-
-def test_sensors_that_hang_end_the_drive():
-    robot = driving()
-    robot.tremble = 0.0
-    assert None in robot.run(1.0)
-    assert 'odom repeats one reading' in robot.status.failure
 
 
 @pytest.mark.parametrize('linear, angular, odometry_turns, frozen', [

@@ -1,7 +1,7 @@
 """Everything that `gamepad` decides, without ROS: the holder of the robot, and its command.
 
 Every press of a button counts, also where several messages arrive together: the messages for
-`ctrl_relinq` are collected in order (:meth:`GamepadCore.take_messages`).
+`ctrl_relinq` are collected in order (GamepadCore.messages).
 
 B always sends False, for any holder of the robot. A sends True. The node then sends renewals, which
 only keep the permission alive. A press of A that was delayed for long does not count.
@@ -35,7 +35,7 @@ class GamepadCore:
         self._model = model
         self._pad = PadListener(config)
         self.joy = self._pad.source
-        self._messages = ControlMessages()
+        self.messages = ControlMessages()
         self._sleep = SleepWatch()
         self._silent_until = 0.0
         self._is_new = False         # something changed, so a command is due
@@ -64,9 +64,9 @@ class GamepadCore:
     def on_control(self, granted: bool, now: float) -> None:
         """move_to_goal says that it has control now, or that it has none."""
         if granted:
-            self._messages.move_to_goal_has_control()
+            self.messages.move_to_goal_has_control()
             self._happens(HolderEvent.GIVEN, now)
-        elif not self._messages.crossed(now):
+        elif not self.messages.crossed(now):
             self._happens(HolderEvent.TAKEN, now)
 
     def on_taken(self, now: float) -> None:
@@ -75,8 +75,8 @@ class GamepadCore:
         Control that others gave is over when move_to_goal says so, since only move_to_goal knows
         the order of both messages.
         """
-        self._messages.stopped_at = now
-        if self.gives:
+        self.messages.stopped_at = now
+        if self.messages.gives:
             self._happens(HolderEvent.TAKEN, now)
 
     def update(self, now: float) -> None:
@@ -89,10 +89,6 @@ class GamepadCore:
 
     # -- what comes out
 
-    def take_messages(self) -> List[bool]:
-        """Those for `ctrl_relinq`: True and False."""
-        return self._messages.take()
-
     def take_reset(self) -> bool:
         """Was the reset button pressed since the last call?"""
         presses, self._resets = self._resets, 0
@@ -102,13 +98,8 @@ class GamepadCore:
         return self._news.take()
 
     @property
-    def gives(self) -> bool:
-        """Has move_to_goal control by this pad's permission, which must be renewed?"""
-        return self._messages.gives
-
-    @property
     def watched(self) -> bool:
-        return self.gives or self._drives() or (
+        return self.messages.gives or self._drives() or (
             self._pad.state is not None and self.holder is Holder.NOBODY)
 
     def due(self, now: float) -> bool:
@@ -140,7 +131,7 @@ class GamepadCore:
 
     def _is_lost(self, now: float) -> bool:
         return not self.joy.is_fresh(now) and (
-            self._drives() or (self.gives and not self._config.drive_without_pad))
+            self._drives() or (self.messages.gives and not self._config.drive_without_pad))
 
     def _look_at_clock(self, now: float) -> None:
         """After a long sleep of this process its permission is taken back, and its sticks must have
@@ -148,7 +139,7 @@ class GamepadCore:
         self._sleep.update(now)
         if self._sleep.slept_for <= LONGEST_LAPSE:
             return
-        if self.gives:
+        if self.messages.gives:
             self._news.tell('This node did not run for {:.1f} s: press A to let move_to_goal drive '
                             'again'.format(self._sleep.slept_for), warning=True)
             self.on_taken(now)
@@ -164,16 +155,16 @@ class GamepadCore:
         elif not self._pad.tells_lateness(now):
             self._news.tell('A was pressed the moment the pad was first heard: press it again',
                             warning=True)
-        elif self._messages.too_late(now, lateness):
+        elif self.messages.too_late(now, lateness):
             self._news.tell('A was pressed {:.1f} s ago, before something took control: press it '
                             'again'.format(lateness), warning=True)
-        elif not self.gives:
-            self._messages.give(now, lateness)
+        elif not self.messages.gives:
+            self.messages.give(now, lateness)
             self._happens(HolderEvent.RELINQUISH, now)
 
     def _stop(self, event: HolderEvent, now: float, caused_at: float) -> None:
         """Say False, for any holder: the operator takes the robot, or the pad is lost."""
-        self._messages.stop(caused_at)
+        self.messages.stop(caused_at)
         self._happens(event, now)
 
     def _happens(self, event: HolderEvent, now: float) -> None:
@@ -181,7 +172,7 @@ class GamepadCore:
         self._is_new = self._is_new or self.holder is not before
         if before is Holder.MOVE_TO_GOAL is not self.holder:
             self._silent_until = now + HAND_BACK
-            self._messages.end()       # another node took control
+            self.messages.end()       # another node took control
         if event is HolderEvent.TAKEN and self.holder is not before:
             self._news.tell('Control was taken from move_to_goal: press A to give it again')
         elif self.holder is Holder.MOVE_TO_GOAL is not before:

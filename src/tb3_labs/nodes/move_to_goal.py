@@ -7,7 +7,7 @@ reached.
 Units: seconds on the receiver's clock (`now`), metres, radians; poses in the local frame.
 """
 from dataclasses import dataclass
-from typing import Any, List, NamedTuple, Optional, Tuple
+from typing import Any, List, Optional, Tuple
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.goal import DriveStatus
@@ -43,13 +43,6 @@ class MoveToGoalConfig(Config):
     def goal(self) -> Pose2:
         """The first goal as a Pose2 in local."""
         return TypedPose(self.goal_x, self.goal_y, self.goal_yaw_deg).pose
-
-
-class DriveEnd(NamedTuple):
-    """The end of a drive."""
-
-    goal: Pose2
-    failure: str                  # '': the goal was reached
 
 
 class MoveToGoalCore:
@@ -176,13 +169,13 @@ class MoveToGoalCore:
         """The latest one; None if there is no new one."""
         return self._localizer.take_fix()
 
-    def take_end(self) -> Optional[DriveEnd]:
-        """None while the drive goes on, or if there was none."""
+    def take_end(self) -> Optional[Tuple[Pose2, str]]:
+        """(goal, failure, '' at the goal) of a drive that has ended; else None."""
         machine = self._machine
         if machine.goal is None or machine.active or machine.attempt == self._ended:
             return None
         self._ended = machine.attempt
-        return DriveEnd(machine.goal, machine.failure)
+        return machine.goal, machine.failure
 
     def command(self, now: float) -> Optional[Twist2]:
         refusal = POSE_LOST if self._localizer.is_lost else self._gyro.problem()
