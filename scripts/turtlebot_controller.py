@@ -19,7 +19,7 @@ Parameters
 """
 import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
 
-import os
+import contextlib
 import signal
 import sys
 import threading
@@ -187,33 +187,13 @@ class Keyboard:
         threading.Thread(target=self._run, name='keyboard', daemon=True).start()
 
     def _run(self):
-        pending = b''
-        for chunk in self._chunks():
-            *lines, pending = (pending + chunk).split(b'\n')
-            for line in lines:
-                self._on_line(_text(line))
-        if pending:
-            self._on_line(_text(pending))
+        if sys.stdin is not None:      # else descriptor 0 may belong to another file by now
+            with contextlib.suppress(OSError):
+                # Unbuffered: a thread that waits in Python's own buffer holds a lock that the
+                # interpreter needs to end.
+                for line in open(0, 'rb', buffering=0, closefd=False):
+                    self._on_line(line.decode(errors='replace').strip())
         self._on_end()
-
-    @staticmethod
-    def _chunks():
-        """The bytes typed, as they come. Unbuffered: a thread that waits in Python's own buffer
-        holds a lock that the interpreter needs to end."""
-        if sys.stdin is None:      # closed; descriptor 0 may belong to another file by now
-            return
-        try:
-            while True:
-                chunk = os.read(0, 4096)
-                if not chunk:
-                    return
-                yield chunk
-        except OSError:
-            return
-
-
-def _text(line):
-    return line.decode(errors='replace').strip()
 
 
 if __name__ == '__main__':

@@ -122,16 +122,12 @@ class Pacemaker:
         self._robots = robots
         self._epoch = time.time()  # the robots' time 0, also with their own /clock
         has_clock = rospy.get_param('/use_sim_time', False)
-        self._take(publisher('/clock', Clock) if has_clock else None, speed if has_clock else 1.0)
+        self._clock = publisher('/clock', Clock) if has_clock else None
+        self._speed = speed if has_clock else 1.0
         self._thread = threading.Thread(target=guarded(self._run), name='robot', daemon=True)
         self._ending = threading.Event()  # rospy.is_shutdown() is true only after its hooks
         rospy.on_shutdown(self._end)
         self._thread.start()
-
-    def _take(self, clock, speed):
-        """Run by real time, or by a /clock of its own; `clock` publishes it."""
-        self._clock, self._speed = clock, speed
-        self._catch_up = CATCH_UP if clock is None else CATCH_UP_CLOCK
 
     def _end(self):
         self._ending.set()
@@ -155,6 +151,6 @@ class Pacemaker:
             late = time.monotonic() - due
             if late < 0.0:
                 time.sleep(-late)
-            elif late > self._catch_up:
+            elif late > (CATCH_UP_CLOCK if self._clock else CATCH_UP):
                 due += late
                 self._epoch += 0.0 if self._clock else late
