@@ -117,18 +117,6 @@ def test_no_rounding_adds_up():
 
 # Faults -------------------------------------------------------------------------------------------
 
-@pytest.mark.parametrize('silent, frozen, said', [
-    (False, False, [1.0, 2.0, 3.0]), (True, False, []), (False, True, [1.0, 1.0, 1.0]),
-    (True, True, [])])
-def test_what_a_sensor_with_a_fault_says(silent, frozen, said):
-    faults = SensorFaults(silent, frozen, None)
-    samples = [ImuSample(0.1 * k, 1.0 + k, 0.5) for k in range(3)]
-    outcome = [sample for part in (samples[:0], samples[:2], samples[2:])
-               for sample in faults.outcome(part)]
-    assert [sample.yaw for sample in outcome] == said
-    assert [sample.stamp for sample in outcome] == [0.0, 0.1, 0.2][:len(said)]
-
-
 def test_a_frozen_sensor_has_its_dropouts_too():
     dropouts, same = (Interruptions(2.0, DROPOUT, 0.0, seed=3) for _ in range(2))
     samples = [ImuSample(0.1 * k, 0.001 * k, 0.0) for k in range(200)]

@@ -2,7 +2,7 @@
 from dataclasses import replace
 
 import pytest
-from simulated import MOTOR_STEP, STIFF, drive, imu_of, odom_of
+from simulated import MOTOR_STEP, STIFF, drive, imu_of, odom_of, switch
 
 from tb3_labs.robot.samples import ImuSample, OdometrySample, with_stamp
 from tb3_labs.simulation.network import NETWORKS
@@ -35,16 +35,12 @@ def test_the_network_changes_what_arrives_when_but_not_what_is_measured():
         assert kind(late)[:len(kind(direct))] == kind(direct)
 
 
-def cut(robot, is_cut):
-    robot.configure(replace(robot.config, network_cut=is_cut))
-
-
 def test_a_cut_holds_up_samples_and_they_come_in_one_burst():
     robot, uncut = Simulator(), Simulator()
     samples = robot.step(1.0)
-    cut(robot, True)
+    switch(robot, network_cut=True)
     assert robot.step(0.5) == [] and robot.step_in_bursts(0.25) == []
-    cut(robot, False)
+    switch(robot, network_cut=False)
     bursts = robot.step_in_bursts(0.1)
     assert (len(imu_of(bursts[0])), len(odom_of(bursts[0]))) == (150, 22)
     # from then on each arrives when it is measured: two together only where both sensors are due
@@ -73,7 +69,7 @@ def test_the_firmware_stops_in_a_cut_and_then_obeys_the_newest_command():
     robot.step(1.0)
     robot.command(0.1, 0.0)
     robot.step(0.1)
-    cut(robot, True)
+    switch(robot, network_cut=True)
     for _ in range(8):
         robot.command(-0.05, 0.0)    # delayed, and no command for the timeout
         robot.step(0.05)
@@ -83,7 +79,7 @@ def test_the_firmware_stops_in_a_cut_and_then_obeys_the_newest_command():
     assert robot.true_velocity == (0.0, 0.0)
     robot.step(5.0)
     assert robot.true_velocity == (0.0, 0.0)
-    cut(robot, False)                # the latest one, sent 5.1 s ago, arrives now
+    switch(robot, network_cut=False)      # the latest one, sent 5.1 s ago, arrives now
     robot.step(1 / 30)
     assert robot.true_velocity[0] == pytest.approx(0.2, abs=MOTOR_STEP)
     robot.step(0.49 - 1 / 30)        # the timeout counts from the arrival
@@ -111,10 +107,10 @@ def test_stalls_hold_up_samples_and_commands():
 def test_silence_is_switched_on_and_off(fault, lost):
     robot = Simulator()
     count = len(robot.step(1.0))
-    robot.configure(replace(robot.config, **{fault: True}))
+    switch(robot, **{fault: True})
     samples = robot.step(1.0)
     assert samples and not any(isinstance(s, lost) for s in samples)
-    robot.configure(replace(robot.config, **{fault: False}))
+    switch(robot, **{fault: False})
     assert len(robot.step(1.0)) == count
 
 
@@ -122,12 +118,12 @@ def test_silence_is_switched_on_and_off(fault, lost):
 def test_a_frozen_sensor_repeats_itself_with_new_stamps(fault, frozen_of):
     robot = Simulator()
     drive(robot, 1.0, 0.1, 0.5)
-    robot.configure(replace(robot.config, **{fault: True}))
+    switch(robot, **{fault: True})
     frozen = frozen_of(drive(robot, 1.0, 0.1, 0.5))
     assert len(frozen) >= 29 and len({s.stamp for s in frozen}) == len(frozen)
     assert all(with_stamp(s, 0.0) == with_stamp(frozen[0], 0.0) for s in frozen)
     for is_frozen in (False, True):     # and the next time it repeats another sample
-        robot.configure(replace(robot.config, **{fault: is_frozen}))
+        switch(robot, **{fault: is_frozen})
         other = frozen_of(drive(robot, 0.1, 0.1, 0.5))[-1]
         assert with_stamp(other, 0.0) != with_stamp(frozen[0], 0.0)
 
@@ -137,7 +133,7 @@ def test_dropouts_silence_both_sensors_and_what_is_no_fault_leaves_them_alone():
     tuned, stamps = Simulator(plain.config), []
     samples = plain.step(300.0)
     for k in range(300):
-        tuned.configure(replace(tuned.config, motor_lag=0.001 * k))
+        switch(tuned, motor_lag=0.001 * k)
         stamps += [sample.stamp for sample in tuned.step(1.0)]
     assert stamps == [sample.stamp for sample in samples]
     lengths = [gap for gap in (b - a for a, b in zip(stamps, stamps[1:])) if gap > 0.02]
@@ -150,11 +146,11 @@ def test_dropouts_silence_both_sensors_and_what_is_no_fault_leaves_them_alone():
 def test_motors_that_are_off_stand_whatever_is_commanded_and_obey_again():
     robot = Simulator(STIFF)
     drive(robot, 0.5, 0.1, 0.0)
-    robot.configure(replace(robot.config, motors_off=True))
+    switch(robot, motors_off=True)
     drive(robot, 0.1, 0.1, 0.0)
     place = robot.truth
     drive(robot, 1.0, 0.1, 1.0)
     assert robot.truth == place and robot.true_velocity == (0.0, 0.0)
-    robot.configure(replace(robot.config, motors_off=False))
+    switch(robot, motors_off=False)
     drive(robot, 0.1, 0.1, 0.0)
     assert robot.true_velocity[0] == pytest.approx(0.1, abs=MOTOR_STEP)
