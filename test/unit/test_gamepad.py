@@ -180,6 +180,26 @@ def test_an_a_that_the_network_held_up_for_long_does_not_count(late, counts):
     assert controller.messages.take() == [False]       # a stop is never too late
 
 
+@pytest.mark.parametrize('stop', ['lost', 'taken', 'B'])
+def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stop):
+    controller = GamepadCore(PadConfig(), BURGER)
+    for tick in range(20):
+        controller.on_joy([0.0] * 6, [0] * 8, 100.0 + 0.05 * tick, 7.0 + 0.05 * tick)
+    if stop == 'lost':
+        controller.on_joy([0.0, 1.0] + [0.0] * 4, [0] * 8, 101.0, 8.0)
+        assert controller.command(101.3) is None
+    look(controller, 101.0, 101.3)
+    if stop == 'taken':
+        controller.on_taken(101.3)
+    controller.messages.take()
+    look(controller, 101.3, 101.5)
+    # released at 101.5: rest, A pressed at 101.1; or B before it
+    for buttons, stamp in (([0, 0], 8.05), ([0, int(stop == 'B')], 8.07), ([1, 0], 8.1), ([0, 0], 8.2)):
+        controller.on_joy([0.0] * 6, buttons + [0] * 6, 101.5, stamp)
+    words = controller.messages.take()
+    assert words[:2] == ([False, True] if stop == 'B' else [])
+
+
 # Other nodes --------------------------------------------------------------------------------------
 
 def test_what_another_one_takes_is_not_renewed_and_a_gives_it_again(pad):

@@ -73,6 +73,15 @@ def test_messages_of_a_silence_do_not_bring_a_lost_mouse_back(active, x):
     assert not mouse.active
 
 
+def test_a_mouse_that_is_deactivated_as_a_silence_ends_drives_when_it_is_activated_later():
+    mouse = inactive_mouse()
+    mouse.heard(True, 0.9, 0.0, 0.0)
+    mouse.lose(0.3)
+    mouse.heard(False, 0.9, 0.0, 0.4)
+    mouse.heard(True, 0.9, 0.0, 5.0)
+    assert mouse.active
+
+
 def test_what_the_network_delayed_is_no_activation_but_a_stop():
     mouse = inactive_mouse()
     assert not mouse.heard(True, 0.0, 0.0, 10.0, 'laptop', 510.0)

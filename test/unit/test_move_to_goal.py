@@ -184,6 +184,8 @@ def test_what_may_have_been_said_during_a_short_sleep_sets_nothing_in_motion():
     with pytest.raises(ValueError, match='while this node did not run'):
         robot.core.set_goal(Pose2(5.0))
     assert set(robot.run(0.4)) == {None}
+    news, = robot.core.take_news()
+    assert news.text.startswith('Control from hand does not count') and news.warning
     robot.core.set_goal(Pose2(5.0))
     robot.control(False)
     robot.control(True)

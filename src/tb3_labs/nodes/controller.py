@@ -205,7 +205,6 @@ class ControllerCore:
             return self.mouse.twist
         if self.driver is Driver.TURN and self._sensors_allow(now):
             return self._turn_on(now)
-        self._pace.skip(now)
         return None
 
     # -- turns
