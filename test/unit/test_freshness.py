@@ -163,8 +163,8 @@ def repeating(times, reading=lambda k: 7, must_change=True):
     (lambda k: 7, True, True), (lambda k: 7, False, False), (lambda k: k % 2, True, False)])
 def test_a_source_that_repeats_itself_though_it_must_change_is_frozen(reading, must_change, frozen):
     _, watch = repeating(MANY, reading, must_change)
-    assert watch.frozen() == (
-        'imu repeats one reading though the robot is told to move (its driver hangs?)' if frozen else '')
+    words = 'imu repeats one reading though the robot is told to move (its driver hangs?)'
+    assert watch.frozen() == (words if frozen else '')
 
 
 def test_a_repetition_counts_from_the_second_look_on_until_there_is_a_new_reading():

@@ -194,7 +194,8 @@ def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stop):
     controller.messages.take()
     look(controller, 101.3, 101.5)
     # released at 101.5: rest, A pressed at 101.1; or B before it
-    for buttons, stamp in (([0, 0], 8.05), ([0, int(stop == 'B')], 8.07), ([1, 0], 8.1), ([0, 0], 8.2)):
+    for buttons, stamp in (([0, 0], 8.05), ([0, int(stop == 'B')], 8.07), ([1, 0], 8.1),
+                           ([0, 0], 8.2)):
         controller.on_joy([0.0] * 6, buttons + [0] * 6, 101.5, stamp)
     words = controller.messages.take()
     assert words[:2] == ([False, True] if stop == 'B' else [])
