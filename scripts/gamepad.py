@@ -112,9 +112,9 @@ class Gamepad:
         if self._core.holder is not self._holder:
             self._holder = self._core.holder
             self._holders.publish(self._holder.value)
-        for word in self._core.take_messages():
+        for word in self._core.messages.take():
             self._control.say(word, now)
-        if self._core.gives:
+        if self._core.messages.gives:
             self._control.renew(now)
 
     def _diagnose(self):
@@ -125,7 +125,7 @@ class Gamepad:
     def _leave(self):
         """Stop the robot and take control back: the operator leaves."""
         with self._lock:
-            if self._core.gives:
+            if self._core.messages.gives:
                 self._core.on_taken(steady_time())
                 self._tick()
 

@@ -166,7 +166,7 @@ class MoveToGoal:
             self._status.update(now)
             end = self._core.take_end()
         if end is not None:
-            self._goals.ended(end.goal, end.failure)
+            self._goals.ended(*end)
 
     def _show_fix(self):
         with self._changed:

@@ -19,7 +19,7 @@ Parameters
 """
 import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
 
-import os
+import contextlib
 import signal
 import sys
 import threading
@@ -71,12 +71,13 @@ class Controller:
                   idle_for=self._idle_for)
         subscribe_wheels(self._on_wheels)
         # every message is read: scrolling up stops at once, even if later messages came with it
-        subscribe('mouse_info', MouseController, self._on_mouse, _to_mouse, self._core.mouse,
+        subscribe('mouse_info', MouseController, self._on_mouse,
+                  lambda message: (message, to_mouse(message)), self._core.mouse.source,
                   queue_size=None)
         subscribe_news('turn', Float64, self._on_turn)
         self._sources = SourceReport(
             (self._core.imu, 'imu', Imu, rospy.get_time),
-            (self._core.mouse, 'mouse_info', MouseController, steady_time))
+            (self._core.mouse.source, 'mouse_info', MouseController, steady_time))
         rospy.loginfo('Type l (left), r (right), b (about turn), a number of degrees, or q (quit), '
                       'and Enter')
         Keyboard(self._on_line, self._on_keyboard_end)
@@ -99,13 +100,12 @@ class Controller:
         with self._lock:
             return self._core.idle_for(now)
 
-    def _on_mouse(self, mouse):
+    def _on_mouse(self, heard):
         with self._lock:
-            message, active, x, y = mouse
+            message, mouse = heard
             # simulated time has an unknown pace: its stamps do not show how late a message is
             stamp = message.header.stamp.to_sec() if is_wall_time() else 0.0
-            self._core.on_mouse(active, x, y, steady_time(), connection_of(message)['callerid'],
-                                stamp)
+            self._core.on_mouse(*mouse, steady_time(), connection_of(message)['callerid'], stamp)
         self._tick()
         self._watchdog.feed()
 
@@ -143,7 +143,6 @@ class Controller:
                       '90", or drive by the mouse', rospy.resolve_name('turn'))
 
     def _turn(self, degrees):
-        """Turn by `degrees`; ``ValueError`` if that is refused."""
         with self._lock:
             self._core.update(steady_time())
             self._core.ask(degrees, rospy.get_time())
@@ -168,12 +167,7 @@ class Controller:
         with self._lock:
             problem = self._rivals.complaint or self._core.problem(rospy.get_time())
             return problem, dict(self._sources.values(), driver=self._core.driver.value,
-                                 mouse='active' if self._core.mouse_active else 'not active')
-
-
-def _to_mouse(message):
-    """(message, active, x, y)."""
-    return (message,) + to_mouse(message)
+                                 mouse='active' if self._core.mouse.active else 'not active')
 
 
 class Keyboard:
@@ -193,33 +187,13 @@ class Keyboard:
         threading.Thread(target=self._run, name='keyboard', daemon=True).start()
 
     def _run(self):
-        pending = b''
-        for chunk in self._chunks():
-            *lines, pending = (pending + chunk).split(b'\n')
-            for line in lines:
-                self._on_line(_text(line))
-        if pending:
-            self._on_line(_text(pending))
+        if sys.stdin is not None:      # else descriptor 0 may belong to another file by now
+            with contextlib.suppress(OSError):
+                # Unbuffered: a thread that waits in Python's own buffer holds a lock that the
+                # interpreter needs to end.
+                for line in open(0, 'rb', buffering=0, closefd=False):
+                    self._on_line(line.decode(errors='replace').strip())
         self._on_end()
-
-    @staticmethod
-    def _chunks():
-        """The bytes typed, as they come. Unbuffered: a thread that waits in Python's own buffer
-        holds a lock that the interpreter needs to end."""
-        if sys.stdin is None:      # closed; descriptor 0 may belong to another file by now
-            return
-        try:
-            while True:
-                chunk = os.read(0, 4096)
-                if not chunk:
-                    return
-                yield chunk
-        except OSError:
-            return
-
-
-def _text(line):
-    return line.decode(errors='replace').strip()
 
 
 if __name__ == '__main__':

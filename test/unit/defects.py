@@ -48,7 +48,7 @@ def selfish(self, granted, now, sender='', *details):
 
 def heard_first(self, active, x, y, now, *details):
     self._sleep.start(now)
-    self._mouse.source.heard(now)
+    self.mouse.source.heard(now)
     ON_MOUSE(self, active, x, y, now, *details)
 
 

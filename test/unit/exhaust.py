@@ -95,11 +95,12 @@ def listens(world):
 
 #: Attributes that change with each step, and no decision depends on.
 IRRELEVANT = {'count', 'dropped', 'attempt', 'drives', 'tremble', 'law', '_law', '_localizer',
-              '_frozen', '_pace', '_stalls', '_settling', '_time', '_ended', '_is_new', '_reading',
-              '_longest_gap', '_config', '_model', '_sent', '_failed_before', '_tries_left',
-              '_interrupted', 'begun', 'state', '_heading', '_asked', '_asked_by', '_last', '_read',
-              'world', '_news', 'said_at', '_heard_for', '_candidates', '_last_arrival',
-              'name', 'timeout', 'goal', '_refused', 'odometry', '_sources', '_window', '_readings', 'longest_gap'}
+              'repeated_for', '_odometry_turned', '_pace', '_stalls', '_settling', '_time', '_ended',
+              '_is_new', 'reading', '_longest_gap', '_config', '_model', '_sent', '_failed_before',
+              '_tries_left', '_interrupted', 'begun', 'state', '_heading', '_asked', '_asked_by',
+              '_last', '_read', 'world', '_news', 'said_at', '_heard_for', '_candidates',
+              '_last_arrival', 'name', 'timeout', 'goal', '_refused', 'odometry', '_sources',
+              '_window', '_readings', 'longest_gap'}
 
 
 def state_of(world):

@@ -203,7 +203,7 @@ class Fuzz:
         self.navigator.status(now)
         self.controller.take_news()
         self.pad.take_news()
-        self.pad.take_messages()
+        self.pad.messages.take()
 
     def send(self, command, max_linear, max_angular):
         if command is None:

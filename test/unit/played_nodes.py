@@ -1,7 +1,4 @@
-"""The nodes of a story: the real cores, with messages that may wait, and with their oracles.
-
-Units: seconds.
-"""
+"""The nodes of a story: the real cores, with messages that may wait, and with their oracles."""
 from oracle import GoalOracle, HandOracle
 from tb3_labs.control.speed_laws import LawStep, Twist2
 from tb3_labs.geometry.se2 import Pose2
@@ -28,6 +25,7 @@ class Process:
 
     def __init__(self, world):
         self.world = world
+        self.tremble = 1e-6
         self.asleep_since = self.asleep_until = None
         self.backwards = False       # the order in which its threads run when it wakes
         self.stalled = False
@@ -64,6 +62,11 @@ class Process:
         self.deliver(sorted(set(self.waiting) - set(self.held), reverse=self.backwards))
         self.stalled = False
 
+    def hear_imu(self):
+        """The IMU trembles, as one that is not frozen does."""
+        self.tremble = -self.tremble
+        self.core.on_imu(ImuSample(self.world.now, self.tremble, self.tremble), self.world.now)
+
     def at(self, at):
         """The time of a person's action, as the oracle shall know it: what waited for a moment only
         has no order."""
@@ -75,6 +78,7 @@ class Ahead:
 
     period = TICK
     distance_tolerance = 0.01
+    command = Twist2(0.1, 0.2)
 
     def __init__(self):
         self._left = 1e4
@@ -87,7 +91,7 @@ class Ahead:
 
     def rotate_to_goal(self, *_):
         self._left -= 0.1
-        return LawStep(Twist2(0.1, 0.2), self._left, False)
+        return LawStep(self.command, self._left, False)
 
     move_forward = rotate_to_final = rotate_to_goal
 
@@ -143,7 +147,6 @@ class Mover(Process):
         self.oracle = GoalOracle(world.now)
         if has_control:
             self.oracle.hear(world.now, 'start', True, world.now)
-        self.tremble = 1e-6
         self.has_control = False
         for name, word in latched:
             if word is not None:
@@ -184,8 +187,7 @@ class Mover(Process):
         if self.asleep_since is not None:
             return
         core, now = self.core, self.world.now
-        self.tremble = -self.tremble
-        core.on_imu(ImuSample(now, self.tremble, self.tremble), now)
+        self.hear_imu()
         core.on_odometry(OdometrySample(now, Pose2(self.tremble), 0.1, self.tremble), now)
         core.update_control(now)
         if core.due(now):
@@ -246,13 +248,13 @@ class Pad(Process):
         if self.core.due(now):
             self.world.judge(self.core.command(now), self.oracle)
         self.say(now)
-        if self.core.gives and now - self.said_at >= RENEWAL_PERIOD - 1e-6:
+        if self.core.messages.gives and now - self.said_at >= RENEWAL_PERIOD - 1e-6:
             self.say_word(True, None)
         self.core.take_news()
 
     def say(self, at):
         """Say the words of the core, which an action at `at` caused."""
-        for word in self.core.take_messages():
+        for word in self.core.messages.take():
             self.say_word(word, at)
             at = at if not word else None    # the others of a giving are renewals
 
@@ -269,7 +271,6 @@ class Turner(Process):
         self.core = ControllerCore(Turning())
         self.core.update(world.now)
         self.by_turn, self.by_mouse = GoalOracle(world.now), HandOracle(world.now)
-        self.tremble = 1e-6
 
     def on_turn(self, at):
         self.core.update(self.world.now)
@@ -280,10 +281,10 @@ class Turner(Process):
         self.by_turn.hear(self.world.now, 'turn', True, self.at(at))
 
     def on_mouse(self, active, y, at):
-        pushed, was_active = active and y != 0.0, self.core.mouse_active
+        pushed, was_active = active and y != 0.0, self.core.mouse.active
         self.by_mouse.hear(self.world.now, pushed, self.at(at), repeats=active)
         self.core.on_mouse(active, 0.0, y, self.world.now, 'mouse', at + CLOCK)
-        if (was_active and not active) or (pushed and self.core.mouse_active):
+        if (was_active and not active) or (pushed and self.core.mouse.active):
             self.by_turn.hear(self.world.now, 'mouse', False, self.at(at))
 
     def woke(self, slept_for):
@@ -296,8 +297,7 @@ class Turner(Process):
         if self.asleep_since is not None:
             return
         core, now = self.core, self.world.now
-        self.tremble = -self.tremble
-        core.on_imu(ImuSample(now, self.tremble, self.tremble), now)
+        self.hear_imu()
         core.update(now)
         if core.due(now):
             by_turn = core.driver is Driver.TURN

@@ -21,6 +21,11 @@ def drive(robot, seconds, linear, angular):
     return samples
 
 
+def switch(robot, **settings):
+    """Change these settings from now on."""
+    robot.configure(replace(robot.config, **settings))
+
+
 def imu_of(samples):
     return [sample for sample in samples if isinstance(sample, ImuSample)]
 

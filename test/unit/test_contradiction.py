@@ -50,7 +50,8 @@ class Watched:
             if tick % 10 == 0 and not hasattr(self.ears[0], 'command'):
                 self.robot.command(linear, angular)
             samples = self.robot.step(0.005)
-            self._wheels[self.robot.odometry_stamp] = self.robot.wheel_angles
+            sensors = self.robot.sensors
+            self._wheels[sensors.odometry_stamp] = sensors.odometer.wheel_angles
             for sample in samples:
                 self._hear(sample)
             for ear in self.ears:

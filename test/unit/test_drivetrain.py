@@ -39,23 +39,14 @@ def test_a_robot_with_one_moving_wheel_pivots_about_the_other(side, speed):
         (0.7 * speed, 0.0) if side == 'left' else (0.0, 0.7 * speed))
 
 
-def test_it_stands_until_a_goal_is_set_and_again_when_the_goals_are_zero():
-    drivetrain = train(start=Pose2(1.0, 2.0, 3.0))
-    drivetrain.advance(5.0)
-    assert drivetrain.pose == Pose2(1.0, 2.0, 3.0) and drivetrain.velocity == (0.0, 0.0)
-    drivetrain.set_goals(2.0, 2.0)
-    drivetrain.advance(1.0)
-    drivetrain.set_goals(0.0, 0.0)
-    pose = drivetrain.pose
-    drivetrain.advance(1.0)
-    assert drivetrain.pose == pose and drivetrain.angles == pytest.approx((2.0, 2.0))
-
-
-def test_a_robot_that_was_told_nothing_stands():
+def test_a_robot_that_was_told_nothing_or_has_no_time_stands():
     drivetrain = Drivetrain(BURGER, Pose2(1.0, 2.0, 3.0))
     drivetrain.advance(5.0)
     assert drivetrain.pose == Pose2(1.0, 2.0, 3.0) and drivetrain.velocity == (0.0, 0.0)
     assert drivetrain.angles == (0.0, 0.0) and drivetrain.turning == (3.0, 0.0, 0.0, 0.0)
+    drivetrain = train(2.0, 4.0, lag=0.1)
+    drivetrain.advance(0.0)
+    assert drivetrain.pose == Pose2() and drivetrain.velocity == (0.0, 0.0)
 
 
 def test_motors_turn_by_the_integral_of_their_speed():
@@ -140,9 +131,3 @@ def test_what_lies_ahead_does_not_move_it():
     assert drivetrain.pose == Pose2() and drivetrain.angles == (0.0, 0.0)
     drivetrain.advance(0.3)
     assert later.pose == drivetrain.pose and later.velocity == drivetrain.velocity
-
-
-def test_no_time_no_motion():
-    drivetrain = train(2.0, 4.0, lag=0.1)
-    drivetrain.advance(0.0)
-    assert drivetrain.pose == Pose2() and drivetrain.velocity == (0.0, 0.0)

@@ -5,8 +5,7 @@ import pytest
 
 from tb3_labs.doctor.robot import GIVES_UP, PAUSES
 from tb3_labs.supervision.freshness import (
-    FROZEN_TIME, RESUME_TIME, SENSOR_TIMEOUT, DriveFrozenWatch, Freshness, FrozenWatch, SensorWatch,
-    Sight)
+    FROZEN_TIME, RESUME_TIME, SENSOR_TIMEOUT, Freshness, SensorWatch, Sight)
 
 
 def heard_at(time, name='imu', timeout=0.25):
@@ -119,13 +118,12 @@ def test_of_two_timeouts_the_shorter_one_tells_a_silence():
     assert look(watch, 10.3) is Sight.BACK_SOON
 
 
-def test_messages_are_counted_and_new_readings_told_once():
+def test_messages_are_counted():
     source = Freshness('imu')
-    assert source.count == source.dropped == 0 and not source.take_new()
-    for reading, new in ((7, True), (7, False), (8, True)):
-        source.heard(1.0, reading)
-        assert source.take_new() is new and not source.take_new()
-    assert source.count == 3
+    assert source.count == source.dropped == 0
+    for count in (1, 2):
+        source.heard(1.0, 7)
+        assert source.count == count and source.dropped == 0
 
 
 def test_the_doctor_warns_of_a_silence_that_stops_the_nodes():
@@ -139,52 +137,50 @@ DT = 0.05
 MANY = round(FROZEN_TIME / DT) + 2
 
 
-def problem_after(watch, times, source, reading=lambda k: 7, must_change=True):
-    """The problem after this number of looks at a source."""
+def repeating(times, reading=lambda k: 7, must_change=True):
+    """An IMU, and its watch, after this number of looks."""
+    imu = Freshness('imu')
+    watch = SensorWatch(imu)
     for k in range(times):
-        source.heard(DT * k, reading(k))
-        watch.update(source, must_change, DT)
-    return watch.problem()
+        imu.heard(DT * k, reading(k))
+        imu.look(must_change, DT)
+    return imu, watch
 
 
 @pytest.mark.parametrize('reading, must_change, frozen', [
     (lambda k: 7, True, True), (lambda k: 7, False, False), (lambda k: k % 2, True, False)])
 def test_a_source_that_repeats_itself_though_it_must_change_is_frozen(reading, must_change, frozen):
-    problem = problem_after(FrozenWatch(), MANY, Freshness('imu'), reading, must_change)
-    assert problem.startswith('imu repeats one reading') if frozen else problem == ''
+    _, watch = repeating(MANY, reading, must_change)
+    words = 'imu repeats one reading though the robot is told to move (its driver hangs?)'
+    assert watch.frozen() == (words if frozen else '')
 
 
-def test_an_odometry_that_was_never_heard_does_not_show_the_imu():
-    watch = DriveFrozenWatch(Freshness('imu'), Freshness('odom'))
-    for _ in range(MANY):
-        watch.on_command(0.1, 0.0, DT)
-    assert 'odom repeats' in watch.problem() and 'imu says' not in watch.problem()
+def test_a_repetition_counts_from_the_second_look_on_until_there_is_a_new_reading():
+    imu, _ = repeating(1)
+    assert imu.repeated_for == 0.0
+    imu.look(True, DT)
+    imu.look(True, DT)
+    assert imu.repeated_for == pytest.approx(2.0 * DT)
+    imu.heard(1.0, 'new')
+    imu.look(True, DT)
+    assert imu.repeated_for == 0.0
 
 
-def test_one_new_reading_or_a_start_ends_it():
-    for end in (lambda watch, source: problem_after(watch, 1, source, lambda k: 'new'),
-                lambda watch, source: watch.start()):
-        watch, source = FrozenWatch(), Freshness('imu')
-        assert problem_after(watch, MANY, source)
-        end(watch, source)
-        assert watch.problem() == ''
+@pytest.mark.parametrize('paused', [True, False])
+def test_a_repetition_before_a_stand_does_not_count(paused):
+    imu, watch = repeating(MANY)
+    if paused:
+        watch.pause()
+    else:
+        imu.heard(DT * MANY + 1.0, 7)
+        assert look(watch, DT * MANY + 1.0) is Sight.BACK_SOON
+    assert watch.frozen() == ''
 
 
-@pytest.mark.parametrize('linear, angular, odometry_turns, frozen', [
-    (0.1, 0.0, False, ['odom']),           # an odometry that goes straight does not show the IMU
-    (0.1, 0.0, True, ['odom', 'imu']),     # it turns by the same IMU
-    (0.0, 0.5, False, ['odom', 'imu']),
-    (0.0, 0.05, False, []), (0.01, 0.0, True, [])])
-def test_in_a_drive_it_depends_on_what_the_robot_is_told(linear, angular, odometry_turns, frozen):
-    imu, odometry = Freshness('imu'), Freshness('odom')
-    watch = DriveFrozenWatch(imu, odometry)
-    watch.on_odometry(0.0)
-    for k in range(MANY + 1):
-        imu.heard(DT * k, 7)
-        odometry.heard(DT * k, 7)
-        watch.on_odometry(0.1 * (k + 1) if odometry_turns else 0.0)
-        watch.on_command(linear, angular, DT)
-    problem = watch.problem()
-    assert [name for name in ('odom', 'imu') if name + ' repeats' in problem] == frozen
-    watch.start()
-    assert watch.problem() == ''
+def test_each_frozen_source_is_named():
+    sources = Freshness('imu'), Freshness('joy'), Freshness('odom')
+    for source, seconds in zip(sources, (0.7, 0.5, 0.7)):
+        source.look(True, seconds)
+    watch = SensorWatch(*sources)
+    assert watch.frozen().startswith('imu repeats') and ' and odom repeats' in watch.frozen()
+    assert 'joy' not in watch.frozen()

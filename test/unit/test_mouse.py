@@ -3,6 +3,7 @@ import math
 
 import pytest
 
+from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.nodes.mouse import Mouse, mouse_twist
 
 
@@ -57,7 +58,7 @@ def test_a_lost_mouse_comes_back_by_the_middle_or_a_deactivation(active, x):
     assert not mouse.active
     mouse.heard(active, x, 0.0, 1.4)
     mouse.heard(True, 0.9, 0.0, 1.5)
-    assert mouse.active and not mouse.is_centred
+    assert mouse.active and mouse.twist != Twist2()
 
 
 @pytest.mark.parametrize('active, x', [(True, 0.0), (False, 0.9)])
@@ -70,6 +71,15 @@ def test_messages_of_a_silence_do_not_bring_a_lost_mouse_back(active, x):
         mouse.heard(active, x, 0.0, 5.0 + 0.001 * k)
     mouse.heard(True, 0.9, 0.0, 5.1)
     assert not mouse.active
+
+
+def test_a_mouse_that_is_deactivated_as_a_silence_ends_drives_when_it_is_activated_later():
+    mouse = inactive_mouse()
+    mouse.heard(True, 0.9, 0.0, 0.0)
+    mouse.lose(0.3)
+    mouse.heard(False, 0.9, 0.0, 0.4)
+    mouse.heard(True, 0.9, 0.0, 5.0)
+    assert mouse.active
 
 
 def test_what_the_network_delayed_is_no_activation_but_a_stop():

@@ -19,30 +19,22 @@ def command(capsys, *words):
     return (status,) + tuple(capsys.readouterr())
 
 
-@pytest.mark.parametrize('number, name, value, off', [
-    (4, 'imu offset', 115.0, '0 deg'), (4, 'IMU Offset', 118.0, '3 deg'),
-    (4, 'imu_offset', 112.0, '3 deg'), (4, 'offset  imu', 475.0, '0 deg'),
-    (4, 'imu-offset', -246.0, '1 deg'), (15, 'wheel mismatch', -4.0, '0.5 %'),
-    (15, 'wheel mismatch', -3.0, '0.5 %'), (7, 'command latency', 0.42, '0.1 s')])
-def test_right(number, name, value, off):
+RIGHT, WRONG, SIGN = 'Right', 'The fault is right, its value is not', 'the sign is not'
+
+
+@pytest.mark.parametrize('number, name, value, off, verdict', [
+    (4, 'imu offset', 115.0, '0 deg', RIGHT), (4, 'IMU Offset', 118.0, '3 deg', RIGHT),
+    (4, 'imu_offset', 112.0, '3 deg', RIGHT), (4, 'offset  imu', 475.0, '0 deg', RIGHT),
+    (4, 'imu-offset', -246.0, '1 deg', RIGHT), (15, 'wheel mismatch', -4.0, '0.5 %', RIGHT),
+    (15, 'wheel mismatch', -3.0, '0.5 %', RIGHT), (7, 'command latency', 0.42, '0.1 s', RIGHT),
+    (4, 'imu offset', 118.2, '3.2 deg', WRONG), (4, 'imu offset', -65.0, '180 deg', WRONG),
+    (15, 'wheel mismatch', -4.1, '0.6 %', WRONG), (7, 'command latency', 0.0, '0.52 s', WRONG),
+    (4, 'imu offset', -116.0, '129 deg', SIGN), (15, 'wheel mismatch', 3.5, '7 %', SIGN)])
+def test_the_value_of_the_right_fault(number, name, value, off, verdict):
     is_right, words = judge(number, name, value)
-    assert is_right and words.startswith('Right') and words.endswith('off by {}.'.format(off))
-
-
-@pytest.mark.parametrize('number, name, value, off', [
-    (4, 'imu offset', 118.2, '3.2 deg'), (4, 'imu offset', -65.0, '180 deg'),
-    (15, 'wheel mismatch', -4.1, '0.6 %'), (7, 'command latency', 0.0, '0.52 s')])
-def test_the_right_fault_with_a_wrong_value(number, name, value, off):
-    is_right, words = judge(number, name, value)
-    assert not is_right and words.startswith('The fault is right, its value is not')
-    assert 'off by {};'.format(off) in words and 'sign' not in words
-
-
-@pytest.mark.parametrize('number, name, value', [
-    (4, 'imu offset', -116.0), (15, 'wheel mismatch', 3.5)])
-def test_a_wrong_sign_is_told(number, name, value):
-    is_right, words = judge(number, name, value)
-    assert not is_right and 'the sign is not' in words
+    assert is_right is (verdict is RIGHT) and words.startswith(RIGHT if is_right else WRONG)
+    assert 'off by {}{}'.format(off, '.' if is_right else ';') in words
+    assert (SIGN in words) is (verdict is SIGN)
 
 
 @pytest.mark.parametrize('number', range(1, 12))
@@ -104,7 +96,8 @@ def test_the_key_agrees_with_the_judge(capsys):
         assert judge(int(row[0]), name, float(row[-4]))[1].endswith('off by 0 ' + row[-3] + '.')
 
 
-@pytest.mark.parametrize('word', ['0', '1-10000', '5-1', 'x', '1-', '-3x', '1-2-3', ''])
-def test_a_key_for_no_number_is_refused(capsys, word):
-    status, out, errors = command(capsys, 'key', word)
+@pytest.mark.parametrize('words', [
+    ['0'], ['1-10000'], ['5-1'], ['x'], ['1-'], ['-3x'], ['1-2-3'], [''], []])
+def test_a_key_for_no_number_is_refused(capsys, words):
+    status, out, errors = command(capsys, 'key', *words)
     assert (status, out, len(errors.splitlines())) == (2, '', 1)

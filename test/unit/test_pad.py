@@ -84,6 +84,6 @@ def test_a_stamp_of_the_first_second_is_a_stamp():
 
 def test_a_late_b_does_not_hide_a_later_stop():
     messages = ControlMessages()
-    messages.stopped_by_others(9.5)
+    messages.stopped_at = 9.5        # by others
     messages.stop(9.0)
     assert messages.too_late(10.0, 0.6) and not messages.too_late(10.0, 0.4)

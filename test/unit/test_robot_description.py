@@ -6,9 +6,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from tb3_labs.robot.turtlebot3 import MODELS
+from tb3_labs.robot.turtlebot3 import MODELS, WHEEL_JOINTS
 from tb3_labs.ros.robot_description import main, with_prefix
-from tb3_labs.simulation.ros_sensors import WHEEL_JOINTS
 
 LINKS = {'base_footprint', 'base_link', 'wheel_left_link', 'wheel_right_link'}
 

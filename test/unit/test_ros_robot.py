@@ -23,7 +23,7 @@ class Sensors:
     def __init__(self, prefix):
         self.samples = []
 
-    def note_wheels(self, robot):
+    def note_wheels(self, sensors):
         pass
 
     def send(self, burst, epoch):
@@ -87,7 +87,7 @@ def test_a_pause(clock, speed, made_up, monkeypatch):
     robot = Robot(computer, ending)
     pace = ros_robot.Pacemaker.__new__(ros_robot.Pacemaker)
     pace._robots, pace._epoch, pace._ending = [robot], 1e9, ending
-    pace._take(clock, speed)
+    pace._clock, pace._speed = clock, speed
     pace._run()
     at_once = max(robot.steps.count(now) for now in robot.steps)
     assert at_once * ros_robot.STEP == pytest.approx(made_up, abs=3.0 * ros_robot.STEP)

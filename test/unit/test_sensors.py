@@ -6,7 +6,8 @@ import pytest
 
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.simulation.body import ImuModel
-from tb3_labs.simulation.sensors import Dropouts, Rhythm, SensorFaults
+from tb3_labs.simulation.network import Interruptions
+from tb3_labs.simulation.sensors import DROPOUT, Rhythm, SensorFaults
 
 
 def imu(offset=0.0, **how):
@@ -17,14 +18,12 @@ def imu(offset=0.0, **how):
 
 def test_offset_and_drift_add_up_in_the_yaw_and_the_drift_in_the_rate():
     model = imu(0.5, drift=0.01)
-    model.advance(20.0)
     model.follow(20.0, (0.3, 0.1, 0.0, 0.0))
     sample, later = model.measure([20.0, 21.0])
     assert (sample.stamp, sample.yaw, sample.yaw_rate) == pytest.approx((20.0, 1.0, 0.11))
     assert (later.stamp, later.yaw, later.yaw_rate) == pytest.approx((21.0, 1.11, 0.11))
-    model.advance(1.0)                  # and drifts the other way from then on
-    model.configure(0.0, 0.0, -0.02, 0.0)
-    model.advance(2.0)
+    model.follow(21.0, (0.0, 0.0, 0.0, 0.0))
+    model.configure(0.0, 0.0, -0.02, 0.0)   # it drifts the other way from then on
     model.follow(23.0, (0.0, 0.0, 0.0, 0.0))
     assert model.measure([23.0])[0].yaw == pytest.approx(0.5 + 0.21 - 0.04)
 
@@ -69,40 +68,45 @@ def test_each_noise_is_as_large_as_asked_for_and_of_its_own():
             assert abs(statistics.mean(values)) <= 0.08 * sigma
 
 
-def test_no_stamps_no_samples():
-    assert imu().measure([]) == []
+@pytest.mark.parametrize('rate, how, shown', [
+    (0.0, {'rate_noise': 0.001}, 0.0), (0.00319, {}, 0.0), (-0.00319, {}, 0.0),
+    (0.0032, {}, 0.0032), (-0.0032, {}, -0.0032), (0.0, {'drift': 0.002}, 0.002)])
+def test_the_gyros_dead_zone_is_3_steps_of_2000_deg_s_over_16_bit(rate, how, shown):
+    """0.1831 deg/s, 0.003196 rad/s; the yaw is not touched."""
+    model = imu(**how)
+    model.follow(0.0, (0.0, rate, 0.0, 0.0))
+    for sample in model.measure([0.01 * k for k in range(5000)]):
+        assert sample.yaw_rate == pytest.approx(shown, abs=1e-15)
+        assert sample.yaw == pytest.approx((rate + how.get('drift', 0.0)) * sample.stamp)
+
+
+@pytest.mark.parametrize('how', [{'rate_noise': 0.0011}, {'drift': 1e-9, 'rate_noise': 0.001}])
+def test_a_gyro_unlike_the_firmwares_shows_its_noise_at_rest(how):
+    assert statistics.pstdev(sample.yaw_rate for sample in imu(**how).measure(
+        [0.01 * k for k in range(4000)])) == pytest.approx(how['rate_noise'], rel=0.05)
 
 
 # Moments at a fixed rate --------------------------------------------------------------------------
 
-def test_moments_are_counted_from_the_start():
+def test_moments_are_counted_from_the_start_and_one_at_the_end_itself_is_left():
     rhythm = Rhythm(4.0, 10.0)
     assert rhythm.due == 10.25
     assert [rhythm.take() for _ in range(3)] == [10.25, 10.5, 10.75] and rhythm.due == 11.0
-    assert Rhythm(4.0).due == 0.25
-
-
-def test_a_moment_at_the_end_itself_is_left():
     rhythm = Rhythm(4.0)
-    assert rhythm.take_until(0.25) == []
+    assert rhythm.due == 0.25 and rhythm.take_until(0.25) == []
     assert rhythm.take_until(1.0) == [0.25, 0.5, 0.75] and rhythm.due == 1.0
     assert rhythm.take_until(1.1) == [1.0] and rhythm.take() == 1.25
 
 
-def test_another_rate_counts_from_now():
+def test_another_rate_counts_from_now_and_the_same_changes_nothing():
     rhythm = Rhythm(4.0)
-    rhythm.take_until(1.1)
+    rhythm.take()
+    rhythm.set_rate(4.0, 0.3)
+    assert rhythm.take_until(1.1) == [0.5, 0.75, 1.0]
     rhythm.set_rate(10.0, 1.125)
     assert rhythm.due == pytest.approx(1.225)
     assert rhythm.take_until(1.45) == pytest.approx([1.225, 1.325, 1.425])
     assert rhythm.take() == pytest.approx(1.525)
-
-
-def test_the_same_rate_changes_nothing():
-    rhythm = Rhythm(4.0)
-    rhythm.take()
-    rhythm.set_rate(4.0, 0.3)
-    assert [rhythm.take() for _ in range(2)] == [0.5, 0.75]
 
 
 def test_no_rounding_adds_up():
@@ -113,44 +117,10 @@ def test_no_rounding_adds_up():
 
 # Faults -------------------------------------------------------------------------------------------
 
-def yaws(*values):
-    return [ImuSample(0.1 * k, value, 0.5) for k, value in enumerate(values)]
-
-
-def test_both_ends_of_a_dropout_belong_to_it_and_the_next_one_begins_after_it():
-    dropouts, fine = Dropouts(2.0, 100.0, seed=3), Dropouts(2.0, 100.0, seed=3)
-    stamps = [100.0 + 0.001 * k for k in range(60000)]
-    covered = [fine.cover(stamp) for stamp in stamps]
-    edges = [k for k in range(1, len(stamps)) if covered[k] != covered[k - 1]]
-    assert not covered[0] and len(edges) > 20
-    for begin, end in zip(edges[::2], edges[1::2]):
-        assert 0.3 <= (end - begin) * 0.001 + 0.001 and (end - begin) * 0.001 <= 4.3 + 0.001
-    assert [dropouts.cover(stamp) for stamp in stamps[::7]] == covered[::7]
-    # 0.5 s between two of them on average, exponential
-    gaps = [0.001 * (begin - end) for end, begin in zip(edges[1::2], edges[2::2])]
-    assert 0.2 < sum(gaps) / len(gaps) < 1.0
-
-
-def test_no_rate_no_dropouts():
-    dropouts = Dropouts(0.0, 0.0, seed=3)
-    assert dropouts.rate == 0.0 and not any(dropouts.cover(float(k)) for k in range(1000))
-
-
-@pytest.mark.parametrize('silent, frozen, said', [
-    (False, False, [1.0, 2.0, 3.0]), (True, False, []), (False, True, [1.0, 1.0, 1.0]),
-    (True, True, [])])
-def test_what_a_sensor_with_a_fault_says(silent, frozen, said):
-    faults = SensorFaults(silent, frozen, Dropouts(0.0, 0.0, 1))
-    samples = yaws(1.0, 2.0, 3.0)
-    outcome = faults.outcome([]) + faults.outcome(samples[:2]) + faults.outcome(samples[2:])
-    assert [sample.yaw for sample in outcome] == said
-    assert [sample.stamp for sample in outcome] == [0.0, 0.1, 0.2][:len(said)]
-
-
 def test_a_frozen_sensor_has_its_dropouts_too():
-    dropouts, same = Dropouts(2.0, 0.0, seed=3), Dropouts(2.0, 0.0, seed=3)
+    dropouts, same = (Interruptions(2.0, DROPOUT, 0.0, seed=3) for _ in range(2))
     samples = [ImuSample(0.1 * k, 0.001 * k, 0.0) for k in range(200)]
     outcome = SensorFaults(False, True, dropouts).outcome(samples)
     assert [sample.stamp for sample in outcome] == [
-        sample.stamp for sample in samples if not same.cover(sample.stamp)]
+        sample.stamp for sample in samples if same.release(sample.stamp) == sample.stamp]
     assert 0 < len(outcome) < 200 and {sample.yaw for sample in outcome} == {0.0}

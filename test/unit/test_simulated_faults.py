@@ -2,7 +2,7 @@
 from dataclasses import replace
 
 import pytest
-from simulated import MOTOR_STEP, STIFF, drive, imu_of, odom_of
+from simulated import MOTOR_STEP, STIFF, drive, imu_of, odom_of, switch
 
 from tb3_labs.robot.samples import ImuSample, OdometrySample, with_stamp
 from tb3_labs.simulation.network import NETWORKS
@@ -25,10 +25,6 @@ def test_a_command_under_way_has_no_effect_yet():
     assert robot.true_velocity == (0.0, 0.0)
     robot.step(0.05)
     assert robot.true_velocity[0] > 0.09
-    robot.step(0.45)   # the timeout counts from the arrival
-    assert robot.true_velocity[0] > 0.09
-    robot.step(0.06)
-    assert robot.true_velocity == (0.0, 0.0)
 
 
 def test_the_network_changes_what_arrives_when_but_not_what_is_measured():
@@ -39,16 +35,12 @@ def test_the_network_changes_what_arrives_when_but_not_what_is_measured():
         assert kind(late)[:len(kind(direct))] == kind(direct)
 
 
-def cut(robot, is_cut):
-    robot.configure(replace(robot.config, network_cut=is_cut))
-
-
 def test_a_cut_holds_up_samples_and_they_come_in_one_burst():
     robot, uncut = Simulator(), Simulator()
     samples = robot.step(1.0)
-    cut(robot, True)
+    switch(robot, network_cut=True)
     assert robot.step(0.5) == [] and robot.step_in_bursts(0.25) == []
-    cut(robot, False)
+    switch(robot, network_cut=False)
     bursts = robot.step_in_bursts(0.1)
     assert (len(imu_of(bursts[0])), len(odom_of(bursts[0]))) == (150, 22)
     # from then on each arrives when it is measured: two together only where both sensors are due
@@ -77,7 +69,7 @@ def test_the_firmware_stops_in_a_cut_and_then_obeys_the_newest_command():
     robot.step(1.0)
     robot.command(0.1, 0.0)
     robot.step(0.1)
-    cut(robot, True)
+    switch(robot, network_cut=True)
     for _ in range(8):
         robot.command(-0.05, 0.0)    # delayed, and no command for the timeout
         robot.step(0.05)
@@ -87,7 +79,7 @@ def test_the_firmware_stops_in_a_cut_and_then_obeys_the_newest_command():
     assert robot.true_velocity == (0.0, 0.0)
     robot.step(5.0)
     assert robot.true_velocity == (0.0, 0.0)
-    cut(robot, False)                # the latest one, sent 5.1 s ago, arrives now
+    switch(robot, network_cut=False)      # the latest one, sent 5.1 s ago, arrives now
     robot.step(1 / 30)
     assert robot.true_velocity[0] == pytest.approx(0.2, abs=MOTOR_STEP)
     robot.step(0.49 - 1 / 30)        # the timeout counts from the arrival
@@ -96,9 +88,8 @@ def test_the_firmware_stops_in_a_cut_and_then_obeys_the_newest_command():
     assert robot.true_velocity == (0.0, 0.0)
 
 
-@pytest.mark.parametrize('stalled', ['both', 'sensors', 'commands'])
-def test_stalls_hold_up_the_directions_asked_for(stalled):
-    robot = Simulator(replace(STIFF, stalls_per_min=120.0, longest_stall=4.0, stalled=stalled))
+def test_stalls_hold_up_samples_and_commands():
+    robot = Simulator(replace(STIFF, stalls_per_min=120.0, longest_stall=4.0))
     longest, stops, arrived = 0.0, 0, 0.0
     for _ in range(6000):
         robot.command(0.1, 0.0)
@@ -108,8 +99,7 @@ def test_stalls_hold_up_the_directions_asked_for(stalled):
         arrived = robot.now if samples else arrived
         longest = max(longest, robot.now - arrived)
     # 24 stalls in 60 s, three of four longer than the board's patience and a tick
-    assert stops == 0 if stalled == 'sensors' else stops > 8
-    assert longest < 0.02 if stalled == 'commands' else 2.0 < longest <= 4.0
+    assert stops > 8 and 2.0 < longest <= 4.0
 
 
 @pytest.mark.parametrize('fault, lost', [('imu_silent', ImuSample),
@@ -117,10 +107,10 @@ def test_stalls_hold_up_the_directions_asked_for(stalled):
 def test_silence_is_switched_on_and_off(fault, lost):
     robot = Simulator()
     count = len(robot.step(1.0))
-    robot.configure(replace(robot.config, **{fault: True}))
+    switch(robot, **{fault: True})
     samples = robot.step(1.0)
     assert samples and not any(isinstance(s, lost) for s in samples)
-    robot.configure(replace(robot.config, **{fault: False}))
+    switch(robot, **{fault: False})
     assert len(robot.step(1.0)) == count
 
 
@@ -128,54 +118,39 @@ def test_silence_is_switched_on_and_off(fault, lost):
 def test_a_frozen_sensor_repeats_itself_with_new_stamps(fault, frozen_of):
     robot = Simulator()
     drive(robot, 1.0, 0.1, 0.5)
-    robot.configure(replace(robot.config, **{fault: True}))
+    switch(robot, **{fault: True})
     frozen = frozen_of(drive(robot, 1.0, 0.1, 0.5))
     assert len(frozen) >= 29 and len({s.stamp for s in frozen}) == len(frozen)
     assert all(with_stamp(s, 0.0) == with_stamp(frozen[0], 0.0) for s in frozen)
-    robot.configure(replace(robot.config, **{fault: False}))
-    thawed = frozen_of(drive(robot, 0.1, 0.1, 0.5))
-    assert with_stamp(thawed[-1], 0.0) != with_stamp(frozen[0], 0.0)
+    for is_frozen in (False, True):     # and the next time it repeats another sample
+        switch(robot, **{fault: is_frozen})
+        other = frozen_of(drive(robot, 0.1, 0.1, 0.5))[-1]
+        assert with_stamp(other, 0.0) != with_stamp(frozen[0], 0.0)
 
 
-def test_dropouts_silence_both_sensors_for_a_while():
-    samples = Simulator(SimulatorConfig(dropouts_per_min=6.0, imu_rate=60.0)).step(1800.0)
-    gaps = [(a.stamp, b.stamp) for a, b in zip(samples, samples[1:]) if b.stamp - a.stamp > 0.02]
-    lengths = [end - start for start, end in gaps]
-    # 10 s to the next, 2.3 s long on average: 146 in half an hour, give or take sqrt(146)
-    assert 110 < len(gaps) < 183
+def test_dropouts_silence_both_sensors_and_what_is_no_fault_leaves_them_alone():
+    plain = Simulator(SimulatorConfig(dropouts_per_min=6.0, imu_rate=60.0, imu_frozen=True))
+    tuned, stamps = Simulator(plain.config), []
+    samples = plain.step(300.0)
+    for k in range(300):
+        switch(tuned, motor_lag=0.001 * k)
+        stamps += [sample.stamp for sample in tuned.step(1.0)]
+    assert stamps == [sample.stamp for sample in samples]
+    lengths = [gap for gap in (b - a for a, b in zip(stamps, stamps[1:])) if gap > 0.02]
+    # 10 s to the next, 2.3 s long on average: 24 in five minutes, give or take 5
+    assert 12 < len(lengths) < 36
     assert min(lengths) >= 0.3 and max(lengths) <= 4.3 + 0.02
-    assert sum(lengths) / len(lengths) == pytest.approx(2.3, abs=0.3)
-
-
-def test_a_fault_that_begins_anew_keeps_another_sample():
-    robot = Simulator()
-    drive(robot, 0.5, 0.0, 1.0)
-    frozen = []
-    for is_frozen in (True, False, True):
-        robot.configure(replace(robot.config, imu_frozen=is_frozen))
-        frozen.append(imu_of(drive(robot, 0.5, 0.0, 1.0))[-1].yaw)
-    assert frozen[0] < frozen[1] < frozen[2] + 0.01 and frozen[2] - frozen[0] > 0.5
-
-
-def test_what_is_no_fault_leaves_the_faults_alone():
-    """A frozen sensor stays at the same sample, and the times of the dropouts do not change."""
-    plain = Simulator(SimulatorConfig(dropouts_per_min=30.0, imu_frozen=True, motor_lag=0.0))
-    tuned = Simulator(plain.config)
-    samples = [[sample.stamp for sample in plain.step(20.0)], []]
-    for k in range(20):
-        tuned.configure(replace(tuned.config, motor_lag=0.01 * k))
-        samples[1] += [sample.stamp for sample in tuned.step(1.0)]
-    assert samples[1] == samples[0] and len(samples[0]) < 20.0 * 230 - 200
+    assert len({sample.yaw for sample in imu_of(samples)}) == 1
 
 
 def test_motors_that_are_off_stand_whatever_is_commanded_and_obey_again():
     robot = Simulator(STIFF)
     drive(robot, 0.5, 0.1, 0.0)
-    robot.configure(replace(robot.config, motors_off=True))
+    switch(robot, motors_off=True)
     drive(robot, 0.1, 0.1, 0.0)
     place = robot.truth
     drive(robot, 1.0, 0.1, 1.0)
     assert robot.truth == place and robot.true_velocity == (0.0, 0.0)
-    robot.configure(replace(robot.config, motors_off=False))
+    switch(robot, motors_off=False)
     drive(robot, 0.1, 0.1, 0.0)
     assert robot.true_velocity[0] == pytest.approx(0.1, abs=MOTOR_STEP)

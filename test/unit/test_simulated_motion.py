@@ -5,23 +5,11 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from simulated import MOTOR_STEP, QUIET, STIFF, TICK, close, drive, imu_of, odom_of
+from simulated import MOTOR_STEP, QUIET, STIFF, TICK, close, drive, imu_of, odom_of, switch
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.simulation.simulator import Simulator
-
-
-def test_motors_follow_with_their_time_constant():
-    robot = Simulator(replace(QUIET, motor_lag=0.1))
-    robot.command(0.2, 0.0)
-    speed = 252 * MOTOR_STEP  # 0.2 m/s is 252.7 steps
-    for k in range(1, 12):
-        robot.step(1 / 30)
-        since = robot.now - 1 / 30  # the board acts at its first tick
-        fading = math.exp(-since / 0.1)
-        assert robot.true_velocity == pytest.approx((speed * (1 - fading), 0.0), abs=1e-12)
-        assert robot.truth.x == pytest.approx(speed * (since - 0.1 * (1 - fading)), abs=1e-12)
 
 
 def test_pose_while_the_speed_changes():
@@ -54,17 +42,6 @@ def test_commands_are_applied_at_30_hz_and_the_newest_wins():
     assert robot.true_velocity == (0.0, 0.0)
     robot.step(0.003)
     assert robot.true_velocity[0] == pytest.approx(-0.1, abs=MOTOR_STEP)
-
-
-@pytest.mark.parametrize('linear, angular, full', [
-    (math.nan, 0.0, (1, 1)), (-math.inf, 0.0, (-1, -1)), (0.0, math.inf, (-1, 1)),
-    (-math.nan, 0.0, (-1, -1))])
-def test_what_is_not_finite_is_full_speed(linear, angular, full):
-    robot = Simulator(STIFF)
-    drive(robot, 0.1, linear, angular)
-    left, right = (sign * 265 * MOTOR_STEP for sign in full)
-    assert robot.true_velocity == pytest.approx(((left + right) / 2.0, (right - left) / 0.16),
-                                                abs=2.0 * MOTOR_STEP)
 
 
 @settings(max_examples=25, deadline=None)
@@ -102,7 +79,7 @@ def test_reset_at_rest_zeroes_the_place_and_moves_the_yaw_by_the_raw_gyros_bias(
     assert imu_of(samples)[-1].yaw_rate == pytest.approx(0.0, abs=1e-6)
     assert wrap(imu_of(samples)[-1].yaw - before.yaw) == pytest.approx(
         RAW * 2.56, abs=math.radians(5.0) / 150.0)
-    assert robot.wheel_angles == (0.0, 0.0)
+    assert robot.sensors.odometer.wheel_angles == (0.0, 0.0)
     assert close(robot.truth, truth, metres=1e-6, radians=1e-6)
 
 
@@ -129,7 +106,7 @@ def test_a_spin_in_the_calibration_is_taken_for_bias_until_the_next_reset():
     robot, before = reset_in_motion(0.0, 1.0)
     rate = robot.true_velocity[1]
     samples = robot.step(2.5)
-    robot.configure(replace(robot.config, slip=0.0))    # a setting that has nothing to do with it
+    switch(robot, slip=0.0)             # a setting that has nothing to do with it
     resting = robot.step(0.5)
     assert robot.true_velocity[1] == pytest.approx(0.0, abs=1e-6)
     assert imu_of(resting)[-1].yaw_rate == pytest.approx(-rate, abs=1e-4)
@@ -174,16 +151,16 @@ def test_no_pause_no_calibration():
 def test_the_odometry_stands_in_the_world_where_the_last_reset_ended():
     robot = Simulator(replace(STIFF, start_x=1.0, start_y=-2.0, start_yaw_deg=30.0,
                               reset_pause=0.3))
-    assert robot.odometry_origin == Pose2()          # the odometry starts at the true pose
+    assert robot.sensors.origin == Pose2()          # the odometry starts at the true pose
     for linear, angular in ((0.1, 0.5), (-0.1, 0.3)):
         drive(robot, 1.0, linear, angular)
         robot.step(0.6)                 # the command has timed out: it stands
         robot.reset()
         sample = odom_of(robot.step(0.4))[-1]
-        assert close(robot.odometry_origin @ sample.pose, robot.truth)
+        assert close(robot.sensors.origin @ sample.pose, robot.truth)
     drive(robot, 1.0, 0.1, 0.4)
     sample = odom_of(robot.step(0.1))[-1]
-    here = robot.odometry_origin @ sample.pose
+    here = robot.sensors.origin @ sample.pose
     assert close(here, robot.truth, metres=3 * TICK + 0.1 / 30.0, radians=0.5 / 30.0)
 
 
@@ -202,8 +179,8 @@ def test_the_wheels_are_as_old_as_their_lag_says():
 
 def test_the_stamp_of_the_last_odometry_is_known_whether_or_not_it_has_arrived():
     robot = Simulator(replace(STIFF, sensor_latency=3.0))
-    assert robot.odometry_stamp == 0.0
-    assert robot.step(1.01) == [] and robot.odometry_stamp == pytest.approx(1.0)
+    assert robot.sensors.odometry_stamp == 0.0
+    assert robot.step(1.01) == [] and robot.sensors.odometry_stamp == pytest.approx(1.0)
 
 
 def test_what_it_truly_does_between_two_ticks_is_known():
@@ -225,14 +202,3 @@ def test_a_command_holds_for_half_a_second_to_the_tick():
     assert robot.true_velocity[0] > 0.09
     robot.step(0.005)
     assert robot.true_velocity == (0.0, 0.0)
-
-
-def test_after_its_reset_the_odometry_counts_on_and_can_be_reset_again():
-    robot = Simulator(replace(STIFF, reset_pause=0.3))
-    for _ in range(2):
-        robot.reset()
-        assert robot.step(0.29) == []          # busy, each time
-        robot.step(0.05)
-        pose = odom_of(drive(robot, 1.0, 0.1, 0.0))[-1].pose
-        assert pose.x == pytest.approx(126 * MOTOR_STEP * (1.0 - 1 / 60), abs=0.1 / 60 + 2 * TICK)
-        drive(robot, 0.1, 0.0, 0.0)

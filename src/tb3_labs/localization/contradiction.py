@@ -10,7 +10,7 @@ Times are the sender's, so delays of the network do not matter. Cases:
 
 * Without stamps, or without samples of the wheels, nothing is said.
 * Wheels that turn although the robot stands: supervision.stall tells that.
-* A gyro that repeats one reading: supervision.frozen tells that.
+* A gyro that repeats one reading: supervision.freshness tells that.
 * After a silence the comparison begins anew. A contradiction is over when gyro and wheels agreed
   for `AGREED`, with the wheels at rest.
 * In motion, a gyro that is wrong by less than slip and uneven wheels may be is not found: 5.5 % of

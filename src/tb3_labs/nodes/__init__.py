@@ -4,10 +4,13 @@ a file named as the node. Beside them are the parts of single cores (`pad`, `mou
 How every core is used:
 
 * *In*: samples, messages and requests go in by methods, with the time of their arrival (`now`).
-  `update...(now)` makes the core look at the clock when no message comes.
+  `update...(now)` makes the core look at the clock when no message comes, to be called ten times a
+  second. `watched`: it must be called more often, since messages may stop.
 * *The command*: `due(now)` asks whether one is due. `command(now)` takes the step and returns the
-  Twist2 to send. None means silence, after one zero if the robot was being driven.
-* *Events*, which happen once: `take_...()` returns those since the last call, in order.
+  Twist2 to send. None means silence, after one zero if the robot was being driven. For the time of
+  `idle_for(now)` no sample of the IMU needs to be read.
+* *Events*, which happen once: `take_...()` returns those since the last call, in order. News are
+  lines for the user.
 * *State*: properties, `status(now)`, `problem(now)`. A question never changes anything.
 * *A request that takes time* returns its handle at once (localizer.Reset), which shows the outcome.
 * *A refusal* is a ``ValueError`` with the reason.

@@ -17,7 +17,7 @@ from tb3_labs.nodes.mouse import Mouse
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 from tb3_labs.supervision.arbitration import DRIVERS, Driver, DriverEvent, after
-from tb3_labs.supervision.freshness import RESUME_TIME, Freshness, FrozenWatch, SensorWatch, Sight
+from tb3_labs.supervision.freshness import RESUME_TIME, Freshness, SensorWatch, Sight
 from tb3_labs.supervision.permission import SleepWatch
 from tb3_labs.supervision.stall import StallWatch
 
@@ -38,9 +38,11 @@ class Turn:
         self.asked = asked
         self.goal = yaw + carried + asked
         self.stall = StallWatch()
+        #: The remaining angle of a turn that is over, if the law has waited for rest: it knows that
+        #: better than one sample.
+        self.left_at_end: Optional[float] = None
         self._start = yaw
         self._begun_at = now
-        self._left_at_end: Optional[float] = None
 
     def extend(self, angle: float) -> None:
         """Turn by `angle` more, or less."""
@@ -52,14 +54,9 @@ class Turn:
         """The angle from `yaw` to the goal."""
         return self.goal - yaw
 
-    def end(self, left: float) -> None:
-        """The law has waited for rest, and knows the remaining angle `left` better than one sample.
-        """
-        self._left_at_end = left
-
     def error(self, yaw: float) -> float:
         """The remaining angle of a turn that is over, for a robot that rests at `yaw`."""
-        return self.left(yaw) if self._left_at_end is None else self._left_at_end
+        return self.left(yaw) if self.left_at_end is None else self.left_at_end
 
     def result(self, yaw: float, now: float) -> str:
         """The result in words, for a robot that rests at `yaw`."""
@@ -84,12 +81,11 @@ class ControllerCore:
         self._pace = Pace(law.period)
         self._heading = Heading()
         self._sensors = SensorWatch(self.imu)
-        self._frozen = FrozenWatch()
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._sleep = SleepWatch()
         self._turn: Optional[Turn] = None        # driven, or waiting for rest to be judged
         self._carried = 0.0                      # error of the turn before, to be corrected [rad]
-        self._mouse = Mouse()
+        self.mouse = Mouse()
         self._mouse_is_new = False               # so a command is due
         self._mouse_told = False                 # was its user told how to use a lost mouse?
         self._news = NewsDesk()
@@ -97,7 +93,6 @@ class ControllerCore:
     # -- what comes in
 
     def on_imu(self, sample: ImuSample, now: float) -> None:
-        """Take in a sample of the IMU."""
         jump = self._heading.jump_to(sample)
         if jump and self.driver is Driver.TURN:
             self._happens(DriverEvent.TURN_OVER, jump)
@@ -113,25 +108,25 @@ class ControllerCore:
             self._carried = 0.0
 
     def on_wheels(self, sample: WheelSample, now: float) -> None:
-        """Take in a sample of the wheels, if the robot has such; they only show a lying gyro."""
+        """The wheels, if the robot has such, only show a gyro that lies."""
         self._gyro.on_wheels(sample, now)
 
     def on_mouse(self, active: bool, x: float, y: float, now: float, *details: Any) -> None:
-        """Take in a message of a mouse; ``ValueError`` for a position that is not finite.
+        """``ValueError`` for a position that is not finite.
 
         `now` is on a clock that never stands still and never goes back, since a person moves the
         mouse; `details` as of mouse.Mouse.heard.
         """
         self.update(now)
-        was_active = self._mouse.active
-        deactivated = self._mouse.heard(active, x, y, now, *details)
-        if self._mouse.active:
+        was_active = self.mouse.active
+        deactivated = self.mouse.heard(active, x, y, now, *details)
+        if self.mouse.active:
             self._mouse_told = False
             if not was_active:
                 self._news.tell('The mouse is active: it drives outside the middle of the screen; '
                                 'scroll up to stop')
             self._mouse_is_new = True
-            self._happens(DriverEvent.MOUSE_CENTRED if self._mouse.is_centred
+            self._happens(DriverEvent.MOUSE_CENTRED if self.mouse.twist == Twist2()
                           else DriverEvent.MOUSE_MOVED, 'the mouse took over')
         elif was_active or deactivated:
             self._mouse_told = active
@@ -162,21 +157,19 @@ class ControllerCore:
         self._happens(DriverEvent.TURN_ASKED)
 
     def update(self, now: float) -> None:
-        """Look at the clock; `now` as in :meth:`on_mouse`. To be called ten times a second.
-
-        A turn during which this process slept for long is given up. An active mouse that is lost is
-        released.
+        """A turn during which this process slept for long is given up. An active mouse that is lost
+        is released. `now` as in :meth:`on_mouse`.
         """
         self._sleep.update(now)
         if self._sleep.slept_for > RESUME_TIME and self.driver is Driver.TURN:
             self._happens(DriverEvent.TURN_OVER, self._sleep.in_words())
-        was_active = self._mouse.active
-        if self._sleep.slept_for or self._mouse.is_silent(now):
-            self._mouse.lose(now)
-        if was_active and not self._mouse.active:
+        was_active = self.mouse.active
+        if self._sleep.slept_for or self.mouse.is_silent(now):
+            self.mouse.lose(now)
+        if was_active and not self.mouse.active:
             self._mouse_is_new = self._mouse_told = True
             self._released('{}: move it to the middle of the screen to use it again'.format(
-                self.mouse.silence_with_age(now)))
+                self.mouse.source.silence_with_age(now)))
 
     def set_law(self, law: TurningLaw) -> None:
         """Turn by another law from now on; a present turn goes on to the same goal."""
@@ -189,47 +182,29 @@ class ControllerCore:
     # -- what comes out
 
     def take_news(self) -> List[News]:
-        """The News since the last call."""
         return self._news.take()
 
     @property
-    def mouse(self) -> Freshness:
-        """The Freshness of the mouse."""
-        return self._mouse.source
-
-    @property
-    def mouse_active(self) -> bool:
-        """Does the mouse drive, outside the middle of the screen?"""
-        return self._mouse.active
-
-    @property
     def watched(self) -> bool:
-        """Must the node look at the clock more often, since messages may stop?"""
-        return self.driver is not Driver.NOBODY or self._mouse.active
+        return self.driver is not Driver.NOBODY or self.mouse.active
 
     def problem(self, now: float) -> str:
-        """'' or the problem of the IMU, in words."""
+        """'' or the problem of the IMU."""
         return self._sensors.problem(now) or self._gyro.problem()
 
     def due(self, now: float) -> bool:
-        """Is it time for :meth:`command`?"""
-        if self._mouse_is_new:
-            return True
-        return self.driver is Driver.TURN and (
+        return self._mouse_is_new or self.driver is Driver.TURN and (
             self._pace.due(now) or not self._sensors.are_fresh(now))
 
     def idle_for(self, now: float) -> float:
-        """Time for which no sample of the IMU needs to be read [s]."""
         return self._pace.idle_for(now) if self.driver is Driver.TURN else LONGEST_IDLE
 
     def command(self, now: float) -> Optional[Twist2]:
-        """The velocity to send now, or None: silence."""
         self._mouse_is_new = False
         if self.driver is Driver.MOUSE:
-            return self._mouse.twist
+            return self.mouse.twist
         if self.driver is Driver.TURN and self._sensors_allow(now):
             return self._turn_on(now)
-        self._pace.skip(now)
         return None
 
     # -- turns
@@ -267,7 +242,6 @@ class ControllerCore:
         self._law.start(self._yaw, turn.left(self._yaw))
         self._pace.pause()
         self._sensors.pause()
-        self._frozen.start()
 
     def _sensors_allow(self, now: float) -> bool:
         turn = self._turn
@@ -291,20 +265,19 @@ class ControllerCore:
         assert turn is not None
         dt = self._pace.step(now)
         step = self._law.step(self._yaw, heading.rate, dt, heading.age(now), heading.noise)
-        self._frozen.update(self.imu, True, dt)
-        problem = self._frozen.problem() or self._gyro.problem()
+        self.imu.look(True, dt)
+        problem = self._sensors.frozen() or self._gyro.problem()
         if not problem and not step.finished:
             turn.stall.update(step.remaining, 0.0, heading.rate, dt, step.command != Twist2())
             problem = turn.stall.problem()
         if not step.finished and not problem:
             return step.command
         if self._law.carries_error:
-            turn.end(step.remaining)
+            turn.left_at_end = step.remaining
         self._happens(DriverEvent.TURN_OVER, problem)
         return None
 
     def _judge_turn(self, turn: Turn, now: float) -> None:
-        """Tell the result of a turn that is over, with the robot at rest."""
         self._news.tell(turn.result(self._yaw, now))
         self._carried = turn.error(self._yaw) if self._law.carries_error else 0.0
         self._turn = None
@@ -312,7 +285,6 @@ class ControllerCore:
     # -- who drives
 
     def _released(self, reason: str) -> None:
-        """The mouse is no longer active."""
         self._news.tell(reason[0].upper() + reason[1:])
         self._happens(DriverEvent.MOUSE_RELEASED, reason)
 

@@ -1,7 +1,7 @@
 """Everything that `gamepad` decides, without ROS: the holder of the robot, and its command.
 
 Every press of a button counts, also where several messages arrive together: the messages for
-`ctrl_relinq` are collected in order (:meth:`GamepadCore.take_messages`).
+`ctrl_relinq` are collected in order (GamepadCore.messages).
 
 B always sends False, for any holder of the robot. A sends True. The node then sends renewals, which
 only keep the permission alive. A press of A that was delayed for long does not count.
@@ -16,11 +16,10 @@ from typing import List, Optional, Sequence
 
 from tb3_labs.control.speed_laws import Twist2, saturate
 from tb3_labs.news import News, NewsDesk
-from tb3_labs.nodes.pad import ControlMessages, PadListener, PadMessage, PadState
+from tb3_labs.nodes.pad import ControlMessages, PadListener, PadMessage
 from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.arbitration import HOLDERS, Holder, HolderEvent, after
-from tb3_labs.supervision.freshness import Freshness
 from tb3_labs.supervision.permission import LONGEST_LAPSE, SleepWatch
 
 #: After taking the robot back the pad waits until move_to_goal has stopped [s].
@@ -35,12 +34,11 @@ class GamepadCore:
         self._config = config
         self._model = model
         self._pad = PadListener(config)
-        self._messages = ControlMessages()
+        self.joy = self._pad.source
+        self.messages = ControlMessages()
         self._sleep = SleepWatch()
         self._silent_until = 0.0
         self._is_new = False         # something changed, so a command is due
-        self._asked_by = PadState()  # the state of the latest command,
-        self._asked = Twist2()       # and that command
         self._resets = 0             # presses of the reset button that were not taken yet
         self._news = NewsDesk()
 
@@ -48,10 +46,7 @@ class GamepadCore:
 
     def on_joy(self, axes: Sequence[float], buttons: Sequence[int], now: float,
                stamp: float = 0.0) -> None:
-        """Take in a message of the pad, sent at `stamp` [s, sender's clock; 0: unknown].
-
-        ``ValueError`` for another kind of pad.
-        """
+        """Sent at `stamp` [s, sender's clock; 0: unknown]. ``ValueError``: another kind of pad."""
         self._look_at_clock(now)
         message = self._pad.hear(axes, buttons, now, stamp)
         state, before = message.state, message.before
@@ -69,9 +64,9 @@ class GamepadCore:
     def on_control(self, granted: bool, now: float) -> None:
         """move_to_goal says that it has control now, or that it has none."""
         if granted:
-            self._messages.move_to_goal_has_control()
+            self.messages.move_to_goal_has_control()
             self._happens(HolderEvent.GIVEN, now)
-        elif not self._messages.crossed(now):
+        elif not self.messages.crossed(now):
             self._happens(HolderEvent.TAKEN, now)
 
     def on_taken(self, now: float) -> None:
@@ -80,15 +75,12 @@ class GamepadCore:
         Control that others gave is over when move_to_goal says so, since only move_to_goal knows
         the order of both messages.
         """
-        self._messages.stopped_by_others(now)
-        if self.gives:
+        self.messages.stopped_at = now
+        if self.messages.gives:
             self._happens(HolderEvent.TAKEN, now)
 
     def update(self, now: float) -> None:
-        """Look at the clock; to be called ten times a second, and more often while :attr:`watched`.
-
-        A pad at rest is ready as soon as it has been heard for long enough.
-        """
+        """A pad at rest is ready as soon as it has been heard for long enough."""
         self._look_at_clock(now)
         state = self._pad.state
         if self.holder is Holder.NOBODY and state is not None and state.at_rest and (
@@ -97,55 +89,31 @@ class GamepadCore:
 
     # -- what comes out
 
-    def take_messages(self) -> List[bool]:
-        """The messages for `ctrl_relinq` since the last call, in order: True and False."""
-        return self._messages.take()
-
     def take_reset(self) -> bool:
         """Was the reset button pressed since the last call?"""
         presses, self._resets = self._resets, 0
         return presses > 0
 
     def take_news(self) -> List[News]:
-        """The News since the last call."""
         return self._news.take()
 
     @property
-    def joy(self) -> Freshness:
-        """The Freshness of the pad."""
-        return self._pad.source
-
-    @property
-    def gives(self) -> bool:
-        """Has move_to_goal control by this pad's permission, which must be renewed?"""
-        return self._messages.gives
-
-    @property
     def watched(self) -> bool:
-        """Must the node look at the clock more often, since messages may stop?"""
-        return self.gives or self._drives() or (
+        return self.messages.gives or self._drives() or (
             self._pad.state is not None and self.holder is Holder.NOBODY)
 
     def due(self, now: float) -> bool:
-        """Is it time for :meth:`command`?"""
         return self._is_new or self._is_lost(now)
 
     def command(self, now: float) -> Optional[Twist2]:
-        """The velocity to send now, or None: silence."""
         self._is_new = False
         if self._is_lost(now):
-            self._pad.lose()
+            self._pad.state = None      # the last one no longer counts
             self._tell_loss(now)
             self._stop(HolderEvent.LOST, now, now)
         state = self._pad.state
         if state is None or not self._drives() or now < self._silent_until:
             return None
-        if state is not self._asked_by:    # a stick that is held asks for the same again
-            self._asked_by, self._asked = state, self._asked_for(state)
-        return self._asked
-
-    def _asked_for(self, state: PadState) -> Twist2:
-        """The velocity that the sticks ask for."""
         model, config = self._model, self._config
         return saturate(Twist2(state.forward * min(config.linear_scale, model.max_linear),
                                state.left * min(config.angular_scale, model.max_angular)),
@@ -163,7 +131,7 @@ class GamepadCore:
 
     def _is_lost(self, now: float) -> bool:
         return not self.joy.is_fresh(now) and (
-            self._drives() or (self.gives and not self._config.drive_without_pad))
+            self._drives() or (self.messages.gives and not self._config.drive_without_pad))
 
     def _look_at_clock(self, now: float) -> None:
         """After a long sleep of this process its permission is taken back, and its sticks must have
@@ -171,7 +139,7 @@ class GamepadCore:
         self._sleep.update(now)
         if self._sleep.slept_for <= LONGEST_LAPSE:
             return
-        if self.gives:
+        if self.messages.gives:
             self._news.tell('This node did not run for {:.1f} s: press A to let move_to_goal drive '
                             'again'.format(self._sleep.slept_for), warning=True)
             self.on_taken(now)
@@ -187,16 +155,16 @@ class GamepadCore:
         elif not self._pad.tells_lateness(now):
             self._news.tell('A was pressed the moment the pad was first heard: press it again',
                             warning=True)
-        elif self._messages.too_late(now, lateness):
+        elif self.messages.too_late(now, lateness):
             self._news.tell('A was pressed {:.1f} s ago, before something took control: press it '
                             'again'.format(lateness), warning=True)
-        elif not self.gives:
-            self._messages.give(now, lateness)
+        elif not self.messages.gives:
+            self.messages.give(now, lateness)
             self._happens(HolderEvent.RELINQUISH, now)
 
     def _stop(self, event: HolderEvent, now: float, caused_at: float) -> None:
         """Say False, for any holder: the operator takes the robot, or the pad is lost."""
-        self._messages.stop(caused_at)
+        self.messages.stop(caused_at)
         self._happens(event, now)
 
     def _happens(self, event: HolderEvent, now: float) -> None:
@@ -204,7 +172,7 @@ class GamepadCore:
         self._is_new = self._is_new or self.holder is not before
         if before is Holder.MOVE_TO_GOAL is not self.holder:
             self._silent_until = now + HAND_BACK
-            self._messages.end()       # another node took control
+            self.messages.end()       # another node took control
         if event is HolderEvent.TAKEN and self.holder is not before:
             self._news.tell('Control was taken from move_to_goal: press A to give it again')
         elif self.holder is Holder.MOVE_TO_GOAL is not before:

@@ -95,11 +95,6 @@ class Mouse:
         """The mouse is lost, and no longer active."""
         self.active, self._is_lost, self._back_at = False, True, now
 
-    @property
-    def is_centred(self) -> bool:
-        """Is the mouse in the middle of the screen?"""
-        return self.twist == Twist2()
-
 
 def mouse_twist(x: float, y: float) -> Twist2:
     """The velocity that a mouse at (x, y) asks for: up is forward, left is left.

@@ -7,7 +7,7 @@ reached.
 Units: seconds on the receiver's clock (`now`), metres, radians; poses in the local frame.
 """
 from dataclasses import dataclass
-from typing import Any, List, NamedTuple, Optional, Tuple
+from typing import Any, List, Optional, Tuple
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.goal import DriveStatus
@@ -22,7 +22,8 @@ from tb3_labs.localization.odometry_jumps import POSE_LOST
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
-from tb3_labs.supervision.freshness import DriveFrozenWatch, Freshness, SensorWatch, Sight
+from tb3_labs.supervision.freshness import (
+    SURELY_DRIVES, SURELY_TURNS, Freshness, SensorWatch, Sight)
 from tb3_labs.supervision.permission import Permission
 
 
@@ -44,13 +45,6 @@ class MoveToGoalConfig(Config):
         return TypedPose(self.goal_x, self.goal_y, self.goal_yaw_deg).pose
 
 
-class DriveEnd(NamedTuple):
-    """The end of a drive."""
-
-    goal: Pose2
-    failure: str                  # '': the goal was reached
-
-
 class MoveToGoalCore:
     """Localizer, goal machine and permission of one robot."""
 
@@ -69,7 +63,7 @@ class MoveToGoalCore:
         self._grants = 0                   # and its count of grants then
         self._pace = Pace(law.period)
         self._sensors = SensorWatch(self.imu, self.odometry)
-        self._frozen = DriveFrozenWatch(self.imu, self.odometry)
+        self._odometry_turned = False      # between the last two samples
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._sent = Twist2()
         self._ended = 0                    # the last attempt whose end was taken
@@ -78,7 +72,6 @@ class MoveToGoalCore:
     # -- what comes in
 
     def on_imu(self, sample: ImuSample, now: float) -> None:
-        """Take in a sample of the IMU."""
         self.imu.heard(now, sample[1:])
         self._gyro.on_imu(sample, now)
         self._localizer.on_imu(sample, now)
@@ -88,14 +81,14 @@ class MoveToGoalCore:
         self._look_at_localizer()
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
-        """Take in a message of the odometry."""
+        before = self.odometry.reading
         self.odometry.heard(now, (sample.pose, sample.linear, sample.angular))
-        self._frozen.on_odometry(sample.pose.yaw)
+        self._odometry_turned = before is None or before[0].yaw != sample.pose.yaw
         self._localizer.on_odometry(sample, now)
         self._look_at_localizer()
 
     def on_wheels(self, sample: WheelSample, now: float) -> None:
-        """Take in a sample of the wheels, if the robot has such; they only show a lying gyro."""
+        """The wheels, if the robot has such, only show a gyro that lies."""
         self._gyro.on_wheels(sample, now)
 
     def heard_command(self, linear: float, angular: float, now: float) -> None:
@@ -149,8 +142,8 @@ class MoveToGoalCore:
         self.update_control(now)
 
     def update_control(self, now: float) -> None:
-        """Check whether the permission still holds. To be called ten times a second, and before a
-        goal is set; `now` as in permission.Permission."""
+        """Check whether the permission still holds, also before a goal is set; `now` as in
+        permission.Permission."""
         permission, machine = self._permission, self._machine
         permission.update(now)
         for news in permission.take_news():
@@ -159,7 +152,9 @@ class MoveToGoalCore:
         given, self._grants = permission.count > self._grants, permission.count
         if given and (machine.failure or not before):
             # the robot may have been driven elsewhere meanwhile
-            self._begin_anew()
+            if machine.failure or machine.active:
+                machine.restart()
+            self._pause()
         elif self._may_drive and not before:
             machine.interrupt()
         elif before and not self._may_drive:
@@ -168,24 +163,22 @@ class MoveToGoalCore:
     # -- what comes out, once
 
     def take_news(self) -> List[News]:
-        """The News since the last call."""
         return self._news.take()
 
     def take_fix(self) -> Optional[Fix]:
-        """The latest Fix, once; None if there is no new one."""
+        """The latest one; None if there is no new one."""
         return self._localizer.take_fix()
 
-    def take_end(self) -> Optional[DriveEnd]:
-        """The end of the drive, once; None while it goes on, or if there was no drive."""
+    def take_end(self) -> Optional[Tuple[Pose2, str]]:
+        """(goal, failure, '' at the goal) of a drive that has ended; else None."""
         machine = self._machine
         if machine.goal is None or machine.active or machine.attempt == self._ended:
             return None
         self._ended = machine.attempt
-        return DriveEnd(machine.goal, machine.failure)
+        return machine.goal, machine.failure
 
     def command(self, now: float) -> Optional[Twist2]:
-        """The velocity to send now, or None: silence."""
-        refusal = self._refusal()
+        refusal = POSE_LOST if self._localizer.is_lost else self._gyro.problem()
         if not (self.has_control and self._machine.active):
             self._pause()
         elif refusal:
@@ -196,9 +189,7 @@ class MoveToGoalCore:
             if motion is not None:
                 dt = self._pace.step(now)
                 self._heard.drop()
-                self._frozen.on_command(self._sent.linear, self._sent.angular, dt)
-                if self._frozen.problem():
-                    self._machine.give_up(self._frozen.problem())
+                self._look_at_readings(dt)
                 command = self._machine.step(motion, dt)
                 self._sent = command or Twist2()
                 if self._sent != Twist2():
@@ -251,15 +242,13 @@ class MoveToGoalCore:
 
     @property
     def watched(self) -> bool:
-        """Must :meth:`command` be called by a timer as well, since messages may stop?"""
         return self._permission.stands and self._machine.active
 
     def due(self, now: float) -> bool:
-        """Is it time for :meth:`command`? At the law's own rate, and whenever a sensor is lost."""
+        """At the law's own rate, and whenever a sensor is lost."""
         return self._pace.due(now) or not self._sensors.are_fresh(now)
 
     def idle_for(self, now: float) -> float:
-        """Time for which no sample of the IMU needs to be read [s]."""
         if self._localizer.has_resets:
             return 0.0
         driving = self.has_control and self._machine.active
@@ -267,36 +256,31 @@ class MoveToGoalCore:
 
     # -- the drive
 
-    def _refusal(self) -> str:
-        """'' or the reason why no drive may go on, or begin."""
-        return POSE_LOST if self._localizer.is_lost else self._gyro.problem()
-
     def _sensors_allow(self, now: float) -> bool:
         self._sensors.update(now)
-        if self._sensors.sight is Sight.SILENT:
+        if self._sensors.sight in (Sight.SILENT, Sight.BACK_SOON):
             self._pace.pause()
-            self._frozen.start()
-            return False
         if self._sensors.sight is Sight.BACK_SOON:
-            self._pace.pause()
-            self._frozen.start()
             self._machine.interrupt()
         elif self._sensors.sight is Sight.BACK_LATE and self._machine.begun:
             self._machine.give_up('sensors were silent for {:.1f} s'.format(
                 self._sensors.silent_for))
-        return self._machine.active
+        return self._sensors.sight is not Sight.SILENT and self._machine.active
 
-    def _begin_anew(self) -> None:
-        """Begin the drive anew, unless its goal was reached or cancelled."""
-        if self._machine.failure or self._machine.active:
-            self._machine.restart()
-        self._pause()
+    def _look_at_readings(self, dt: float) -> None:
+        """Give up if a sensor repeats itself, though the last command must have changed it."""
+        drives = abs(self._sent.linear) > SURELY_DRIVES
+        turns = abs(self._sent.angular) > SURELY_TURNS
+        # The odometry's yaw is the IMU's: if it turns, the IMU must change.
+        self.imu.look(turns or (drives and self._odometry_turned), dt)
+        self.odometry.look(drives or turns, dt)
+        if self._sensors.frozen():
+            self._machine.give_up(self._sensors.frozen())
 
     def _pause(self) -> None:
         """The robot stands, or another node drives it: the next command counts as the first."""
         self._pace.pause()
         self._sensors.pause()
-        self._frozen.start()
         self._sent = Twist2()
 
     def _look_at_localizer(self) -> None:

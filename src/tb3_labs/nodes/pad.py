@@ -1,8 +1,5 @@
 """One pad: the messages that are heard from it, and those that it sends on `ctrl_relinq`.
 
-PadListener reads its sticks and buttons, and says whether they are current. ControlMessages
-collects its True, which gives the robot to move_to_goal, and its False, which takes it.
-
 Units: axes from -1 to 1, forward and left positive (as joy_node sends them). Seconds on a clock
 that never stands still and never goes back (`now`); `stamp` is on the sender's clock.
 """
@@ -39,16 +36,16 @@ class PadState(NamedTuple):
 
 
 class PadMessage(NamedTuple):
-    """One message, and the state before it."""
+    """One message."""
 
     state: PadState
-    before: PadState         # of the message before it
+    before: PadState         # the state of the message before it
     lateness: float          # its delay [s]
     came_after_loss: bool
 
 
 class PadListener:
-    """Hears one pad.
+    """Reads the sticks and buttons of one pad, and says whether they are current.
 
     joy_node sends only changes unless its autorepeat_rate is set. So the silence of a pad that has
     never repeated itself does not show a loss.
@@ -64,8 +61,7 @@ class PadListener:
         self._lateness = Lateness()
         self._heard_since = math.inf     # from then on the lateness of messages is learned
         self._is_late = False
-        self._last: Optional[Tuple[Sequence[float], Sequence[int]]] = None    # message,
-        self._read = PadState()          # and what it said
+        self._last: Optional[Tuple[Sequence[float], Sequence[int]]] = None    # message
 
     def hear(self, axes: Sequence[float], buttons: Sequence[int], now: float,
              stamp: float) -> PadMessage:
@@ -74,11 +70,9 @@ class PadListener:
         A button that is down in the first message may have been pressed long ago, and does not
         count as pressed now. A stop counts all the same.
         """
-        if (axes, buttons) == self._last:
-            self.repeats = True
-        else:
-            self._read, self._last = read_pad(axes, buttons, self._config), (axes, buttons)
-        state = self._read
+        state = read_pad(axes, buttons, self._config)
+        self.repeats = self.repeats or (axes, buttons) == self._last
+        self._last = axes, buttons
         lateness = self._lateness.of(stamp, now) if stamp > 0.0 else 0.0
         came_after_loss = self.repeats and not self.source.is_fresh(now)
         self.source.heard(now)
@@ -89,10 +83,6 @@ class PadListener:
         if before is None or came_after_loss:
             before = state._replace(regain=False)
         return PadMessage(state, before, lateness, came_after_loss)
-
-    def lose(self) -> None:
-        """The pad is lost: its last state no longer counts."""
-        self.state = None
 
     def tells_lateness(self, now: float) -> bool:
         """Has the pad been heard for long enough to know how late a message is?"""
@@ -131,9 +121,9 @@ def _outside(dead_zone: float, position: float) -> float:
 
 
 class ControlMessages:
-    """Collects the messages until the node takes them, since every press counts.
-
-    The first one is False: a pad that has just started gives nothing.
+    """Collects True, which gives the robot to move_to_goal, and False, which takes it, until the
+    node takes them, since every press counts. The first one is False: a pad that has just started
+    gives nothing.
     """
 
     def __init__(self) -> None:
@@ -141,10 +131,10 @@ class ControlMessages:
         self.gives = False
         self._waiting = [False]
         self._given_at = -math.inf      # if move_to_goal has not answered since
-        self._stopped_at = -math.inf    # time at which control was taken from move_to_goal
+        #: Time at which control was taken from move_to_goal, by anyone [s].
+        self.stopped_at = -math.inf
 
     def take(self) -> List[bool]:
-        """The messages since the last call, in order."""
         messages, self._waiting = self._waiting, []
         return messages
 
@@ -160,7 +150,7 @@ class ControlMessages:
         """False, for any holder of control: the operator's press at `caused_at`, or the pad's loss.
         """
         self.gives = False
-        self._stopped_at = max(self._stopped_at, caused_at)    # a late B is older than a loss
+        self.stopped_at = max(self.stopped_at, caused_at)    # a late B is older than a loss
         self._waiting.append(False)
 
     def end(self) -> None:
@@ -168,10 +158,6 @@ class ControlMessages:
         if self.gives:
             self.gives = False
             self._waiting.append(False)
-
-    def stopped_by_others(self, now: float) -> None:
-        """Another node took control from move_to_goal."""
-        self._stopped_at = now
 
     def move_to_goal_has_control(self) -> None:
         """move_to_goal says that it has control, so it has heard the True."""
@@ -186,4 +172,4 @@ class ControlMessages:
 
         It is too old, or control was taken since.
         """
-        return lateness > LONGEST_LAPSE or now - lateness < self._stopped_at
+        return lateness > LONGEST_LAPSE or now - lateness < self.stopped_at

@@ -5,10 +5,9 @@ grows with time, and a little white noise. The rate is the true rate plus the dr
 noise of its own. Both are as old as the filter and the way to the stamp make them: `lag`.
 
 The gyro shows the rate minus its calibration. A calibration that saw a motion takes it for bias,
-and leaves that bias behind, with the other sign.
+and leaves that bias behind, with the other sign. The firmware's gyro has a dead zone.
 
-Units: seconds, radians. Noise: a Burger at rest shows 0.0008 rad/s and a few 0.001 deg from one
-sample to the next.
+Units: seconds, radians. Noise: a Burger at rest shows a few 0.001 deg from one sample to the next.
 """
 import copy
 import math
@@ -25,6 +24,10 @@ from tb3_labs.simulation.drivetrain import Drivetrain
 
 #: Bias of a gyro that is not calibrated, as of the one that was measured [rad/s].
 RAW_BIAS = math.radians(0.71)
+#: One step of the gyro's reading: 2000 deg/s over 16 bit with a sign [rad/s].
+GYRO_STEP = math.radians(2000.0 / 2 ** 15)
+#: The firmware shows a rate of at most this as 0 [rad/s].
+DEAD_ZONE = 3.0 * GYRO_STEP
 
 
 class ImuModel:
@@ -34,25 +37,28 @@ class ImuModel:
         #: Yaw of the IMU minus true yaw [rad].
         self.error = offset
         self._noise = _pairs_of_normal_numbers(seed)
-        self._yaw_noise = self._rate_noise = self._drift = self._lag = 0.0
         #: Rate that the calibration left behind [rad/s].
         self.bias = 0.0
+        self.configure(0.0, 0.0, 0.0, 0.0)
+        self._now = 0.0         # up to then drift and bias are in the error
         #: (since, yaw of the IMU, and `turning` but for its yaw): motions not yet measured to their
         #: end, oldest first.
         self._motions: Deque[Tuple[float, float, float, float, float]] = deque()
         self.follow(0.0, (yaw, 0.0, 0.0, 0.0))
 
     def configure(self, yaw_noise: float, rate_noise: float, drift: float, lag: float) -> None:
-        """Standard deviations [rad], [rad/s]; `drift` [rad/s]; `lag` [s]. Then call `follow`."""
+        """Standard deviations [rad], [rad/s]; `drift` [rad/s]; `lag` [s]. Then call `follow`.
+
+        A gyro that drifts, or is noisier than the firmware's, has no dead zone.
+        """
         self._yaw_noise, self._rate_noise = yaw_noise, rate_noise
         self._drift, self._lag = drift, lag
-
-    def advance(self, dt: float) -> None:
-        """Let `dt` seconds pass: drift and bias add up."""
-        self.error += (self._drift + self.bias) * dt
+        self._dead_zone = -math.inf if drift or rate_noise > GYRO_STEP else DEAD_ZONE
 
     def follow(self, now: float, motion: Tuple[float, float, float, float]) -> None:
         """From `now` on the robot turns like that: the Drivetrain's `turning` [s]."""
+        self.error += (self._drift + self.bias) * (now - self._now)
+        self._now = now
         yaw, steady_rate, fading_rate, lag = motion
         if self._motions and self._motions[-1][0] >= now:
             self._motions.pop()
@@ -66,7 +72,7 @@ class ImuModel:
         names and few calls.
         """
         motions, age = self._motions, self._lag
-        yaw_noise, rate_noise = self._yaw_noise, self._rate_noise
+        yaw_noise, rate_noise, dead_zone = self._yaw_noise, self._rate_noise, self._dead_zone
         remainder, exp = math.remainder, math.exp
         samples = []
         for stamp, (first, second) in zip(stamps, self._noise):
@@ -81,8 +87,8 @@ class ImuModel:
                 yaw += lag * (fading_rate - fading)
                 rate += fading
             yaw = remainder(yaw + yaw_noise * first, TURN)
-            samples.append(ImuSample(stamp, yaw if yaw > -math.pi else math.pi,
-                                     rate + rate_noise * second))
+            rate = rate + rate_noise * second if abs(rate) > dead_zone else 0.0
+            samples.append(ImuSample(stamp, yaw if yaw > -math.pi else math.pi, rate))
         return samples
 
 
@@ -94,28 +100,6 @@ def _pairs_of_normal_numbers(seed: int) -> Iterator[Tuple[float, float]]:
         yield from pairs
 
 
-class PastWheels:
-    """The angles of a drivetrain's motors as they were a moment ago."""
-
-    def __init__(self) -> None:
-        self._past: Deque[Tuple[float, Drivetrain]] = deque()   # oldest first
-
-    def follow(self, now: float, drivetrain: Drivetrain) -> None:
-        """From `now` [s] on the motors go on as those of `drivetrain`, until told otherwise."""
-        self._past.append((now, copy.copy(drivetrain)))
-
-    def angles_at(self, moment: float) -> Tuple[float, float]:
-        """(left, right) angle at `moment` [s], not before that of the last call [rad]."""
-        past = self._past
-        while len(past) > 1 and past[1][0] <= moment:
-            past.popleft()
-        since, drivetrain = past[0]
-        if moment > since:
-            drivetrain.advance(moment - since)
-            past[0] = moment, drivetrain
-        return drivetrain.angles
-
-
 class Body:
     """Drivetrain and IMU, which pass through time together."""
 
@@ -123,8 +107,9 @@ class Body:
         """`imu_offset`: yaw of the IMU minus true yaw at the start [rad]."""
         self.drivetrain = Drivetrain(model, start)
         self.imu = ImuModel(start.yaw, imu_offset, seed)
-        self._past_wheels = PastWheels()
         self._moved = 0.0           # time up to which the drivetrain has moved
+        # (since, drivetrain): motions whose wheels are not yet read to their end, oldest first
+        self._past: Deque[Tuple[float, Drivetrain]] = deque()
 
     @property
     def yaw(self) -> float:
@@ -136,7 +121,6 @@ class Body:
         dt = stamp - self._moved
         if dt > 0.0:
             self.drivetrain.advance(dt)
-            self.imu.advance(dt)
             self._moved = stamp
             self.imu.follow(stamp, self.drivetrain.turning)
 
@@ -147,7 +131,7 @@ class Body:
     def motion_changed(self) -> None:
         """Goals or physics of the drivetrain are others now, or the IMU's settings."""
         self.imu.follow(self._moved, self.drivetrain.turning)
-        self._past_wheels.follow(self._moved, self.drivetrain)
+        self._past.append((self._moved, copy.copy(self.drivetrain)))
 
     def use_bias(self, bias: float) -> None:
         """The gyro's error from now on [rad/s]."""
@@ -156,4 +140,11 @@ class Body:
 
     def wheel_angles_at(self, moment: float) -> Tuple[float, float]:
         """(left, right) angle of the motors at `moment` [s], in order of time [rad]."""
-        return self._past_wheels.angles_at(moment)
+        past = self._past
+        while len(past) > 1 and past[1][0] <= moment:
+            past.popleft()
+        since, drivetrain = past[0]
+        if moment > since:
+            drivetrain.advance(moment - since)
+            past[0] = moment, drivetrain
+        return drivetrain.angles

@@ -39,6 +39,7 @@ from tb3_labs.simulation.network import Arrival
 TICK = 2.0 * math.pi / TICKS_PER_TURN
 #: Goes to the board in the place of a command.
 RESET = None
+NO_COMMAND = -math.inf, 0.0, 0.0
 #: Time from the start of the board to its first IMU sample [s].
 START_TIME = 6.2
 #: The motors run on for so long when the serial node stops in a drive [s].
@@ -80,22 +81,19 @@ class Odometer:
     def __init__(self, model: RobotModel, pose: Pose2, imu_yaw: float) -> None:
         self._radius = model.wheel_radius
         self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
-        self._theta_last = imu_yaw
+        #: Yaw of the IMU from which the next update counts the turn [rad].
+        self.theta_last = imu_yaw
         self._ticks: Tuple[int, int] = (0, 0)
         self._zero = self._ticks
         self._stamp = 0.0
-        self._wheel_speeds = (0.0, 0.0)
+        #: (left, right) mean speed of the wheels over the last interval [rad/s].
+        self.wheel_speeds = (0.0, 0.0)
 
     @property
     def wheel_angles(self) -> Tuple[float, float]:
         """(left, right) angle of the wheels since the start or the last reset [rad]."""
         left, right = (TICK * (ticks - zero) for ticks, zero in zip(self._ticks, self._zero))
         return left, right
-
-    @property
-    def wheel_speeds(self) -> Tuple[float, float]:
-        """(left, right) mean speed of the wheels over the last interval [rad/s]."""
-        return self._wheel_speeds
 
     def update(self, stamp: float, ticks: Tuple[int, int], imu_yaw: float) -> OdometrySample:
         """The sample at `stamp` [s], later than the one before; `ticks` is (left, right), and
@@ -104,18 +102,14 @@ class Odometer:
         left = TICK * (ticks[0] - self._ticks[0])
         right = TICK * (ticks[1] - self._ticks[1])
         distance = self._radius * (left + right) / 2.0
-        turn = imu_yaw - self._theta_last  # not wrapped: see above
+        turn = imu_yaw - self.theta_last  # not wrapped: see above
         self._x += distance * math.cos(self._yaw + turn / 2.0)
         self._y += distance * math.sin(self._yaw + turn / 2.0)
         self._yaw += turn
-        self._stamp, self._ticks, self._theta_last = stamp, ticks, imu_yaw
-        self._wheel_speeds = (left / interval, right / interval)
+        self._stamp, self._ticks, self.theta_last = stamp, ticks, imu_yaw
+        self.wheel_speeds = (left / interval, right / interval)
         return OdometrySample(stamp, Pose2(self._x, self._y, wrap(self._yaw)),
                               distance / interval, turn / interval)
-
-    def start(self, imu_yaw: float) -> None:
-        """The board starts: its first update counts from this yaw of the IMU [rad]."""
-        self._theta_last = imu_yaw
 
     def reset(self, ticks: Tuple[int, int]) -> None:
         """Set pose and wheel angles to zero; `ticks` is the present reading of the encoders."""
@@ -139,15 +133,11 @@ class Board:
         self.is_busy = False
         #: End of that [s], or infinite. An attribute, for speed.
         self.due = math.inf
-        self.stop()
-
-    def stop(self) -> None:
-        """It forgets its command."""
-        self._command = (-math.inf, 0.0, 0.0)   # read at [s], forward speed, rate of turn
+        self._command = NO_COMMAND      # read at [s], forward speed, rate of turn
 
     def switch_off(self) -> None:
         """It has no power."""
-        self.stop()
+        self._command = NO_COMMAND
         self._waiting.clear()
         self.is_starting = self.is_busy = True
         self.due = math.inf

@@ -20,7 +20,7 @@ import difflib
 import math
 import random
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, Mapping, Optional, Tuple
+from typing import Any, List, Mapping, Optional, Tuple
 
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.simulation.simulator_config import SimulatorConfig
@@ -132,10 +132,8 @@ class HiddenFault:
     def settings_at(self, now: float) -> SimulatorConfig:
         """The robot's settings at this time since its start [s]; the same object while they are
         the same."""
-        comes_and_goes = not self.fault.setting
-        if comes_and_goes and now % (PAUSE + self.value) < PAUSE:
-            return self._sound
-        return self._faulty
+        is_sound = not self.fault.setting and now % (PAUSE + self.value) < PAUSE
+        return self._sound if is_sound else self._faulty
 
 
 def draw(number: int) -> Tuple[Fault, float, int]:
@@ -153,17 +151,17 @@ def draw(number: int) -> Tuple[Fault, float, int]:
     return fault, value, int(1e6 * source.random())
 
 
-def _order(block: int) -> Tuple[int, ...]:
+def _order(block: int) -> List[int]:
     """The faults of a block of numbers; the first one is not the last one of the block before."""
-    first, second, *others = _shuffled(block)
-    if block and first == _shuffled(block - 1)[-1]:
-        first, second = second, first
-    return (first, second, *others)
+    order = _shuffled(block)
+    if block and order[0] == _shuffled(block - 1)[-1]:
+        order[:2] = order[1], order[0]
+    return order
 
 
-def _shuffled(block: int) -> Tuple[int, ...]:
+def _shuffled(block: int) -> List[int]:
     source = random.Random('order of block {}'.format(block))
-    return tuple(sorted(range(len(KINDS)), key=lambda _: source.random()))
+    return sorted(range(len(KINDS)), key=lambda _: source.random())
 
 
 def fault_called(name: str) -> Fault:
@@ -211,7 +209,7 @@ def _difference(fault: Fault, value: float, truth: float) -> float:
 
 
 def shown(fault: Fault, value: float) -> str:
-    """A value as it was drawn, with its unit and, where it can be either, its sign."""
+    """A value as it was drawn, with its unit, and its sign if it can be either."""
     return '{:{}.{}f} {}'.format(value, '+' if fault.signed else '', fault.digits, fault.unit)
 
 

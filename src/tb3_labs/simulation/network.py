@@ -8,8 +8,8 @@
 A link is one direction and behaves as TCP does: messages are not lost and do not overtake. A
 message arrives after its `delay` and a random `jitter`, which is drawn for each message. It does
 not arrive before the message sent before it. In a stall it waits for the end of the stall. A cut is
-a stall that lasts until it is switched off. Messages of the same moment arrive together. A stall of
-both directions is the same one for both links.
+a stall that lasts until it is switched off. Messages of the same moment arrive together. Stalls are
+the same ones for the links of both directions.
 
 Stalls begin as a Poisson process, and none begins within another one, so that none is longer than
 the longest. Everything random comes from the seed, by separate generators, and does not depend on
@@ -27,13 +27,11 @@ import math
 import random
 from collections import deque
 from dataclasses import dataclass
-from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple, Union
 
 #: A moment [s], and the message that arrives then.
 Arrival = Tuple[float, Any]
 
-#: The directions that a stall may delay; the last two are also the directions of a Link.
-STALLED = ('both', 'sensors', 'commands')
 #: The longest stall of the recordings [s].
 LONGEST_STALL = 0.4
 
@@ -46,7 +44,7 @@ def _network(delay: float = 0.0, stalls_per_min: float = 0.0,
                 longest_stall=longest_stall)
 
 
-#: Networks by name: the settings of tb3_labs.simulation.simulator.SimulatorConfig that make them.
+#: Networks by name: the settings of SimulatorConfig that make them.
 NETWORKS: Dict[str, Dict[str, float]] = {
     'quiet': _network(),
     'good': _network(0.008),
@@ -63,30 +61,30 @@ class LinkSettings:
     jitter: float = 0.0             # mean of the additional delay, exponential [s]
     stalls_per_min: float = 0.0
     longest_stall: float = LONGEST_STALL    # each lasts a uniform random time up to this [s]
-    stalled: str = STALLED[0]
     is_cut: bool = False            # nothing arrives while it is
 
     @property
-    def stalls(self) -> Tuple[float, float, str]:
+    def stalls(self) -> Tuple[float, float]:
         """The settings on which the stalls depend: a change plans them anew."""
-        return self.stalls_per_min, self.longest_stall, self.stalled
+        return self.stalls_per_min, self.longest_stall
 
 
-class Stalls:
-    """Random intervals [start, end) in which nothing arrives, `rate` per second outside them."""
+class Interruptions:
+    """Random intervals [start, end), `rate` per second outside them; each lasts a uniform random
+    time between the two `lengths` [s]."""
 
-    def __init__(self, rate: float, longest: float, since: float, seed: int) -> None:
-        self._rate, self._longest = rate, longest
-        self._random = random.Random('stalls {}'.format(seed))
+    def __init__(self, rate: float, lengths: Tuple[float, float], since: float,
+                 seed: Union[int, str]) -> None:
+        self._rate, self._lengths = rate, lengths
+        self._random = random.Random(seed)
         self._plan(since)
 
     def _plan(self, after: float) -> None:
-        gap = self._random.expovariate(self._rate) if self._rate else math.inf
-        self._start = after + gap
-        self._end = self._start + self._random.uniform(0.0, self._longest)
+        self._start = after + (self._random.expovariate(self._rate) if self._rate else math.inf)
+        self._end = self._start + self._random.uniform(*self._lengths)
 
     def release(self, moment: float) -> float:
-        """`moment`, or the end of the stall in which it lies. Ask in order of time."""
+        """`moment`, or the end of the interval in which it lies. Ask in order of time."""
         while moment >= self._end:
             self._plan(self._end)
         return self._end if moment >= self._start else moment
@@ -96,19 +94,13 @@ class Link:
     """One direction of the network, 'sensors' or 'commands'. Its times never go back."""
 
     def __init__(self, direction: str, seed: int) -> None:
-        if direction not in STALLED[1:]:
-            raise ValueError('direction = {!r} is not valid: one of {}'.format(
-                direction, ', '.join(STALLED[1:])))
-        self._direction, self._seed = direction, seed
+        self._seed = seed
         self._random = random.Random('jitter of {} {}'.format(direction, seed))
         self._settings = LinkSettings()
-        self._stalls: Optional[Stalls] = None
+        self._stalls: Optional[Interruptions] = None
         self._under_way: Deque[Arrival] = deque()   # by the time it is due
         self._last_due = -math.inf
         self._arrived: List[Arrival] = []
-        self._is_quiet = True
-        #: Does everything arrive at once? An attribute, for speed.
-        self.is_clear = True
 
     def configure(self, settings: LinkSettings, now: float) -> None:
         """Use other settings from `now` on."""
@@ -116,13 +108,11 @@ class Link:
         before, self._settings = self._settings, settings
         if settings.stalls != before.stalls:
             # The links of both directions plan alike: one stall delays both.
-            has_stalls = settings.stalls_per_min and settings.stalled in ('both', self._direction)
-            self._stalls = Stalls(settings.stalls_per_min / 60.0, settings.longest_stall, now,
-                                  self._seed) if has_stalls else None
+            self._stalls = Interruptions(
+                settings.stalls_per_min / 60.0, (0.0, settings.longest_stall), now,
+                'stalls {}'.format(self._seed)) if settings.stalls_per_min else None
         # Messages that waited for the end of a stall are due now.
         self._under_way = deque((max(due, now), thing) for due, thing in self._under_way)
-        self._is_quiet = not (settings.delay or settings.jitter or self._stalls or settings.is_cut)
-        self.is_clear = self._is_quiet and not (self._under_way or self._arrived)
 
     def send(self, things: Sequence[Any], moments: Sequence[float]) -> None:
         """Each of `things` is sent at its moment [s]."""
@@ -136,11 +126,9 @@ class Link:
                 latest = due
             append((latest, thing))
         self._last_due = latest
-        self.is_clear = False
 
     def take(self, until: float) -> List[Arrival]:
-        """The messages that have arrived by `until` [s], in order, with their moments of arrival.
-        """
+        """The messages that have arrived by `until` [s], in order of their arrival."""
         arrived, self._arrived = self._arrived, []
         under_way, stalls = self._under_way, self._stalls
         if not self._settings.is_cut:
@@ -152,5 +140,4 @@ class Link:
                     arrived.append((arrival, under_way.popleft()[1]))
                 else:
                     arrived.append(under_way.popleft())
-        self.is_clear = self._is_quiet and not under_way
         return arrived

@@ -84,9 +84,9 @@ class FakeRobot:
             self._use_hidden_settings()
             bursts = self._robot.step_in_bursts(STEP)
             now = epoch + self._robot.now
-            origin = self._robot.odometry_origin
+            origin = self._robot.sensors.origin
             truth = self._robot.truth if truth_is_due else None
-            self._sensors.note_wheels(self._robot)
+            self._sensors.note_wheels(self._robot.sensors)
         if self._static_tf and self._origin != origin:
             self._origin = origin
             self._static_tf.send(
@@ -97,10 +97,9 @@ class FakeRobot:
             publish_now(self._truth, to_pose_stamped(truth, 'world', now))
 
     def _use_hidden_settings(self):
-        if self._hidden:
-            settings = self._hidden.settings_at(self._robot.now)
-            if settings is not self._robot.config:
-                self._robot.configure(settings)
+        settings = self._hidden.settings_at(self._robot.now) if self._hidden else self._robot.config
+        if settings is not self._robot.config:
+            self._robot.configure(settings)
 
     def _on_command(self, message):
         with self._lock:
@@ -122,19 +121,13 @@ class Pacemaker:
     def __init__(self, robots, speed):
         self._robots = robots
         self._epoch = time.time()  # the robots' time 0, also with their own /clock
-        if rospy.get_param('/use_sim_time', False):
-            self._take(publisher('/clock', Clock), speed)
-        else:
-            self._take(None, 1.0)
+        has_clock = rospy.get_param('/use_sim_time', False)
+        self._clock = publisher('/clock', Clock) if has_clock else None
+        self._speed = speed if has_clock else 1.0
         self._thread = threading.Thread(target=guarded(self._run), name='robot', daemon=True)
         self._ending = threading.Event()  # rospy.is_shutdown() is true only after its hooks
         rospy.on_shutdown(self._end)
         self._thread.start()
-
-    def _take(self, clock, speed):
-        """Run by real time, or by a /clock of its own; `clock` publishes it."""
-        self._clock, self._speed = clock, speed
-        self._catch_up = CATCH_UP if clock is None else CATCH_UP_CLOCK
 
     def _end(self):
         self._ending.set()
@@ -158,6 +151,6 @@ class Pacemaker:
             late = time.monotonic() - due
             if late < 0.0:
                 time.sleep(-late)
-            elif late > self._catch_up:
+            elif late > (CATCH_UP_CLOCK if self._clock else CATCH_UP):
                 due += late
                 self._epoch += 0.0 if self._clock else late

@@ -9,16 +9,17 @@ import rospy
 from geometry_msgs.msg import Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.robot.samples import ImuSample
+from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.conversions import frame, to_quaternion, to_transform
 from tb3_labs.ros.rospy_internals import publish_now
 
 #: After a stall at most this number of messages of a topic is sent, the latest: real queues and
 #: buffers are finite, too. The messages of an IMU at 200 Hz in the longest stall fit in.
 MOST_HELD = 2000
-WHEEL_JOINTS = ['wheel_left_joint', 'wheel_right_joint']
 GRAVITY = 9.80665  # [m/s^2]
 
 
@@ -52,12 +53,12 @@ class SensorTopics:
         """Does any node listen to the IMU or the odometry?"""
         return self._imu.get_num_connections() or self._odom.get_num_connections()
 
-    def note_wheels(self, robot):
-        """Remember the wheels of `robot` (a Simulator) as of its latest odometry: the network may
+    def note_wheels(self, sensors):
+        """Remember the wheels as of the latest odometry of a Simulator's `sensors`: the network may
         delay it, and with it the joint states."""
-        stamp = robot.odometry_stamp
+        stamp, odometer = sensors.odometry_stamp, sensors.odometer
         if not self._wheels or self._wheels[-1][0] != stamp:
-            self._wheels.append((stamp, robot.wheel_angles, robot.wheel_speeds))
+            self._wheels.append((stamp, odometer.wheel_angles, odometer.wheel_speeds))
 
     def send(self, burst, epoch):
         """Publish the samples of a `burst`, which arrive at one moment, by one write for each
@@ -99,24 +100,14 @@ def publisher(topic, kind):
 
 def imu_message(sample, stamp, frame):
     """sensor_msgs/Imu of a robot that stands level."""
-    message = Imu()
-    message.header.stamp = rospy.Time.from_sec(stamp)
-    message.header.frame_id = frame
-    message.orientation = to_quaternion(sample.yaw)
-    message.orientation_covariance = ORIENTATION_COVARIANCE
-    message.angular_velocity = Vector3(0.0, 0.0, sample.yaw_rate)
-    message.angular_velocity_covariance = ANGULAR_VELOCITY_COVARIANCE
-    message.linear_acceleration = Vector3(0.0, 0.0, GRAVITY)
-    message.linear_acceleration_covariance = LINEAR_ACCELERATION_COVARIANCE
-    return message
+    return Imu(_header(stamp, frame), to_quaternion(sample.yaw), ORIENTATION_COVARIANCE,
+               Vector3(0.0, 0.0, sample.yaw_rate), ANGULAR_VELOCITY_COVARIANCE,
+               Vector3(0.0, 0.0, GRAVITY), LINEAR_ACCELERATION_COVARIANCE)
 
 
 def odometry_message(sample, stamp, frame, child_frame):
     """nav_msgs/Odometry."""
-    message = Odometry()
-    message.header.stamp = rospy.Time.from_sec(stamp)
-    message.header.frame_id = frame
-    message.child_frame_id = child_frame
+    message = Odometry(header=_header(stamp, frame), child_frame_id=child_frame)
     message.pose.pose.position.x = sample.pose.x
     message.pose.pose.position.y = sample.pose.y
     message.pose.pose.orientation = to_quaternion(sample.pose.yaw)
@@ -127,7 +118,8 @@ def odometry_message(sample, stamp, frame, child_frame):
 
 def joint_message(angles, speeds, stamp, frame):
     """sensor_msgs/JointState of the two wheels, left one first."""
-    message = JointState(name=WHEEL_JOINTS, position=angles, velocity=speeds, effort=[0.0, 0.0])
-    message.header.stamp = rospy.Time.from_sec(stamp)
-    message.header.frame_id = frame
-    return message
+    return JointState(_header(stamp, frame), WHEEL_JOINTS, angles, speeds, [0.0, 0.0])
+
+
+def _header(stamp, frame):
+    return Header(stamp=rospy.Time.from_sec(stamp), frame_id=frame)

@@ -3,16 +3,16 @@
 Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s (dropouts of 0.3 to 4.3 s;
 a driver that went on sending one sample with new stamps for half a minute).
 """
-import math
 import random
-from typing import Generic, List, Optional
+from typing import List, Optional, Sequence
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.robot.samples import AnySample, ImuSample, OdometrySample, Sample, with_stamp
+from tb3_labs.robot.samples import Sample, with_stamp
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.simulation.body import Body
 from tb3_labs.simulation.firmware import Odometer, encoder
+from tb3_labs.simulation.network import Interruptions
 from tb3_labs.simulation.simulator_config import FAULTS, SimulatorConfig
 
 #: Shortest and longest dropout [s].
@@ -53,43 +53,24 @@ class Rhythm:
             self.due = now + 1.0 / rate
 
 
-class Dropouts:
-    """Random intervals of silence, `rate` of them per second outside them. Ask in order of time."""
+class SensorFaults:
+    """The faults of one sensor. `silent`: no samples; `frozen`: one sample, with new stamps.
+    `dropouts` are the same for both sensors."""
 
-    def __init__(self, rate: float, start: float, seed: int) -> None:
-        self.rate = rate
-        self._random = random.Random(seed)
-        self._plan(start)
+    def __init__(self, silent: bool, frozen: bool, dropouts: Optional[Interruptions]) -> None:
+        self._silent, self._frozen, self._dropouts = silent, frozen, dropouts
+        self._kept: Optional[Sample] = None
 
-    def _plan(self, after: float) -> None:
-        self._start = after + (self._random.expovariate(self.rate) if self.rate else math.inf)
-        self._end = self._start + self._random.uniform(*DROPOUT)
-
-    def cover(self, stamp: float) -> bool:
-        """Is there silence at `stamp` [s]? Both ends of a dropout belong to it."""
-        while stamp > self._end:
-            self._plan(self._end)
-        return stamp >= self._start
-
-
-class SensorFaults(Generic[AnySample]):
-    """The faults of one sensor. `silent`: no samples; `frozen`: one sample, with new stamps."""
-
-    def __init__(self, silent: bool, frozen: bool, dropouts: Dropouts) -> None:
-        self._silent = silent
-        self._frozen = frozen
-        self._dropouts = dropouts
-        self._kept: Optional[AnySample] = None
-
-    def outcome(self, samples: List[AnySample]) -> List[AnySample]:
+    def outcome(self, samples: Sequence[Sample]) -> Sequence[Sample]:
         """The samples that are sent instead of `samples`."""
         if self._silent:
             return []
         if self._frozen and samples:
             self._kept = self._kept or samples[0]
             samples = [with_stamp(self._kept, sample.stamp) for sample in samples]
-        if self._dropouts.rate:
-            samples = [sample for sample in samples if not self._dropouts.cover(sample.stamp)]
+        if self._dropouts:
+            samples = [sample for sample in samples
+                       if self._dropouts.release(sample.stamp) == sample.stamp]
         return samples
 
 
@@ -97,7 +78,7 @@ class TimeSyncs:
     """The error of the board's clock: up to `largest` [s], another one from each sync on."""
 
     def __init__(self, largest: float, seed: int) -> None:
-        self.largest, self._seed = largest, seed
+        self._largest, self._seed = largest, seed
         self._number, self._error = -1, 0.0
 
     def error(self, now: float) -> float:
@@ -105,12 +86,12 @@ class TimeSyncs:
         number = int(now / SYNC_PERIOD)
         if number != self._number:
             source = random.Random('time sync {} {}'.format(number, self._seed))
-            self._number, self._error = number, source.uniform(-self.largest, self.largest)
+            self._number, self._error = number, source.uniform(-self._largest, self._largest)
         return self._error
 
     def stamped(self, samples: List[Sample]) -> List[Sample]:
         """The samples with the stamps of that clock; `samples` have true ones."""
-        if not self.largest:
+        if not self._largest:
             return samples
         return [with_stamp(sample, sample.stamp + self.error(sample.stamp)) for sample in samples]
 
@@ -120,8 +101,7 @@ class Sensors:
 
     def __init__(self, model: RobotModel, body: Body, config: SimulatorConfig) -> None:
         pose = body.drivetrain.pose
-        self._body = body
-        self._config = config
+        self._body, self._config = body, config
         #: Pose and wheels as the board counts them.
         self.odometer = Odometer(model, pose, wrap(pose.yaw + body.imu.error))
         self.imu_rhythm = Rhythm(config.imu_rate)
@@ -140,17 +120,17 @@ class Sensors:
         before, self._config = self._config, config
         self.imu_rhythm.set_rate(config.imu_rate, now)
         self.odom_rhythm.set_rate(config.odom_rate, now)
-        self._stamps = TimeSyncs(config.stamp_step, config.seed)
+        #: The board's clock.
+        self.clock = TimeSyncs(config.stamp_step, config.seed)
         if any(getattr(config, name) != getattr(before, name) for name in FAULTS):
             self._plan_faults(now)
 
     def _plan_faults(self, now: float) -> None:
         config = self._config
-        dropouts = Dropouts(config.dropouts_per_min / 60.0, now, config.seed)
-        self._imu_faults: SensorFaults[ImuSample] = SensorFaults(
-            config.imu_silent, config.imu_frozen, dropouts)
-        self._odom_faults: SensorFaults[OdometrySample] = SensorFaults(
-            config.odom_silent, config.odom_frozen, dropouts)
+        dropouts = Interruptions(config.dropouts_per_min / 60.0, DROPOUT, now,
+                                 config.seed) if config.dropouts_per_min else None
+        self._imu_faults = SensorFaults(config.imu_silent, config.imu_frozen, dropouts)
+        self._odom_faults = SensorFaults(config.odom_silent, config.odom_frozen, dropouts)
 
     def measure_imu(self, stamps: List[float]) -> None:
         """Measure an IMU sample at each of `stamps` [s]."""
@@ -170,7 +150,7 @@ class Sensors:
         if self.resetting:
             self.resetting = False
             self.origin = self._body.drivetrain.pose @ sample.pose.inverse()
-        self.odometry_stamp = stamp + self._stamps.error(stamp)
+        self.odometry_stamp = stamp + self.clock.error(stamp)
         if not self._config.serial_dead:
             self._samples.extend(self._odom_faults.outcome([sample]))
 
@@ -178,7 +158,3 @@ class Sensors:
         """The samples since the last call, oldest first; their stamps are true."""
         samples, self._samples = self._samples, []
         return samples
-
-    def stamped(self, samples: List[Sample]) -> List[Sample]:
-        """The samples with the stamps of the board's clock."""
-        return self._stamps.stamped(samples)

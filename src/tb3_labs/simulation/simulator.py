@@ -40,11 +40,14 @@ class Simulator:
 
     def __init__(self, config: SimulatorConfig = SimulatorConfig()) -> None:
         self._model = robot_model(config.model)
-        self._config = replace(config, gyro_bias_deg=0.0, board_off=False, serial_dead=False)
+        #: The settings in force.
+        self.config = replace(config, gyro_bias_deg=0.0, board_off=False, serial_dead=False)
         start = Pose2(config.start_x, config.start_y, wrap(math.radians(config.start_yaw_deg)))
         self._body = Body(self._model, start, math.radians(config.imu_offset_deg), config.seed)
-        self._sensors = Sensors(self._model, self._body, self._config)
-        self._now = 0.0
+        #: The odometry's origin, and stamp and wheels of the last one, arrived or not.
+        self.sensors = Sensors(self._model, self._body, self.config)
+        #: Time since the start [s].
+        self.now = 0.0
         self._control_rhythm = Rhythm(CONTROL_RATE)
         self._command_link = Link('commands', config.seed)
         self._sensor_link = Link('sensors', config.seed)
@@ -55,56 +58,26 @@ class Simulator:
             self._start()
 
     @property
-    def config(self) -> SimulatorConfig:
-        """The settings in force."""
-        return self._config
-
-    @property
-    def now(self) -> float:
-        """Time since the start [s]."""
-        return self._now
-
-    @property
     def truth(self) -> Pose2:
         """The robot's true pose: world_T_base."""
-        return self._body.at(self._now).pose
-
-    @property
-    def odometry_origin(self) -> Pose2:
-        """The odometry's frame: world_T_odom, by the true pose at the last reset."""
-        return self._sensors.origin
+        return self._body.at(self.now).pose
 
     @property
     def true_velocity(self) -> Tuple[float, float]:
         """(forward speed [m/s], rate of turn [rad/s]) over the floor."""
-        return self._body.at(self._now).velocity
-
-    @property
-    def wheel_angles(self) -> Tuple[float, float]:
-        """(left, right) as of the last odometry [rad]."""
-        return self._sensors.odometer.wheel_angles
-
-    @property
-    def wheel_speeds(self) -> Tuple[float, float]:
-        """(left, right) as of the last odometry [rad/s]."""
-        return self._sensors.odometer.wheel_speeds
-
-    @property
-    def odometry_stamp(self) -> float:
-        """Time at which the last odometry was measured, arrived or not [s]."""
-        return self._sensors.odometry_stamp
+        return self._body.at(self.now).velocity
 
     def configure(self, config: SimulatorConfig) -> None:
         """Use other settings from now on; ``ValueError`` if one of `STARTING` differs."""
         for name in STARTING:
-            if getattr(config, name) != getattr(self._config, name):
+            if getattr(config, name) != getattr(self.config, name):
                 raise ValueError('{} = {!r} is not valid: it only counts at the start'.format(
                     name, getattr(config, name)))
-        self._body.move_to(self._now)
+        self._body.move_to(self.now)
         self._apply(config)
 
     def _apply(self, config: SimulatorConfig) -> None:
-        before, self._config = self._config, config
+        before, self.config = self.config, config
         body = self._body
         body.drivetrain.set_physics(config.motor_lag, config.wheel_mismatch, config.slip)
         body.imu.configure(math.radians(config.imu_noise_deg), config.gyro_noise,
@@ -112,29 +85,26 @@ class Simulator:
         if config.gyro_bias_deg != before.gyro_bias_deg:
             body.imu.bias = math.radians(config.gyro_bias_deg)
         body.motion_changed()
-        self._sensors.configure(config, self._now)
-        self._apply_network(config)
-        self._switch_board(before)
-
-    def _apply_network(self, config: SimulatorConfig) -> None:
+        self.sensors.configure(config, self.now)
         for link, delay, jitter in (
                 (self._command_link, config.command_latency, config.command_jitter),
                 (self._sensor_link, config.sensor_latency, config.sensor_jitter)):
             link.configure(LinkSettings(delay, jitter, config.stalls_per_min, config.longest_stall,
-                                        config.stalled, config.network_cut), self._now)
+                                        config.network_cut), self.now)
+        self._switch_board(before)
 
     def command(self, linear: float, angular: float) -> None:
         """Send a command now: forward speed [m/s], rate of turn [rad/s]. A number that is not
         finite is full speed, as it is for the firmware."""
-        self._command_link.send(((linear, angular),), (self._now,))
+        self._command_link.send(((linear, angular),), (self.now,))
 
     def reset(self) -> None:
         """Send the firmware's reset now: the board calibrates its gyro. Meanwhile it sends no
         sample, reads nothing, and the motors keep their speed. The gyro is raw, and takes the mean
         rate of turn for its bias. Then the odometry is zero but for the turn that the IMU saw.
         """
-        self._command_link.send((RESET,), (self._now,))
-        self._read(self._now)
+        self._command_link.send((RESET,), (self.now,))
+        self._read(self.now)
 
     def step(self, dt: float) -> List[Sample]:
         """Let `dt` seconds pass. Returns the samples that arrive in that time, in order.
@@ -142,28 +112,26 @@ class Simulator:
         ``ValueError`` if `dt` is negative or not finite.
         """
         self._pass(dt)
-        if self._sensor_link.is_clear:      # nothing is delayed
-            return self._sensors.stamped(self._sensors.take())
-        return self._sensors.stamped([sample for _, sample in self._arrivals()])
+        return self.sensors.clock.stamped([sample for _, sample in self._arrivals()])
 
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
         """As :meth:`step`, but samples that arrive at the same moment, for instance after a stall,
         are together in one list."""
         self._pass(dt)
-        return [self._sensors.stamped([sample for _, sample in burst])
+        return [self.sensors.clock.stamped([sample for _, sample in burst])
                 for _, burst in groupby(self._arrivals(), itemgetter(0))]
 
     def _arrivals(self) -> List[Arrival]:
-        sent = self._sensors.take()
+        sent = self.sensors.take()
         self._sensor_link.send(sent, [sample.stamp for sample in sent])
-        return self._sensor_link.take(self._now + ROUNDING)
+        return self._sensor_link.take(self.now + ROUNDING)
 
     def _pass(self, dt: float) -> None:
         if not 0.0 <= dt < math.inf:
             raise ValueError('a step of {} s'.format(dt))
-        self._now += dt
-        horizon = self._now + ROUNDING
-        board, sensors, control = self._board, self._sensors, self._control_rhythm
+        self.now += dt
+        horizon = self.now + ROUNDING
+        board, sensors, control = self._board, self.sensors, self._control_rhythm
         imu, odom = sensors.imu_rhythm, sensors.odom_rhythm
         while True:
             # Order of events of one moment: the board, driving, odometry, IMU.
@@ -192,13 +160,13 @@ class Simulator:
     def _read(self, stamp: float) -> None:
         """The board reads what has arrived."""
         arrivals = self._command_link.take(stamp)
-        if self._board.is_starting or self._config.serial_dead:
+        if self._board.is_starting or self.config.serial_dead:
             arrivals = []       # lost
         if self._board.read(arrivals):
             self._calibrate(stamp)
 
     def _obey(self, stamp: float, wanted: Tuple[float, float]) -> None:
-        if self._config.motors_off:
+        if self.config.motors_off:
             wanted = 0.0, 0.0
         if wanted != self._obeyed:
             self._body.move_to(stamp)
@@ -207,38 +175,38 @@ class Simulator:
             self._body.motion_changed()
 
     def _switch_board(self, before: SimulatorConfig) -> None:
-        config = self._config
+        config = self.config
         if config.board_off and not before.board_off:
             self._board.switch_off()
-            self._obey(self._now, (0.0, 0.0))
+            self._obey(self.now, (0.0, 0.0))
         elif before.board_off and not config.board_off:
             self._body.imu.error = -self._body.yaw      # its yaw is zero
             self._start()
         if config.serial_dead and not before.serial_dead:
-            self._board.lose_link(self._now)
+            self._board.lose_link(self.now)
         elif before.serial_dead and not config.serial_dead:
-            if self._board.regain_link(self._now) and not self._board.is_busy:
-                self._calibrate(self._now)
+            if self._board.regain_link(self.now) and not self._board.is_busy:
+                self._calibrate(self.now)
 
     def _start(self) -> None:
         """The board starts. It calibrates three times; it is heard between the last two."""
-        pause = self._config.reset_pause
+        pause = self.config.reset_pause
         yaw = self._body.yaw + self._body.imu.error
-        self._sensors.odometer.start(wrap(yaw + RAW_BIAS * pause))
-        self._board.start(self._now)
+        self.sensors.odometer.theta_last = wrap(yaw + RAW_BIAS * pause)
+        self._board.start(self.now)
         self._body.use_bias(RAW_BIAS * 2.0 * pause / START_TIME)
 
     def _go_on(self, stamp: float) -> None:
         """The board has started, or calibrated its gyro."""
         self._body.move_to(stamp)
         if self._board.is_starting:
-            self._sensors.measure_imu([stamp])
+            self.sensors.measure_imu([stamp])
             self._calibrate(stamp)
         else:
             self._body.use_bias(self._board.end_calibration(self._body.yaw))
 
     def _calibrate(self, stamp: float) -> None:
         self._body.move_to(stamp)
-        self._board.calibrate(stamp, self._config.reset_pause, self._body.yaw)
-        self._sensors.resetting = True
+        self._board.calibrate(stamp, self.config.reset_pause, self._body.yaw)
+        self.sensors.resetting = True
         self._body.use_bias(RAW_BIAS)

@@ -10,7 +10,7 @@ from typing import Dict
 
 from tb3_labs.config import Config, setting
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
-from tb3_labs.simulation.network import LONGEST_STALL, STALLED
+from tb3_labs.simulation.network import LONGEST_STALL
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,8 @@ class SimulatorConfig(Config):
     imu_noise_deg: float = setting(
         0.005, 'white noise of the yaw, standard deviation', 'deg', 0.0, 10.0)
     gyro_noise: float = setting(
-        0.001, 'white noise of the rate of turn, standard deviation', 'rad/s', 0.0, 1.0)
+        0.001, 'white noise of the rate of turn, standard deviation; at rest only if it is larger '
+        'than 0.00106', 'rad/s', 0.0, 1.0)
     imu_drift_deg_per_min: float = setting(
         0.0, 'drift of the yaw, and bias of the gyro', 'deg/min', -600.0, 600.0)
     gyro_bias_deg: float = setting(
@@ -67,7 +68,6 @@ class SimulatorConfig(Config):
         0.0, 120.0)
     longest_stall: float = setting(
         LONGEST_STALL, 'longest stall; each lasts a random time up to this', 's', 0.0, 10.0)
-    stalled: str = setting(STALLED[0], 'directions that stalls delay', choices=STALLED)
     # 512 readings at 200 Hz; the firmware gives up after 5 s.
     reset_pause: float = setting(
         2.56, 'time in which the board only recalibrates its gyro, after `reset`; motors run on',

@@ -9,7 +9,7 @@ otherwise it would count as fresh for too long.
 """
 import math
 from enum import Enum
-from typing import Any, Dict, Optional
+from typing import Any, Optional
 
 #: A sensor that is silent for longer than this is lost [s]; a robot at full speed drives 5 cm in
 #: this time.
@@ -32,24 +32,27 @@ class Freshness:
         self.timeout = timeout
         #: Number of valid messages so far, and of invalid ones, which were dropped.
         self.count = self.dropped = 0
+        #: Contents of the last message, without its stamp.
+        self.reading: Any = None
+        #: The reading has not changed for this long, though it must [s].
+        self.repeated_for = 0.0
         self._heard_at: Optional[float] = None
         self._longest_gap = 0.0
-        self._reading: Any = None
         self._is_new = False
 
     def heard(self, now: float, reading: Any = None) -> None:
-        """A valid message arrived at `now`; `reading`: its contents without the stamp."""
+        """A valid message arrived at `now`."""
         if self._heard_at is not None and self.count > 1:
             self._longest_gap = max(self._longest_gap, now - self._heard_at)
         self._heard_at = now
         self.count += 1
-        if reading != self._reading:
-            self._reading, self._is_new = reading, True
+        if reading != self.reading:
+            self.reading, self._is_new = reading, True
 
-    def take_new(self) -> bool:
-        """Has the reading changed since the last call?"""
-        is_new, self._is_new = self._is_new, False
-        return is_new
+    def look(self, must_change: bool, dt: float) -> None:
+        """Has the reading changed in the `dt` [s] since the last look, in which it must?"""
+        self.repeated_for = self.repeated_for + dt if must_change and not self._is_new else 0.0
+        self._is_new = False
 
     def take_longest_gap(self) -> float:
         """The longest silence between two messages since the last call [s], also of a sleep."""
@@ -90,7 +93,8 @@ class Sight(Enum):
 
 
 class SensorWatch:
-    """Watches all sensors that a motion needs, and measures their silence during the motion."""
+    """Watches all sensors that a motion needs: their silence during the motion, and their readings,
+    at which the motion's owner looks (Freshness.look)."""
 
     def __init__(self, *sources: Freshness) -> None:
         self._sources = sources
@@ -114,15 +118,17 @@ class SensorWatch:
         gap = max(source.take_longest_gap() for source in self._sources)
         if gap <= min(source.timeout for source in self._sources):
             self.sight = Sight.FRESH
-        else:
-            self.silent_for = gap
-            self.sight = Sight.BACK_SOON if gap <= RESUME_TIME else Sight.BACK_LATE
+            return
+        self.silent_for = gap
+        self.sight = Sight.BACK_SOON if gap <= RESUME_TIME else Sight.BACK_LATE
+        self.pause()
 
     def pause(self) -> None:
-        """The robot is not being driven: no silence until now counts."""
+        """The robot stood until now: neither silence nor repetition counts."""
         self.hold_reason = ''
         for source in self._sources:
             source.take_longest_gap()
+            source.repeated_for = 0.0
 
     def problem(self, now: float, with_age: bool = False) -> str:
         """'' while all sensors are fresh, else the lost ones, in words.
@@ -133,6 +139,13 @@ class SensorWatch:
             return ''
         return ', '.join(source.silence_with_age(now) if with_age else source.silence
                          for source in self._sources if source.age(now) > 0.5 * source.timeout)
+
+    def frozen(self) -> str:
+        """'' or the sensors that are frozen, in words."""
+        return ' and '.join(
+            '{} repeats one reading though the robot is told to move (its driver '
+            'hangs?)'.format(source.name)
+            for source in self._sources if source.repeated_for > FROZEN_TIME)
 
     def are_fresh(self, now: float) -> bool:
         """True while all sensors are fresh."""
@@ -146,49 +159,3 @@ class SensorWatch:
         which it must not move.
         """
         return all(source.count > 1 for source in self._sources)
-
-
-class FrozenWatch:
-    """Are sources frozen? They must change while the robot is told to move."""
-
-    def __init__(self) -> None:
-        self._repeated: Dict[Freshness, float] = {}    # time of repetition [s]
-
-    def start(self) -> None:
-        """The robot stood until now: what was repeated so far does not count."""
-        self._repeated = {}
-
-    def update(self, source: Freshness, must_change: bool, dt: float) -> None:
-        """Look at a source, `dt` after the last look at it [s]."""
-        repeats = not source.take_new() and must_change
-        self._repeated[source] = self._repeated.get(source, 0.0) + dt if repeats else 0.0
-
-    def problem(self) -> str:
-        """'' or the sources that are frozen, in words."""
-        return ' and '.join(
-            '{} repeats one reading though the robot is told to move (its driver '
-            'hangs?)'.format(source.name)
-            for source, seconds in self._repeated.items() if seconds > FROZEN_TIME)
-
-
-class DriveFrozenWatch(FrozenWatch):
-    """The same for a drive: from the command follows whether IMU and odometry must change."""
-
-    def __init__(self, imu: Freshness, odometry: Freshness) -> None:
-        super().__init__()
-        self._imu = imu
-        self._odometry = odometry
-        self._odometry_yaw: Optional[float] = None
-        self._odometry_turned = False
-
-    def on_odometry(self, yaw: float) -> None:
-        """Take in the odometry's yaw [rad]."""
-        self._odometry_turned = yaw != self._odometry_yaw
-        self._odometry_yaw = yaw
-
-    def on_command(self, linear: float, angular: float, dt: float) -> None:
-        """Look at both, `dt` [s] after the last look, at which these speeds were commanded."""
-        drives, turns = abs(linear) > SURELY_DRIVES, abs(angular) > SURELY_TURNS
-        self.update(self._odometry, drives or turns, dt)
-        # The odometry's yaw is the IMU's: if it turns, the IMU must change.
-        self.update(self._imu, turns or (drives and self._odometry_turned), dt)
