@@ -78,6 +78,7 @@ WHOLE = dict(course(), **{
     'lab3/src/turtlebot_controller.py': node(('self.curr_yaw + 90', 'self.curr_yaw + 45')),
     'final_project/package.xml': MANIFEST.format('final_project'),
     'final_project/launch/<robot>.launch': '<launch/>', 'lab2/Screenshot 1.png': b'\x89PNG' * 1000})
+NUMBERS = '    K_HDG = 0.1\n    HDG_TOL = 10\n'
 PYTHON_2 = NODE.replace('print("Controller exiting. Halting robot.")',
                         'print "Controller exiting. Halting robot."')
 WITH_TF = node(
@@ -121,10 +122,10 @@ COURSE = {
     'a broken message beside': (course(**{'lab1/msg/Broken.msg': 'no such type\n'}), set()),
     'tf for squaternion': (course(WITH_TF), set()),
     'a module beside the node': (course(
-        node(('K_HDG = 0.1\nHDG_TOL = 10\n', 'from numbers_of_mine import K_HDG, HDG_TOL\n')),
+        node((NUMBERS, '    from numbers_of_mine import K_HDG, HDG_TOL\n')),
         **{'lab2/src/numbers_of_mine.py': 'K_HDG = 0.1\nHDG_TOL = 10\n'}), set()),
     'a module by setup.py': (course(
-        node(('K_HDG = 0.1\nHDG_TOL = 10\n', 'from lab2.numbers import K_HDG, HDG_TOL\n')),
+        node((NUMBERS, '    from lab2.numbers import K_HDG, HDG_TOL\n')),
         place='lab2/scripts/turtlebot_controller.py', **{
             'lab2/setup.py': 'no python(', 'lab2/src/lab2/__init__.py': '',
             'lab2/src/lab2/numbers.py': 'K_HDG = 0.1\nHDG_TOL = 10\n'}), set()),
@@ -144,7 +145,7 @@ COURSE = {
     'stops early': (course(node(('HDG_TOL = 10', 'HDG_TOL = 40'))), {'left', 'right', 'short_way'}),
     'Python 2': (course(PYTHON_2), GONE),
     'ends at once': (course(node(('self.curr_yaw = 0\n', 'self.curr_yaw = yaw\n'))), GONE),
-    'wants an argument': (course(node(('K_HDG = 0.1', 'import sys\nK_HDG = float(sys.argv[3])'))), GONE),
+    'wants an argument': (course(node(('K_HDG = 0.1', 'import sys\n    K_HDG = float(sys.argv[3])'))), GONE),
     'never listens': (course('import time\nwhile True:\n    time.sleep(1)\n'), GONE),
     'nothing': ({'README.md': 'later'}, GONE),
     'a screenshot of the code': ({'lab2.pdf': b'%PDF-1.4'}, GONE),

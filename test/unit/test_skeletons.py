@@ -124,10 +124,27 @@ def test_a_skeleton_is_python_38_with_the_names_of_the_handout(lab):
     assert code.startswith('#!/usr/bin/env python3\n')
 
 
-def test_the_traps_of_the_pseudo_code_are_not_marked():
-    pseudo = next('\n'.join(todo.lines) for todo in split(node_of('turn'))[1] if todo.number == 7)
-    assert 'less than self.MIN' in pseudo and 'greater than self.MAX' in pseudo
-    assert not re.search(r'negative|trap|beware|both signs', pseudo, re.I)
+def test_the_pseudo_code_has_the_warning_and_the_hints_of_the_handout():
+    todos = {todo.number: '\n'.join(todo.lines) for todo in split(node_of('turn'))[1]}
+    assert ('WARNING: Pseudo-code is not actual code and cannot be copied and expected to work!'
+            in todos[7])
+    clamps = [line for line in todos[7].splitlines() if 'self.M' in line]
+    assert len(clamps) == 2
+    assert all(line.endswith('# need to add negative test as well!') for line in clamps)
+
+
+def test_constants_and_first_values_are_those_of_the_handout():
+    code = filled_node('turn')
+    assert """class Controller:
+    K_HDG = 0.1
+    HDG_TOL = 10
+    MIN_ANG_Z = 0.5
+    MAX_ANG_Z = 1.5
+
+    def __init__(self):""" in code
+    for line in ('self.curr_yaw = 0\n', 'self.goal_yaw = 0\n', 'self.turning = False\n',
+                 'ang_z = self.K_HDG * yaw_err\n'):
+        assert line in code
 
 
 @by_lab
