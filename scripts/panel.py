@@ -16,7 +16,8 @@ Publishes, when a person asks for it on a page
     ctrl_relinq             std_msgs/Bool: True is renewed while the page that gave it is there
     cmd_vel                 geometry_msgs/Twist: one zero for each stop
 Calls
-    reset_pose              tb3_labs/ResetPose
+    reset_pose              tb3_labs/ResetPose, or, if no node offers that:
+    set_pose                tb3_labs/SetInitialPose
 Parameters
     ~port, ~address, ~control, ~robots, ...: see PanelConfig in tb3_labs.panel.access
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes the catkin package that a student begins a lab with.
 
-Usage: skeleton.py LAB DIRECTORY [--name PACKAGE]
+Usage: skeleton.py LAB DIRECTORY [--name PACKAGE] [--from-scratch]
 
 Such as: skeleton.py turn ~/catkin_ws/src. The package has a launch file, and the lab's node: its
 given parts are given, and its TODOs are open. What is already there is not overwritten. The texts
@@ -29,6 +29,8 @@ def parse(words):
     parser.add_argument('lab', metavar='LAB', choices=list(LABS), help=', '.join(LABS))
     parser.add_argument('folder', metavar='DIRECTORY', type=Path,
                         help='the folder src of a catkin workspace')
+    parser.add_argument('--from-scratch', action='store_true',
+                        help='of move2goal: leave the four states to the student')
     parser.add_argument('--name', metavar='PACKAGE', help="the package's name; default: the handout's")
     return parser.parse_args(words)
 
@@ -42,7 +44,7 @@ def main(words):
     try:
         checked_name(package, [OWN_PACKAGE, Path(node).stem])
         target = checked_place(given.folder.expanduser().resolve()) / package
-        write(skeleton(templates, package), target)
+        write(skeleton(templates, package, given.from_scratch), target)
     except FileExistsError as problem:
         return tell_problem('{} is already there, and stays as it is; --name gives another name, or '
                             'give another folder'.format(problem.filename))

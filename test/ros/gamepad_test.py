@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The lab's demonstration with a gamepad, and faults of the pad; a script plays the pad."""
 import math
+import re
 import signal
 
 import rospy
@@ -13,7 +14,11 @@ from std_msgs.msg import Bool, String
 from node_case import STARTING, ZERO, Hiccups, Node, NodeCase
 from tb3_labs.ros.conversions import to_pose2, to_twist
 from tb3_labs.ros.observer import Observer
+from panel_page import Page
+from tb3_labs.srv import ResetPose
 from thumb import A, B, Y, Thumb, punctual
+
+PORT = 8092
 
 
 @punctual
@@ -221,9 +226,42 @@ class GamepadTest(NodeCase):
         alone.wait_for('The gamepad drives', STARTING)
         for _ in range(7):                 # in 0.84 s
             self.thumb.press(Y)
-        alone.wait_for('Pose not reset: timeout', times=2)
+        alone.wait_for('Pose not reset: no node offers /alone/reset_pose or', times=2)
         self.assertEqual(alone.text.count('Pose not reset'), 2)
         self.assertEqual(alone.end(), 0)
+
+    def test_a_pad_and_a_page_reset_and_drive_a_node_as_in_the_handout(self):
+        panel = self.start('panel.py', '_port:={}'.format(PORT))
+        panel.wait_for('in a browser')
+        page = Page(re.search(r'open (http\S+) in', panel.text).group(1))
+        self.addCleanup(page.close)
+        for end in (self.mover.kill, lambda: student.end(signal.SIGINT)):
+            end()    # after a kill the master still knows reset_pose
+            student = self.start('student_nodes/move2goal_tf.py')
+            rospy.wait_for_service('/set_pose', STARTING)
+            self.assertEqual(page.ask('reset', x=1.0, y=2.0, yaw_deg=90.0), (
+                True, '/set_pose was called with x=1.000, y=2.000, yaw=90.0 deg'))
+            student.wait_for('Local pose set to x=1.00, y=2.00, yaw=1.57')
+            self.reset()
+            student.wait_for('Local pose set to x=0.00, y=0.00, yaw=0.00')
+            self.seen.forget('cmd_vel')
+            self.thumb.press(A)
+            self.seen.wait_for('cmd_vel', lambda command: command[1] > 0.5)
+            self.assert_stopped(self.thumb.press(B), 0.2)
+
+    def test_a_pad_as_in_the_handout_resets_and_hands_over(self):
+        self.pad.end(signal.SIGINT)
+        student = self.start('student_nodes/gamepad.py')
+        self.seen.forget('cmd_vel')
+        self.seen.wait_for('cmd_vel', seconds=STARTING)    # it repeats zeros
+        rospy.ServiceProxy('reset_pose', ResetPose)(5.0, 5.0, 90.0)
+        self.seen.wait_for('local_pose', lambda pose: pose.x > 4.9)
+        self.thumb.press(Y)
+        student.wait_for('Pose reset successfully.')
+        self.seen.wait_for('local_pose', lambda pose: abs(pose.x) < 0.01 and abs(pose.y) < 0.01)
+        self.let_it_drive()
+        self.assert_stopped(self.thumb.press(B), 0.2)
+        self.assertEqual(student.end(), 0)
 
     def test_a_second_driver_is_named(self):
         self.reset()

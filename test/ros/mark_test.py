@@ -116,9 +116,9 @@ CASES = {
         Case('careless', PAD, [
             ('        self.has_control = True\n        self.cmd_pub', '        rospy.on_shutdown(lambda: '
              'self.cmd_pub.publish(Twist()))\n        self.has_control = True\n        self.cmd_pub'),
-            ('joy.buttons[2]', 'joy.buttons[3]'), ('        if self.has_control:', '        if True:'),
-            ('self.ctrl_pub.publish(False)', 'pass'), ('self.reset_pose(0.0', 'self.reset_pose(1.0'),
-            ("rospy.logwarn('Service reset_pose is not available.')", 'pass')],
+            ('msg.buttons[2]', 'msg.buttons[3]'), ('        if self.has_control:', '        if True:'),
+            ('self.ctrl_pub.publish(False)', 'pass'), ('_request(0.0', '_request(1.0'),
+            ('rospy.logwarn("Service \'reset_pose\' not available.")', 'pass')],
              {'silent_meanwhile', 'regains', 'resets', 'says_why_not'}),
     ],
     TWO_JOBS: [

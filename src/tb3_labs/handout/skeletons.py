@@ -1,7 +1,8 @@
 """The catkin package that a student begins a lab with.
 
 The folder doc/skeletons/LAB holds the package's files as templates. In each of them the text
-@PACKAGE@ stands for the package's name. Where the name of a template ends in `.in`, the file is
+@PACKAGE@ stands for the package's name. Between @GIVEN@ and @END@ stand two forms of the same lines:
+as a course gives them, and as a student who writes them from scratch gets them. Where the name of a template ends in `.in`, the file is
 written without it: tools of ROS would else take the template itself for a package or a launch file.
 """
 import keyword
@@ -13,6 +14,7 @@ from typing import Dict, List, Sequence
 #: In this package, the folder with a folder of templates for each lab.
 FOLDER = 'doc/skeletons'
 PLACEHOLDER = '@PACKAGE@'
+CHOICE = re.compile('@GIVEN@\n(.*?)@FROM_SCRATCH@\n(.*?)@END@\n', re.DOTALL)
 SUFFIX = '.in'
 MANIFEST = 'package.xml'
 #: A package's name, as catkin wants it.
@@ -35,20 +37,25 @@ def checked_name(name: str, taken: Sequence[str]) -> str:
     return name
 
 
-def skeleton(templates: Path, package: str) -> Dict[str, str]:
+def skeleton(templates: Path, package: str, from_scratch: bool = False) -> Dict[str, str]:
     """Path in the package -> text, of all files of a package with this name.
 
     `templates`: the folder doc/skeletons/LAB. What an editor or Python left there is no template.
+    `from_scratch`: leave to the student what a course may give.
     ``OSError`` if it cannot be read, ``ValueError`` if there is nothing.
     """
-    files = {}
+    files, choices = {}, 0
     for path in sorted(templates.rglob('*')):
         name = path.relative_to(templates).as_posix()
         if path.is_file() and not LEFTOVER.search(name):
             name = name[:-len(SUFFIX)] if name.endswith(SUFFIX) else name
-            files[name] = path.read_text(encoding='utf-8').replace(PLACEHOLDER, package)
+            text = path.read_text(encoding='utf-8').replace(PLACEHOLDER, package)
+            files[name], found = CHOICE.subn(r'\2' if from_scratch else r'\1', text)
+            choices += found
     if MANIFEST not in files:
         raise ValueError('{} has no skeleton: {} is missing'.format(templates, MANIFEST + SUFFIX))
+    if from_scratch and not choices:
+        raise ValueError('{} has one skeleton only: leave --from-scratch out'.format(templates.name))
     return files
 
 

@@ -1,24 +1,69 @@
-"""One call of the reset service, for a button or a page."""
+"""One call of a reset service, for a button or a page.
+
+A node of this package offers `reset_pose`, which says why a reset is refused. A node as in the
+handout offers `set_pose` alone.
+"""
+import rosgraph
 import rospy
+from geometry_msgs.msg import PoseWithCovarianceStamped
 
-from tb3_labs.srv import ResetPose
+from tb3_labs.geometry.se2 import TypedPose
+from tb3_labs.ros.clocks import wait_until
+from tb3_labs.ros.conversions import to_pose_stamped
+from tb3_labs.srv import ResetPose, SetInitialPose
 
-#: Longest wait for the service [s].
-WAIT = 1.0
+#: Longest wait for a service, and for the connection to one that the master knows [s].
+WAIT, CONTACT = 1.0, 0.5
+#: The handout's covariance: AMCL, whose service this was, requires one.
+COVARIANCE = 36 * [0.1]
 
 
 def call_reset(x, y, yaw_deg, prefix=''):
     """Declare the robot to be at x, y [m], yaw [deg] in local; the answer in words.
 
-    ``ValueError`` with the reason if that is refused, or no node offers the service. `prefix`: the
+    ``ValueError`` with the reason if that is refused, or no node offers a service. `prefix`: the
     robot's namespace with a slash; '' is this node's own.
     """
-    service = rospy.resolve_name(prefix + 'reset_pose')
+    own, handout = (rospy.resolve_name(prefix + name) for name in ('reset_pose', 'set_pose'))
     try:
-        rospy.wait_for_service(service, WAIT)
-        response = rospy.ServiceProxy(service, ResetPose)(x, y, yaw_deg)
+        if _first_offered(own, handout) == handout:
+            pose = TypedPose(x, y, yaw_deg).pose
+            rospy.ServiceProxy(handout, SetInitialPose)(_stamped(pose))
+            return '{} was called with {}'.format(handout, pose)
+        response = rospy.ServiceProxy(own, ResetPose)(x, y, yaw_deg)
     except (rospy.ROSException, rospy.ServiceException) as problem:
         raise ValueError(str(problem)) from None
     if not response.success:
         raise ValueError(response.message)
     return response.message
+
+
+def _first_offered(*services):
+    """The first of these services that answers; ``ValueError`` if none does within WAIT."""
+    found = ''
+
+    def look():
+        nonlocal found
+        found = next(filter(_answers, services), '')
+        return found
+    if not wait_until(look, WAIT):
+        raise ValueError('no node offers ' + ' or '.join(services))
+    return found
+
+
+def _answers(service):
+    try:
+        # first, since wait_for_service() sleeps for 0.3 s if the master does not know the service
+        rosgraph.Master(rospy.get_name()).lookupService(service)
+        rospy.wait_for_service(service, CONTACT)
+    except (OSError, rosgraph.MasterException, rospy.ROSException):
+        return False
+    return True
+
+
+def _stamped(pose):
+    """The geometry_msgs/PoseWithCovarianceStamped of a Pose2, as the handout's gamepad sends it."""
+    plain = to_pose_stamped(pose, 'map', rospy.get_time())
+    message = PoseWithCovarianceStamped(header=plain.header)
+    message.pose.pose, message.pose.covariance = plain.pose, COVARIANCE
+    return message

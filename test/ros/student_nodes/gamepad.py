@@ -2,13 +2,14 @@
 """The gamepad of the Transformation lab: its skeleton in doc/skeletons, with the TODOs done."""
 import math
 import threading
+from concurrent.futures import Future
 
 import rospy
-from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
+from geometry_msgs.msg import Twist
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
 
-from tb3_labs.srv import SetInitialPose
+from tb3_labs.srv import SetInitialPose, SetInitialPoseRequest
 
 
 class Gamepad:
@@ -16,52 +17,61 @@ class Gamepad:
         self.has_control = True
         self.cmd_pub = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         self.ctrl_pub = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
-        self.set_pose_client = rospy.ServiceProxy('/set_pose', SetInitialPose)
-        rospy.Subscriber('joy', Joy, self.callback_joy)
+        self.reset_pose_client = rospy.ServiceProxy('/set_pose', SetInitialPose)
+        rospy.Subscriber('joy', Joy, self.joy_callback)
 
-    def callback_joy(self, joy):
-        if joy.buttons[0]:
+    def joy_callback(self, msg):
+        if msg.buttons[0]:
             self.has_control = False
             self.ctrl_pub.publish(True)
-        elif joy.buttons[1]:
+        elif msg.buttons[1]:
             self.has_control = True
             self.ctrl_pub.publish(False)
-        if joy.buttons[2]:
-            self.reset_pose(0.0, 0.0, 0.0)
+        if msg.buttons[2]:
+            self.send_set_pose_request(0.0, 0.0, 0.0)
         if self.has_control:
             cmd = Twist()
-            cmd.linear.x = 0.22 * joy.axes[1]
-            cmd.angular.z = 2.84 * joy.axes[3]
+            cmd.linear.x = 0.22 * msg.axes[1]
+            cmd.angular.z = 2.84 * msg.axes[3]
             self.cmd_pub.publish(cmd)
 
-    def reset_pose(self, x, y, yaw):
+    def send_set_pose_request(self, x, y, theta):
         try:
-            self.set_pose_client.wait_for_service(timeout=1.0)
+            self.reset_pose_client.wait_for_service(timeout=1.0)
         except rospy.ROSException:
-            rospy.logwarn('Service reset_pose is not available.')
+            rospy.logwarn("Service 'reset_pose' not available.")
             return
-        pose = PoseWithCovarianceStamped()
-        pose.header.frame_id = 'map'
-        pose.header.stamp = rospy.Time.now()
-        pose.pose.pose.position.x = x
-        pose.pose.pose.position.y = y
-        pose.pose.pose.orientation.z = math.sin(yaw / 2.0)
-        pose.pose.pose.orientation.w = math.cos(yaw / 2.0)
-        pose.pose.covariance = [0.1] * 36
-        threading.Thread(target=self.call_async, args=(pose,), daemon=True).start()
+        request = SetInitialPoseRequest()
+        request.pose.header.frame_id = 'map'
+        request.pose.header.stamp = rospy.Time.now()
+        request.pose.pose.pose.position.x = x
+        request.pose.pose.pose.position.y = y
+        request.pose.pose.pose.orientation.z = math.sin(theta / 2.0)
+        request.pose.pose.pose.orientation.w = math.cos(theta / 2.0)
+        request.pose.pose.covariance = [0.1] * 36
+        future = self.call_async(request)
+        future.add_done_callback(self.reset_pose_done_callback)
 
-    def call_async(self, pose):
+    def call_async(self, request):
+        # rospy has no such method: a thread calls, and a Future tells the answer, as in ROS 2
+        future = Future()
+
+        def call():
+            try:
+                future.set_result(self.reset_pose_client(request))
+            except rospy.ServiceException as error:
+                future.set_exception(error)
+        threading.Thread(target=call, daemon=True).start()
+        return future
+
+    def reset_pose_done_callback(self, future):
         try:
-            self.set_pose_client(pose)
-            self.reset_pose_callback(None)
+            if future.result() is not None:
+                rospy.loginfo('Pose reset successfully.')
+            else:
+                rospy.logerr('Pose reset failed.')
         except rospy.ServiceException as error:
-            self.reset_pose_callback(error)
-
-    def reset_pose_callback(self, error):
-        if error is None:
-            rospy.loginfo('Pose reset successfully.')
-        else:
-            rospy.logerr('Pose reset failed: %s', error)
+            rospy.logerr('Service call failed: %s', error)
 
 
 if __name__ == '__main__':

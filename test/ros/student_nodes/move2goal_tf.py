@@ -17,16 +17,20 @@ class MoveToGoal:
         self.goal_x = -0.61
         self.goal_y = 0.61
         self.goal_yaw = 0.0
+        self.global_x = 0.0
+        self.global_y = 0.0
+        self.global_yaw = 0.0
         self.local_x = 0.0
         self.local_y = 0.0
         self.local_yaw = 0.0
         self.initial_global_x = None
         self.initial_global_y = None
-        self.initial_global_yaw = None
+        self.initial_global_yaw = None    # of the IMU
+        self.initial_odom_yaw = None      # of the odometry, whose zero is another one
         self.state = 'ROTATE_TO_GOAL'
         self.has_control = False
         self.cmd_pub = rospy.Publisher('cmd_vel', Twist, queue_size=10)
-        rospy.Service('/set_pose', SetInitialPose, self.set_pose_callback)
+        self.reset_service = rospy.Service('/set_pose', SetInitialPose, self.set_pose_callback)
         rospy.Subscriber('imu', Imu, self.imu_callback)
         rospy.Subscriber('odom', Odometry, self.odom_callback)
         rospy.Subscriber('ctrl_relinq', Bool, self.ctrl_relinq_callback)
@@ -48,22 +52,24 @@ class MoveToGoal:
 
     def imu_callback(self, msg):
         q = msg.orientation
-        global_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]
+        self.global_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]
         if self.initial_global_yaw is None:
-            self.initial_global_yaw = global_yaw
-        self.local_yaw = self.normalize_angle(global_yaw - self.initial_global_yaw)
+            self.initial_global_yaw = self.global_yaw
+            return
+        self.local_yaw = self.normalize_angle(self.global_yaw - self.initial_global_yaw)
 
     def odom_callback(self, msg):
-        global_x = msg.pose.pose.position.x
-        global_y = msg.pose.pose.position.y
+        q = msg.pose.pose.orientation
+        self.global_x = msg.pose.pose.position.x
+        self.global_y = msg.pose.pose.position.y
         if self.initial_global_x is None:
-            self.initial_global_x = global_x
-            self.initial_global_y = global_y
-        if self.initial_global_yaw is None:
+            self.initial_global_x = self.global_x
+            self.initial_global_y = self.global_y
+            self.initial_odom_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]
             return
-        dx = global_x - self.initial_global_x
-        dy = global_y - self.initial_global_y
-        cos, sin = math.cos(self.initial_global_yaw), math.sin(self.initial_global_yaw)
+        dx = self.global_x - self.initial_global_x
+        dy = self.global_y - self.initial_global_y
+        cos, sin = math.cos(self.initial_odom_yaw), math.sin(self.initial_odom_yaw)
         self.local_x = cos * dx + sin * dy
         self.local_y = -sin * dx + cos * dy
 

@@ -6,13 +6,13 @@ from lab2.msg import MouseController
 from sensor_msgs.msg import Imu
 from squaternion import Quaternion
 
-K_HDG = 0.1
-HDG_TOL = 10
-MIN_ANG_Z = 0.5
-MAX_ANG_Z = 1.5
-
 
 class Controller:
+    K_HDG = 0.1
+    HDG_TOL = 10
+    MIN_ANG_Z = 0.5
+    MAX_ANG_Z = 1.5
+
     def __init__(self):
         self.ctrl_c = False
         self.curr_yaw = 0
@@ -69,16 +69,16 @@ class Controller:
                 yaw_err = yaw_err - 360
             elif yaw_err < -180:
                 yaw_err = yaw_err + 360
-            ang_z = K_HDG * yaw_err
-            if 0 < ang_z < MIN_ANG_Z:
-                ang_z = MIN_ANG_Z
-            elif ang_z > MAX_ANG_Z:
-                ang_z = MAX_ANG_Z
-            elif -MIN_ANG_Z < ang_z < 0:
-                ang_z = -MIN_ANG_Z
-            elif ang_z < -MAX_ANG_Z:
-                ang_z = -MAX_ANG_Z
-            if abs(yaw_err) < HDG_TOL:
+            ang_z = self.K_HDG * yaw_err
+            if 0 < ang_z < self.MIN_ANG_Z:
+                ang_z = self.MIN_ANG_Z
+            elif ang_z > self.MAX_ANG_Z:
+                ang_z = self.MAX_ANG_Z
+            elif -self.MIN_ANG_Z < ang_z < 0:
+                ang_z = -self.MIN_ANG_Z
+            elif ang_z < -self.MAX_ANG_Z:
+                ang_z = -self.MAX_ANG_Z
+            if abs(yaw_err) < self.HDG_TOL:
                 self.turning = False
                 ang_z = 0
         self.cmd.linear.x = 0

@@ -16,13 +16,14 @@ Calls
 """
 import math
 import threading
+from concurrent.futures import Future
 
 import rospy
-from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
+from geometry_msgs.msg import Twist
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
 
-from tb3_labs.srv import SetInitialPose
+from tb3_labs.srv import SetInitialPose, SetInitialPoseRequest
 
 
 class Gamepad:
@@ -31,60 +32,69 @@ class Gamepad:
         self.cmd_pub = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         self.ctrl_pub = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
         # TODO 1: make a client of the service /set_pose. Its type is SetInitialPose. Replace None.
-        self.set_pose_client = None
+        self.reset_pose_client = None
         rospy.logwarn_once('TODO 1 is open: there is no client of /set_pose')
-        rospy.Subscriber('joy', Joy, self.callback_joy)
+        rospy.Subscriber('joy', Joy, self.joy_callback)
 
-    def callback_joy(self, joy):
-        if joy.buttons[0]:
+    def joy_callback(self, msg):
+        if msg.buttons[0]:
             self.has_control = False
             self.ctrl_pub.publish(True)
-        elif joy.buttons[1]:
+        elif msg.buttons[1]:
             self.has_control = True
             self.ctrl_pub.publish(False)
-        if joy.buttons[2]:
-            self.reset_pose(0.0, 0.0, 0.0)
+        if msg.buttons[2]:
+            self.send_set_pose_request(0.0, 0.0, 0.0)
         if self.has_control:
             cmd = Twist()
-            cmd.linear.x = 0.22 * joy.axes[1]
-            cmd.angular.z = 2.84 * joy.axes[3]
+            cmd.linear.x = 0.22 * msg.axes[1]
+            cmd.angular.z = 2.84 * msg.axes[3]
             self.cmd_pub.publish(cmd)
 
-    def reset_pose(self, x, y, yaw):
+    def send_set_pose_request(self, x, y, theta):
         # TODO 1, too: delete these lines as soon as there is a client.
-        if self.set_pose_client is None:
+        if self.reset_pose_client is None:
             rospy.logwarn_once('TODO 1 is open: there is no client of /set_pose')
             return
         try:
-            self.set_pose_client.wait_for_service(timeout=1.0)
+            self.reset_pose_client.wait_for_service(timeout=1.0)
         except rospy.ROSException:
-            rospy.logwarn('Service reset_pose is not available.')
+            rospy.logwarn("Service 'reset_pose' not available.")
             return
-        pose = PoseWithCovarianceStamped()
-        pose.header.frame_id = 'map'
-        pose.header.stamp = rospy.Time.now()
-        # TODO 2: write x and y into the position of the pose. `rosmsg show PoseWithCovarianceStamped`
+        request = SetInitialPoseRequest()
+        request.pose.header.frame_id = 'map'
+        request.pose.header.stamp = rospy.Time.now()
+        # TODO 2: write x and y into the position of the request's pose. `rossrv show SetInitialPose`
         #     shows where it is.
         rospy.logwarn_once('TODO 2 is open: the position is not set')
-        # TODO 3: write yaw [rad] into the orientation of the pose, as a quaternion. For a turn about
-        #     the z axis it is (0, 0, sin, cos) of half the angle.
+        # TODO 3: write theta, a yaw [rad], into the orientation of the pose, as a quaternion. For a
+        #     turn about the z axis it is (0, 0, sin, cos) of half the angle.
         rospy.logwarn_once('TODO 3 is open: the orientation is not set')
-        # TODO 4: write the covariance of the pose: a list of 36 numbers, each 0.1.
+        # TODO 4: write the covariance of the pose, as AMCL requires it: 36 numbers, each 0.1.
         rospy.logwarn_once('TODO 4 is open: the covariance is not set')
-        threading.Thread(target=self.call_async, args=(pose,), daemon=True).start()
+        future = self.call_async(request)
+        future.add_done_callback(self.reset_pose_done_callback)
 
-    def call_async(self, pose):
+    def call_async(self, request):
+        # rospy has no such method: a thread calls, and a Future tells the answer, as in ROS 2
+        future = Future()
+
+        def call():
+            try:
+                future.set_result(self.reset_pose_client(request))
+            except rospy.ServiceException as error:
+                future.set_exception(error)
+        threading.Thread(target=call, daemon=True).start()
+        return future
+
+    def reset_pose_done_callback(self, future):
         try:
-            self.set_pose_client(pose)
-            self.reset_pose_callback(None)
+            if future.result() is not None:
+                rospy.loginfo('Pose reset successfully.')
+            else:
+                rospy.logerr('Pose reset failed.')
         except rospy.ServiceException as error:
-            self.reset_pose_callback(error)
-
-    def reset_pose_callback(self, error):
-        if error is None:
-            rospy.loginfo('Pose reset successfully.')
-        else:
-            rospy.logerr('Pose reset failed: %s', error)
+            rospy.logerr('Service call failed: %s', error)
 
 
 if __name__ == '__main__':
