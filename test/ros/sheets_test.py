@@ -78,6 +78,12 @@ def plain(text):
     return COLOUR.sub('', text)
 
 
+def with_print(code, variable):
+    """A node that prints an instance variable in each callback that converts into it."""
+    return re.sub(r'^( *)(self\.{0}) = .*\(.*$'.format(variable), r"\g<0>\n\1print('{}', \2)".format(variable),
+                  code, flags=re.MULTILINE)
+
+
 class Student:
     """A home with a workspace, and terminals. `speed`: pace of simulated time; REAL_TIME: none, and each
     terminal is sourced anew."""
@@ -117,7 +123,10 @@ class Student:
             package, node = before['fill'].split('/')
             target = self.home / 'catkin_ws' / 'src' / package / 'src' / node
             assert target.exists(), target
-            target.write_text((NODES / node).read_text().replace('@PACKAGE@', package))
+            code = (NODES / node).read_text().replace('@PACKAGE@', package)
+            if 'prints' in before:
+                code = with_print(code, before['prints'])
+            target.write_text(code)
         if 'wait' in before:
             time.sleep(float(before['wait']))
         if 'ends' in before:

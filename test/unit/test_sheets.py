@@ -19,7 +19,7 @@ GOODBYE = 'by itself, without a traceback'
 KEY_WORDS = {
     'imu': {
         'starts': ['must listen to `imu`'],
-        'prints_heading': ['Current heading is 0.000353 degrees.', 'prints the same line'],
+        'prints_heading': ['Current heading is 0.000353 degrees.', 'The given line prints'],
         'heading_right': ['the order w, x, y, z', 'in degrees'],
         'from_0_to_360': ['from 0 up to 360'],
         'says_goodbye': ['Shutting down the IMU subscriber', 'nothing is printed',
@@ -30,9 +30,9 @@ KEY_WORDS = {
     'turn': {
         'starts': ['listens to `imu`'],
         'left': ['`l` turns 90 degrees to the left', 'within 10 degrees'],
-        'right': ['`r` 90 to the right', 'within 10 degrees'],
+        'right': ['`r` 90 to the right'],
         'short_way': ['wrapped', 'it jumps'],
-        'clamped': ['no faster than 1.5 rad/s', '`MAX_ANG_Z` 1.5'],
+        'clamped': ['no faster than 1.5 rad/s (`MAX_ANG_Z`)'],
         'on_the_spot': ['on the spot', '`linear.x` is 0'],
         'answers_nonsense': ['answers anything else by an error that names both'],
         'mouse_drives': ['drives forward', 'left half turns left', '0.5 m/s or 0.5 rad/s'],
