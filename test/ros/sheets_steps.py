@@ -11,7 +11,7 @@ The info string of a block, which no reader sees, says how the block is typed:
     ```text then=robot            this output of that terminal appears from now on
 
 In front of the block's commands happens, in this order: `fill=lab2/turtlebot_controller.py`, the
-student has written this node; `prints=curr_yaw`, and prints this variable wherever it is changed;
+student has written this node; `prints=curr_yaw`, and prints this variable where it becomes the value of a call;
 `wait=5`, nothing for so long [s]; `ends=robot`, Ctrl+C in that terminal, which must end without a
 traceback.
 

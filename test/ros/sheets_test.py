@@ -79,9 +79,9 @@ def plain(text):
 
 
 def with_print(code, variable):
-    """A node that prints an instance variable in each callback that converts into it."""
-    return re.sub(r'^( *)(self\.{0}) = .*\(.*$'.format(variable), r"\g<0>\n\1print('{}', \2)".format(variable),
-                  code, flags=re.MULTILINE)
+    """The code, which prints an instance variable wherever it becomes the value of a call."""
+    return re.sub(r'^( *)(self\.{})( = .*\(.*)$'.format(variable),
+                  r"\1\2\3\n\1print('{}', \2)".format(variable), code, flags=re.MULTILINE)
 
 
 class Student:
