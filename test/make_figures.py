@@ -299,7 +299,36 @@ def graph_of_the_exercise():
     return figure
 
 
-FIGURES = {'axes': axes_of_the_robot, 'graph': graph_of_the_exercise,
+def turn_left():
+    """A turn by 90 degrees by the IMU lab's law: [(time [s], heading [deg], command [rad/s])]."""
+    body, seen = Simulator(SimulatorConfig()), []
+    for tick in range(20):
+        heading = math.degrees(body.truth.yaw)
+        error = 90.0 - heading
+        command = min(0.1 * error, 1.5) if error >= 10.0 else 0.0
+        seen.append((0.1 * tick, heading, command))
+        body.command(0.0, command)
+        body.step(0.1)
+    return seen
+
+
+def one_turn():
+    """The report's example: heading and command over time."""
+    figure = new_figure(5.6, 3.4)
+    above, below = figure.subplots(2, 1, sharex=True)
+    time, heading, command = zip(*turn_left())
+    above.axhspan(80.0, 100.0, facecolor='#d3e8d3', linewidth=0.0)
+    above.plot(time, heading, color=BLUE)
+    above.set_ylabel('heading [deg]')
+    below.step(time, command, where='post', color=ORANGE)
+    below.set_ylabel('angular.z [rad/s]')
+    below.set_xlabel('time [s]')
+    for axes in (above, below):
+        axes.grid(color='#e4e4e4', linewidth=0.6)
+    return figure
+
+
+FIGURES = {'axes': axes_of_the_robot, 'graph': graph_of_the_exercise, 'turn': one_turn,
            'point': point_in_both_frames, 'heading': heading_in_both_frames,
            'states': four_states, 'imu_offset': offset_of_the_imu, 'error': error_on_the_circle}
 
