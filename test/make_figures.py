@@ -16,7 +16,7 @@ import matplotlib
 import numpy as np
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
-from matplotlib.patches import Arc, Circle
+from matplotlib.patches import Arc, Circle, Ellipse
 
 from tb3_labs.control.driving import make_law
 from tb3_labs.control.goal import DRIVING, DriveConfig
@@ -247,7 +247,74 @@ def error_on_the_circle():
     return figure
 
 
-FIGURES = {'point': point_in_both_frames, 'heading': heading_in_both_frames,
+def axes_of_the_robot():
+    """The robot from above, its axes, and the direction of a positive yaw."""
+    figure = new_figure(4.2, 3.0)
+    axes = figure.subplots()
+    axes.set_aspect('equal')
+    axes.axis('off')
+    axes.set_xlim(-1.5, 1.7)
+    axes.set_ylim(-0.75, 1.55)
+    robot(axes, Pose2(0.0, 0.0, math.pi / 2.0), 0.34)
+    for side in (-0.4, 0.4):
+        axes.plot((side, side), (-0.16, 0.16), color='black', linewidth=6.0, solid_capstyle='butt')
+    for end, colour, label, where in (((0.0, 1.2), BLUE, 'x: forward', (0.0, 1.36)),
+                                      ((-1.0, 0.0), ORANGE, 'y: left', (-1.0, -0.2))):
+        arrow(axes, (0.0, 0.0), end, colour)
+        axes.text(*where, label, color=colour, ha='center', va='center', fontsize=11)
+    axes.text(0.0, -0.52, 'z: up, towards you', ha='center', va='center', fontsize=11)
+    arrow(axes, (0.62, 0.5), (-0.62, 0.5), GREEN, connectionstyle='arc3,rad=0.55')
+    axes.text(1.12, 0.72, 'positive yaw:\ncounter-clockwise', color=GREEN, ha='center', va='center',
+              fontsize=11)
+    return figure
+
+
+def graph_of_the_exercise():
+    """The nodes of the exercise, as rqt_graph shows them."""
+    figure = new_figure(5.6, 1.2)
+    axes = figure.subplots()
+    axes.axis('off')
+    axes.set_xlim(0.0, 5.6)
+    axes.set_ylim(0.0, 1.2)
+    for x, name in ((1.1, '/turtlebot3'), (4.5, '/imu_sub')):
+        axes.add_patch(Ellipse((x, 0.5), 1.9, 0.7, facecolor='white', edgecolor='black'))
+        axes.text(x, 0.5, name, ha='center', va='center', fontsize=12)
+    arrow(axes, (2.05, 0.5), (3.55, 0.5), 'black')
+    axes.text(2.75, 0.68, '/imu', ha='center', fontsize=12)
+    return figure
+
+
+def turn_left():
+    """A turn by 90 degrees by the IMU lab's law: [(time [s], heading [deg], command [rad/s])]."""
+    body, seen = Simulator(SimulatorConfig()), []
+    for tick in range(20):
+        heading = math.degrees(body.truth.yaw)
+        error = 90.0 - heading
+        command = min(0.1 * error, 1.5) if error >= 10.0 else 0.0
+        seen.append((0.1 * tick, heading, command))
+        body.command(0.0, command)
+        body.step(0.1)
+    return seen
+
+
+def one_turn():
+    """The report's example: heading and command over time."""
+    figure = new_figure(5.6, 3.4)
+    above, below = figure.subplots(2, 1, sharex=True)
+    time, heading, command = zip(*turn_left())
+    above.axhspan(80.0, 100.0, facecolor='#d3e8d3', linewidth=0.0)
+    above.plot(time, heading, color=BLUE)
+    above.set_ylabel('heading [deg]')
+    below.step(time, command, where='post', color=ORANGE)
+    below.set_ylabel('angular.z [rad/s]')
+    below.set_xlabel('time [s]')
+    for axes in (above, below):
+        axes.grid(color='#e4e4e4', linewidth=0.6)
+    return figure
+
+
+FIGURES = {'axes': axes_of_the_robot, 'graph': graph_of_the_exercise, 'turn': one_turn,
+           'point': point_in_both_frames, 'heading': heading_in_both_frames,
            'states': four_states, 'imu_offset': offset_of_the_imu, 'error': error_on_the_circle}
 
 

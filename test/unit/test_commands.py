@@ -49,6 +49,12 @@ def test_the_walk_types_what_the_pages_have():
             if step.kind in ('run', 'long', 'never') and not set(step.commands) <= there] == []
 
 
+def test_what_the_walk_types_in_another_home_is_what_the_page_says():
+    literal = [command for page in ALL for step in steps_of(page.read_text(encoding='utf-8'))
+               if step.kind == 'never' and 'sheets_walk.md' in step.argument for command in step.commands]
+    assert len(literal) > 10 and [command for command in literal if command not in typed(WALK)] == []
+
+
 @by_name([*ALL, WALK])
 def test_what_is_not_typed_says_why(page):
     assert [step for step in steps_of(page.read_text(encoding='utf-8'))

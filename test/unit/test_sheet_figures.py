@@ -31,6 +31,12 @@ def test_the_drive_of_the_four_states_arrives():
     assert seen[-1][1].distance_to(make_figures.GOAL) < make_figures.NEAR + 0.02
 
 
+def test_the_turn_of_the_report_ends_within_the_tolerance():
+    seen = make_figures.turn_left()
+    assert max(command for *_, command in seen) == 1.5 and seen[-1][2] == 0.0
+    assert abs(seen[-1][1] - 90.0) < 10.0 and seen[-1][1] == pytest.approx(seen[-2][1], abs=0.1)
+
+
 @pytest.mark.parametrize('title', sorted(ENDS))
 def test_only_the_right_node_ends_at_the_goal(title):
     true, _ = make_wrong_figures.drive(ENDS[title])

@@ -3,7 +3,7 @@ import re
 from typing import List
 
 from tb3_labs.geometry.angles import difference_degrees
-from tb3_labs.marking.criteria import (CTRL_C, EXERCISE, HEADING_EXERCISE, IMU_SHEET, IN_TIME,
+from tb3_labs.marking.criteria import (CTRL_C, HEADING_EXERCISE, IMU_SHEET, IN_TIME,
                                        TRACEBACK, Criterion, Place, ends_cleanly, says, starts)
 from tb3_labs.marking.observation import NotSeen, Observation
 
@@ -29,7 +29,8 @@ TOLERANCE = 1.0
 #: The handout's code prints a heading after its last line if a sample comes before its flag is set.
 LATE_HEADINGS = 1
 
-LISTENING, AT_CTRL_C = (Place(IMU_SHEET, HEADING_EXERCISE, step) for step in (2, 4))
+LISTENING, EXERCISE, AT_CTRL_C = (
+    Place(IMU_SHEET, HEADING_EXERCISE, step) for step in (2, 3, 4))
 
 
 def headings(text: str) -> List[float]:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tb3_labs.marking import mouse
-from tb3_labs.marking.criteria import (EXERCISE, IMU_SHEET, IN_TIME, ROUNDING, STOPS_AT_ONCE,
+from tb3_labs.marking.criteria import (IMU_SHEET, IN_TIME, ROUNDING, STOPS_AT_ONCE,
                                        STOPS_IN_TIME, STOPS_WHEN_LOST, TURN_LAB, Criterion, Place,
                                        ends_cleanly, first_missed, says, starts, stops_robot,
                                        stops_when_silent)
@@ -18,7 +18,8 @@ TURNS, MOUSE, BOTH, SHUTDOWN, LOST = 'turns', 'mouse', 'both', 'shutdown', 'lost
 IMU_SILENT = 'IMU silent'
 GOODBYE = 'Controller exiting. Halting robot.'
 
-START, AT_MOUSE, LAW, AT_CTRL_C = (Place(IMU_SHEET, TURN_LAB, step) for step in (2, 3, 4, 5))
+AT_MOUSE, START, LAW, TO_THE_RIGHT, AT_CTRL_C = (
+    Place(IMU_SHEET, TURN_LAB, step) for step in (2, 4, 5, 6, 7))
 
 #: The letters that a person types.
 LEFT, RIGHT = 'l', 'r'
@@ -141,16 +142,16 @@ CRITERIA = [
     Criterion('starts', TURNS, 'runs and listens to imu', START, starts, limits=IN_TIME),
     Criterion('left', TURNS, 'l turns 90 degrees left', LAW,
               partial(turned, name=LEFT, turn=EACH_TURN[LEFT]), limits=LIMITS),
-    Criterion('right', TURNS, 'r turns 90 degrees right', LAW,
+    Criterion('right', TURNS, 'r turns 90 degrees right', TO_THE_RIGHT,
               partial(turned, name=RIGHT, turn=EACH_TURN[RIGHT]), limits=LIMITS),
     Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees, where it jumps',
-              EXERCISE, _short_way, limits=LIMITS),
+              LAW, _short_way, limits=LIMITS),
     Criterion('clamped', TURNS, 'turns no faster than {:g} rad/s'.format(MAX_ANG_Z), LAW,
               _clamped, limits='and {:g} for rounding'.format(ROUNDING)),
     Criterion('on_the_spot', TURNS, 'does not drive forward while it turns', LAW,
               _on_the_spot, limits='less than {:g} m/s'.format(ROUNDING)),
     Criterion('answers_nonsense', TURNS, 'answers any other input by an error that names the valid '
-              'ones', LAW, _answers_nonsense, limits='l and r, or left and right, within '
+              'ones', TO_THE_RIGHT, _answers_nonsense, limits='l and r, or left and right, within '
               '{:g} s, in at most {} lines; the robot rests'.format(
                   ANSWER, LEGIBLE)),
     Criterion('mouse_drives', MOUSE, 'mouse up drives forward, left turns left, {:g} at the '
@@ -171,7 +172,7 @@ CRITERIA = [
     Criterion('says_goodbye', SHUTDOWN, 'at Ctrl+C says "{}"'.format(GOODBYE), AT_CTRL_C,
               partial(says, words=GOODBYE)),
     ends_cleanly(SHUTDOWN, AT_CTRL_C),
-    Criterion('within_1_deg', TURNS, 'all turns are within {:g} degree'.format(EXACT), LAW,
+    Criterion('within_1_deg', TURNS, 'all turns are within {:g} degree'.format(EXACT), TO_THE_RIGHT,
               _within_1_deg, extra=True),
     Criterion('lost_imu', LOST, 'stops a turn after the IMU fell silent', AT_CTRL_C,
               partial(stops_when_silent, name=IMU_SILENT, what='the IMU'), extra=True,
