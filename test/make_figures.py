@@ -225,43 +225,6 @@ def offset_of_the_imu():
     return figure
 
 
-def error_on_the_circle():
-    """The short way round: a turn from 350 to 80 degrees, and the command by the error."""
-    figure = new_figure(8.0, 3.3)
-    left, right = figure.subplots(1, 2, gridspec_kw=dict(width_ratios=(1, 1.35)))
-    left.set_aspect('equal')
-    left.axis('off')
-    left.set_xlim(-1.55, 1.55)
-    left.set_ylim(-1.4, 1.4)
-    left.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GREY))
-    for degrees in (0, 90, 180, 270):
-        direction = np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees))])
-        left.plot(*zip(0.95 * direction, 1.05 * direction), color=GREY)
-        left.text(*1.22 * direction, str(degrees), ha='center', va='center', fontsize=9, color=GREY)
-    for degrees, colour, name in ((350, 'black', 'curr_yaw\n350'), (80, GREEN, 'goal_yaw 80')):
-        direction = np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees))])
-        arrow(left, (0.0, 0.0), direction, colour)
-        left.text(*((1.3, -0.42) if degrees > 180 else (0.62, 1.12)), name, color=colour,
-                  ha='center', va='center', fontsize=9)
-    angle(left, Pose2(), -10.0, 80.0, 0.45, '+90', GREEN)
-    angle(left, Pose2(), 80.0, 350.0, 0.3, '-270', ORANGE)
-    error = np.linspace(-40.0, 40.0, 1601)
-    error[np.abs(error) < 10.0] = np.nan
-    command = np.sign(error) * np.clip(0.1 * np.abs(error), 0.5, 1.5)
-    right.plot(error, command, color=BLUE)
-    right.plot([-10.0, 10.0], [0.0, 0.0], color=BLUE, linewidth=3.0)
-    right.axvspan(-10.0, 10.0, facecolor='#d3e8d3', linewidth=0.0)
-    right.text(0.0, 1.3, 'HDG_TOL\nstop', ha='center', va='center', fontsize=9, color=GREEN)
-    right.grid(color='#e4e4e4', linewidth=0.6)
-    right.set_xlabel('heading error [deg]')
-    right.set_ylabel('angular.z [rad/s]')
-    for height, name, x in ((1.5, 'MAX_ANG_Z', 39.0), (-1.5, '-MAX_ANG_Z', 39.0)):
-        right.axhline(height, color=GREY, linewidth=0.8, linestyle=':')
-        right.text(x, height + 0.08, name, fontsize=8, color=GREY, ha='right')
-    right.set_ylim(-1.8, 1.85)
-    return figure
-
-
 def a_reset():
     """The two frames on the floor, before and after a reset where the robot stands."""
     figure = new_figure(8.0, 3.6)
@@ -309,9 +272,46 @@ def pad():
     return figure
 
 
-FIGURES = {'point': point_in_both_frames, 'heading': heading_in_both_frames,
-           'states': four_states, 'imu_offset': offset_of_the_imu, 'error': error_on_the_circle,
-           'reset': a_reset, 'pad': pad}
+def error_on_the_circle():
+    """The short way round: a turn from 350 to 80 degrees, and the command by the error."""
+    figure = new_figure(8.0, 3.3)
+    left, right = figure.subplots(1, 2, gridspec_kw=dict(width_ratios=(1, 1.35)))
+    left.set_aspect('equal')
+    left.axis('off')
+    left.set_xlim(-1.55, 1.55)
+    left.set_ylim(-1.4, 1.4)
+    left.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GREY))
+    for degrees in (0, 90, 180, 270):
+        direction = np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees))])
+        left.plot(*zip(0.95 * direction, 1.05 * direction), color=GREY)
+        left.text(*1.22 * direction, str(degrees), ha='center', va='center', fontsize=9, color=GREY)
+    for degrees, colour, name in ((350, 'black', 'curr_yaw\n350'), (80, GREEN, 'goal_yaw 80')):
+        direction = np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees))])
+        arrow(left, (0.0, 0.0), direction, colour)
+        left.text(*((1.3, -0.42) if degrees > 180 else (0.62, 1.12)), name, color=colour,
+                  ha='center', va='center', fontsize=9)
+    angle(left, Pose2(), -10.0, 80.0, 0.45, '+90', GREEN)
+    angle(left, Pose2(), 80.0, 350.0, 0.3, '-270', ORANGE)
+    error = np.linspace(-40.0, 40.0, 1601)
+    error[np.abs(error) < 10.0] = np.nan
+    command = np.sign(error) * np.clip(0.1 * np.abs(error), 0.5, 1.5)
+    right.plot(error, command, color=BLUE)
+    right.plot([-10.0, 10.0], [0.0, 0.0], color=BLUE, linewidth=3.0)
+    right.axvspan(-10.0, 10.0, facecolor='#d3e8d3', linewidth=0.0)
+    right.text(0.0, 1.3, 'HDG_TOL\nstop', ha='center', va='center', fontsize=9, color=GREEN)
+    right.grid(color='#e4e4e4', linewidth=0.6)
+    right.set_xlabel('heading error [deg]')
+    right.set_ylabel('angular.z [rad/s]')
+    for height, name, x in ((1.5, 'MAX_ANG_Z', 39.0), (-1.5, '-MAX_ANG_Z', 39.0)):
+        right.axhline(height, color=GREY, linewidth=0.8, linestyle=':')
+        right.text(x, height + 0.08, name, fontsize=8, color=GREY, ha='right')
+    right.set_ylim(-1.8, 1.85)
+    return figure
+
+
+FIGURES = {'reset': a_reset, 'pad': pad,
+           'point': point_in_both_frames, 'heading': heading_in_both_frames,
+           'states': four_states, 'imu_offset': offset_of_the_imu, 'error': error_on_the_circle}
 
 
 def write(drawings, folder):
