@@ -16,7 +16,7 @@ import matplotlib
 import numpy as np
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
-from matplotlib.patches import Arc, Circle, Ellipse
+from matplotlib.patches import Arc, Circle, Ellipse, FancyBboxPatch
 
 from tb3_labs.control.driving import make_law
 from tb3_labs.control.goal import DRIVING, DriveConfig
@@ -215,6 +215,53 @@ def offset_of_the_imu():
     return figure
 
 
+def a_reset():
+    """The two frames on the floor, before and after a reset where the robot stands."""
+    figure = new_figure(8.0, 3.6)
+    here = Pose2(GOAL.x, GOAL.y, math.radians(60.0))
+    left, right = figure.subplots(1, 2)
+    for axes, title, local in ((left, 'before', Pose2()), (right, 'after', here)):
+        plain(axes, (-1.75, 0.75), (-0.35, 1.35))
+        axes.set_title(title + ' the reset', fontsize=11)
+        goal = local @ GOAL
+        axes.plot(goal.x, goal.y, '*', color=GREEN, markersize=15, zorder=6)
+        axes.text(goal.x, goal.y - 0.28, 'goal', color=GREEN, ha='center')
+        robot(axes, here, 0.09)
+        frame(axes, Pose2(), 'A', BLUE, (0.4, 0.4), where=(-0.13, -0.14), gap=0.14)
+    left.text(0.1, -0.14, '= B', color=ORANGE, fontsize=13, fontweight='bold', ha='center', va='center')
+    frame(right, here, 'B', ORANGE, (0.45, 0.45), where=(0.12, -0.16), gap=0.13)
+    return figure
+
+
+def pad():
+    """A pad: its sticks and letters, with their numbers in a message of joy."""
+    figure = new_figure(7.6, 2.7)
+    axes = figure.subplots()
+    axes.set_aspect('equal')
+    axes.axis('off')
+    axes.set_xlim(-5.6, 5.6)
+    axes.set_ylim(-2.25, 1.6)
+    axes.add_patch(FancyBboxPatch((-2.6, -1.1), 5.2, 2.2, boxstyle='round,pad=0.4,rounding_size=0.9',
+                                  facecolor='#f4f4f4', edgecolor=GREY, linewidth=1.6))
+    for x, y, step, words, text in ((-1.9, 0.3, (0.0, 0.8), 'left stick:\naxes[1]\n1 forward\n-1 back', -3.2),
+                                    (0.6, -0.7, (0.8, 0.0), 'right stick: axes[3]\n1 left, -1 right', 0.6)):
+        axes.add_patch(Circle((x, y), 0.45, facecolor='white', edgecolor=GREY, linewidth=1.6, zorder=3))
+        for sign in (1.0, -1.0):
+            arrow(axes, (x, y), (x + sign * step[0], y + sign * step[1]), BLUE, zorder=4)
+        axes.text(text, y if text == -3.2 else -2.15, words, color=BLUE, fontsize=10,
+                  ha='right' if text == -3.2 else 'center', va='center' if text == -3.2 else 'bottom')
+    for letter, x, y, colour, words in (('Y', 2.0, 1.05, ORANGE, 'buttons[2]: reset'),
+                                        ('B', 2.65, 0.4, GREY, 'buttons[1]: take back'),
+                                        ('A', 2.0, -0.25, GREEN, 'buttons[0]: hand over'),
+                                        ('X', 1.35, 0.4, '#bbbbbb', '')):
+        axes.add_patch(Circle((x, y), 0.3, facecolor='white', edgecolor=colour, linewidth=1.8))
+        axes.text(x, y, letter, color=colour, fontsize=11, fontweight='bold', ha='center', va='center')
+        if words:
+            axes.plot((x + 0.3, 3.2), (y, y), color=colour, linewidth=0.9, linestyle=':')
+            axes.text(3.25, y, words, color=colour, fontsize=10, va='center')
+    return figure
+
+
 def error_on_the_circle():
     """The short way round: a turn from 350 to 80 degrees, and the command by the error."""
     figure = new_figure(8.0, 3.3)
@@ -314,6 +361,7 @@ def one_turn():
 
 
 FIGURES = {'axes': axes_of_the_robot, 'graph': graph_of_the_exercise, 'turn': one_turn,
+           'reset': a_reset, 'pad': pad,
            'point': point_in_both_frames, 'heading': heading_in_both_frames,
            'states': four_states, 'imu_offset': offset_of_the_imu, 'error': error_on_the_circle}
 

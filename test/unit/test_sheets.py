@@ -55,3 +55,11 @@ def test_the_open_todos_that_the_sheets_show_are_those_of_the_skeletons():
     shown = [line.strip() for sheet in ('imu_lab.md', 'transformation_lab.md')
              for line in read(sheet).splitlines() if re.match(r' *TODO \d+ is open', line)]
     assert len(shown) > 3 and [line for line in shown if line not in skeletons] == []
+
+
+def test_every_question_has_an_answer():
+    answers = read('instructor/teaching.md').split('## Answers')[1]
+    for lab, sheet in (('IMU', 'imu_lab.md'), ('Transformation', 'transformation_lab.md')):
+        questions = read(sheet).split('## Questions')[1].split('\n## ')[0]
+        assert re.findall(r'^\d+\.', questions, re.M) == re.findall(
+            r'^\d+\.', answers.split(lab + ' lab:')[1].split(' lab:')[0], re.M)

@@ -48,6 +48,52 @@ def test_the_steps_of_that_example():
     assert a * b + c * d == pytest.approx(y)
 
 
+def test_the_arc_of_the_local_pose():
+    linear, angular = numbers('transformation_lab.md', '/cmd_vel geometry_msgs/Twist \'{linear: {x: #}, '
+                              'angular: {z: #}}\'')
+    seconds, x, y, heading = numbers('transformation_lab.md', 'After # seconds: about #, #, # deg.')
+    place = 1j * linear / angular * (1.0 - cmath.exp(1j * angular * seconds))
+    assert (x, y) == (round(place.real, 2), round(place.imag, 2))
+    assert heading == round(math.degrees(angular * seconds))
+
+
+def test_the_values_of_the_four_states():
+    """Each row of the table: the way to the goal, the error, and what the law makes of it."""
+    law = {state: numbers('transformation_lab.md', '| `{}` | {} = #'.format(state, axis))[0] for state, axis in (
+        ('ROTATE_TO_GOAL', 'angular.z'), ('MOVE_FORWARD', 'linear.x'), ('ROTATE_TO_FINAL', 'angular.z'))}
+    near, = numbers('transformation_lab.md', 'the goal (-0.61, 0.61) is # m away')
+    rows = re.findall(r'\| \({0}, {0}\), {0} deg \| {0}, {0} \| {0} \| (?:{0} rad)? ?\| (.*?) \|'.format(NUMBER),
+                      text_of('transformation_lab.md'))
+    assert len(rows) == 6
+    state = 'ROTATE_TO_GOAL'
+    for x, y, heading, dx, dy, distance, error, does in rows:
+        way = complex(-0.61, 0.61) - complex(float(x), float(y))
+        assert (float(dx), float(dy), float(distance)) == tuple(
+            round(value, 2) for value in (way.real, way.imag, abs(way)))
+        assert math.degrees(cmath.phase(way)) == pytest.approx(135.0)
+        asked = 135.0 if state == 'ROTATE_TO_GOAL' else 0.0
+        turn = math.radians(asked - float(heading))
+        assert state == 'MOVE_FORWARD' if error == '' else float(error) == round(turn, 2)
+        done = abs(way) <= near if state == 'MOVE_FORWARD' else abs(turn) <= 0.05
+        if done:
+            state = re.fullmatch('next: `([A-Z_]+)`', does).group(1)
+        elif state == 'MOVE_FORWARD':
+            assert does == '`MOVE_FORWARD`: {:g} m/s'.format(law[state])
+        else:
+            assert does == '`{}`: {:.2f} rad/s'.format(state, law[state] * turn)
+    assert state == 'GOAL_REACHED'
+
+
+def test_the_far_goal_is_out_of_reach():
+    x, y, away = numbers('transformation_lab.md', '(#, #) is # m away. The first')
+    angle, again, beside, near = numbers('transformation_lab.md', '# x # = # m is more than # m.')
+    assert away == again == round(abs(complex(x, y)), 2) and beside == round(angle * away, 2) > near
+    reach, = numbers('transformation_lab.md', '; a goal # m away: section 6')
+    assert reach == pytest.approx(near / angle)
+    farther = numbers('transformation_lab.md', 'a farther goal, (#, #)?')
+    assert abs(complex(*farther)) < reach
+
+
 def test_a_quaternion_and_its_heading():
     x, y, z, w, yaw, heading = numbers('imu_lab.md', 'x = #, y = #, z = #, w = # is a yaw of # '
                                        'degrees, hence a heading of # degrees.')
