@@ -12,7 +12,6 @@ on /rosout. Several runs make one page that compares them, and a page for each.
 """
 import math
 import sys
-import time
 from pathlib import Path
 
 from tb3_labs.command_line import Parser, number_or_text
@@ -20,36 +19,15 @@ from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2, TypedPose
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
 
-#: Time between two lines of progress if the output is not a terminal [s].
-LINE_PERIOD = 2.0
 
-
-class ProgressLine:
-    """Progress on stderr: on a terminal one line that is overwritten, else a new line at times."""
-
-    def __init__(self):
-        self._terminal = sys.stderr.isatty()
-        self._said_at, self._open = time.monotonic(), False
-
-    def step(self, what):
-        """A function that takes the share of `what` that is done, 0 to 1."""
-        def hear(fraction):
-            text = '{}: {:3.0f} %'.format(what, 100.0 * fraction)
-            if self._terminal:
-                print('\r' + text, end='', file=sys.stderr, flush=True)
-                self._open = True
-            elif time.monotonic() - self._said_at >= LINE_PERIOD:
-                self._said_at = time.monotonic()
-                print(text, file=sys.stderr, flush=True)
-            if fraction >= 1.0:
-                self.end()
-        return hear
-
-    def end(self):
-        """End the line, if one is begun."""
-        if self._open:
-            print(file=sys.stderr)
-            self._open = False
+def progress(what):
+    """A function that shows on a terminal the share of `what` that is done, 0 to 1; the next line
+    is written over it."""
+    def show(fraction):
+        if sys.stderr.isatty():
+            print('{}: {:3.0f} %'.format(what, 100.0 * fraction), end='\r', file=sys.stderr,
+                  flush=True)
+    return show
 
 
 def parse(words):
@@ -76,11 +54,10 @@ def parse(words):
     return given
 
 
-def report(arguments, step):
+def report(arguments):
     """(The page, [problem]) of the bags. The page is None if none of them can be read.
 
-    ``step(what)`` gives a function that takes the share of `what` that is done. ``OSError`` if
-    nothing can be written; ``ImportError`` without matplotlib.
+    ``OSError`` if nothing can be written; ``ImportError`` without matplotlib.
     """
     from tb3_labs.report.compare import summarize, write_comparison
     from tb3_labs.report.movements import LAB_GOAL, completed
@@ -95,14 +72,13 @@ def report(arguments, step):
     folder = Path(arguments.folder) if arguments.folder else bags[0].with_name(
         'runs_report' if several else bags[0].stem + '_report')
     for bag, name in zip(bags, names_of(bags)):
-        part = ' ' + name if several else ''
         try:
-            run = completed(read_run(str(bag), arguments.ns, step('reading' + part)), goal)
+            run = completed(read_run(str(bag), arguments.ns, progress('reading ' + name)), goal)
         except BagProblem as problem:
             problems.append(str(problem))
             continue
         own = folder / name if several else folder
-        pages.append(write_report(run, model, own, step('drawing' + part)))
+        pages.append(write_report(run, model, own))
         if several:
             summaries.append(summarize(run, model, name, name + '/report.html'))
     if several and pages:
@@ -122,20 +98,17 @@ def names_of(bags):
 
 def main(words):
     """Read, draw, write; the exit status."""
-    arguments, line = parse(words), ProgressLine()
+    arguments = parse(words)
     try:
-        page, problems = report(arguments, line.step)
+        page, problems = report(arguments)
     except ImportError as problem:
         return _fail('{}; install it: sudo apt install --no-install-recommends python3-{}'.format(
             problem, (problem.name or 'matplotlib').split('.')[0]))
     except OSError as problem:
-        line.end()
         return _fail('cannot write the report to {}: {}; choose another folder with -o'.format(
             problem.filename or arguments.folder, problem.strerror or problem))
     except KeyboardInterrupt:
-        line.end()
         return 130
-    line.end()
     for problem in problems:
         _fail(problem)
     if page is not None:

@@ -51,13 +51,8 @@ def new_figure(width, height):
 
 def plain(axes, x, y):
     """Equal scales, a faint grid, named axes."""
-    axes.set_aspect('equal')
-    axes.set_xlim(*x)
-    axes.set_ylim(*y)
+    axes.set(aspect='equal', xlim=x, ylim=y, axisbelow=True, xlabel='x [m]', ylabel='y [m]')
     axes.grid(color='#e4e4e4', linewidth=0.6)
-    axes.set_axisbelow(True)
-    axes.set_xlabel('x [m]')
-    axes.set_ylabel('y [m]')
 
 
 def arrow(axes, begin, end, colour, **looks):
@@ -133,10 +128,8 @@ def heading_in_both_frames():
     """One robot, its heading in A and in B."""
     figure = new_figure(4.6, 2.8)
     axes = figure.subplots()
-    axes.set_aspect('equal')
+    axes.set(aspect='equal', xlim=(-1.7, 2.0), ylim=(-0.35, 1.75))
     axes.axis('off')
-    axes.set_xlim(-1.7, 2.0)
-    axes.set_ylim(-0.35, 1.75)
     here, theta = Pose2(0.0, 0.0, A_T_ROBOT.yaw), math.degrees(A_T_B.yaw)
     for direction, colour, name in ((0.0, BLUE, 'x$_A$'), (A_T_B.yaw, ORANGE, 'x$_B$'),
                                     (here.yaw, 'black', 'robot')):
@@ -183,8 +176,7 @@ def four_states():
     mark_goal(left)
     left.text(GOAL.x, GOAL.y + 0.18, 'goal', color=GREEN, ha='center')
     left.plot([pose.x for _, pose, *_ in seen], [pose.y for _, pose, *_ in seen], color=BLUE)
-    names = DRIVING
-    for state, look, ha in zip(names, ((0.0, -0.14), (-0.17, 0.26), (-0.5, 0.36)),
+    for state, look, ha in zip(DRIVING, ((0.0, -0.14), (-0.17, 0.26), (-0.5, 0.36)),
                                ('center', 'left', 'right')):
         spans = [(time, pose) for time, pose, now, *_ in seen if now == state]
         robot(left, spans[len(spans) // 2][1], 0.05)
@@ -198,9 +190,7 @@ def four_states():
     right.plot(time, [row[4] for row in seen], color=BLUE, label='angular.z [rad/s]')
     right.plot(time, [row[3] for row in seen], color=ORANGE, linestyle='--',
                label='linear.x [m/s]')
-    right.set_xlabel('time [s]')
-    right.set_ylim(-1.3, 1.2)
-    right.set_xlim(0.0, time[-1])
+    right.set(xlabel='time [s]', xlim=(0.0, time[-1]), ylim=(-1.3, 1.2))
     right.legend(loc='lower left', fontsize=8, framealpha=1.0)
     return figure
 
@@ -229,18 +219,15 @@ def error_on_the_circle():
     """The short way round: a turn from 350 to 80 degrees, and the command by the error."""
     figure = new_figure(8.0, 3.3)
     left, right = figure.subplots(1, 2, gridspec_kw=dict(width_ratios=(1, 1.35)))
-    left.set_aspect('equal')
+    left.set(aspect='equal', xlim=(-1.55, 1.55), ylim=(-1.4, 1.4))
     left.axis('off')
-    left.set_xlim(-1.55, 1.55)
-    left.set_ylim(-1.4, 1.4)
     left.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GREY))
     for degrees in (0, 90, 180, 270):
-        direction = np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees))])
+        direction = Pose2(0.0, 0.0, math.radians(degrees)).act((1.0, 0.0))
         left.plot(*zip(0.95 * direction, 1.05 * direction), color=GREY)
         left.text(*1.22 * direction, str(degrees), ha='center', va='center', fontsize=9, color=GREY)
     for degrees, colour, name in ((350, 'black', 'curr_yaw\n350'), (80, GREEN, 'goal_yaw 80')):
-        direction = np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees))])
-        arrow(left, (0.0, 0.0), direction, colour)
+        arrow(left, (0.0, 0.0), Pose2(0.0, 0.0, math.radians(degrees)).act((1.0, 0.0)), colour)
         left.text(*((1.3, -0.42) if degrees > 180 else (0.62, 1.12)), name, color=colour,
                   ha='center', va='center', fontsize=9)
     angle(left, Pose2(), -10.0, 80.0, 0.45, '+90', GREEN)
@@ -253,12 +240,10 @@ def error_on_the_circle():
     right.axvspan(-10.0, 10.0, facecolor='#d3e8d3', linewidth=0.0)
     right.text(0.0, 1.3, 'HDG_TOL\nstop', ha='center', va='center', fontsize=9, color=GREEN)
     right.grid(color='#e4e4e4', linewidth=0.6)
-    right.set_xlabel('heading error [deg]')
-    right.set_ylabel('angular.z [rad/s]')
-    for height, name, x in ((1.5, 'MAX_ANG_Z', 39.0), (-1.5, '-MAX_ANG_Z', 39.0)):
+    right.set(xlabel='heading error [deg]', ylabel='angular.z [rad/s]', ylim=(-1.8, 1.85))
+    for height, name in ((1.5, 'MAX_ANG_Z'), (-1.5, '-MAX_ANG_Z')):
         right.axhline(height, color=GREY, linewidth=0.8, linestyle=':')
-        right.text(x, height + 0.08, name, fontsize=8, color=GREY, ha='right')
-    right.set_ylim(-1.8, 1.85)
+        right.text(39.0, height + 0.08, name, fontsize=8, color=GREY, ha='right')
     return figure
 
 

@@ -8,10 +8,6 @@ Units: metres, radians; the turns in degrees, as in the handout.
 """
 import math
 
-import matplotlib
-
-from matplotlib.patches import Circle
-
 from make_figures import DOC, GOAL, NEAR, mark_goal, new_figure, plain, robot, write
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
@@ -103,8 +99,7 @@ def wrong_drives():
         robot(axes, true[-1], 0.09, BLUE)
         axes.set_title(title, fontsize=9)
         axes.tick_params(labelsize=7)
-        axes.set_xlabel('')
-        axes.set_ylabel('')
+        axes.set(xlabel='', ylabel='')
     figure.axes[0].legend(loc='lower right', fontsize=7)
     return figure
 

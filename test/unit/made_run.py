@@ -3,6 +3,9 @@
 The robot stands at x = 0 until 1 s, drives until 6 s, and stands at x = 1 m; yaw 0 throughout. All
 topics have 20 samples a second for 10 s, and stamps that are their arrivals.
 """
+import csv
+import re
+
 import numpy as np
 
 from tb3_labs.report.run_data import Commands, ImuSamples, OdometrySamples, Poses, RunData, States
@@ -17,6 +20,17 @@ STATES = ((0.5, 'ROTATE_TO_GOAL'), (1.0, 'MOVE_FORWARD'), (6.0, 'ROTATE_TO_FINAL
 def states(*begins_and_words):
     time = np.array([begin for begin, _ in begins_and_words])
     return States(time, time, np.array([words for _, words in begins_and_words], dtype=object))
+
+
+def rows_of(page):
+    """The cells of each row of the tables in a page."""
+    return [re.findall('<td[^>]*>(.*?)</td>', row) for row in re.findall('<tr>(.*?)</tr>', page)]
+
+
+def table_in(path):
+    """The rows of a CSV file."""
+    with open(str(path), newline='') as file:
+        return list(csv.DictReader(file))
 
 
 def goals(time, x, y=0.0, yaw=0.0):

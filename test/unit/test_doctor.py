@@ -6,8 +6,8 @@ from tb3_labs.doctor.line import Verdict, exit_status, fault, ok, printed, summa
 from tb3_labs.doctor.network import (
     PROBLEMS, Address, Answer, judge_address, judge_master, judge_nat, judge_second_master)
 from tb3_labs.doctor.robot import (
-    PAUSES, Clock, Driver, MasterName, Stream, judge_clock, judge_drivers, judge_gyro, judge_names,
-    judge_nodes, judge_presence, judge_stream, judge_way_back)
+    PAUSES, Driver, MasterName, judge_clock, judge_drivers, judge_gyro, judge_names, judge_nodes,
+    judge_presence, judge_stream, judge_way_back)
 
 OK, WARNING, FAULT = Verdict.OK, Verdict.WARNING, Verdict.FAULT
 
@@ -197,7 +197,7 @@ def test_drivers():
     (dict(gap=5.0), FAULT, 'nothing came on /imu for 5.0 s'),
     (dict(problem='no connection'), FAULT, 'cannot be heard: no connection')])
 def test_stream(stream, verdict, words):
-    check(judge_stream(Stream('/imu', seconds=5.0, **stream)), verdict, 'imu', words)
+    check(judge_stream('/imu', seconds=5.0, **stream), verdict, 'imu', words)
 
 
 @pytest.mark.parametrize('clock, verdict, words', [
@@ -212,7 +212,7 @@ def test_stream(stream, verdict, words):
     (dict(date_offset=0.7), OK, 'right within 1 s'), (dict(date_offset=-60.0), FAULT, '60.0 s behind'),
     (dict(), WARNING, 'cannot be seen'), (dict(least_delay=9.0, simulated=True), OK, 'simulated')])
 def test_clock(clock, verdict, words):
-    check(judge_clock(Clock(**clock)), verdict, words)
+    check(judge_clock(**clock), verdict, words)
 
 
 @pytest.mark.parametrize('problem, is_compared, verdict, words', [

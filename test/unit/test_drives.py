@@ -29,7 +29,7 @@ def test_a_drive_by_hand():
     assert drive.goal == Pose2(1.02, 0.03, 0.2) and drive.outcome == 'reached'
     assert drive.measured == pytest.approx((math.hypot(0.02, 0.03), 0.2))
     assert drive.true == pytest.approx((math.nan, math.nan), nan_ok=True)
-    assert drive.in_state == {'ROTATE_TO_GOAL': 0.5, 'MOVE_FORWARD': 5.0, 'ROTATE_TO_FINAL': 1.0}
+    assert drive.seconds == (0.5, 5.0, 1.0)
 
 
 @pytest.mark.parametrize('moves_at, counts', [(7.9, True), (8.02, False)])
@@ -58,12 +58,6 @@ def test_a_pose_of_long_before_the_end_says_nothing(silence, known):
 
 def test_the_last_pose_alone_may_be_close_to_the_end():
     assert drive_of(made(local_pose=poses().take([0, 138]))).measured == pytest.approx((0.0, 0.0))
-
-
-def test_without_a_goal_nothing_is_measured():
-    drive = drive_of(made(goals=Poses.none()))
-    assert drive.goal is None and drive.outcome == 'reached'
-    assert math.isnan(drive.measured[0]) and math.isnan(drive.least_time)
 
 
 def test_the_true_error_is_seen_from_where_local_truly_stands():

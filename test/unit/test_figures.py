@@ -3,6 +3,7 @@ import math
 
 import numpy as np
 import pytest
+from made_motion import driven, turn
 from made_run import STATES, TIME, X, ZERO, goals, made, poses, states
 
 from tb3_labs.geometry.se2 import Pose2
@@ -12,7 +13,7 @@ from tb3_labs.robot.turtlebot3 import robot_model
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.figures import (  # noqa: E402
-    STRETCHES, curve, errors, heading, new_figure, speeds, thin)
+    curve, errors, heading, new_figure, speeds, turns)
 from tb3_labs.report.movements import completed  # noqa: E402
 from tb3_labs.report.path_figures import _frames, draw_path, paths  # noqa: E402
 
@@ -22,24 +23,6 @@ BURGER = robot_model('burger')
 def lines(axes, label=None):
     return [line.get_xydata() for line in axes.get_lines()
             if label is None or line.get_label() == label]
-
-
-def test_thin_keeps_all_of_few_and_the_extremes_of_many():
-    assert list(thin(np.zeros(2 * STRETCHES))) == list(range(2 * STRETCHES))
-    wave = np.sin(np.arange(20001) * 0.7)
-    slow = np.cos(np.arange(20001) * 0.001)
-    kept = thin(wave, slow)
-    size = -(-20001 // STRETCHES)
-    for begin in range(0, 20001, size):
-        for column in wave, slow:
-            part, left = column[begin:begin + size], column[kept[(kept >= begin)
-                                                                 & (kept < begin + size)]]
-            assert (left.min(), left.max()) == (part.min(), part.max())
-    assert kept[0] == 0 and kept[-1] == 20000 and list(kept) == sorted(set(kept))
-    assert len(kept) <= 5 * (STRETCHES + 1)
-    peaks = np.zeros(20001)
-    peaks[[1, 19990]] = 9.0, 1.0                 # the lower one in the last stretch, which is short
-    assert {1, 19990} <= set(thin(peaks))
 
 
 @pytest.mark.parametrize('period, pause, blanks', [
@@ -53,26 +36,14 @@ def test_a_curve_is_blank_in_a_pause(period, pause, blanks):
     assert np.isnan(lines(axes)[0][:, 1]).sum() == blanks
 
 
-def test_a_curve_is_blank_at_breaks_and_where_an_angle_goes_round():
+@pytest.mark.parametrize('breaks, circle, blanks', [
+    ((2.0,), True, [2.0, 3.0, 9.0]), ((), False, []),
+    ((0.03,), False, [0.05]), ((0.0, 10.5), False, [])])     # before or after all: none
+def test_a_curve_is_blank_at_breaks_and_where_an_angle_goes_round(breaks, circle, blanks):
     axes = new_figure(2.0).subplots()
-    curve(axes, TIME, wrapped_degrees(60.0 * TIME), (2.0,), circle=True)
+    curve(axes, TIME, (60.0 * TIME + 180.0) % 360.0 - 180.0, breaks, circle=circle)
     data, = lines(axes)
-    blank = data[np.isnan(data[:, 1])][:, 0]
-    assert blank == pytest.approx([2.0, 3.0, 9.0], abs=0.06)
-    axes = new_figure(2.0).subplots()
-    curve(axes, TIME, wrapped_degrees(60.0 * TIME))
-    assert not np.isnan(lines(axes)[0]).any()
-
-
-def wrapped_degrees(angles):
-    return (angles + 180.0) % 360.0 - 180.0
-
-
-@pytest.mark.parametrize('breaks, blanks', [((0.03,), [1]), ((0.0, 10.5), [])])
-def test_a_break_before_or_after_all_leaves_no_blank(breaks, blanks):
-    axes = new_figure(2.0).subplots()
-    curve(axes, TIME, ZERO, breaks)
-    assert list(np.flatnonzero(np.isnan(lines(axes)[0][:, 1]))) == blanks
+    assert data[np.isnan(data[:, 1])][:, 0] == pytest.approx(blanks, abs=0.06)
 
 
 def test_the_figures_draw_the_runs_own_numbers():
@@ -92,11 +63,33 @@ def test_the_figures_draw_the_runs_own_numbers():
     assert lines(turned)[0][:, 1] == pytest.approx(math.degrees(0.2))
     assert [text.get_text() for text in far.texts] == ['0.0 mm\n11.5 deg']
     assert far.texts[0].xy == pytest.approx((7.0, 0.0), abs=1e-9) and far.get_ylim()[0] == 0.0
-    circle, line, apart = heading(run, BURGER).axes
+    circle, line, apart = heading(run).axes
     for axes in circle, line:
         assert lines(axes)[0][:, 1] == pytest.approx(math.degrees(0.5))
     assert lines(apart)[0][:, 1] == pytest.approx(ZERO, abs=1e-9)
     assert far.get_xlim() == apart.get_xlim() == (0.0, 10.0)
+
+
+def test_turns_are_drawn_from_their_begin_in_the_direction_that_was_asked_for():
+    """The second one begins before all of the first one's rest is drawn."""
+    first = turn(2.0, 90.0)
+    left, rate = turns(driven([first, turn(first[1] + 0.5, -90.0)])).axes
+    assert (left.get_ylabel(), rate.get_xlabel()) == (
+        'angle left [deg]', 'time since the first command [s]')
+    for k, rest in enumerate((0.5, 0.6)):
+        angle, speed = lines(left)[k], lines(rate, 'commanded' if not k else None)[0]
+        assert angle[[0, -1], 0] == pytest.approx((-0.2, first[1] - first[0] + rest), abs=0.03)
+        assert angle[[0, -1], 1] == pytest.approx((90.0, 0.0), abs=0.2)
+        assert speed[:, 1].max() == pytest.approx(1.5) and speed[:, 1].min() > -0.01
+
+
+def test_the_angle_error_is_blank_where_it_goes_round():
+    yaw = np.angle(np.exp(1j * np.radians(40.0 * TIME)))
+    run = made(local_pose=poses(yaw=yaw), imu=ImuSamples(TIME, TIME, yaw, ZERO),
+               odometry=OdometrySamples(TIME, TIME, X, ZERO, yaw, ZERO, ZERO))
+    _, turned = errors(run, BURGER).axes
+    data = lines(turned)[0]
+    assert data[np.isnan(data[:, 1])][:, 0] == pytest.approx([4.5], abs=0.06)
 
 
 def test_no_goal_no_errors():
@@ -177,9 +170,5 @@ def test_both_panels_of_the_paths_have_one_scale_that_holds_all():
     widths = [np.ptp(limits) for axes in (in_odom, in_local)
               for limits in (axes.get_xlim(), axes.get_ylim())]
     assert widths == pytest.approx([1.35 * 3.0] * 4, rel=1e-3)
-    for axes, places in ((in_odom, [(3.0, -1.0), (3.0, -2.0), (0.0, 0.0)]),
-                         (in_local, [(1.0, 0.0), Pose2(3.0, -2.0, math.pi / 2.0).inverse()])):
-        for place in places:
-            x, y = (place.x, place.y) if isinstance(place, Pose2) else place
-            assert axes.get_xlim()[0] < x < axes.get_xlim()[1]
-            assert axes.get_ylim()[0] < y < axes.get_ylim()[1]
+    for axes, centre in ((in_odom, (1.5, -1.0)), (in_local, (1.0, 1.5))):
+        assert (np.mean(axes.get_xlim()), np.mean(axes.get_ylim())) == pytest.approx(centre)

@@ -1,11 +1,10 @@
 """The report's page and its table, for a made-up run."""
-import csv
 import math
 import re
 
 import numpy as np
 import pytest
-from made_run import STATES, TIME, X, ZERO, goals, made, poses, states
+from made_run import STATES, TIME, X, ZERO, goals, made, poses, rows_of, states, table_in
 
 from tb3_labs.report import html
 from tb3_labs.report.run_data import Commands, ImuSamples, OdometrySamples, Poses, States
@@ -23,8 +22,7 @@ BURGER = robot_model('burger')
 
 def table_of(run, path):
     write_csv(run, path)
-    with open(str(path), newline='') as file:
-        return list(csv.DictReader(file))
+    return table_in(path)
 
 
 # The table ----------------------------------------------------------------------------------------
@@ -58,17 +56,14 @@ def test_a_pose_within_twenty_milliseconds_is_of_the_same_instant(apart, known, 
     assert len(rows) == 9 and all((row['local_x_m'] != '') == known for row in rows)
 
 
-def test_the_nearest_pose_counts(tmp_path):
-    time, x = np.array([2.985, 3.01, 3.019]), np.array([1.0, 2.0, 3.0])
+@pytest.mark.parametrize('time, x, at_3_s, rows', [
+    ([2.985, 3.01, 3.019], [1.0, 2.0, 3.0], '2.0000', 1), ([10.0], [4.0], '', 1)])
+def test_the_nearest_pose_counts(time, x, at_3_s, rows, tmp_path):
+    time, x = np.array(time), np.array(x)
     near = Poses(time, time, x, 0.0 * x, 0.0 * x)
-    row = table_of(made(local_pose=near), tmp_path / 'run.csv')[60]
-    assert float(row['local_x_m']) == 2.0
-
-
-def test_a_single_pose_counts_at_its_own_time(tmp_path):
-    one = np.array([10.0])
-    rows = table_of(made(local_pose=Poses(one, one, one, one, one)), tmp_path / 'run.csv')
-    assert [row['local_x_m'] for row in rows] == [''] * 200 + ['10.0000']
+    table = table_of(made(local_pose=near), tmp_path / 'run.csv')
+    assert table[60]['local_x_m'] == at_3_s
+    assert len([row for row in table if row['local_x_m']]) == rows
 
 
 def test_a_command_holds_until_the_next_one_or_its_timeout(tmp_path):
@@ -90,22 +85,11 @@ def test_states_change_at_their_own_time(tmp_path):
         'GOAL_REACHED']
 
 
-def test_a_long_run_has_all_its_rows_in_order(tmp_path):
-    """More rows than are turned into text at a time; a small negative number is 0."""
-    time = np.arange(12001) / 20.0
-    nothing = 0.0 * time
-    run = made(odometry=OdometrySamples(time, time, nothing - 1e-9, *[nothing] * 4))
-    rows = table_of(run, tmp_path / 'run.csv')
-    assert [float(row['time_s']) for row in rows] == pytest.approx(time)
-    assert {row['odom_x_m'] for row in rows} == {'0.0000'}
-
-
 # The page -----------------------------------------------------------------------------------------
 
 @pytest.fixture(scope='module')
 def page(tmp_path_factory):
-    """(the text without pictures, the reported progress)."""
-    said = []
+    """The text without pictures."""
     yaw = np.radians(np.interp(TIME, [1.3, 6.0], [0.0, 3.0]))
     run = made(
         start=1.7e9, goals=goals([0.5, 8.5], [1.03, 3.0], 0.04, 0.1), local_pose=poses(yaw=yaw),
@@ -113,18 +97,13 @@ def page(tmp_path_factory):
                       (8.5, 'ROTATE_TO_GOAL')),
         imu=ImuSamples(TIME, TIME, yaw + 0.5, ZERO).take((TIME < 8.01) | (TIME > 8.59)),
         odometry=made().odometry, dropped={'imu': 7}, topics={'imu': '/robot3/imu'})
-    path = write_report(run, BURGER, str(tmp_path_factory.mktemp('page') / 'a' / 'b'), said.append)
-    return re.sub('base64,[^"]*', '', path.read_text(encoding='utf-8')), said
-
-
-def cells(text):
-    return [re.findall('<td[^>]*>(.*?)</td>', row) for row in re.findall('<tr>(.*?)</tr>', text)]
+    path = write_report(run, BURGER, str(tmp_path_factory.mktemp('page') / 'a' / 'b'))
+    return re.sub('base64,[^"]*', '', path.read_text(encoding='utf-8'))
 
 
 def test_the_page_says_what_was_driven(page):
-    text, _ = page
-    assert 'Burger on 2023-11-1' in text and '10.0 s, 1.00 m driven, no resets. ' in text
-    first, second = (row for row in cells(text) if len(row) == 11)
+    assert 'Burger on 2023-11-1' in page and '10.0 s, 1.00 m driven, no resets. ' in page
+    first, second = (row for row in rows_of(page) if len(row) == 11)
     off = math.hypot(0.03, 0.04)
     angle = abs(math.degrees(0.1) - 3.0)
     assert first[:6] == ['1', '1.03', '0.04', '5.7', 'reached', '6.50']
@@ -138,7 +117,7 @@ def test_the_page_says_how_imu_and_odometry_differ(page):
     """The odometry keeps 0. The IMU is at 0.5 rad until 1.3 s, then turns by 3 deg until 6 s."""
     mean, drift = map(float, re.search(
         r'mean ([+-][0-9.]+) deg, standard deviation [0-9.]+, .* ([+-][0-9.]+)\.',
-        page[0]).groups())
+        page).groups())
     turned = (4.7 * 1.5 + 4.0 * 3.0) / 10.0
     assert mean == pytest.approx(math.degrees(0.5) + turned, abs=0.1)
     assert drift == pytest.approx(3.0, abs=1e-3)
@@ -146,18 +125,18 @@ def test_the_page_says_how_imu_and_odometry_differ(page):
 
 def words_of(run, folder, monkeypatch):
     """The page without its pictures."""
-    monkeypatch.setattr(path_figures, 'paths', lambda run, model: None)
-    for name in 'errors', 'heading', 'speeds':
-        monkeypatch.setattr(figures, name, lambda run, model: None)
+    for module, name in ((path_figures, 'paths'), (figures, 'errors'), (figures, 'heading'),
+                         (figures, 'speeds')):
+        monkeypatch.setattr(module, name, lambda *_: None)
     return write_report(run, BURGER, folder).read_text(encoding='utf-8')
 
 
 def test_a_drive_of_which_no_goal_was_recorded_has_no_errors(tmp_path, monkeypatch):
     text = words_of(made(goals=Poses.none()), tmp_path, monkeypatch)
     unknown = '\u2013'
-    row, = (row for row in cells(text) if len(row) == 11)
+    row, = (row for row in rows_of(text) if len(row) == 11)
     assert row == ['1', unknown, unknown, unknown, 'reached', '6.50'] + [unknown] * 5
-    row, = (row for row in cells(text) if len(row) == 8)
+    row, = (row for row in rows_of(text) if len(row) == 8)
     assert row[1:6] == ['0.50', '5.00', '1.00', '0.00', unknown]
 
 
@@ -170,10 +149,11 @@ def test_a_page_without_drives_says_where_local_stood(tmp_path, monkeypatch):
 
 
 def test_the_page_says_what_happened_along_the_way(page):
-    text, _ = page
-    first, second = (row for row in cells(text) if len(row) == 8)
+    first, second = (row for row in rows_of(page) if len(row) == 8)
+    for state in 'ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL':
+        assert page.count('<th>{} [s]</th>'.format(state)) == 1
     assert first[:5] == ['1', '0.50', '5.00', '0.50', '0.50']        # the stop is half a second
-    least = float([row for row in cells(text) if len(row) == 11][0][6])
+    least = float([row for row in rows_of(page) if len(row) == 11][0][6])
     assert float(first[5]) == pytest.approx(6.5 / least, abs=0.01)
     assert float(first[6]) == pytest.approx(2.97, abs=0.05) and first[6][0] == '+'
     assert float(first[7]) == pytest.approx(2.97, abs=0.05)
@@ -182,16 +162,10 @@ def test_the_page_says_what_happened_along_the_way(page):
 
 
 def test_the_page_says_how_steadily_the_topics_came(page):
-    text, _ = page
-    rows = {row[0]: row for row in cells(text) if len(row) == 7}
+    rows = {row[0]: row for row in rows_of(page) if len(row) == 7}
     assert set(rows) == {'/robot3/imu', 'odometry', 'local_pose'}
     assert rows['/robot3/imu'][1:] == ['190', '18.9', '0.600', '1', '0.600', '7']
     assert rows['odometry'][1:] == ['201', '20.0', '0.050', '0', '0.050', '0']
-
-
-def test_the_progress_goes_from_nothing_to_all(page):
-    _, said = page
-    assert said == pytest.approx([k / 6.0 for k in range(7)])
 
 
 @pytest.mark.parametrize('value, form, text', [

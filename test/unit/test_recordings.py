@@ -4,6 +4,7 @@ The expected poses are computed here from the raw messages: the odometry's displ
 by the odometry's yaw at the reset, and the difference of the IMU's yaws. One displacement in the
 recordings has the firmware's fault at +/-180 deg, exactly backwards; it is reversed here first.
 """
+import functools
 import math
 
 import numpy as np
@@ -59,20 +60,17 @@ def _direction(yaw):
     return np.array([math.cos(yaw), math.sin(yaw)])
 
 
+load = functools.lru_cache(maxsize=None)(Recording)
+
+
 @pytest.fixture(scope='module', params=NAMES)
 def recording(request):
-    return _load(request.param)
+    return load(request.param)
 
 
 @pytest.fixture(scope='module')
 def drive():
-    return _load('burger_drive')
-
-
-def _load(name, loaded={}):
-    if name not in loaded:
-        loaded[name] = Recording(name)
-    return loaded[name]
+    return load('burger_drive')
 
 
 def replay(recording, asked=()):

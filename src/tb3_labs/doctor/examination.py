@@ -2,6 +2,7 @@
 import os
 import socket
 import time
+from dataclasses import replace
 
 from tb3_labs.doctor.computer import look_at_devices, look_at_disk, look_at_python
 from tb3_labs.doctor.listening import Ear, compare, imu_of, listen, stamp_of, wheels_of
@@ -12,8 +13,8 @@ from tb3_labs.doctor.questions import (
     RESOLVING, Graph, Peer, ask_all, local_drivers, master_names, peers_of, second_masters,
     together, within)
 from tb3_labs.doctor.robot import (
-    Clock, Stream, judge_clock, judge_drivers, judge_gyro, judge_names, judge_nodes,
-    judge_presence, judge_stream, judge_way_back)
+    judge_clock, judge_drivers, judge_gyro, judge_names, judge_nodes, judge_presence, judge_stream,
+    judge_way_back)
 
 #: A robot needs at most this long to connect to a driver that has just been started [s].
 CONNECTING = 1.0
@@ -71,9 +72,8 @@ class _Robot:
         reached = {peer.address for peer in self._peers.values()
                    if peer.answer.problem in ('', 'refused')}
         yield judge_second_master(self._master.uri, second_masters(self._master, reached))
-        presence = judge_presence(self._graph.imu, self._graph.odom, self._graph.hearers,
-                                  self._namespace, self._graph.others)
-        yield presence
+        yield judge_presence(self._graph.imu, self._graph.odom, self._graph.hearers,
+                             self._namespace, self._graph.others)
         if not self._peers:
             return
         yield judge_nodes({node: peer.answer for node, peer in self._peers.items()},
@@ -86,10 +86,7 @@ class _Robot:
 
     def _ways(self, alive):
         """The lines on names, and on the way from the robot to this computer."""
-        uris = ask_all(alive, 'getMasterUri')
-        yield judge_names(master_names({node: (alive[node], uri) for node, uri in uris.items()
-                                        if isinstance(uri, str)}, self._master),
-                          self._master.address)
+        yield judge_names(master_names(alive, self._master), self._master.address)
         hearer = next((node for node in self._graph.hearers if node in alive), None)
         if hearer is None:
             return
@@ -97,19 +94,12 @@ class _Robot:
         mine = {node: peer for node, peer in self._drivers.items() if node not in self._peers and (
             peer.answer.problem == 'unresolved'
             or is_own(peer.address) and not peer.answer.problem)}
-        drivers = self._connections(alive[hearer], mine)
+        drivers = local_drivers(mine, alive[hearer])
         if drivers and not all(driver.is_connected for driver in drivers):
             time.sleep(CONNECTING)    # a driver may have been started just now
-            drivers = self._connections(alive[hearer], mine) or drivers
-        here = Address(self._here.ros_ip, self._here.ros_hostname, self._here.hostname,
-                       self._here.resolved, self._here.own, way_out(address), False)
+            drivers = local_drivers(mine, alive[hearer]) or drivers
+        here = replace(self._here, way_out=way_out(address), master_here=False)
         yield judge_way_back(drivers, hearer, here, not is_own(address))
-
-    @staticmethod
-    def _connections(hearer, drivers):
-        """A Driver for each of `drivers`; None if the robot's node does not answer."""
-        bus = ask_all({'hearer': hearer}, 'getBusInfo')['hearer']
-        return None if bus is None else local_drivers(drivers, bus)
 
     def _listen(self, seconds, alive):
         """The lines on drivers, sensors and clock."""
@@ -126,27 +116,21 @@ class _Robot:
             ear.node: len(ear.messages) for ear in commands}, seconds, [
                 node for node, peer in self._drivers.items() if peer.answer.problem])
         for ear in imu + odom:
-            yield judge_stream(_stream(ear, pause, is_own(alive[ear.node].address)))
-        yield judge_clock(self._clock(imu + odom, alive))
+            yield judge_stream(ear.topic, len(ear.messages), ear.seconds, *ear.gap(), ear.problem,
+                               pause, is_own(alive[ear.node].address))
+        yield self._judge_clock(imu + odom, alive)
         watch = compare(imu, joints, self._namespace + 'reset')
         if watch:
             yield judge_gyro(watch.cause if watch.problem() else '', watch.remedy,
                              watch.has_compared)
 
-    def _clock(self, ears, alive):
+    def _judge_clock(self, ears, alive):
         simulated = Peer(self._master.uri).ask('getParam', '/use_sim_time') is True
         heard = [(wall, fields[0]) for ear in ears for _, wall, fields in ear.messages]
         delays = [wall - stamp for wall, stamp in heard]
         zero = any(stamp == 0.0 for _, stamp in heard)
         answers = [peer.answer.round_trip for peer in alive.values()]
         dates = [peer.date_offset for peer in alive.values() if peer.date_offset is not None]
-        return Clock(min(delays, default=None), min(answers, default=0.0),
-                     dates[0] if dates else None, zero, simulated,
-                     all(is_own(peer.address) for peer in alive.values()))
-
-
-def _stream(ear, pause, robot_here):
-    """The Stream that an Ear heard."""
-    gap, late = ear.gap()
-    return Stream(ear.topic, len(ear.messages), ear.seconds, gap, late, ear.problem, pause,
-                  robot_here)
+        return judge_clock(min(delays, default=None), min(answers, default=0.0),
+                           dates[0] if dates else None, zero, simulated,
+                           all(is_own(peer.address) for peer in alive.values()))

@@ -73,46 +73,35 @@ def _length(body, at):
 class Ear:
     """One publisher of one topic, heard by a thread of its own until it is closed.
 
-    `read` gives the fields of a message's bytes, the stamp first; None if they are not to be read.
+    `messages` is (monotonic [s], wall clock [s], fields) of each; `problem` is '', or tells why
+    nothing can be heard. `read` gives the fields of a message's bytes, the stamp first; they are
+    None if they are not to be read.
     """
 
-    def __init__(self, topic, node, uri, read=None):
-        self.topic, self.node = topic, node
+    def __init__(self, topic, node, uri, read=lambda body: None):
+        self.topic, self.node, self.messages = topic, node, []
+        self.problem = 'no connection to {}'.format(node)
         self._uri, self._read = uri, read
-        self._lock = threading.Lock()    # guards all below
-        self._messages = []              # (monotonic [s], wall clock [s], fields or None)
-        self._problem = 'no connection to {}'.format(node)
         self._begun = self._ended = time.monotonic()
         self._is_closed = False
         threading.Thread(target=self._run, daemon=True).start()
 
     def close(self):
         """Take in nothing more."""
-        with self._lock:
-            self._is_closed, self._ended = True, time.monotonic()
-
-    @property
-    def problem(self):
-        """'' or why nothing can be heard."""
-        return self._problem
+        self._is_closed, self._ended = True, time.monotonic()
 
     @property
     def seconds(self):
         """For how long it was heard."""
         return max(0.0, self._ended - self._begun)
 
-    @property
-    def messages(self):
-        """(monotonic [s], wall clock [s], fields or None) of each message."""
-        return list(self._messages)
-
     def gap(self):
         """(longest time without a message; by how much the message after it was later than the
         fastest, nan if none came) [s]. The time after the last message, whose cause is unknown, is
         taken only if it is twice as long as any other."""
-        least = min((wall - fields[0] for _, wall, fields in self._messages), default=math.nan)
+        least = min((wall - fields[0] for _, wall, fields in self.messages), default=math.nan)
         worst, late, last = 0.0, math.nan, self._begun
-        for at, wall, fields in self._messages:
+        for at, wall, fields in self.messages:
             if at - last > worst:
                 worst, late = at - last, wall - fields[0] - least
             last = at
@@ -124,58 +113,38 @@ class Ear:
         try:
             self._listen()
         except (OSError, ValueError, TypeError, struct.error) as trouble:
-            with self._lock:
-                if not self._is_closed and not self._messages:
-                    self._problem = '{} ({})'.format(self.node, trouble or 'connection lost')
+            if not self._is_closed and not self.messages:
+                self.problem = '{} ({})'.format(self.node, trouble or 'connection lost')
 
     def _listen(self):
-        peer = Peer(self._uri)
-        found = peer.ask('requestTopic', self.topic, [['TCPROS']])
+        found = Peer(self._uri).ask('requestTopic', self.topic, [['TCPROS']])
         if not found:
             raise ValueError('it does not offer the topic')
         _, host, port = found
         with socket.create_connection((host, port), ANSWERING) as link:
             link.sendall(_connection(callerid=CALLER, topic=self.topic, type='*', md5sum='*'))
-            data = _Reader(link)
-            answer = data.take(data.length())
+            stream = link.makefile('rb')
+            answer = _piece(stream)
             if b'error=' in answer:
                 raise ValueError(answer.partition(b'error=')[2].decode('utf-8', 'replace'))
-            with self._lock:
-                self._problem, self._begun = '', time.monotonic()
+            self.problem, self._begun = '', time.monotonic()
             link.settimeout(None)
             while not self._is_closed:
-                body = data.take(data.length())
-                self._heard(body)
-
-    def _heard(self, body):
-        fields = self._read(body) if self._read else None
-        with self._lock:
-            if not self._is_closed:
-                self._messages.append((time.monotonic(), time.time(), fields))
+                fields = self._read(_piece(stream))
+                if not self._is_closed:
+                    self.messages.append((time.monotonic(), time.time(), fields))
 
 
-class _Reader:
-    """Takes pieces of known length from a connection."""
-
-    def __init__(self, link):
-        self._link, self._data = link, b''
-
-    def length(self):
-        """The length in front of a piece."""
-        size, = struct.unpack('<I', self.take(4))
-        if size > LONGEST:
-            raise ValueError('it sends something else than messages')
-        return size
-
-    def take(self, size):
-        """The next `size` bytes."""
-        while len(self._data) < size:
-            more = self._link.recv(65536)
-            if not more:
-                raise ConnectionError('connection closed')
-            self._data += more
-        piece, self._data = self._data[:size], self._data[size:]
-        return piece
+def _piece(stream):
+    """The next bytes, by the length in front of them."""
+    head = stream.read(4)
+    size = struct.unpack('<I', head)[0] if len(head) == 4 else 0
+    if size > LONGEST:
+        raise ValueError('it sends something else than messages')
+    piece = stream.read(size)
+    if len(head) < 4 or len(piece) < size:
+        raise ConnectionError('connection closed')
+    return piece
 
 
 def _connection(**fields):

@@ -153,7 +153,7 @@ def judge_nat(kind: str, way_out: str, others_elsewhere: bool) -> Line:
     master or the robot on another computer?"""
     if not kind:
         return ok('NAT', 'this is neither WSL nor a container')
-    if not _is_behind_nat(way_out):
+    if not way_out or ipaddress.ip_address(way_out) not in NAT:
         return ok('NAT', 'this is {}, but its address is not one of NAT'.format(kind))
     if not others_elsewhere:
         return ok('NAT', 'this is {} behind NAT ({}): good for the simulated robot alone'.format(
@@ -162,13 +162,6 @@ def judge_nat(kind: str, way_out: str, others_elsewhere: bool) -> Line:
         'NAT', 'this is {} behind NAT: no robot can reach {}'.format(kind, way_out),
         'networkingMode=mirrored in .wslconfig (Windows 11), then wsl --shutdown; else use a Linux '
         'of its own' if kind == 'WSL' else 'start the container with the network of its host')
-
-
-def _is_behind_nat(address: str) -> bool:
-    try:
-        return ipaddress.ip_address(address) in NAT
-    except ValueError:
-        return False
 
 
 #: The problems of a program at an address, and their words.

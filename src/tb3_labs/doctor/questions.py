@@ -43,15 +43,13 @@ def together(calls, seconds=QUESTION):
     problem of the network.
     """
     begun = [_begun(*call) for call in calls]
-    end = time.monotonic() + seconds
-    return [_value(future, max(0.0, end - time.monotonic())) for future in begun]
-
-
-def _value(future, seconds):
-    try:
-        return future.result(seconds)
-    except (OSError, UnicodeError, futures.TimeoutError):
-        return None
+    end, values = time.monotonic() + seconds, []
+    for future in begun:
+        try:
+            values.append(future.result(max(0.0, end - time.monotonic())))
+        except (OSError, UnicodeError, futures.TimeoutError):
+            values.append(None)
+    return values
 
 
 def _begun(function, *arguments):
@@ -70,10 +68,6 @@ def _begun(function, *arguments):
 
 
 # Master and nodes -----------------------------------------------------------------------------
-
-class Refused(Exception):
-    """A program answered that it cannot answer."""
-
 
 class _Transport(xmlrpc.client.Transport):
     """With a limit for each wait; it keeps the date of the answer."""
@@ -95,8 +89,7 @@ class Peer:
     """A master or a node, by its URI. `answer` tells how the last question went."""
 
     def __init__(self, uri):
-        self.uri = uri
-        self.host, self.address, self.port = '', '', 0
+        self.uri, self.address, self.port = uri, '', 0
         #: Its clock minus ours by the date of its last answer [s, exact to a second]; or None.
         self.date_offset = None
         self.answer = Answer(uri, 'silent')
@@ -122,7 +115,7 @@ class Peer:
             told = email.utils.parsedate_to_datetime(transport.date).timestamp()
             self.date_offset = told + 0.5 - time.time()
         if code != 1:
-            raise Refused(reason)
+            raise RuntimeError(reason)
         return value
 
     def _find(self):
@@ -130,13 +123,13 @@ class Peer:
             return
         try:
             parts = urllib.parse.urlparse(self.uri)
-            self.host, self.port = parts.hostname or '', parts.port or 0
+            self.port = parts.port or 0
         except ValueError:
-            self.host = ''
-        if not self.host or not self.port or parts.scheme != 'http':
+            self.port = 0
+        if not self.port or not parts.hostname or parts.scheme != 'http':
             raise ValueError('malformed')
         try:
-            self.address = within(RESOLVING, resolved, self.host)
+            self.address = within(RESOLVING, resolved, parts.hostname)
         except (OSError, UnicodeError):
             raise socket.gaierror('unresolved') from None
 
@@ -156,31 +149,20 @@ class Graph:
     """The nodes around one robot in `namespace` ('/' or '/robot3/'), as a master's state has it."""
 
     def __init__(self, namespace, state):
-        self._publishers, self._subscribers, _ = (
+        publishers, subscribers, _ = (
             {topic: list(nodes) for topic, nodes in part} for part in state)
-        self.namespace = namespace
-        self.imu = self._publishers.get(namespace + 'imu', [])
-        self.odom = self._publishers.get(namespace + 'odom', [])
-        self.joints = self._publishers.get(namespace + 'joint_states', [])
-        self.drivers = self._publishers.get(namespace + 'cmd_vel', [])
-        self.hearers = self._robots_own(self._subscribers.get(namespace + 'cmd_vel', []))
-
-    def _robots_own(self, hearers):
-        """Nodes that listen to cmd_vel without being a robot (a recorder, the panel, a driver that
-        looks for others) are left out if a robot's node hears it as well."""
-        own = [node for node in hearers if node in self.imu + self.odom]
-        return own or [node for node in hearers if node not in self.drivers]
-
-    @property
-    def robot_nodes(self):
-        """The names of the nodes that are the robot."""
-        return sorted(set(self.imu + self.odom + self.hearers))
-
-    @property
-    def others(self):
-        """The namespaces that have a robot, other than this one."""
-        return sorted(topic[:-len('odom')] for topic in self._publishers
-                      if topic.endswith('/odom') and topic[:-len('odom')] != self.namespace)
+        self.imu, self.odom, self.joints, self.drivers = (
+            publishers.get(namespace + name, [])
+            for name in ('imu', 'odom', 'joint_states', 'cmd_vel'))
+        # Nodes that hear cmd_vel without being a robot (a recorder, the panel, a driver that looks
+        # for others) are left out if a robot's node hears it as well.
+        hearers = subscribers.get(namespace + 'cmd_vel', [])
+        self.hearers = [node for node in hearers if node in self.imu + self.odom] or [
+            node for node in hearers if node not in self.drivers]
+        self.robot_nodes = sorted(set(self.imu + self.odom + self.hearers))
+        #: The namespaces that have a robot, other than this one.
+        self.others = sorted({topic[:-len('odom')] for topic in publishers
+                              if topic.endswith('/odom')} - {namespace})
 
 
 def peers_of(master, nodes):
@@ -194,16 +176,16 @@ def ask_all(peers, method):
     return dict(zip(peers, together([(peer.ask, method) for peer in peers.values()])))
 
 
-def master_names(uris, master):
-    """A MasterName for each node; `uris`: {node: (Peer, URI of its master as the node has it)}."""
+def master_names(peers, master):
+    """A MasterName for each node that tells the URI of its master; `peers`: {node: Peer}."""
+    uris = ask_all(peers, 'getMasterUri')
+    masters = {node: Peer(uri) for node, uri in uris.items() if isinstance(uri, str)}
+    ask_all(masters, 'getPid')
     names = []
-    peers = {node: Peer(uri) for node, (_, uri) in uris.items()}
-    ask_all(peers, 'getPid')
-    for node, (peer, uri) in uris.items():
-        theirs = peers[node]
+    for node, theirs in masters.items():
         # localhost, said by the robot, is the robot
-        address = peer.address if is_loopback(theirs.address) else theirs.address
-        names.append(MasterName(node, uri.rstrip('/'), theirs.address,
+        address = peers[node].address if is_loopback(theirs.address) else theirs.address
+        names.append(MasterName(node, theirs.uri.rstrip('/'), theirs.address,
                                 _is_ours(master, address, theirs.port)))
     return names
 
@@ -223,9 +205,12 @@ def _is_ours(master, address, port):
     return same and port == master.port
 
 
-def local_drivers(drivers, bus):
-    """A Driver for each node of this computer: `drivers` {node: Peer}, `bus` the getBusInfo of the
-    robot's node."""
+def local_drivers(drivers, hearer):
+    """A Driver for each node of this computer, `drivers` {node: Peer}; None if the robot's node,
+    the Peer `hearer`, does not answer."""
+    bus = hearer.ask('getBusInfo')
+    if bus is None:
+        return None
     heard = {str(row[1]).rstrip('/') for row in bus if row[2] == 'i'}
     return [Driver(node, peer.uri, peer.uri.rstrip('/') in heard)
             for node, peer in sorted(drivers.items())]

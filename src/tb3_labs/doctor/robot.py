@@ -4,16 +4,15 @@ clock, and its gyro.
 Units: seconds, messages per second. `gap` is the longest time between two arrivals.
 """
 import math
-from dataclasses import dataclass
-from typing import Mapping, Optional, Sequence, Tuple
+from typing import Mapping, NamedTuple, Optional, Sequence
 
 from tb3_labs.doctor.line import Line, fault, ok, warning
 from tb3_labs.doctor.network import PROBLEMS, Address, Answer, is_loopback
 
 #: The labs' nodes stop the robot after a silence of a sensor of this length [s],
 PAUSES = 0.22
-#: and give up the drive after one of this length [s]. Both are those of supervision.freshness, which
-#: the students' edition, but not its doctor, leaves out.
+#: and give up the drive after one of this length [s]. Both are those of supervision.freshness,
+#: which the students' edition, but not its doctor, leaves out.
 GIVES_UP = 2.0
 #: Fewer samples than this are too few to steer by [1/s].
 FEW = 10.0
@@ -76,8 +75,7 @@ def judge_nodes(answers: Mapping[str, Answer], master_here: bool) -> Line:
         node, 1e3 * answer.round_trip) for node, answer in sorted(answers.items())))
 
 
-@dataclass(frozen=True)
-class MasterName:
+class MasterName(NamedTuple):
     """The name by which a node of the robot calls its master: `uri`, `address` as resolved here;
     `is_ours`: is that, with its port, the master that this terminal uses?"""
 
@@ -103,8 +101,7 @@ def judge_names(names: Sequence[MasterName], master: str) -> Line:
     return ok('Names', 'both sides mean the same master')
 
 
-@dataclass(frozen=True)
-class Driver:
+class Driver(NamedTuple):
     """A node of this computer that publishes cmd_vel: does the robot's node hold a connection to
     it?"""
 
@@ -163,56 +160,41 @@ def judge_drivers(registered: Sequence[str], sent: Mapping[str, int], seconds: f
               else 'no node drives the robot')
 
 
-@dataclass(frozen=True)
-class Stream:
-    """A topic, as heard: `count` messages in `seconds`, the longest `gap` between arrivals, and
-    by how much the message after it came later than the fastest (nan if unknown); `problem`: '' or
-    why it cannot be heard; `own_pause`: for how long this computer did not let the doctor run;
-    `robot_here`: does the robot run on this computer?
+def judge_stream(topic: str, count: int = 0, seconds: float = 0.0, gap: float = 0.0,
+                 late: float = math.nan, problem: str = '', own_pause: float = 0.0,
+                 robot_here: bool = False) -> Line:
+    """Do the messages of a sensor come, often and evenly enough to drive by them?
+
+    `count` came in `seconds`; `late`: by how much the message after the `gap` came later than the
+    fastest (nan if unknown); `problem`: '' or why the topic cannot be heard; `own_pause`: for how
+    long this computer did not let the doctor run; `robot_here`: does the robot run on this
+    computer?
     """
-
-    topic: str
-    count: int = 0
-    seconds: float = 0.0
-    gap: float = 0.0
-    late: float = math.nan
-    problem: str = ''
-    own_pause: float = 0.0
-    robot_here: bool = False
-
-    @property
-    def rate(self) -> float:
-        """Messages per second."""
-        return self.count / self.seconds if self.seconds else 0.0
-
-
-def judge_stream(stream: Stream) -> Line:
-    """Do the messages of a sensor come, often and evenly enough to drive by them?"""
-    name = stream.topic.rpartition('/')[2]
-    if stream.problem:
-        return fault(name, '{} cannot be heard: {}'.format(stream.topic, stream.problem),
+    name = topic.rpartition('/')[2]
+    if problem:
+        return fault(name, '{} cannot be heard: {}'.format(topic, problem),
                      "a firewall, or the robot's ROS_IP? on the robot: export ROS_IP=ITS_ADDRESS")
-    if not stream.count:
-        return fault(name, 'nothing came on {} for {:.1f} s'.format(stream.topic, stream.seconds),
+    if not count:
+        return fault(name, 'nothing came on {} for {:.1f} s'.format(topic, seconds),
                      "restart the robot's bringup; switch the robot's board off and on")
-    rate = '{:.0f}/s'.format(stream.rate)
-    if stream.gap <= PAUSES:
-        if stream.rate < FEW:
-            return warning(name, 'only {} on {}: the robot will drive badly'.format(
-                rate, stream.topic), 'a bad WLAN? go nearer to its access point')
-        return ok(name, '{}, never silent for more than {:.2f} s'.format(rate, stream.gap))
-    judge = fault if stream.gap > GIVES_UP else warning
-    effect = 'a drive is given up' if stream.gap > GIVES_UP else 'the robot will pause'
-    held = stream.late > 0.5 * stream.gap
-    if held and stream.robot_here or stream.gap - stream.own_pause <= PAUSES:
+    rate = '{:.0f}/s'.format(count / seconds)
+    if gap <= PAUSES:
+        if count / seconds < FEW:
+            return warning(name, 'only {} on {}: the robot will drive badly'.format(rate, topic),
+                           'a bad WLAN? go nearer to its access point')
+        return ok(name, '{}, never silent for more than {:.2f} s'.format(rate, gap))
+    judge = fault if gap > GIVES_UP else warning
+    effect = 'a drive is given up' if gap > GIVES_UP else 'the robot will pause'
+    held = late > 0.5 * gap
+    if held and robot_here or gap - own_pause <= PAUSES:
         return judge(name, '{}, but this computer held messages for {:.1f} s: {}'.format(
-            rate, stream.gap, effect), 'close other programs: it is too busy')
+            rate, gap, effect), 'close other programs: it is too busy')
     if held:
         return judge(name, '{}, but your WLAN holds messages for {:.1f} s: {}'.format(
-            rate, stream.gap, effect), 'go nearer to the access point, use 5 GHz or a cable, '
+            rate, gap, effect), 'go nearer to the access point, use 5 GHz or a cable, '
             'switch off power saving (sudo iw dev wlan0 set power_save off)')
-    whose = 'nothing came' if math.isnan(stream.late) else 'the robot itself was silent'
-    return judge(name, '{}, but {} for {:.1f} s: {}'.format(rate, whose, stream.gap, effect),
+    whose = 'nothing came' if math.isnan(late) else 'the robot itself was silent'
+    return judge(name, '{}, but {} for {:.1f} s: {}'.format(rate, whose, gap, effect),
                  "is the robot's computer busy, its battery low, its cable loose?")
 
 
@@ -224,30 +206,24 @@ def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
               'it cannot be compared with the wheels, whose joint_states do not come')
 
 
-@dataclass(frozen=True)
-class Clock:
-    """`least_delay`: the least of arrival minus stamp, on the two clocks; None without stamps.
+def judge_clock(least_delay: Optional[float] = None, round_trip: float = 0.0,
+                date_offset: Optional[float] = None, stamps_are_zero: bool = False,
+                simulated: bool = False, robot_here: bool = False) -> Line:
+    """Is the robot's clock the same as this computer's?
+
+    `least_delay`: the least of arrival minus stamp, on the two clocks; None without stamps.
     `round_trip`: of one question to the robot; the fastest message took no longer. `date_offset`:
     robot's clock minus ours by the date of its answer, to a second; None if it tells none.
-    `stamps_are_zero`, `simulated` (/use_sim_time); `robot_here`: is it this computer's own clock?
+    `simulated`: by /use_sim_time; `robot_here`: is it this computer's own clock?
     """
-
-    least_delay: Optional[float] = None
-    round_trip: float = 0.0
-    date_offset: Optional[float] = None
-    stamps_are_zero: bool = False
-    simulated: bool = False
-    robot_here: bool = False
-
-
-def judge_clock(clock: Clock) -> Line:
-    """Is the robot's clock the same as this computer's?"""
-    if clock.simulated:
+    if simulated:
         return ok('Clock', 'time is simulated (/use_sim_time): clocks do not matter')
-    if clock.stamps_are_zero:
+    if stamps_are_zero:
         return warning('Clock', 'the stamps of the robot are zero: tf and recordings need them',
                        "restart the robot's bringup")
-    offset, exact = _offset(clock)
+    offset, exact = date_offset, 1.0 + round_trip
+    if least_delay is not None:
+        offset, exact = 0.5 * round_trip - least_delay, max(0.5 * round_trip, 0.001)
     if offset is None:
         return warning('Clock', "the robot's clock cannot be seen: no stamp came, and no date",
                        'mend the lines above first')
@@ -255,7 +231,7 @@ def judge_clock(clock: Clock) -> Line:
     if abs(offset) <= max(CLOCK_OFF, exact):
         return ok('Clock', "the robot's clock is right within {:.3g} s".format(
             max(abs(offset), exact)))
-    if clock.robot_here and -CLOCK_WRONG <= offset < 0.0:
+    if robot_here and -CLOCK_WRONG <= offset < 0.0:
         return warning('Clock', 'messages of this computer are {:.1f} s old when they come'.format(
             -offset), 'close other programs: it is too busy')
     text = "the robot's clock is {:.1f} s {} {}".format(
@@ -266,11 +242,3 @@ def judge_clock(clock: Clock) -> Line:
         return warning('Clock', text + (': tf may refuse its transforms' if offset > 0.0 else
                                         ', or all its messages come so late'), remedy)
     return fault('Clock', text + ': tf refuses its transforms', remedy)
-
-
-def _offset(clock: Clock) -> Tuple[Optional[float], float]:
-    """(robot's clock minus ours, how exact that is) [s]."""
-    if clock.least_delay is not None:
-        half = 0.5 * clock.round_trip
-        return half - clock.least_delay, max(half, 0.001)
-    return clock.date_offset, 1.0 + clock.round_trip

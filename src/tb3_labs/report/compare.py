@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from string import Template
 from typing import Any, List, Optional, Sequence, Tuple, Union
 from urllib.parse import quote
 
@@ -16,12 +15,11 @@ from matplotlib.figure import Figure
 
 from tb3_labs.report.drives import DriveReport, drives
 from tb3_labs.report.epochs import epochs
-from tb3_labs.report.figures import GREY, STYLES, new_figure, save
-from tb3_labs.report.html import STYLE, Markup, image, number, table
+from tb3_labs.report.figures import GREY, STYLES, new_figure, write_figure
+from tb3_labs.report.html import Markup, document, number, table
 from tb3_labs.report.path_figures import ways
 from tb3_labs.report.run_data import Poses, RunData
-from tb3_labs.report.tables import (
-    DRIVES, DRIVES_CSV, TURNS, TURNS_CSV, Column, write_reports)
+from tb3_labs.report.tables import DRIVES, TURNS, Column, cells, heads, write_reports
 from tb3_labs.report.turns import TurnReport, turns
 from tb3_labs.robot.turtlebot3 import RobotModel
 
@@ -30,22 +28,9 @@ ROW, SPREAD_OVER = 0.5, 0.5
 #: Columns whose mean says nothing: they have turns to either side.
 NO_MEAN = 'asked [deg]', 'turned [deg]'
 
-PAGE = Template('''<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>Runs compared</title><style>
-$style
-</style></head><body>
-<h1>Runs compared</h1>
-<p>$left_out</p>
-$runs
-$turns
-$turn_errors
-$drives
-$drive_errors
-$ways
-<p>Spread: standard deviation of the values (divided by n - 1). Largest: by its size. All rows are
-in turns.csv and drives.csv too. Rules, figures, and speeds: on each run's own page.</p>
-</body></html>
-''')
+NOTE = '''<p>Spread: standard deviation of the values (divided by n - 1). Largest: by its size.
+All rows are in turns.csv and drives.csv too. Rules, figures, and speeds: on each run's own page.
+</p>'''
 
 
 @dataclass(frozen=True)
@@ -78,24 +63,17 @@ def write_comparison(runs: Sequence[RunSummary], folder: Union[str, Path],
     `left_out`: lines on the bags that could not be read. ``OSError`` if nothing can be written.
     """
     folder = Path(str(folder))
-    write_reports(folder / 'turns.csv', TURNS_CSV, [(run.name, run.turns) for run in runs])
-    write_reports(folder / 'drives.csv', DRIVES_CSV, [(run.name, run.drives) for run in runs])
-    parts = dict.fromkeys(('turn_errors', 'drive_errors', 'ways'), '')
-    for name, caption, figure in (
-            ('turn_errors',
-             'How far each turn went beyond what was asked. Line: mean; bar: spread.',
-             turn_errors(runs)),
-            ('drive_errors', 'How far each drive ended from its goal. Line: mean; bar: spread.',
-             drive_errors(runs)),
-            ('ways', 'All drives in the local frame.', ways(runs))):
-        if figure is not None:
-            save(figure, folder / (name + '.png'))
-            parts[name] = image(folder / (name + '.png'), caption)
+    write_reports(folder, [(run.name, run.turns, run.drives) for run in runs])
     page = folder / 'report.html'
-    page.write_text(PAGE.substitute(
-        parts, style=STYLE, left_out=escape(' '.join(left_out)), runs=_runs(runs),
-        turns=_compared('Turns', 'turn', TURNS, [(run.name, run.turns) for run in runs]),
-        drives=_compared('Drives', 'drive', DRIVES, [(run.name, run.drives) for run in runs])),
+    page.write_text(document('Runs compared', [
+        '<p>{}</p>'.format(escape(' '.join(left_out))), _runs(runs),
+        _compared('Turns', 'turn', TURNS, [(run.name, run.turns) for run in runs]),
+        write_figure(turn_errors(runs), folder / 'turn_errors.png',
+                     'How far each turn went beyond what was asked. Line: mean; bar: spread.'),
+        _compared('Drives', 'drive', DRIVES, [(run.name, run.drives) for run in runs]),
+        write_figure(drive_errors(runs), folder / 'drive_errors.png',
+                     'How far each drive ended from its goal. Line: mean; bar: spread.'),
+        write_figure(ways(runs), folder / 'ways.png', 'All drives in the local frame.'), NOTE]),
         encoding='utf-8')
     return page
 
@@ -118,18 +96,21 @@ def _compared(title: str, what: str, columns: Sequence[Column],
     if len(runs) > 1:
         groups.append(('all', [report for _, reports in runs for report in reports]))
     meant = [column for column in columns if column[0] not in NO_MEAN]
-    means = [[name if not k else '', str(len(reports)) if not k else '', word] + cells
-             for name, reports in groups for k, (word, cells) in enumerate(_spread(meant, reports))]
-    rows = [[name, str(count)] + [number(value(report), form) for _, value, form in columns]
+    means: List[List[str]] = []
+    for name, reports in groups:
+        mean, spread, largest = _spread(meant, reports)
+        means += [[name, str(len(reports)), 'mean'] + mean, ['', '', 'spread'] + spread,
+                  ['', '', 'largest'] + largest]
+    rows = [[name, str(count)] + cells(columns, report)
             for name, reports in runs for count, report in enumerate(reports, 1)]
     return '<h2>{0}</h2>{1}<h2>{0}, one by one</h2>{2}'.format(
         title,
-        table(['run', what + 's', ''] + [head for head, _, _ in meant], means, words=('',)),
-        table(['run', what] + [head for head, _, _ in columns], rows))
+        table(['run', what + 's', ''] + heads(meant), means, words=('',)),
+        table(['run', what] + heads(columns), rows))
 
 
-def _spread(columns: Sequence[Column], reports: Sequence[Any]) -> List[Tuple[str, List[str]]]:
-    """(word, cells) of the mean, of the standard deviation, and of the largest value."""
+def _spread(columns: Sequence[Column], reports: Sequence[Any]) -> List[List[str]]:
+    """The cells of the mean, of the standard deviation, and of the largest value."""
     rows: List[List[str]] = [[], [], []]
     for _, value, form in columns:
         values = np.array([value(report) for report in reports])
@@ -139,7 +120,7 @@ def _spread(columns: Sequence[Column], reports: Sequence[Any]) -> List[Tuple[str
         rows[0].append(number(mean, form))
         rows[1].append(number(spread, form.replace('+', '')))
         rows[2].append(number(largest, form))
-    return list(zip(('mean', 'spread', 'largest'), rows))
+    return rows
 
 
 # Figures --------------------------------------------------------------------------------------
@@ -172,9 +153,7 @@ def _errors(runs: Sequence[RunSummary],
         for place, k in enumerate(shown):
             _points(axes, place, np.array(rows[k]), STYLES[k % len(STYLES)][0])
         axes.axvline(0.0, color=GREY, linewidth=0.8)
-        axes.set_xlabel(label)
-        axes.set_ylim(len(shown) - 0.4, -0.6)
-        axes.set_yticks(range(len(shown)))
+        axes.set(xlabel=label, ylim=(len(shown) - 0.4, -0.6), yticks=range(len(shown)))
         axes.set_yticklabels([runs[k].name for k in shown], fontsize=8)
         axes.grid(True, axis='x', linewidth=0.3)
     return figure

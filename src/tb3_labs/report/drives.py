@@ -10,7 +10,7 @@ Edge cases: an unknown value (no ground truth, no sample in time) is NaN.
 """
 import math
 from dataclasses import dataclass
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -58,13 +58,18 @@ class DriveReport:
     true: Tuple[float, float]         # the same by the ground truth
     drift: float                      # heading after driving straight minus before [rad]
     deviation: float                  # largest difference from the heading before [rad]
-    in_state: Dict[str, float]        # {state: seconds}
-    least_time: float                 # [s], least_time
+    seconds: Tuple[float, ...]        # in each state of DRIVING
+    least_time: float                 # [s], see goal.least_time
 
     @property
     def time(self) -> float:
         """From begin to end [s]."""
         return self.end - self.begin
+
+    @property
+    def time_to_least(self) -> float:
+        """The time as a multiple of the least possible one."""
+        return self.time / self.least_time if self.least_time else math.nan
 
 
 def spans(run: RunData) -> List[Span]:
@@ -130,13 +135,9 @@ def _goes_on(frames: Sequence[Epoch], span: Span, following: Span) -> bool:
     if following.state != FIRST:
         return following.state in DRIVING or is_stopped(following.state)
     # the drive ended outside its tolerance, or was interrupted, and goes on from there
-    return (span.state == LAST or is_stopped(span.state)) and (
-        span.goal == following.goal
-        and _epoch_of(frames, span) is _epoch_of(frames, following))
-
-
-def _epoch_of(frames: Sequence[Epoch], span: Span) -> Epoch:
-    return epoch_of(frames, span.begin, span.end)
+    return (span.state == LAST or is_stopped(span.state)) and span.goal == following.goal and (
+        epoch_of(frames, span.begin, span.end)
+        is epoch_of(frames, following.begin, following.end))
 
 
 def _drive(run: RunData, model: RobotModel, frames: Sequence[Epoch], parts: Sequence[Span],
@@ -151,15 +152,17 @@ def _drive(run: RunData, model: RobotModel, frames: Sequence[Epoch], parts: Sequ
     if epoch.local_T_world is not None:
         truth = truth.seen_from(epoch.local_T_world)
     drift, deviation = _drift(run, parts)
-    in_state = {state: sum(part.end - part.begin for part in parts if part.state == state)
-                for state in dict.fromkeys(part.state for part in parts)}
+    seconds = [0.0] * len(DRIVING)
+    for part in parts:
+        if part.state in DRIVING:
+            seconds[DRIVING.index(part.state)] += part.end - part.begin
     least = math.nan
     if goal is not None and len(local):
         least = least_time(local.at(begin), goal, model, max_angular=MAX_ANGULAR)
     return DriveReport(
         begin, end, goal, _outcome(frames, parts, later), _miss(local, goal, end),
         UNKNOWN if epoch.local_T_world is None else _miss(truth, goal, end),
-        drift, deviation, in_state, least)
+        drift, deviation, tuple(seconds), least)
 
 
 def _miss(poses: Poses, goal: Optional[Pose2], end: float) -> Tuple[float, float]:
@@ -192,6 +195,7 @@ def _outcome(frames: Sequence[Epoch], parts: Sequence[Span], later: Sequence[Spa
         return state
     if later[0].goal != parts[0].goal:
         return 'replaced by a new goal'
-    if epoch_of(frames, parts[0].begin, parts[-1].end) is not _epoch_of(frames, later[0]):
+    if epoch_of(frames, parts[0].begin, parts[-1].end) is not epoch_of(
+            frames, later[0].begin, later[0].end):
         return 'ended by a reset'
     return 'begun anew'

@@ -55,13 +55,6 @@ class Epoch:
     local_T_world: Optional[Pose2]    # None: unknown
 
 
-class Frame(NamedTuple):
-    """The pose of ``local`` in ``odom``, and the IMU's yaw along the x axis of ``local`` [rad]."""
-
-    odom_T_local: Pose2
-    imu_yaw_of_x: float
-
-
 def epochs(run: RunData) -> List[Epoch]:
     """The Epochs of a run, in order; the first begins at -inf, the last ends at inf."""
     frames = _frames(run)
@@ -80,12 +73,6 @@ def epoch_of(in_order: Sequence[Epoch], begin: float, end: float) -> Epoch:
     """
     latest = min(begin + RESET_DELAY, (begin + end) / 2.0)
     return [epoch for epoch in in_order if epoch.begin <= latest][-1]
-
-
-def declared_frame(run: RunData, odometry: Poses, time: float, local_T_base: Pose2) -> Frame:
-    """The frame in which the robot is at `local_T_base` at `time` [s], by this odometry."""
-    imu_yaw = float(run.imu.yaw_at(time))
-    return Frame(odometry.at(time) @ local_T_base.inverse(), wrap(imu_yaw - local_T_base.yaw))
 
 
 def local_in_odom(run: RunData, times: np.ndarray) -> Poses:

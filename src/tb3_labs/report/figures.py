@@ -1,7 +1,6 @@
 """The figures of a run over time: errors, heading, speeds and turns; and the parts of any figure.
 
-Readable in black and white: lines differ by style and width, states by hatching. Curves are thinned
-to the resolution of paper; extremes are kept.
+Readable in black and white: lines differ by style and width, states by hatching.
 
 Units on the axes: metres, degrees, seconds since the recording's start, m/s, rad/s; inch for sizes.
 """
@@ -9,6 +8,7 @@ import math
 from pathlib import Path
 from typing import Any, BinaryIO, Dict, List, Optional, Sequence, Union
 
+import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -17,7 +17,7 @@ from matplotlib.patches import Patch
 
 from tb3_labs.report import drives
 from tb3_labs.report.epochs import epochs
-from tb3_labs.report.html import degrees
+from tb3_labs.report.html import degrees, picture
 from tb3_labs.report.movements import RESTED
 from tb3_labs.report.run_data import RunData, yaw_offset
 from tb3_labs.report.turns import REST_MEAN, turns as turns_of
@@ -30,8 +30,6 @@ LETTER, SAMPLE = 0.075, 0.6
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
 #: (colour, line style) of successive curves.
 STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
-#: Number of stretches of a curve; two extremes of each are drawn.
-STRETCHES = 700
 #: A pause in a curve longer than this is left blank [s].
 BREAK = 0.5
 #: state: (fill, hatching); '' stands for all other states (waiting, stopped, gave up).
@@ -39,33 +37,30 @@ STATES = {'ROTATE_TO_GOAL': ('#c9d8ee', '///'), 'MOVE_FORWARD': ('#f7e3c4', ''),
           'ROTATE_TO_FINAL': ('#d3e8d3', '\\\\\\'), 'GOAL_REACHED': ('#ffffff', ''),
           RESTED: ('#ffffff', ''),
           '': ('#dddddd', '...')}
+#: The vertical axis of an angle [deg].
+WHOLE_CIRCLE = dict(ylim=(-190.0, 190.0), yticks=[-180, -90, 0, 90, 180])
 #: Most labels in a figure: more would cover each other.
 MOST_LABELS = 6
+#: Curves of an hour are drawn in parts of this length: Agg in Noetic has a limit on a whole one.
+matplotlib.rcParams['agg.path.chunksize'] = 20000
 #: A turn is drawn from this time before it until this time after it [s].
 BEFORE, AFTER = 0.2, 2.0 * REST_MEAN
 #: Up to this many turns have names in the legend.
 MOST_NAMES = 12
 
 
-def thin(*columns: np.ndarray) -> np.ndarray:
-    """Sorted indices that keep the least and the greatest of each column in each stretch, and both
-    ends; all indices if there are few. The columns are of one length."""
-    count = len(columns[0])
-    if count <= 2 * STRETCHES:
-        return np.arange(count)
-    size = -(-count // STRETCHES)
-    begins = np.arange(0, count, size)
-    kept = [begins, np.array([count - 1])]
-    for column in columns:
-        padded = np.concatenate([column, np.full(-count % size, column[-1])]).reshape(-1, size)
-        kept += [begins + padded.argmin(axis=1), begins + padded.argmax(axis=1)]
-    return np.unique(np.concatenate(kept))     # none beyond the end: padding equals the last value
-
-
 def save(figure: Figure, path: Union[str, Path, BinaryIO]) -> None:
     """Write a figure as PNG, to a path or an open file."""
     figure.savefig(path, format='png', dpi=DOTS_PER_INCH, bbox_inches='tight',
                    metadata={'Software': None})
+
+
+def write_figure(figure: Optional[Figure], path: Path, caption: str) -> str:
+    """Write a figure as PNG; its HTML, with the picture in it. '' without a figure."""
+    if figure is None:
+        return ''
+    save(figure, path)
+    return picture(path.read_bytes(), path.stem, caption)
 
 
 def new_figure(height: float) -> Figure:
@@ -84,8 +79,6 @@ def curve(axes: Axes, time: np.ndarray, values: np.ndarray, breaks: Sequence[flo
     pauses = np.diff(time)
     longest = max(BREAK, 5.0 * float(np.median(pauses))) if len(pauses) else BREAK
     breaks = list(breaks) + list(time[1:][pauses > longest])
-    kept = thin(values)
-    time, values = time[kept], values[kept]
     at = {int(index) for index in np.searchsorted(time, breaks)} - {0, len(time)}
     if circle:
         at |= {int(index) + 1 for index in np.flatnonzero(np.abs(np.diff(values)) > 180.0)}
@@ -127,10 +120,8 @@ def errors(run: RunData, model: RobotModel) -> Optional[Figure]:
     far, turned = figure.subplots(2, 1, sharex=True)
     curve(far, time, distance, _resets(run), color=BLUE)
     curve(turned, time, np.degrees(angle), _resets(run), circle=True, color=BLUE)
-    far.set_ylabel('distance error [m]')
-    far.set_ylim(bottom=0.0)
-    turned.set_ylabel('angle error [deg]')
-    _whole_circle(turned)
+    far.set(ylabel='distance error [m]', ylim=(0.0, None))
+    turned.set(ylabel='angle error [deg]', **WHOLE_CIRCLE)
     found = drives.drives(run, model)
     for drive in found if len(found) <= MOST_LABELS else ():
         if not math.isnan(drive.measured[0]):
@@ -145,7 +136,7 @@ def errors(run: RunData, model: RobotModel) -> Optional[Figure]:
     return figure
 
 
-def heading(run: RunData, _model: RobotModel) -> Figure:
+def heading(run: RunData) -> Figure:
     """The IMU's heading, wrapped and continuous, and its difference from the odometry's."""
     figure = new_figure(5.6)
     circle, line, apart = figure.subplots(3, 1, sharex=True)
@@ -153,7 +144,7 @@ def heading(run: RunData, _model: RobotModel) -> Figure:
     curve(line, run.imu.time, np.degrees(np.unwrap(run.imu.yaw)), color=BLUE)
     offset = yaw_offset(run)
     curve(apart, offset.time, np.degrees(offset.deviation), color=GREY, linewidth=0.8)
-    _whole_circle(circle)
+    circle.set(**WHOLE_CIRCLE)
     most = max([0.25] + list(1.1 * np.abs(np.degrees(offset.deviation))))
     apart.set_ylim(-most, most)
     for axes, title in ((circle, 'IMU, wrapped'), (line, 'IMU, continuous'),
@@ -187,7 +178,7 @@ def speeds(run: RunData, model: RobotModel) -> Figure:
     return figure
 
 
-def turns(run: RunData, _model: RobotModel) -> Optional[Figure]:
+def turns(run: RunData) -> Optional[Figure]:
     """The angle left, and the rate of turn, both in the direction that was asked for; None without
     a turn."""
     found = turns_of(run)
@@ -213,8 +204,7 @@ def turns(run: RunData, _model: RobotModel) -> Optional[Figure]:
                   markersize=2.5, label=None if number else 'commanded')
     left.axhline(0.0, color=GREY, linewidth=0.8)
     left.set_ylabel('angle left [deg]')
-    rate.set_ylabel('rate of turn [rad/s]\n(gyro)')
-    rate.set_xlabel('time since the first command [s]')
+    rate.set(ylabel='rate of turn [rad/s]\n(gyro)', xlabel='time since the first command [s]')
     rate.legend(fontsize=8, frameon=False)
     for axes in (left, rate):
         axes.grid(True, linewidth=0.3)
@@ -251,8 +241,3 @@ def _finish_time(run: RunData, *plots: Axes) -> None:
         axes.grid(True, linewidth=0.3)
         axes.set_xlim(0.0, run.duration)
     plots[-1].set_xlabel('time [s]')
-
-
-def _whole_circle(axes: Axes) -> None:
-    axes.set_ylim(-190.0, 190.0)
-    axes.set_yticks([-180, -90, 0, 90, 180])

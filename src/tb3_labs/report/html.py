@@ -2,7 +2,6 @@
 import base64
 import math
 from html import escape
-from pathlib import Path
 from typing import Sequence
 
 #: An unknown number on a page.
@@ -19,6 +18,16 @@ figure { margin: 0.4em 0; text-align: center; break-inside: avoid; }
 figure img { max-width: 100%; } figcaption { font-size: 8.5pt; }
 section { break-inside: avoid; } .next { break-before: page; }
 @media print { body { margin: 0; } figure img { max-height: 84mm; } }'''
+
+
+PAGE = '''<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>{0}</title><style>
+{1}
+</style></head><body>
+<h1>{0}</h1>
+{2}
+</body></html>
+'''
 
 
 class Markup(str):
@@ -51,9 +60,9 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[str]], words: Sequence[s
         row(heads, 'th'), '\n'.join(row(cells, 'td') for cells in rows))
 
 
-def image(path: Path, caption: str) -> str:
-    """An HTML figure with the picture in a PNG file."""
-    return picture(path.read_bytes(), path.stem, caption)
+def document(title: str, parts: Sequence[str]) -> str:
+    """A page of these parts, which are HTML."""
+    return PAGE.format(escape(title), STYLE, '\n'.join(parts))
 
 
 def picture(png: bytes, name: str, caption: str) -> str:

@@ -14,7 +14,7 @@ import re
 import struct
 from array import array
 from dataclasses import dataclass
-from typing import Optional, Type
+from typing import Optional
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from tb3_labs.geometry.angles import TURN, wrap
 from tb3_labs.geometry.quaternions import yaws_from_quaternions
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.run_data import (
-    Commands, ImuSamples, OdometrySamples, Poses, Samples, States, Values)
+    Commands, ImuSamples, OdometrySamples, Poses, States, Values)
 
 #: The recorded topics: names in the robot's namespace, and names of the whole system.
 RECORDED = ('imu', 'odom', 'cmd_vel', 'heading', 'ground_truth', 'local_pose', 'goal_state',
@@ -118,38 +118,57 @@ def declared_by(line: str) -> Optional[Pose2]:
 def make_collectors(kinds, prefix):
     """{RunData's field: collector} for the fields in `kinds`, {field: message type}, of the robot
     in the namespace `prefix`."""
-    special = {'imu': _ImuCollector, 'odometry': _OdometryCollector,
-               'commands': _CommandCollector, 'states': _StateCollector,
-               'asked': _AngleCollector, 'control': _SwitchCollector,
-               'frames': lambda: _FrameCollector((prefix + 'local').strip('/'))}
+    special = {
+        'imu': lambda: _Collector(ImuSamples, ORIENTATION_RATE, _imu_columns),
+        'odometry': lambda: _Collector(OdometrySamples, POSE_SPEEDS, _pose_columns, strings=2),
+        'commands': lambda: _Collector(Commands, SPEEDS, strings=0),
+        'states': _StateCollector,
+        'asked': lambda: _Collector(
+            Values, DEGREES, lambda degrees: (np.radians(degrees),), strings=0),
+        'control': lambda: _Collector(Values, SWITCH, strings=0),
+        'frames': lambda: _FrameCollector((prefix + 'local').strip('/'))}
     if kinds.get('resets') == LOG:
         special['resets'] = lambda: _ResetLineCollector(prefix)
-    return {part: special.get(part, _PoseCollector)() for part in kinds}
+    return {part: special[part]() if part in special else _Collector(
+        Poses, PLACE_ORIENTATION, _pose_columns) for part in kinds}
+
+
+def _imu_columns(x, y, z, w, rate):
+    return yaws_from_quaternions(w=w, x=x, y=y, z=z), rate
+
+
+def _pose_columns(x, y, qx, qy, qz, qw, *speeds):
+    return (x, y, yaws_from_quaternions(w=qw, x=qx, y=qy, z=qz)) + speeds
 
 
 class _Collector:
-    """Gathers one topic's numbers, row after row. `strings` stand before them in a message."""
+    """Gathers one topic's numbers, row after row.
 
-    kind: Type[Samples]
-    layout: struct.Struct
-    stamped, strings = True, 1
+    `columns` makes those of the samples. `strings` stand in the message before the numbers, the
+    first one in the header; 0 if there is no header.
+    """
 
-    def __init__(self):
+    def __init__(self, kind, layout, columns=lambda *numbers: numbers, strings=1):
+        self._kind, self._layout, self._columns, self._strings = kind, layout, columns, strings
         self.arrival, self.stamp, self.rows, self.bad = array('d'), array('d'), array('d'), 0
 
     def add(self, data, arrival, start):
         """Take in a serialized message; times in seconds since `start`."""
         try:
             stamp, offset = arrival, 0
-            if self.stamped:
+            if self._strings:
                 secs, nsecs, length = HEADER.unpack_from(data)
                 stamp, offset = (secs - start) + 1e-9 * nsecs, 16 + length
-                for _ in range(self.strings - 1):
+                for _ in range(self._strings - 1):
                     offset += 4 + LENGTH.unpack_from(data, offset)[0]
-            row = self.layout.unpack_from(data, offset)
+            row = self._layout.unpack_from(data, offset)
         except struct.error:
             self.bad += 1
             return
+        self.keep(row, arrival, stamp)
+
+    def keep(self, row, arrival, stamp):
+        """Append the numbers of one sample."""
         self.rows.extend(row)
         self.arrival.append(arrival)
         self.stamp.append(stamp)
@@ -157,61 +176,18 @@ class _Collector:
     def samples(self, robot_clock):
         """The samples gathered, without those in which a number is not finite."""
         arrival, stamp = np.array(self.arrival), np.array(self.stamp)
-        width = len(self.layout.unpack(bytes(self.layout.size)))
-        columns = self.columns(*np.array(self.rows).reshape(-1, width).T)
+        width = len(self._layout.unpack(bytes(self._layout.size)))
+        columns = self._columns(*np.array(self.rows).reshape(-1, width).T)
         good = np.logical_and.reduce([np.isfinite(column) for column in columns])
         self.bad += int(np.count_nonzero(~good))
         arrival, stamp = arrival[good], stamp[good]
-        return self.kind(arrival, times_on_recorders_clock(arrival, stamp, robot_clock),
-                         *(column[good] for column in columns))
-
-    @staticmethod
-    def columns(*numbers):
-        """The columns of the samples, out of the numbers of the messages."""
-        return numbers
+        return self._kind(arrival, times_on_recorders_clock(arrival, stamp, robot_clock),
+                          *(column[good] for column in columns))
 
 
-class _ImuCollector(_Collector):
-    kind, layout = ImuSamples, ORIENTATION_RATE
-
-    @staticmethod
-    def columns(x, y, z, w, rate):
-        return yaws_from_quaternions(w=w, x=x, y=y, z=z), rate
-
-
-class _PoseCollector(_Collector):
-    kind: Type[Samples] = Poses
-    layout = PLACE_ORIENTATION
-
-    @staticmethod
-    def columns(x, y, qx, qy, qz, qw, *more):
-        return (x, y, yaws_from_quaternions(w=qw, x=qx, y=qy, z=qz)) + more
-
-
-class _OdometryCollector(_PoseCollector):
-    kind, layout, strings = OdometrySamples, POSE_SPEEDS, 2
-
-
-class _CommandCollector(_Collector):
-    kind, layout, stamped = Commands, SPEEDS, False
-
-
-class _AngleCollector(_Collector):
-    kind, layout, stamped = Values, DEGREES, False
-
-    @staticmethod
-    def columns(degrees):
-        return np.radians(degrees),
-
-
-class _SwitchCollector(_Collector):
-    kind, layout, stamped = Values, SWITCH, False
-
-
-class _StateCollector(_Collector):
+class _StateCollector:
     def __init__(self):
-        super().__init__()
-        self.words = []
+        self.arrival, self.words, self.bad = [], [], 0
 
     def add(self, data, arrival, start):
         self.words.append(data[4:].decode('utf-8', 'replace'))
@@ -222,47 +198,42 @@ class _StateCollector(_Collector):
         return States(arrival, arrival, np.array(self.words, dtype=object))
 
 
-class _FrameCollector(_PoseCollector):
+class _FrameCollector(_Collector):
     """The pose of ``local`` in ``odom``, out of all transforms."""
 
     def __init__(self, child):
-        super().__init__()
+        super().__init__(Poses, PLACE_ORIENTATION, _pose_columns)
         self._child = child.encode()
 
     def add(self, data, arrival, start):
         offset = 4
         for _ in range(LENGTH.unpack_from(data)[0]):
-            begin = offset
-            length = LENGTH.unpack_from(data, begin + 12)[0]
-            name = begin + 16 + length
-            length = LENGTH.unpack_from(data, name)[0]
-            numbers = name + 4 + length
-            if data[name + 4:numbers].lstrip(b'/') == self._child:
-                secs, nsecs, _ = HEADER.unpack_from(data, begin)
-                self.rows.extend(PLACE_ORIENTATION.unpack_from(data, numbers))
-                self.arrival.append(arrival)
-                self.stamp.append((secs - start) + 1e-9 * nsecs)
+            secs, nsecs, length = HEADER.unpack_from(data, offset)
+            name, numbers = _text(data, offset + 16 + length)
+            if name.lstrip(b'/') == self._child:
+                self.keep(PLACE_ORIENTATION.unpack_from(data, numbers), arrival,
+                          (secs - start) + 1e-9 * nsecs)
             offset = numbers + 56
 
 
 class _ResetLineCollector(_Collector):
     """The poses that nodes of one namespace say they were reset to, out of all log lines."""
 
-    kind, layout = Poses, POSE_OF_LINE
-
     def __init__(self, prefix):
-        super().__init__()
-        self._prefix = prefix
+        super().__init__(Poses, POSE_OF_LINE)
+        self._prefix = prefix.encode()
 
     def add(self, data, arrival, start):
         secs, nsecs, length = HEADER.unpack_from(data)
-        offset, words = 17 + length, []          # after the frame's name and the level
-        for _ in range(2):                       # the node's name, and the line
-            size, = LENGTH.unpack_from(data, offset)
-            words.append(data[offset + 4:offset + 4 + size].decode('utf-8', 'replace'))
-            offset += 4 + size
-        pose = declared_by(words[1])
-        if pose is not None and words[0].startswith(self._prefix):
-            self.rows.extend((pose.x, pose.y, pose.yaw))
-            self.arrival.append(arrival)
-            self.stamp.append((secs - start) + 1e-9 * nsecs)
+        node, offset = _text(data, 17 + length)     # after the frame's name and the level
+        line, _ = _text(data, offset)
+        pose = declared_by(line.decode('utf-8', 'replace'))
+        if pose is not None and node.startswith(self._prefix):
+            self.keep((pose.x, pose.y, pose.yaw), arrival, (secs - start) + 1e-9 * nsecs)
+
+
+def _text(data, offset):
+    """(text, offset of the next field)."""
+    begin = offset + 4
+    end = begin + LENGTH.unpack_from(data, offset)[0]
+    return data[begin:end], end

@@ -39,7 +39,7 @@ from tb3_labs.control.goal import DRIVING
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.odometry_jumps import POSE_LOST
-from tb3_labs.report.epochs import declared_frame, robot_in_odom, steady_odometry
+from tb3_labs.report.epochs import robot_in_odom, steady_odometry
 from tb3_labs.report.run_data import Poses, RunData, States
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
@@ -85,58 +85,40 @@ class Movement:
 
 def movements(run: RunData) -> List[Movement]:
     """All movements of a run, in order."""
-    time, moves = run.commands.time, _moves(run)
+    time = run.commands.time
+    moves = np.flatnonzero((np.abs(run.commands.linear) > NO_SPEED)
+                           | (np.abs(run.commands.angular) > NO_SPEED))
     if not len(moves):
         return []
     ends = np.minimum(np.append(time[1:], np.inf), time + COMMAND_TIMEOUT)
-    cuts = _cuts(run)
+    changes = np.flatnonzero(np.diff(run.control.value)) + 1
+    cuts = np.sort(np.concatenate([run.resets.time, run.control.time[changes]]))
     is_cut = np.searchsorted(cuts, time[moves[:-1]]) < np.searchsorted(cuts, time[moves[1:]])
     is_pause = time[moves[1:]] - ends[moves[:-1]] >= PAUSE
     return [_movement(run, part, ends)
             for part in np.split(moves, np.flatnonzero(is_cut | is_pause) + 1)]
 
 
-def _moves(run: RunData) -> np.ndarray:
-    """Indices of the commands that are not zero."""
-    return np.flatnonzero((np.abs(run.commands.linear) > NO_SPEED)
-                          | (np.abs(run.commands.angular) > NO_SPEED))
-
-
-def _cuts(run: RunData) -> np.ndarray:
-    """The times at which a movement ends whatever the commands are."""
-    changes = np.flatnonzero(np.diff(run.control.value)) + 1
-    return np.sort(np.concatenate([run.resets.time, run.control.time[changes]]))
-
-
 def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
     """The Movement of the commands with the indices `moves`, in force until `ends` [s]."""
     time = run.commands.time
     begin, end = float(time[moves[0]]), float(min(ends[moves[-1]], run.duration))
+    forward = turns_again = end
     ahead = moves[np.abs(run.commands.linear[moves]) > NO_SPEED]
-    forward, turns_again = (float(time[ahead[0]]), float(min(ends[ahead[-1]], end))) if (
-        len(ahead)) else (end, end)
+    if len(ahead):
+        forward, turns_again = float(time[ahead[0]]), float(min(ends[ahead[-1]], end))
+    kind = Kind.BY_HAND
     if len(run.control) or 'joy' in run.devices:
-        kind = Kind.DRIVE if _has_control(run, (begin + end) / 2.0) else Kind.BY_HAND
+        if _has_control(run, (begin + end) / 2.0):
+            kind = Kind.DRIVE
     elif len(ahead):
-        kind = _kind_of_drive(run, forward, turns_again,
-                              moves[0] < ahead[0] or moves[-1] > ahead[-1])
-    else:
-        kind = _kind_of_turn(run, moves)
+        has_turn = moves[0] < ahead[0] or moves[-1] > ahead[-1]
+        if has_turn and 'mouse_info' not in run.devices and _is_line(run, forward, turns_again):
+            kind = Kind.DRIVE
+    elif 'mouse_info' not in run.devices or (
+            np.abs(run.commands.angular[moves]).max() > FASTEST_BY_MOUSE + NO_SPEED):
+        kind = Kind.TURN
     return Movement(kind, begin, forward, turns_again, end)
-
-
-def _kind_of_turn(run: RunData, moves: np.ndarray) -> Kind:
-    fastest = float(np.abs(run.commands.angular[moves]).max())
-    by_mouse = 'mouse_info' in run.devices and fastest <= FASTEST_BY_MOUSE + NO_SPEED
-    return Kind.BY_HAND if by_mouse else Kind.TURN
-
-
-def _kind_of_drive(run: RunData, forward: float, turns_again: float, has_turn: bool) -> Kind:
-    if 'mouse_info' in run.devices or not has_turn:
-        return Kind.BY_HAND
-    is_drive = _is_straight(run, forward, turns_again) and (
-        run.odometry.at(forward).distance_to(run.odometry.at(turns_again)) >= SHORTEST_DRIVE)
-    return Kind.DRIVE if is_drive else Kind.BY_HAND
 
 
 def _has_control(run: RunData, time: float) -> bool:
@@ -147,10 +129,11 @@ def _has_control(run: RunData, time: float) -> bool:
     return bool(run.control.value[heard - 1]) if heard else not run.control.value[0]
 
 
-def _is_straight(run: RunData, begin: float, end: float) -> bool:
-    """Did the robot keep its heading from `begin` to `end` [s]?"""
+def _is_line(run: RunData, begin: float, end: float) -> bool:
+    """Did the robot move, and keep its heading, from `begin` to `end` [s]?"""
     yaw = np.unwrap(run.imu.between(begin + TURN_IS_OVER, end).yaw)
-    return not len(yaw) or bool(np.abs(yaw - yaw[0]).max() <= KEPT)
+    return (not len(yaw) or bool(np.abs(yaw - yaw[0]).max() <= KEPT)) and (
+        run.odometry.at(begin).distance_to(run.odometry.at(end)) >= SHORTEST_DRIVE)
 
 
 def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
@@ -158,14 +141,12 @@ def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
 
     `goal` is that of each drive. Those fields are named in `derived`.
     """
-    if not len(run.local_pose):
-        run = _with_local_by_tf(run) if len(run.frames) else _with_local(run)
+    if not len(run.local_pose) and len(run.frames):
+        local = run.frames.inverse() @ robot_in_odom(run, run.frames.time)
+        run = replace(run, local_pose=local, derived=run.derived + ('local_pose',))
+    elif not len(run.local_pose):
+        run = _with_local(run)
     return run if len(run.states) else _with_states(run, goal)
-
-
-def _with_local_by_tf(run: RunData) -> RunData:
-    local = run.frames.inverse() @ robot_in_odom(run, run.frames.time)
-    return replace(run, local_pose=local, derived=run.derived + ('local_pose',))
 
 
 def _with_local(run: RunData) -> RunData:
@@ -174,11 +155,12 @@ def _with_local(run: RunData) -> RunData:
         (time, Pose2()) for time, jump in jumps if jump.outcome == POSE_LOST]
     declared += [(float(run.resets.time[k]), run.resets.pose(k)) for k in range(len(run.resets))]
     declared.sort(key=lambda reset: reset[0])
-    frames = [declared_frame(run, steady, *reset) for reset in declared]
+    frames = [(time, steady.at(time) @ local_T_base.inverse(), local_T_base.yaw)
+              for time, local_T_base in declared]
     number = np.searchsorted([time for time, _ in declared], steady.time, side='right') - 1
     x, y, yaw, imu_yaw = np.array([
-        (frame.odom_T_local.x, frame.odom_T_local.y, frame.odom_T_local.yaw, frame.imu_yaw_of_x)
-        for frame in frames])[number.clip(0)].T
+        (frame.x, frame.y, frame.yaw, float(run.imu.yaw_at(time)) - declared_yaw)
+        for time, frame, declared_yaw in frames])[number.clip(0)].T
     steady_T_local = Poses(steady.arrival, steady.time, x, y, yaw)
     local = steady_T_local.inverse() @ steady
     heading = wrap_all(run.imu.yaw_at(steady.time) - imu_yaw)
@@ -189,13 +171,15 @@ def _with_local(run: RunData) -> RunData:
 
 def _with_states(run: RunData, goal: Pose2) -> RunData:
     begins: List[Tuple[float, str]] = []
+    taken = run.control.time[run.control.value == 0.0]
     drives = [movement for movement in movements(run) if movement.kind is Kind.DRIVE]
     next_begins = [drive.begin for drive in drives[1:]] + [math.inf]
     for drive, next_begin in zip(drives, next_begins):
         begins += _states(drive)
         was_reset = len(run.resets.between(drive.end - COMMAND_TIMEOUT, drive.end)) > 0
         if drive.end < run.duration and not (was_reset and next_begin < drive.end + PAUSE):
-            begins.append((drive.end, _after(run, drive)))
+            was_taken = (np.abs(taken - drive.end) < TAKEN_WITHIN).any()
+            begins.append((drive.end, TAKEN if was_taken else RESTED))
     if not begins:
         return run
     time = np.array([begin for begin, _ in begins])
@@ -214,9 +198,3 @@ def _states(drive: Movement) -> List[Tuple[float, str]]:
         if drive.turns_again < drive.end:
             begins.append(drive.turns_again)
     return list(zip(begins, DRIVING))
-
-
-def _after(run: RunData, drive: Movement) -> str:
-    """The state after a drive."""
-    taken = run.control.time[run.control.value == 0.0]
-    return TAKEN if (np.abs(taken - drive.end) < TAKEN_WITHIN).any() else RESTED

@@ -6,13 +6,12 @@ import math
 from datetime import datetime
 from html import escape
 from pathlib import Path
-from string import Template
-from typing import Callable, Dict, List, Sequence, Union
+from typing import Dict, Sequence, Union
 
 from tb3_labs.report import figures, path_figures, tables
 from tb3_labs.report.drives import DriveReport, drives
 from tb3_labs.report.epochs import epochs
-from tb3_labs.report.html import STYLE, degrees, image, number
+from tb3_labs.report.html import degrees, document, number
 from tb3_labs.report.movements import FASTEST_BY_MOUSE, PAUSE, Kind, movements
 from tb3_labs.report.run_data import RunData, yaw_offset
 from tb3_labs.report.turns import TurnReport, turns
@@ -40,84 +39,50 @@ BY_SHAPE = ('By the commands: a turn has no forward speed, from rest to rest; a 
             'turn, a straight line and a turn, with pauses under {:g} s; all else is by '
             'hand.'.format(PAUSE))
 
-PAGE = Template('''<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>Run report: $name</title><style>
-$style
-</style></head><body>
-<h1>Run report: $name</h1>
-<p>$summary</p>
-$turn_table
-$turns
-$drives
-$paths
-$errors
-$next
-$along
-$heading
-$speeds
-<section><h2>Sensor rates and gaps</h2>
-$rates
+RATES = '''<section><h2>Sensor rates and gaps</h2>
+{}
 <p>Intervals by the senders' stamps; cmd_vel has none, and is silent while nobody drives.</p>
-</section>
-</body></html>
-''')
+</section>'''
 
 
-def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
-                 progress: Callable[[float], None] = lambda fraction: None) -> Path:
+def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> Path:
     """Write the report of a run into a folder, which is made if it is missing; the path of
-    report.html.
-
-    `progress` is called with the share that is done, 0 to 1. ``OSError`` if nothing can be written.
-    """
+    report.html. ``OSError`` if nothing can be written."""
     folder = Path(str(folder))
     folder.mkdir(parents=True, exist_ok=True)
     driven, turned = drives(run, model), turns(run)
-    parts = _figures(run, model, folder, progress)
     name = Path(run.name).name
     tables.write_csv(run, folder / 'run.csv')
-    tables.write_reports(folder / 'turns.csv', tables.TURNS_CSV, [(name, turned)])
-    tables.write_reports(folder / 'drives.csv', tables.DRIVES_CSV, [(name, driven)])
+    tables.write_reports(folder, [(name, turned, driven)])
     page = folder / 'report.html'
-    page.write_text(PAGE.substitute(
-        parts, style=STYLE, name=escape(name), summary=_summary(run, model),
-        turn_table=_turns(run, turned), drives=_drives(run, driven, turned),
-        along=_along(driven), rates=tables.rates(run),
-        next='<div class="next"></div>' if driven else ''), encoding='utf-8')
-    progress(1.0)
+    shown = _figures(run, model, folder)
+    page.write_text(document('Run report: ' + name, [
+        '<p>{}</p>'.format(escape(_summary(run, model))), _turns(run, turned), shown['turns'],
+        _drives(run, driven, turned), shown['paths'], shown['errors'], _along(driven),
+        shown['heading'], shown['speeds'], RATES.format(tables.rates(run))]), encoding='utf-8')
     return page
 
 
-def _figures(run: RunData, model: RobotModel, folder: Path,
-             progress: Callable[[float], None]) -> Dict[str, str]:
+def _figures(run: RunData, model: RobotModel, folder: Path) -> Dict[str, str]:
     """{name: HTML} of each figure; '' for one that would show nothing."""
-    parts = dict.fromkeys(CAPTIONS, '')
-    drawings = [('turns', figures.turns), ('errors', figures.errors),
-                ('heading', figures.heading), ('speeds', figures.speeds)]
+    drawn = {'turns': figures.turns(run), 'errors': figures.errors(run, model),
+             'heading': figures.heading(run), 'speeds': figures.speeds(run, model),
+             'paths': None}
     if run.odometry.length >= SHORTEST_PATH:
-        drawings.append(('paths', path_figures.paths))
-    for drawn, (name, draw) in enumerate(drawings):
-        progress(drawn / (len(drawings) + 1))
-        figure = draw(run, model)
-        if figure is not None:
-            path = folder / (name + '.png')
-            figures.save(figure, path)
-            parts[name] = image(path, CAPTIONS[name])
-    progress(len(drawings) / (len(drawings) + 1))
-    return parts
+        drawn['paths'] = path_figures.paths(run, model)
+    return {name: figures.write_figure(figure, folder / (name + '.png'), CAPTIONS[name])
+            for name, figure in drawn.items()}
 
 
 def _summary(run: RunData, model: RobotModel) -> str:
     offset, resets = yaw_offset(run), len(epochs(run)) - 1
-    words = '{} on {}, {:.1f} s, {:.2f} m driven, {} reset{}. '.format(
-        model.name.capitalize(), datetime.fromtimestamp(run.start).strftime('%Y-%m-%d %H:%M'),
-        run.duration, run.odometry.length, resets or 'no',
-        '' if resets == 1 else 's')
-    words += 'IMU yaw minus odometry yaw: mean {} deg, standard deviation {}, change from the ' \
-        'first to the last tenth of the run {}.'.format(
-            *(degrees(value, form) for value, form in
-              ((offset.mean, '{:+.2f}'), (offset.spread, '{:.3f}'), (offset.drift, '{:+.3f}'))))
-    return escape(words)
+    return (
+        '{} on {}, {:.1f} s, {:.2f} m driven, {} reset{}. IMU yaw minus odometry yaw: mean {} deg, '
+        'standard deviation {}, change from the first to the last tenth of the run {}.'.format(
+            model.name.capitalize(), datetime.fromtimestamp(run.start).strftime('%Y-%m-%d %H:%M'),
+            run.duration, run.odometry.length, resets or 'no', '' if resets == 1 else 's',
+            degrees(offset.mean, '{:+.2f}'), degrees(offset.spread, '{:.3f}'),
+            degrees(offset.drift, '{:+.3f}')))
 
 
 def _turns(run: RunData, turned: Sequence[TurnReport]) -> str:
@@ -135,13 +100,14 @@ def _drives(run: RunData, driven: Sequence[DriveReport], turned: Sequence[TurnRe
     if not turned:
         words += ' ' + _unlisted(run, turned)
     return '<h2>Drives</h2>{}<p>{}</p>'.format(
-        tables.drives(driven) if driven else '', escape(words))
+        tables.drives(tables.REACHED, driven) if driven else '', escape(words))
 
 
 def _along(driven: Sequence[DriveReport]) -> str:
     if not driven:
         return ''
-    return '<h2>Along the way</h2>{}<p>{}</p>'.format(tables.along(driven), escape(tables.ALONG))
+    return '<div class="next"></div><h2>Along the way</h2>{}<p>{}</p>'.format(
+        tables.drives(tables.ALONG, driven), escape(tables.NOTE))
 
 
 # Sentences: findings, rules and frames --------------------------------------------------------
@@ -194,11 +160,9 @@ def _unlisted(run: RunData, reports: Sequence[TurnReport]) -> str:
     """
     if len(run.states) and 'states' not in run.derived:
         return ''
-    others: List[float] = []
-    for movement in movements(run):
-        listed = any(movement.begin < turn.end and turn.begin < movement.end for turn in reports)
-        if not listed and movement.kind is not Kind.DRIVE:
-            others.append(movement.end - movement.begin)
+    others = [movement.end - movement.begin for movement in movements(run)
+              if movement.kind is not Kind.DRIVE and not any(
+                  movement.begin < turn.end and turn.begin < movement.end for turn in reports)]
     if not others:
         return ''
     return 'Not listed: {} other movement{}, {} s in all.'.format(

@@ -13,8 +13,7 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.drives import DriveReport, drives
 from tb3_labs.report.epochs import Epoch, epoch_of, epochs, local_in_odom
-from tb3_labs.report.figures import (
-    GREY, STYLES, legend_below, map_of_local, new_figure, thin)
+from tb3_labs.report.figures import GREY, STYLES, legend_below, map_of_local, new_figure
 from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.robot.turtlebot3 import RobotModel
 
@@ -53,9 +52,7 @@ def paths(run: RunData, model: RobotModel) -> Figure:
     _frames(in_odom, 'odom', [(pose, 'local' + after) for pose, after in shown], size)
     _frames(in_local, 'local', [(pose.inverse(), 'odom' + after) for pose, after in shown], size)
     for axes, title in ((in_odom, 'global frame (odom)'), (in_local, 'local frame')):
-        axes.set_title(title)
-        axes.set_xlabel('x [m]')
-        axes.set_ylabel('y [m]')
+        axes.set(title=title, xlabel='x [m]', ylabel='y [m]')
         axes.grid(True, linewidth=0.3)
     legend_below(figure, *in_odom.get_legend_handles_labels())
     return figure
@@ -89,8 +86,7 @@ def draw_path(axes: Axes, poses: Poses, **looks: Any) -> None:
     leaps = np.flatnonzero(np.hypot(np.diff(poses.x), np.diff(poses.y)) > LEAP) + 1
     for piece in np.split(np.arange(len(poses)), leaps):
         if len(piece):
-            kept = piece[thin(poses.x[piece], poses.y[piece])]
-            axes.plot(poses.x[kept], poses.y[kept], **looks)
+            axes.plot(poses.x[piece], poses.y[piece], **looks)
             looks['label'] = None
 
 
@@ -109,8 +105,7 @@ def _same_scale(*panels: Tuple[Axes, Sequence[Pose2]]) -> float:
     width = max([1.0] + [1.35 * np.ptp(box, axis=0).max() for box in boxes])
     for (axes, _), box in zip(panels, boxes):
         x, y = box.mean(axis=0)
-        axes.set_xlim(x - width / 2.0, x + width / 2.0)
-        axes.set_ylim(y - width / 2.0, y + width / 2.0)
+        axes.set(xlim=(x - width / 2.0, x + width / 2.0), ylim=(y - width / 2.0, y + width / 2.0))
         axes.set_aspect('equal', adjustable='box')
     return width
 

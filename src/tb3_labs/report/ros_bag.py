@@ -74,8 +74,10 @@ def _gather(path, namespace, progress):
             if number % step == 0:
                 progress(number / total)
         progress(1.0)
+        absolute = {_absolute(topic) for topic in types}
+        devices = tuple(name for name in DEVICES if prefix + name in absolute)
         return dict(name=str(path), start=start, duration=bag.get_end_time() - start,
-                    topics=topics, devices=devices(types, prefix)), collectors
+                    topics=topics, devices=devices), collectors
 
 
 def _arrange(recording, collectors):
@@ -136,12 +138,6 @@ def choose_topics(types, namespace):
     if types.get('/rosout', ('',))[0] == LOG:
         topics['resets'] = '/rosout'      # the answer to a reset says more than the request
     return topics
-
-
-def devices(types, prefix):
-    """Those of DEVICES that were recorded in the namespace `prefix`."""
-    absolute = {_absolute(topic) for topic in types}
-    return tuple(name for name in DEVICES if prefix + name in absolute)
 
 
 def _by_type(types, kind, ending, prefix):

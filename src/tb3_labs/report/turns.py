@@ -94,15 +94,11 @@ def _parts(run: RunData, movement: Movement, until: float) -> List[Tuple[float, 
     parts, begin = [], movement.begin
     for k in stops:
         stop, go = float(commands.time[k]), float(commands.time[k + int(np.argmax(turning[k:]))])
-        if go > stop and _turned(run, begin, stop, go) and _turned(run, go, movement.end, until):
+        if go > stop and _turn(run, begin, stop, go, math.inf) and (
+                _turn(run, go, movement.end, until, math.inf)):
             parts.append((begin, stop, go))
             begin = go
     return parts + [(begin, movement.end, until)]
-
-
-def _turned(run: RunData, begin: float, end: float, until: float) -> bool:
-    """Did the robot turn, from rest to rest?"""
-    return _turn(run, begin, end, until, math.inf) is not None
 
 
 def _turn(run: RunData, begin: float, end: float, until: float,
