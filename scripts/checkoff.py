@@ -24,8 +24,10 @@ import rospkg
 import rospy
 
 from tb3_labs.command_line import Parser, reason
-from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.labs import LABS, MOVE2GOAL
 from tb3_labs.marking.marks import points_of, read_points
+from tb3_labs.marking.move2goal import GOAL
+from tb3_labs.marking.own_numbers import own_numbers
 from tb3_labs.marking.ros_checkoff import Bag, Checkoff, parts_of
 from tb3_labs.marking.ros_running_node import Impossible, Person
 
@@ -39,6 +41,8 @@ def parse(words):
         prog='checkoff.py', description='Judges the node that is running now, at the bench.')
     parser.add_argument('lab', choices=sorted(LABS))
     parser.add_argument('--name', default='', help="the student's, for the last lines and the bag")
+    parser.add_argument('--own', action='store_true', help='of {}: judge by the numbers of '
+                        'skeleton.py --student NAME'.format(MOVE2GOAL))
     parser.add_argument('--parts', default='', help='these parts of the lab alone, with commas')
     parser.add_argument('--node', default='', help="the node's name, if several could be meant")
     parser.add_argument('--points', type=Path, help='YAML file with the points of each criterion; '
@@ -55,11 +59,12 @@ def main(words):
     try:
         parts = parts_of(given.lab, lab.checked_parts(given.parts))
         worth = points_of(given.lab, lab.criteria, read_points(given.points))
+        goal = own_goal(given, person) if given.own else GOAL
         given.folder.mkdir(parents=True, exist_ok=True)
         if not rosgraph.is_master_online():
             raise Impossible('no master runs here: start the robot and your node first')
         rospy.init_node('checkoff', anonymous=True, disable_signals=True)
-        checkoff = Checkoff(given.lab, parts, worth, given.node, person)
+        checkoff = Checkoff(given.lab, parts, worth, given.node, person, goal)
     except (OSError, ValueError, RuntimeError, Impossible) as problem:
         return tell_problem(problem)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
@@ -84,6 +89,15 @@ def main(words):
         ', '.join(parts), checkoff.node.name or 'not found'))
     person.tell('Bag: {}'.format(bag.path.resolve() if bag.path else 'none, rosbag is missing'))
     return 0 if checkoff.criteria.all_met else 1
+
+
+def own_goal(given, person):
+    """The goal of the student's own, which the person is told; ``ValueError`` if there is none."""
+    if given.lab != MOVE2GOAL or not given.name:
+        raise ValueError('--own is for {} alone, with --name'.format(MOVE2GOAL))
+    numbers = own_numbers(given.name)
+    person.tell(numbers.remark)
+    return numbers.goal_pose
 
 
 def tell_problem(problem):

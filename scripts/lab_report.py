@@ -2,7 +2,7 @@
 """Makes a report of recorded runs: paths, errors, speeds and tables, as a page, PNG and CSV.
 
 Usage: lab_report.py RUN.bag [RUN2.bag ...] [-o FOLDER] [--goal X Y YAW_DEG] [--ns ROBOT]
-                     [--model MODEL]
+                     [--model MODEL] [--turn NUMBER]
 
 Record with
     roslaunch tb3_labs record.launch
@@ -45,6 +45,8 @@ def parse(words):
     parser.add_argument('--ns', metavar='ROBOT', help='namespace of the robot, / for none')
     parser.add_argument('--model', choices=sorted(MODELS), default=DEFAULT_MODEL,
                         help='whose limits are drawn; default: %(default)s')
+    parser.add_argument('--turn', type=int, choices=range(1, 1000), metavar='NUMBER', default=0,
+                        help='draw this turn of the table alone; default: all turns')
     given = parser.parse_args(words)
     if given.goal is not None:
         try:
@@ -78,7 +80,11 @@ def report(arguments):
             problems.append(str(problem))
             continue
         own = folder / name if several else folder
-        pages.append(write_report(run, model, own))
+        try:
+            pages.append(write_report(run, model, own, arguments.turn))
+        except ValueError as problem:
+            problems.append(str(problem))
+            continue
         if several:
             summaries.append(summarize(run, model, name, name + '/report.html'))
     if several and pages:

@@ -28,7 +28,7 @@ from tb3_labs.marking import sandbox
 from tb3_labs.marking.archives import Refused
 from tb3_labs.marking.conduct import UNPROTECTED
 from tb3_labs.marking.intake import submissions_from
-from tb3_labs.marking.labs import GAMEPAD, LABS
+from tb3_labs.marking.labs import GAMEPAD, LABS, MOVE2GOAL
 from tb3_labs.marking.marked_class import MarkedClass
 from tb3_labs.marking.marks import points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder, due_time
@@ -71,6 +71,8 @@ def parse(words):
     parser.add_argument('--pad', metavar='NAME',
                         help='for the lab {}: numbers of the gamepad that is played, '
                         'launch/params/pad_NAME.yaml; default: {}'.format(GAMEPAD, HANDOUT))
+    parser.add_argument('--own', action='store_true', help='for the lab {}: each student has the '
+                        'numbers of skeleton.py --student NAME'.format(MOVE2GOAL))
     parser.add_argument('--jobs', type=int, default=1, choices=range(1, 17), metavar='N',
                         help='submissions at a time; each needs about one processor core')
     parser.add_argument('--unprotected', action='store_true', help='mark without sandboxes: the '
@@ -97,7 +99,8 @@ def main(words):
                 names = chosen([submission.student for submission in found], given.only)
                 found = [submission for submission in found if submission.student in names]
             options = Options(given.package, given.type, given.limit, given.network,
-                              checked_pad(given.lab, given.pad), not given.unprotected)
+                              checked_pad(given.lab, given.pad), checked_own(given.lab, given.own),
+                              not given.unprotected)
             check_sandboxes(given.unprotected, progress)
             folder = MarksFolder(given.folder, given.lab, parts, worth, rows, asdict(options))
         except (OSError, ValueError, Refused) as problem:
@@ -132,6 +135,13 @@ def checked_pad(lab, pad):
         raise ValueError('--pad is for --lab {} alone'.format(GAMEPAD))
     pad_called(pad or HANDOUT)
     return pad or HANDOUT
+
+
+def checked_own(lab, own):
+    """Has each student numbers of their own? ``ValueError`` for a lab that is judged by none."""
+    if own and lab != MOVE2GOAL:
+        raise ValueError('--own is for --lab {} alone'.format(MOVE2GOAL))
+    return own
 
 
 def check_place(submissions, marks):

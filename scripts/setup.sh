@@ -134,21 +134,30 @@ build_ready() { [ -e "$ws/devel/setup.bash" ] && holds "$ws/build.stamp" "$(buil
 make_venv() {
   local without_pip=(--without-pip)
   say 'making the Python environment ...'
-  rm -rf "$ws/venv" "$ws/venv.stamp"
+  rm -rf "$ws/venv" "$ws/venv.stamp" "$ws/build.stamp"    # the build writes into the environment, too
   # fill_venv would take a pip of the system for the environment's own
   if /usr/bin/python3 -c 'import pip' 2>/dev/null; then without_pip=(); fi
   /usr/bin/python3 -m venv --system-site-packages ${without_pip[@]+"${without_pip[@]}"} "$ws/venv" >>"$log" 2>&1 || fail_log 'the Python environment could not be made'
 }
 
+# pip of the environment, whatever the user's pip settings say.
+pip_in_venv() {
+  PIP_USER=0 PIP_REQUIRE_VIRTUALENV=0 PIP_TARGET='' PIP_PREFIX='' "$ws/venv/bin/python3" -m pip "$1" --quiet --no-cache-dir --no-input \
+    --disable-pip-version-check "${@:2}" "${pip_exactly[@]}" -r <(pinned) >"$ws/pip.log" 2>&1
+}
+
 # pip, and what comes from PyPI, by version and sum: while the workspace is built, which needs neither. --no-deps: pynput would
 # compile evdev, of use without X only; what else they need is among the system packages. Wheels alone: they run no program.
+# The files stay in the user's cache: the next copy of this repository is set up without a network.
 fill_venv() {
+  local kept=${XDG_CACHE_HOME:-${HOME:-$ws}/.cache}/tb3_labs
   if [ ! -e "$ws/venv/bin/pip" ]; then
     "$ws/venv/bin/python3" -m ensurepip --upgrade --default-pip >>"$log" 2>&1 || fail_log 'the Python environment could not be given a pip'
   fi
-  # Whatever the user's pip settings say: into this environment, and nothing kept elsewhere.
-  if ! PIP_USER=0 PIP_REQUIRE_VIRTUALENV=0 PIP_TARGET='' PIP_PREFIX='' "$ws/venv/bin/python3" -m pip install --quiet --no-cache-dir --no-input \
-      --disable-pip-version-check --retries 2 --timeout 20 ${pip_options[@]+"${pip_options[@]}"} "${pip_exactly[@]}" -r <(pinned) >"$ws/pip.log" 2>&1; then
+  { mkdir -p "$kept" && [ -w "$kept" ]; } 2>/dev/null || fail "rights are missing: $kept cannot be written"
+  if ! pip_in_venv install --no-index --find-links "$kept" &&
+      ! { pip_in_venv download --retries 2 --timeout 20 --dest "$kept" ${pip_options[@]+"${pip_options[@]}"} &&
+        pip_in_venv install --no-index --find-links "$kept"; }; then
     cat "$ws/pip.log" >>"$log"
     grep -q 'DO NOT MATCH THE HASHES' "$ws/pip.log" &&
       fail "a file for Python is not the one that scripts/setup/requirements.txt names, so nothing was installed (all of it: $log)"
@@ -194,7 +203,7 @@ XML
       -DCMAKE_POLICY_VERSION_MINIMUM=3.5 -DCATKIN_ENABLE_TESTING="$tests"
   ) >"$ws/build.log" 2>&1 8>&-; then
     cat "$ws/build.log" >>"$log"
-    grep -E -A6 'CMake Error|[Ee]rror:' "$ws/build.log" | sed -n '1,20s/^/  | /p' >&2
+    grep -E -A6 'CMake Error|[Ee]rror:' "$ws/build.log" | sed -n '1,20s/^/  | /p' >&2 || true
     fail "the build failed (all of it: $log)"
   fi
   mkdir -p "$ws/devel/etc/catkin/profile.d"

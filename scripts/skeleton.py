@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes the catkin package that a student begins a lab with.
 
-Usage: skeleton.py LAB DIRECTORY [--name PACKAGE] [--from-scratch]
+Usage: skeleton.py LAB DIRECTORY [--name PACKAGE] [--student NAME] [--from-scratch]
 
 Such as: skeleton.py turn ~/catkin_ws/src. The package has a launch file, and the lab's node: its
 given parts are given, and its TODOs are open. What is already there is not overwritten. The texts
@@ -15,6 +15,7 @@ import rospkg
 from tb3_labs.command_line import Parser, reason
 from tb3_labs.handout.skeletons import FOLDER, checked_name, checked_place, skeleton, write
 from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.own_numbers import own_numbers, with_own
 
 OWN_PACKAGE = 'tb3_labs'
 
@@ -32,6 +33,8 @@ def parse(words):
     parser.add_argument('--from-scratch', action='store_true',
                         help='of move2goal: leave the four states to the student')
     parser.add_argument('--name', metavar='PACKAGE', help="the package's name; default: the handout's")
+    parser.add_argument('--student', metavar='NAME', help='a goal, a start, an IMU offset and a '
+                        'mystery robot of your own, by your name')
     return parser.parse_args(words)
 
 
@@ -44,7 +47,10 @@ def main(words):
     try:
         checked_name(package, [OWN_PACKAGE, Path(node).stem])
         target = checked_place(given.folder.expanduser().resolve()) / package
-        write(skeleton(templates, package, given.from_scratch), target)
+        files = skeleton(templates, package, given.from_scratch)
+        if given.student is not None:
+            files = with_own(files, own_numbers(given.student))
+        write(files, target)
     except FileExistsError as problem:
         return tell_problem('{} is already there, and stays as it is; --name gives another name, or '
                             'give another folder'.format(problem.filename))
@@ -55,6 +61,8 @@ def main(words):
           ' roslaunch {} {}.launch sim:=true'.format(
               target, node, source.parent if source.name == 'src' else 'WORKSPACE', package,
               given.lab))
+    if given.student is not None:
+        print('Your numbers: {}.'.format(own_numbers(given.student)))
     return 0
 
 

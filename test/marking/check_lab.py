@@ -12,6 +12,7 @@ Started by check_LAB.test. Parameters
     ~parts      these parts of the lab alone, with commas; empty: all
     ~record     file to which the observation is written; empty: none
     ~pad        gamepad alone: numbers of the pad, launch/params/pad_NAME.yaml
+    ~goal       move2goal alone: x, y [m], heading [rad] of the goal, with commas; empty: the lab's
     ~strict     whether criteria beyond the handout fail the test too
 """
 import os
@@ -25,6 +26,7 @@ import rosunit
 from tb3_labs.marking.criteria import Outcome, judge
 from tb3_labs.marking.labs import GAMEPAD, LABS
 from tb3_labs.marking.marks import Marks, points_of, read_points
+from tb3_labs.marking.move2goal import GOAL
 from tb3_labs.marking.progress import Progress, TRYING
 from tb3_labs.marking.ros_gamepad import HANDOUT, pad_called
 from tb3_labs.marking.ros_stage import try_out
@@ -47,6 +49,7 @@ def marked(progress):
         rospy.delete_param('~' + known)
     worth = points_of(name, lab.criteria, read_points(points))
     pad = pad_called(rospy.get_param('~pad', HANDOUT))
+    goal = tuple(map(float, filter(None, rospy.get_param('~goal', '').split(',')))) or GOAL
     if name == GAMEPAD:    # for a node that reads its numbers, as this package's
         rospy.set_param('/' + GAMEPAD, {item.name: getattr(pad, item.name) for item in fields(pad)})
     progress.line('{}, {}: {}/{} is judged{}'.format(
@@ -58,7 +61,7 @@ def marked(progress):
                 file.write(observation.to_json())
             os.replace(record + '.part', record)
     observation = try_out(name, package, executable, parts, keep, pad,
-                          lambda words: progress.now('', TRYING + words))
+                          lambda words: progress.now('', TRYING + words), goal)
     progress.done('')
     remarks = observation.remarks + [observation.unfair] * bool(observation.unfair)
     return Marks('', observation.node, judge(lab.criteria, observation, worth, parts), remarks)

@@ -25,6 +25,7 @@ import rospkg
 
 from tb3_labs.handout.skeletons import FOLDER, skeleton, write
 from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.own_numbers import own_numbers
 from tb3_labs.marking import sandbox
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
@@ -85,6 +86,12 @@ XBOX = GAMEPAD + ('--pad', 'xbox')
 ZIPPED = 'no wrap'
 TWO_JOBS = 'imu', 'heading'
 BAD_NETWORK = 'imu', 'heading', '--network', 'bad'
+OWN = 'move2goal', 'drive', '--own'
+ANNS = own_numbers('Ann Miller').goal_pose
+#: The node of Ann Miller.
+ANNS_GOAL = [('self.goal_x = -0.61', 'self.goal_x = {}'.format(ANNS[0])),
+             ('self.goal_y = 0.61', 'self.goal_y = {}'.format(ANNS[1])),
+             ('self.goal_yaw = 0.0', 'self.goal_yaw = {}'.format(ANNS[2]))]
 #: (lab, its parts, options of mark.py ...) -> submissions, the longest runs first. A submission has
 #: several mistakes if they lose different criteria, since each submission costs a robot and a master.
 #: The suite marks few of them: each way in which a node can fail the machine that marks it, and a lab
@@ -97,6 +104,10 @@ CASES = {
     ],
     ('move2goal', 'drive,reset,control'): [
         Case('good', MOVE, [], set()),
+    ],
+    OWN: [
+        Case('Ann Miller', MOVE, ANNS_GOAL, set()),
+        Case('Bo Smith', MOVE, ANNS_GOAL, {'goal_place', 'goal_heading'}, always=True),
     ],
     GAMEPAD: [
         Case('good', PAD, [], set(), always=True),
@@ -256,6 +267,7 @@ class MarkTest(unittest.TestCase):
         for key, student, sentence in (
                 (('turn', 'turns'), 'flood', 'to the right, then stopped; see doc/imu_lab.md'),
                 (('turn', 'turns'), 'flood', 'Windows line endings'),
+                (OWN, 'Bo Smith', 'If your node drove elsewhere, it may hold those of another name'),
                 (TWO_JOBS, 'syntax error', 'it ended at once: '),
                 (TWO_JOBS, 'syntax error', 'SyntaxError: '),    # each Python goes on as it likes
                 (('turn', 'turns'), 'flood', 'lines were printed in'),

@@ -177,6 +177,21 @@ def test_a_ctrl_c_that_was_not_pressed_is_asked_for_again(stage, obeys, answers,
         assert (stage.observation.stimuli[0].facts['took'] is not None) is ended
 
 
+def test_a_ctrl_c_between_the_question_and_the_answer_no_is_tried_again(stage, monkeypatch):
+    def start():
+        started.append(stage.node.alive)
+        stage.node.alive = True
+        return True
+
+    def answers_late(person, question):
+        stage.node.alive = 'Ctrl+C?' not in question
+        return 'n' if 'Ctrl+C?' in question else 'y'
+    started, stage.obeys, stage.node.start = [], 2, start
+    monkeypatch.setattr(Person, 'asks', answers_late)
+    ros_bench.person_ends(stage, 'Ctrl+C', set_in_motion=lambda: None)
+    assert started == [True, False] and stage.prompts == ['> Ctrl+C'] * 2
+
+
 # -- the robot's own reset
 
 @pytest.mark.parametrize('rests', [True, False])

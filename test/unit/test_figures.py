@@ -54,7 +54,7 @@ def test_the_figures_draw_the_runs_own_numbers():
     assert [text.get_text() for text in legend.get_texts()] == [
         'measured', 'commanded', 'limit of the burger']
     assert lines(linear, 'measured')[0][:, 1] == pytest.approx(ZERO + 0.2)
-    assert lines(linear, 'commanded')[0][:, 1] == pytest.approx(ZERO + 0.2)
+    assert lines(linear, 'commanded')[0][:-1, 1] == pytest.approx(ZERO + 0.2)
     assert lines(angular, 'measured')[0][:, 1] == pytest.approx(ZERO + 0.1)
     for axes, limit in ((linear, BURGER.max_linear), (angular, BURGER.max_angular)):
         assert [line[0, 1] for line in lines(axes) if len(line) == 2] == [limit, -limit]
@@ -68,6 +68,43 @@ def test_the_figures_draw_the_runs_own_numbers():
         assert lines(axes)[0][:, 1] == pytest.approx(math.degrees(0.5))
     assert lines(apart)[0][:, 1] == pytest.approx(ZERO, abs=1e-9)
     assert far.get_xlim() == apart.get_xlim() == (0.0, 10.0)
+
+
+def test_a_command_is_drawn_until_the_robots_timeout():
+    """The last of two rows of commands is at 6 s, and the first row ends at 2 s."""
+    time = np.array([1.0, 1.3, 2.0, 5.8, 6.0])
+    linear, _ = speeds(made(commands=Commands(time, time, 0.0 * time + 0.2, 0.0 * time)),
+                       BURGER).axes
+    drawn, = lines(linear, 'commanded')
+    assert drawn[np.isnan(drawn[:, 1]), 0] == pytest.approx([1.8, 2.5, 6.5])
+    assert linear.get_lines()[1].get_drawstyle() == 'steps-post'
+
+
+def test_each_reset_is_named():
+    """The robot's place in local jumps six times."""
+    at = 1.5 + np.arange(6)
+    run = made(local_pose=poses(X + 0.5 * np.searchsorted(at, TIME, side='right')))
+    names = ['reset {}'.format(k) for k in range(1, 7)]
+    for figure in (errors(run, BURGER), heading(run), speeds(run, BURGER)):
+        named = [text for text in figure.axes[0].texts if text.get_text().startswith('reset')]
+        assert [text.get_text() for text in named] == names
+        assert [text.xy[0] for text in named] == pytest.approx(at, abs=0.06)
+    figure = paths(run, BURGER)
+    legend, = figure.legends
+    assert [text.get_text() for text in legend.get_texts()][:7] == ['path'] + [
+        'path after ' + name for name in names]
+    assert len({(line.get_color(), line.get_linestyle()) for line in figure.axes[0].get_lines()
+                if str(line.get_label()).startswith('path')}) == 7
+    for axes, frame in zip(figure.axes, ('local', 'odom')):
+        assert {frame + ', ' + name for name in names} <= {text.get_text() for text in axes.texts}
+
+
+def test_one_turn_is_drawn_alone():
+    run = driven([turn(2.0, 90.0), turn(8.0, -90.0)])
+    left, rate = turns(run, alone=2).axes
+    legend, = left.figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ['2: -90 deg']
+    assert len(lines(rate, 'commanded')) == 1 and len(lines(rate)) == 2
 
 
 def test_turns_are_drawn_from_their_begin_in_the_direction_that_was_asked_for():

@@ -69,13 +69,20 @@ def test_a_pause_of_a_second_ends_a_movement(pause, number):
     assert len(movements(driven(drive(2.0, 135.0, 0.8, -135.0, pause)))) == number
 
 
-@pytest.mark.parametrize('segments', [DRIVE, DRIVE[:1], [(2.0, 6.0, 0.2, 0.5)]])
+@pytest.mark.parametrize('segments', [DRIVE, [(2.0, 6.0, 0.2, 0.5)]])
 @pytest.mark.parametrize('switches, kind', [
     ((1.0,), Kind.DRIVE), ((0.0,), Kind.BY_HAND), ((0.0, 1.0), Kind.DRIVE),
     ((1.0, 0.0), Kind.BY_HAND)])
 def test_control_decides_whatever_the_movement(segments, switches, kind):
     control = values([0.5 + k for k in range(len(switches))], switches)
     assert kinds(segments, control=control, devices=('joy',)) == [kind]
+
+
+@pytest.mark.parametrize('cut, kind', [(3.3, Kind.DRIVE), (6.0, Kind.BY_HAND)])
+def test_a_turn_alone_with_control_is_by_hand_unless_it_was_cut_off(cut, kind):
+    """By a reset, shortly after its last command."""
+    assert kinds([turn(2.0, 90.0, 1.5)], control=values([0.5], [1.0]),
+                 resets=resets((cut, 0.0, 0.0, 0.0))) == [kind]
 
 
 @pytest.mark.parametrize('switch, kind', [(0.0, Kind.DRIVE), (1.0, Kind.BY_HAND)])

@@ -26,6 +26,7 @@ CASES = [
     ('mark.py', MARK + ['--points', 'nowhere'], 'the points, nowhere, cannot be read: No such file'),
     ('mark.py', MARK + ['--parts', 'turn'], 'IMU lab has these parts: turns, mouse,'),
     ('mark.py', MARK + ['--pad', 'xbox'], '--pad is for --lab gamepad alone'),
+    ('mark.py', MARK + ['--own'], '--own is for --lab move2goal alone'),
     ('mark.py', GAMEPAD + ['--pad', 'xbx'], "there is no pad 'xbx'; valid: f310_d,"),
     ('mark.py', MARK + ['--limit', 'nan'], "--limit: 'nan' is not valid: a number of seconds above 0"),
     ('mark.py', MARK + ['--limit', 'long'], "'long' is not valid: a number of seconds above 0"),
@@ -59,6 +60,8 @@ CASES = [
     ('classroom.py', ['many'], ('many', '; --help')),
     ('skeleton.py', ['trn', '.'], ('trn', 'gamepad')),
     ('skeleton.py', ['turn', 'nowhere'], 'nowhere: make it first, such as mkdir -p ~/catkin_ws/src'),
+    ('skeleton.py', ['turn', '.', '--student', '12'], "'12' is no name: it has no letter"),
+    ('checkoff.py', ['move2goal', '--own'], '--own is for move2goal alone, with --name'),
     ('skeleton.py', ['turn', '.', '--name', '9x'], "'9x' is no name for a package"),
     ('skeleton.py', ['turn', '.', '--from-scratch'], 'turn has one skeleton only: leave --from-scr'),
 ]

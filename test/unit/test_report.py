@@ -231,6 +231,22 @@ def test_the_drives_of_several_runs(tmp_path):
         assert line.get_xydata()[-1] == pytest.approx((0.0, 0.8), abs=0.01)
 
 
+def test_movements_by_hand_are_listed_apart(tmp_path):
+    """Beside a turn of the lab: a spin, and a line of 0.4 m without a turn."""
+    run = completed(driven([turn(1.0, 90.0), turn(4.0, -720.0), (15.0, 17.0, 0.2, 0.0)]))
+    text = write_report(run, BURGER, tmp_path).read_text(encoding='utf-8')
+    assert [row[:3] for row in rows_of(text) if len(row) == 9] == [['1', '1.00', '+90']]
+    spin, line = (row for row in rows_of(text) if len(row) == 5)
+    assert spin[:2] == ['1', '4.00'] and float(spin[4]) == pytest.approx(-720.0, abs=1.5)
+    assert line[:4] == ['2', '15.00', '2.00', '0.39'] and '<h2>By hand</h2>' in text
+
+
+def test_a_turn_that_the_run_does_not_have_is_one_line(bag, tmp_path, capsys):
+    assert lab_report(bag, '-o', tmp_path / 'out', '--turn', 3) == 1
+    line, = capsys.readouterr().err.splitlines()
+    assert line.endswith('run.bag has 0 turns') and '--turn 3' in line
+
+
 def test_the_files_of_a_run_with_turns_and_a_drive(tmp_path):
     segments = [turn(2.0, 90.0)] + drive(6.0, 90.0, 0.8, -90.0)
     page = write_report(completed(driven(segments), Pose2(0.0, 0.6, 0.5)), BURGER, tmp_path)

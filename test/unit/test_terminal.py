@@ -1,5 +1,6 @@
 """scripts/setup.sh as a shell sources it: the workspaces that stay, in any order, also for an account
 that does not own the installation; its options; its folder for machines without internet."""
+import hashlib
 import os
 import pathlib
 import re
@@ -289,10 +290,47 @@ def test_without_a_network_nothing_is_tried(tmp_path, update, plan, is_tried):
 
 
 #: A wheel of this name and version that is not PyPI's.
-FORGED = {'squaternion.py': 'harm', 'squaternion-{0}.dist-info/METADATA': 'Metadata-Version: 2.1\n'
+FORGED = {'squaternion.py': '"harm"', 'squaternion-{0}.dist-info/METADATA': 'Metadata-Version: 2.1\n'
           'Name: squaternion\nVersion: {0}\n', 'squaternion-{0}.dist-info/RECORD': '',
           'squaternion-{0}.dist-info/WHEEL': 'Wheel-Version: 1.0\nRoot-Is-Purelib: true\n'
           'Tag: py3-none-any\n'}
+
+
+def forge(folder, version):
+    """Write that wheel into a folder; its path."""
+    path = folder / 'squaternion-{}-py3-none-any.whl'.format(version)
+    with zipfile.ZipFile(str(path), 'w') as wheel:
+        for name, text in FORGED.items():
+            wheel.writestr(name.format(version), text.format(version))
+    return path
+
+
+@needs_setup
+def test_a_second_copy_needs_no_network_and_makes_whole_what_failed_half_way(tmp_path):
+    copy, cache = tmp_path / 'copy', tmp_path / 'cache' / 'tb3_labs'
+    shutil.copytree(str(REPOSITORY / 'scripts'), str(copy / 'scripts'))
+    for name, text in {
+            'package.xml': (REPOSITORY / 'package.xml').read_text(),
+            'CMakeLists.txt': 'cmake_minimum_required(VERSION 3.5)\nproject(tb3_labs)\n'
+                              'find_package(catkin)\ncatkin_package()\n',
+            'setup.py': '', 'msg/A.msg': '', 'srv/A.srv': ''}.items():
+        (copy / name).parent.mkdir(exist_ok=True)
+        (copy / name).write_text(text)
+    wheel = forge(tmp_path, '1.0.0')
+    (copy / 'scripts/setup/requirements.txt').write_text('squaternion==1.0.0 --hash=sha256:{}\n'.format(
+        hashlib.sha256(wheel.read_bytes()).hexdigest()))
+    listed = copy / 'scripts' / 'setup' / 'packages.sh'     # the mouse's package is not forged
+    listed.write_text(listed.read_text().replace('requirements+=(pynput)', ''))
+    offline = {'XDG_CACHE_HOME': str(cache.parent), 'PIP_INDEX_URL': 'http://127.0.0.1:9/simple'}
+    _, errors = shell(tmp_path, str(copy / 'scripts' / 'setup.sh'), **offline)
+    assert 'the network is missing: squaternion' in errors
+    wheel.rename(cache / wheel.name)     # as an earlier set-up of this user leaves it
+    _, errors = shell(tmp_path, str(copy / 'scripts' / 'setup.sh'), **offline)
+    assert errors == ''
+    programs = copy / 'build' / '.ws' / 'venv' / 'bin'
+    assert (programs / 'dynparam').exists()
+    assert shell(tmp_path, '{}/python3 -c "import squaternion; print(squaternion.__file__)"'.format(
+        programs))[0][0].startswith(str(copy))
 
 
 @needs_setup
@@ -303,10 +341,7 @@ def test_pip_takes_no_other_file_than_the_repository_names(tmp_path):
                for line in lines[-len(pins):])
     versions = [pin.split('==')[1] for pin in pins if pin.startswith('squaternion==')]
     for version in versions:
-        name = 'squaternion-{}-py3-none-any.whl'.format(version)
-        with zipfile.ZipFile(str(tmp_path / name), 'w') as wheel:
-            for path, text in FORGED.items():
-                wheel.writestr(path.format(version), text.format(version))
+        forge(tmp_path, version)
     words, errors = packages(tmp_path, 'repo={}; pinned; {}/venv/bin/python3 -m pip --isolated '
                              'install --quiet --no-index --find-links {folder} --target {folder}/out '
                              '"${{pip_exactly[@]}}" -r <(pinned)'.format(

@@ -34,15 +34,16 @@ def test_a_turn_by_numbers(degrees, offset):
 
 
 @pytest.mark.parametrize('degrees, asked', [
-    (46.0, 90.0), (134.0, 90.0), (136.0, 180.0), (-136.0, -180.0), (450.0, 180.0)])
+    (46.0, 90.0), (134.0, 90.0), (136.0, 180.0), (-136.0, -180.0), (224.0, 180.0)])
 def test_without_topic_turn_the_nearest_quarter_is_taken(degrees, asked):
     found = one([turn(3.0, degrees)])
     assert math.degrees(found.asked) == pytest.approx(asked)
     assert math.degrees(found.error) == pytest.approx(abs(degrees) - abs(asked), abs=0.15)
 
 
-def test_a_turn_by_less_than_half_a_quarter_is_none():
-    assert turns(driven([turn(3.0, 44.0)])) == []
+@pytest.mark.parametrize('degrees', [44.0, 226.0, -900.0])
+def test_a_turn_by_less_than_half_a_quarter_is_none_and_a_spin_is_by_hand(degrees):
+    assert turns(driven([turn(3.0, degrees)])) == []
 
 
 @pytest.mark.parametrize('said, asked', [

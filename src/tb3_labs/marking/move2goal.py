@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.criteria import (AT_ONCE, IN_TIME, ROUNDING, STATES, STOPS_AT_ONCE,
                                        STOPS_IN_TIME, STOPS_WHEN_LOST, TRANSFORMATION_SHEET,
@@ -76,7 +76,7 @@ TWO_ZEROS = Place(TRANSFORMATION_SHEET, '1. The local pose', 4)
 def _place(seen: Observation, name: str, tolerance: float = DISTANCE + MORE_DISTANCE) -> str:
     """'' if the drive `name` ended at most `tolerance` [m] from the goal, else what was seen."""
     scene = _driven(seen, name)
-    away = _end(scene).distance_to(Pose2(*GOAL))
+    away = _end(scene).distance_to(Pose2(*scene.facts[GOAL_POSE]))
     if not scene.facts[RESTED]:
         return 'it was still moving after {:.0f} s, {:.2f} m from the goal'.format(
             scene.end - scene.begin, away)
@@ -89,9 +89,10 @@ def _heading(seen: Observation, name: str, tolerance: float = ANGLE + MORE_ANGLE
     scene = _driven(seen, name)
     if not scene.facts[RESTED]:
         return 'it was still moving after {:.0f} s'.format(scene.end - scene.begin)
-    faced = math.degrees(difference(_end(scene).yaw, GOAL[2]))
-    return '' if abs(faced) <= tolerance else \
-        'at the end it faced {:.1f} degrees instead of 0'.format(faced)
+    faced, goal = wrap(_end(scene).yaw), wrap(scene.facts[GOAL_POSE][2])
+    return '' if abs(math.degrees(difference(faced, goal))) <= tolerance else \
+        'at the end it faced {:.1f} degrees instead of {:.0f}'.format(
+            math.degrees(faced), math.degrees(goal))
 
 
 def _driven(seen: Observation, name: str) -> Scene:

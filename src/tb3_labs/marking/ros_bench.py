@@ -47,7 +47,7 @@ def person_ends(stage, task, goodbye='', set_in_motion=None):
     called before, and the node is ended again if the robot did not move then. None: it need not.
     """
     for name in CTRL_C:
-        if not stage.node.start() or not _ended(stage, name, task, goodbye, set_in_motion):
+        if not _ended(stage, name, task, goodbye, set_in_motion):
             return
         if set_in_motion is None or stage.observation.stimuli[-1].facts[WAS_MOVING]:
             return
@@ -60,6 +60,8 @@ def _ended(stage, name, task, goodbye, set_in_motion):
     node, recorder = stage.node, stage.recorder
     answer = NO
     while answer == NO:
+        if not node.start():    # it may have been ended while the person answered
+            return False
         if set_in_motion is not None:
             set_in_motion()
         asked, (characters, lines) = recorder.now, node.printed

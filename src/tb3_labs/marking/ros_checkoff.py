@@ -11,6 +11,7 @@ from roslib.packages import find_node
 
 from tb3_labs.marking.checkoff import OpenCriteria
 from tb3_labs.marking.labs import IMU, LABS
+from tb3_labs.marking.move2goal import GOAL
 from tb3_labs.marking.observation import IMU as IMU_TOPIC
 from tb3_labs.marking.observation import ODOM, TRUTH, Observation
 from tb3_labs.marking.ros_bench import PARTS, PLAYED, RELEASES
@@ -40,9 +41,10 @@ def parts_of(lab, given):
 class Checkoff:
     """One node, judged while it runs."""
 
-    def __init__(self, lab, parts, worth, name, person):
-        """`worth`: criterion -> points; `name`: that of the node, '' if any will do. ``Impossible``
-        if there is no robot, or somebody else plays the part of this program."""
+    def __init__(self, lab, parts, worth, name, person, goal=GOAL):
+        """`worth`: criterion -> points; `name`: that of the node, '' if any will do; `goal`:
+        as a Stage has it. ``Impossible`` if there is no robot, or somebody else plays the part of
+        this program."""
         self._lab, self._parts, self._person = lab, parts, person
         #: The OpenCriteria of these parts.
         self.criteria = OpenCriteria(LABS[lab].criteria, worth, parts)
@@ -52,7 +54,7 @@ class Checkoff:
         recorder = Recorder(self._observation, lambda name, address: name in self.node.graph.names,
                             self.has_truth)
         self._stage = Stage(self._observation, recorder, self.node,
-                           lambda seen: self._say(self.criteria.look(seen)))
+                           lambda seen: self._say(self.criteria.look(seen)), goal=goal)
 
     def run(self):
         """Try all parts; whatever happens, nothing is held afterwards.

@@ -21,6 +21,7 @@ from tb3_labs.marking.intake import Copy
 from tb3_labs.marking.labs import GAMEPAD, LABS
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.observation import Observation
+from tb3_labs.marking.own_numbers import own_numbers
 from tb3_labs.marking.packages import files_in
 from tb3_labs.marking.processes import IDENTITY, environment_in, sweep
 from tb3_labs.marking.progress import tried_last
@@ -48,6 +49,7 @@ class Options:
     limit: float = 300.0        # time for one submission [s]
     network: str = QUIET        # between robot and node; see tb3_labs.simulation.network.NETWORKS
     pad: str = HANDOUT          # the gamepad that is played
+    own: bool = False           # has each student numbers of their own?
     sandbox: bool = True        # do the submissions' programs run in a Sandbox?
 
 
@@ -136,8 +138,13 @@ class Marker:
             marks.remarks.append('Judged over the network "{}".'.format(self._options.network))
         if self._lab == GAMEPAD:
             marks.remarks.append(pad_in_words(self._options.pad))
+        settings = ['pad:=' + self._options.pad] * (self._lab == GAMEPAD)
+        if self._options.own:
+            numbers = own_numbers(marks.student)
+            marks.remarks.append(numbers.remark)
+            settings = ['goal:={!r},{!r},{!r}'.format(*numbers.goal_pose)]
         self._go_on()
-        if not self._check(prepared, sandbox, work, log, record, identity, trying):
+        if not self._check(prepared, sandbox, work, log, record, identity, trying, settings):
             marks.remarks.append('It was stopped after {:g} s, the limit.'.format(
                 self._options.limit))
         self._go_on()
@@ -159,8 +166,8 @@ class Marker:
         node = min(sources.rglob(executable))
         (self._logs / (marks.student + NODE_TEXT)).write_bytes(node.read_bytes())
 
-    def _check(self, prepared, sandbox, work, log, record, identity, trying):
-        """Run the lab's check; False if the time was up.
+    def _check(self, prepared, sandbox, work, log, record, identity, trying, settings):
+        """Run the lab's check with these further arguments; False if the time was up.
 
         The environment of the student's workspace is the node's alone: the modules in it are the
         submission's.
@@ -178,7 +185,7 @@ class Marker:
                     'pkg:=' + prepared.package, 'type:=' + prepared.executable,
                     'parts:=' + ','.join(self._parts), 'record:={}'.format(record),
                     'network:=' + self._options.network, 'truth:=truth_' + uuid.uuid4().hex]
-                    + (['pad:=' + self._options.pad] if self._lab == GAMEPAD else [])),
+                    + settings),
                 env=dict(own, **{VARIABLE: str(work / 'launch.json')}), cwd=str(work),
                 stdin=subprocess.DEVNULL, stdout=file, stderr=file, start_new_session=True)
             in_time = self._wait_for(check, log, trying)

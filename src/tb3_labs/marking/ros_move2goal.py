@@ -9,7 +9,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import move2goal as asked
 from tb3_labs.marking.conduct import ODOM_SWITCH
 from tb3_labs.marking.move2goal import (
-    ASTRAY, DRIVE_TIME, GOAL, PROBLEM, REACTION, TAKES_EFFECT, TURNED, WATCHED)
+    ASTRAY, DRIVE_TIME, PROBLEM, REACTION, TAKES_EFFECT, TURNED, WATCHED)
 from tb3_labs.marking.observation import CTRL_RELINQ, MOVED, RESTED, WAS_MOVING
 from tb3_labs.marking.observation import RESET as ROBOTS_RESET
 from tb3_labs.marking.ros_interface import ALL, UNIT, ResetCaller
@@ -53,7 +53,7 @@ class Control:
         node, recorder = self._stage.node, self._stage.recorder
         start = start or recorder.pose
         local_T_world = local_T_base @ start.inverse()
-        facts = {asked.GOAL_POSE: GOAL, MOVED: False, RESTED: False,
+        facts = {asked.GOAL_POSE: self._stage.goal, MOVED: False, RESTED: False,
                  asked.LOCAL_T_WORLD: [local_T_world.x, local_T_world.y, local_T_world.yaw]}
         with self._stage.stimulus(name, facts) as record:
             record.facts[MOVED] = self._stage.moves_after(lambda: self.give(True), REACTION)

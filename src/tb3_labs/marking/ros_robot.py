@@ -155,7 +155,7 @@ class Recorder:
         if len(recent) < FEWEST:
             return False
         _, x, y, yaw = (recent - recent[0]).T
-        return np.hypot(x, y).max() < REST_WAY and np.abs(yaw).max() < REST_TURN
+        return bool(np.hypot(x, y).max() < REST_WAY and np.abs(yaw).max() < REST_TURN)
 
 
 class RobotHand:

@@ -12,6 +12,7 @@ from tb3_labs.marking import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking.criteria import (CTRL_C, ENDING, SIGNAL, STOPPING, TOOK,
                                        tracebacks_before_the_end)
 from tb3_labs.marking.labs import GAMEPAD, IMU, LABS, MOVE2GOAL, TURN
+from tb3_labs.marking.move2goal import GOAL
 from tb3_labs.marking.observation import WAS_MOVING, Observation, Stimulus
 from tb3_labs.marking.ros_robot import ROBOT, Recorder, RobotHand
 from tb3_labs.marking.ros_student_node import StudentNode
@@ -34,12 +35,12 @@ class Stage:
     """One robot, one node, and the Observation of it."""
 
     def __init__(self, observation, recorder, node, keep, witness=None, pad=PadConfig(),
-                 tell=lambda words: None):
+                 tell=lambda words: None, goal=GOAL):
         """``keep(observation)`` is called whenever something was completed; `witness`: a Witness
         that looks before; `pad`: the PadConfig of the gamepad that is played; ``tell(words)`` hears
-        what is tried now."""
+        what is tried now; `goal`: that of move_to_goal, x, y [m], heading [rad]."""
         self.observation, self.recorder, self.node = observation, recorder, node
-        self.robot, self.pad = RobotHand(recorder), pad
+        self.robot, self.pad, self.goal = RobotHand(recorder), pad, goal
         self._keep, self._witness, self._tell, self._part = keep, witness, tell, ''
         observation.runs, node.on_end = node.runs, self.keep
 
@@ -152,14 +153,14 @@ class Stage:
 
 
 def try_out(lab, package, executable, parts=(), keep=lambda observation: None,
-            pad=PadConfig(), tell=lambda words: None):
+            pad=PadConfig(), tell=lambda words: None, goal=GOAL):
     """The Observation of a node that is started, of these parts of its lab, or of all if none are
     given. The other arguments are those of Stage."""
     observation = Observation(lab, '{}/{}'.format(package, executable))
     recorder = Recorder(observation)
     witness = Witness(observation, recorder.robot, lambda: recorder.hand_to(keep))
     node = StudentNode(package, executable, LABS[lab].listens, lambda: recorder.now)
-    stage = Stage(observation, recorder, node, keep, witness, pad, tell)
+    stage = Stage(observation, recorder, node, keep, witness, pad, tell, goal)
     try:
         for name, act in SCRIPTS[lab].items():
             if not parts or name in parts:

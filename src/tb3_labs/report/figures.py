@@ -6,7 +6,7 @@ Units on the axes: metres, degrees, seconds since the recording's start, m/s, ra
 """
 import math
 from pathlib import Path
-from typing import Any, BinaryIO, Dict, List, Optional, Sequence, Union
+from typing import Any, BinaryIO, Dict, List, Optional, Sequence, Tuple, Union
 
 import matplotlib
 import numpy as np
@@ -21,7 +21,7 @@ from tb3_labs.report.html import degrees, picture
 from tb3_labs.report.movements import RESTED
 from tb3_labs.report.run_data import RunData, yaw_offset
 from tb3_labs.report.turns import REST_MEAN, turns as turns_of
-from tb3_labs.robot.turtlebot3 import RobotModel
+from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 
 DOTS_PER_INCH = 150
 WIDTH = 7.2                     # [inch], between the margins of A4
@@ -85,6 +85,13 @@ def curve(axes: Axes, time: np.ndarray, values: np.ndarray, breaks: Sequence[flo
     blanks = np.array(sorted(at), dtype=int)
     axes.plot(np.insert(time, blanks, time[blanks]), np.insert(values, blanks, math.nan),
               **dict(dict(linewidth=1.3), **looks))
+
+
+def in_force(time: np.ndarray, speeds: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """(time, speed) of commands as steps, with a blank where the robot's timeout ends one."""
+    old = np.flatnonzero(np.append(np.diff(time), math.inf) > COMMAND_TIMEOUT)
+    return (np.insert(time, old + 1, time[old] + COMMAND_TIMEOUT),
+            np.insert(speeds, old + 1, math.nan))
 
 
 def map_of_local(figure: Figure, axes: Axes, margin: float) -> None:
@@ -165,8 +172,8 @@ def speeds(run: RunData, model: RobotModel) -> Figure:
     for axes, commands, limit in ((linear, run.commands.linear, model.max_linear),
                                   (angular, run.commands.angular, model.max_angular)):
         if len(commands):
-            curve(axes, run.commands.time, commands, color=ORANGE, linestyle='--', linewidth=1.1,
-                  drawstyle='steps-post', label='commanded')
+            axes.plot(*in_force(run.commands.time, commands), color=ORANGE, linestyle='--',
+                      linewidth=1.1, drawstyle='steps-post', label='commanded')
         for sign in (1.0, -1.0):
             axes.axhline(sign * limit, color='black', linewidth=0.8, linestyle=':',
                          label='limit of the {}'.format(model.name) if sign > 0.0 else None)
@@ -178,16 +185,18 @@ def speeds(run: RunData, model: RobotModel) -> Figure:
     return figure
 
 
-def turns(run: RunData) -> Optional[Figure]:
+def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
     """The angle left, and the rate of turn, both in the direction that was asked for; None without
-    a turn."""
+    a turn. `alone`: the number of the only turn that is drawn, from 1 on; 0: all are."""
     found = turns_of(run)
     if not found:
         return None
     figure = new_figure(4.3)
     left, rate = figure.subplots(2, 1, sharex=True)
     ends = [turn.begin for turn in found[1:]] + [math.inf]
-    for number, (turn, following) in enumerate(zip(found, ends)):
+    first, *_ = shown = [alone - 1] if alone else range(len(found))
+    for number in shown:
+        turn, following = found[number], ends[number]
         until = min(turn.end + AFTER, following)
         sign = math.copysign(1.0, turn.asked)
         imu = run.imu.between(turn.begin - BEFORE, until)
@@ -197,11 +206,11 @@ def turns(run: RunData) -> Optional[Figure]:
         looks: Dict[str, Any] = dict(color=colour, linestyle=style, linewidth=1.1)
         name = '{}: {:+.0f} deg'.format(number + 1, math.degrees(turn.asked))
         curve(left, imu.time - turn.begin, np.degrees(remaining),
-              label=name if number < MOST_NAMES else None, **looks)
+              label=name if number < first + MOST_NAMES else None, **looks)
         curve(rate, imu.time - turn.begin, sign * imu.yaw_rate, **looks)
         commands = run.commands.between(turn.begin - BEFORE, until)
         rate.plot(commands.time - turn.begin, sign * commands.angular, '.', color=ORANGE,
-                  markersize=2.5, label=None if number else 'commanded')
+                  markersize=2.5, label=None if number > first else 'commanded')
     left.axhline(0.0, color=GREY, linewidth=0.8)
     left.set_ylabel('angle left [deg]')
     rate.set(ylabel='rate of turn [rad/s]\n(gyro)', xlabel='time since the first command [s]')
@@ -234,10 +243,14 @@ def _resets(run: RunData) -> List[float]:
 
 
 def _finish_time(run: RunData, *plots: Axes) -> None:
-    for axes in plots:
-        for number, reset in enumerate(_resets(run)):
+    for number, reset in enumerate(_resets(run)):
+        plots[0].annotate('reset {}'.format(number + 1), (reset, 1.0), xytext=(2, -2),
+                          xycoords=('data', 'axes fraction'), textcoords='offset points',
+                          rotation=90, fontsize=7, ha='left', va='top')
+        for axes in plots:
             axes.axvline(reset, color='black', linewidth=1.4, linestyle=(0, (4, 2)),
                          label=None if number else 'reset')
+    for axes in plots:
         axes.grid(True, linewidth=0.3)
         axes.set_xlim(0.0, run.duration)
     plots[-1].set_xlabel('time [s]')

@@ -10,8 +10,10 @@ and a change of `ctrl_relinq`, end a movement and begin the next. It is a
 
 The commands do not name their sender, so other topics decide if they can:
 
-* With ctrl_relinq, a movement while a node has control is a drive, of whatever shape, and any other
-  movement is by hand. With `joy` alone the pad never gave control, and all is by hand.
+* With ctrl_relinq, a movement while a node has control is a drive, and any other movement is by
+  hand. A turn alone is a drive only if a reset, a change of control or the end of the recording cut
+  it off: else a person turned the robot while the node was silent at its goal. With `joy` alone the
+  pad never gave control, and all is by hand.
 * With `mouse_info`, nothing is a drive, and a turn is faster than any that the mouse commands.
 
 Otherwise a person who turns, drives straight on and turns, by keys, counts as a drive.
@@ -31,7 +33,7 @@ commands has no movements.
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import List, Tuple
+from typing import List, Sequence, Tuple
 
 import numpy as np
 
@@ -95,12 +97,13 @@ def movements(run: RunData) -> List[Movement]:
     cuts = np.sort(np.concatenate([run.resets.time, run.control.time[changes]]))
     is_cut = np.searchsorted(cuts, time[moves[:-1]]) < np.searchsorted(cuts, time[moves[1:]])
     is_pause = time[moves[1:]] - ends[moves[:-1]] >= PAUSE
-    return [_movement(run, part, ends)
+    return [_movement(run, part, ends, cuts)
             for part in np.split(moves, np.flatnonzero(is_cut | is_pause) + 1)]
 
 
-def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
-    """The Movement of the commands with the indices `moves`, in force until `ends` [s]."""
+def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cuts: np.ndarray) -> Movement:
+    """The Movement of the commands with the indices `moves`, in force until `ends` [s]; one near a
+    time of `cuts` [s] did not end by itself."""
     time = run.commands.time
     begin, end = float(time[moves[0]]), float(min(ends[moves[-1]], run.duration))
     forward = turns_again = end
@@ -109,7 +112,8 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
         forward, turns_again = float(time[ahead[0]]), float(min(ends[ahead[-1]], end))
     kind = Kind.BY_HAND
     if len(run.control) or 'joy' in run.devices:
-        if _has_control(run, (begin + end) / 2.0):
+        cut_off = end == run.duration or (np.abs(cuts - end) <= COMMAND_TIMEOUT).any()
+        if (len(ahead) or cut_off) and _has_control(run, (begin + end) / 2.0):
             kind = Kind.DRIVE
     elif len(ahead):
         has_turn = moves[0] < ahead[0] or moves[-1] > ahead[-1]
@@ -119,6 +123,12 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
             np.abs(run.commands.angular[moves]).max() > FASTEST_BY_MOUSE + NO_SPEED):
         kind = Kind.TURN
     return Movement(kind, begin, forward, turns_again, end)
+
+
+def by_hand(run: RunData, listed: Sequence[Tuple[float, float]]) -> List[Movement]:
+    """The movements that overlap none of the turns and drives, (begin, end), that are `listed`."""
+    return [movement for movement in movements(run) if not any(
+        movement.begin < end and begin < movement.end for begin, end in listed)]
 
 
 def _has_control(run: RunData, time: float) -> bool:

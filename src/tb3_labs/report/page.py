@@ -12,7 +12,7 @@ from tb3_labs.report import figures, path_figures, tables
 from tb3_labs.report.drives import DriveReport, drives
 from tb3_labs.report.epochs import epochs
 from tb3_labs.report.html import degrees, document, number
-from tb3_labs.report.movements import FASTEST_BY_MOUSE, PAUSE, Kind, movements
+from tb3_labs.report.movements import FASTEST_BY_MOUSE, PAUSE, by_hand
 from tb3_labs.report.run_data import RunData, yaw_offset
 from tb3_labs.report.turns import TurnReport, turns
 from tb3_labs.robot.turtlebot3 import RobotModel
@@ -30,7 +30,7 @@ NO_COMMANDS = 'the recording holds neither goal_state nor commands; record /cmd_
 NO_DRIVE = 'neither goal_state nor the commands show one'
 #: How turns and drives are told from movements by hand.
 BY_CONTROL = ('By the commands and ctrl_relinq: each movement while a node had control is a '
-              'drive, any other is by hand.')
+              'drive, any other is by hand; so is a turn alone, unless something cut it off.')
 PAD_ALONE = ('A gamepad (joy) was recorded, but it never gave control (ctrl_relinq): all movements '
              'count as by hand.')
 WITH_MOUSE = ('By the commands: a turn has no forward speed, from rest to rest, and is faster '
@@ -45,27 +45,31 @@ RATES = '''<section><h2>Sensor rates and gaps</h2>
 </section>'''
 
 
-def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> Path:
+def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn: int = 0) -> Path:
     """Write the report of a run into a folder, which is made if it is missing; the path of
-    report.html. ``OSError`` if nothing can be written."""
+    report.html. `turn`: the number of the only turn that is drawn; 0: all are.
+
+    ``OSError`` if nothing can be written, ``ValueError`` if there is no such turn."""
     folder = Path(str(folder))
-    folder.mkdir(parents=True, exist_ok=True)
     driven, turned = drives(run, model), turns(run)
+    if turn > len(turned):
+        raise ValueError('--turn {}: {} has {} turns'.format(turn, run.name, len(turned)))
+    folder.mkdir(parents=True, exist_ok=True)
     name = Path(run.name).name
     tables.write_csv(run, folder / 'run.csv')
     tables.write_reports(folder, [(name, turned, driven)])
     page = folder / 'report.html'
-    shown = _figures(run, model, folder)
+    shown = _figures(run, model, folder, turn)
     page.write_text(document('Run report: ' + name, [
         '<p>{}</p>'.format(escape(_summary(run, model))), _turns(run, turned), shown['turns'],
-        _drives(run, driven, turned), shown['paths'], shown['errors'], _along(driven),
+        _drives(run, driven, turned), _by_hand(run, driven, turned), shown['paths'], shown['errors'], _along(driven),
         shown['heading'], shown['speeds'], RATES.format(tables.rates(run))]), encoding='utf-8')
     return page
 
 
-def _figures(run: RunData, model: RobotModel, folder: Path) -> Dict[str, str]:
+def _figures(run: RunData, model: RobotModel, folder: Path, turn: int) -> Dict[str, str]:
     """{name: HTML} of each figure; '' for one that would show nothing."""
-    drawn = {'turns': figures.turns(run), 'errors': figures.errors(run, model),
+    drawn = {'turns': figures.turns(run, turn), 'errors': figures.errors(run, model),
              'heading': figures.heading(run), 'speeds': figures.speeds(run, model),
              'paths': None}
     if run.odometry.length >= SHORTEST_PATH:
@@ -90,17 +94,21 @@ def _turns(run: RunData, turned: Sequence[TurnReport]) -> str:
         return ''
     return '<h2>Turns</h2>{}<p>{}</p>'.format(
         tables.turns(turned),
-        escape(' '.join([_rule_of_turns(run, turned), _unlisted(run, turned)])))
+        escape(_rule_of_turns(run, turned)))
 
 
 def _drives(run: RunData, driven: Sequence[DriveReport], turned: Sequence[TurnReport]) -> str:
     if not driven and turned:
         return ''
     words = _rule_of_drives(run) if driven else _nothing(run)
-    if not turned:
-        words += ' ' + _unlisted(run, turned)
     return '<h2>Drives</h2>{}<p>{}</p>'.format(
         tables.drives(tables.REACHED, driven) if driven else '', escape(words))
+
+
+def _by_hand(run: RunData, driven: Sequence[DriveReport], turned: Sequence[TurnReport]) -> str:
+    listed = [(drive.begin, drive.end) for drive in driven] + [
+        (turn.begin, turn.end) for turn in turned]
+    return tables.by_hand(run, by_hand(run, listed))
 
 
 def _along(driven: Sequence[DriveReport]) -> str:
@@ -153,20 +161,6 @@ def _rule_of_turns(run: RunData, reports: Sequence[TurnReport]) -> str:
         words.append('Asked: taken as the nearest multiple of 90 degrees{}.'.format(
             ' where topic turn said nothing' if len(run.asked) else ''))
     return ' '.join(words)
-
-
-def _unlisted(run: RunData, reports: Sequence[TurnReport]) -> str:
-    """The movements that are neither a turn nor a drive; '' if there are none, or goal_state tells.
-    """
-    if len(run.states) and 'states' not in run.derived:
-        return ''
-    others = [movement.end - movement.begin for movement in movements(run)
-              if movement.kind is not Kind.DRIVE and not any(
-                  movement.begin < turn.end and turn.begin < movement.end for turn in reports)]
-    if not others:
-        return ''
-    return 'Not listed: {} other movement{}, {} s in all.'.format(
-        len(others), '' if len(others) == 1 else 's', number(sum(others), '{:.1f}'))
 
 
 def _rule(run: RunData) -> str:

@@ -29,10 +29,10 @@ def paths(run: RunData, model: RobotModel) -> Figure:
     in_odom, in_local = figure.subplots(1, 2)
     frames, local = epochs(run), run.local_pose
     for number, epoch in enumerate(frames):
-        colour, style = STYLES[number % len(STYLES)]
-        label = 'path after reset {}'.format(number) if number else 'path'
+        colour, _ = STYLES[number % len(STYLES)]
+        _, style = STYLES[(number + number // len(STYLES)) % len(STYLES)]
         looks = dict(color=colour, linestyle=style, linewidth=1.6,
-                     label=label if number < len(STYLES) else None)
+                     label='path after reset {}'.format(number) if number else 'path')
         draw_path(in_odom, run.odometry.between(epoch.begin, epoch.end), **looks)
         draw_path(in_local, local.between(epoch.begin, epoch.end), **looks)
         if epoch.local_T_world is not None:
@@ -48,7 +48,7 @@ def paths(run: RunData, model: RobotModel) -> Figure:
     size = _same_scale((in_odom, [epoch.odom_T_local for epoch in frames]),
                        (in_local, [epoch.odom_T_local.inverse() for epoch in frames]))
     shown = [(epoch.odom_T_local, ', reset {}'.format(number) if number else '')
-             for number, epoch in enumerate(frames[:len(STYLES)])]
+             for number, epoch in enumerate(frames)]
     _frames(in_odom, 'odom', [(pose, 'local' + after) for pose, after in shown], size)
     _frames(in_local, 'local', [(pose.inverse(), 'odom' + after) for pose, after in shown], size)
     for axes, title in ((in_odom, 'global frame (odom)'), (in_local, 'local frame')):
@@ -99,7 +99,7 @@ def _same_scale(*panels: Tuple[Axes, Sequence[Pose2]]) -> float:
     """Give the panels (axes, frames) axes of one scale and size that hold all; their width [m]."""
     boxes = []
     for axes, frames in panels:
-        places = [(frame.x, frame.y) for frame in frames[:len(STYLES)]] + [(0.0, 0.0)]
+        places = [(frame.x, frame.y) for frame in frames] + [(0.0, 0.0)]
         axes.update_datalim(places)
         boxes.append(axes.dataLim.get_points())
     width = max([1.0] + [1.35 * np.ptp(box, axis=0).max() for box in boxes])

@@ -16,6 +16,7 @@ from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.report.drives import (
     MAX_ANGULAR, STRAIGHT_AFTER, DriveReport, goal_errors, spans)
 from tb3_labs.report.html import DASH, number, table
+from tb3_labs.report.movements import Movement
 from tb3_labs.report.run_data import GAP, Poses, RunData, Samples
 from tb3_labs.report.turns import TurnReport
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
@@ -143,6 +144,21 @@ def turns(reports: Sequence[TurnReport]) -> str:
     return table(['turn', 'begins at [s]'] + heads(TURNS), [
         [str(count), '{:.2f}'.format(turn.begin)] + cells(TURNS, turn)
         for count, turn in enumerate(reports, 1)])
+
+
+def by_hand(run: RunData, found: Sequence[Movement]) -> str:
+    """A row for each movement by hand, below a heading; '' without one."""
+    if not found:
+        return ''
+    rows = []
+    for count, movement in enumerate(found, 1):
+        before, after = np.degrees(run.imu.yaw_at((movement.begin, movement.end)))
+        way = run.odometry.between(movement.begin, movement.end).length
+        rows.append([str(count), '{:.2f}'.format(movement.begin),
+                     '{:.2f}'.format(movement.end - movement.begin), number(way, '{:.2f}'),
+                     number(after - before, '{:+.1f}')])
+    return '<h2>By hand</h2>' + table(
+        ['by hand', 'begins at [s]', 'time [s]', 'way [m]', 'turned [deg]'], rows)
 
 
 def rates(run: RunData) -> str:

@@ -2,7 +2,8 @@
 
 A turn is a movement without forward speed (see :mod:`tb3_labs.report.movements`) before and after
 which the robot rests, by at least `LEAST_TURN`. The angle that was asked for is that of topic
-`turn`. Without a message there it is the nearest of +/-90 and 180 degrees, as the lab asks for.
+`turn`. Without a message there it is the nearest of +/-90 and 180 degrees, as the lab asks for; a
+spin by more than `MOST_TURN` was not asked for.
 
 Units: radians, left positive; seconds. A turn by more than half a turn is counted in full, since
 the IMU's yaw is unwrapped. Edge case: an unknown value (no ground truth) is NaN.
@@ -28,6 +29,8 @@ REST_WAIT, REST_MEAN = 2.0, 0.3
 MISSED = 1.0
 #: Nearest to a smaller turn is none at all [rad].
 LEAST_TURN = math.radians(45.0)
+#: A larger one is a spin by hand [rad].
+MOST_TURN = math.radians(225.0)
 #: A turn may be asked for this long before it begins [s].
 ASKED_BEFORE = 2.0
 
@@ -146,7 +149,7 @@ def _asked(run: RunData, since: float, end: float, turned: float) -> Tuple[float
     said = run.asked.between(since, end)
     if len(said):
         return float(said.value.sum()), True
-    if abs(turned) < LEAST_TURN:
+    if not LEAST_TURN <= abs(turned) <= MOST_TURN:
         return 0.0, False
     quarters = 1.0 if abs(turned) < math.radians(135.0) else 2.0
     return math.copysign(quarters * math.pi / 2.0, turned), False

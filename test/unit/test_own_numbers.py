@@ -1,0 +1,82 @@
+"""Each student's own numbers: by the name, in the skeleton, and as the goal that is judged."""
+import math
+import pathlib
+
+import pytest
+from test_criteria import missed_of
+from test_marking import observation, stimulus
+from test_refusals import main_of
+
+from tb3_labs.geometry.angles import difference_degrees
+from tb3_labs.handout.skeletons import FOLDER, skeleton
+from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.move2goal import ANGLE, DISTANCE, GOAL
+from tb3_labs.marking.own_numbers import OwnNumbers, own_numbers, with_own
+from tb3_labs.simulation.mystery import LAST
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+CLASS = [first + ' ' + last for first in ('Ann', 'Bo', 'Chen', 'Dana', 'Eve', 'Finn', 'Gül')
+         for last in ('Miller', 'Smith', 'Li', 'Novak', 'Okoye', 'Rossi')]
+ANN = OwnNumbers((0.73, -0.65, 130.0), (0.0, 1.4, 40.0), 118, 3687)
+
+
+@pytest.mark.parametrize('name', ['Miller, Ann', 'millerann', 'ANN  MILLER', 'Ann Miller (12345)',
+                                  'Änn Miller'])
+def test_a_name_in_any_spelling_has_the_same_numbers(name):
+    """They are the same on every computer, and stay so."""
+    assert own_numbers(name) == ANN
+
+
+def test_a_name_without_a_letter_is_refused():
+    with pytest.raises(ValueError, match='it has no letter'):
+        own_numbers('12 _')
+
+
+def test_the_numbers_of_a_class_are_possible_and_differ():
+    found = [own_numbers(name) for name in CLASS]
+    for one in found:
+        assert 0.79 < math.hypot(*one.goal[:2]) < 1.01 and one.goal[2] % 10.0 == 0.0
+        assert max(map(abs, one.start[:2])) <= 2.0 and 20 <= one.imu_offset < 160
+        assert 1 <= one.mystery <= LAST
+    assert len({one.mystery for one in found}) > 0.95 * len(CLASS)
+    alike = [1 for one in found for other in found if one is not other
+             and math.dist(one.goal[:2], other.goal[:2]) < DISTANCE
+             and abs(difference_degrees(one.goal[2], other.goal[2])) < ANGLE]
+    assert len(alike) < 0.02 * len(CLASS) ** 2
+
+
+@pytest.mark.parametrize('lab, changed', [
+    ('imu', {'launch/imu.launch'}), ('turn', {'launch/turn.launch'}),
+    ('gamepad', {'launch/gamepad.launch'}),
+    ('move2goal', {'launch/move2goal.launch', 'src/move2goal_tf.py'})])
+def test_a_skeleton_holds_the_numbers(lab, changed):
+    given = skeleton(ROOT / FOLDER / lab, LABS[lab].packages[0])
+    own = with_own(given, ANN)
+    assert {name for name in given if given[name] != own[name]} == changed
+    start = '{{start_x: {:.1f}, start_y: {:.1f}, start_yaw_deg: {:g}, imu_offset_deg: {}}}'.format(
+        *ANN.start, ANN.imu_offset)
+    assert 'name="robot_set" default="{}"'.format(start) in own['launch/{}.launch'.format(lab)]
+    if lab == 'move2goal':
+        lines = [line.strip() for line in own['src/move2goal_tf.py'].splitlines()]
+        assert [line for line in lines if line.startswith('self.goal_')] == [
+            'self.goal_x = {:g}'.format(ANN.goal[0]), 'self.goal_y = {:g}'.format(ANN.goal[1]),
+            'self.goal_yaw = math.radians({:g})'.format(ANN.goal[2])]
+
+
+@pytest.mark.parametrize('driven_to, place, heading', [(ANN.goal_pose, '', ''), (
+    GOAL, 'it stopped', 'at the end it faced 0.0 degrees instead of')])
+def test_a_copied_node_misses_the_own_goal(driven_to, place, heading):
+    seen = observation('move2goal', stimuli=[stimulus('first drive', facts={
+        'moved': True, 'rested': True, 'goal': ANN.goal_pose, 'local_T_world': [0.0, 0.0, 0.0]})],
+        truth=[[0.0, 0.0, 0.0, 0.0], [2.0, *driven_to]])
+    for name, said in (('goal_place', place), ('goal_heading', heading)):
+        missed = missed_of('move2goal', name, seen)
+        assert missed.startswith(said) and bool(missed) is bool(said)
+
+
+def test_the_command_writes_and_tells_them(tmp_path, capsys):
+    main = main_of('skeleton.py')
+    assert main(['move2goal', str(tmp_path), '--student', 'Ann Miller']) == 0
+    assert 'Your numbers: {}.'.format(ANN) in capsys.readouterr().out
+    assert 'self.goal_x = {:g}\n'.format(ANN.goal[0]) in (
+        tmp_path / 'lab7_tf' / 'src' / 'move2goal_tf.py').read_text()
