@@ -32,9 +32,10 @@ def problem(where, check, known):
     if not re.fullmatch(r'({0})( {0})*'.format(PLACE.pattern.replace('(', '(?:')), where):
         return 'it is neither MISSING nor a file with words'
     for path, words in PLACE.findall(where):
-        if not (ROOT / path).is_file():
+        file, = [ROOT / name for name in (path, path + '.in') if (ROOT / name).is_file()] or [None]
+        if file is None:
             return path + ' does not exist'
-        if in_words(words) not in in_words((ROOT / path).read_text(encoding='utf-8')):
+        if in_words(words) not in in_words(file.read_text(encoding='utf-8')):
             return '{} does not have "{}"'.format(path, words)
     names = re.findall('`([^`]+)`', check)
     if not names and check != 'read':
