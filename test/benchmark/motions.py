@@ -37,7 +37,7 @@ LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
 DRIVES = [('precise, lab goal', {}, True),
           ('precise, random goals', {}, False),
           ('precise, may reverse', {'allow_reverse': True}, False),
-          ("handout's law, lab goal", {'law': 'lab'}, True)]
+          ("lab's law, lab goal", {'law': 'lab'}, True)]
 DRIVE_ROW = '{:24} {:>7} {:>18} {:>16} {:>13} {:>14}'
 
 #: Law, size of the turn [deg], latency of commands [s], lag of the motors [s].
