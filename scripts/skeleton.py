@@ -46,10 +46,10 @@ def main(words):
     templates = Path(rospkg.RosPack().get_path(OWN_PACKAGE)) / FOLDER / given.lab
     try:
         checked_name(package, [OWN_PACKAGE, Path(node).stem])
-        target = checked_place(given.folder.expanduser().resolve()) / package
         files = skeleton(templates, package, given.from_scratch)
         if given.student is not None:
             files = with_own(files, own_numbers(given.student))
+        target = checked_place(given.folder.expanduser().resolve()) / package
         write(files, target)
     except FileExistsError as problem:
         return tell_problem('{} is already there, and stays as it is; --name gives another name, or '

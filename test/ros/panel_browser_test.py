@@ -69,8 +69,8 @@ class PanelBrowserTest(PanelCase):
         for field in 'reset-x', 'reset-y', 'reset-yaw':
             self.page.type(field, '0')
         self.page.click('reset')
-        self.page.wait_until(lambda: Pose2(*self.page.picture('local')).distance_to(Pose2())
-                             < 0.005, 5.0, 'the reset')
+        self.page.wait_until(lambda: self.is_at(self.page.picture('local'), Pose2(), 0.005), 5.0,
+                             'the reset')
         return origin
 
     def drag(self, tool, start, end):
@@ -81,9 +81,9 @@ class PanelBrowserTest(PanelCase):
     def wait_for_pose(self, name, x, y, yaw_deg):
         """Wait until the picture shows this pose, about as exactly as a pixel of the map."""
         def is_there():
-            pose = Pose2(*self.page.picture(name))
-            return pose.distance_to(Pose2(x, y)) < 0.02 and abs(difference_degrees(
-                math.degrees(pose.yaw), yaw_deg)) < 3.0
+            shown = self.page.picture(name)
+            return self.is_at(shown, Pose2(x, y), 0.02) and abs(difference_degrees(
+                math.degrees(shown[2]), yaw_deg)) < 3.0
         self.page.wait_until(is_there, 5.0, name)
 
     def test_a_reset_and_a_goal_are_dragged_and_a_typed_goal_is_reached(self):

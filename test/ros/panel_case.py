@@ -11,6 +11,7 @@ import sys
 import rospy
 
 from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.se2 import Pose2
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from node_case import SILENCE, ZERO, NodeCase    # noqa: E402 (a relay's folder)
@@ -24,6 +25,11 @@ class PanelCase(NodeCase):
     """A case with an Observer `seen` of cmd_vel and ground_truth, and `hiccups`."""
 
     hiccups = None
+
+    @staticmethod
+    def is_at(shown, place, within):
+        """Is the pose of a picture, None if it is not known yet, `within` [m] of the Pose2 `place`?"""
+        return shown is not None and Pose2(*shown).distance_to(place) < within
 
     def wait_until_it_moves(self):
         """Wait until the robot has truly moved a little since now."""

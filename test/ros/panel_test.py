@@ -83,8 +83,8 @@ class PanelTest(PanelCase):
         origin = self.rest()
         self.assertEqual(self.page.ask('reset', x=0, y=0, yaw_deg=0), (
             True, 'Local pose set to x=0.000, y=0.000, yaw=0.0 deg'))
-        self.page.wait_until(lambda: Pose2(*self.page.picture['local']).distance_to(Pose2())
-                             < 0.005, 5.0, 'the new frame')
+        self.page.wait_until(lambda: self.is_at(self.page.picture['local'], Pose2(), 0.005), 5.0,
+                             'the new frame')
         return origin
 
     def drive_by_stick(self, forward=1.0, left=0.0):
