@@ -212,7 +212,7 @@ def write_csv(run: RunData, path: Path) -> None:
     states = words[np.searchsorted([span.begin for span in in_order], at, side='right')]
     near = _nearest(error_time, at)
     newest = np.searchsorted(run.commands.time, at, side='right') - 1
-    newest[_chosen(run.commands.time, newest) < at - COMMAND_TIMEOUT] = -1
+    newest[np.append(run.commands.time, -math.inf)[newest] < at - COMMAND_TIMEOUT] = -1
     columns = {
         'time_s': at, **_pose_columns('odom', odometry, np.arange(len(at))),
         **_pose_columns('local', local, _nearest(local.time, at)),
