@@ -206,7 +206,7 @@ XML
     grep -E -A6 'CMake Error|[Ee]rror:' "$ws/build.log" | sed -n '1,20s/^/  | /p' >&2 || true
     fail "the build failed (all of it: $log)"
   fi
-  mkdir -p "$ws/devel/etc/catkin/profile.d"
+  mkdir -p "$ws/devel/etc/catkin/profile.d" "$ws/devel/lib/python3/dist-packages"
   printf '#!/bin/sh\nexec "%s" -m tb3_labs.ros.dynparam "$@"\n' "$ws/venv/bin/python3" | install /dev/stdin "$ws/venv/bin/dynparam"
   ln -sfn "$repo/scripts/setup/terminal.bash" "$ws/devel/etc/catkin/profile.d/50.tb3_labs.bash"
   # On their way out rospy and roslaunch 1.15.9 call what Python 3.9 no longer has; every end would be a traceback, and of
