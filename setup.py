@@ -5,4 +5,6 @@ from catkin_pkg.python_setup import generate_distutils_setup
 
 setup(**generate_distutils_setup(
     packages=find_packages('src'), package_dir={'': 'src'},
-    package_data={'tb3_labs.panel': ['page/*']}))    # HTML, style and JavaScript
+    # HTML, style and JavaScript
+    package_data={'tb3_labs.drawing': ['*.js', '*.css'], 'tb3_labs.panel': ['page/*'],
+                  'tb3_labs.report': ['timeline.*']}))

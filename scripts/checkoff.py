@@ -3,8 +3,9 @@
 
 Usage: checkoff.py turn [--name "Ann Miller"]
 
-It starts no robot and no node. A person starts both, types on request, and tells what only a
-person can see. doc/instructor/marking.md tells more. The exit status is 0 only if all criteria are met.
+It does not start a robot or a node. A person starts both, types on request, and tells things that
+only a person can see. doc/instructor/marking.md tells more. The exit status is 0 only if all
+criteria are met.
 
 Subscribes
     ground_truth  geometry_msgs/PoseStamped: the simulated robot's true pose; else imu and odom
@@ -53,7 +54,7 @@ def parse(words):
 
 
 def main(words):
-    """Judge the node; the exit status."""
+    """Judge the node. Returns the exit status."""
     given, person, begun = parse(words), Person(), time.strftime('%Y-%m-%d %H:%M')
     lab = LABS[given.lab]
     try:
@@ -87,12 +88,13 @@ def main(words):
     person.tell('\n{}: {:g} of {:g} points, {}, {} ({}), node {}'.format(
         given.name or 'No name given', *checkoff.criteria.points, begun, lab.title,
         ', '.join(parts), checkoff.node.name or 'not found'))
-    person.tell('Bag: {}'.format(bag.path.resolve() if bag.path else 'none, rosbag is missing'))
+    person.tell('Watch it again: rosrun tb3_labs lab_report.py {}'.format(bag.path.resolve())
+                if bag.path else 'Bag: none, rosbag is missing')
     return 0 if checkoff.criteria.all_met else 1
 
 
 def own_goal(given, person):
-    """The goal of the student's own, which the person is told; ``ValueError`` if there is none."""
+    """Returns the student's own goal, and tells it to the person. ValueError if there is none."""
     if given.lab != MOVE2GOAL or not given.name:
         raise ValueError('--own is for {} alone, with --name'.format(MOVE2GOAL))
     numbers = own_numbers(given.name)
@@ -101,7 +103,7 @@ def own_goal(given, person):
 
 
 def tell_problem(problem):
-    """Print why it cannot be; the exit status."""
+    """Print why the node cannot be judged. Returns the exit status."""
     print('checkoff.py: {}'.format(reason(problem)), file=sys.stderr)
     return 2
 

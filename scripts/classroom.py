@@ -4,8 +4,8 @@
     rosrun tb3_labs classroom.py 12
     rostopic pub -1 /robot2/ctrl_relinq std_msgs/Bool true      robot2 drives
 
-roslaunch has no loops. So this program writes a launch file, and becomes the roslaunch that reads
-it from its standard input.
+roslaunch has no loops. So this program writes a launch file, and then becomes a roslaunch, which
+reads the file from its standard input.
 """
 import os
 import sys
@@ -15,7 +15,7 @@ from xml.sax.saxutils import escape
 from tb3_labs.command_line import Parser
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODEL_VARIABLE, MODELS
 
-#: Most robots; most simulated robots in one process.
+#: Highest number of robots (MOST), and of simulated robots in one process (IN_ONE_PROCESS).
 MOST, IN_ONE_PROCESS = 200, 12
 ROBOT = '''\
   <group ns="robot{number}">
@@ -70,7 +70,7 @@ def main(words):
                         default=os.environ.get(MODEL_VARIABLE) or DEFAULT_MODEL,
                         help='default: %(default)s')
     parser.add_argument('--law', default='precise', choices=('precise', 'lab'),
-                        help="precise, or lab for the handout's own law; default: %(default)s")
+                        help="precise, or lab for the course's own law; default: %(default)s")
     parser.add_argument('--set', default='{}', metavar='YAML',
                         help="parameters of every move_to_goal, such as '{max_linear: 0.1}'")
     parser.add_argument('--imu-rate', type=float, default=60.0, metavar='RATE',

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""The Transformation lab's demonstration, judged by the embedded robot's true pose.
+"""The Transformation lab's demonstration, judged by the simulated robot's true pose.
 
-The node gives control to move_to_goal, which drives to its goal. Then it resets the local frame
-where the robot stands, and the robot drives again. For each drive it prints the goal, the pose that
-was reached, and the true error. The exit status is 0 only if every drive ended within tolerance.
-demo.sh starts it beside demo.launch.
+The node gives control to move_to_goal, which drives to its goal. Then it declares the local frame
+anew at the robot's place, and the robot drives again. For each drive it prints the goal, the pose
+that was reached, and the true error. The exit status is 0 only if every drive ended within
+tolerance. demo.sh starts it beside demo.launch.
 
 Subscribes
     goal_state    std_msgs/String: the state of move_to_goal
@@ -20,7 +20,7 @@ Calls
 Parameters: see DemoConfig in tb3_labs.nodes.demo, set by demo.launch; limits are those of
 move_to_goal.
 """
-import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
+import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: Ctrl+C ends the imports below)
 
 import math
 import threading
@@ -38,16 +38,15 @@ from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.console import say
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.ctrl_relinq import hear_takers
-from tb3_labs.ros.node import end, guarded, run
+from tb3_labs.ros.node import end, guarded, read_config, read_model, run
 from tb3_labs.ros.observer import Observer, comes_to_hear
-from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reset_call import call_reset
 
 #: Longest wait for the robot and the nodes at the start [s].
 START_TIMEOUT = 30.0
 #: Longest wait for the recorder, which may have ended because its disk was full [s].
 RECORDER_TIMEOUT = 10.0
-#: Time for move_to_goal to take control, before it is given again [s, wall clock].
+#: If move_to_goal does not take control in this time, control is given again [s, wall clock].
 GIVING_PERIOD = 1.0
 #: Topics that a recording needs from its first moment on.
 RECORDED = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_goal',
@@ -64,8 +63,7 @@ TAKEN = 'Control was taken from the demonstration: it drives no more'
 
 
 class Taken(Exception):
-    """A person, or another node, took control: what is driven now is no drive of the demonstration.
-    """
+    """A person, or another node, took control: the drive does not count."""
 
 
 class Demo:
@@ -110,12 +108,12 @@ class Demo:
         if not comes_to_hear('move_to_goal', ['ctrl_relinq'], START_TIMEOUT):
             raise RuntimeError('move_to_goal does not listen on ctrl_relinq')
         self._observer.wait_for('has_control', seconds=START_TIMEOUT)
-        self._taken.clear()    # the first word of the node gamepad takes control
+        self._taken.clear()    # the first message of the node gamepad takes control
         if self._config.record and not comes_to_hear('record', RECORDED, RECORDER_TIMEOUT):
             rospy.logwarn('The recorder does not listen: the recording will be incomplete')
 
     def _drive(self, number):
-        """One DemoDrive from a fresh origin."""
+        """Let the robot drive once from a new origin. Returns the DemoDrive."""
         observer = self._observer
         observer.wait_for_rest('ground_truth')
         world_T_local = observer.latest('ground_truth')
@@ -134,10 +132,10 @@ class Demo:
                          bound)
 
     def _give_control(self):
-        """Give control until move_to_goal says that it has it.
+        """Give control until move_to_goal says that it has control.
 
-        A node that was slow to start does not take what it heard first: that may be old (see
-        tb3_labs.supervision.permission). A person's stop is not undone.
+        A node that was slow to start does not take the first permission that it hears, which may be
+        old (see tb3_labs.supervision.permission). A person's stop is not undone.
         """
         deadline = time.monotonic() + START_TIMEOUT
         while not self._observer.latest('has_control') and not self._taken.is_set():
@@ -148,8 +146,8 @@ class Demo:
             wait_until(lambda: self._observer.latest('has_control'), GIVING_PERIOD)
 
     def _first(self, condition, seconds):
-        """(time [s], words) of the first goal_state that fulfils `condition`; RuntimeError if there
-        is none after `seconds` of wall time, Taken if control was taken."""
+        """Wait for the first goal_state that fulfils `condition`. Returns (its time [s], words).
+        RuntimeError after `seconds` of wall time, Taken if control was taken."""
         def found():
             if self._taken.is_set():
                 raise Taken
@@ -168,10 +166,10 @@ class Demo:
 
 
 def parameters_are_set():
-    """Has roslaunch set the parameters? They are those of demo.launch, and /use_sim_time."""
+    """Has roslaunch set the parameters of demo.launch, and /use_sim_time?"""
     try:
         return rosgraph.Master('/demo').hasParam('/demo/drives')
-    except (OSError, rosgraph.MasterException):    # not yet
+    except (OSError, rosgraph.MasterException):    # no master answers yet
         return False
 
 

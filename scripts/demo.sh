@@ -9,12 +9,12 @@
 set -euo pipefail
 case ${1:-} in -h | --help) sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;; esac
 for word; do
-  [[ $word =~ ^[a-z_]+:=. ]] || { echo "tb3_labs: $word is no argument: NAME:=VALUE, such as stay:=true (--help shows more)" >&2; exit 2; }
+  [[ $word =~ ^[a-z_]+:=. ]] || { echo "tb3_labs: $word is not an argument: NAME:=VALUE, such as stay:=true (--help shows more)" >&2; exit 2; }
 done
 PATH=/usr/bin:/bin:$PATH    # ROS's own tools, not those of a conda or pyenv
 unset CMAKE_PREFIX_PATH    # nor another workspace's tb3_labs
 scripts=$(dirname -- "${BASH_SOURCE[0]}")    # a background job must not compute it: with Ctrl+C it would run without it
-# What the set-up says of an error comes at its end: with Ctrl+C only its own lines do, without the tracebacks of its programs.
+# The set-up's errors are printed at its end. After Ctrl+C only its own lines are, not the tracebacks of its programs.
 said=$(mktemp)
 trap 'rm -f "$said"' EXIT
 trap 'grep "^tb3_labs: " "$said" >&2; exit 130' INT TERM HUP
@@ -24,8 +24,8 @@ cat "$said" >&2
 [ -n "$ready" ] || exit 1
 trap 'exit 130' INT TERM HUP
 
-# The demonstration brings its own master: on another one there may be a real robot, which would drive too. The lock tells a
-# second demonstration apart that starts at the same moment.
+# The demonstration starts its own master: at another one there may be a real robot, which would drive, too. The lock finds
+# a second demonstration that starts at the same moment.
 address=${ROS_MASTER_URI#*://} address=${address%%/*}
 exec 9>>"/tmp/tb3_labs_demo.$UID.${address##*:}.lock"
 if ! flock -n 9 || timeout 2 bash -c ": <>/dev/tcp/${address%:*}/${address##*:}" 2>/dev/null; then
@@ -33,7 +33,7 @@ if ! flock -n 9 || timeout 2 bash -c ": <>/dev/tcp/${address%:*}/${address##*:}"
   exit 1
 fi
 
-# A screen is one that lets us in: DISPLAY may be left over from another user or session.
+# Can a window be opened? DISPLAY may be left over from another user or session.
 has_screen() {
   [ -n "${DISPLAY:-}" ] && timeout 5 python3 2>/dev/null - <<'PYTHON'
 import ctypes
@@ -52,16 +52,16 @@ mkfifo "$run/output"
 patience=12
 if [[ " $* " == *' record:='[Tt]rue* ]]; then patience=100; fi
 
-# The nodes write into a pipe here: without this their lines would come late, and in another order.
+# The nodes write into a pipe. Without this their lines would come late, and in another order.
 export PYTHONUNBUFFERED=1 ROSCONSOLE_FORMAT=${ROSCONSOLE_FORMAT:-'[${severity}] ${message}'}
 
-# Job control: roslaunch in a process group of its own gets each signal once, from the keyboard or sent to this script. A
-# signal that comes while the programs are started is obeyed when all have a name here: none is left behind.
+# Job control: roslaunch has a process group of its own, and gets each signal once, from the keyboard or by this script. A
+# signal that comes while the programs are started waits until the number of each is known, so that none is left behind.
 interrupted=
 trap 'interrupted=yes' INT TERM HUP
 set -m
-# roslaunch's own chatter is left out, also what it adds to a refused argument, and what RViz, Debian's rospack and a rosdep
-# without data say on every start.
+# Left out are roslaunch's own lines, also those after a refused argument, and lines that RViz, Debian's rospack and a
+# rosdep without data print at every start.
 sed -uE '/RLException: Invalid <param> tag: Cannot load command/,/^(.\[[0-9]+m)?The traceback for/d
   /^(.\[[0-9]+m)?(\[rviz-[0-9]+\] process has finished cleanly|log file: .*\/rviz-[0-9]+\*\.log|QStandardPaths: |the rosdep view is empty: |\[rospack\] Error: no such package media_export|\[librospack\]: error while executing command)/d
   /^(.\[1m)?(\.\.\. logging to|started roslaunch server|auto-starting new master|process\[|ROS_MASTER_URI=|setting \/run_id|started core service|shutting down processing monitor|\.\.\. shutting down|done.?|\[[^] ]+\] killing on exit)/d' \
@@ -72,11 +72,11 @@ launch=$!
 python3 "$scripts/demo.py" __name:=demo </dev/null >"$run/output" 2>&1 9>&- &
 judge=$!
 
-# roslaunch waits 15 s for each node that does not hear SIGINT; one that is just starting does not. A recorder needs its time.
+# roslaunch waits 15 s for a node that does not hear SIGINT, as one that is just starting. A recorder needs its time to end.
 interrupt() {
   trap '' INT TERM HUP
   exec 2>/dev/null    # bash names each process that it ends
-  cat <"$run/output" >/dev/null 9>&- &    # what comes from here on: tracebacks of nodes that are just starting
+  cat <"$run/output" >/dev/null 9>&- &    # from here on only tracebacks of nodes that are just starting
   local sink=$! nodes _
   kill -KILL "$filter" "$judge" 2>/dev/null || true
   kill -TERM -- "-$launch" 2>/dev/null || true
@@ -93,7 +93,7 @@ interrupt() {
 trap interrupt INT TERM HUP
 [ -z "$interrupted" ] || interrupt
 
-# Whichever of the two ends first ends the other one. bash would name what is ended.
+# If one of the two ends, the other one is ended, without bash's line about it.
 status=0
 {
   wait -n "$launch" "$judge" || status=$?

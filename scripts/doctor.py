@@ -4,8 +4,8 @@
 Usage: doctor.py [robot3]
 
 Every line begins with ok, warning or FAULT, and says what to do. It takes up to 12 s with a robot,
-3 s without a master. It registers at no master, publishes nothing, and changes nothing. The exit
-status is 0 without a fault, 1 with one.
+3 s without a master. It does not register at the master, publish or change anything. The exit
+status is 1 if there is a FAULT, else 0.
 
 Listens to    (in the robot's namespace, by a connection of its own)
     imu       sensor_msgs/Imu
@@ -30,10 +30,10 @@ from tb3_labs.doctor.line import exit_status, fault, printed, summary    # noqa:
 
 
 def namespace(word):
-    """'/robot3/' of robot3, '/' of nothing."""
+    """Returns '/robot3/' for 'robot3', and '/' for ''."""
     if not re.fullmatch(r'/?([A-Za-z]\w*(/[A-Za-z]\w*)*)?/?', word):
         raise argparse.ArgumentTypeError(
-            '{} is no namespace, such as robot3'.format(word))
+            '{} is not a namespace, such as robot3'.format(word))
     return '/{}/'.format(word.strip('/')).replace('//', '/')
 
 
@@ -56,7 +56,7 @@ def parse(words):
 
 
 def examination(robot, seconds):
-    """The lines. Whatever others answered, the doctor ends with a line and no traceback."""
+    """Yields the lines. After an unexpected answer the last line is a fault, not a traceback."""
     try:
         yield from examine(robot, seconds)
     except Exception as trouble:    # an answer of a kind that nobody thought of
@@ -65,7 +65,7 @@ def examination(robot, seconds):
 
 
 def main(words):
-    """Print the lines; the exit status."""
+    """Print the lines. Returns the exit status."""
     given, lines = parse(words), []
     sys.stdout.reconfigure(errors='replace')    # others' names may not fit this terminal
     try:

@@ -16,7 +16,7 @@ from tb3_labs.handout.edition import LIST, checked_place, write
 
 
 def sources():
-    """The folder of this package's sources; ``ValueError`` if it is installed without them."""
+    """Returns the folder of this package's sources; ``ValueError`` if they are not installed."""
     package = Path(rospkg.RosPack().get_path('tb3_labs'))
     root = (package / 'package.xml').resolve().parent    # scripts/setup.sh makes a folder of links
     if not (root / LIST).is_file() or not (root / 'CMakeLists.txt').is_file():
@@ -26,7 +26,7 @@ def sources():
 
 
 def main(words):
-    """Write the edition; the exit status."""
+    """Write the edition. Returns the exit status."""
     parser = Parser(
         prog='edition.py', description="Writes the students' edition of tb3_labs, without the "
         'solutions. Example: edition.py student ~/students/tb3_labs',

@@ -31,15 +31,14 @@ Parameters
                   default. All but the start's may change while it runs, for all robots:
                   dynparam set /turtlebot3 network_cut true
 """
-import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
+import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: Ctrl+C ends the imports below)
 
 from dataclasses import dataclass, fields, replace
 
 import rospy
 
 from tb3_labs.config import Config, setting
-from tb3_labs.ros.node import run
-from tb3_labs.ros.parameters import read_config, read_model
+from tb3_labs.ros.node import read_config, read_model, run
 from tb3_labs.ros.reconfigure import LiveSettings
 from tb3_labs.simulation.ros_robot import FakeRobot, Pacemaker, StaticFrames
 from tb3_labs.simulation.mystery import LAST, HiddenFault
@@ -94,8 +93,8 @@ class FakeTurtlebot3:
 
 
 def _placed(settings, room):
-    """(number, namespace, settings with its place) of each robot; of a single one (0, '', as they
-    are)."""
+    """Returns a list of (number, namespace, settings with the robot's place). A single robot has
+    number 0, namespace '', and `settings` unchanged."""
     if not room.robots:
         return [(0, '', settings)]
     return [(number, 'robot%d' % number,
@@ -104,7 +103,7 @@ def _placed(settings, room):
 
 
 def _mystery_robots(settings, room):
-    """Robots with hidden faults: nothing tells their true poses."""
+    """Returns robots with hidden faults; they do not publish their true poses."""
     for name, plain in (('network', 'quiet'), ('host', 'default')):
         if getattr(room, name) != plain:
             raise ValueError('{0} = {1} is not valid together with mystery = {2}: the {0} may be '
@@ -119,7 +118,7 @@ def _mystery_robots(settings, room):
 
 
 def _named(settings, *sets):
-    """`settings` with those of the named `sets`, except where a setting is given already."""
+    """Returns `settings` with the values of `sets`; a setting that is not the default stays."""
     plain = SimulatorConfig()
     return replace(settings, **{name: value for named in sets for name, value in named.items()
                                 if getattr(settings, name) == getattr(plain, name)})

@@ -18,10 +18,10 @@ Calls
     reset_pose      tb3_labs/ResetPose, or, if no node offers that:
     set_pose        tb3_labs/SetInitialPose
 Parameters
-    ~linear_axis, ~angular_axis, ~relinquish_button, ...: see PadConfig in tb3_labs.nodes.pad
+    ~linear_axis, ~angular_axis, ~relinquish_button, ...: see PadConfig in tb3_labs.nodes.pad_config
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
-import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
+import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: Ctrl+C ends the imports below)
 
 import threading
 
@@ -37,14 +37,13 @@ from tb3_labs.ros.cmd_vel import CmdVel, Rivals, Watchdog
 from tb3_labs.ros.console import log_news
 from tb3_labs.ros.ctrl_relinq import ControlGiver, hear_takers
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
-from tb3_labs.ros.node import guarded, run
-from tb3_labs.ros.parameters import read_config, read_model
+from tb3_labs.ros.node import guarded, read_config, read_model, run
 from tb3_labs.ros.reset_call import call_reset
 from tb3_labs.ros.rospy_internals import is_ending, is_wall_time
 from tb3_labs.ros.signals import when_stopped
 from tb3_labs.ros.topics import subscribe
 
-#: Whoever publishes joy does so by then [s].
+#: If no node publishes joy within this time, a warning is logged [s].
 PAD_WAIT = 3.0
 
 
@@ -67,7 +66,7 @@ class Gamepad:
         rospy.on_shutdown(self._leave)
         when_stopped(self._leave, lambda: None)
         self._tick()
-        # every message is read: a press counts also in messages that arrive all at once
+        # every message is read: a press counts even if many messages arrive at once
         pads = subscribe('joy', Joy, self._on_joy, self._read_joy, self._core.joy, queue_size=None)
         waiting = threading.Timer(PAD_WAIT, _say_if_nobody_sends, (pads,))
         waiting.daemon = True
@@ -139,7 +138,7 @@ class ResetClient:
         threading.Thread(target=guarded(self._run), name='reset', daemon=True).start()
 
     def reset(self):
-        """Ask for a call; all that are asked for during a call are one more call after it."""
+        """Ask for a reset. All that are asked for during a call become one more call after it."""
         self._asked.set()
 
     def _run(self):

@@ -8,7 +8,7 @@ Publishes
 Parameters
     ~max_rate  most lines a second; 0: a line for each message, as in the handout (10)
 """
-import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
+import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: Ctrl+C ends the imports below)
 
 import math
 import threading
@@ -21,8 +21,7 @@ from std_msgs.msg import Float32
 from tb3_labs.config import Config, setting
 from tb3_labs.localization.heading import compass_degrees
 from tb3_labs.ros.conversions import to_imu_sample
-from tb3_labs.ros.node import run
-from tb3_labs.ros.parameters import read_config
+from tb3_labs.ros.node import read_config, run
 from tb3_labs.ros.topics import say_what_is_awaited, subscribe
 
 

@@ -2,7 +2,7 @@
 """Makes a report of recorded runs: paths, errors, speeds and tables, as a page, PNG and CSV.
 
 Usage: lab_report.py RUN.bag [RUN2.bag ...] [-o FOLDER] [--goal X Y YAW_DEG] [--ns ROBOT]
-                     [--model MODEL] [--turn NUMBER]
+                     [--model MODEL] [--turn NUMBER] [--student NAME]
 
 Record with
     roslaunch tb3_labs record.launch
@@ -17,12 +17,13 @@ from pathlib import Path
 from tb3_labs.command_line import Parser, number_or_text
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2, TypedPose
+from tb3_labs.marking.own_numbers import own_numbers
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
 
 
 def progress(what):
-    """A function that shows on a terminal the share of `what` that is done, 0 to 1; the next line
-    is written over it."""
+    """Returns a function that shows on a terminal which share of `what` is done, 0 to 1. The next
+    line overwrites it."""
     def show(fraction):
         if sys.stderr.isatty():
             print('{}: {:3.0f} %'.format(what, 100.0 * fraction), end='\r', file=sys.stderr,
@@ -47,19 +48,26 @@ def parse(words):
                         help='whose limits are drawn; default: %(default)s')
     parser.add_argument('--turn', type=int, choices=range(1, 1000), metavar='NUMBER', default=0,
                         help='draw this turn of the table alone; default: all turns')
+    parser.add_argument('--student', metavar='NAME', help='tell if the robot began with the start '
+                        'and the IMU offset of skeleton.py --student NAME')
     given = parser.parse_args(words)
     if given.goal is not None:
         try:
             TypedPose(*given.goal)
         except ValueError as problem:
             parser.error('--goal: {}'.format(problem))
+    if given.student is not None:
+        try:
+            own_numbers(given.student)
+        except ValueError as problem:
+            parser.error('--student: {}'.format(problem))
     return given
 
 
 def report(arguments):
-    """(The page, [problem]) of the bags. The page is None if none of them can be read.
+    """Write the report. Returns (page, [problem, ...]); the page is None if no bag can be read.
 
-    ``OSError`` if nothing can be written; ``ImportError`` without matplotlib.
+    Raises ``OSError`` if nothing can be written, ``ImportError`` without matplotlib.
     """
     from tb3_labs.report.compare import summarize, write_comparison
     from tb3_labs.report.movements import LAB_GOAL, completed
@@ -79,6 +87,8 @@ def report(arguments):
         except BagProblem as problem:
             problems.append(str(problem))
             continue
+        if arguments.student is not None:
+            print(whose(run, arguments.student))
         own = folder / name if several else folder
         try:
             pages.append(write_report(run, model, own, arguments.turn))
@@ -92,9 +102,21 @@ def report(arguments):
     return (pages[0] if pages else None), problems
 
 
+def whose(run, student):
+    """Returns a line that tells if a run began with the numbers of a student."""
+    from tb3_labs.report.run_data import yaw_offset
+    numbers, first = own_numbers(student), run.odometry.pose(0)
+    start = first.x, first.y, math.degrees(first.yaw) % 360.0
+    offset = math.degrees(yaw_offset(run).mean) % 360.0
+    return ('{}: the robot began at ({:.2f}, {:.2f}) m, {:.0f} degrees, with an IMU offset of '
+            '{:.0f} degrees: {}the numbers of {}, which are {}'.format(
+                run.name, *start, offset, '' if numbers.recorded(start, offset) else 'not ',
+                student, numbers))
+
+
 def names_of(bags):
-    """A name for each run, which is also its folder: that of its file, with a number if others
-    before it have the same."""
+    """Returns a name for each bag, which its folder gets, too: the name of its file, with a number
+    if an earlier bag has the same name."""
     names = []
     for bag in bags:
         alike = sum(other.stem == bag.stem for other in bags[:len(names)])
@@ -103,7 +125,7 @@ def names_of(bags):
 
 
 def main(words):
-    """Read, draw, write; the exit status."""
+    """Read the bags, and write the report. Returns the exit status."""
     arguments = parse(words)
     try:
         page, problems = report(arguments)

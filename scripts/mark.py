@@ -5,10 +5,9 @@ Usage: mark.py SUBMISSIONS --lab turn -o MARKS
 
 SUBMISSIONS is a folder with a folder or a zip file for each student, the zip file of a learning
 platform, or a text file with a list of repositories. MARKS gets marks.csv, overview.html, and a
-page of feedback and a results.json for each student. What has been marked there and has not changed
-is not tried again. doc/instructor/marking.md tells more.
+page of feedback and a results.json for each student. A submission that has been marked there, and
+has not changed, is not tried again. doc/instructor/marking.md tells more.
 """
-import importlib.util
 import os
 import signal
 import sys
@@ -18,18 +17,12 @@ from pathlib import Path
 
 import rospkg
 
-if importlib.util.find_spec('matplotlib') is None:    # the set-up leaves it out
-    sys.exit('mark.py: matplotlib is missing; install it: sudo apt install --no-install-recommends '
-             'python3-matplotlib')
-
 from tb3_labs.command_line import Parser, reason, seconds
 from tb3_labs.handout import skeletons
 from tb3_labs.marking import sandbox
-from tb3_labs.marking.archives import Refused
 from tb3_labs.marking.conduct import UNPROTECTED
-from tb3_labs.marking.intake import submissions_from
+from tb3_labs.marking.intake import Refused, submissions_from
 from tb3_labs.marking.labs import GAMEPAD, LABS, MOVE2GOAL
-from tb3_labs.marking.marked_class import MarkedClass
 from tb3_labs.marking.marks import points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder, due_time
 from tb3_labs.marking.marks_table import course_of
@@ -37,7 +30,7 @@ from tb3_labs.marking.names import chosen, printable
 from tb3_labs.marking.processes import forget_overlays
 from tb3_labs.marking.progress import Progress
 from tb3_labs.marking.ros_gamepad import HANDOUT, pad_called
-from tb3_labs.marking.ros_marker import Marker, Options, QUIET
+from tb3_labs.marking.ros_marker import MarkedClass, Marker, Options, QUIET
 from tb3_labs.simulation.network import NETWORKS
 
 
@@ -50,7 +43,7 @@ def parse(words):
                         help="a folder, a learning platform's zip file, or a list of repositories")
     parser.add_argument('--lab', required=True, choices=sorted(LABS))
     parser.add_argument('-o', dest='folder', metavar='MARKS', type=Path, required=True,
-                        help='folder for the marks and pages; those in it are kept')
+                        help='folder for the marks and pages; marks in it are kept')
     parser.add_argument('--only', metavar='NAME', action='append', default=[],
                         help='try this student again, and no other; more than once for several')
     parser.add_argument('--anew', action='store_true', help='try everything again')
@@ -81,7 +74,7 @@ def parse(words):
 
 
 def main(words):
-    """Mark all submissions, write the marks; the exit status."""
+    """Mark all submissions, and write the marks. Returns the exit status."""
     given = parse(words)
     sys.stdout.reconfigure(errors='backslashreplace')    # not every terminal has every letter
     forget_overlays()
@@ -115,7 +108,7 @@ def main(words):
     except (OSError, ValueError) as problem:
         tell_problem(reason(problem))
         return 2
-    for note in notes[given.unprotected:]:      # the first was told at the beginning
+    for note in notes[given.unprotected:]:      # the first was told before, if unprotected
         progress.line(printable(note))
     if page is not None:
         progress.line(printable('Overview: {}'.format(page)))
@@ -123,14 +116,14 @@ def main(words):
 
 
 def given_programs():
-    """The programs of the skeletons, which every student was given."""
+    """Returns the programs of the skeletons, which every student was given."""
     folder = Path(rospkg.RosPack().get_path('tb3_labs')) / skeletons.FOLDER
     return [program for lab in LABS if (folder / lab).is_dir()
             for program in skeletons.programs(folder / lab)]
 
 
 def checked_pad(lab, pad):
-    """The name of the pad to be played; ``ValueError`` for an unknown one, or for another lab."""
+    """Returns the name of the pad to play; ``ValueError`` if it is unknown or for another lab."""
     if pad and lab != GAMEPAD:
         raise ValueError('--pad is for --lab {} alone'.format(GAMEPAD))
     pad_called(pad or HANDOUT)
@@ -138,14 +131,14 @@ def checked_pad(lab, pad):
 
 
 def checked_own(lab, own):
-    """Has each student numbers of their own? ``ValueError`` for a lab that is judged by none."""
+    """Does each student have own numbers? ``ValueError`` for a lab without such numbers."""
     if own and lab != MOVE2GOAL:
         raise ValueError('--own is for --lab {} alone'.format(MOVE2GOAL))
     return own
 
 
 def check_place(submissions, marks):
-    """``ValueError`` if the marks would lie among the submissions: they would be marked next."""
+    """Raises ``ValueError`` if the marks would lie among the submissions, and be marked, too."""
     inside = Path(os.path.realpath(str(marks)))
     outside = Path(os.path.realpath(str(submissions)))
     if outside.is_dir() and outside in (inside, *inside.parents):
@@ -154,8 +147,8 @@ def check_place(submissions, marks):
 
 
 def check_sandboxes(unprotected, progress):
-    """Say that there is no protection; ``ValueError`` if that is not wanted, and sandboxes do not
-    work here."""
+    """If `unprotected`, print that there is no protection. Otherwise raise ``ValueError`` if
+    sandboxes do not work here."""
     if unprotected:
         progress.line(UNPROTECTED)
     elif sandbox.problem():

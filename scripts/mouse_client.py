@@ -9,7 +9,7 @@ Publishes
     mouse_info   tb3_labs/MouseController: status, and the position on the screen, -1 to 1, x to
                  the right, y up, (0, 0) in the middle
 """
-import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
+import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: Ctrl+C ends the imports below)
 
 import os
 import threading
@@ -32,14 +32,14 @@ class Mouse:
     def __init__(self):
         self._active = False
         self._stirred = threading.Event()
-        self._lock = threading.Lock()    # guards what is published: nothing after the last message
+        self._lock = threading.Lock()    # guards the publisher: nothing follows the last message
         self._closed = False
         # latched: a controller that starts hears at once that the mouse is not active
         self._publisher = rospy.Publisher('mouse_info', MouseController, queue_size=1,
                                           tcp_nodelay=True, latch=True)
         try:
             self._pointer = Pointer(self._on_scroll, self._on_move)
-        except ValueError as problem:    # the others of its launch go on without a mouse
+        except ValueError as problem:    # the other nodes of its launch file go on
             rospy.logwarn(str(problem))
             end()
             return
@@ -68,7 +68,7 @@ class Mouse:
                 if not self._closed:
                     self._publish(self._active, *position)
             if not self._active:
-                time.sleep(PERIOD)    # bounds the rate of a mouse that moves fast
+                time.sleep(PERIOD)    # limits the rate of messages if the mouse moves fast
             self._stirred.wait(PERIOD if self._active else None)
             self._stirred.clear()
 
@@ -86,10 +86,10 @@ class Mouse:
 
 
 class Pointer:
-    """The position of the mouse, and calls when its wheel turns or it moves; by pynput, on X.
+    """Reads the mouse by pynput, on X: its position, its moves and its wheel.
 
-    If it cannot be read, the constructor raises ``ValueError`` with one sentence, and so does
-    :meth:`position` when the display is lost.
+    The constructor raises ``ValueError`` with one sentence if the mouse cannot be read.
+    :meth:`position` raises it when the display is lost.
     """
 
     def __init__(self, on_scroll, on_move):
@@ -103,7 +103,7 @@ class Pointer:
         mouse, display = _libraries()
         self._hand = mouse.Controller()
         self._root = display.Display().screen().root
-        # Never to be stopped or joined: on X11 that hangs. It is a daemon thread.
+        # A daemon thread, which is never stopped or joined: on X11 a stop or a join hangs.
         self._listener = mouse.Listener(
             on_move=lambda x, y: on_move(),
             on_scroll=lambda x, y, dx, dy: dy and on_scroll(dy > 0))
@@ -123,7 +123,7 @@ class Pointer:
 
 
 def screen_position(pixel_x, pixel_y, width, height):
-    """A pixel (counted from the top left corner) as a position on a screen of that size."""
+    """Returns the position (x, y), -1 to 1, of a pixel; pixels count from the top left corner."""
     return (clamp(2.0 * pixel_x / max(width - 1, 1) - 1.0, -1.0, 1.0),
             clamp(1.0 - 2.0 * pixel_y / max(height - 1, 1), -1.0, 1.0))
 

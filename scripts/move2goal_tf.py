@@ -4,7 +4,7 @@
 Subscribes
     imu                    sensor_msgs/Imu
     odom                   nav_msgs/Odometry
-    joint_states           sensor_msgs/JointState, if there are: the wheels show a gyro that lies
+    joint_states           sensor_msgs/JointState, if it is sent: the wheels show a wrong gyro
     ctrl_relinq            std_msgs/Bool: True = this node may drive (see
                            tb3_labs.supervision.permission)
     move_base_simple/goal  geometry_msgs/PoseStamped: a goal
@@ -31,11 +31,11 @@ Action
 Parameters
     ~goal_x, ~goal_y [m], ~goal_yaw_deg, ~has_control: see MoveToGoalConfig in
         tb3_labs.nodes.move_to_goal
-    ~law, ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.control.driving; they
+    ~law, ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.control.goal; they
     may change while it runs: dynparam set /move_to_goal max_linear 0.1
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
-import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
+import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: Ctrl+C ends the imports below)
 
 import threading
 
@@ -56,8 +56,7 @@ from tb3_labs.ros.ctrl_relinq import ControlTaker
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
 from tb3_labs.ros.display import DriveStatusPublisher, LocalDisplay
 from tb3_labs.ros.goals import GoalInterfaces, PoseFrames
-from tb3_labs.ros.node import run
-from tb3_labs.ros.parameters import read_config, read_model, use_up
+from tb3_labs.ros.node import read_config, read_model, run
 from tb3_labs.ros.reconfigure import LiveSettings
 from tb3_labs.ros.resets import Resets
 from tb3_labs.ros.topics import say_what_is_awaited, subscribe, subscribe_wheels
@@ -66,13 +65,15 @@ from tb3_labs.ros.topics import say_what_is_awaited, subscribe, subscribe_wheels
 class MoveToGoal:
     """Connects ROS and the MoveToGoalCore.
 
-    The order of locks: actionlib's, which GoalInterfaces holds while it calls, then `_changed`. So
-    nothing of GoalInterfaces is called while `_changed` is held (checked by test_lock_order.py).
+    The order of locks: first actionlib's lock, which GoalInterfaces holds while it calls this
+    object, then `_changed`. So a thread that holds `_changed` does not call GoalInterfaces (checked
+    by test_lock_order.py).
     """
 
     def __init__(self):
         start, drive = read_config(MoveToGoalConfig, DriveConfig)
-        use_up('~has_control')    # else a later start would find it, and drive
+        if rospy.has_param('~has_control'):    # else a later start would read it, and drive
+            rospy.delete_param('~has_control')
         self._model = read_model()
         self._response = Response()              # of this robot, learned while it moves
         self._core = MoveToGoalCore(make_law(drive, self._model, self._response),
@@ -97,11 +98,11 @@ class MoveToGoal:
         self._control.hear(self._told_control)
         subscribe('imu', Imu, self._on_imu, to_imu_sample, self._core.imu,
                   idle_for=self._idle_for)
-        # every message: one of them may hold the displacement that the firmware reverses
+        # every message is read: any of them may have the displacement that the firmware reverses
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample,
                   self._core.odometry, queue_size=None)
         subscribe_wheels(self._on_wheels)
-        self._core.begin_control(steady_time())    # the start may take seconds, and is not a sleep
+        self._core.begin_control(steady_time())    # a slow start does not count as a sleep
         self._sources = SourceReport(
             (self._core.imu, 'imu', Imu, rospy.get_time),
             (self._core.odometry, 'odom', Odometry, rospy.get_time))
@@ -142,7 +143,7 @@ class MoveToGoal:
             self._update_control()
 
     def _update_control(self):
-        """Stop at once where control is lost, and publish each change."""
+        """Stop at once if control is lost, and publish each change."""
         core = self._core
         core.update_control(steady_time())
         if not core.has_control:
@@ -187,7 +188,7 @@ class MoveToGoal:
             odom_T_local = self._core.odom_T_local
         goal = self._frames.to_local(header, pose, odom_T_local)
         with self._changed:
-            self._update_control()    # it notices a sleep, which the goal may be as old as
+            self._update_control()    # notices a sleep; the goal may be from before it
             self._core.set_goal(goal)
             self._status.update(rospy.get_time())
         return goal
@@ -205,7 +206,7 @@ class MoveToGoal:
 
     def _diagnose(self):
         with self._changed:
-            self._update_control()    # also where no sensor wakes this node
+            self._update_control()    # also if no sensor wakes this node
             problem, values = self._status.report(rospy.get_time())
             return self._rivals.complaint or problem, dict(self._sources.values(), **values)
 

@@ -36,7 +36,7 @@ def parse(words):
 
 
 def main(words):
-    """Print the verdict, the list or the key; the exit status."""
+    """Print the verdict, the list or the key. Returns the exit status."""
     try:
         if words[:1] == ['key'] and find_spec(KEY):
             print('\n'.join(importlib.import_module(KEY).key(words[1:])))
@@ -54,8 +54,8 @@ def main(words):
 
 
 def _parts(words):
-    """(number, fault, value or None) of the words after --answer; a fault's name may be several
-    words without quotation marks."""
+    """Returns (number, fault, value or None) from the words after --answer. A fault's name may be
+    several words without quotation marks."""
     number, *name = words
     if not number.isdecimal():
         raise ValueError('number = {!r} is not valid: a whole number from 1 to {}'.format(

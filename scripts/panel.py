@@ -22,7 +22,7 @@ Parameters
     ~port, ~address, ~control, ~robots, ...: see PanelConfig in tb3_labs.panel.access
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
-import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
+import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: Ctrl+C ends the imports below)
 
 import sys
 
@@ -30,8 +30,7 @@ import rospy
 
 from tb3_labs.panel.access import PanelConfig
 from tb3_labs.ros.console import say
-from tb3_labs.ros.node import run
-from tb3_labs.ros.parameters import read_config, read_model
+from tb3_labs.ros.node import read_config, read_model, run
 from tb3_labs.ros.signals import when_stopped
 
 try:

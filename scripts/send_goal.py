@@ -31,22 +31,22 @@ from tb3_labs.ros.signals import Interrupted, Signals
 from tb3_labs.ros.topics import subscribe
 
 USAGE = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees, such as: 1 1 90'
-#: Longest wait for move_to_goal [s], and time between two lines of progress [s].
+#: Longest wait for move_to_goal (ANSWER), time between two lines of progress (PROGRESS) [s].
 ANSWER, PROGRESS = 2.0, 2.0
 
 
 class Progress:
-    """Prints the words of `goal_state` when they change, and what is left to go."""
+    """Prints `goal_state` when it changes, and the distance and angle left."""
 
     def __init__(self):
-        self._left = {}    # [m], [deg]
+        self._left = {}    # {topic: its latest value [m] or [deg]}
         self._said = None
         for topic in ('distance_error', 'angle_error_deg'):
             subscribe(topic, Float32, partial(self._on_left, topic))
         subscribe('goal_state', String, self._on_state, queue_size=None)
 
     def tell(self):
-        """A line of progress, while the robot drives."""
+        """Print a line of progress, if the robot drives."""
         if self._said in DRIVING and len(self._left) == 2:
             print('{}: {}'.format(self._said, to_go(
                 self._left['distance_error'], self._left['angle_error_deg'])), flush=True)
@@ -66,7 +66,7 @@ class Progress:
 
 
 def drive(goal, signals):
-    """Send the goal, wait for its end; the exit status. A signal cancels the goal."""
+    """Send the goal, and wait for its end. Returns the exit status. A signal cancels the goal."""
     rospy.init_node('send_goal', anonymous=True, disable_signals=True)
     client = actionlib.ActionClient('move2goal', MoveBaseAction)
     if not client.wait_for_server(rospy.Duration(ANSWER)):
@@ -94,14 +94,14 @@ def drive(goal, signals):
                 progress.tell()
     except Interrupted:
         sent.cancel()
-        over.wait(ANSWER)    # it is canceled when move_to_goal has said so
+        over.wait(ANSWER)    # move_to_goal reports the canceled goal
         raise
     print(sent.get_goal_status_text())
     return 0 if sent.get_goal_status() == GoalStatus.SUCCEEDED else 1
 
 
 def main(words):
-    """The exit status."""
+    """Carry out the command line. Returns the exit status."""
     if words in (['-h'], ['--help']):
         print(__doc__.strip())
         return 0

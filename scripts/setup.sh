@@ -25,7 +25,7 @@
 # Network: everything listens on the loopback only. For a real robot set ROS_IP to this computer's address first, if the
 # master runs here; or ROS_MASTER_URI=http://ROBOT:11311, if it runs there: ROS_IP is then found by itself.
 
-# Before what another shell cannot even read: sh is dash here, which has no arrays.
+# This stands first: dash, which is sh here, has no arrays and could not read the rest.
 if [ -z "${BASH_VERSION:-}" ]; then
   echo 'tb3_labs: scripts/setup.sh needs bash; start one first' >&2
   return 1
@@ -56,13 +56,13 @@ _tb3_labs_shell() {
     # shellcheck source=scripts/setup/terminal.bash
     CATKIN_ENV_HOOK_WORKSPACE=$ws/devel; source "$repo/scripts/setup/terminal.bash"; unset CATKIN_ENV_HOOK_WORKSPACE
   fi
-  # What is sourced from now on is added. Without this a workspace that was built without tb3_labs would take it away.
+  # A workspace that is sourced from now on is added. Without this, one that was built without tb3_labs would remove it.
   export CATKIN_SETUP_UTIL_ARGS=--extend
   if [[ $- == *i* ]] && [ -t 1 ]; then echo "tb3_labs: this terminal is ready"; fi
 }
 
 # Whether a folder of CMAKE_PREFIX_PATH stays: a workspace of catkin, but neither a ROS itself (ours has come already) nor
-# a tb3_labs that was set up by its setup.sh. A ROS 2, a conda and a folder that is gone are no such workspace.
+# a tb3_labs that was set up by its setup.sh. A ROS 2, a conda and a folder that is gone are not such a workspace.
 _tb3_labs_keeps() {
   local first python sources
   [ -f "$1/.catkin" ] && [ -f "$1/_setup_util.py" ] && [ -f "$1/local_setup.bash" ] && [ ! -e "$1/conda-meta" ] || return 1
@@ -170,7 +170,7 @@ fill_venv() {
 }
 
 build() {
-  local stamp
+  local stamp name
   stamp=$(build_stamp)
   say 'building the workspace ...'
   # No stamp: an interrupted build, or another place or Python, to whose files a rebuild would cling.
@@ -186,17 +186,18 @@ build() {
   # publish /rosout all the same.
   mkdir -p "$ws/etc"
   ln -sfn /etc/ros/rosdep "$ws/etc/rosdep"
-  cat >"$ws/etc/roscore.xml" <<'XML'
-<launch>
-  <group ns="/">
-    <param name="rosversion" command="rosversion roslaunch"/>
-    <param name="rosdistro" command="rosversion -d"/>
-  </group>
-</launch>
-XML
   touch "$ws/CATKIN_IGNORE"    # a clone inside another workspace: catkin shall not look in here
   if ! (
     if [ -n "$ros" ]; then set +u; source "$ros/setup.bash"; fi
+    # Values, since each roslaunch would run two commands for them, which start Python.
+    cat >"$ws/etc/roscore.xml" <<XML
+<launch>
+  <group ns="/">
+    <param name="rosversion" value="$(rosversion roslaunch)"/>
+    <param name="rosdistro" value="$(rosversion -d)"/>
+  </group>
+</launch>
+XML
     # The Python by both of its names: catkin of Debian 13 looks for it in another way. CMake 4 refuses catkin's
     # top level without the oldest version to be like.
     catkin_make --directory "$ws" --force-cmake -DPYTHON_EXECUTABLE="$ws/venv/bin/python3" -DPython_EXECUTABLE="$ws/venv/bin/python3" \
@@ -208,6 +209,11 @@ XML
   fi
   mkdir -p "$ws/devel/etc/catkin/profile.d" "$ws/devel/lib/python3/dist-packages"
   printf '#!/bin/sh\nexec "%s" -m tb3_labs.ros.dynparam "$@"\n' "$ws/venv/bin/python3" | install /dev/stdin "$ws/venv/bin/dynparam"
+  # A workspace that was built without this one sets ROS_ETC_DIR to the system's folder again when it is sourced.
+  for name in roscore roslaunch; do
+    printf '#!/bin/sh\ncase $ROS_HOSTNAME:${ROS_ETC_DIR:-} in localhost:*//etc/ros) export ROS_ETC_DIR="%s" ;; esac\nexec "%s" "$@"\n' \
+      "$ws/etc" "${ros:-/usr}/bin/$name" | install /dev/stdin "$ws/venv/bin/$name"
+  done
   ln -sfn "$repo/scripts/setup/terminal.bash" "$ws/devel/etc/catkin/profile.d/50.tb3_labs.bash"
   # On their way out rospy and roslaunch 1.15.9 call what Python 3.9 no longer has; every end would be a traceback, and of
   # a node exit status 1.

@@ -3,9 +3,9 @@
 
 Usage: skeleton.py LAB DIRECTORY [--name PACKAGE] [--student NAME] [--from-scratch]
 
-Such as: skeleton.py turn ~/catkin_ws/src. The package has a launch file, and the lab's node: its
-given parts are given, and its TODOs are open. What is already there is not overwritten. The texts
-are the files of doc/skeletons.
+Such as: skeleton.py turn ~/catkin_ws/src. The package has a launch file, and the lab's node with
+its given parts and open TODOs. Existing files are not overwritten. The texts come from
+doc/skeletons.
 """
 import sys
 from pathlib import Path
@@ -24,22 +24,22 @@ def parse(words):
     """The command line's arguments."""
     parser = Parser(
         prog='skeleton.py',
-        description='Writes the catkin package that a student begins a lab with: a launch file, and '
-        "the lab's node with its TODOs. What is already there is not overwritten.",
+        description='Writes the catkin package that a student begins a lab with: a launch file, '
+        "and the lab's node with its TODOs. What is already there is not overwritten.",
         epilog='Such as: rosrun tb3_labs skeleton.py turn ~/catkin_ws/src')
     parser.add_argument('lab', metavar='LAB', choices=list(LABS), help=', '.join(LABS))
     parser.add_argument('folder', metavar='DIRECTORY', type=Path,
                         help='the folder src of a catkin workspace')
     parser.add_argument('--from-scratch', action='store_true',
                         help='of move2goal: leave the four states to the student')
-    parser.add_argument('--name', metavar='PACKAGE', help="the package's name; default: the handout's")
+    parser.add_argument('--name', metavar='PACKAGE', help="the package's name; default: the lab's")
     parser.add_argument('--student', metavar='NAME', help='a goal, a start, an IMU offset and a '
                         'mystery robot of your own, by your name')
     return parser.parse_args(words)
 
 
 def main(words):
-    """Write the package, and tell what comes next; the exit status."""
+    """Write the package, and print the next steps. Returns the exit status."""
     given = parse(words)
     lab = LABS[given.lab]
     package, node = given.name or lab.packages[0], lab.files[0]
@@ -52,13 +52,13 @@ def main(words):
         target = checked_place(given.folder.expanduser().resolve()) / package
         write(files, target)
     except FileExistsError as problem:
-        return tell_problem('{} is already there, and stays as it is; --name gives another name, or '
-                            'give another folder'.format(problem.filename))
+        return tell_problem('{} is already there, and stays as it is; --name gives another name, '
+                            'or give another folder'.format(problem.filename))
     except (OSError, ValueError) as problem:
         return tell_problem(reason(problem))
     source = target.parent
-    print('{} is written. The TODOs are in src/{}. Next: cd {}; catkin_make; source devel/setup.bash;'
-          ' roslaunch {} {}.launch sim:=true'.format(
+    print('{} is written. The TODOs are in src/{}. Next: cd {}; catkin_make; source '
+          'devel/setup.bash; roslaunch {} {}.launch sim:=true'.format(
               target, node, source.parent if source.name == 'src' else 'WORKSPACE', package,
               given.lab))
     if given.student is not None:
@@ -67,7 +67,7 @@ def main(words):
 
 
 def tell_problem(problem):
-    """Print why nothing was written; the exit status."""
+    """Print why nothing was written. Returns the exit status."""
     print('skeleton.py: {}'.format(problem), file=sys.stderr)
     return 2
 

@@ -6,7 +6,7 @@ positive), q (quit); each with Enter.
 
 Subscribes
     imu           sensor_msgs/Imu
-    joint_states  sensor_msgs/JointState, if there are: the wheels show a gyro that lies
+    joint_states  sensor_msgs/JointState, if it is sent: the wheels show a wrong gyro
     turn          std_msgs/Float64 [deg], left positive: for scripts, in place of the keyboard
     mouse_info    tb3_labs/MouseController, from mouse_client.py
 Publishes
@@ -17,7 +17,7 @@ Parameters
     it runs: dynparam set /controller max_ang_z 1.0
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
-import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: it is for the other imports)
+import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: Ctrl+C ends the imports below)
 
 import contextlib
 import signal
@@ -40,8 +40,7 @@ from tb3_labs.ros.console import log_news
 from tb3_labs.ros.conversions import to_imu_sample, to_mouse
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
 from tb3_labs.ros.launch import end_roslaunch
-from tb3_labs.ros.node import end, guarded, run
-from tb3_labs.ros.parameters import read_config, read_model
+from tb3_labs.ros.node import end, guarded, read_config, read_model, run
 from tb3_labs.ros.reconfigure import LiveSettings
 from tb3_labs.ros.rospy_internals import connection_of, is_wall_time
 from tb3_labs.ros.topics import (
@@ -61,7 +60,7 @@ class Controller:
         self._core = ControllerCore(make_turn(config, self._model, self._response),
                                     GyroWatch(self._model, rospy.resolve_name('reset')))
         self._driver = Driver.NOBODY
-        self._lock = threading.Lock()    # guards both
+        self._lock = threading.Lock()    # guards `_core` and `_driver`
         self._robot_wait = time.monotonic() + ROBOT_WAIT
         rospy.on_shutdown(lambda: rospy.loginfo('Controller exiting. Halting robot.'))
         self._cmd_vel = CmdVel()
@@ -173,16 +172,16 @@ class Controller:
 class Keyboard:
     """Calls `on_line(text)` for each line typed or piped in, and `on_end()` once after the last.
 
-    A thread of its own waits for input, so that no callback does. It works in a terminal, in an
-    xterm, under roslaunch (which gives its own terminal to its nodes), and from a pipe. Without
-    input (no terminal, or a job in the background) `on_end()` is called at once.
+    A thread of its own waits for input, so that a callback does not wait. It works in a terminal,
+    in an xterm, under roslaunch (which gives its own terminal to its nodes), and from a pipe.
+    Without input (no terminal, or a job in the background) `on_end()` is called at once.
     """
 
     def __init__(self, on_line, on_end):
         self._on_line = guarded(on_line)
         self._on_end = guarded(on_end)
-        # A job in the background that reads its terminal is stopped by this signal. Where the
-        # signal is ignored, the read fails.
+        # This signal stops a job in the background that reads its terminal. If the signal is
+        # ignored, the read fails instead.
         signal.signal(signal.SIGTTIN, signal.SIG_IGN)
         threading.Thread(target=self._run, name='keyboard', daemon=True).start()
 

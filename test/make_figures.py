@@ -4,7 +4,7 @@
     python3 test/make_figures.py
 
 The numbers of the two frames are those of the sheets' worked example; `test/unit/test_sheets.py`
-computes them by another way. The drives are those of the embedded robot.
+computes them by another way. The drives are those of the simulated robot.
 
 Units: metres, degrees on labels; radians inside.
 """
@@ -34,7 +34,7 @@ DOC = pathlib.Path(__file__).resolve().parents[1] / 'doc'
 #: The worked example: the pose of B in A, and the robot in A. cos and sin of its angle are 0.6, 0.8.
 A_T_B = Pose2(2.0, 1.0, math.atan2(0.8, 0.6))
 A_T_ROBOT = Pose2(1.0, 3.0, A_T_B.yaw + math.pi / 2.0)
-#: The lab's goal in local, and the distance at which the handout's law stops [m].
+#: The lab's goal in local, and the distance at which the lab's own law stops [m].
 GOAL, NEAR = Pose2(-0.61, 0.61, 0.0), 0.15
 #: Yaw of the IMU minus that of the odometry, of a real Burger [deg].
 OFFSET_DEG = -34.6
@@ -47,6 +47,12 @@ def new_figure(width, height):
     figure = Figure(figsize=(width, height), constrained_layout=True)
     FigureCanvasSVG(figure)
     return figure
+
+
+def blank(axes, x, y):
+    """No axes, of these limits."""
+    axes.axis('off')
+    axes.set(xlim=x, ylim=y)
 
 
 def plain(axes, x, y):
@@ -91,7 +97,7 @@ def robot(axes, pose, size=0.16, colour=GREY):
 
 
 def mark_goal(axes, size=13):
-    """The lab's goal, and the circle within which the handout's law stops."""
+    """The lab's goal, and the circle within which the lab's own law stops."""
     axes.add_patch(Circle((GOAL.x, GOAL.y), NEAR, fill=False, linestyle='--', color=GREEN))
     axes.plot(GOAL.x, GOAL.y, '*', color=GREEN, markersize=size, zorder=6)
 
@@ -149,7 +155,7 @@ def heading_in_both_frames():
 
 
 def drive():
-    """A drive by the handout's law: [(time [s], true pose in local, state, linear, angular)]."""
+    """A drive by the lab's own law: [(time [s], true pose in local, state, linear, angular)]."""
     body = Simulator(SimulatorConfig())
     core = MoveToGoalCore(make_law(DriveConfig(law='lab'), robot_model(body.config.model)),
                           has_control=True)
@@ -238,9 +244,7 @@ def pad():
     figure = new_figure(7.6, 2.7)
     axes = figure.subplots()
     axes.set_aspect('equal')
-    axes.axis('off')
-    axes.set_xlim(-5.6, 5.6)
-    axes.set_ylim(-2.25, 1.6)
+    blank(axes, (-5.6, 5.6), (-2.25, 1.6))
     axes.add_patch(FancyBboxPatch((-2.6, -1.1), 5.2, 2.2, boxstyle='round,pad=0.4,rounding_size=0.9',
                                   facecolor='#f4f4f4', edgecolor=GREY, linewidth=1.6))
     for x, y, step, words, text in ((-1.9, 0.3, (0.0, 0.8), 'left stick:\naxes[1]\n1 forward\n-1 back', -3.2),
@@ -266,8 +270,8 @@ def error_on_the_circle():
     """The short way round: a turn from 350 to 80 degrees, and the command by the error."""
     figure = new_figure(8.0, 3.3)
     left, right = figure.subplots(1, 2, gridspec_kw=dict(width_ratios=(1, 1.35)))
-    left.set(aspect='equal', xlim=(-1.55, 1.55), ylim=(-1.4, 1.4))
-    left.axis('off')
+    left.set_aspect('equal')
+    blank(left, (-1.55, 1.55), (-1.4, 1.4))
     left.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GREY))
     for degrees in (0, 90, 180, 270):
         direction = Pose2(0.0, 0.0, math.radians(degrees)).act((1.0, 0.0))
@@ -299,9 +303,7 @@ def axes_of_the_robot():
     figure = new_figure(4.2, 3.0)
     axes = figure.subplots()
     axes.set_aspect('equal')
-    axes.axis('off')
-    axes.set_xlim(-1.5, 1.7)
-    axes.set_ylim(-0.75, 1.55)
+    blank(axes, (-1.5, 1.7), (-0.75, 1.55))
     robot(axes, Pose2(0.0, 0.0, math.pi / 2.0), 0.34)
     for side in (-0.4, 0.4):
         axes.plot((side, side), (-0.16, 0.16), color='black', linewidth=6.0, solid_capstyle='butt')
@@ -320,9 +322,7 @@ def graph_of_the_exercise():
     """The nodes of the exercise, as rqt_graph shows them."""
     figure = new_figure(5.6, 1.2)
     axes = figure.subplots()
-    axes.axis('off')
-    axes.set_xlim(0.0, 5.6)
-    axes.set_ylim(0.0, 1.2)
+    blank(axes, (0.0, 5.6), (0.0, 1.2))
     for x, name in ((1.1, '/turtlebot3'), (4.5, '/imu_sub')):
         axes.add_patch(Ellipse((x, 0.5), 1.9, 0.7, facecolor='white', edgecolor='black'))
         axes.text(x, 0.5, name, ha='center', va='center', fontsize=12)
@@ -331,36 +331,7 @@ def graph_of_the_exercise():
     return figure
 
 
-def turn_left():
-    """A turn by 90 degrees by the IMU lab's law: [(time [s], heading [deg], command [rad/s])]."""
-    body, seen = Simulator(SimulatorConfig()), []
-    for tick in range(20):
-        heading = math.degrees(body.truth.yaw)
-        error = 90.0 - heading
-        command = min(0.1 * error, 1.5) if error >= 10.0 else 0.0
-        seen.append((0.1 * tick, heading, command))
-        body.command(0.0, command)
-        body.step(0.1)
-    return seen
-
-
-def one_turn():
-    """The report's example: heading and command over time."""
-    figure = new_figure(5.6, 3.4)
-    above, below = figure.subplots(2, 1, sharex=True)
-    time, heading, command = zip(*turn_left())
-    above.axhspan(80.0, 100.0, facecolor='#d3e8d3', linewidth=0.0)
-    above.plot(time, heading, color=BLUE)
-    above.set_ylabel('heading [deg]')
-    below.step(time, command, where='post', color=ORANGE)
-    below.set_ylabel('angular.z [rad/s]')
-    below.set_xlabel('time [s]')
-    for axes in (above, below):
-        axes.grid(color='#e4e4e4', linewidth=0.6)
-    return figure
-
-
-FIGURES = {'axes': axes_of_the_robot, 'graph': graph_of_the_exercise, 'turn': one_turn,
+FIGURES = {'axes': axes_of_the_robot, 'graph': graph_of_the_exercise,
            'reset': a_reset, 'pad': pad,
            'point': point_in_both_frames, 'heading': heading_in_both_frames,
            'states': four_states, 'imu_offset': offset_of_the_imu, 'error': error_on_the_circle}

@@ -34,7 +34,7 @@ LIVE = {'DriveConfig': (), 'TurnConfig': (), 'SimulatorConfig': STARTING}
 
 @dataclass(frozen=True)
 class ModelConfig(Config):
-    """The parameter of tb3_labs.ros.parameters.read_model."""
+    """The parameter of tb3_labs.ros.node.read_model."""
 
     model: str = setting(NOT_GIVEN, 'kind of TurtleBot3', choices=(NOT_GIVEN,) + tuple(MODELS))
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Draws how usual mistakes look, for those who teach: doc/instructor/figures/wrong_*.svg.
+"""Draws how usual mistakes look: doc/instructor/figures/wrong_*.svg for those who teach, and
+doc/figures/turns.svg.
 
     python3 test/make_wrong_figures.py
 
@@ -125,15 +126,17 @@ def turn(start, asked, wrapped=True, clamped=True):
     return turned
 
 
-def wrong_turns():
-    """Four turns: the heading, counted on over whole turns, over time."""
-    figure = new_figure(10.2, 2.8)
-    for axes, (title, turned, goal) in zip(figure.subplots(1, 4), (
-            ('l from 330: as it should be', turn(330.0, 90.0), 420.0),
-            ('l from 330, nothing wrapped:\nit never ends', turn(330.0, 90.0, wrapped=False), 420.0),
-            ('r from 40, nothing wrapped:\nit never ends', turn(40.0, -90.0, wrapped=False), -50.0),
-            ('r from 200, without the\nnegative clamp: too fast', turn(200.0, -90.0, clamped=False),
-             110.0))):
+TURNS = [
+    ('l from 330: as it should be', turn(330.0, 90.0), 420.0),
+    ('l from 330, nothing wrapped:\nit never ends', turn(330.0, 90.0, wrapped=False), 420.0),
+    ('r from 40, nothing wrapped:\nit never ends', turn(40.0, -90.0, wrapped=False), -50.0),
+    ('r from 200, without the\nnegative clamp: too fast', turn(200.0, -90.0, clamped=False), 110.0)]
+
+
+def draw_turns(shown):
+    """Turns side by side: the heading, counted on over whole turns, over time."""
+    figure = new_figure(2.55 * len(shown), 2.8)
+    for axes, (title, turned, goal) in zip(figure.subplots(1, len(shown)), shown):
         axes.axhspan(goal - 10.0, goal + 10.0, facecolor='#d3e8d3', linewidth=0.0)
         axes.plot([k * TICK for k in range(len(turned))], turned, color=BLUE)
         axes.set_title(title, fontsize=9)
@@ -144,8 +147,21 @@ def wrong_turns():
     return figure
 
 
+def wrong_turns():
+    """A right turn and three wrong ones."""
+    return draw_turns(TURNS)
+
+
+def two_turns():
+    """For the students' sheet: a good turn, and one that does not end."""
+    return draw_turns([('A good turn: it ends\nwithin the green band', *TURNS[0][1:]),
+                       ('A bad turn: it goes on\nthrough the band', *TURNS[1][1:])])
+
+
 FIGURES = {'wrong_drives': wrong_drives, 'wrong_turns': wrong_turns}
+STUDENTS = {'turns': two_turns}
 
 
 if __name__ == '__main__':
     write(FIGURES, DOC / 'instructor' / 'figures')
+    write(STUDENTS, DOC / 'figures')

@@ -30,7 +30,7 @@ fetch() {
       -o Dir::Cache::archives="$folder/packages" -o Debug::NoLocking=1 -o APT::Sandbox::User=root -o Acquire::Retries=2 "$@" 8>&-
   }
   say 'reading the package lists ...'
-  bare_apt update >"$log" 2>&1 || true    # a dead list that we do not need is no reason to stop
+  bare_apt update >"$log" 2>&1 || true    # a list that cannot be fetched may not be needed
   say "fetching packages into $folder ..."
   bare_apt install -y --download-only --no-install-recommends "${wanted[@]}" >>"$log" 2>&1 || {
     ! grep -Eq '^(Err|W: Failed to fetch|E: Failed to fetch)' "$log" || fail "the network is missing: the packages cannot be fetched (all of it: $log)"
@@ -63,11 +63,11 @@ index_packages() {
 # The sum of the index, in which the sum of each package is: what --fetch told is what --from must tell.
 sum_of() { sha256sum "$1/packages/Packages" | cut -c1-16; }
 
-# take_from FOLDER [PACKAGE ...]: from now on apt and pip know nothing else. What is installed is named here, by this
-# repository or on the command line, not by the folder.
+# take_from FOLDER [PACKAGE ...]: from now on apt and pip take packages from this folder alone. This repository and the
+# command line name the packages to install; the folder does not.
 take_from() {
   local for_system p
-  [ -r "$1/system" ] || fail "$1 is no complete folder of packages: make one with ./scripts/setup.sh --fetch FOLDER, on a machine with internet"
+  [ -r "$1/system" ] || fail "$1 is not a complete folder of packages: make one with ./scripts/setup.sh --fetch FOLDER, on a machine with internet"
   for_system=$(<"$1/system")
   [ "$for_system" = "$system $(architecture)" ] || fail "$1 is for $for_system, and this machine is $system $(architecture)"
   folder=$(CDPATH='' cd -- "$1" && pwd -P)

@@ -1,14 +1,14 @@
 # shellcheck shell=bash disable=SC2154,SC2034,SC2086    # variables of scripts/setup.sh, of which this is a part
 # The system's packages: which are needed, which are missing, and their installation by apt.
 
-# What this set-up takes, for its refusals.
+# The systems that are supported, for the refusal of others.
 supported='Debian 13, 12 and 11, Ubuntu 22.04, or Ubuntu 20.04 with ROS Noetic'
 
-# find_ros FOLDER: sets ros, the folder of a Noetic that is no part of the system; empty if there is none.
+# find_ros FOLDER: sets ros, the folder of a Noetic beside the system's packages; empty if there is none.
 find_ros() { ros=; if [ -r "$1/noetic/setup.bash" ]; then ros=$1/noetic; fi; }
 
-# run_packages, test_packages: by their names here.  late_packages: those that lab_report.py and mark.py ask for when they
-# are started; they are a quarter of all packages.  requirements: what comes from PyPI.
+# run_packages, test_packages: by their names here.  late_packages: those that lab_report.py asks for when it
+# is started; they are a quarter of all packages.  requirements: what comes from PyPI.
 name_packages() {
   local p
   late_packages=(python3-matplotlib)
@@ -27,7 +27,7 @@ name_packages() {
   fi
   test_packages+=("${late_packages[@]}")
   run_packages+=(python3-paramiko)    # roslaunch's way to the robot; it only recommends it
-  run_packages+=(bubblewrap)    # mark.py keeps the programs of submissions in boxes
+  run_packages+=(bubblewrap)    # mark.py keeps the programs of submissions in sandboxes
   run_packages+=(python3-tornado)    # the web server of the panel
   case $system in debian:*) test_packages+=(chromium chromium-driver python3-selenium) ;; esac    # elsewhere the panel is tested without a browser
   case $system in    # the mouse
@@ -91,9 +91,9 @@ install_packages() {
   [ "$(free_mb /var/lib/apt)" -ge 100 ] || fail "space is missing: 100 MB are needed in /var/lib/apt"
   say 'reading the package lists ...'
   if [ -n "${folder:-}" ]; then list_folder; as_root mkdir -p /var/lib/apt/tb3_labs/partial; fi
-  apt update -q >"$ws/apt.log" 2>&1 || true    # a dead list that we do not need is no reason to stop
+  apt update -q >"$ws/apt.log" 2>&1 || true    # a list that cannot be fetched may not be needed
   cat "$ws/apt.log" >>"$log"
-  # What apt would do, without doing it: it prints "Need to get 1,234 kB" and "After this operation, 760 MB".
+  # apt's plan, without carrying it out: it prints "Need to get 1,234 kB" and "After this operation, 760 MB".
   { apt install --assume-no --no-install-recommends "${missing[@]}" || true; } >"$ws/apt.plan" 2>&1
   cat "$ws/apt.plan" >>"$log"
   if grep -q '^E: ' "$ws/apt.plan"; then

@@ -1,4 +1,4 @@
-# What a terminal needs beside catkin's paths: an environment hook of the devel space that scripts/setup.sh builds. catkin
+# A terminal's settings beside catkin's paths: an environment hook of the devel space that scripts/setup.sh builds. catkin
 # sources it for that space, and for each workspace that was built on top of it. So `source ~/catkin_ws/devel/setup.bash`
 # alone makes the same terminal as `source scripts/setup.sh`.
 

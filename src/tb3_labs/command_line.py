@@ -1,4 +1,4 @@
-"""The command line of a tool: what cannot be carried out is told in one line.
+"""The command line of a tool: a refusal is one line.
 
     mark.py: argument --lab: invalid choice: 'trn' (choose from imu, turn); --help tells more
 """
@@ -8,7 +8,7 @@ from typing import Union
 
 
 class Parser(argparse.ArgumentParser):
-    """As Python's, whose refusals begin with several lines on the usage."""
+    """As Python's parser, but a refusal does not begin with several lines on the usage."""
 
     def error(self, message: str):
         """End the program with status 2, and the reason."""
@@ -19,7 +19,8 @@ def seconds(text: str) -> float:
     """A time on a command line [s]; argparse tells the reason of a refusal."""
     value = number_or_text(text)
     if not isinstance(value, float) or not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError('{!r} is not valid: a number of seconds above 0'.format(text))
+        raise argparse.ArgumentTypeError(
+            '{!r} is not valid: a number of seconds above 0'.format(text))
     return value
 
 
@@ -32,7 +33,7 @@ def number_or_text(word: str) -> Union[float, str]:
 
 
 def reason(problem: BaseException) -> str:
-    """Why something cannot be done, in one line; of a file that fails its name comes first."""
+    """Why something cannot be done, in one line. If a file is the problem, its name comes first."""
     if isinstance(problem, OSError) and problem.filename is not None and problem.strerror:
         return '{}: {}'.format(problem.filename, problem.strerror)
     return ' '.join(str(problem).split())

@@ -11,7 +11,7 @@ from typing import Callable, List, Sequence, Union
 
 from tb3_labs.control.driving import make_law
 from tb3_labs.control.goal import DriveConfig, GoalState
-from tb3_labs.control.pace import Listening, newest_of
+from tb3_labs.control.pace import Listening
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous, difference
@@ -174,6 +174,14 @@ def control(robot: Simulator, controller: ControllerCore) -> Callable[[Sample], 
             listening.rest(robot.now)
             controller.on_imu(sample, robot.now)
     return hear
+
+
+def newest_of(samples: Sequence[Sample], kind: type) -> List[Sample]:
+    """The samples to be read of those that arrived together: the latest of `kind`, all others."""
+    last = max((index for index, sample in enumerate(samples) if isinstance(sample, kind)),
+               default=None)
+    return [sample for index, sample in enumerate(samples)
+            if index == last or not isinstance(sample, kind)]
 
 
 def run(robot, driver, hear, seconds):

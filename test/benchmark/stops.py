@@ -29,7 +29,7 @@ ROBOT = SimulatorConfig(imu_offset_deg=140.6, command_latency=0.02, sensor_laten
 #: The fault begins this long after the state has begun: in full motion [s].
 FULL_MOTION = 0.7
 #: A stop that comes later than this is not waited for [s].
-PATIENCE = 5.0
+PATIENCE = 4.0
 STEP = 0.005
 ZERO = Twist2()
 

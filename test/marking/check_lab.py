@@ -15,13 +15,17 @@ Started by check_LAB.test. Parameters
     ~goal       move2goal alone: x, y [m], heading [rad] of the goal, with commas; empty: the lab's
     ~strict     whether criteria beyond the handout fail the test too
 """
+import difflib
 import os
 import sys
 import unittest
 from dataclasses import fields
+from pathlib import Path
 
+import rospkg
 import rospy
 import rosunit
+from roslib.packages import find_node
 
 from tb3_labs.marking.criteria import Outcome, judge
 from tb3_labs.marking.labs import GAMEPAD, LABS
@@ -30,11 +34,13 @@ from tb3_labs.marking.move2goal import GOAL
 from tb3_labs.marking.progress import Progress, TRYING
 from tb3_labs.marking.ros_gamepad import HANDOUT, pad_called
 from tb3_labs.marking.ros_stage import try_out
-from tb3_labs.marking.ros_student_node import Launch, place_of
+from tb3_labs.marking.ros_student_node import Launch
 
 OWN_PACKAGE = 'tb3_labs'
 #: rostest names the file for the results by this word.
 RESULTS = '--gtest_output=xml:'
+#: A node's file is looked for at these depths of a package; links are followed.
+DEPTHS = '*', '*/*', '*/*/*'
 
 
 def marked(progress):
@@ -77,6 +83,37 @@ def whose(package, executable):
     except ValueError as problem:
         raise ValueError('{}{}'.format(problem, hint)) from None
     return ', the node of this package' + hint if hint else ' ({})'.format(place)
+
+
+def place_of(package, executable):
+    """The path of the file that ``rosrun PACKAGE FILE`` would start.
+
+    ``ValueError`` with the reason, and what to type, if there is none.
+    """
+    packs = rospkg.RosPack()
+    try:
+        folder = Path(packs.get_path(package))
+    except rospkg.ResourceNotFound:
+        raise ValueError('there is no package {} in this terminal{}; build its workspace, and '
+                         'type: source devel/setup.bash'.format(
+                             package, _near(package, packs.list()))) from None
+    found = find_node(package, executable, packs)
+    if found:
+        return found[0]
+    files = [path for depth in DEPTHS for path in sorted(folder.glob(depth)) if path.is_file()]
+    for path in files:
+        if path.name == executable:
+            raise ValueError('{0} is not executable, so rosrun cannot start it; type: chmod +x {0}'
+                             .format(path))
+    names = sorted({path.name for path in files if path.suffix == '.py'})
+    raise ValueError('there is no {} in the package {}, {}{}'.format(
+        executable, package, folder, _near(executable, names) or '; there are: {}'.format(
+            ', '.join(names[:5]) or 'no Python files')))
+
+
+def _near(name, known):
+    near = difflib.get_close_matches(name, known, 1)
+    return ', near it: ' + near[0] if near else ''
 
 
 class Check(unittest.TestCase):

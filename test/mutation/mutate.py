@@ -117,7 +117,7 @@ class Judge:
         files = [path for path in suite if pathlib.Path(path).name.startswith('test_')]
         self._pool = concurrent.futures.ThreadPoolExecutor(given.jobs)
         watched = self._pool.map(watch, copies, itertools.repeat(self.package),
-                                 (files[number::given.jobs] for number in range(given.jobs)))
+                                 (files[number::given.jobs] for number in range(len(files))))
         tests = [test for part in watched for test in part]
         self._choice = Choice(tests, self.package, suite, given.patience)
         self._idle: 'queue.Queue[Copy]' = queue.Queue()

@@ -26,6 +26,8 @@ MISSING = '' if webdriver and CHROMIUM and DRIVER else (
 FLAGS = ('--headless=new', '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run',
          '--disable-background-networking', '--disable-component-update', '--disable-sync',
          '--disable-dev-shm-usage', '--window-size=1120,800')
+#: Between two questions to the page, each of which costs as much as a picture [s].
+PERIOD = 0.1
 #: A map that has not moved for this long rests [s].
 STEADY = 0.3
 #: A gamepad as browsers offer one with the standard layout; `window.testPad` is what it shows.
@@ -94,7 +96,7 @@ class Browser:
                     seconds, what, self.run('return JSON.stringify(panel.latest)'),
                     self.run('return document.getElementById("message").textContent'),
                     self.errors()))
-            time.sleep(0.02)
+            time.sleep(PERIOD)
 
     def wait_for(self, seconds=20.0, **values):
         """Wait for a picture with these values."""
@@ -201,7 +203,7 @@ class Browser:
             now = places()
             if now != last:
                 last, since = now, time.monotonic()
-            time.sleep(0.02)
+            time.sleep(PERIOD)
         return last
 
     def _find(self, element):

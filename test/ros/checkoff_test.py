@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """checkoff.py beside a student's node: the test is the person who types into both terminals."""
-import os
 import re
 import sys
 import tempfile
@@ -17,8 +16,7 @@ import rospy
 from tb3_labs.ros.observer import Observer
 from tb3_labs.ros.program import Program
 
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from node_case import path_of    # noqa: E402 (a relay's folder)
+from node_case import path_of, watch_robot
 
 NODES = Path(rospkg.RosPack().get_path('tb3_labs')) / 'test' / 'ros' / 'student_nodes'
 #: What the person is asked to type, and what to answer.
@@ -31,7 +29,7 @@ class CheckoffTest(unittest.TestCase):
 
     def test_a_student_is_checked_off(self):
         seen = Observer()
-        seen.watch_robot()
+        watch_robot(seen)
         # without a true pose, as with a real robot
         checkoff, student, folder = self.start('turtlebot_controller.py', [
             'turn', '--parts', 'turns', '--name', 'Ann Miller', 'ground_truth:=nowhere'])
@@ -52,7 +50,7 @@ class CheckoffTest(unittest.TestCase):
 
     def test_a_gamepad_is_played_and_let_go(self):
         checkoff, student, _ = self.start('gamepad.py', ['gamepad', '--parts', 'sticks'])
-        checkoff.wait_for('Bag: ', 30.0)
+        checkoff.wait_for('Watch it again: ', 30.0)
         self.assertEqual(checkoff.wait(), 0, checkoff.text)
         self.assertRegex(checkoff.text, r"simulated robot's true pose[\s\S]*: 7 of 7 points")
         student.end()

@@ -1,8 +1,6 @@
 #!/usr/bin/env python3
 """Each robot of a class drives and is reset by itself, and they share no frame."""
 import math
-import os
-import sys
 
 import rospy
 import rostest
@@ -16,9 +14,8 @@ from tb3_labs.ros.conversions import to_pose2, to_pose_stamped
 from tb3_labs.ros.observer import Observer
 from tb3_labs.srv import ResetPose
 
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from node_case import STARTING, Node, NodeCase    # noqa: E402 (a relay's folder is another one)
-from thumb import A, B, Thumb               # noqa: E402
+from node_case import STARTING, Node, NodeCase
+from thumb import A, B, Thumb           
 
 ROBOTS = ('robot1', 'robot2', 'robot3')
 DECLARED = {'robot1': Pose2(0.5, -0.5, 1.0), 'robot2': Pose2(), 'robot3': Pose2(-1.0, 0.0, -2.0)}

@@ -1,8 +1,6 @@
 #!/usr/bin/env python3
 """A /clock that is missing, stands still or jumps back: the robot stays safe, a line reports it."""
 import math
-import os
-import sys
 import threading
 import time
 
@@ -16,8 +14,7 @@ from sensor_msgs.msg import Imu
 from tb3_labs.ros.conversions import to_quaternion
 from tb3_labs.ros.observer import Observer
 
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from node_case import SILENCE, STARTING, Hiccups, NodeCase    # noqa: E402 (a relay's folder)
+from node_case import SILENCE, STARTING, Hiccups, NodeCase
 
 STEP = 0.01
 

@@ -4,7 +4,6 @@ import math
 import os
 import pathlib
 import re
-import sys
 import tempfile
 import time
 import unittest
@@ -20,8 +19,7 @@ from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.report.ros_bag import read_run
 from tb3_labs.ros.program import Program
 
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from costs import free_port    # noqa: E402
+from costs import free_port
 
 SCRIPT = os.path.join(rospkg.RosPack().get_path('tb3_labs'), 'scripts', 'demo.sh')
 #: A row of its table: the true error, and whether that is good.

@@ -21,10 +21,9 @@ from sensor_msgs.msg import Imu
 
 from tb3_labs.ros.program import Program
 
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from node_case import STARTING, Hiccups, Node, NodeCase, path_of    # noqa: E402 (a relay's folder)
-from rosunit_internals import rosrun    # noqa: E402
-from two_hosts import PREFIX, TwoHosts    # noqa: E402
+from node_case import STARTING, Hiccups, Node, NodeCase, path_of
+from rosunit_internals import rosrun
+from two_hosts import PREFIX, TwoHosts
 
 #: The simulated robot, with less to send.
 ROBOT = 'fake_turtlebot3.py', '_imu_rate:=50'

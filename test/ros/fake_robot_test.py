@@ -49,6 +49,15 @@ class FakeRobotTest(unittest.TestCase):
         self.wait('rest', lambda: abs(self.last('odom').twist.twist.linear.x) < 1e-6
                   and abs(self.last('imu').angular_velocity.z) < 0.01)
 
+    def move(self, command, speed):
+        """Send one command; the robot is faster than `speed` [m/s] for a moment, then at rest."""
+        before = len(self.heard['odom'])
+        self.commands.publish(command)
+        # the motion ends by itself after half a second, in which a busy machine may not look
+        self.wait('motion', lambda: any(message.twist.twist.linear.x > speed
+                                        for message in self.heard['odom'][before:]))
+        self.wait_for_rest()
+
     def last(self, topic):
         return self.heard[topic][-1]
 
@@ -82,9 +91,7 @@ class FakeRobotTest(unittest.TestCase):
         self.assertEqual(transforms[0].transform.translation.x, odom.pose.pose.position.x)
 
     def test_a_reset_zeroes_the_odometry_after_a_pause(self):
-        self.commands.publish(to_twist(0.1, 0.3))
-        self.wait('motion', lambda: self.last('odom').twist.twist.linear.x > 0.05)
-        self.wait_for_rest()
+        self.move(to_twist(0.1, 0.3), 0.05)
         seen = len(self.heard['odom'])
         self.resets.publish(Empty())
         self.wait('zero', lambda: abs(self.last('odom').pose.pose.position.x) < 1e-6
@@ -98,9 +105,7 @@ class FakeRobotTest(unittest.TestCase):
         try:
             seen = len(self.heard['joint_states'])
             start = self.stamps('odom')[-1]
-            self.commands.publish(to_twist(0.1, 0.0))
-            self.wait('motion', lambda: self.last('odom').twist.twist.linear.x > 0.09)
-            self.wait_for_rest()
+            self.move(to_twist(0.1, 0.0), 0.09)
             speeds = {m.header.stamp: m.twist.twist.linear.x for m in list(self.heard['odom'])}
             wheels = [m for m in self.heard['joint_states'][seen:]
                       if m.header.stamp.to_sec() > start and m.header.stamp in speeds]

@@ -17,7 +17,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, Empty, String
 
-from node_case import STARTING, ZERO, Hiccups, Node, NodeCase
+from node_case import STARTING, ZERO, Hiccups, Node, NodeCase, watch_robot
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped
@@ -40,7 +40,7 @@ class FaultsTest(NodeCase):
     @classmethod
     def setUpClass(cls):
         cls.seen, cls.hiccups, cls.nodes = Observer(), Hiccups(), {}
-        cls.seen.watch_robot()
+        watch_robot(cls.seen)
         cls.seen.watch('imu', Imu)
         cls.seen.watch('odom', Odometry)
         cls.seen.watch('goal_state', String, lambda message: message.data)
@@ -125,17 +125,6 @@ class FaultsTest(NodeCase):
     def place(self):
         """The robot's true place in the frame of move_to_goal."""
         return self.begin.inverse() @ self.seen.latest('ground_truth')
-
-    def controller(self):
-        """A turn, in full motion."""
-        return self.turn_round(self.start('turtlebot_controller.py', terminal=True))
-
-    def turn_round(self, node):
-        start = self.rest()
-        node.type('b')      # a line that is typed waits for the robot
-        self.seen.wait_for('cmd_vel', lambda command: command[1] > 1.4, STARTING)
-        self.seen.wait_for('ground_truth', lambda pose: difference(pose.yaw, start.yaw) > 0.2)
-        return node
 
     def stop_since(self, last, within, what):
         """One zero comes within this time after `last`, and the robot rests."""

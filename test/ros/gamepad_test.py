@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """The lab's demonstration with a gamepad, and faults of the pad; a script plays the pad."""
 import math
-import re
 import signal
 
 import rospy
@@ -11,14 +10,18 @@ from geometry_msgs.msg import PoseStamped, Twist
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String
 
-from node_case import STARTING, ZERO, Hiccups, Node, NodeCase
+from node_case import STARTING, ZERO, Hiccups, Node, NodeCase, watch_robot
+from panel_page import Page, address_of
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_twist
 from tb3_labs.ros.observer import Observer
-from panel_page import Page
 from tb3_labs.srv import ResetPose
 from thumb import A, B, Y, Thumb, punctual
 
 PORT = 8092
+#: A goal of the lab's direction, but near.
+GOAL = Pose2(-0.2, 0.2)
+MOVER = 'move2goal_tf.py', '_goal_x:=-0.2', '_goal_y:=0.2'
 
 
 @punctual
@@ -28,7 +31,7 @@ class GamepadTest(NodeCase):
     @classmethod
     def setUpClass(cls):
         cls.seen, cls.hiccups = Observer(), Hiccups()
-        cls.seen.watch_robot()
+        watch_robot(cls.seen)
         cls.seen.watch('local_pose', PoseStamped, lambda message: to_pose2(message.pose))
         cls.seen.watch('goal_state', String, lambda message: message.data)
         cls.seen.watch('control_holder', String, lambda message: message.data)
@@ -36,7 +39,7 @@ class GamepadTest(NodeCase):
         cls.seen.watch('/diagnostics', DiagnosticArray)
         cls.rival = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         cls.thumb = Thumb()
-        cls.mover, cls.pad = Node('move2goal_tf.py'), Node('gamepad.py')
+        cls.mover, cls.pad = Node(*MOVER), Node('gamepad.py')
         cls.wait_for_state('waiting for control')
 
     @classmethod
@@ -50,7 +53,7 @@ class GamepadTest(NodeCase):
         if self.pad.status is not None:
             self.start_pad()
         if self.mover.status is not None:
-            type(self).mover = Node('move2goal_tf.py')
+            type(self).mover = Node(*MOVER)
         self.thumb.press(B)
         self.seen.wait_for('control_holder', lambda holder: holder == 'gamepad')
         self.rest()
@@ -73,13 +76,6 @@ class GamepadTest(NodeCase):
         self.thumb.press(A)
         self.seen.wait_for('cmd_vel', lambda command: abs(command[1]) > 1.0)
 
-    def assert_stopped(self, since, within):
-        """The last movement was commanded at most `within` after `since` [s], apart from delays of
-        the machine; a zero followed."""
-        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
-        moving = [time for time, command in self.seen.all('cmd_vel') if command != ZERO]
-        self.assertLess(moving[-1] - since, within + self.hiccups.since(since, moving[-1]))
-
     def said(self, words):
         """The number of times the gamepad node printed `words` in this test."""
         return self.pad.text_since(self.printed).count(words)
@@ -93,10 +89,9 @@ class GamepadTest(NodeCase):
         self.wait_until_said('Pose reset successfully.', resets + 1)
 
     def assert_at_goal(self, start):
-        """The robot truly is at (-0.61, 0.61, 0 deg) of a frame that stood at `start`."""
-        self.rest()
-        place = start.inverse() @ self.seen.latest('ground_truth')
-        self.assertLess(math.hypot(place.x + 0.61, place.y - 0.61), 0.02)
+        """The robot truly is at GOAL in a frame that stood at `start`."""
+        place = start.inverse() @ self.rest()
+        self.assertLess(place.distance_to(GOAL), 0.02)
         self.assertLess(abs(math.degrees(place.yaw)), 1.0)
 
     def test_the_whole_demonstration(self):
@@ -196,7 +191,7 @@ class GamepadTest(NodeCase):
         self.rest()
         self.seen.forget('cmd_vel')
         self.seen.forget('goal_state')
-        type(self).mover = Node('move2goal_tf.py')
+        type(self).mover = Node(*MOVER)
         # two orders are possible: the node hears first that the pad gave control before; or the pad
         # hears first that the node has no control, and takes it back
         self.seen.wait_until(
@@ -231,9 +226,7 @@ class GamepadTest(NodeCase):
         self.assertEqual(alone.end(), 0)
 
     def test_a_pad_and_a_page_reset_and_drive_a_node_as_in_the_handout(self):
-        panel = self.start('panel.py', '_port:={}'.format(PORT))
-        panel.wait_for('in a browser')
-        page = Page(re.search(r'open (http\S+) in', panel.text).group(1))
+        page = Page(address_of(self.start('panel.py', '_port:={}'.format(PORT))))
         self.addCleanup(page.close)
         for end in (self.mover.kill, lambda: student.end(signal.SIGINT)):
             end()    # after a kill the master still knows reset_pose

@@ -8,7 +8,7 @@ import rostest
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float32
 
-from node_case import SILENCE, STARTING, Hiccups, NodeCase
+from node_case import SILENCE, STARTING, Hiccups, NodeCase, watch_robot
 from tb3_labs.ros.observer import Observer
 
 LINE = re.compile(r'Current heading is (\d+\.\d{6}) degrees\.$')
@@ -21,7 +21,7 @@ class ImuSubTest(NodeCase):
         cls.seen, cls.hiccups = Observer(), Hiccups()
         cls.seen.watch('heading', Float32, lambda message: message.data)
         cls.seen.watch('bad/heading', Float32)
-        cls.seen.watch_robot()
+        watch_robot(cls.seen)
         cls.bad = rospy.Publisher('bad/imu', Imu, queue_size=1)
         cls.seen.wait_for('ground_truth')
 

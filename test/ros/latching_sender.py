@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """A student's node that latches `ctrl_relinq`: it says each True or False that is typed. On `again`
-its connections break, so that its last word is sent once more."""
+its connections break, so that its last word is sent once more. On `goal` it sends an action goal,
+which it latches, too."""
 import socket
 import struct
 import sys
@@ -8,6 +9,7 @@ import time
 
 import rosgraph
 import rospy
+from move_base_msgs.msg import MoveBaseActionGoal
 from std_msgs.msg import Bool
 
 #: A subscriber notices the end of a connection within this time [s].
@@ -29,12 +31,17 @@ def break_connections(publisher):
 
 def main():
     rospy.init_node('student')
-    words = rospy.Publisher('ctrl_relinq', Bool, queue_size=1, latch=True)
+    words = rospy.Publisher('ctrl_relinq', Bool, queue_size=5, latch=True)
+    print('connected')
     for line in sys.stdin:
         if line.strip() == 'again':
             break_connections(words)
+        elif line.strip() == 'goal':
+            goals = rospy.Publisher('move2goal/goal', MoveBaseActionGoal, queue_size=1, latch=True)
+            goals.publish(MoveBaseActionGoal())
         else:
             words.publish(line.strip() == 'True')
+        print('said')
 
 
 if __name__ == '__main__':

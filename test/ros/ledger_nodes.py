@@ -2,8 +2,6 @@
 """The nodes of the stories of ledger.test, and the history of what persons did, of what nodes said,
 and of the commands, for the judges of ledger_judge.py."""
 import os
-import re
-import sys
 from urllib.parse import urlparse
 
 import actionlib
@@ -16,15 +14,12 @@ from std_msgs.msg import Bool, Float64
 
 from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.ros.observer import Observer
-from tb3_labs.ros.program import Program
 
-HERE = os.path.dirname(os.path.realpath(__file__))
-sys.path[:0] = [HERE, os.path.join(HERE, '..', 'unit')]
-from ledger_judge import PADS    # noqa: E402
-from master_way import MasterWay    # noqa: E402
-from node_case import STARTING, Hiccups, Node, NodeCase    # noqa: E402
-from panel_page import Page    # noqa: E402
-from thumb import A, B, Mouse, Thumb    # noqa: E402
+from ledger_judge import PADS
+from master_way import MasterWay
+from node_case import STARTING, Hiccups, Node, NodeCase
+from panel_page import Page, address_of
+from thumb import A, B, Mouse, Thumb
 
 #: A pad's word is said within this time of the press that caused it, unless its node sleeps [s].
 PROMPT = 0.5
@@ -62,8 +57,7 @@ class LedgerNodes(NodeCase):
         cls.start_mover(False)
         cls.action = actionlib.SimpleActionClient('move2goal', MoveBaseAction)
         cls.action.action_client.pub_goal.impl.enable_latch()    # as `rostopic pub` would
-        cls.nodes['panel'].wait_for('in a browser')
-        cls.address = re.search(r'open (http\S+) in', cls.nodes['panel'].text).group(1)
+        cls.address = address_of(cls.nodes['panel'])
         cls.pages = [Page(cls.address), Page(cls.address)]
         cls.wait_until_heard(cls.turns, cls.pointer.publisher)
         for page in cls.pages:
@@ -79,8 +73,8 @@ class LedgerNodes(NodeCase):
     # -- nodes
 
     @classmethod
-    def node(cls, executable, *arguments):
-        return Node(executable, *arguments, environment={'ROS_MASTER_URI': cls.way.uri})
+    def node(cls, executable, *arguments, **options):
+        return Node(executable, *arguments, environment={'ROS_MASTER_URI': cls.way.uri}, **options)
 
     @classmethod
     def start_mover(cls, granted):
@@ -108,9 +102,7 @@ class LedgerNodes(NodeCase):
             cls.note('controller started')
             cls.nodes[name] = cls.node('turtlebot_controller.py')
         elif name == 'student':
-            cls.nodes[name] = Program(
-                [sys.executable, os.path.join(HERE, 'latching_sender.py')], terminal=True,
-                environment={'ROS_MASTER_URI': cls.way.uri})
+            cls.nodes[name] = cls.node('latching_sender.py', terminal=True)
         else:
             cls.nodes[name] = cls.node('gamepad.py', '__name:=pad' + name[-1],
                                        'joy:=joy' + name[-1], 'control_holder:=holder' + name[-1])

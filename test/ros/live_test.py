@@ -1,7 +1,5 @@
 #!/usr/bin/env python3
 """dynamic_reconfigure of both driving nodes: effective at once, refused out of bounds; plots."""
-import os
-import sys
 
 import rospy
 import rostest
@@ -12,8 +10,7 @@ from std_msgs.msg import Bool, Float32, Float64
 
 from tb3_labs.ros.observer import Observer
 
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from node_case import NodeCase    # noqa: E402 (a relay's folder is another one)
+from node_case import NodeCase, watch_robot
 
 BURGER_LINEAR, BURGER_ANGULAR = 0.2108, 2.635
 
@@ -23,7 +20,7 @@ class LiveTest(NodeCase):
     @classmethod
     def setUpClass(cls):
         cls.seen = Observer()
-        cls.seen.watch_robot()
+        watch_robot(cls.seen)
         cls.seen.watch('distance_error', Float32, lambda message: message.data)
         cls.seen.watch('angle_error_deg', Float32, lambda message: message.data)
         cls.seen.watch('/diagnostics', DiagnosticArray, lambda message: message.status[0])

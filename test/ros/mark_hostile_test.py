@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Marks a submission whose node deletes, fills, forks, fakes and listens; and a class of odd names,
-links, bombs and formulas.
+links and formulas.
 
 All that they try to harm is a throw-away folder. The node forks no more than MOST_FORKS processes,
 if the sandbox does not hold.
@@ -10,18 +10,15 @@ import io
 import json
 import os
 import subprocess
-import sys
 import tempfile
 import unittest
-import zipfile
 from pathlib import Path
 
 import rospkg
 
 from tb3_labs.marking import processes, sandbox
 
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from rosunit_internals import rosrun    # noqa: E402
+from rosunit_internals import rosrun
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 NODE = PACKAGE / 'test' / 'ros' / 'student_nodes' / 'imu_sub.py'
@@ -195,14 +192,6 @@ class HostileTest(unittest.TestCase):
         (eve / 'odd' / 'src').mkdir()
         (eve / 'odd' / 'src' / 'odd').symlink_to(cls.home / '.ssh')
         os.mkfifo(str(eve / 'odd' / 'msg' / 'Pipe.msg'))
-        inner = io.BytesIO()
-        with zipfile.ZipFile(inner, 'w', zipfile.ZIP_DEFLATED) as archive:
-            archive.writestr('zeros', bytes(150000000))
-        (folder / 'bomb').mkdir()
-        bomb = str(folder / 'bomb' / 'bomb.zip')
-        with zipfile.ZipFile(bomb, 'w', zipfile.ZIP_DEFLATED) as archive:
-            for number in range(9):
-                archive.writestr('{}.zip'.format(number), inner.getvalue())
 
     @classmethod
     def tearDownClass(cls):
@@ -232,10 +221,11 @@ class HostileTest(unittest.TestCase):
         self.assertNotIn('changed', (self.marks / 'marks.csv').read_text())
 
     def test_one_odd_submission_does_not_end_a_class(self):
-        self.assertEqual(len(self.rows), len(NAMES) + 2, ascii(self.odd_said))
+        self.assertEqual(len(self.rows), len(NAMES) + 1, ascii(self.odd_said))
         self.assertIn('xM\\xfcller', self.rows)
         self.assertEqual(self.rows['eve']['points'], '0', ascii(self.odd_said))
         printed = (self.home / 'odd' / 'eve.html').read_text(encoding='utf-8')
+        self.assertIn('it ended at once: ', printed)
         self.assertIn('that is all', printed)
         self.assertEqual(self.rows['eve']['node'], 'submission/node.py')
 
@@ -248,9 +238,6 @@ class HostileTest(unittest.TestCase):
         self.assertIn('Left out, because each is a link', self.rows['eve']['remarks'])
         for path in (self.home / 'odd').rglob('*'):
             self.assertFalse(path.is_file() and SECRET in path.read_text(errors='replace'), path)
-
-    def test_archives_have_one_budget(self):
-        self.assertIn('More than 200 MB', self.rows['bomb']['remarks'])
 
     def test_what_is_shown_is_plain(self):
         lines = self.odd_said.splitlines()

@@ -14,6 +14,7 @@ from functools import lru_cache
 import rosgraph
 import roslib.packages
 import rospy
+from geometry_msgs.msg import PoseStamped, Twist
 
 from tb3_labs.geometry.se2 import interpolate
 from tb3_labs.ros.conversions import to_pose2
@@ -45,6 +46,13 @@ def stamped(message):
     return message.header.stamp.to_sec(), to_pose2(message.pose)
 
 
+def watch_robot(seen):
+    """Let the Observer `seen` keep `cmd_vel` as (linear [m/s], angular [rad/s]), and `ground_truth`
+    as Pose2."""
+    seen.watch('cmd_vel', Twist, lambda message: (message.linear.x, message.angular.z))
+    seen.watch('ground_truth', PoseStamped, lambda message: to_pose2(message.pose))
+
+
 class Node(Program):
     """A node of this package as a process of its own, with the options of Program.
 
@@ -61,9 +69,10 @@ class Node(Program):
 
 
 class NodeCase(unittest.TestCase):
-    """A test case that starts nodes and watches them with `seen`, an observer.Observer."""
+    """A test case that starts nodes and watches them with `seen`, an observer.Observer. `hiccups`:
+    the Hiccups of this machine, for a case that limits times."""
 
-    seen = None
+    seen = hiccups = None
 
     def start(self, executable, *arguments, **options):
         """Start a node; it is killed at the end of the test, unless it has ended."""
@@ -122,6 +131,13 @@ class NodeCase(unittest.TestCase):
         since = rospy.get_time() if since is None else since
         self.let_pass(seconds)
         self.assertEqual(self.seen.all('cmd_vel', since), [])
+
+    def assert_stopped(self, since, within):
+        """The last movement was commanded at most `within` after `since` [s], apart from delays of
+        the machine; a zero followed."""
+        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
+        moving = [at for at, command in self.seen.all('cmd_vel') if command != ZERO]
+        self.assertLess(moving[-1] - since, within + self.hiccups.since(since, moving[-1]))
 
     def truth_at(self, instant):
         """The robot's true pose at `instant`, by a `ground_truth` that is kept as stamped()."""

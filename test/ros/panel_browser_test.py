@@ -2,9 +2,6 @@
 """The panel as a person uses it: in a real browser, by mouse, keys and gamepad. The result of each
 act is the simulated robot's true pose."""
 import math
-import os
-import re
-import sys
 import unittest
 
 import rospy
@@ -13,12 +10,11 @@ from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.observer import Observer
 
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from browser import MISSING, Browser    # noqa: E402 (a relay's folder)
-from node_case import SILENCE, STARTING, ZERO, Hiccups, Node    # noqa: E402
-from panel_case import LOSS, PanelCase, with_punctual_pages    # noqa: E402
-from panel_page import Page    # noqa: E402
-from rosunit_internals import rosrun    # noqa: E402
+from browser import MISSING, Browser
+from node_case import SILENCE, STARTING, ZERO, Hiccups, Node, watch_robot
+from panel_case import LOSS, PanelCase, with_punctual_pages
+from panel_page import Page, address_of
+from rosunit_internals import rosrun
 
 PORT = 8110
 #: Pictures a second: to draw them is most of the computing here.
@@ -33,10 +29,9 @@ class PanelBrowserTest(PanelCase):
     @classmethod
     def setUpClass(cls):
         cls.seen, cls.hiccups = Observer(), Hiccups()
-        cls.seen.watch_robot()
+        watch_robot(cls.seen)
         cls.start_panel()
-        cls.panel.wait_for('in a browser')
-        cls.address = re.search(r'open (http\S+) in', cls.panel.text).group(1)
+        cls.address = address_of(cls.panel)
         cls.browser = None
 
     @classmethod
@@ -149,6 +144,7 @@ class PanelBrowserTest(PanelCase):
 
     def test_keys_turn_and_space_stops(self):
         before = self.rest()
+        self.let_pass(SILENCE)    # until the controller has heard the STOP of setUp, which ends a turn
         self.page.press_key('3')    # the button that turns right by 90 degrees
         self.wait_until_it_moves()
         there = self.seen.wait_for('ground_truth', lambda pose: abs(difference_degrees(

@@ -2,6 +2,7 @@
 """A page of the panel for tests, without a browser: its websocket, and hands that hold controls."""
 import asyncio
 import json
+import re
 import threading
 import time
 
@@ -13,6 +14,12 @@ PERIOD = 0.05
 #: A page reports one picture in this number.
 REPORT_EVERY = 10
 AT_REST = {'forward': 0, 'left': 0, 'a': False, 'b': False, 'y': False, 'hold': True}
+
+
+def address_of(panel):
+    """The address that a panel, a node_case.Node, prints when it is ready."""
+    panel.wait_for('in a browser')
+    return re.search(r'open (http\S+) in', panel.text).group(1)
 
 
 class Page:

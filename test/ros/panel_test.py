@@ -3,7 +3,6 @@
 with the simulated robot's true pose."""
 import http.client
 import math
-import os
 import re
 import signal
 import sys
@@ -24,10 +23,9 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.observer import Observer
 
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from node_case import SILENCE, STARTING, ZERO, Hiccups, Node    # noqa: E402 (a relay's folder)
-from panel_case import LOSS, PanelCase, with_punctual_pages    # noqa: E402
-from panel_page import Page    # noqa: E402
+from node_case import SILENCE, STARTING, ZERO, Hiccups, Node, watch_robot
+from panel_case import LOSS, PanelCase, with_punctual_pages
+from panel_page import Page, address_of
 
 PORT = 8090
 
@@ -39,22 +37,17 @@ class PanelTest(PanelCase):
     @classmethod
     def setUpClass(cls):
         cls.seen, cls.hiccups = Observer(), Hiccups()
-        cls.seen.watch_robot()
+        watch_robot(cls.seen)
         cls.seen.watch('ctrl_relinq', Bool, lambda message: message.data)
         cls.seen.watch('has_control', Bool, lambda message: message.data)
         cls.seen.watch('/rosout', Log, lambda line: (line.name, line.msg))
         cls.panel = cls.start_panel()
         cls.addClassCleanup(cls.panel.kill)
-        cls.address = cls.address_of(cls.panel)
+        cls.address = address_of(cls.panel)
 
     @staticmethod
     def start_panel(*arguments):
         return Node('panel.py', '_port:={}'.format(PORT), *arguments)
-
-    @staticmethod
-    def address_of(panel):
-        panel.wait_for('in a browser')
-        return re.search(r'open (http\S+) in', panel.text).group(1)
 
     def setUp(self):
         self.opened = []
@@ -168,13 +161,13 @@ class PanelTest(PanelCase):
 
     def test_a_goal_is_reached_while_the_page_that_gave_control_is_there(self):
         origin = self.here()
-        self.assertEqual(self.page.ask('goal', x=-0.4, y=0.3, yaw_deg=-90)[0], True)
+        self.assertEqual(self.page.ask('goal', x=-0.2, y=0.15, yaw_deg=-90)[0], True)
         self.assert_stands()
         self.assertEqual(self.page.ask('give'), (True, 'control given'))
         self.page.hold()
         self.page.wait_for(state='GOAL_REACHED', seconds=30.0)
         reached = origin.inverse() @ self.rest()
-        self.assertLess(reached.distance_to(Pose2(-0.4, 0.3)), 0.012)
+        self.assertLess(reached.distance_to(Pose2(-0.2, 0.15)), 0.012)
         self.assertLess(abs(difference_degrees(math.degrees(reached.yaw), -90)), 0.7)
         self.assertTrue(self.page.picture['has_control'])
 
@@ -314,7 +307,7 @@ class PanelTest(PanelCase):
             self.assert_stopped(since)
             type(self).panel = self.start_panel()
             self.addClassCleanup(self.panel.kill)
-            self.address_of(self.panel)
+            address_of(self.panel)
             self.open_with_all_nodes()
 
     def test_a_panel_that_slept_drives_nothing_when_it_wakes(self):
@@ -365,7 +358,7 @@ class PanelTest(PanelCase):
         shows = self.start_panel('__name:=shows', '_address:=0.0.0.0', '_control:=false',
                                  '_robots:=2')
         self.addCleanup(shows.kill)
-        address = self.address_of(shows)    # the next port is taken: this one is in use
+        address = address_of(shows)    # the next port is taken: this one is in use
         self.seen.wait_for('/rosout', lambda line: line[0] == '/shows')
         # The name that this computer's nodes bear: in a container the host's browser finds it, too.
         place, token = re.match(r'(http://localhost:{}/)\?token=(\S{{10,}})$'.format(PORT + 1),
@@ -393,7 +386,7 @@ class PanelTest(PanelCase):
     def test_a_reset_without_a_node_that_offers_it_is_refused(self):
         alone = self.start_panel('__name:=alone', '__ns:=nowhere')
         self.addCleanup(alone.kill)
-        page = self.open(self.address_of(alone))
+        page = self.open(address_of(alone))
         fulfilled, text = page.ask('reset', x=0, y=0, yaw_deg=0)    # within a second, or soon after
         self.assertFalse(fulfilled)
         self.assertIn('/nowhere/reset_pose', text)

@@ -13,8 +13,7 @@ from tb3_labs.control.goal import DriveConfig
 from tb3_labs.ros.observer import Observer
 from tb3_labs.ros.program import Program
 
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from node_case import STARTING, NodeCase    # noqa: E402
+from node_case import STARTING, NodeCase
 
 NODE = '/mine/move_to_goal'
 DYNPARAM = [sys.executable, '-m', 'tb3_labs.ros.dynparam']

@@ -7,7 +7,6 @@ import os
 import pathlib
 import shutil
 import subprocess
-import sys
 import tempfile
 import unittest
 import xmlrpc.client
@@ -22,9 +21,9 @@ from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.observer import Observer
 from tb3_labs.ros.program import Program
 
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from costs import free_port    # noqa: E402
-from rosunit_internals import rosrun    # noqa: E402
+from costs import free_port
+from node_case import watch_robot
+from rosunit_internals import rosrun
 
 HOST = '127.0.0.1'
 CORE, BOARD = '/turtlebot3_core', '/board'
@@ -65,7 +64,7 @@ class RobotTest(unittest.TestCase):
         cls.make_robot()
         cls.start_sshd()
         cls.seen = Observer()
-        cls.seen.watch_robot()
+        watch_robot(cls.seen)
         cls.seen.watch('/ground_truth', PoseStamped, lambda message: (
             message.header.stamp.to_sec(), to_pose2(message.pose)))    # by the robot's own time
 

@@ -41,11 +41,11 @@ NEW_PROFILE = re.compile('catkin_make|setup')
 #: A command that starts a simulated robot, and how that robot gets a faster clock.
 ROBOT = re.compile(r'^((?:roslaunch .*(?:sim:=true|(fake_robot)\.launch)|\./scripts/demo\.sh).*?)(\s+#.*)?$',
                    re.MULTILINE)
-#: Settings of that robot for it; the first one is not the robot's own, but all nodes'. The rate of
-#: its IMU costs.
-FASTER = '{{/use_sim_time: true, imu_rate: 100, speed: {}'
-#: Pace of simulated time in the suite; real time.
-SUITE_SPEED, REAL_TIME = 5.0, 0.0
+#: Settings of that robot for it; the first one is not the robot's own, but all nodes'.
+FASTER = '{{/use_sim_time: true, imu_rate: 50, speed: {}'
+#: Pace of simulated time in the suite: a faster robot costs more while it waits for the next
+#: command than it saves in a drive. Real time.
+SUITE_SPEED, REAL_TIME = 2.0, 0.0
 #: What a reader puts in place of these names.
 OWN_NAMES = {'run_DATE.bag': '$(ls -t run_*.bag | head -1)', 'REPOSITORY': '~/tb3_labs'}
 #: A command must have ended, and the output of a terminal must have come, by then [s]; a long one.
@@ -92,7 +92,8 @@ class Student:
         (home / 'tb3_labs').symlink_to(REPOSITORY)
         self._environment = {
             'HOME': str(home), 'PATH': '/usr/bin:/bin', 'ROSCONSOLE_FORMAT': '${message}',
-            'TERM': 'dumb', 'ROS_MASTER_URI': 'http://localhost:{}'.format(free_port())}
+            'TERM': 'dumb', 'ROS_MASTER_URI': 'http://localhost:{}'.format(free_port()),
+            'SETUPTOOLS_USE_DISTUTILS': os.environ.get('SETUPTOOLS_USE_DISTUTILS', 'local')}    # see test.sh
         self._sourced = None    # the environment after PROFILE, if that has not changed since
 
     def do(self, step):

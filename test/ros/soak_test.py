@@ -10,7 +10,7 @@ from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Bool, Float64, String
 
 from costs import memory, process_of, threads
-from node_case import NodeCase
+from node_case import NodeCase, watch_robot
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
@@ -33,7 +33,7 @@ class SoakTest(NodeCase):
     @classmethod
     def setUpClass(cls):
         cls.seen = Observer()
-        cls.seen.watch_robot()
+        watch_robot(cls.seen)
         cls.seen.watch('goal_state', String, lambda message: message.data)
         cls.seen.watch('local_pose', PoseStamped)
         cls.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)

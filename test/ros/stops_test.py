@@ -10,7 +10,6 @@ import pty
 import select
 import signal
 import subprocess
-import sys
 import termios
 
 import rospy
@@ -25,13 +24,11 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.observer import Observer
-from tb3_labs.ros.program import Program
 from tb3_labs.ros.topics import AT_ONCE
 from tb3_labs.srv import ResetPose
 
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from node_case import STARTING, ZERO, Hiccups, NodeCase, path_of    # noqa: E402 (a relay's folder)
-from thumb import A, B, Thumb, punctual    # noqa: E402
+from node_case import STARTING, ZERO, Hiccups, NodeCase, path_of, watch_robot
+from thumb import A, B, Thumb, punctual
 
 #: Time from a stop to the last command that moves the robot [s].
 PROMPT = 0.25
@@ -40,23 +37,6 @@ PROMPT = 0.25
 PATIENCE = 0.5
 #: After a sleep of this length a process does not go on by itself [s].
 TOO_LONG = 2.2
-#: A student's own gamepad node: it latches its words, one in each line that it reads.
-STUDENT = """
-import sys
-import rospy
-from move_base_msgs.msg import MoveBaseActionGoal
-from std_msgs.msg import Bool
-rospy.init_node('student')
-words = rospy.Publisher('ctrl_relinq', Bool, queue_size=5, latch=True)
-goals = rospy.Publisher('move2goal/goal', MoveBaseActionGoal, queue_size=5, latch=True)
-print('connected')
-for line in sys.stdin:
-    if line.strip() == 'goal':
-        goals.publish(MoveBaseActionGoal())
-    else:
-        words.publish(line.strip() == 'True')
-    print('said')
-"""
 #: Time from its waking to the last command that it had begun to send before [s].
 UNDER_WAY = 0.1
 
@@ -67,7 +47,7 @@ class StopsTest(NodeCase):
     @classmethod
     def setUpClass(cls):
         cls.seen, cls.hiccups = Observer(), Hiccups()
-        cls.seen.watch_robot()
+        watch_robot(cls.seen)
         for topic in ('goal_state', 'control_holder'):
             cls.seen.watch(topic, String, lambda message: message.data)
         cls.hand = rospy.Publisher('ctrl_relinq', Bool, queue_size=5)
@@ -102,9 +82,8 @@ class StopsTest(NodeCase):
 
     def student(self):
         """A student's node that has a terminal."""
-        student = Program([sys.executable, '-c', STUDENT], terminal=True)
-        self.addCleanup(student.kill)
-        student.wait_for('connected', STARTING)
+        student = self.start('latching_sender.py', terminal=True)
+        student.wait_for('connected')
         return student
 
     def gamepad(self):
@@ -263,7 +242,7 @@ class StopsTest(NodeCase):
         student.type('goal')
         student.wait_for('said', STARTING)
         node = self.move_to_goal()
-        node.wait_for('/move2goal/goal: what /student said there before this node could hear it')
+        node.wait_for('/move2goal/goal: a message of /student from before this node could hear it')
 
     # -- sleep
 

@@ -11,7 +11,7 @@ import subprocess
 import rospy
 from std_msgs.msg import Float64
 
-from node_case import STARTING, ZERO, Hiccups, NodeCase
+from node_case import STARTING, ZERO, Hiccups, NodeCase, watch_robot
 from rosunit_internals import rosrun
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.conversions import to_mouse
@@ -26,7 +26,7 @@ class TurnTest(NodeCase):
     @classmethod
     def setUpClass(cls):
         cls.seen, cls.hiccups = Observer(), Hiccups()
-        cls.seen.watch_robot()
+        watch_robot(cls.seen)
         cls.seen.watch('mouse_info', MouseController, to_mouse)
         cls.seen.watch('bad/mouse_info', MouseController)
         cls.turn = rospy.Publisher('turn', Float64, queue_size=5)

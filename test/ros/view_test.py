@@ -17,6 +17,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from rosgraph_msgs.msg import Log
 from std_msgs.msg import Bool, String
 
+from node_case import watch_robot
 from rosunit_internals import rosrun
 from tb3_labs.ros.conversions import to_pose2, to_twist
 from tb3_labs.ros.observer import Observer
@@ -73,7 +74,7 @@ class ViewTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.seen = Observer()
-        cls.seen.watch_robot()
+        watch_robot(cls.seen)
         cls.seen.watch('goal_state', String, lambda message: message.data)
         cls.seen.watch('robot3/ground_truth', PoseStamped, lambda message: to_pose2(message.pose))
         cls.seen.watch('/rosout', Log)
@@ -83,7 +84,7 @@ class ViewTest(unittest.TestCase):
         cls.listener = tf2_ros.TransformListener(cls.tf)
         cls.master = rosgraph.Master('/view_test')
         cls.views = []
-        for namespace in '/', '/robot3/':
+        for namespace in ('/', '/robot3/') if HAS_RVIZ else ('/robot3/',):
             view = View(namespace)
             cls.addClassCleanup(view.end)
             cls.views.append(view)

@@ -34,8 +34,8 @@ AGES = {'_woke_at': 0.35, '_back_at': 0.35, '_given_at': 0.35, '_heard_since': 0
 QUIET_AGES = dict(AGES, _stops=0.2, _stopped_at=0.2, _began_at=0.2, stopped_at=0.2,
                   cancelled_at=0.2, lost_at=0.2, rested_at=0.2)
 
-#: After the first event, and in one of so many states later, it is tried whether a person who asks anew
-#: is obeyed.
+#: After the first event, and after one of so many later, it is tried whether a person who asks anew is
+#: obeyed.
 LISTENED = 40
 
 CASTS = (Senders, OnePad, LatePad, TwoPads, TwoPages, LatePages, MouseAndTurns)
@@ -68,12 +68,14 @@ def search(kind, seconds=math.inf, depth=99):
                     continue
                 found.transitions += 1
                 found.drives += after.drives
-                state = state_of(after)
-                if state not in seen:
+                if found.depth < depth:
+                    state = state_of(after)
+                    if state in seen:
+                        continue
                     seen.add(state)
                     frontier.append((story + (number,), pickle.dumps(after, -1)))
-                    if not story or len(seen) % LISTENED == 0:
-                        listens(after)
+                if not story or found.transitions % LISTENED == 0:
+                    listens(after)
             except Wrong as wrong:
                 found.story = [kind.EVENTS[k][0] for k in story + (number,)]
                 found.reason = str(wrong)

@@ -26,7 +26,7 @@ from tb3_labs.supervision.arbitration import Driver, Holder
 BURGER = robot_model('burger')
 NASTY = (0.0, -0.0, 1.0, -1.0, math.pi, -math.pi, math.nan, math.inf, -math.inf, 1e308, -1e308,
          5e-324, 1e9, -1e9, 1e5, 0.1, 2.0 ** 53)
-#: The handout's mouse may ask for this [m/s], [rad/s]; the robot clips it.
+#: The lab's mouse may ask for this [m/s], [rad/s]; the robot clips it.
 MOUSE = 0.5
 
 

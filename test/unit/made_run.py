@@ -3,8 +3,10 @@
 The robot stands at x = 0 until 1 s, drives until 6 s, and stands at x = 1 m; yaw 0 throughout. All
 topics have 20 samples a second for 10 s, and stamps that are their arrivals.
 """
+import contextlib
 import csv
 import re
+from unittest import mock
 
 import numpy as np
 
@@ -31,6 +33,14 @@ def table_in(path):
     """The rows of a CSV file."""
     with open(str(path), newline='') as file:
         return list(csv.DictReader(file))
+
+
+@contextlib.contextmanager
+def without_pictures():
+    """The figures of a report are made, but not drawn: that takes most of a report's time."""
+    with mock.patch('tb3_labs.report.page.write_figure', return_value=''), \
+            mock.patch('tb3_labs.report.compare.write_figure', return_value=''):
+        yield
 
 
 def goals(time, x, y=0.0, yaw=0.0):

@@ -1,4 +1,4 @@
-"""Shared by the tests of the embedded robot: robots without noise, drives, and sums by hand."""
+"""Shared by the tests of the simulated robot: robots without noise, drives, and sums by hand."""
 import math
 from dataclasses import replace
 

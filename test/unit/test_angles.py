@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 
 from known_motion import angle_between
 from tb3_labs.geometry.angles import (
-    TURN, clamp, continuous, continuous_at, difference, difference_degrees, interpolate_angle, wrap,
-    wrap_all)
+    TURN, clamp, continuous, continuous_at, difference, difference_degrees, wrap, wrap_all)
 
 PI = math.pi
 ANGLES = st.floats(-1e4, 1e4)
@@ -82,13 +81,6 @@ def test_an_array_keeps_its_shape_and_what_is_no_angle_does_not_hide_the_others(
     (725.0, 0.0, 5.0)])
 def test_difference_in_degrees(target, start, expected):
     assert difference_degrees(target, start) == expected
-
-
-@pytest.mark.parametrize('start, end, fraction, expected', [
-    (0.0, 1.0, 0.25, 0.25), (3.0, -3.0, 0.5, PI), (-3.0, 3.0, 0.0, -3.0), (-3.0, 3.0, 1.0, 3.0),
-    (0.0, PI, 0.5, PI / 2)])
-def test_interpolates_the_short_way(start, end, fraction, expected):
-    assert angle_between(interpolate_angle(start, end, fraction), expected) < 1e-12
 
 
 def test_samples_are_interpolated_across_half_a_turn():

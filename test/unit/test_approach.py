@@ -68,6 +68,7 @@ def test_learns_how_long_commands_are_under_way(delay):
     learned = Response()
     approach_to(3.0, delay, learned=learned)
     assert learned.delay == pytest.approx(delay, abs=0.002)
+    assert learned.lag == pytest.approx(FIRST_LAG, abs=1e-6)      # believed
 
 
 @pytest.mark.parametrize('delay', [0.04, 0.1])
@@ -232,3 +233,13 @@ def test_reversals_and_nudges_lower_the_gain_and_a_nudge_is_held():
     commands = [approach.step(remaining, 0.0, 9.0, TICK)
                 for remaining in (0.05, -0.05, -0.05, 0.0, -0.05, 0.0, 0.0)]
     assert commands == pytest.approx([1.0, -1.0, -0.5, 0.0, -0.4, -0.4, 0.0])
+
+
+def test_noisy_samples_have_a_mean_although_the_robot_moves():
+    """It obeys at once, and all samples are exact: so is their mean, less what was driven since."""
+    approach, remaining, speed = make_approach(1e3, Response(0.0, 0.0)), 3.0, 0.0
+    for _ in range(20):
+        remaining -= speed * TICK
+        speed = approach.step(remaining, speed, 1.0, TICK, noise=0.3)
+        assert speed == 1.0 and approach.at_rest.value == pytest.approx(remaining)
+    assert approach.at_rest.uncertainty < 0.3

@@ -10,11 +10,10 @@ import rosunit
 
 from tb3_labs.marking.criteria import Criterion, Outcome, Place, Verdict
 from tb3_labs.marking.marks import Marks
-from tb3_labs.marking.ros_student_node import place_of
 from tb3_labs.marking.progress import Progress, tried_last
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'marking'))
-from check_lab import checks_of, total    # noqa: E402 (it is beside this folder)
+from check_lab import checks_of, place_of, total    # noqa: E402 (it is beside this folder)
 
 
 def verdict(name, outcome, worth=2.0, extra=False):

@@ -7,13 +7,13 @@ import pytest
 from test_marking import TABLE, observation, stimulus
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.marking import move2goal, ros_bench, ros_move2goal, ros_stage, turn
-from tb3_labs.marking.checkoff import MARGIN, QUESTIONS, OpenCriteria, next_turn
 from tb3_labs.marking.criteria import Outcome
 from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.observation import Run
 from tb3_labs.marking.marks import points_of
-from tb3_labs.marking.ros_bench import MOST_TURNS, PARTS, PLAYED, RELEASES, WITH_MARGIN
-from tb3_labs.marking.ros_checkoff import parts_of
+from tb3_labs.marking.ros_bench import (MARGIN, MOST_TURNS, PARTS, PLAYED, RELEASES, WITH_MARGIN,
+                                        next_turn)
+from tb3_labs.marking.ros_checkoff import QUESTIONS, OpenCriteria, parts_of
 from tb3_labs.marking.ros_running_node import Person
 
 SIGNS = {'l': 1.0, 'r': -1.0}

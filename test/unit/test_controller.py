@@ -308,6 +308,13 @@ def test_a_lower_limit_in_mid_turn_holds_from_the_next_command_on(bench):
     assert math.degrees(bench.yaw - before) == pytest.approx(180.0, abs=0.5)
 
 
+def test_another_law_has_its_own_time_to_get_nearer(desk):
+    desk.ask()
+    desk.run(1.0)
+    desk.core.set_law(Told())
+    assert None not in desk.run(1.0)
+
+
 def test_a_second_turn_before_rest_reports_both(desk):
     desk.ask()
     desk.rate = 0.05                      # it is not judged yet

@@ -6,7 +6,7 @@ import pytest
 
 from test_marking import observation, stimulus
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking import imu, move2goal
+from tb3_labs.marking import gamepad, imu, move2goal
 from tb3_labs.marking.criteria import Outcome, judge, tracebacks_before_the_end
 from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.mouse import mouse_fields
@@ -323,6 +323,13 @@ def test_where_the_robot_stands_and_begins_to_turn():
             [name[2:]] if 'across' in name else []), name
 
 
+def test_the_sticks_are_where_their_stimulus_says():
+    for name, place in gamepad.PLACES.items():
+        *half, way = name.split()
+        assert place == (({'up': 1.0, 'down': -1.0}.get(way, 0.0)) / (2.0 if 'half' in half else 1.0),
+                         {'left': 1.0, 'right': -1.0}.get(way, 0.0)), name
+
+
 # ----- other observations -----
 
 def missed_of(lab, name, seen):
@@ -416,7 +423,8 @@ def test_an_observation_comes_back_from_its_file():
      ['Your flag was taken for status.', 'Your x_pos was taken for xPos.',
       'Your y_pos was taken for yPos.']),
     # no names at all
-    (('a', 'b', 'c'), ('std_msgs/Float32', 'float32', 'std_msgs/Bool'), ('c', 'a', 'b'),
+    (('a', 'b', 'n', 'c'), ('std_msgs/Float32', 'float32', 'float32', 'std_msgs/Bool'),
+     ('c', 'a', 'b'),
      ['Your c was taken for status.', 'Your a was taken for xPos.', 'Your b was taken for yPos.']),
 ])
 def test_fields_are_matched_by_name_else_by_type_and_position(names, types, fields, told):

@@ -27,13 +27,6 @@ def test_travel_under_way_is_the_sum_of_the_commands_within_the_delay():
     assert history.travel_under_way(10.0) == pytest.approx(0.012)
 
 
-@pytest.mark.parametrize('sign', [1.0, -1.0])
-def test_a_constant_command_has_its_speed_times_the_delay_under_way(sign):
-    history = history_of([sign * 0.5] * 20, extra=PERIOD)
-    for delay in (0.0, 0.013, 0.1, 0.33):
-        assert history.travel_under_way(delay) == pytest.approx(sign * 0.5 * delay)
-
-
 def test_nothing_is_under_way_before_the_first_command():
     history = CommandHistory(PERIOD)
     assert history.travel_under_way(0.3) == 0.0

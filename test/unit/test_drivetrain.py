@@ -5,7 +5,7 @@ import pytest
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import robot_model
-from tb3_labs.simulation.drivetrain import Drivetrain
+from tb3_labs.simulation.body import Drivetrain
 
 BURGER = robot_model('burger')
 RADIUS, TRACK = 0.033, 0.16             # of a wheel; between the wheels [m]
@@ -123,11 +123,3 @@ def test_physics_that_change_while_it_drives_count_from_then_on():
     assert drivetrain.velocity == pytest.approx((0.9 * RADIUS * now, 0.0))
     drivetrain.set_physics(lag=0.0, mismatch=0.0, slip=0.1)        # without lag: at once
     assert drivetrain.velocity == pytest.approx((0.9 * RADIUS * 5.0, 0.0))
-
-
-def test_what_lies_ahead_does_not_move_it():
-    drivetrain = train(2.0, 4.0, lag=0.1)
-    later = drivetrain.ahead(0.3)
-    assert drivetrain.pose == Pose2() and drivetrain.angles == (0.0, 0.0)
-    drivetrain.advance(0.3)
-    assert later.pose == drivetrain.pose and later.velocity == drivetrain.velocity

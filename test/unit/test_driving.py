@@ -1,4 +1,4 @@
-"""The handout's law number by number, and the guarantees of the precise law at each step."""
+"""The lab's own law number by number, and the guarantees of the precise law at each step."""
 import math
 from dataclasses import astuple
 

@@ -25,6 +25,11 @@ def lines(axes, label=None):
             if label is None or line.get_label() == label]
 
 
+def span_of(axes, shade):
+    """The times from which and to which a patch reaches."""
+    return axes.transData.inverted().transform(shade.get_window_extent().get_points())[:, 0]
+
+
 @pytest.mark.parametrize('period, pause, blanks', [
     (0.05, 0.45, 0), (0.05, 0.55, 1), (1.0, 4.8, 0), (1.0, 5.2, 1)])
 def test_a_curve_is_blank_in_a_pause(period, pause, blanks):
@@ -68,6 +73,10 @@ def test_the_figures_draw_the_runs_own_numbers():
         assert lines(axes)[0][:, 1] == pytest.approx(math.degrees(0.5))
     assert lines(apart)[0][:, 1] == pytest.approx(ZERO, abs=1e-9)
     assert far.get_xlim() == apart.get_xlim() == (0.0, 10.0)
+    assert apart.get_ylim() == (-0.25, 0.25)      # at least this [deg]
+    for axes in far, turned:
+        assert np.array([span_of(axes, shade) for shade in axes.patches]) == pytest.approx(
+            np.array([(0.5, 1.0), (1.0, 6.0), (6.0, 7.0), (7.0, 10.0)]))    # the states
 
 
 def test_a_command_is_drawn_until_the_robots_timeout():
@@ -115,7 +124,7 @@ def test_turns_are_drawn_from_their_begin_in_the_direction_that_was_asked_for():
         'angle left [deg]', 'time since the first command [s]')
     for k, rest in enumerate((0.5, 0.6)):
         angle, speed = lines(left)[k], lines(rate, 'commanded' if not k else None)[0]
-        assert angle[[0, -1], 0] == pytest.approx((-0.2, first[1] - first[0] + rest), abs=0.03)
+        assert angle[[0, -1], 0] == pytest.approx((-0.2, first[1] - first[0] + rest), abs=0.015)
         assert angle[[0, -1], 1] == pytest.approx((90.0, 0.0), abs=0.2)
         assert speed[:, 1].max() == pytest.approx(1.5) and speed[:, 1].min() > -0.01
 
@@ -209,3 +218,14 @@ def test_both_panels_of_the_paths_have_one_scale_that_holds_all():
     assert widths == pytest.approx([1.35 * 3.0] * 4, rel=1e-3)
     for axes, centre in ((in_odom, (1.5, -1.0)), (in_local, (1.0, 1.5))):
         assert (np.mean(axes.get_xlim()), np.mean(axes.get_ylim())) == pytest.approx(centre)
+
+
+@pytest.mark.parametrize('yaw_deg, right, up', [(0.0, -1, -1), (45.0, 0, -1), (135.0, 1, 0)])
+def test_a_frames_name_stands_behind_its_axes_close_to_its_origin(yaw_deg, right, up):
+    axes = new_figure(4.0).subplots()
+    axes.set(xlim=(-1.0, 1.0), ylim=(-1.0, 1.0), aspect='equal')
+    _frames(axes, '', [(Pose2(-0.5, -0.4, math.radians(yaw_deg)), 'local')], 2.0)
+    x, y = next(text.get_position() for text in axes.texts if text.get_text() == 'local')
+    half_width, half_height = 0.14, 0.05        # five letters; a line
+    assert (x + 0.5, y + 0.4) == pytest.approx(
+        (right * (half_width + 0.05), up * (half_height + 0.05)), abs=1e-9)

@@ -99,15 +99,17 @@ def spinning(**settings):
     return robot
 
 
-@pytest.mark.parametrize('seed', range(4))
-def test_without_the_serial_node_the_wheels_stop_late_and_nothing_is_heard(seed):
-    robot = spinning(seed=seed)
-    begin = robot.now
-    switch(robot, serial_dead=True)
-    while robot.true_velocity != (0.0, 0.0):
-        robot.command(0.2, 0.0)         # lost
-        assert robot.step(0.01) == []
-    assert 0.50 <= robot.now - begin <= 0.96 + 1 / 30
+def test_without_the_serial_node_the_wheels_stop_late_and_nothing_is_heard():
+    stops = []
+    for seed in range(40):
+        robot = spinning(seed=seed)
+        begin = robot.now
+        switch(robot, serial_dead=True)
+        while robot.true_velocity != (0.0, 0.0):
+            robot.command(0.2, 0.0)         # lost
+            assert robot.step(0.01) == []
+        stops.append(robot.now - begin)
+    assert 0.50 <= min(stops) <= 0.60 and 0.90 <= max(stops) <= 0.96 + 1 / 30
 
 
 def test_a_serial_node_that_is_back_soon_finds_the_odometry_as_it_was():

@@ -227,9 +227,10 @@ def test_that_move_to_goal_has_no_control_may_cross_with_an_a(pad, after, is_bel
 
 def test_what_somebody_else_gave_silences_the_sticks(pad):
     pad.sticks = (1.0, 0.0)
-    assert any(pad.run(0.3))
+    assert any(pad.run(0.3)) and not pad.controller.due(pad.now)
     pad.controller.on_control(True, pad.now)
     assert pad.holder is GOAL and not pad.controller.messages.gives
+    assert pad.controller.due(pad.now)              # without waiting for the pad
     assert set(pad.run(1.0)) == {None}
     pad.controller.on_control(False, pad.now)
     assert pad.holder is NOBODY

@@ -1,5 +1,6 @@
 """Submissions as they come: names of learning platforms, archives, lists of repositories."""
 import os
+import pathlib
 import shutil
 import subprocess
 import zipfile
@@ -7,9 +8,9 @@ from datetime import datetime
 
 import pytest
 
-from tb3_labs.marking import archives
-from tb3_labs.marking.archives import Budget, Refused, newest_in, unpack
-from tb3_labs.marking.intake import Submission, digest, submissions_from
+from tb3_labs.marking import intake
+from tb3_labs.marking.intake import (DEEPEST, Budget, Refused, Submission, digest, newest_in,
+                                     sort_out, submissions_from, unpack)
 from tb3_labs.marking.names import HandedIn, by_student, file_name, read_name, repositories
 
 NODE = 'lab2/scripts/turtlebot_controller.py'
@@ -108,19 +109,19 @@ def test_paths_that_lead_out_are_refused(tmp_path, name):
 
 
 def test_a_bomb_is_refused_by_the_sizes_that_it_declares(tmp_path, monkeypatch):
-    monkeypatch.setattr(archives, 'MOST_BYTES', 100000)
+    monkeypatch.setattr(intake, 'MOST_BYTES', 100000)
     path = zipped(tmp_path / 'a.zip', {'a.txt': '0' * 90000, 'b.txt': '0' * 90000})
     with pytest.raises(Refused, match='More than 0.1 MB: not all of it was unpacked'):
         unpack(path, tmp_path / 'out', Budget())
     assert files_below(tmp_path) == {'a.zip'}
-    monkeypatch.setattr(archives, 'MOST_FILES', 1)
+    monkeypatch.setattr(intake, 'MOST_FILES', 1)
     with pytest.raises(Refused, match='More than 1 files'):
         unpack(path, tmp_path / 'out', Budget())
 
 
 def test_archives_within_archives_have_one_budget(tmp_path, monkeypatch):
     """Sixty bombs of 90 kB each in one file, and a file that is nothing but holes."""
-    monkeypatch.setattr(archives, 'MOST_BYTES', 100000)
+    monkeypatch.setattr(intake, 'MOST_BYTES', 100000)
     bomb = zipped(tmp_path / 'bomb.zip', {'a.txt': '0' * 90000}).read_bytes()
     zipped(tmp_path / 'in' / 'a.zip', {'{}.zip'.format(n): bomb for n in range(60)})
     with open(str(tmp_path / 'in' / 'b.zip'), 'wb') as file:
@@ -157,6 +158,14 @@ def test_odd_paths_in_an_archive_end_nothing(tmp_path, name):
 
 
 # -- submissions
+
+def test_folders_that_are_too_deep_are_left_out(tmp_path):
+    deepest = tmp_path.joinpath(*'a' * DEEPEST)
+    (deepest / 'b').mkdir(parents=True)
+    for folder in (deepest, deepest / 'b'):
+        (folder / 'n.py').write_text('x')
+    assert sort_out(tmp_path) == ([deepest / 'n.py'], [deepest / 'b'])
+
 
 def laid_out(submission, tmp_path):
     """(the files that a submission consists of, remarks)."""
@@ -246,3 +255,15 @@ def test_a_digest_is_that_of_what_is_in_it(tmp_path):
     assert digest(tmp_path) != before
     (tmp_path / 'n.py').write_text('x')
     assert digest(tmp_path) == before
+    (tmp_path / 'n.py').rename(tmp_path / 'm.py')
+    assert digest(tmp_path) != before
+
+
+def test_a_single_file_is_laid_out_in_a_folder_of_its_own(tmp_path):
+    (tmp_path / 'Ann_n.py').write_text('x')
+    (tmp_path / 'work').mkdir()
+    copy = Submission('Ann', [tmp_path / 'Ann_n.py'], ['n.py']).lay_out(tmp_path / 'work')
+    assert [path.relative_to(tmp_path) for path in copy.folder.iterdir()] == [
+        pathlib.Path('work', 'Ann', 'n.py')]
+    nothing = Submission('Bo', []).lay_out(tmp_path / 'work')
+    assert list(nothing.folder.iterdir()) == [] and nothing.unread == []

@@ -14,10 +14,10 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import move2goal, turn
 from tb3_labs.marking.criteria import Criterion, Place, judge
 from tb3_labs.marking.feedback import feedback, overview
-from tb3_labs.marking.figures import over_time, path
 from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.marks import Marks, points_of
 from tb3_labs.marking.marks_table import Row, Table, cells
+from tb3_labs.marking.moments import moments
 from tb3_labs.marking.observation import NotOffered, Observation, Run, Stimulus
 from tb3_labs.marking.ros_gamepad import AXES, BUTTONS, pad_called, pad_in_words
 from tb3_labs.marking.ros_stage import SCRIPTS
@@ -61,7 +61,7 @@ def test_every_criterion_has_points_and_a_place_in_a_lab_sheet(lab):
         if criterion.where.step:
             section = sheet.split('# ' + criterion.where.heading, 1)[1].split('\n## ')[0]
             step = re.split(r'\n\d\. ', section)[criterion.where.step]
-            for word in ('Ctrl+C', 'mouse'):
+            for word in ('Ctrl+C', 'mouse', 'right', 'imu'):
                 assert word in step or word not in criterion.meaning, criterion.name
 
 
@@ -153,7 +153,7 @@ class Strict(HTMLParser):
 
     def handle_starttag(self, tag, attributes):
         self.tags.append(tag)
-        if tag not in ('meta', 'img'):
+        if tag not in ('meta', 'img', 'input'):
             self.open.append(tag)
 
     def handle_endtag(self, tag):
@@ -167,65 +167,63 @@ def test_pages_show_what_students_write_as_text():
     seen = turned(81.0)
     seen.runs[0].printed = '<script>alert("x")</script> & so on\n'
     page = Strict(feedback(marks_of('<i>Bobby</i>', seen), 'IMU lab'))
-    assert '<script>alert("x")</script> & so on' in page.words and 'script' not in page.tags
+    assert '<script>alert("x")</script> & so on' in page.words
+    assert page.tags.count('script') == 2       # the timeline's data, and its program
     assert '<i>Bobby</i>' in page.words and 'A "remark", <b>.' in page.words
-    assert page.tags.count('img') == 1
     whole = Strict(overview([marks_of('<i>Bobby</i>', seen)], 'IMU lab', ['a b.html']))
     assert '<i>Bobby</i>' in whole.words and 'i' not in whole.tags
 
 
-def test_the_figure_over_time_shows_heading_commands_stimuli_and_starts():
+def test_a_criterion_that_is_not_met_leads_to_its_moment():
+    """The robot turned by 81 degrees in a stimulus that began at 0.4 s."""
+    seen = turned(81.0)
+    seen.stimuli[0].begin = 0.4
+    marks = marks_of('Bobby', seen)
+    lost = [mark for mark in moments(seen, marks.graded)['marks'] if mark['kind'] == 'lost']
+    assert lost and {mark['begin'] for mark in lost} == {0.4}
+    assert '<a href="#t=0.4">Watch it</a>' in feedback(marks, 'IMU lab')
+
+
+def numbers(track):
+    """The columns of a timeline's track, time first."""
+    return [list(np.cumsum(column) * step) for column, step in zip(
+        [track['time']] + track['columns'], [0.001] + track['steps'])]
+
+
+def test_the_timeline_of_a_mark_shows_heading_commands_stimuli_and_starts():
     seen = turned(90.0)
-    seen.stimuli += [stimulus('x', 2.01, 3.0), stimulus('y', 2.02, 2.5)]
+    seen.stimuli.append(stimulus('x', 1.0, 1.5))
     seen.runs.append(Run(1.5))
-    figure = over_time(seen)
-    heading, angular, linear = figure.axes
-    turn_of, commands = np.array(seen.truth), np.array(seen.commands)
-    assert heading.lines[0].get_xydata() == pytest.approx(
-        np.column_stack([turn_of[:, 0], np.degrees(turn_of[:, 3])]))
-    for axes, column in ((angular, 2), (linear, 1)):
-        assert axes.lines[0].get_xydata() == pytest.approx(commands[:, [0, column]])
-    for axes in figure.axes:
-        assert [line.get_xdata()[0] for line in axes.lines[1:]] == [0.0, 1.5]
-        # a polygon, or a rectangle since matplotlib 3.9
-        spans = [patch.get_patch_transform().transform_path(patch.get_path()).vertices[:, 0]
-                 for patch in axes.patches]
-        assert np.array([[xs.min(), xs.max()] for xs in spans]) == pytest.approx(
-            np.array([[0.0, 2.0], [2.01, 3.0], [2.02, 2.5]]))
-    assert linear.get_xlim() == (0.0, 2.0)
-    assert [text.get_text() for text in heading.texts] == ['l', 'x', 'y']
-    places = [text.xyann[0] for text in heading.texts]
-    assert places[:2] == pytest.approx([0.0, 1.005]) and places[2] - places[1] > 0.02
+    data = moments(seen, [])
+    time, heading = numbers(data['heading'])
+    true = np.array(seen.truth)
+    assert np.interp(true[:, 0], time, heading) == pytest.approx(np.degrees(true[:, 3]), abs=0.2)
+    assert [row for row in data['commands'] if None not in row] == seen.commands
+    assert [(mark['kind'], mark['begin'], mark['text']) for mark in data['marks']] == [
+        ('hand', 0.0, 'l'), ('start', 0.0, 'the node is started'), ('hand', 1.0, 'x'),
+        ('start', 1.5, 'the node is started')]
 
 
-def test_the_figure_of_a_node_that_did_nothing_is_empty():
-    figure = over_time(observation())
-    assert [len(axes.lines) for axes in figure.axes] == [1, 1, 1]       # when it was started
-    assert figure.axes[2].get_xlim() == (0.0, 1.0) and path(observation()) is None
-
-
-def test_the_figure_of_the_drives_is_in_their_local_frames():
+def test_the_drives_of_a_mark_are_in_their_local_frames():
     """The second one's frame stands at (1, 2) in the world, turned by 90 degrees."""
     local = Pose2(1.0, 2.0, math.pi / 2.0).inverse()
     frames = [[0.0, 0.0, 0.0], [local.x, local.y, local.yaw]]
     seen = observation('move2goal', truth=[
-        [0.0, 0.0, 0.0, 0.0], [0.5, 2.0, 0.0, 0.1], [1.0, 3.0, 0.5, 0.5],
-        [5.0, 1.0, 2.0, 0.0], [6.0, 1.0, 3.0, 2.0]],
-        stimuli=[stimulus('first', 0.0, 1.0, facts={'goal': move2goal.GOAL,
+        [0.0, 0.0, 0.0, 0.0], [0.2, 0.1, 0.0, 0.1], [0.4, 0.2, 0.05, 0.5],
+        [1.6, 1.0, 2.0, 0.0], [1.8, 1.0, 2.2, 2.0]],
+        stimuli=[stimulus('first', 0.0, 0.5, facts={'goal': move2goal.GOAL,
                                                     'local_T_world': frames[0]}),
-                 stimulus('none', 1.5, 2.0),
-                 stimulus('second', 5.0, 6.0, facts={'goal': [4.0, 5.0, 0.0],
+                 stimulus('none', 0.6, 0.7),
+                 stimulus('second', 1.6, 1.9, facts={'goal': [4.0, 5.0, 0.0],
                                                      'local_T_world': frames[1]})])
-    axes, = path(seen).axes
-    first, star, second, other_star, origin = (line.get_xydata() for line in axes.lines)
-    assert first == pytest.approx(np.array([[0.0, 0.0], [2.0, 0.0], [3.0, 0.5]]))
-    assert second == pytest.approx(np.array([[0.0, 0.0], [1.0, 0.0]]), abs=1e-9)
-    assert star[0] == pytest.approx((-0.61, 0.61)) and other_star[0] == pytest.approx((4.0, 5.0))
-    assert origin[0] == pytest.approx((0.0, 0.0))
-    for arrow, end, facing in zip(axes.texts, ((3.0, 0.5), (1.0, 0.0)), (0.5, 2.0 - math.pi / 2.0)):
-        tip = np.array(arrow.xy) - end
-        assert arrow.xyann == pytest.approx(end, abs=1e-9)
-        assert math.atan2(tip[1], tip[0]) == pytest.approx(facing)
+    data = moments(seen, [])
+    time, x, y, yaw = numbers(data['local'])
+    assert time == pytest.approx([0.0, 0.2, 0.4, 1.6, 1.8])
+    assert x == pytest.approx([0.0, 0.1, 0.2, 0.0, 0.2], abs=0.002)
+    assert y == pytest.approx([0.0, 0.0, 0.05, 0.0, 0.0], abs=0.002)
+    assert yaw[-1] == pytest.approx(math.degrees(2.0) - 90.0, abs=0.2)
+    assert [goal for _, _, goal in data['goals']] == [
+        list(move2goal.GOAL), list(move2goal.GOAL), [4.0, 5.0, 0.0]]
 
 
 def test_a_page_without_an_observation_says_why():

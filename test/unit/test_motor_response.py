@@ -6,12 +6,18 @@ import statistics
 
 import pytest
 
-from spins import miss, reset_in_a_spin
+from rollout import navigation, run
+from spins import OtherNode, miss, reset_in_a_spin
 from tb3_labs.control.dead_time import CommandHistory
+from tb3_labs.control.driving import make_law
+from tb3_labs.control.goal import DriveConfig
 from tb3_labs.control.motor_response import (
     CRUISING, LEARNING, LEARNING_TIME, LEAST_SAMPLE_DELAY, LONGEST_AGE, QUIET, SPEEDING_UP,
     HeardTurns, Identification, Response, look_at_start)
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.nodes.move_to_goal import MoveToGoalCore
+from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
 
 PERIOD = 0.02
@@ -65,16 +71,20 @@ def test_a_sample_that_says_too_little_is_not_used(first, travelled, speed):
     assert look_at_start(0.1, first, travelled, speed) is None
 
 
-@pytest.mark.parametrize('gain', [0.97, 1.03])
+@pytest.mark.parametrize('gain, sign', [(0.97, -1.0), (1.03, 1.0)])
 @pytest.mark.parametrize('delay, lag', [(0.02, 0.02), (0.06, 0.05), (0.1, 0.14)])
-def test_a_robot_that_is_faster_than_commanded_is_not_taken_for_a_prompt_one(delay, lag, gain):
+def test_a_robot_that_is_faster_than_commanded_is_not_taken_for_a_prompt_one(
+        delay, lag, gain, sign):
     """In 1 s it travels 30 mm or mrad too far, as one would that is prompter by 30 ms."""
-    estimate, learned = identified(delay, lag, gain=gain)
+    estimate, learned = identified(delay, lag, sign, gain=gain)
     assert estimate.gain == pytest.approx(gain, abs=0.001)
     assert estimate.delay == pytest.approx(delay, abs=0.002)
     assert estimate.lag == pytest.approx(lag, abs=0.002)
     assert abs(learned.gain - gain) < abs(1.0 - gain)
-    assert identified(delay, lag, gain=gain, prompt=False, learned=Response(0.0, lag))[
+    at_start, _ = identified(delay, lag, sign, gain=gain, learned=Response(gain=gain),
+                             seconds=delay + 3.0 * PERIOD)
+    assert (at_start.delay, at_start.lag) == pytest.approx((delay, lag), abs=1e-6)
+    assert identified(delay, lag, sign, gain=gain, prompt=False, learned=Response(0.0, lag))[
         0].delay == pytest.approx(delay, abs=0.004)
 
 
@@ -101,21 +111,6 @@ def test_a_robot_that_has_hardly_begun_to_move_or_moves_otherwise_tells_nothing(
     history.advance(0.1)
     identification.look(history, -0.001, share, 1.0)
     assert (identification.estimate.gain != 1.0) is tells
-
-
-@pytest.mark.parametrize('sign', [1.0, -1.0])
-@pytest.mark.parametrize('delay, lag', [(0.0, 0.05), (0.1, 0.02), (0.2, 0.1)])
-def test_an_approach_by_a_gyro_identifies_both(delay, lag, sign):
-    estimate, learned = identified(delay, lag, command=sign)
-    assert estimate.delay == pytest.approx(delay, abs=0.001)
-    assert estimate.delay + estimate.lag == pytest.approx(delay + lag, abs=0.004)
-    assert learned.delay == pytest.approx(delay, abs=0.02)
-
-
-def test_without_a_gyro_the_lag_is_believed_and_the_delay_identified():
-    estimate, _ = identified(0.12, 0.05, prompt=False, learned=Response(0.0, 0.05))
-    assert estimate.lag == pytest.approx(0.05, abs=1e-6)
-    assert estimate.delay == pytest.approx(0.12, abs=0.004)
 
 
 @pytest.mark.parametrize('what', [
@@ -196,6 +191,8 @@ def test_the_age_that_is_known_is_not_counted_again():
     dict(commands=[]),                                                 # a person turns it
     dict(commands=[(10.0, 0.1, 1.0)]),                                 # it drives a curve
     dict(commands=[(10.0 + 0.05 * k, 0.0, 0.3 + 0.1 * k) for k in range(8)]),     # a stick is moved
+    dict(commands=[(10.0, 0.0, 1.0), (10.1, 0.0, 0.9), (10.2, 0.0, 1.0)]),    # and moved back
+    dict(commands=[(10.0, 0.0, 1.0), (10.1, 0.1, 1.0)]),                      # a curve from then on
     dict(commands=[(10.0 - 0.5 * QUIET, 0.0, -1.0), (10.0, 0.0, 1.0)]),      # it was just turning
     dict(commands=[(10.0, 0.0, 1.0)], silent=(10.0, 10.01 + LONGEST_AGE)),      # the network stalls
     dict(commands=[(10.0, 0.0, 1.0)], samples=9)])                              # too short
@@ -211,6 +208,20 @@ def test_each_turn_counts():
         for _ in range(20):
             response.measured(one)
     assert response.sample_delay == pytest.approx(0.11 - 0.074 / 3.0, abs=0.012)
+
+
+def test_a_drive_that_takes_over_a_turn_is_not_taken_for_that_turn():
+    """It begins anew, by 3 rad/s^2: as the answer to the other node it would be much too late."""
+    robot, response = Simulator(SimulatorConfig()), Response()
+    law = make_law(DriveConfig(max_angular=1.0, angular_acceleration=3.0), robot_model('burger'))
+    navigator = MoveToGoalCore(law, response=response)
+    node, hear = OtherNode(navigator), navigation(robot, navigator)
+    for node.rate, seconds in ((0.0, 0.8), (1.0, 0.1)):
+        run(robot, node, hear, seconds)
+    navigator.told_control(True, robot.now)
+    navigator.set_goal(Pose2(-1.0, 0.1))
+    run(robot, navigator, hear, 3.0)
+    assert response.delay == Response().delay
 
 
 def test_a_reset_in_a_spin_behind_a_slow_host():

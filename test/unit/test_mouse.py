@@ -1,4 +1,4 @@
-"""Mouse positions into velocities, by the numbers of the handout."""
+"""Mouse positions into velocities, by the numbers of the course's mouse lab."""
 import math
 
 import pytest

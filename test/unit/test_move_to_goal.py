@@ -192,6 +192,15 @@ def test_what_may_have_been_said_during_a_short_sleep_sets_nothing_in_motion():
     assert None not in robot.run(0.2)[2:]
 
 
+def test_the_time_in_which_a_node_starts_is_no_sleep():
+    robot = Robot(has_control=False)
+    robot.control(False)
+    robot.now += 5.0
+    robot.core.begin_control(robot.now)
+    robot.control(True)
+    assert robot.core.control_stands
+
+
 def test_a_drive_that_was_given_up_begins_anew_when_control_is_given_not_when_it_goes():
     robot = driving()
     robot.run(3.0)                     # a robot that stands is stalled
@@ -212,7 +221,7 @@ def test_a_goal_that_was_reached_is_not_driven_to_again_when_control_is_given():
     robot.run(0.1)
     robot.core.set_goal(Pose2())       # where it stands
     robot.run(0.5)
-    assert robot.status.state is GoalState.GOAL_REACHED
+    assert robot.status.state is GoalState.GOAL_REACHED and not robot.status.active
     robot.control(False)
     robot.control(True)
     assert set(robot.run(0.5)) == {None}

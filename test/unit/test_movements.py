@@ -90,7 +90,7 @@ def test_before_its_first_message_control_was_the_other_way(switch, kind):
     assert kinds(DRIVE, control=values([15.0], [switch])) == [kind]
 
 
-def test_who_takes_control_begins_another_movement():
+def test_a_node_that_takes_control_begins_another_movement():
     found = movements(driven([(2.0, 8.0, 0.2, 0.0)], control=values([1.0, 5.05], [1.0, 0.0])))
     assert [movement.kind for movement in found] == [Kind.DRIVE, Kind.BY_HAND]
     assert (found[0].end, found[1].begin) == pytest.approx((5.1, 5.1))

@@ -6,8 +6,6 @@ from itertools import groupby
 from operator import itemgetter
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from tb3_labs.simulation.network import NETWORKS, Interruptions, Link, LinkSettings
 from tb3_labs.simulation.simulator_config import SimulatorConfig
@@ -101,18 +99,6 @@ def test_what_has_arrived_when_the_settings_change_is_not_lost():
 
 # The cut ------------------------------------------------------------------------------------------
 
-@pytest.mark.parametrize('delay', [0.0, 0.25])
-def test_a_cut_holds_up_everything_and_then_it_comes_at_once(delay):
-    link = link_of(LinkSettings(delay=delay))
-    assert carry(link, [0.0, 0.125], 0.5) == [(delay, 0), (0.125 + delay, 1)]
-    link.configure(LinkSettings(delay=delay, is_cut=True), 0.5)
-    assert carry(link, [0.5, 1.0, 5.0], 100.0) == []
-    link.configure(LinkSettings(delay=delay), 100.0)
-    link.send(['after'], [100.0])
-    assert link.take(100.0 + delay) == [(100.0, 0), (100.0, 1), (100.0, 2),
-                                        (100.0 + delay, 'after')]
-
-
 def test_what_is_under_way_when_the_cut_comes_is_held_up_and_afterwards_takes_its_time():
     link = link_of(LinkSettings(delay=0.5))
     link.send(['arrives', 'held'], [0.0, 0.25])
@@ -195,7 +181,7 @@ def test_what_changes_nothing_of_the_stalls_leaves_them_alone():
     assert len(ends) > 40 and ends <= {round(arrival, 6) for arrival, _ in arrivals}
 
 
-# Seeds, and the length of steps -------------------------------------------------------------------
+# Seeds --------------------------------------------------------------------------------------------
 
 ALL = LinkSettings(delay=0.02, jitter=0.01, stalls_per_min=40.0, longest_stall=0.5)
 
@@ -207,22 +193,6 @@ def test_the_seed_decides():
     for kind in jitter, STALLING:
         assert carry(link_of(kind, seed=3), moments) != carry(link_of(kind, seed=4), moments)
     assert carry(link_of(jitter, 'sensors'), SPARSE) != carry(link_of(jitter, 'commands'), SPARSE)
-
-
-@settings(max_examples=50, deadline=None)
-@given(st.lists(st.floats(0.0, 2.0), min_size=1, max_size=30), st.integers(0, 1000))
-def test_how_often_it_is_asked_changes_nothing(cuts, seed):
-    often, once = link_of(ALL, seed=seed), link_of(ALL, seed=seed)
-    now, arrivals, moments = 0.0, [], []
-    for cut in cuts:
-        sent = [now + k * cut / 10 for k in range(10)]
-        now += cut
-        often.send(sent, sent)
-        arrivals += often.take(now)
-        moments += sent
-    once.send(moments, moments)
-    assert arrivals == once.take(now)
-    assert often.take(math.inf) == once.take(math.inf)
 
 
 # The named networks -------------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 import math
 import pathlib
 
+import numpy as np
 import pytest
 from test_criteria import missed_of
 from test_marking import observation, stimulus
@@ -12,6 +13,7 @@ from tb3_labs.handout.skeletons import FOLDER, skeleton
 from tb3_labs.marking.labs import LABS
 from tb3_labs.marking.move2goal import ANGLE, DISTANCE, GOAL
 from tb3_labs.marking.own_numbers import OwnNumbers, own_numbers, with_own
+from tb3_labs.report.run_data import ImuSamples, OdometrySamples, RunData
 from tb3_labs.simulation.mystery import LAST
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -72,6 +74,26 @@ def test_a_copied_node_misses_the_own_goal(driven_to, place, heading):
     for name, said in (('goal_place', place), ('goal_heading', heading)):
         missed = missed_of('move2goal', name, seen)
         assert missed.startswith(said) and bool(missed) is bool(said)
+
+
+@pytest.mark.parametrize('start, offset, own', [
+    ((0.01, 1.38, 41.0), 117.0, True), ((0.01, 1.38, 401.0), -243.0, True),
+    ((0.0, 0.0, 0.0), 0.0, False), ((0.0, 1.4, 40.0), 0.0, False), ((0.0, 1.4, 140.0), 118.0, False),
+    ((0.0, 1.3, 40.0), 118.0, False), ((0.0, 1.4, 40.0), math.nan, False)])
+def test_a_recording_is_recognized_by_its_start_and_offset(start, offset, own):
+    assert ANN.recorded(start, offset) is own
+
+
+def test_the_report_tells_whose_recording_it_is():
+    whose = main_of('lab_report.py').__globals__['whose']
+    times = np.arange(0.0, 2.0, 0.02)
+    ones = np.ones(len(times))
+    heading, offset = math.radians(ANN.start[2]), math.radians(ANN.imu_offset)
+    run = RunData('ann.bag', 0.0, 2.0, ImuSamples(times, times, (heading + offset) * ones, 0.0 * ones),
+                  OdometrySamples(times, times, ANN.start[0] * ones, ANN.start[1] * ones,
+                                  heading * ones, 0.0 * ones, 0.0 * ones))
+    assert 'degrees: the numbers of Ann Miller' in whose(run, 'Ann Miller')
+    assert 'degrees: not the numbers of Bo Chen' in whose(run, 'Bo Chen')
 
 
 def test_the_command_writes_and_tells_them(tmp_path, capsys, monkeypatch):

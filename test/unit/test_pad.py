@@ -1,4 +1,4 @@
-"""Sticks and buttons of a pad, by the handout's numbering and by others."""
+"""Sticks and buttons of a pad, by the course's numbering and by others."""
 import math
 
 import pytest

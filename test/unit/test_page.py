@@ -4,18 +4,17 @@ import re
 
 import numpy as np
 import pytest
-from made_run import STATES, TIME, X, ZERO, goals, made, poses, rows_of, states, table_in
+from made_run import (
+    STATES, TIME, X, ZERO, goals, made, poses, rows_of, states, table_in, without_pictures)
 
-from tb3_labs.report import html
 from tb3_labs.report.run_data import Commands, ImuSamples, OdometrySamples, Poses, States
+from tb3_labs.report.tables import Markup, number, table
 from tb3_labs.robot.turtlebot3 import robot_model
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
-from tb3_labs.report import figures, path_figures  # noqa: E402
 from tb3_labs.report.movements import completed  # noqa: E402
-from tb3_labs.report.page import write_report  # noqa: E402
-from tb3_labs.report.tables import write_csv  # noqa: E402
+from tb3_labs.report.page import write_csv, write_report  # noqa: E402
 
 BURGER = robot_model('burger')
 
@@ -87,9 +86,13 @@ def test_states_change_at_their_own_time(tmp_path):
 
 # The page -----------------------------------------------------------------------------------------
 
+def words_of(run, folder):
+    with without_pictures():
+        return write_report(run, BURGER, folder).read_text(encoding='utf-8')
+
+
 @pytest.fixture(scope='module')
 def page(tmp_path_factory):
-    """The text without pictures."""
     yaw = np.radians(np.interp(TIME, [1.3, 6.0], [0.0, 3.0]))
     run = made(
         start=1.7e9, goals=goals([0.5, 8.5], [1.03, 3.0], 0.04, 0.1), local_pose=poses(yaw=yaw),
@@ -97,8 +100,7 @@ def page(tmp_path_factory):
                       (8.5, 'ROTATE_TO_GOAL')),
         imu=ImuSamples(TIME, TIME, yaw + 0.5, ZERO).take((TIME < 8.01) | (TIME > 8.59)),
         odometry=made().odometry, dropped={'imu': 7}, topics={'imu': '/robot3/imu'})
-    path = write_report(run, BURGER, str(tmp_path_factory.mktemp('page') / 'a' / 'b'))
-    return re.sub('base64,[^"]*', '', path.read_text(encoding='utf-8'))
+    return words_of(run, str(tmp_path_factory.mktemp('page') / 'a' / 'b'))
 
 
 def test_the_page_says_what_was_driven(page):
@@ -123,16 +125,8 @@ def test_the_page_says_how_imu_and_odometry_differ(page):
     assert drift == pytest.approx(3.0, abs=1e-3)
 
 
-def words_of(run, folder, monkeypatch):
-    """The page without its pictures."""
-    for module, name in ((path_figures, 'paths'), (figures, 'errors'), (figures, 'heading'),
-                         (figures, 'speeds')):
-        monkeypatch.setattr(module, name, lambda *_: None)
-    return write_report(run, BURGER, folder).read_text(encoding='utf-8')
-
-
-def test_a_drive_of_which_no_goal_was_recorded_has_no_errors(tmp_path, monkeypatch):
-    text = words_of(made(goals=Poses.none()), tmp_path, monkeypatch)
+def test_a_drive_of_which_no_goal_was_recorded_has_no_errors(tmp_path):
+    text = words_of(made(goals=Poses.none()), tmp_path)
     unknown = '\u2013'
     row, = (row for row in rows_of(text) if len(row) == 11)
     assert row == ['1', unknown, unknown, unknown, 'reached', '6.50'] + [unknown] * 5
@@ -140,11 +134,11 @@ def test_a_drive_of_which_no_goal_was_recorded_has_no_errors(tmp_path, monkeypat
     assert row[1:6] == ['0.50', '5.00', '1.00', '0.00', unknown]
 
 
-def test_a_page_without_drives_says_where_local_stood(tmp_path, monkeypatch):
-    text = words_of(made(states=States.none()), tmp_path, monkeypatch)
+def test_a_page_without_drives_says_where_local_stood(tmp_path):
+    text = words_of(made(states=States.none()), tmp_path)
     assert 'the recorded one' in text and 'None' not in text and 'Along the way' not in text
     run = completed(made(states=States.none(), local_pose=Poses.none()))
-    text = words_of(run, tmp_path, monkeypatch)
+    text = words_of(run, tmp_path)
     assert 'declared (0, 0, 0)' in text
 
 
@@ -172,10 +166,10 @@ def test_the_page_says_how_steadily_the_topics_came(page):
     (-0.0004, '{:+.2f}', '+0.00'), (-0.0004, '{:.1f}', '0.0'), (-0.006, '{:+.2f}', '-0.01'),
     (math.nan, '{:.2f}', '\u2013'), (math.inf, '{:.2f}', '\u2013')])
 def test_a_number_is_never_minus_zero_and_an_unknown_one_is_a_dash(value, form, text):
-    assert html.number(value, form) == text
+    assert number(value, form) == text
 
 
 def test_a_cell_of_plain_text_is_escaped_and_words_are_aligned():
-    text = html.table(['a', 'b'], [['<x>', html.Markup('<b>y</b>')]], words=('b',))
+    text = table(['a', 'b'], [['<x>', Markup('<b>y</b>')]], words=('b',))
     assert '<th>a</th><th class="words">b</th>' in text
     assert '<td>&lt;x&gt;</td><td class="words"><b>y</b></td>' in text

@@ -56,14 +56,6 @@ def room():
 
 # -- one driver
 
-def test_no_page_holds_the_robot_at_first(room):
-    assert room.holder.page is None and not room.holder.has_granted and room.holder.pad is None
-    room.joy('A', FULL, (0.5, 0.5))
-    room.run(10.0)
-    assert room.said() == ([], [], []) and room.holder.page is None
-    assert room.holder.take_news() == []
-
-
 def test_of_several_pages_one_drives(room):
     room.drive('A')
     for ask in (room.begin, room.give):
@@ -212,7 +204,7 @@ def test_a_silence_is_noticed_by_the_next_message_also_if_nobody_looked_at_the_c
     lambda room: room.holder.stop('B', room.now), lambda room: room.holder.let_go('A'),
     lambda room: room.holder.gone('A'), lambda room: room.run(0.5),
     lambda room: room.joy('B', B)])
-def test_what_was_taken_by_anybody_is_given_again_by_a_person_alone(room, end):
+def test_control_that_was_taken_by_anybody_is_given_again_by_a_person_alone(room, end):
     room.give()
     room.joy('A', REST)
     end(room)
@@ -268,7 +260,7 @@ STOPS = {
 
 
 @pytest.mark.parametrize('stop', STOPS.values(), ids=list(STOPS))
-def test_what_was_pressed_before_a_stop_does_not_count_after_it(room, stop):
+def test_a_press_before_a_stop_does_not_count_after_it(room, stop):
     """It was held up on its way; another one has stopped the robot meanwhile."""
     pressed = room.now
     room.run(1.0)
@@ -286,7 +278,7 @@ def test_what_was_pressed_before_a_stop_does_not_count_after_it(room, stop):
     assert room.grants == [True] * 9      # with the renewals of 0.84 s, which show its age
 
 
-def test_what_waited_in_a_page_while_it_stopped_the_robot_does_not_count(room):
+def test_a_press_that_waited_in_a_page_while_it_stopped_the_robot_does_not_count(room):
     """A press may wait in the page, and STOP overtakes it."""
     pressed = room.now
     room.run(1.0)
@@ -548,7 +540,7 @@ class Story:
 
 
 @given(STEPS)
-def test_whatever_pages_do_nothing_goes_on_without_a_person(steps):
+def test_nothing_goes_on_without_a_person_whatever_pages_do(steps):
     story = Story()
     for step in steps:
         story.tell(step)

@@ -41,7 +41,7 @@ def test_of_a_robot_that_was_never_heard_nothing_is_known(view):
     assert not view.is_driving
 
 
-def test_what_was_heard_stands_where_it_belongs(view):
+def test_each_kind_that_was_heard_stands_where_it_belongs(view):
     view.hear_frame(Pose2(0.5, -0.25, HALF_PI), 99.0)
     view.hear_odometry(Pose2(1.0, 2.0, 3.0), 99.5)
     view.hear_local(Pose2(-1.0, -2.0, -3.0), 99.0)
@@ -173,7 +173,7 @@ def test_a_frame_that_moved_was_declared_anew(view, moved, is_new):
 
 
 @pytest.mark.parametrize('at', [Pose2(0.0, 0.0, math.pi), Pose2(0.25)])
-def test_the_odometry_that_was_zeroed_is_no_declaration(view, at):
+def test_an_odometry_that_was_zeroed_is_not_a_declaration(view, at):
     """The frame follows: local stays where it is on the floor. The trail in odom ends there."""
     frame = Pose2(0.5, 0.5, 0.1)
     view.hear_odometry(at, 99.0)
@@ -232,7 +232,7 @@ def test_a_long_trail_keeps_its_beginning_and_end_and_every_other_point_between(
 # -- whatever a node of a student says
 
 @pytest.mark.parametrize('number', [math.nan, math.inf])
-def test_what_is_no_number_is_not_shown(view, number):
+def test_a_value_that_is_not_a_number_is_not_shown(view, number):
     """These topics have no check on their way here, and JSON has no such number."""
     for kind in ('distance', 'angle', 'tolerance', 'imu'):
         view.hear(kind, number, 99.0)
@@ -271,7 +271,7 @@ POSES = st.builds(Pose2, *[st.floats(-1e6, 1e6)] * 2, st.floats(-math.pi, math.p
     st.tuples(st.just('state'), st.text(max_size=5)),
     st.tuples(st.just('command'), st.tuples(st.floats(), st.floats()))),
     max_size=12))
-def test_whatever_is_heard_a_page_can_read(heard):
+def test_a_page_can_read_whatever_is_heard(heard):
     view = RobotView()
     for kind, value in heard:
         if kind in ('odometry', 'local', 'frame'):

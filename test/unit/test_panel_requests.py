@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.nodes.pad_config import PadConfig
-from tb3_labs.panel.requests import Joy, Pad, Request, read_request
+from tb3_labs.panel.requests import Joy, Pad, Request, Viewer, read_request
 
 PAD = {'forward': 0.4, 'left': -0.1, 'a': False, 'b': True, 'y': False, 'hold': True}
 GOAL = {'x': 1.0, 'y': -0.5, 'yaw_deg': 90}
@@ -114,7 +114,7 @@ def test_sticks_and_mouse_reach_from_minus_one_to_one(sign):
 # -- what is refused
 
 @pytest.mark.parametrize('literal', NO_NUMBERS, ids=short)
-def test_what_is_no_number_of_this_size_is_refused(literal):
+def test_a_value_that_is_not_a_number_of_this_size_is_refused(literal):
     texts = {name: with_literal(kind, name, literal) for kind, name, _ in NUMBERS}
     texts.update(forward=pad_with('forward', literal), left=pad_with('left', literal),
                  mouse=with_literal('joy', 'mouse', '[%s, 0]' % literal))
@@ -150,13 +150,13 @@ def test_nothing_gripped_and_no_robot_are_null_or_missing(text, request_):
 @pytest.mark.parametrize('literal', [
     '-1', '1.0', '1000000000001', 'true', '"7"', '[7]', '1' + '0' * 1900], ids=short)
 @pytest.mark.parametrize('kind, name', [('seen', 'n'), ('begin', 'id')])
-def test_what_is_no_whole_number_is_refused(kind, name, literal):
+def test_a_value_that_is_not_a_whole_number_is_refused(kind, name, literal):
     reason = refusal(with_literal(kind, name, literal))
     assert reason.startswith(name + ' = ') and reason.endswith('not valid: a whole number from 0')
 
 
 @pytest.mark.parametrize('name', ['t', 'pressed'])
-def test_what_is_no_time_is_refused(name):
+def test_a_value_that_is_not_a_time_is_refused(name):
     for literal in 'true', '"7"', '1e16':
         assert refusal(with_literal('begin', name, literal)).startswith(name + ' = ')
 
@@ -168,22 +168,14 @@ def test_a_button_is_true_or_false(button, literal):
         button, literal)
 
 
-@pytest.mark.parametrize('literal', ['1', 'true', '[]', '""', '0', 'false'])
-def test_a_pad_is_an_object(literal):
-    reason = refusal('{"type": "joy", "pad": %s}' % literal)
-    assert reason == 'pad = {} is not valid: an object, or null'.format(literal)
-
-
-@pytest.mark.parametrize('literal', ['1', 'true', '"ab"', '[]', '[0.5]', '[0, 0, 0]', 'false'])
-def test_a_mouse_is_a_pair(literal):
-    reason = refusal('{"type": "joy", "mouse": %s}' % literal)
-    assert reason == 'mouse = {} is not valid: [x, y], or null'.format(literal)
-
-
-@pytest.mark.parametrize('literal', ['3', 'true', '["robot3"]', '0', 'false'])
-def test_a_robot_is_a_name(literal):
-    assert refusal('{"type": "look", "robot": %s}' % literal) == (
-        'robot = {} is not valid: a name, or null'.format(literal))
+@pytest.mark.parametrize('kind, name, valid, literals', [
+    ('joy', 'pad', 'an object, or null', ['1', 'true', '[]', '""', '0', 'false']),
+    ('joy', 'mouse', '[x, y], or null', ['1', 'true', '"ab"', '[]', '[0.5]', '[0, 0, 0]', 'false']),
+    ('look', 'robot', 'a name, or null', ['3', 'true', '["robot3"]', '0', 'false'])])
+def test_a_value_of_another_kind_is_refused(kind, name, valid, literals):
+    for literal in literals:
+        assert refusal('{{"type": "{}", "{}": {}}}'.format(kind, name, literal)) == (
+            '{} = {} is not valid: {}'.format(name, literal, valid))
 
 
 @pytest.mark.parametrize('literal', [
@@ -199,7 +191,7 @@ def test_a_message_is_an_object(text):
 
 
 @pytest.mark.parametrize('text', ['', 'stop', '{"type": "stop"', '\ud800', b'\xff'])
-def test_what_is_no_json_is_refused(text):
+def test_a_text_that_is_not_json_is_refused(text):
     """A page may send bytes, too."""
     assert refusal(text).startswith('a message is not JSON: ')
     assert read_request(b'{"type": "stop"}').kind == 'stop'
@@ -251,6 +243,74 @@ def test_axes_and_buttons_of_any_number(linear, angular, button):
     assert {number: axis for number, axis in enumerate(axes) if axis} == {
         linear: 0.5, angular: -0.25}
     assert buttons.index(1) == button and sum(buttons) == 1
+
+
+# -- what is sent to a page, and its pace
+
+def viewer_of(sent=0):
+    """A page to which that many pictures were sent; its messages are kept."""
+    messages = []
+    viewer = Viewer(lambda text: messages.append(json.loads(text)), lambda: None)
+    viewer.messages = messages
+    for _ in range(sent):
+        viewer.send_picture({'odom': None})
+    return viewer
+
+
+def test_pictures_are_numbered_from_one():
+    assert viewer_of(3).messages == [
+        {'type': 'picture', 'odom': None, 'n': number} for number in (1, 2, 3)]
+
+
+@pytest.mark.parametrize('seen', [0, 1, 20])
+def test_it_is_dropped_60_pictures_after_the_one_that_it_has_seen(seen):
+    viewer = viewer_of(20)
+    for number in (seen, 0):    # an older report takes nothing back
+        viewer.has_seen(number)
+    while viewer.sent < seen + 59:
+        viewer.send_picture({})
+        assert not viewer.is_too_slow
+    viewer.send_picture({})
+    assert viewer.is_too_slow
+    viewer.has_seen(seen + 1)
+    assert not viewer.is_too_slow
+
+
+def test_a_picture_that_was_not_sent_cannot_be_seen():
+    viewer = viewer_of(20)
+    with pytest.raises(ValueError, match='picture 21 was not sent yet: the last one is 20'):
+        viewer.has_seen(21)
+    for _ in range(40):
+        viewer.send_picture({})
+    assert viewer.is_too_slow        # the invalid report does not count
+
+
+def test_a_number_that_json_does_not_have_is_never_sent():
+    with pytest.raises(ValueError):
+        viewer_of().send('picture', heading_deg=math.nan)
+
+
+def test_answers_have_the_number_of_their_request():
+    viewer = viewer_of()
+    viewer.answer(Request('stop', id=7), True, 'done')
+    viewer.answer(Request('stop'), True, 'done')    # without a number nobody waits for it
+    viewer.answer(Request('stop'), False, 'why')
+    viewer.answer(None, False, 'unreadable')
+    assert viewer.messages == [
+        {'type': 'answer', 'id': 7, 'ok': True, 'text': 'done'},
+        {'type': 'note', 'text': 'why', 'warning': True},
+        {'type': 'note', 'text': 'unreadable', 'warning': True}]
+
+
+def test_a_request_is_pressed_when_it_was_sent_or_earlier():
+    """The page's clock is 500 s ahead of the panel's."""
+    viewer = viewer_of()
+    assert viewer.timed(Request('stop', sent_at=600.0), 100.0).pressed == 100.0
+    late = viewer.timed(Request('give', sent_at=601.0), 101.5)
+    assert (late.lateness, late.pressed) == (0.5, 101.0)
+    assert viewer.timed(Request('give', sent_at=602.0, pressed=90.0), 102.0).pressed == 90.0
+    assert viewer.timed(Request('give', sent_at=603.0, pressed=999.0), 103.0).pressed == 103.0
+    assert viewer.timed(Request('give'), 104.0) == Request('give', pressed=104.0)
 
 
 # -- whatever comes

@@ -234,6 +234,7 @@ def test_a_giving_that_was_under_way_when_somebody_else_stopped_the_robot(
     """A False of the same sender came before it, in order."""
     senders.permission.told(False, senders.now, stopper)
     senders.run(0.01)
+    senders.say('pad', False)
     senders.say('pad', True)
     senders.at_once(round(late / RENEWAL))
     assert senders.run(3.0) is counts

@@ -47,12 +47,6 @@ def test_there_and_back_and_a_quaternions_negative_is_the_same_attitude(yaw):
     assert_yaw(about_z(yaw), yaw, scale=-1.0)
 
 
-@pytest.mark.parametrize('w', [0.0, -0.0])
-@pytest.mark.parametrize('z', [1.0, -1.0])
-def test_half_a_turn_is_plus_pi(w, z):
-    assert yaw_from_quaternion(w=w, x=0.0, y=0.0, z=z) == math.pi
-
-
 @given(YAWS, st.sampled_from([0.999996, 0.96, 1.04]))
 def test_a_norm_that_is_nearly_one_does_not_bend_the_angle(yaw, norm):
     assert_yaw(about_z(yaw), yaw, scale=norm)

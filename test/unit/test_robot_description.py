@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 import pytest
 
 from tb3_labs.robot.turtlebot3 import MODELS, WHEEL_JOINTS
-from tb3_labs.ros.robot_description import main, with_prefix
+from tb3_labs.ros.robot_description import main
 
 LINKS = {'base_footprint', 'base_link', 'wheel_left_link', 'wheel_right_link'}
 
@@ -111,15 +111,3 @@ def test_what_cannot_be_described_is_said_in_one_line(machine, capsys, xacro, sa
     line = main('burger')
     assert capsys.readouterr().out == '' and '\n' not in line
     assert line.startswith('robot_description: ') and re.search(said, line), line
-
-
-@pytest.mark.parametrize('nameless', [
-    '<link/>', '<joint><parent/></joint>', '<joint><parent link="a"/><child/></joint>'])
-def test_a_link_without_a_name_is_refused(nameless):
-    with pytest.raises(ValueError, match='not a URDF'):
-        with_prefix('<robot>{}</robot>'.format(nameless), 'robot3/')
-
-
-def test_a_prefix_leaves_the_rest_alone():
-    text = '<robot name="r"><link name="a"><visual><geometry/></visual></link></robot>'
-    assert with_prefix(text, '').replace(' />', '/>') == text

@@ -5,7 +5,7 @@ import statistics
 from concurrent.futures import ProcessPoolExecutor
 
 import pytest
-from rollout import drive, turns
+from rollout import drive, newest_of, turns
 
 from tb3_labs.control.goal import DriveConfig, least_time
 from tb3_labs.geometry.se2 import Pose2
@@ -37,7 +37,7 @@ def random_drive(number):
 
 def test_random_drives_all_arrive_within_the_limits():
     with ProcessPoolExecutor() as pool:
-        drives = list(pool.map(random_drive, range(50), chunksize=13))
+        drives = list(pool.map(random_drive, range(24), chunksize=6))
     assert [(n, d.failure) for n, (_, d) in enumerate(drives) if not d.reached] == []
     for _, d in drives:
         assert d.max_linear <= 0.2108 + 1e-9
@@ -100,13 +100,6 @@ def test_goals_that_are_there_already_or_only_to_be_turned_to():
     assert here.reached and here.time < 1.0
     turn = drive(Pose2(0.0, 0.0, math.pi), SimulatorConfig())
     assert turn.reached and turn.distance_error < 0.003
-
-
-def test_a_stuck_robot_is_given_up_within_two_seconds():
-    result = drive(LAB_GOAL, SimulatorConfig(motor_lag=2.0, wheel_mismatch=0.0, slip=1.0))
-    assert not result.reached
-    assert 'does not move' in result.failure or 'missed' in result.failure
-    assert result.time <= 2.5
 
 
 @pytest.mark.parametrize('law, tolerance, patience', [('precise', 0.010, 1.25), ('lab', 0.15, 4.5)])
@@ -174,3 +167,9 @@ def test_a_turn_by_an_imu_that_lags_behind_goes_too_far_by_what_it_lacks(degrees
     beyond = abs(math.degrees(turn.turned)) - 90.0
     assert beyond == pytest.approx(10.0 * turn.time, abs=3.0) and beyond > 8.0
     assert math.degrees(turn.overshoot) == pytest.approx(beyond, abs=1.0)
+
+
+def test_of_samples_that_arrived_together_the_newest_of_a_kind_is_read_and_all_others():
+    assert newest_of(['a', 1, 2, 'b', 3, 'c'], int) == ['a', 'b', 3, 'c']
+    assert newest_of(['a', 'b'], int) == ['a', 'b']
+    assert newest_of([], int) == []

@@ -114,7 +114,7 @@ def test_a_pose_between_two(time, share, pair):
     assert float(wrap_all(here.yaw - before.yaw - share * turned)) == pytest.approx(0.0, abs=1e-9)
 
 
-def test_what_was_recorded_is_named_sensors_first():
+def test_recorded_fields_are_named_sensors_first():
     assert made().recorded() == ('imu', 'odometry', 'local_pose', 'goals', 'states')
 
 

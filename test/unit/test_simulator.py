@@ -1,4 +1,4 @@
-"""The embedded robot's clock: steps of any length, rates, seeds."""
+"""The simulated robot's clock: steps of any length, rates, seeds."""
 import math
 import time
 from dataclasses import astuple, is_dataclass, replace

@@ -1,4 +1,4 @@
-"""The settings of the embedded robot: at the start, while it runs, and invalid ones."""
+"""The settings of the simulated robot: at the start, while it runs, and invalid ones."""
 import math
 import statistics
 from dataclasses import fields, replace

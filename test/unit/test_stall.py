@@ -2,7 +2,7 @@
 import pytest
 
 from tb3_labs.supervision.stall import (
-    AWAY_LIMIT, LONGEST_REST, MOVING, STALL_STEP, STALL_TIME, StallWatch)
+    AWAY_LIMIT, LONGEST_REST, MOVING, SETTLING_TIME, STALL_STEP, STALL_TIME, Settling, StallWatch)
 
 DT = 0.1
 STUCK, MISSED, UNSETTLED = 'does not move', 'has missed it', 'does not settle'
@@ -58,3 +58,19 @@ def test_a_problem_ends_when_the_robot_gets_nearer_again():
     after(progress, DT, 0.1)
     assert MISSED in after(progress, DT, 1.0, (0.2, 0.0))
     assert after(progress, DT, 0.05) == ''
+
+
+def test_a_robot_settles_by_the_samples_of_one_rest():
+    """Times by hand; the samples are of 1 s on, and of 5 s on."""
+    settling = Settling()
+    for at in (1.0, 1.0 + 0.9 * SETTLING_TIME):
+        settling.look(True, at)
+        assert not settling.rests
+    settling.look(True, 1.0 + 1.5 * SETTLING_TIME)
+    assert settling.rests and settling.rested_for == pytest.approx(1.5 * SETTLING_TIME)
+    settling.look(False, 4.0)
+    assert settling.rested_for == 0.0 and not settling.rests
+    settling.look(True, 5.0)
+    assert settling.since == 5.0 and not settling.rests
+    settling.look(True, 3.0)         # the clock was set back
+    assert settling.since == 3.0 and settling.rested_for == 0.0

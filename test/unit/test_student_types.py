@@ -1,12 +1,15 @@
 """The classes of a student's messages, made from a description without a line of their code."""
 import importlib
 import io
+import json
 import os
 import sys
+from unittest import mock
 
 import genpy
 import pytest
 from tb3_labs.msg import MouseController
+from tb3_labs.marking import messages_in_sandbox, packages
 from tb3_labs.marking.packages import build
 from tb3_labs.marking.ros_types import Types
 from tb3_labs.marking.sandbox import NoSandbox
@@ -43,10 +46,20 @@ def place(tmp_path_factory):
 
 @pytest.fixture(scope='module')
 def described(place):
+    """Read in this process, as the program in a sandbox reads it."""
+    def read(request, *_):
+        here = os.getcwd()
+        os.chdir(str(place))
+        try:
+            return json.loads(json.dumps(messages_in_sandbox.main(**request)))
+        finally:
+            os.chdir(here)
     own = '\n---\n'.join('\n'.join('{} {}'.format(kind, name) for kind, name in zip(
         part._slot_types, part.__slots__)) for part in (
             SetInitialPose._request_class, SetInitialPose._response_class))
-    return built(place, dict(TEXTS, **{'srv/SetInitialPose.srv': own}), [])
+    told = []
+    with mock.patch.object(packages, '_read', read):
+        return dict(built(place, dict(TEXTS, **{'srv/SetInitialPose.srv': own}), told), told=told)
 
 
 def bytes_of(message):
@@ -102,6 +115,11 @@ def test_a_service_of_theirs_is_made(described):
     assert len(types.own_services()) == 2 and Types().own_services() == []
     assert Types().message('tb3_labs/MouseController') is MouseController
     assert Types().service('tb3_labs/SetInitialPose') is SetInitialPose
+
+
+def test_what_is_wrong_in_a_file_is_told(described):
+    for name in ('Broken', 'Lacking'):
+        assert any('lab2/{}.msg'.format(name) in remark for remark in described['told'])
 
 
 @pytest.mark.parametrize('kind', [

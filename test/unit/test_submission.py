@@ -12,11 +12,12 @@ from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import LABS
 from tb3_labs.marking import packages
-from tb3_labs.marking.choice import NoNode, SourceFile, choose, find_node
+from tb3_labs.marking.choice import NoNode, SourceFile, choose, find_node, source_of
 from tb3_labs.marking.intake import Submission
 from tb3_labs.marking.processes import forget_overlays
 from tb3_labs.marking.ros_interface import fill_pose, is_origin
-from tb3_labs.marking.workspace import prepare
+from tb3_labs.marking.sandbox import NoSandbox
+from tb3_labs.marking.workspace import imports_of, prepare
 from tb3_labs.srv import ResetPoseRequest, SetInitialPoseRequest
 
 TURN, PAD, LAB = LABS['turn'], LABS['gamepad'], LABS['move2goal']
@@ -121,7 +122,8 @@ def test_a_node_with_an_odd_name_gets_another_one(tmp_path, name):
 
 
 @pytest.mark.parametrize('code', ['x = ' + '-' * 50000 + '1', 'x = ' + '(' * 500 + ')' * 500,
-                                  'x = ' + 'a.' * 50000 + 'a', 'x = \0'])
+                                  'x = ' + 'a.' * 50000 + 'a', 'x = \0'],
+                         ids=['signs', 'brackets', 'points', 'zero'])
 def test_an_expression_that_is_too_deep_ends_nothing(tmp_path, code):
     ready = prepared(tmp_path, hand_in(tmp_path / 'bob', move2goal=code))
     assert ready.executable == 'move2goal.py'
@@ -201,6 +203,15 @@ def test_package_and_name_overrule():
         choose(TURN, files, package='lab1', name='mine.py')
 
 
+@pytest.mark.parametrize('node, source', [
+    ('lab2/scripts/n.py', 'lab2'), ('scripts/n.py', '.'), ('lab2/n.py', 'lab2'), ('n.py', '.'),
+    ('lab7/deep/src/n.py', 'lab7')])
+def test_the_folder_of_a_node_is_copied(tmp_path, node, source):
+    """lab7 alone has a package.xml. The submission may itself be called as a folder of nodes."""
+    folder = hand_in(tmp_path / 'src', **{'lab7__package.xml': MANIFEST.format('lab7')})
+    assert source_of(folder / node, folder) == folder / source
+
+
 def test_a_lab_with_several_usual_packages():
     files = repository(lab4_gamepad__gamepad='', lab7__gamepad='', other__gamepad='',
                        **{'a{}__gamepad'.format(n): '' for n in range(9)})
@@ -241,11 +252,16 @@ def output_of(copy, ready):
 @pytest.mark.parametrize('recipe, generates', [
     ('project(lab1)\n Generate_Messages (DEPENDENCIES std_msgs)', True), ('', False),
     ('# generate_messages()', False)])
-def test_only_what_the_node_needs_is_built_and_what_is_lacking_is_left_out(
-        tmp_path, recipe, generates):
-    ready = prepare(course(tmp_path, recipe), TURN, tmp_path / 'ws', {})
+def test_a_recipe_that_generates_no_messages_is_told(tmp_path, monkeypatch, recipe, generates):
+    monkeypatch.setattr(packages, '_read', lambda *asked: dict(modules=[], problems={}))
+    lab1, remarks = course(tmp_path, recipe) / 'lab1', []
+    packages.build({'lab1': lab1}, tmp_path / 'python', {}, remarks, NoSandbox())
+    assert ('generate_messages() is missing' not in ' '.join(remarks)) is generates
+
+
+def test_only_what_the_node_needs_is_built_and_what_is_lacking_is_left_out(tmp_path):
+    ready = prepare(course(tmp_path), TURN, tmp_path / 'ws', {})
     words = ' '.join(ready.remarks)
-    assert ('generate_messages() is missing' not in words) is generates
     assert 'cv3, nothing_here.msg: imported, but not used' in words
     assert ready.lacking == ['apriltag_rosx']       # it is used: the node cannot run without it
     assert sorted(os.listdir(str(tmp_path / 'ws' / 'src'))) == ['other1', 'package']
@@ -256,6 +272,15 @@ def test_only_what_the_node_needs_is_built_and_what_is_lacking_is_left_out(
     code[3] = 'tags = 7'
     copy.write_text('\n'.join(code))
     assert output_of(copy, ready) == 'False 7 rospy\n'
+
+
+@pytest.mark.parametrize('text, used', [
+    ('import a', False), ('import a.b\na.b.c()', True), ('import a; x = 1', True),
+    ('x = 1\nimport a\nb = 2', False), ('from a import *', True), ('from a import b\nb()', True),
+    ('import a as b\nprint(a)', False), ('import a as b\nprint(b)', True)])
+def test_an_import_is_used_if_its_names_are_or_if_it_cannot_be_taken_out_alone(text, used):
+    found, = imports_of(text)
+    assert found.used is used
 
 
 def test_a_message_package_without_a_manifest_and_one_that_needs_another(tmp_path):

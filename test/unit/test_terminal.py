@@ -73,6 +73,17 @@ def test_one_that_was_built_on_top_of_this_needs_no_other_source(tmp_path):
     assert_both(own, words, errors)
 
 
+@needs_setup
+@pytest.mark.parametrize('host, etc', [('localhost', BUILT / 'etc'), ('robot', '//etc/ros')])
+def test_a_master_of_this_computer_alone_has_no_rosout_in_any_order(tmp_path, host, etc):
+    """A workspace that was built without tb3_labs sets the system's ROS_ETC_DIR when it is sourced."""
+    own = workspace(tmp_path / 'catkin_ws')
+    words, errors = shell(tmp_path, 'source {}; source {}/setup.bash; export ROS_HOSTNAME={}; '
+                          'sed s/^exec.*/env/ $(command -v roscore) | sh'.format(SETUP, own, host))
+    assert errors == '' and 'ROS_ETC_DIR={}'.format(etc) in words
+    assert 'rosout' not in (BUILT / 'etc' / 'roscore.xml').read_text()
+
+
 def assert_both(own, words, errors):
     """The workspace `own` and this package's are on the paths."""
     assert errors == ''
@@ -151,7 +162,7 @@ def test_options_that_are_wrong_are_one_line(tmp_path):
     (tmp_path / 'system').write_text('debian:7 pdp11\n')
     for options, said in (('--fetch', 'the folder is missing'), ('--from', 'the folder is missing'),
                           ('--fletch x', 'unknown option --fletch: --fetch FOLDER'),
-                          ('--from /nowhere', '/nowhere is no complete folder of packages'),
+                          ('--from /nowhere', '/nowhere is not a complete folder of packages'),
                           ('--from .', '. is for debian:7 pdp11, and this machine is ')):
         words, errors = shell(tmp_path, 'cd; {} {} || echo $?'.format(SETUP, options))
         assert words[-1] in ('1', '2') and said in errors and errors.count('\n') == 1

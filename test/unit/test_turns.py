@@ -8,7 +8,6 @@ from made_motion import drive, driven, turn, values
 from made_run import states
 
 from tb3_labs.report.movements import completed
-from tb3_labs.report.run_data import Poses
 from tb3_labs.report.turns import turns
 
 
@@ -50,7 +49,7 @@ def test_a_turn_by_less_than_half_a_quarter_is_none_and_a_spin_is_by_hand(degree
     ([(2.9, 30.0)], 30.0),                    # a small turn
     ([(2.9, 20.0), (3.1, 10.0)], 30.0),       # asked for in two parts
     ([(0.9, 90.0), (2.9, 30.0)], 30.0)])      # the first one was not done
-def test_what_was_said_was_asked_for(said, asked):
+def test_an_angle_that_was_said_was_asked_for(said, asked):
     times, angles = zip(*said)
     found = one([turn(3.0, 31.0)], asked=values(times, np.radians(angles)))
     assert found.was_said and math.degrees(found.asked) == pytest.approx(asked)
@@ -91,8 +90,10 @@ def test_a_turn_whose_first_commands_the_recorder_missed():
     assert found.begin == pytest.approx(3.0, abs=0.06)
 
 
-def test_without_ground_truth_the_true_turn_is_unknown():
-    found = one([turn(3.0, 90.0)], ground_truth=Poses.none())
+@pytest.mark.parametrize('known', [(0.0, 0.0), (0.0, 3.5), (3.5, 20.0)])
+def test_without_ground_truth_of_all_of_it_the_true_turn_is_unknown(known):
+    segments = [turn(3.0, 90.0)]
+    found = one(segments, ground_truth=driven(segments).ground_truth.between(*known))
     assert math.isnan(found.true) and math.isnan(found.true_error)
 
 

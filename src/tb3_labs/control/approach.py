@@ -1,10 +1,10 @@
-"""Going a remaining way to zero, and coming to rest there, in spite of delays.
+"""An approach drives the remaining way, and comes to rest where it is zero, in spite of delays.
 
-From each sample `dead_time` predicts the remaining way at rest if the robot were told to stop now,
-by the delay, lag and gain that `motor_response` identifies. An `Estimate` takes the noise out of
-these predictions: from one to the next, the way at rest changes by the command only. A braking
-profile sets the speed from it. *Nudges* correct the last bit: short commands to a robot that was
-told to stop before.
+From each sample `dead_time` predicts the *way at rest*: the way that would remain if the robot were
+told to stop now. It uses the delay, lag and gain that `motor_response` identifies. An `Estimate`
+takes the noise out of these predictions: from one to the next, the way at rest changes by the
+command only. A braking profile gives the speed for the way at rest. *Nudges* correct the last bit:
+they are short commands to a robot that was told to stop before.
 
 Units: radians or metres for ways, per second for speeds; seconds. Works for either direction.
 Source: braking profile, see :func:`tb3_labs.control.speed_laws.braking_speed`.
@@ -18,7 +18,7 @@ from tb3_labs.control.speed_laws import braking_speed
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.geometry.estimate import Estimate
 
-#: Samples whose times differ by less than this are the same, apart from rounding [s].
+#: Two times that differ by less than this, as by rounding, belong to the same sample [s].
 SAME_MOMENT = 1e-6
 
 
@@ -37,23 +37,23 @@ class ApproachConfig:
     gain: float
     #: The lowest speed that is commanded, so that a low gain still finishes the last bit.
     slowest: float
-    #: If the predicted rest is this near to zero, the command is a stop. Otherwise the lowest speed
-    #: would swing about zero.
+    #: If the predicted rest is this near to zero, the command is a stop. Otherwise the robot
+    #: would swing about zero at the lowest speed.
     close_enough: float
-    #: The same for a robot that was already told to stop; the larger of both holds.
+    #: As `close_enough`, for a robot that was already told to stop. The larger of both counts.
     leave_alone: float = 0.0
     #: The robot backs up only if it would come to rest beyond zero by more than this.
     backwards_from: float = 0.0
-    #: The gain is divided by 1 plus this for each reversal: an approach that reverses repeatedly
-    #: has a wrong model of the robot.
+    #: The gain is divided by 1 + this x the number of reversals: an approach that reverses
+    #: repeatedly has a wrong model of the robot.
     reversal_caution: float = 1.0
-    #: This much is added to that divisor for a nudge, which the robot may obey for two periods.
+    #: The divisor of the gain grows by this for a nudge, which the robot may obey for two periods.
     nudge_caution: float = 0.5
-    #: A nudge is held for this long [s]. A shorter one may be replaced by a stop before the robot's
-    #: control period begins, and is never driven.
+    #: A nudge is held for this long [s]. A shorter nudge may never be driven: a stop may replace
+    #: it before the robot's control period begins.
     nudge_time: float = 0.0
-    #: True: the measured speed is that of the moment (a gyro's). False: it is the mean of the last
-    #: control period (odometry's), which is too high while braking.
+    #: True: the measured speed is the speed at this moment (a gyro's). False: it is the mean of the
+    #: last control period (odometry's), which is too high while braking.
     speed_is_prompt: bool = False
 
 
@@ -70,7 +70,7 @@ class Approach:
         """Begin anew with a robot that stands."""
         self._now = 0.0                     # since the start [s]
         self._measured_at = -math.inf       # the latest sample
-        #: The remaining way if the robot were told to stop now.
+        #: The way that would remain if the robot were told to stop now.
         self.at_rest = Estimate()
         self._direction = 0.0     # of the latest command that was not zero
         self._reversals = 0       # changes of that direction
@@ -84,7 +84,7 @@ class Approach:
         self.at_rest.shift(by, 0.0)
 
     def told_to_rest(self, age: float) -> bool:
-        """Has the robot obeyed only stops since `age` [s] ago?"""
+        """Has the robot obeyed only stops for at least the last `age` [s]?"""
         history = self._history
         return history.only_stops_since(
             history.now - age - self._identification.estimate.delay - 2.0 * self._config.period)
@@ -116,14 +116,14 @@ class Approach:
         return self._history.command
 
     def _begin(self, remaining: float, speed: float) -> None:
-        """The first command is given now."""
+        """Begin a new history: the first command is given now."""
         self._history = CommandHistory(self._config.period)
         self._identification.begin(speed)
         self._start_remaining = remaining
         self._motor_speed = speed
 
     def _advance(self, speed: float, dt: float) -> None:
-        """Time goes on; the way at rest gets less by the command of that time."""
+        """Let `dt` [s] pass: the way at rest shrinks by the travel commanded in that time."""
         history = self._history
         before = history.commanded(history.begin)
         history.advance(dt)
@@ -132,14 +132,14 @@ class Approach:
         self.at_rest.shift(-self._identification.estimate.gain * commanded, TIME_DOUBT * fastest)
 
     def _speed_of_motors(self, speed: float, dt: float) -> float:
-        """As measured, or as the model predicts it."""
+        """The speed as measured, or as the model predicts it."""
         if self._config.speed_is_prompt:
             return speed
         estimate = self._identification.estimate
         return followed(self._motor_speed, self._history.arrived(estimate.delay), estimate.lag, dt)
 
     def _wanted(self, fastest: float) -> float:
-        """The speed to aim at."""
+        """Returns the speed to aim at."""
         config = self._config
         self._nudges = self._nudges or bool(self._direction and not self._history.command)
         left = config.leave_alone if self._nudges else 0.0

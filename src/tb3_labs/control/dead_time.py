@@ -21,12 +21,12 @@ from typing import Deque, Tuple
 
 #: Commands are remembered for this long [s]. It exceeds every delay and every age of a sample.
 COMMAND_MEMORY = 1.4
-#: A lag below this counts as this [s], since time is divided by it.
+#: The least lag [s]; a smaller one counts as this, since time is divided by the lag.
 LEAST_LAG = 1e-6
 
 
 class CommandHistory:
-    """The commands since a start, each for one period of the robot; only stops before."""
+    """The commands since a start, each for one period of the robot; earlier ones were stops."""
 
     def __init__(self, period: float) -> None:
         """`period`: each command is obeyed for this long [s]."""
@@ -55,12 +55,12 @@ class CommandHistory:
         return self.now - self._same_since
 
     def commanded(self, until: float) -> float:
-        """Travel that was commanded from the start to a time after the latest command [s]."""
+        """Travel commanded from the start to the time `until` [s], after the latest command."""
         latest = self._sent[-1][0] if self._sent else until
         return self._earlier_travel + self.command * (until - latest)
 
     def advance(self, dt: float) -> None:
-        """Time goes on by `dt` [s]."""
+        """Let `dt` [s] pass."""
         self.now += dt
 
     def send(self, command: float) -> None:
@@ -75,7 +75,7 @@ class CommandHistory:
             self._sent.popleft()
 
     def travel_under_way(self, delay: float) -> float:
-        """Travel commanded within the last `delay` [s], up to the begin of the period from now."""
+        """Travel commanded from `delay` [s] ago until `begin`."""
         travel, until = 0.0, self.begin
         horizon = self.now - delay
         for time, command in reversed(self._sent):
@@ -96,7 +96,7 @@ class CommandHistory:
 
 
 def followed(speed: float, command: float, lag: float, dt: float) -> float:
-    """The speed of a first-order motor by a constant `command`, `dt` [s] after it had `speed`."""
+    """The speed of a first-order motor `dt` [s] after it had `speed`, at a constant `command`."""
     return speed - math.expm1(-dt / max(lag, LEAST_LAG)) * (command - speed)
 
 

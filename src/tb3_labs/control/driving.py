@@ -1,7 +1,7 @@
-"""The laws of a drive to a goal, for each of its states: the handout's law and a precise one.
+"""Two laws for a drive to a goal, the lab's own and a precise one: a command for each state.
 
-Units: metres, radians, seconds; poses in the local frame. Sources: LabLaw is the Transformation
-lab's handout, number by number; PreciseLaw brakes by :mod:`tb3_labs.control.approach`.
+Units: metres, radians, seconds; poses in the local frame. Sources: LabLaw is the course's
+first move-to-goal lab, number by number; PreciseLaw brakes by :mod:`tb3_labs.control.approach`.
 """
 import math
 from typing import Optional
@@ -30,7 +30,7 @@ def make_law(config: DriveConfig, model: RobotModel,
 
 
 class LabLaw:
-    """The handout's law: proportional turns, a straight line at constant speed."""
+    """The lab's own law: proportional turns, a straight line at constant speed."""
 
     period = 0.1                  # [s]: 10 Hz
     ROTATE_TO_GOAL_GAIN = 0.3     # [rad/s per rad]
@@ -44,10 +44,10 @@ class LabLaw:
         self._max_angular = min(config.max_angular, model.max_angular)
 
     def start(self, pose: Pose2, goal: Pose2) -> None:
-        """The handout's law remembers nothing."""
+        """This law remembers nothing."""
 
     def resume(self, state: GoalState, pose: Pose2, goal: Pose2) -> GoalState:
-        """The handout's law goes on in the same state."""
+        """This law goes on in the same state."""
         return state
 
     def rotate_to_goal(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
@@ -58,7 +58,7 @@ class LabLaw:
         return self._turn(error, self.ROTATE_TO_GOAL_GAIN)
 
     def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        """Straight on until near the goal."""
+        """Drive straight on until near the goal."""
         distance = motion.pose.distance_to(goal)
         return LawStep(Twist2(self._forward, 0.0), distance, distance < self.distance_tolerance)
 
@@ -67,7 +67,7 @@ class LabLaw:
         return self._turn(difference(goal.yaw, motion.pose.yaw), self.ROTATE_TO_FINAL_GAIN)
 
     def shortfall(self, pose: Pose2, goal: Pose2) -> str:
-        """The handout accepts any pose in which it stopped."""
+        """This law accepts any pose in which it stopped."""
         return ''
 
     def _turn(self, error: float, gain: float) -> LawStep:
@@ -84,20 +84,21 @@ def driving_approach(config: DriveConfig) -> ApproachConfig:
 
 
 class PreciseLaw:
-    """As fast as the limits allow, with an exact stop.
+    """Drives as fast as the limits allow, and stops exactly.
 
-    Each turn is a PreciseTurn, the way along the line from start to goal is an Approach. While
+    Each turn is a PreciseTurn. The way along the line from start to goal is an Approach. While
     driving, the robot steers towards a point of the line a little ahead.
     """
 
     period = PreciseTurn.period
-    #: Driving begins at this angle from the line: the braking turn ends on the way.
+    #: The robot begins to drive at this angle from the line; its turn ends while it drives.
     FACING = 0.1                  # [rad]
-    #: A drive that was interrupted goes on along its line within this angle from it.
+    #: An interrupted drive goes on along its line if the robot faces within this angle of it.
     ALONG = 0.3                   # [rad]
     #: The drive ends when the robot would come to rest this far before the goal.
     STOP_AHEAD = 0.0005           # [m]
-    #: Distance of the point ahead on the line: large is calm, small is strict.
+    #: The robot steers towards a point of the line this far ahead. A larger distance is calmer, a
+    #: smaller one keeps nearer to the line.
     LOOK_AHEAD = 0.20             # [m]
     #: A robot that is slower than this counts as standing.
     REST_SPEED = 0.01             # [m/s]
@@ -116,7 +117,7 @@ class PreciseLaw:
         self._driving = Approach(driving_approach(config), response)
 
     def start(self, pose: Pose2, goal: Pose2) -> None:
-        """Choose the line to the goal, and the end of the robot that goes first."""
+        """Choose the line to the goal, and whether to drive it forwards or backwards."""
         self._line = pose.bearing_to(goal)
         self._there = pose.distance_to(goal) <= 0.5 * self.distance_tolerance
         backwards = wrap(self._line + math.pi)
@@ -127,10 +128,10 @@ class PreciseLaw:
         self._final = False
 
     def resume(self, state: GoalState, pose: Pose2, goal: Pose2) -> GoalState:
-        """The state in which an interrupted drive goes on.
+        """Returns the state in which an interrupted drive goes on.
 
-        It drives on along its line if the robot still faces along it, and makes the last turn if
-        only that remained. Else it begins anew from here.
+        If the robot still faces along its line, it drives on. If only the last turn remained, it
+        makes this turn. Otherwise the drive begins anew from here.
         """
         along = wrap(self._line + math.pi) if self._reverse else self._line
         off = difference(along, pose.yaw)

@@ -5,8 +5,8 @@ The states are those that the Transformation lab lists:
 
     ROTATE_TO_GOAL -> MOVE_FORWARD -> ROTATE_TO_FINAL -> GOAL_REACHED
 
-Units: metres, radians, seconds. Sources: the Transformation lab's handout; Balkcom and Mason, Time
-optimal trajectories for bounded velocity differential drive vehicles (2002).
+Units: metres, radians, seconds. Sources: the course's first move-to-goal lab; Balkcom and Mason,
+Time optimal trajectories for bounded velocity differential drive vehicles (2002).
 """
 import math
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 class DriveConfig(Config):
     """Settings of a drive to a goal."""
 
-    law: str = setting('precise', "precise, or lab for the handout's own law",
+    law: str = setting('precise', "precise, or lab for the course's own law",
                        choices=('precise', 'lab'))
     allow_reverse: bool = setting(False, 'drive backwards where that is the shorter way')
     distance_tolerance: float = setting(0.01, 'the goal is reached within this distance', unit='m',
@@ -51,7 +51,7 @@ class GoalState(Enum):
 
 #: Names of the states in which the robot drives, in order.
 DRIVING = tuple(state.name for state in GoalState if state is not GoalState.GOAL_REACHED)
-#: `goal_state` is the name of a state, WAITING_FOR_CONTROL, or one of these and the reason.
+#: `goal_state` is the name of a state, WAITING_FOR_CONTROL, or one of these words with a reason.
 WAITING, STOPPED, GAVE_UP = 'waiting', 'stopped', 'gave up'
 WAITING_FOR_CONTROL = WAITING + ' for control'
 
@@ -75,8 +75,8 @@ class DriveStatus(NamedTuple):
     attempt: int                  # number of the drive: each goal and restart begins a new one
     begun: bool                   # has the robot been told to move in this attempt?
     active: bool                  # is the drive going on?
-    failure: str                  # reason why the drive was given up; '' while it was not
-    last_failure: str             # the same, of the last drive that was given up
+    failure: str                  # reason why the drive was given up; '' if it was not
+    last_failure: str             # reason of the last drive that was given up, or ''
     hold_reason: str              # reason why the robot stands during a drive, or ''
     has_control: bool             # may the node drive?
     sensor_problem: str           # lost or contradicting sensors, in words; '' if there are none
@@ -96,17 +96,17 @@ class DriveStatus(NamedTuple):
 
 
 def is_stopped(goal_state: str) -> bool:
-    """Is a drive interrupted for a moment?"""
+    """Does this text say that a drive is interrupted for a moment?"""
     return goal_state.startswith(STOPPED)
 
 
 def is_over(goal_state: str) -> bool:
-    """Is it the end of a drive?"""
+    """Does this text say that a drive is over?"""
     return goal_state == GoalState.GOAL_REACHED.name or goal_state.startswith(GAVE_UP)
 
 
 def turned(start: float, face: float, end: float) -> float:
-    """Sum of both turns [rad] of a drive along a line that faces `face`, from yaw to yaw."""
+    """Sum of both turns [rad] of a drive: from yaw `start` to the line's `face`, then to `end`."""
     return abs(difference(face, start)) + abs(difference(end, face))
 
 
@@ -114,9 +114,9 @@ def least_time(start: Pose2, goal: Pose2, model: RobotModel, max_linear: float =
                max_angular: float = math.inf, reverse: bool = False) -> float:
     """Least time [s] from pose to pose by a turn, a straight line and a turn.
 
-    If the wheels are the only limit (Balkcom and Mason, 2002), it is
+    If the wheels are the only limit (Balkcom and Mason, 2002), this time is
     (b (|turn1| + |turn2|) + distance) / V, with b half the track and V a wheel's speed. The limits
-    `max_linear` [m/s] and `max_angular` [rad/s] can make it longer.
+    `max_linear` [m/s] and `max_angular` [rad/s] can make the time longer.
     """
     linear = min(max_linear, model.max_linear)
     angular = min(max_angular, model.max_angular)

@@ -3,7 +3,7 @@
     ROTATE_TO_GOAL -> MOVE_FORWARD -> ROTATE_TO_FINAL -> GOAL_REACHED
 
 A *law* (:mod:`tb3_labs.control.driving`) gives the command in each of the three driving states, and
-says when the state is finished. This module decides which state it is. If the robot gets no nearer,
+says when the state is finished. This module chooses the state. If the robot gets no nearer,
 the drive is given up with a reason. The goal is reached when the robot has settled there, as shown
 by samples that were measured while it rested.
 
@@ -11,8 +11,8 @@ A reset or a new goal starts again at ROTATE_TO_GOAL. A cancelled goal is over, 
 start it again.
 
 Units: metres, radians, seconds. Poses are in the local frame. Edge case: after GOAL_REACHED or a
-failure there is not any command, not even a zero.
-Source: the Transformation lab's handout.
+failure the command is None, not a zero.
+Source: the course's first move-to-goal lab.
 """
 from collections import defaultdict
 from typing import Dict, Optional, Protocol, Tuple
@@ -25,7 +25,7 @@ from tb3_labs.robot.samples import Motion
 from tb3_labs.supervision.stall import REST_ANGULAR, REST_LINEAR, Settling, StallWatch
 
 #: A drive that ends outside its tolerance, for instance by a stall of the network, goes on from
-#: there, but not more often than this.
+#: there, at most this many times.
 MORE_TRIES = 2
 
 
@@ -39,19 +39,19 @@ class DrivingLaw(Protocol):
         """Begin a drive from `pose`."""
 
     def resume(self, state: GoalState, pose: Pose2, goal: Pose2) -> GoalState:
-        """The state in which a drive goes on after an interruption in `state`."""
+        """Returns the state in which a drive goes on after an interruption in `state`."""
 
     def rotate_to_goal(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """The command in ROTATE_TO_GOAL, `dt` [s] after the last step."""
 
     def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        """The same in MOVE_FORWARD."""
+        """The command in MOVE_FORWARD, `dt` [s] after the last step."""
 
     def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        """The same in ROTATE_TO_FINAL."""
+        """The command in ROTATE_TO_FINAL, `dt` [s] after the last step."""
 
     def shortfall(self, pose: Pose2, goal: Pose2) -> str:
-        """'' or the reason why the pose in which the last state ended is not the goal."""
+        """The reason why `pose`, where the last state ended, is not the goal; '' if it is."""
 
 
 class GoalMachine:
@@ -61,10 +61,10 @@ class GoalMachine:
         self.law = law
         self.goal: Optional[Pose2] = None
         self.state = GoalState.GOAL_REACHED
-        #: The reason why the drive was given up; '' while it was not.
+        #: The reason why the drive was given up; '' if it was not.
         self.failure = ''
         self._failed_before = ''     # the failure of an earlier drive
-        #: True after a person or program cancelled the drive: then only another goal starts one.
+        #: True after a person or program cancelled the drive. Only a new goal starts another drive.
         self.cancelled = False
         #: True once the robot has been told to move for this goal.
         self.begun = False
@@ -74,16 +74,16 @@ class GoalMachine:
         self._interrupted = False
         self._stalls: Dict[GoalState, StallWatch] = defaultdict(StallWatch)    # since a restart
         self._settling = Settling()
-        self._time = 0.0             # of the steps [s]
+        self._time = 0.0             # sum of `dt` of all steps [s]
 
     @property
     def active(self) -> bool:
-        """True while there is something left to drive."""
+        """True while a drive goes on."""
         return self.state is not GoalState.GOAL_REACHED and not self.failure
 
     @property
     def last_failure(self) -> str:
-        """The reason why the last drive that failed was given up; '' if none was."""
+        """The reason why the last failed drive was given up; '' if no drive failed."""
         return self.failure or self._failed_before
 
     def set_goal(self, goal: Pose2) -> None:
@@ -102,7 +102,7 @@ class GoalMachine:
             self._begin()
 
     def interrupt(self) -> None:
-        """The robot stood for a moment during a drive, which goes on from its present pose."""
+        """The robot stood for a moment. The drive goes on from the robot's present pose."""
         self._interrupted = self.begun
 
     def give_up(self, reason: str) -> None:
@@ -144,7 +144,7 @@ class GoalMachine:
         return None
 
     def errors(self, pose: Pose2) -> Tuple[float, float]:
-        """(distance [m], angle [rad]) by which `pose` misses the goal; ``ValueError``: no goal."""
+        """(distance [m], angle [rad]) from `pose` to the goal; ``ValueError`` without a goal."""
         if self.goal is None:
             raise ValueError('there is no goal')
         return pose.distance_to(self.goal), difference(self.goal.yaw, pose.yaw)

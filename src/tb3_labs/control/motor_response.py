@@ -1,17 +1,17 @@
 """How late, how slowly and how fast does this robot obey? Identified while it moves.
 
 A command arrives after a *delay*: it crosses the network and waits for the next control period of
-the firmware. The motors then follow with a *lag*: they are modelled as first-order. At steady speed
-the robot has the command times a *gain*, which is not quite 1: motors take whole steps of speed,
-and the distance of the wheels differs from robot to robot. A robot that started from rest has
+the firmware. The motors then follow with a *lag*: they are modelled as first-order. The steady
+speed is the command times a *gain*, which is not quite 1: motors take whole steps of speed, and the
+distance of the wheels differs from robot to robot. A robot that started from rest has
 
     the travel   x(t) = gain U(t - delay) - lag v(t)
 
 with the travel U that was commanded until then, and the speed v. Each sample of a robot that speeds
 up, or is at steady speed, is one such equation. They are solved by least squares. The approach
-begins with the values of earlier approaches, which count by their doubt.
+begins with the values of earlier approaches: the larger their doubt, the less they count.
 
-At steady speed the equation has only the sum of delay and lag. So a *look at the start* comes
+At steady speed the equation shows only the sum of delay and lag. So a *look at the start* comes
 first. From rest, with the command u, a first-order motor has
 v = gain u (1 - exp(-(t - delay) / lag)). With the share r = v / (gain u) and the way
 w = x / (gain u) of one sample,
@@ -19,9 +19,9 @@ w = x / (gain u) of one sample,
     lag = w / (-log(1 - r) - r)         delay = t - w - lag r
 
 The delay is that of the round trip, to the robot and back, since a robot sets its clock by the same
-slow link: late samples look fresh by their stamps. The way of a command is known from measurements
-(`COMMAND_TIME`). The delay that exceeds it is taken for the *sample delay*, which is too large if
-commands are slower than that.
+slow link: late samples look fresh by their stamps. The time that a command needs is known from
+measurements (`COMMAND_TIME`). The rest of the delay is taken as the *sample delay*. It is too large
+if commands need longer than that.
 
 Units: seconds; radians or metres for travel, per second for speeds. Works for either direction.
 Source: the step response of a first-order system with dead time, as in K. J. Astrom and
@@ -44,46 +44,50 @@ FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
 #: Time from a command to the moment at which the motors of a real robot begin to follow it [s]:
 #: half a control period, and 8 ms for the link (firmware 1.2.6, on a fast and on a slow host).
 COMMAND_TIME = 0.5 / CONTROL_RATE + 0.008
-#: A single command needs this much less or more, on a busy computer, too [s]. A smaller excess
-#: shows nothing.
+#: A single command needs up to this much less or more, also on a busy computer [s]. A
+#: smaller excess of the delay does not show a sample delay.
 COMMAND_SPREAD = 0.025
-#: The least and the largest sample delay [s]; the least one is that of the firmware on a fast host.
+#: The least sample delay: that of the firmware on a fast host [s].
 LEAST_SAMPLE_DELAY = 0.0135
+#: The largest sample delay [s].
 MAX_SAMPLE_DELAY = 0.15
-#: Measurements are clipped to these [s].
+#: A measured delay is clipped to this [s].
 MAX_DELAY = 0.4
+#: A measured lag is clipped to this [s].
 MAX_LAG = 0.15
-#: Standard deviations of what an approach begins with: gain, delay [s], lag [s].
+#: Standard deviations of the values with which an approach begins: gain, delay [s], lag [s].
 DOUBTS = 0.03, 0.03, 0.05
-#: A speed that is a mean tells nothing of the lag: it is believed [s].
+#: Standard deviation of the lag if the measured speed is a mean, which does not show the lag [s].
+#: It is so small that the lag stays as it was.
 BELIEVED = 1e-6
 #: Standard deviation of the time of a sample, or of a command [s].
 TIME_DOUBT = 0.002
-#: Weight of each measurement at cruise in the values with which the next approach begins.
+#: Each measurement at cruise has this weight in the values with which the next approach begins.
 LEARNING = 0.1
-#: The same in the usual delay, over several approaches.
+#: Least weight of a measurement in the usual delay, which is learned over several approaches.
 SLOW_LEARNING = 0.01
-#: The robot cruises when its speed is this near to the command (share of the command),
+#: The speed of a robot that cruises differs from the command by less than this share of it.
 STEADY = 0.08
-#: and the command was the same for this long [s],
+#: The command of a robot that cruises was the same for this long [s].
 STEADY_TIME = 0.12
-#: and has this share of the fastest speed: an error of the travel weighs more at a low speed.
+#: Samples count if the command has at least this share of the fastest speed: at a low speed an
+#: error of the travel weighs more.
 CRUISING = 0.5
 #: Samples count until this time after the start [s].
 LEARNING_TIME = 1.5
 #: A robot that is faster than this has begun to move [rad/s or m/s].
 ONSET = 0.03
-#: A robot that speeds up has a share of the command between these.
+#: A robot that speeds up has a speed between these shares of the command.
 SPEEDING_UP = 0.1, 1.5
 #: A sample of this age, or a silence of this length, shows that the network stalls [s].
 LONGEST_AGE = 0.1
 #: A first command slower than this says too little about the motors [rad/s].
 TELLING = 0.2
-#: Motors that reach this share of the command at the first look have no lag that can be measured.
+#: The lag of motors that exceed this share of the command at the first look counts as zero.
 PROMPT = 0.98
 #: Resolution of the time at which a command was heard [s].
 RESOLUTION = 0.001
-#: Before a turn that counts, no command was heard for this long [s].
+#: A turn counts if the robot was not told to move for this long before it [s].
 QUIET = 0.6
 
 
@@ -99,22 +103,22 @@ class Response:
         #: Steady speed as a share of the command.
         self.gain = gain
         self._count = 0             # of measurements
-        self._usual_delay = 0.0     # their mean [s]
+        self._usual_delay = 0.0     # mean of the measured delays [s]
 
     @property
     def sample_delay(self) -> float:
-        """Age of a sample that its stamp does not show [s]; the least one until it is measured."""
+        """Part of a sample's age that its stamp does not show [s]; the least until measured."""
         excess = self._usual_delay - COMMAND_TIME
         if excess <= LEAST_SAMPLE_DELAY + COMMAND_SPREAD:
             return LEAST_SAMPLE_DELAY
         return min(excess, MAX_SAMPLE_DELAY)
 
     def copy(self) -> 'Response':
-        """Another one with the same values."""
+        """A copy with the same values."""
         return Response(self.delay, self.lag, self.gain)
 
     def measured(self, other: 'Response') -> None:
-        """Take in one measurement of all three."""
+        """Take in one measurement of delay, lag and gain."""
         delay = clamp(other.delay, 0.0, MAX_DELAY)
         self._count += 1
         self._usual_delay += max(SLOW_LEARNING, 1.0 / self._count) * (delay - self._usual_delay)
@@ -125,11 +129,11 @@ class Response:
 
 def look_at_start(time: float, first: float, travelled: float,
                   speed: float) -> Optional[Tuple[float, float]]:
-    """(delay, lag) [s] from one sample of a robot that speeds up; None if it says too little.
+    """(delay, lag) [s] from one sample of a robot that speeds up; None if that says too little.
 
     `time` [s] counts from the first command, which was not changed since; `first` is the steady
-    speed that it leads to; `travelled` and `speed` are those of the sample. The speed must be that
-    of the moment, not a mean over a period.
+    speed of this command; `travelled` and `speed` are those of the sample. `speed` must be the
+    speed at this moment, not a mean over a period.
     """
     if abs(first) < TELLING or not 0.0 < speed * first:
         return None
@@ -145,11 +149,11 @@ class Identification:
 
     def __init__(self, response: Response, speed_is_prompt: bool) -> None:
         """`response`: the values as far as known, which this approach improves;
-        `speed_is_prompt`: the measured speed is that of the moment, see ApproachConfig."""
+        `speed_is_prompt`: see ApproachConfig."""
         #: The estimate of this approach.
         self.estimate = response.copy()
         self._response = response
-        self._first = response.copy()    # what the equations are solved for is the difference
+        self._first = response.copy()    # the equations are solved for the difference
         self._speed_is_prompt = speed_is_prompt
         self._from_rest = False          # did the robot stand when the approach began,
         self._seen_to_start = False      # and was it seen to speed up?
@@ -158,8 +162,8 @@ class Identification:
         self._squares, self._right = np.diag(doubts ** -2.0), np.zeros(3)
 
     def begin(self, speed: float) -> None:
-        """The first command is given now, to a robot with this measured `speed`: delay and lag show
-        only in motion that was commanded in this approach."""
+        """The first command is given now, to a robot with this measured `speed`. Only a start from
+        rest shows delay and lag: other motion was commanded before this approach."""
         self._from_rest = abs(speed) <= ONSET
 
     def look(self, history: CommandHistory, travelled: float, speed: float,
@@ -212,8 +216,8 @@ class Identification:
 class HeardTurns:
     """Learns the response of one robot from turns that another node commands.
 
-    A turn counts if it shows the robot's answer clearly: one command, on the spot, to a robot at
-    rest, and held. Times are on the receiver's clock (`now`).
+    A turn counts if it is on the spot, from rest, and by one command that is held: then it shows
+    the robot's answer clearly. Times are on the receiver's clock (`now`).
     """
 
     def __init__(self, response: Response) -> None:
@@ -246,7 +250,7 @@ class HeardTurns:
                                       abs(self._history.command), age)
 
     def drop(self) -> None:
-        """The turn is over, or this node drives now."""
+        """Forget the turn: it is over, or this node drives now."""
         self._history = None
 
     def _begin(self, angular: float, now: float) -> None:

@@ -5,30 +5,28 @@ each of its control periods (turtlebot3.CONTROL_RATE). So a law asks for one ste
 (its ``period``), and `Pace` says when that step is due.
 
 Between two steps no IMU sample needs to be read, and waking up for each of them is the largest
-cost of a rospy node. So `Listening` leaves the stream alone until the next step is due. Of the
-samples that waited the latest is read then, at most one period of the IMU old, and takes the step.
+cost of a rospy node. So `Listening` leaves the stream alone until the next step is due. Then it
+reads the latest of the samples that waited, which is at most one period of the IMU old.
 The nodes read their samples in this rhythm (:func:`tb3_labs.ros.topics.subscribe`).
 
 Units: seconds on the caller's clock (`now`). Edge cases: a clock that goes back makes a command
 due, and ends a pause in listening; the first step, and the first after a pause, counts as one
-period.
+period long.
 """
 import math
-from typing import Callable, List, Optional, Sequence, TypeVar
+from typing import Callable, Optional
 
 from tb3_labs.geometry.angles import clamp
 
-#: Steps after the first one are planned early by this [s], since a sample that takes a step may
-#: come 5 ms late. Until a late command arrives, the robot obeys the one before.
+#: Steps after the first one are planned earlier by this [s], since the sample for a step may come
+#: 5 ms late, and until a late command arrives, the robot obeys the command before.
 EARLY = 0.0035
 #: A stream of samples is left alone for this long at most [s]: a little more than a control period.
 LONGEST_IDLE = 0.036
 
-Sample = TypeVar('Sample')
-
 
 class Pace:
-    """Steps of `period` [s] on average; a late step is not made up for."""
+    """Steps of `period` [s] on average. The steps after a late one come no faster."""
 
     def __init__(self, period: float) -> None:
         self._period = period
@@ -75,7 +73,7 @@ class Listening:
         self._since = self._until = -math.inf
 
     def reads(self, now: float) -> bool:
-        """Is a sample to be read that arrives now?"""
+        """Is a sample that arrives now to be read?"""
         return not self._since <= now < self._until
 
     def rest(self, now: float) -> float:
@@ -83,11 +81,3 @@ class Listening:
         idle = self._idle_for(now)
         self._since, self._until = now, now + idle
         return idle
-
-
-def newest_of(samples: Sequence[Sample], kind: type) -> List[Sample]:
-    """The samples to be read of those that arrived together: the latest of `kind`, all others."""
-    last = max((index for index, sample in enumerate(samples) if isinstance(sample, kind)),
-               default=None)
-    return [sample for index, sample in enumerate(samples)
-            if index == last or not isinstance(sample, kind)]

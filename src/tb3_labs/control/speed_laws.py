@@ -18,7 +18,7 @@ class Twist2(NamedTuple):
 
 
 class LawStep(NamedTuple):
-    """A law's answer: the command, the remaining way [m or rad], and is the law finished?"""
+    """A law's answer: the command, the remaining way [m or rad], and whether it is finished."""
 
     command: Twist2
     remaining: float
@@ -29,7 +29,7 @@ def proportional(error: float, gain: float, slowest: float = 0.0,
                  fastest: float = math.inf) -> float:
     """The handouts' law: gain x error, its size clipped to [slowest, fastest].
 
-    At an error of 0 it is still `slowest`: its caller stops by a tolerance before that.
+    At an error of 0 the speed is still `slowest`: the caller stops before that, by a tolerance.
     """
     return math.copysign(clamp(abs(gain * error), slowest, fastest), error)
 
@@ -39,7 +39,8 @@ def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
 
     `deceleration` is in [1/s^2], `gain` in [1/s]. Far away this is the braking profile sqrt(2 a d)
     of constant deceleration a. The slope of that profile is infinite at 0, and no motor can follow
-    it. So near the end the speed is the line gain x d. Both meet without a step or a kink.
+    it. So near the end the speed is the line gain x d. Profile and line meet without a step or a
+    kink.
     """
     distance = abs(remaining)
     meeting = deceleration / gain ** 2
@@ -49,7 +50,7 @@ def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
 
 
 def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotModel) -> Twist2:
-    """`twist` within the limits asked for ([m/s], [rad/s]) and those of the robot.
+    """Returns `twist` within the limits asked for ([m/s], [rad/s]) and the robot's own.
 
     First each speed is clipped on its own. If both together are still too fast for a wheel, both
     are scaled alike: the robot drives the same curve, only slower.

@@ -1,4 +1,4 @@
-"""A turn on the spot by the IMU: the IMU lab's law and a precise one.
+"""Two laws for a turn on the spot by the IMU: the IMU lab's own and a precise one.
 
 Units: radians, counter-clockwise positive; the lab's own constants are in degrees, as in the
 handout. A turn is asked for as an angle, not as a heading: 180 and -180 are different turns, and
@@ -63,8 +63,8 @@ class TurningLaw(Protocol):
     """A law for turns on the spot."""
 
     period: float              # time from one command to the next [s]
-    MAX_ANGLE: float           # the largest turn [rad],
-    MAX_ANGLE_IN_WORDS: str    # and in degrees, in the words of a refusal
+    MAX_ANGLE: float           # the largest turn [rad]
+    MAX_ANGLE_IN_WORDS: str    # the same in degrees, as a refusal words it
     extends: bool              # does a turn that is asked for during another move its goal?
     carries_error: bool        # does a turn correct the error that the one before left?
 
@@ -72,14 +72,14 @@ class TurningLaw(Protocol):
         """Turn by `angle` [rad], beginning at `yaw` [rad]."""
 
     def extend(self, angle: float) -> None:
-        """Turn by `angle` [rad] more (or less), counted from the goal."""
+        """Move the goal of the present turn by `angle` [rad]."""
 
     def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
              noise: float = 0.0) -> LawStep:
         """The command for a robot that faces `yaw` [rad] and turns at `rate` [rad/s].
 
-        `dt`: time since the last step [s]; `age`: that of the sample [s]; `noise`: standard
-        deviation of its yaw [rad].
+        `dt`: time since the last step [s]; `age`: the sample's age [s]; `noise`: standard
+        deviation of the sample's yaw [rad].
         """
 
 
@@ -93,9 +93,9 @@ def make_turn(config: TurnConfig, model: RobotModel,
 
 
 class LabTurn:
-    """The handout's law: proportional, clamped, over as soon as it is inside the tolerance.
+    """The handout's law: proportional and clamped. The turn is over once inside the tolerance.
 
-    Its goal is only a heading, to which it turns the short way round.
+    The goal is only a heading. The robot turns to it the short way round.
     """
 
     period = 0.1    # [s]: 10 Hz
@@ -134,19 +134,20 @@ def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
 
 
 class PreciseTurn:
-    """As fast as the limits allow, in the direction that was asked for, ending at rest."""
+    """Turns as fast as the limits allow, in the direction asked for, and ends at rest."""
 
     period = PERIOD
     MAX_ANGLE = 200.0 * math.pi
     MAX_ANGLE_IN_WORDS = 'a number from -36000 to 36000'
     extends = True
     carries_error = True
-    #: Longest rest in which the turn waits for more samples of a noisy IMU [s].
+    #: With a noisy IMU the turn waits at rest for more samples, at most this long [s].
     LONGEST_LOOK = 0.6
 
     def __init__(self, fastest: float, acceleration: float, tolerance: float,
                  response: Response) -> None:
-        """In [rad/s], [rad/s^2], [rad]; `response`: this robot's delay and lag as far as known."""
+        """`fastest` [rad/s], `acceleration` [rad/s^2], `tolerance` [rad]; `response`: this robot's
+        delay and lag as far as known."""
         self._fastest = fastest
         self._tolerance = tolerance
         self._approach = Approach(turning_approach(acceleration, tolerance), response)
@@ -155,7 +156,7 @@ class PreciseTurn:
     def start(self, yaw: float, angle: float) -> None:
         """Turn by `angle`, beginning at `yaw` [rad], with a robot that stands."""
         self._face = yaw + angle
-        #: The remaining angle; it keeps the direction, also over many turns.
+        #: The remaining angle, not wrapped: it may be many whole turns.
         self.remaining = angle
         self._time = 0.0    # since the start [s]
         self._settling = Settling()
@@ -173,7 +174,8 @@ class PreciseTurn:
 
     def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
              noise: float = 0.0) -> LawStep:
-        """The command; finished at rest inside the tolerance, as well as the noise shows it."""
+        """The command; finished if the robot rests inside the tolerance, as far as noise shows it.
+        """
         self._time += dt
         self.remaining = continuous(self._face - yaw, self.remaining)
         command = self._approach.step(self.remaining, rate, self._fastest, dt, noise, age)

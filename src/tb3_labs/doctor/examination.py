@@ -1,10 +1,19 @@
-"""The doctor's looks, in order; each gives its lines as soon as it knows them."""
+"""The doctor's examinations, in order; each yields its lines as soon as it knows them.
+
+This file also has the judgements of this computer: its Python, gamepad, mouse and disk.
+"""
+import glob
+import importlib
+import importlib.util
 import os
+import shutil
 import socket
+import sys
 import time
 from dataclasses import replace
+from typing import Iterator, Mapping, Sequence, Tuple
 
-from tb3_labs.doctor.computer import look_at_devices, look_at_disk, look_at_python
+from tb3_labs.doctor.line import Line, fault, ok, warning
 from tb3_labs.doctor.listening import Ear, compare, imu_of, listen, stamp_of, wheels_of
 from tb3_labs.doctor.network import (
     Address, is_own, judge_address, judge_master, judge_nat, judge_second_master, nat_kind,
@@ -16,12 +25,20 @@ from tb3_labs.doctor.robot import (
     judge_clock, judge_drivers, judge_gyro, judge_names, judge_nodes, judge_presence, judge_stream,
     judge_way_back)
 
+#: The packages that the labs' nodes import.
+PACKAGES = ('rospy', 'numpy', 'squaternion', 'geometry_msgs.msg', 'nav_msgs.msg',
+            'sensor_msgs.msg', 'tf2_ros', 'tb3_labs.srv')
+#: Free space below which rosbag record stops, and below which it warns [bytes].
+RECORDS_NO_MORE = 1e9
+RECORDS_NOT_LONG = 5e9
+
+SOURCE = 'source scripts/setup.sh in this terminal, then rosrun tb3_labs doctor.py'
 #: A robot needs at most this long to connect to a driver that has just been started [s].
 CONNECTING = 1.0
 
 
 def examine(namespace, seconds):
-    """The lines on this computer and on the robot in `namespace`, listening for `seconds`."""
+    """Yields the lines on this computer and on the robot in `namespace`; listens for `seconds`."""
     yield look_at_python()
     master = Peer(os.environ.get('ROS_MASTER_URI', ''))
     told = os.environ.get('ROS_HOSTNAME') or os.environ.get('ROS_IP') or socket.gethostname()
@@ -39,7 +56,7 @@ def examine(namespace, seconds):
 
 
 def _address(of_told, master_address):
-    """The Address of this computer, on the way to the master if that has an address."""
+    """Returns the Address of this computer, with the way to the master if its address is known."""
     return Address(
         os.environ.get('ROS_IP', ''), os.environ.get('ROS_HOSTNAME', ''), socket.gethostname(),
         of_told, own_addresses(), way_out(master_address) if master_address else '',
@@ -51,7 +68,7 @@ def _way_or_first(here):
 
 
 class _Robot:
-    """All looks that need a master."""
+    """All examinations that need a master."""
 
     def __init__(self, namespace, master, here, state):
         self._master, self._here = master, here
@@ -62,13 +79,13 @@ class _Robot:
         self._drivers = peers_of(master, self._graph.drivers)
 
     def examine(self, seconds):
-        """The lines on master, robot, its nodes, and their messages."""
+        """Yields the lines on the master, the robot, the robot's nodes, and their messages."""
         pids = ask_all(dict(self._drivers, **self._peers), 'getPid')
         hosts = {peer.address for peer in self._peers.values() if peer.address}
         yield judge_nat(nat_kind(), _way_or_first(self._here), not self._here.master_here or any(
             not is_own(host) for host in hosts))
         yield judge_master(self._master.answer)
-        # a computer that does not answer at all would not answer as a master either
+        # if a computer does not answer at all, a master on it would not answer either
         reached = {peer.address for peer in self._peers.values()
                    if peer.answer.problem in ('', 'refused')}
         yield judge_second_master(self._master.uri, second_masters(self._master, reached))
@@ -85,7 +102,7 @@ class _Robot:
         yield from self._listen(seconds, alive)
 
     def _ways(self, alive):
-        """The lines on names, and on the way from the robot to this computer."""
+        """Yields the lines on names, and on the way from the robot to this computer."""
         yield judge_names(master_names(alive, self._master), self._master.address)
         hearer = next((node for node in self._graph.hearers if node in alive), None)
         if hearer is None:
@@ -102,7 +119,7 @@ class _Robot:
         yield judge_way_back(drivers, hearer, here, not is_own(address))
 
     def _listen(self, seconds, alive):
-        """The lines on drivers, sensors and clock."""
+        """Yields the lines on drivers, sensors and clock."""
         imu, odom, joints = (
             [Ear(self._namespace + name, node, alive[node].uri, read)
              for node in nodes if node in alive][:1]
@@ -134,3 +151,89 @@ class _Robot:
         return judge_clock(min(delays, default=None), min(answers, default=0.0),
                            dates[0] if dates else None, zero, simulated,
                            all(is_own(peer.address) for peer in alive.values()))
+
+
+# This computer ----------------------------------------------------------------------------------
+
+def look_at_python() -> Line:
+    """Returns the line on the interpreter and its packages. Each package is imported, because it
+    may be installed but lack a package that it needs."""
+    missing = {}
+    for name in PACKAGES:
+        try:
+            importlib.import_module(name)
+        except Exception as trouble:    # a broken package may raise anything
+            missing[name.partition('.')[0] if name != 'tb3_labs.srv' else 'tb3_labs'] = (
+                ' '.join(str(trouble).split()) or type(trouble).__name__)
+    return judge_python('.'.join(map(str, sys.version_info[:3])), sys.executable, missing,
+                        os.environ.get('ROS_VERSION', '1'))
+
+
+def judge_python(version: str, executable: str, missing: Mapping[str, str],
+                 ros_version: str = '1') -> Line:
+    """Can the labs' nodes run? `missing`: {package: why it cannot be imported}; `ros_version`: the
+    variable ROS_VERSION."""
+    here = 'Python {} ({})'.format(version, executable)
+    if ros_version == '2':
+        return fault('Python', 'a ROS 2 was sourced in this terminal, and it breaks the Python of '
+                     'ROS 1', 'open a new terminal; ' + SOURCE)
+    if missing:
+        first, *others = missing
+        return fault('Python', '{} cannot import {} ({}){}'.format(
+            here, first, missing[first], ', nor ' + ', '.join(others) if others else ''), SOURCE)
+    return ok('Python', here + ' has all packages')
+
+
+def look_at_devices() -> Iterator[Line]:
+    """The lines on gamepad and mouse."""
+    yield judge_pad([(path, os.access(path, os.R_OK))
+                     for path in sorted(glob.glob('/dev/input/js*'))])
+    yield judge_mouse(bool(os.environ.get('DISPLAY')), bool(os.environ.get('WAYLAND_DISPLAY')),
+                      importlib.util.find_spec('pynput') is not None)
+
+
+def judge_pad(pads: Sequence[Tuple[str, bool]]) -> Line:
+    """Can a gamepad be read? `pads`: (device, may this user read it?)."""
+    closed = [device for device, readable in pads if not readable]
+    if closed:
+        return warning('Gamepad', '{} is plugged in, but cannot be read'.format(closed[0]),
+                       'sudo usermod -aG input $USER, then log in again')
+    if pads:
+        return ok('Gamepad', '{} is plugged in'.format(pads[0][0]))
+    return ok('Gamepad', 'none is plugged in (only the gamepad lab needs one; the panel has one)')
+
+
+def judge_mouse(has_display: bool, is_wayland: bool, has_pynput: bool) -> Line:
+    """Can mouse_client.py read the mouse of this session?"""
+    if is_wayland:
+        return warning('Mouse', 'the mouse cannot be read in a Wayland session',
+                       'log in again with an "Xorg" (X11) session')
+    if not has_display:
+        return ok('Mouse', 'no screen here, so no mouse to drive by (the panel has a mouse pad)')
+    if not has_pynput:
+        return warning('Mouse', 'the mouse needs the Python package pynput',
+                       'sudo apt install python3-pynput')
+    return ok('Mouse', 'it can be read')
+
+
+def look_at_disk() -> Line:
+    """The line on the space for bags in the current folder."""
+    try:
+        folder = os.getcwd()
+        return judge_disk(folder, shutil.disk_usage(folder).free, os.access(folder, os.W_OK))
+    except OSError:
+        return judge_disk('this folder, which is gone', 0.0, False)
+
+
+def judge_disk(folder: str, free: float, writable: bool = True) -> Line:
+    """Is there space for bags? `free`: free space in `folder` [bytes]."""
+    gigabytes = '{:.1f} GB free in {}'.format(free / 1e9, folder)
+    if not writable:
+        return warning('Disk', '{} cannot be written: no bag can be recorded here'.format(folder),
+                       'cd ~')
+    if free < RECORDS_NO_MORE:
+        return fault('Disk', gigabytes + ': rosbag records nothing below 1 GB',
+                     'delete old bags, or record in another folder')
+    if free < RECORDS_NOT_LONG:
+        return warning('Disk', gigabytes + ': rosbag warns below 5 GB', 'delete old bags')
+    return ok('Disk', gigabytes)

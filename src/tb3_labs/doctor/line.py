@@ -5,7 +5,7 @@ from typing import Sequence
 
 
 class Verdict(Enum):
-    """How bad it is. The value is the word in front of the line."""
+    """How bad a finding is. Its value is the word in front of the line."""
 
     OK = 'ok'
     WARNING = 'warning'
@@ -27,23 +27,23 @@ class Line:
 
 
 def ok(subject: str, text: str) -> Line:
-    """A line on a sound thing."""
+    """Returns a line on a thing that is right."""
     return Line(Verdict.OK, subject, text)
 
 
 def warning(subject: str, text: str, remedy: str) -> Line:
-    """A line on a thing that may harm."""
+    """Returns a line on a thing that may cause a problem."""
     return Line(Verdict.WARNING, subject, text, remedy)
 
 
 def fault(subject: str, text: str, remedy: str) -> Line:
-    """A line on a thing that keeps a lab from working."""
+    """Returns a line on a thing that keeps a lab from working."""
     return Line(Verdict.FAULT, subject, text, remedy)
 
 
 def printed(line: Line, in_colour: bool = False) -> str:
-    """The line as text, always a single one. The texts of others may contain line ends, or codes
-    that a terminal obeys."""
+    """Returns the line as a single line of text. Texts of other programs may contain line ends, or
+    codes that a terminal obeys: these become spaces."""
     word = line.verdict.value.ljust(7)
     if in_colour:
         word = '\033[{}m{}\033[0m'.format(COLOURS[line.verdict], word)
@@ -53,7 +53,7 @@ def printed(line: Line, in_colour: bool = False) -> str:
 
 
 def summary(lines: Sequence[Line]) -> str:
-    """The last line: the sum of all."""
+    """Returns the last line: how many faults and warnings there are."""
     faults, warnings = _count(lines, Verdict.FAULT), _count(lines, Verdict.WARNING)
     counted = ', '.join('{} {}{}'.format(number, noun, '' if number == 1 else 's')
                         for number, noun in ((faults, 'fault'), (warnings, 'warning')) if number)

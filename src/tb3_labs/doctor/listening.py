@@ -1,8 +1,8 @@
-"""Listens to a topic by a connection to each of its publishers, without a node of its own.
+"""Listens to a topic by a connection to each of its publishers; the doctor is not a node.
 
-The publisher's node is asked for its port (requestTopic), and sends its messages from then on, as
-to any subscriber (wiki.ros.org/ROS/TCPROS). The master is told nothing. The fields of a message are
-read from its bytes, because the doctor also runs where no message class can be imported
+The doctor asks the publisher's node for its port (requestTopic) and connects. The node sends its
+messages as to any subscriber (wiki.ros.org/ROS/TCPROS). The master is not told. The fields of a
+message are read from its bytes, because the doctor also runs if no message class can be imported
 (wiki.ros.org/msg: fields one after the other, little-endian, a length in front of each list).
 """
 import math
@@ -18,27 +18,28 @@ from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS, model_called
 
 #: No message of these topics is longer than this [bytes].
 LONGEST = 1 << 20
-#: The clock of this computer is looked at this often, to see whether it stands still [s].
+#: The doctor looks at the clock once in this time [s], to see if this computer stands still.
 PERIOD = 0.02
 HEADER = struct.Struct('<III')    # number, stamp [s], [ns]
-#: Of an Imu, after its header: the orientation, its covariances, the angular velocity.
+#: The layout of an Imu after its header: orientation, its covariances, angular velocity.
 MOTION = struct.Struct('<4d72x3d')
 
 
 def stamp_of(body):
-    """(stamp [s],) of a message with a header."""
+    """Returns (stamp [s],) of a message with a header."""
     return _header(body)[0],
 
 
 def imu_of(body):
-    """The fields of an ImuSample, of a sensor_msgs/Imu. Its "yaw" only shows a repetition."""
+    """Returns the fields of an ImuSample, from a sensor_msgs/Imu. In place of the yaw stands one
+    number of the orientation: this is enough to find a repeated sample."""
     stamp, at = _header(body)
     motion = MOTION.unpack_from(body, at)
     return stamp, motion[2], motion[-1]
 
 
 def wheels_of(body):
-    """The fields of a WheelSample, of a sensor_msgs/JointState; None without these wheels."""
+    """Returns the fields of a WheelSample, from a sensor_msgs/JointState; None without wheels."""
     stamp, at = _header(body)
     count, at = _length(body, at)
     names = []
@@ -73,9 +74,9 @@ def _length(body, at):
 class Ear:
     """One publisher of one topic, heard by a thread of its own until it is closed.
 
-    `messages` is (monotonic [s], wall clock [s], fields) of each; `problem` is '', or tells why
-    nothing can be heard. `read` gives the fields of a message's bytes, the stamp first; they are
-    None if they are not to be read.
+    `messages` is a list of (monotonic clock [s], wall clock [s], fields). `problem` is '', or tells
+    why nothing can be heard. `read(bytes)` returns the fields of a message, the stamp first; None
+    if they are not needed.
     """
 
     def __init__(self, topic, node, uri, read=lambda body: None):
@@ -92,13 +93,13 @@ class Ear:
 
     @property
     def seconds(self):
-        """For how long it was heard."""
+        """Time for which it was heard [s]."""
         return max(0.0, self._ended - self._begun)
 
     def gap(self):
-        """(longest time without a message; by how much the message after it was later than the
-        fastest, nan if none came) [s]. The time after the last message, whose cause is unknown, is
-        taken only if it is twice as long as any other."""
+        """Returns (longest time without a message, delay of the message after it beyond that of the
+        fastest message, nan if none came) [s]. The time after the last message counts only if it is
+        more than twice as long as any other, because its cause is unknown."""
         least = min((wall - fields[0] for _, wall, fields in self.messages), default=math.nan)
         worst, late, last = 0.0, math.nan, self._begun
         for at, wall, fields in self.messages:
@@ -136,7 +137,7 @@ class Ear:
 
 
 def _piece(stream):
-    """The next bytes, by the length in front of them."""
+    """Returns the next piece of a stream: a length stands in front of each piece."""
     head = stream.read(4)
     size = struct.unpack('<I', head)[0] if len(head) == 4 else 0
     if size > LONGEST:
@@ -148,7 +149,7 @@ def _piece(stream):
 
 
 def _connection(**fields):
-    """A connection header: each field, and the whole, after its length."""
+    """Returns a connection header: a length stands in front of it, and in front of each field."""
     packed = b''
     for name, value in fields.items():
         field = '{}={}'.format(name, value).encode()
@@ -157,7 +158,7 @@ def _connection(**fields):
 
 
 def listen(ears, seconds):
-    """Let the ears listen for that time; the longest time that this computer stood still [s]."""
+    """Let the ears listen for `seconds`. Returns how long this computer stood still at most [s]."""
     end = time.monotonic() + seconds
     longest, last = 0.0, time.monotonic()
     while last < end:
@@ -170,11 +171,11 @@ def listen(ears, seconds):
 
 
 def compare(imu, wheels, reset_topic):
-    """The GyroWatch that heard both, the ears of imu and of joint_states; None without numpy."""
+    """Returns a GyroWatch that heard the messages of imu and joint_states; None without numpy."""
     try:
         from tb3_labs.localization.contradiction import GyroWatch
         from tb3_labs.robot.samples import ImuSample, WheelSample
-    except ImportError:    # the line on Python tells it
+    except ImportError:    # the line on Python tells this
         return None
     watch = GyroWatch(model_called(NOT_GIVEN, os.environ), reset_topic)
     heard = [(arrival, hear, kind(*fields))

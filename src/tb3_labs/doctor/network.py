@@ -1,8 +1,8 @@
 """The way between this computer and the others: addresses, names, NAT, masters.
 
-Addresses are texts such as '192.168.0.5', IPv4 alone, as ROS 1 has it; '' is none. Nodes of this
-computer *tell* others an address to connect to: ROS_HOSTNAME, else ROS_IP, else the computer's own
-name, as rospy has it.
+Addresses are texts such as '192.168.0.5', only IPv4, as in ROS 1; '' is not an address. Nodes of
+this computer *tell* others an address to connect to: ROS_HOSTNAME, else ROS_IP, else the computer's
+own name, as in rospy.
 """
 import fcntl
 import ipaddress
@@ -16,7 +16,7 @@ from tb3_labs.doctor.line import Line, fault, ok, warning
 
 #: The private network that WSL 2 and Docker put between a Linux and its host.
 NAT = ipaddress.ip_network('172.16.0.0/12')
-#: Asks for the address of an interface (Linux, netdevice(7)).
+#: The request for the address of an interface (Linux, netdevice(7)).
 SIOCGIFADDR = 0x8915
 
 
@@ -42,12 +42,12 @@ def own_addresses() -> Tuple[str, ...]:
 
 
 def resolved(name: str) -> str:
-    """The address of a name. It may wait for seconds: call it within a deadline."""
+    """Returns the address of a name. This may take seconds: call it with a deadline."""
     return str(socket.getaddrinfo(name, None, socket.AF_INET, socket.SOCK_STREAM)[0][4][0])
 
 
 def way_out(address: str) -> str:
-    """This computer's address on the way to another; '' without a way. Nothing is sent."""
+    """Returns this computer's address on the way to `address`; '' without a way. Sends nothing."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect((address, 9))
@@ -62,7 +62,7 @@ def is_own(address: str) -> bool:
 
 
 def nat_kind() -> str:
-    """'WSL', 'a container', or '' for a computer of its own."""
+    """Returns 'WSL' or 'a container' if this Linux runs in one, else ''."""
     try:
         with open('/proc/version') as file:
             if 'microsoft' in file.read().lower():
@@ -77,10 +77,10 @@ def nat_kind() -> str:
 class Address:
     """The address that this computer tells others, and its real addresses.
 
-    `hostname` is the computer's own name, `resolved` the address of the told name, as looked up
-    here, `own` all addresses but the loopback, `way_out` the one from which packets go to the
-    master (that of the loopback if the master is reached so). `master_here`: does the master run on
-    this computer?
+    `hostname` is the computer's own name; `resolved` is the address of the told name, as looked up
+    here; `own` are all addresses but the loopback; `way_out` is the address from which packets go
+    to the master (the loopback, if they go over the loopback). `master_here`: does the master run
+    on this computer?
     """
 
     ros_ip: str = ''
@@ -98,7 +98,7 @@ class Address:
 
     @property
     def source(self) -> str:
-        """The same, with its origin: 'ROS_IP=192.168.0.5'."""
+        """The told address or name with its origin, such as 'ROS_IP=192.168.0.5'."""
         for name, value in (('ROS_HOSTNAME', self.ros_hostname), ('ROS_IP', self.ros_ip)):
             if value:
                 return '{}={}'.format(name, value)
@@ -149,8 +149,8 @@ def _with_address(here: Address) -> str:
 
 
 def judge_nat(kind: str, way_out: str, others_elsewhere: bool) -> Line:
-    """`kind`: 'WSL', 'a container', or '' for a computer of its own; `others_elsewhere`: is the
-    master or the robot on another computer?"""
+    """Can a robot reach this computer through NAT? `kind`: see :func:`nat_kind`;
+    `others_elsewhere`: is the master or the robot on another computer?"""
     if not kind:
         return ok('NAT', 'this is neither WSL nor a container')
     if not way_out or ipaddress.ip_address(way_out) not in NAT:
@@ -164,9 +164,9 @@ def judge_nat(kind: str, way_out: str, others_elsewhere: bool) -> Line:
         'of its own' if kind == 'WSL' else 'start the container with the network of its host')
 
 
-#: The problems of a program at an address, and their words.
+#: The problems in reaching a program at an address, and their words.
 PROBLEMS = {
-    'malformed': 'is no address such as http://192.168.0.5:11311',
+    'malformed': 'is not an address such as http://192.168.0.5:11311',
     'unresolved': 'has a name that this computer cannot resolve',
     'refused': 'refuses: the computer is on, but nothing listens there',
     'silent': 'does not answer',
@@ -177,7 +177,7 @@ PROBLEMS = {
 @dataclass(frozen=True)
 class Answer:
     """The outcome of a question to a program at `uri`: `problem` is a key of PROBLEMS, or '';
-    `address` is that of its name; `round_trip` is the time until the answer [s]."""
+    `address` is the address of the name in `uri`; `round_trip` is the time until the answer [s]."""
 
     uri: str
     problem: str = ''
@@ -202,7 +202,7 @@ def judge_master(master: Answer) -> Line:
 
 
 def judge_second_master(master: str, others: Sequence[str]) -> Line:
-    """`others`: addresses, with port, of other masters that answered."""
+    """Is there one master only? `others`: addresses, with port, of other masters that answered."""
     if not others:
         return ok('Masters', 'no second master was found')
     return warning('Masters', 'another master answers at {}: programs that use it do not see those '

@@ -17,7 +17,7 @@ from tb3_labs.doctor.robot import Driver, MasterName
 
 #: The name under which the doctor asks; it is registered nowhere.
 CALLER = '/doctor_{}'.format(os.getpid())
-#: Longest wait for the address of a name, for a connection or an answer, and for both [s].
+#: Longest waits [s]: for the address of a name; for a connection or an answer; for both together.
 RESOLVING = 1.0
 ANSWERING = 1.0
 QUESTION = RESOLVING + ANSWERING
@@ -29,21 +29,21 @@ PORT = 11311
 
 
 def within(seconds, function, *arguments):
-    """The value of a call, or its exception; TimeoutError if it takes longer than that."""
+    """Returns the value of a call, or raises its exception; TimeoutError after `seconds`."""
     try:
         return _begun(function, *arguments).result(seconds)
     except futures.TimeoutError:
         raise TimeoutError('no answer within {:.1f} s'.format(seconds)) from None
 
 
-def together(calls, seconds=QUESTION):
-    """The value of each call, in order; ``calls``: tuples of a function and its arguments.
+def together(calls):
+    """Returns the value of each call, in order; `calls`: tuples of a function and its arguments.
 
-    All run at the same time. The value is None if the call takes longer than `seconds`, or meets a
-    problem of the network.
+    All calls run at the same time. A value is None if its call takes longer than QUESTION, or fails
+    because of the network.
     """
     begun = [_begun(*call) for call in calls]
-    end, values = time.monotonic() + seconds, []
+    end, values = time.monotonic() + QUESTION, []
     for future in begun:
         try:
             values.append(future.result(max(0.0, end - time.monotonic())))
@@ -53,8 +53,8 @@ def together(calls, seconds=QUESTION):
 
 
 def _begun(function, *arguments):
-    """The Future of a call in a daemon thread. Nobody waits for a thread that is stuck, as the
-    threads of a pool are waited for when the program ends."""
+    """Returns the Future of a call in a daemon thread. If this thread is stuck, the program still
+    ends; it would wait for a thread of a pool."""
     future = futures.Future()
 
     def run():
@@ -70,7 +70,7 @@ def _begun(function, *arguments):
 # Master and nodes -----------------------------------------------------------------------------
 
 class _Transport(xmlrpc.client.Transport):
-    """With a limit for each wait; it keeps the date of the answer."""
+    """A transport with a timeout for each wait; it keeps the date of the answer."""
 
     date = None
 
@@ -95,7 +95,7 @@ class Peer:
         self.answer = Answer(uri, 'silent')
 
     def ask(self, method, *arguments):
-        """Its answer; None if there is none, and `answer` tells why."""
+        """Returns the reply of the peer. None if there is no reply: `answer` tells why."""
         begun = time.monotonic()
         try:
             value, problem = self._ask(method, arguments), ''
@@ -111,7 +111,7 @@ class Peer:
                                           transport)
         code, reason, value = within(ANSWERING, getattr(proxy, method), CALLER, *arguments)
         if transport.date:
-            # Its clock is cut down to whole seconds: half of one is missing on average.
+            # The date has only whole seconds: on average, half a second is missing.
             told = email.utils.parsedate_to_datetime(transport.date).timestamp()
             self.date_offset = told + 0.5 - time.time()
         if code != 1:
@@ -135,7 +135,7 @@ class Peer:
 
 
 def _problem(trouble):
-    """The key of network.PROBLEMS for an exception."""
+    """Returns the key of network.PROBLEMS for an exception."""
     for kind, problem in ((socket.gaierror, 'unresolved'), (ConnectionRefusedError, 'refused'),
                           (TimeoutError, 'silent'), (socket.timeout, 'silent'),
                           (ConnectionError, 'strange'), (http.client.HTTPException, 'strange'),
@@ -146,7 +146,7 @@ def _problem(trouble):
 
 
 class Graph:
-    """The nodes around one robot in `namespace` ('/' or '/robot3/'), as a master's state has it."""
+    """The nodes around one robot in `namespace` ('/' or '/robot3/'), by the state of a master."""
 
     def __init__(self, namespace, state):
         publishers, subscribers, _ = (
@@ -154,8 +154,8 @@ class Graph:
         self.imu, self.odom, self.joints, self.drivers = (
             publishers.get(namespace + name, [])
             for name in ('imu', 'odom', 'joint_states', 'cmd_vel'))
-        # Nodes that hear cmd_vel without being a robot (a recorder, the panel, a driver that looks
-        # for others) are left out if a robot's node hears it as well.
+        # Nodes that hear cmd_vel but are not a robot (a recorder, the panel, a driver that looks
+        # for other drivers) are left out if a robot's node hears cmd_vel too.
         hearers = subscribers.get(namespace + 'cmd_vel', [])
         self.hearers = [node for node in hearers if node in self.imu + self.odom] or [
             node for node in hearers if node not in self.drivers]
@@ -166,24 +166,24 @@ class Graph:
 
 
 def peers_of(master, nodes):
-    """{node: Peer} of those that the master knows."""
+    """Returns {node: Peer}, each by the URI that the master knows."""
     uris = together([(Peer(master.uri).ask, 'lookupNode', node) for node in nodes])
     return {node: Peer(str(uri or '')) for node, uri in zip(nodes, uris)}
 
 
 def ask_all(peers, method):
-    """{node: its answer, or None}; each Peer's `answer` tells why."""
+    """Returns {node: its reply}. A reply is None if it failed: the Peer's `answer` tells why."""
     return dict(zip(peers, together([(peer.ask, method) for peer in peers.values()])))
 
 
 def master_names(peers, master):
-    """A MasterName for each node that tells the URI of its master; `peers`: {node: Peer}."""
+    """Returns a MasterName for each node that tells its master's URI; `peers`: {node: Peer}."""
     uris = ask_all(peers, 'getMasterUri')
     masters = {node: Peer(uri) for node, uri in uris.items() if isinstance(uri, str)}
     ask_all(masters, 'getPid')
     names = []
     for node, theirs in masters.items():
-        # localhost, said by the robot, is the robot
+        # if the robot says localhost, this is the robot
         address = peers[node].address if is_loopback(theirs.address) else theirs.address
         names.append(MasterName(node, theirs.uri.rstrip('/'), theirs.address,
                                 _is_ours(master, address, theirs.port)))
@@ -191,7 +191,7 @@ def master_names(peers, master):
 
 
 def second_masters(master, addresses):
-    """Addresses, with port, of masters other than ours: on this computer, and on those given."""
+    """Returns 'address:port' of other masters than ours, here and at the given addresses."""
     places = {(address, PORT) for address in addresses} | {('127.0.0.1', PORT)}
     places = [place for place in sorted(places) if not _is_ours(master, *place)]
     peers = [Peer('http://{}:{}'.format(*place)) for place in places]
@@ -200,14 +200,14 @@ def second_masters(master, addresses):
 
 
 def _is_ours(master, address, port):
-    """Is that our master, by any of the addresses of its computer?"""
+    """Is our master at this address and port? Each address of its computer counts."""
     same = address == master.address or is_own(address) and is_own(master.address)
     return same and port == master.port
 
 
 def local_drivers(drivers, hearer):
-    """A Driver for each node of this computer, `drivers` {node: Peer}; None if the robot's node,
-    the Peer `hearer`, does not answer."""
+    """Returns a Driver for each of `drivers`, {node: Peer} of this computer. None if the robot's
+    node, the Peer `hearer`, does not answer."""
     bus = hearer.ask('getBusInfo')
     if bus is None:
         return None

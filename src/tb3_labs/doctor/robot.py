@@ -9,23 +9,23 @@ from typing import Mapping, NamedTuple, Optional, Sequence
 from tb3_labs.doctor.line import Line, fault, ok, warning
 from tb3_labs.doctor.network import PROBLEMS, Address, Answer, is_loopback
 
-#: The labs' nodes stop the robot after a silence of a sensor of this length [s],
+#: The labs' nodes stop the robot if a sensor is silent for this long [s].
 PAUSES = 0.22
-#: and give up the drive after one of this length [s]. Both are those of supervision.freshness,
-#: which the students' edition, but not its doctor, leaves out.
+#: The labs' nodes give up the drive if a sensor is silent for this long [s]. Both values are copies
+#: from supervision.freshness: the students' edition has the doctor, but not that module.
 GIVES_UP = 2.0
 #: Fewer samples than this are too few to steer by [1/s].
 FEW = 10.0
-#: A clock that is off by more than the first of these upsets tf; by more than the second, nothing
-#: that looks at stamps works [s].
+#: A clock that is off by more than CLOCK_OFF disturbs tf [s]. If it is off by more than
+#: CLOCK_WRONG, nothing that uses stamps works [s].
 CLOCK_OFF = 0.1
 CLOCK_WRONG = 1.0
 
 
 def judge_presence(imu: Sequence[str], odom: Sequence[str], hearers: Sequence[str],
                    namespace: str, others: Sequence[str] = ()) -> Line:
-    """Is there one robot? `imu`, `odom`: the nodes that publish them; `hearers`: those that hear
-    cmd_vel; `others`: namespaces that have a robot."""
+    """Is there one robot? `imu`, `odom`: the nodes that publish this topic; `hearers`: the nodes
+    that hear cmd_vel; `others`: other namespaces that have a robot."""
     at = namespace.rstrip('/')
     if not imu and not odom:
         there = ' (there is one in {})'.format(', '.join(others)) if others else ''
@@ -76,8 +76,8 @@ def judge_nodes(answers: Mapping[str, Answer], master_here: bool) -> Line:
 
 
 class MasterName(NamedTuple):
-    """The name by which a node of the robot calls its master: `uri`, `address` as resolved here;
-    `is_ours`: is that, with its port, the master that this terminal uses?"""
+    """The master of a node of the robot: the `uri` that the node tells, and its `address`, resolved
+    here. `is_ours`: is this, with its port, the master that this terminal uses?"""
 
     node: str
     uri: str
@@ -86,7 +86,7 @@ class MasterName(NamedTuple):
 
 
 def judge_names(names: Sequence[MasterName], master: str) -> Line:
-    """Do both sides mean the same by a name? `master`: address of the master that answers here."""
+    """Do the robot and this computer mean the same master? `master`: address of the one here."""
     for name in names:
         if not name.address:
             return warning('Names', '{} calls the master {}, a name that this computer cannot '
@@ -113,7 +113,7 @@ class Driver(NamedTuple):
 def judge_way_back(drivers: Optional[Sequence[Driver]], robot: str, here: Address,
                    robot_elsewhere: bool) -> Line:
     """Do commands of this computer reach the robot? `drivers` is None if the robot's node did not
-    tell; `robot`: the node that hears cmd_vel; `here.way_out`: this computer's address on the way
+    answer; `robot`: the node that hears cmd_vel; `here.way_out`: this computer's address on the way
     to the robot."""
     if drivers is None:
         return warning('Way back', '{} does not tell to whom it is connected'.format(robot),
@@ -141,8 +141,8 @@ def judge_way_back(drivers: Optional[Sequence[Driver]], robot: str, here: Addres
 
 def judge_drivers(registered: Sequence[str], sent: Mapping[str, int], seconds: float,
                   gone: Sequence[str] = ()) -> Line:
-    """`registered`: nodes that publish cmd_vel; `gone`: those of them that do not answer; `sent`:
-    {node: messages} in that time."""
+    """Does at most one node drive? `registered`: nodes that publish cmd_vel; `gone`: registered
+    nodes that do not answer; `sent`: {node: number of messages} in `seconds`."""
     driving = sorted(node for node, count in sent.items() if count)
     if len(driving) > 1:
         return fault('Drivers', '{} send commands at the same time: the robot obeys both in turn'
@@ -163,12 +163,12 @@ def judge_drivers(registered: Sequence[str], sent: Mapping[str, int], seconds: f
 def judge_stream(topic: str, count: int = 0, seconds: float = 0.0, gap: float = 0.0,
                  late: float = math.nan, problem: str = '', own_pause: float = 0.0,
                  robot_here: bool = False) -> Line:
-    """Do the messages of a sensor come, often and evenly enough to drive by them?
+    """Do the messages of a sensor come often and evenly enough to drive?
 
-    `count` came in `seconds`; `late`: by how much the message after the `gap` came later than the
-    fastest (nan if unknown); `problem`: '' or why the topic cannot be heard; `own_pause`: for how
-    long this computer did not let the doctor run; `robot_here`: does the robot run on this
-    computer?
+    `count` messages came in `seconds`; `late`: delay of the message after the `gap`, beyond that of
+    the fastest message (nan if unknown); `problem`: '' or why the topic cannot be heard;
+    `own_pause`: how long this computer did not let the doctor run; `robot_here`: does the robot run
+    on this computer?
     """
     name = topic.rpartition('/')[2]
     if problem:
@@ -211,10 +211,10 @@ def judge_clock(least_delay: Optional[float] = None, round_trip: float = 0.0,
                 simulated: bool = False, robot_here: bool = False) -> Line:
     """Is the robot's clock the same as this computer's?
 
-    `least_delay`: the least of arrival minus stamp, on the two clocks; None without stamps.
-    `round_trip`: of one question to the robot; the fastest message took no longer. `date_offset`:
-    robot's clock minus ours by the date of its answer, to a second; None if it tells none.
-    `simulated`: by /use_sim_time; `robot_here`: is it this computer's own clock?
+    `least_delay`: least arrival (on our clock) minus stamp (on the robot's); None without stamps.
+    `round_trip`: time for one question to the robot; the fastest message took at most this long.
+    `date_offset`: the robot's clock minus ours, by the date of its answer, exact to a second; None
+    without a date. `simulated`: does /use_sim_time hold? `robot_here`: is it this computer's clock?
     """
     if simulated:
         return ok('Clock', 'time is simulated (/use_sim_time): clocks do not matter')

@@ -1,7 +1,7 @@
 """Angles on the circle, and numbers kept within limits.
 
 Units: radians, counter-clockwise positive, except where a name ends in ``degrees``.
-Edge cases: the half-open interval is (-pi, pi], so that exactly half a turn is +pi. NaN stays NaN.
+Edge cases: a wrapped angle is in (-pi, pi], so that exactly half a turn is +pi. NaN stays NaN.
 Infinity raises ``ValueError`` (from :func:`math.remainder`). In an array infinity becomes NaN,
 since one invalid sample must not hide the others.
 """
@@ -56,8 +56,9 @@ def interpolate_angle(start: float, end: float, fraction: float) -> float:
 
 
 def continuous_at(at: Numbers, times: np.ndarray, angles: np.ndarray) -> np.ndarray:
-    """The angles at the times `at`, without jumps at +/-pi, between samples `angles`, shape (n,).
+    """The angles at the times `at`, interpolated between the samples `angles`, shape (n,).
 
-    Before the first sample it is the first angle, after the last sample the last one.
+    There are no jumps at +/-pi. Before the first sample the first angle holds, after the last
+    sample the last one.
     """
     return np.interp(np.asarray(at, dtype=float), times, np.unwrap(angles))

@@ -1,5 +1,5 @@
-"""A number by noisy samples, while it changes: the filter of R. E. Kalman, A new approach to linear
-filtering and prediction problems (1960), for one number.
+"""Estimates a changing number from noisy samples, by the filter of R. E. Kalman, A new approach to
+linear filtering and prediction problems (1960), for one number.
 """
 import math
 
@@ -10,7 +10,7 @@ CONTRADICTION = 4.0
 
 
 class Estimate:
-    """The mean of the samples while the number does not change; else later samples count more."""
+    """The mean of the samples if the number stays; if it changes, later samples count more."""
 
     def __init__(self) -> None:
         #: The estimate; 0 before the first sample.
@@ -19,18 +19,18 @@ class Estimate:
 
     @property
     def uncertainty(self) -> float:
-        """The error that the estimate may have."""
+        """The likely bound of the estimate's error; see STANDARD_ERRORS."""
         return STANDARD_ERRORS * math.sqrt(self._variance)
 
     def shift(self, by: float, doubt: float = 0.0) -> None:
-        """The number has changed by `by`; `doubt` is the standard deviation of that."""
+        """The number has changed by `by`; `doubt` is the standard deviation of `by`."""
         self.value += by
-        self._variance += doubt * doubt    # ** would raise where * gives infinity
+        self._variance += doubt * doubt    # for a large doubt ** would raise, * gives infinity
 
     def add(self, sample: float, noise: float) -> None:
         """Take in a sample with the standard deviation `noise`.
 
-        A sample that contradicts the estimate takes its place, and so does one without noise.
+        A sample that contradicts the estimate, or has no noise, replaces the estimate.
         """
         spread = noise * noise
         surprise = abs(sample - self.value)

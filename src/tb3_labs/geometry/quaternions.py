@@ -19,9 +19,11 @@ except ImportError as missing:    # rosdep was not run; the build imports this f
         'src --ignore-src -y. On Debian: source src/tb3_labs/scripts/setup.sh; rm -rf build devel; '
         'catkin_make'.format(sys.executable, missing.name)) from None
 
-#: A norm that differs more from 1 is not a rounding error; a real TurtleBot3 sends 0.999996.
+#: A norm that differs from 1 by more than this is not a rounding error; a real TurtleBot3 sends
+#: 0.999996.
 NORM_TOLERANCE = 0.05
-#: A robot that drives is not tilted further; a quaternion with parts in a wrong order is.
+#: A driving robot is not tilted further than this [rad]. A quaternion whose parts are in a wrong
+#: order shows a larger tilt.
 MAX_TILT = math.radians(45.0)
 
 

@@ -1,6 +1,6 @@
 """Poses in the plane, and points that they transform, as in the handout.
 
-A pose ``A_T_B`` is the place of frame B in frame A. A point p_B in B is, in A,
+A pose ``A_T_B`` is the place of frame B in frame A. It transforms a point p_B in B to A,
 
     p_A = R(theta) p_B + t            (``A_T_B.act(p_B)``)
 
@@ -22,9 +22,9 @@ import numpy as np
 from tb3_labs.config import Config, setting
 from tb3_labs.geometry.angles import interpolate_angle, wrap
 
-#: A place farther than this from the local origin is refused, most likely an error of the unit [m].
+#: A place farther than this from the local origin is refused: its unit is most likely wrong [m].
 MAX_DISTANCE = 100.0
-#: So is a heading of more than a whole turn [deg].
+#: A heading of more than a whole turn is refused, too [deg].
 MAX_YAW_DEG = 360.0
 
 
@@ -44,7 +44,7 @@ class Pose2:
     yaw: float = 0.0
 
     def act(self, points: Union[np.ndarray, Sequence]) -> np.ndarray:
-        """`points` of this pose's own frame, shape (..., 2) [m], in its parent frame."""
+        """Transform `points`, shape (..., 2) [m], from this pose's own frame to its parent."""
         return np.asarray(points, dtype=float) @ rotation_matrix(self.yaw).T + (self.x, self.y)
 
     def inverse(self) -> 'Pose2':
@@ -88,10 +88,10 @@ class TypedPose(Config):
 
     @property
     def pose(self) -> Pose2:
-        """The same as a Pose2."""
+        """This pose as a Pose2."""
         return Pose2(self.x, self.y, wrap(math.radians(self.yaw_deg)))
 
 
 def check_pose(pose: Pose2) -> None:
-    """``ValueError`` for a Pose2 that is too far, in the words of a TypedPose."""
-    TypedPose(float(pose.x), float(pose.y))     # numpy's numbers are no Python numbers
+    """``ValueError``, in the words of a TypedPose, if a Pose2 is too far away."""
+    TypedPose(float(pose.x), float(pose.y))     # numpy's numbers are not Python's

@@ -1,1 +1,1 @@
-"""What is a class given? Skeletons of the labs' nodes, and the students' edition of this package."""
+"""What is a class given? Skeletons of the labs' nodes, and the package's students' edition."""

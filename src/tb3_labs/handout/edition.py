@@ -1,8 +1,8 @@
 """The students' edition: this package without its solutions, and with a README for students.
 
 The list of what is left out is a plain file. Each line is a path from the package's folder; the
-path of a folder ends in a slash. A line that begins with ! stays, although a line above it leaves
-its folder out, as in .gitignore.
+path of a folder ends in a slash. If a line begins with !, its path stays, even if a line
+above leaves its folder out, as in .gitignore.
 """
 import os
 import shutil
@@ -11,18 +11,18 @@ from pathlib import Path
 from typing import Iterable, List, Set
 
 LIST = 'doc/instructor/edition.txt'
-#: Takes the place of the package's own README.
+#: This file replaces the package's own README in the edition.
 README = 'doc/instructor/README.students.md'
-#: Folders and files that are not sources, if no git names the sources.
+#: If git does not list the sources: names that are not sources, and hidden names that are.
 NO_SOURCES = {'build', '__pycache__'}
 HIDDEN_SOURCES = {'.ci', '.devcontainer', '.dockerignore', '.gitattributes', '.gitignore',
                   '.run_test.py'}
 
 
 def kept(paths: Iterable[str], rules: str) -> List[str]:
-    """The paths that stay in the edition. `rules`: the text of the list.
+    """Returns the paths that stay in the edition. `rules`: the text of the list.
 
-    ``ValueError`` for a line that no path matches.
+    ``ValueError`` if a line matches no path.
     """
     left: Set[str] = set()
     paths = list(paths)
@@ -40,7 +40,7 @@ def kept(paths: Iterable[str], rules: str) -> List[str]:
 
 
 def checked_place(folder: Path, root: Path) -> Path:
-    """The folder in which the edition is written; ``ValueError`` if it cannot be written there."""
+    """Returns the folder for the edition; ``ValueError`` if the edition cannot be written there."""
     place = folder.expanduser().resolve()
     if place == root or root in place.parents:
         raise ValueError('{} is inside of {}: give a folder outside of it'.format(place, root))
@@ -50,7 +50,7 @@ def checked_place(folder: Path, root: Path) -> Path:
 
 
 def paths_of(root: Path) -> List[str]:
-    """The files of the package, from its folder: those that git tracks, or all sources."""
+    """Returns the package's files, relative to `root`: the files in git, or else all sources."""
     if (root / '.git').exists():
         listed = subprocess.run(['git', 'ls-files', '-z'], cwd=str(root), stdout=subprocess.PIPE,
                                 stderr=subprocess.DEVNULL, check=False)
@@ -72,7 +72,7 @@ def _is_source(name: str) -> bool:
 
 
 def write(root: Path, place: Path) -> int:
-    """Write the edition of the package in `root` into the folder `place`; the number of files."""
+    """Write the edition of the package in `root` into `place`. Returns the number of files."""
     paths = kept(paths_of(root), (root / LIST).read_text(encoding='utf-8'))
     for path in paths:
         target = place / path

@@ -1,9 +1,10 @@
 """The catkin package that a student begins a lab with.
 
 The folder doc/skeletons/LAB holds the package's files as templates. In each of them the text
-@PACKAGE@ stands for the package's name. Between @GIVEN@ and @END@ stand two forms of the same lines:
-as a course gives them, and as a student who writes them from scratch gets them. Where the name of a template ends in `.in`, the file is
-written without it: tools of ROS would else take the template itself for a package or a launch file.
+@PACKAGE@ stands for the package's name. Between @GIVEN@ and @END@ stand two forms of the same
+lines: first as a course gives them, then for a student who writes them from scratch. If the name of
+a template ends in `.in`, the file is written without this ending. With its plain name, ROS's tools
+would take the template itself for a package or a launch file.
 """
 import keyword
 import re
@@ -11,7 +12,7 @@ import shutil
 from pathlib import Path
 from typing import Dict, List, Sequence
 
-#: In this package, the folder with a folder of templates for each lab.
+#: The folder of this package that has a folder of templates for each lab.
 FOLDER = 'doc/skeletons'
 PLACEHOLDER = '@PACKAGE@'
 CHOICE = re.compile('@GIVEN@\n(.*?)@FROM_SCRATCH@\n(.*?)@END@\n', re.DOTALL)
@@ -24,13 +25,13 @@ LEFTOVER = re.compile(r'(^|/)(\.|__pycache__/)|~$')
 
 
 def checked_name(name: str, taken: Sequence[str]) -> str:
-    """The name of a package; ``ValueError`` if it is not valid.
+    """Returns `name`, the name of a package; ``ValueError`` if it is not valid.
 
     `taken`: names of Python modules that a package of this name would hide, or be hidden by.
     """
     if not NAME.fullmatch(name):
-        raise ValueError('{!r} is no name for a package: it takes lower-case letters, digits and '
-                         'underscores, a letter first, such as lab2'.format(name))
+        raise ValueError('{!r} is not a name for a package: it takes lower-case letters, digits '
+                         'and underscores, a letter first, such as lab2'.format(name))
     if name in taken or keyword.iskeyword(name):
         raise ValueError('the package cannot be called {}: Python would import something else by '
                          'that name'.format(name))
@@ -38,11 +39,11 @@ def checked_name(name: str, taken: Sequence[str]) -> str:
 
 
 def skeleton(templates: Path, package: str, from_scratch: bool = False) -> Dict[str, str]:
-    """Path in the package -> text, of all files of a package with this name.
+    """Returns {path in the package: text} of all files of a package with this name.
 
-    `templates`: the folder doc/skeletons/LAB. What an editor or Python left there is no template.
-    `from_scratch`: leave to the student what a course may give.
-    ``OSError`` if it cannot be read, ``ValueError`` if there is nothing.
+    `templates`: the folder doc/skeletons/LAB. Files that an editor or Python left are skipped.
+    `from_scratch`: the student writes the lines that a course may give.
+    ``OSError`` if a template cannot be read, ``ValueError`` if there is no such skeleton.
     """
     files, choices = {}, 0
     for path in sorted(templates.rglob('*')):
@@ -55,7 +56,8 @@ def skeleton(templates: Path, package: str, from_scratch: bool = False) -> Dict[
     if MANIFEST not in files:
         raise ValueError('{} has no skeleton: {} is missing'.format(templates, MANIFEST + SUFFIX))
     if from_scratch and not choices:
-        raise ValueError('{} has one skeleton only: leave --from-scratch out'.format(templates.name))
+        raise ValueError('{} has one skeleton only: leave --from-scratch out'.format(
+            templates.name))
     return files
 
 
@@ -65,7 +67,7 @@ def programs(templates: Path) -> List[str]:
 
 
 def checked_place(folder: Path) -> Path:
-    """A folder in which catkin finds packages; ``ValueError`` if it is not one."""
+    """Returns `folder` if catkin finds packages in it; else ``ValueError``."""
     if not folder.is_dir():
         raise ValueError('there is no folder {}: make it first, such as mkdir -p ~/catkin_ws/src'
                          .format(folder))
@@ -77,15 +79,15 @@ def checked_place(folder: Path) -> Path:
             raise ValueError('{} is within the package {}, where catkin looks for no other package'
                              .format(folder, above))
         if above.name == 'src' and not (above.parent / MANIFEST).exists():
-            break    # the workspace itself, from where catkin looks down
+            break    # a workspace: catkin searches only below it
     return folder
 
 
 def write(files: Dict[str, str], target: Path) -> None:
-    """Write a package into the folder `target`, which is made; programs become executable.
+    """Write a package into the new folder `target`; programs become executable.
 
-    ``FileExistsError`` if there is something by that name. ``OSError`` if it cannot be written;
-    then nothing is left.
+    ``FileExistsError`` if `target` exists. ``OSError`` if it cannot be written; then `target` is
+    removed again.
     """
     target.mkdir()
     try:
@@ -95,7 +97,7 @@ def write(files: Dict[str, str], target: Path) -> None:
             path.write_text(text, encoding='utf-8')
             if text.startswith(PROGRAM):
                 mode = path.stat().st_mode
-                path.chmod(mode | (mode & 0o444) >> 2)    # whoever may read may start it
+                path.chmod(mode | (mode & 0o444) >> 2)    # users who may read it may start it
     except OSError:
         shutil.rmtree(str(target), ignore_errors=True)
         raise

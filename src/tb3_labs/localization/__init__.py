@@ -1,4 +1,5 @@
 """Where is the robot, and when was that measured?
 
-From the samples of both sensors to a pose in the local frame; not how to move.
+This room turns the samples of both sensors into a pose in the local frame. `localizer` carries out
+a reset, which declares the frame that `local_frame` describes.
 """

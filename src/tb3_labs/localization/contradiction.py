@@ -1,62 +1,67 @@
 """Does the gyro contradict the wheels?
 
-A board that calibrates its gyro while the robot turns takes that turn for rest: afterwards the
+A board that calibrates its gyro while the robot turns takes that turn for rest. Afterwards the
 gyro of a robot at rest shows the opposite turn, and in motion it is wrong by as much. A robot that
-is carried shows the same, as its wheels rest. So each rate of the gyro is compared with the rates
-at which the wheels turned the robot a little earlier and later. The part that neither delay, slip
-nor uneven wheels explain is added up.
+is carried looks alike, as its wheels rest. So each rate of the gyro is compared with the rates
+at which the wheels turned the robot a little earlier and later. The turn that delay, slip and
+uneven wheels do not explain is added up.
 
 Times are the sender's, so delays of the network do not matter. Cases:
 
-* Without stamps, or without samples of the wheels, nothing is said.
-* Wheels that turn although the robot stands: supervision.stall tells that.
-* A gyro that repeats one reading: supervision.freshness tells that.
+* Without stamps, or without samples of the wheels, no contradiction is found.
+* supervision.stall finds wheels that turn although the robot stands.
+* supervision.freshness finds a gyro that repeats one reading.
 * After a silence the comparison begins anew. A contradiction is over when gyro and wheels agreed
   for `AGREED`, with the wheels at rest.
-* In motion, a gyro that is wrong by less than slip and uneven wheels may be is not found: 5.5 % of
+* In motion, an error of the gyro is not found if slip or uneven wheels may explain it: 5.5 % of
   the turn, and 2.4 deg/s at full speed.
 
 Units: seconds, radians; `now` on the receiver's clock. Sources: the firmware's lag of 13 to 105 ms;
-a recorded drive of a Burger, of whose turns at most 0.5 deg are unexplained.
+a recorded drive of a Burger: at most 0.5 deg of its turns are unexplained.
 """
 from collections import deque
-from typing import Deque, NamedTuple, Optional, Tuple
+from typing import Deque, NamedTuple, Optional, Tuple, Union
 
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.localization.sender_clock import SenderClock
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
 
-#: A rate of the gyro belongs to a turn of the wheels up to this much earlier, or later [s].
+#: A rate of the gyro belongs to a turn of the wheels up to this much earlier [s],
 LAG = 0.13
+#: or up to this much later [s].
 LEAD = 0.04
-#: A sound robot's gyro differs from the wheels by this share of the turn, which is slip,
+#: Wheels slip: a sound gyro differs from them by up to this share of the turn.
 SLIP = 0.055
-#: by this share of what the faster wheel alone would turn, since wheels are uneven,
+#: Wheels are uneven: a sound gyro differs by up to this share of the rate at which the faster wheel
+#: alone would turn the robot.
 UNEVEN = 0.033
-#: and by this rate, its drift [rad/s].
+#: A sound gyro drifts by up to this [rad/s].
 DRIFT = 0.02
-#: A gyro that agreed with resting wheels is calibrated. Until the next silence, in which it may be
-#: calibrated anew, its wheels may be as bad as these: they slip on a carpet, or one is worn.
+#: A gyro that agreed with resting wheels counts as calibrated until the next silence, in which it
+#: may be calibrated anew. With such a gyro, wheels may slip by this share, as on a carpet,
 WORST_SLIP = 0.45
+#: and be uneven by this share, as when one is worn.
 WORST_UNEVEN = 0.1
-#: Their slip is known after this time of turning [s] that is faster than this [rad/s] and steady to
-#: this share.
+#: The slip of the wheels is known after steady turns of this time in all, by a calibrated gyro [s].
 SLIP_TIME = 0.1
+#: A steady turn is faster than this [rad/s].
 TURNING = 0.3
+#: The rates of the wheels in a steady turn differ by less than this share.
 STEADY_TURN = 0.1
-#: The gyro contradicts the wheels when the unexplained turn is larger than this [rad],
+#: The gyro contradicts the wheels when the unexplained turn is larger than this [rad].
 UNEXPLAINED = 0.015
-#: until nothing was unexplained for this time [s],
+#: The contradiction is over when gyro and wheels agreed for this long, with the wheels at rest [s].
 AGREED = 1.0
-#: while the wheels rest: the margin is below this [rad/s].
+#: Wheels rest while the margin around their rates, see _plausible, is below this [rad/s].
 AT_REST = 1.2 * DRIFT
 #: A robot that turns more slowly than this stands [rad/s].
 STANDING_RATE = 0.03
-#: Nothing is known of a longer time between two samples of the gyro, or of the wheels [s].
+#: If two samples of the gyro are farther apart than this, the motion between them is unknown [s].
 GYRO_GAP = 0.15
+#: If two samples of the wheels are farther apart than this, the motion between them is unknown [s].
 WHEEL_GAP = 0.3
-#: Of wheels that moved between two samples farther apart than this only the mean rate is known [s]:
+#: If two samples of moving wheels are farther apart than this, only the mean rate is known [s]:
 #: samples were lost, as on a busy computer.
 MEAN_ONLY = 0.08
 #: Turns of the wheels are remembered for this long [s].
@@ -76,7 +81,7 @@ class _Turn(NamedTuple):
 
 
 class _Reading(NamedTuple):
-    """A rate of the gyro [rad/s] at `end`, taken for the time since `begin`."""
+    """A rate of the gyro [rad/s], measured at `begin` and taken to hold until `end`."""
 
     begin: float
     end: float
@@ -93,22 +98,20 @@ class GyroWatch:
         #: Has any reading been compared?
         self.has_compared = False
         self._clock = SenderClock()
-        self._epoch = 0
         self._contradicts = False
         self._imu: Optional[Tuple[ImuSample, float]] = None         # the latest, and its time
         self._wheels: Optional[Tuple[WheelSample, float]] = None
         self._readings: Deque[_Reading] = deque()    # not compared yet
         self._turns: Deque[_Turn] = deque()
         self._is_calibrated = False  # did the gyro agree with resting wheels?
-        self._turned_for = 0.0       # steadily since then [s],
-        self._slip = 0.0             # with this mean slip
+        self._turned_for = 0.0       # time of its steady turns [s]
+        self._slip = 0.0             # mean slip in these turns
         self._unexplained = 0.0      # [rad]
         self._agreed_for = 0.0       # [s]
 
     def on_imu(self, sample: ImuSample, now: float) -> None:
         """Take in a sample of the IMU."""
-        time = self._clock.time_of('imu', sample.stamp, now)
-        self._look_at_clock()
+        time = self._time_of('imu', sample, now)
         if self._imu is not None:
             (last, begin), is_repeated = self._imu, sample[1:] == self._imu[0][1:]
             if 0.0 < time - begin <= GYRO_GAP:
@@ -119,8 +122,7 @@ class GyroWatch:
 
     def on_wheels(self, sample: WheelSample, now: float) -> None:
         """Take in a sample of the wheels."""
-        time = self._clock.time_of('wheels', sample.stamp, now)
-        self._look_at_clock()
+        time = self._time_of('wheels', sample, now)
         if self._wheels is not None:
             last, begin = self._wheels
             if time - begin > WHEEL_GAP:
@@ -143,10 +145,13 @@ class GyroWatch:
         self._is_calibrated, self._turned_for = False, 0.0
         self._unexplained = self._agreed_for = 0.0
 
-    def _look_at_clock(self) -> None:
-        if self._clock.epoch != self._epoch:
-            self._epoch = self._clock.epoch
+    def _time_of(self, source: str, sample: Union[ImuSample, WheelSample], now: float) -> float:
+        """Time of a sample on the sender's clock. If that clock was set, compare anew."""
+        epoch = self._clock.epoch
+        time = self._clock.time_of(source, sample.stamp, now)
+        if self._clock.epoch != epoch:
             self._begin()
+        return time
 
     def _add_turn(self, left: float, right: float, begin: float, end: float) -> None:
         per_track = self._model.wheel_radius / self._model.wheel_separation / (end - begin)
@@ -179,8 +184,11 @@ class GyroWatch:
 
     def _plausible(self, least: float, most: float,
                    one_wheel: float) -> Tuple[float, float, float]:
-        """(least, most) rate at which wheels of these rates may have turned the robot, and the
-        margin around both; `one_wheel`: the largest of _Turn.one_wheel [rad/s]."""
+        """Returns (least, most, margin) [rad/s]: wheels of these rates may have turned the robot
+        at rates from `least` to `most`, or beyond by up to the margin.
+
+        `one_wheel`: the largest of _Turn.one_wheel [rad/s].
+        """
         margin, uneven = SLIP * max(-least, most) + DRIFT, UNEVEN
         if self._is_calibrated:
             uneven, least_slip, most_slip = WORST_UNEVEN, 0.0, WORST_SLIP
@@ -192,7 +200,7 @@ class GyroWatch:
         return least, most, margin + uneven * one_wheel
 
     def _learn_slip(self, reading: _Reading, least: float, most: float) -> None:
-        """A calibrated gyro shows how much of a steady turn the wheels lose."""
+        """Learn the slip: a calibrated gyro shows which share of a steady turn the wheels lose."""
         if (self._is_calibrated and self._turned_for < SLIP_TIME and least * most > TURNING ** 2
                 and most - least < STEADY_TURN * abs(most)):
             seconds = reading.end - reading.begin
@@ -201,7 +209,8 @@ class GyroWatch:
             self._slip += seconds / self._turned_for * (slip - self._slip)
 
     def _agree(self, seconds: float, rests: bool) -> None:
-        """Nothing was unexplained for `seconds`. In motion that does not refute an accusation."""
+        """Gyro and wheels agreed for `seconds`. A contradiction ends only if they agree at rest.
+        """
         if self._contradicts and not rests:
             return
         self._agreed_for += seconds

@@ -1,10 +1,11 @@
-"""Where does the robot face, by its IMU alone, and how noisy is that?
+"""The heading of the robot by its IMU alone, and the noise of this heading.
 
-`Heading` serves a node that only turns: the yaw, continuous over whole turns, the rate of turn,
-their age and their noise. `compass_degrees` is the heading that the IMU exercise prints.
+`Heading` serves a node that only turns. It knows the yaw, continuous over whole turns, and the rate
+of turn, the age of both, and the noise of the yaw. `compass_degrees` is the heading that the IMU
+exercise prints.
 
-Frame: the IMU's own; its zero direction is any constant. Units: radians, rad/s; seconds on the
-receiver's clock (`now`), of a sample on the sender's clock (`time`).
+Frame: the IMU's own, with an arbitrary zero direction. Units: radians, rad/s, seconds. `now` is on
+the receiver's clock; `time`, of a sample, is on the sender's clock.
 """
 import math
 from typing import Optional, Tuple
@@ -16,8 +17,9 @@ from tb3_labs.robot.samples import ImuSample, heading_jump
 
 #: The yaw of a robot at rest may change by this from one sample to the next: it drifts [rad].
 STEADY_DOUBT = math.radians(0.02)
-#: A robot turns slowly and evenly if its rate, and the change of its rate, are below these [rad/s].
+#: A robot turns slowly if its rate is below this [rad/s].
 SLOW = 0.2
+#: A robot turns evenly if its rate changes by less than this between two samples [rad/s].
 EVEN = 0.03
 #: Samples farther apart than this are not compared [s].
 FARTHEST = 0.1
@@ -39,15 +41,15 @@ def compass_degrees(yaw: float) -> float:
 class YawNoise:
     """Learns the noise of one IMU.
 
-    While the robot turns slowly and evenly, a sample differs by noise alone from the prediction by
-    the sample before and the gyro's rate.
+    The sample before and the gyro's rate predict the yaw of a sample. While the robot turns slowly
+    and evenly, the measured yaw differs from this prediction by noise alone.
     """
 
     def __init__(self) -> None:
         #: Standard deviation of one sample's yaw [rad].
         self.deviation = 0.0
         self._count = 0
-        self._before: Optional[Tuple[ImuSample, float]] = None    # the last, and its time
+        self._before: Optional[Tuple[ImuSample, float]] = None    # the last sample, and its time
 
     def learn(self, sample: ImuSample, time: float) -> None:
         """Take in an ImuSample that was measured at `time`."""
@@ -70,7 +72,7 @@ class Heading:
     """Follows the samples of one IMU."""
 
     def __init__(self) -> None:
-        #: Continuous over whole turns [rad]; None before the first sample.
+        #: The yaw, continuous over whole turns [rad]; None before the first sample.
         self.yaw: Optional[float] = None
         #: Rate of turn [rad/s].
         self.rate = 0.0
@@ -80,7 +82,7 @@ class Heading:
         self._steady = Estimate()
 
     def jump_to(self, sample: ImuSample) -> str:
-        """'' or the fault of the IMU that `sample` shows, if it comes next."""
+        """'' or the fault of the IMU that `sample`, the next one, shows."""
         return '' if self.yaw is None else heading_jump(self.yaw, sample.yaw)
 
     def on_imu(self, sample: ImuSample, now: float) -> None:
@@ -94,13 +96,13 @@ class Heading:
             turned = abs(self.rate * (measured_at - self._measured_at))
             self._steady.shift(0.0, STEADY_DOUBT + turned)
             self._steady.add(self.yaw, self.noise)
-        else:    # it is not known yet
+        else:    # the noise is not known yet
             self._steady = Estimate()
             self._steady.shift(self.yaw)
         self._measured_at = measured_at
 
     def age(self, now: float) -> float:
-        """Time since the latest sample was measured, by the least delay [s]."""
+        """Time since the latest sample was measured [s], see SenderClock.measured_at."""
         return max(0.0, now - self._measured_at)
 
     @property

@@ -6,9 +6,9 @@ Theory of the lab: A is the odometry's frame ``odom``, B the frame ``local``. A 
 A reset declares "the robot is *here*, now, in local". It uses the odometry's pose and the IMU's
 yaw, both of one instant:
 
-* The place comes from the odometry. So B stands in A turned by the *odometry's* yaw of that
-  instant. The IMU's yaw would not do: its zero direction differs by any constant, and every
-  displacement would be turned by that constant.
+* The place comes from the odometry. So the *odometry's* yaw of that instant gives the direction
+  of B in A. The IMU's yaw would be wrong: its zero direction differs from the odometry's by some
+  constant, and every displacement would be turned by that constant.
 * The heading comes from the IMU, counted from the IMU's yaw of that instant.
 
 Units: metres, radians. Source: the Transformation lab's handout, corrected for declared poses that

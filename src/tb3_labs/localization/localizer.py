@@ -2,10 +2,11 @@
 
 IMU and odometry arrive in any order, each at its own rate. A *fix* is the robot's pose at the
 instant of one odometry message, with the IMU's yaw interpolated to its stamp. A *reset* uses the
-values of both sensors, interpolated to the moment of the request, as soon as both have passed it.
-So it is as exact in a spin as the age of the samples is known. If the odometry jumps and the robot
-did not move, ``local`` is shifted in ``odom`` (:mod:`tb3_labs.localization.odometry_jumps`). If the
-robot may have moved unseen, the pose is lost: there is no local frame until a reset declares one.
+values of both sensors, interpolated to the moment of the request, once both sent a later sample.
+In a spin, an error of the samples' age is an error of the reset. If the odometry jumps
+and the robot did not move, ``local`` is shifted in ``odom``
+(:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved unseen, the pose is lost:
+there is no local frame until a reset declares one.
 
 Samples go in by `on_imu` and `on_odometry`. Fixes, jumps and carried-out resets are events, taken
 once (`take_fix`, `take_jumps`, `take_resets`); `motion` and the properties are state.
@@ -26,8 +27,8 @@ from tb3_labs.localization.sample_buffer import SampleBuffer
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, heading_jump
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 
-#: Motion is extrapolated from the latest samples for two control periods at most [s]. In these a
-#: command takes effect and is measured; the motion after that is not known.
+#: Motion is extrapolated from the latest samples for two control periods at most [s]. In this time
+#: a command takes effect and is measured; the later motion is not known.
 MAX_EXTRAPOLATION = 2.0 / CONTROL_RATE
 
 
@@ -45,12 +46,12 @@ class Reset:
 
     declared: Pose2
     asked_at: float                  # [s, receiver's clock]
-    stamp: Optional[float]           # the same instant [s, sender's clock]; None: no sample yet
-    epoch: int                       # of the sender's clock in which `stamp` counts
+    stamp: Optional[float]           # `asked_at` on the sender's clock [s]; None: no sample yet
+    epoch: int                       # epoch of the sender's clock to which `stamp` belongs
     sample_delay: float = 0.0        # samples of that instant are stamped this much later [s]
-    before: Optional[Pose2] = None   # the pose of that instant in the old frame, if there was one
+    before: Optional[Pose2] = None   # the pose at that instant in the old frame, if known
     done: bool = False               # is the new frame in force?
-    problem: str = ''                # the reason why it can no longer be carried out
+    problem: str = ''                # the reason why the reset can no longer be carried out
 
 
 class _Latest(NamedTuple):
@@ -60,7 +61,7 @@ class _Latest(NamedTuple):
     measured_at: float
 
     def age(self, now: float) -> float:
-        """[s]; 0 if the clock went back since."""
+        """Time since the measurement [s]; 0 if the clock went back."""
         return max(0.0, now - self.measured_at)
 
 
@@ -106,10 +107,11 @@ class Localizer:
         self._carry_out_resets()
 
     def take_fix(self) -> Optional[Fix]:
-        """The latest Fix, once; None if there is no new one. Older ones are dropped.
+        """The latest Fix, once; None if there is not a new one. Older ones are dropped.
 
-        The first one declares the frame, unless a reset came before it. There is none while the
-        pose is lost, nor between a reset's instant and its samples: it would be in the old frame.
+        The first Fix declares the frame, unless a reset came before it. The answer is None while
+        the pose is lost, and between a reset's instant and its samples, since a Fix would be in the
+        old frame.
         """
         pair = self._buffer.take_pair()
         if pair is None or self.is_lost or self._awaits_reset(pair[0].stamp):
@@ -179,7 +181,7 @@ class Localizer:
                    for reset in self._resets)
 
     def _awaits_imu(self, imu: _Latest, now: float) -> bool:
-        """Is this the end of a silence of both sensors, and the IMU has not shown its turn yet?"""
+        """Has a silence of both sensors just ended, but without a sample of the IMU so far?"""
         return (imu.age(now) > RESET_SILENCE and self._odometry is not None
                 and self._odometry.age(now) > RESET_SILENCE)
 

@@ -1,15 +1,15 @@
-"""The odometry without its jumps, which are no motion of the robot.
+"""Removes the jumps of the odometry, which are not a motion of the robot.
 
-The odometry jumps for two reasons although the robot does not:
+There are three kinds of jumps:
 
 * When the IMU crosses +/-180 deg, the firmware reverses one displacement. Such a message
   contradicts itself: its rate of turn has a spike, and its displacement is against its own forward
-  speed. That one displacement is reversed again.
+  speed. The filter reverses this displacement.
 * The robot's own `reset`, or a restart of its board, sets the odometry's place to zero after a
-  silence, in which the motors keep their speed. A robot that stood before has not moved; the IMU's
-  turn meanwhile is the calibration's. After any other such silence the pose is lost.
+  silence, in which the motors keep their speed. If the robot stood before, it has
+  not moved, and the IMU's turn meanwhile comes from the calibration. Otherwise the pose is lost.
 * The odometry jumps without a silence, as when the wheels spin while the robot is carried. Then
-  the robot is taken to stand where it was, turned as the IMU says. If the IMU jumps as well,
+  the robot is assumed to stand where it was, turned as the IMU says. If the IMU jumps as well,
   the pose is lost.
 
 Frames: ``odom`` is the odometry's own, ``steady`` is the one without jumps; they are the same until
@@ -27,36 +27,38 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
-#: No TurtleBot3 is faster than this [m/s], [rad/s];
+#: No TurtleBot3 drives faster than this [m/s].
 FASTEST = 0.5
+#: No TurtleBot3 turns faster than this [rad/s].
 FASTEST_TURN = 4.0
-#: messages that arrive unevenly may show this much more [m], [rad].
+#: Messages that arrive unevenly may show a step that is longer by this [m].
 SLACK = 0.05
+#: Messages that arrive unevenly may show a turn that is larger by this [rad].
 SLACK_TURN = 0.3
 #: The displacement that is allowed grows with the silence up to this length [s]. After a longer
 #: one the robot may have been moved.
 LONGEST_SILENCE = 5.0
 #: A rate of turn beyond this is the firmware's spike [rad/s].
 SPIKE = 10.0
-#: An odometry whose place is exactly zero, and whose yaw is this near to zero [rad], was just set
-#: to zero,
+#: An odometry that was just set to zero has a place of exactly zero, and a yaw below this [rad].
 ZERO_YAW = 0.01
-#: unless its place was this near to zero before [m].
+#: If the place was this near to zero before, a place of zero does not show a reset [m].
 ZERO_PLACE = 0.001
-#: The board neither receives nor sends for seconds while it resets. The first message after such a
-#: silence [s] may be this far from zero [m], and from the IMU's turn [rad], since the robot has
-#: moved a little.
+#: While the board resets, it is silent for longer than this [s].
 RESET_SILENCE = 1.0
+#: The first message after a reset may show a place this far from zero [m],
 NEAR_ZERO_PLACE = 0.03
+#: and a yaw this far from zero, or from the IMU's turn, since the robot moved a little [rad].
 NEAR_ZERO_YAW = 0.1
-#: The IMU of a robot at rest turns no farther than this between two messages [rad], and surely
-#: turned by a calibration if farther than this.
+#: The IMU of a robot at rest turns no farther than this between two messages [rad].
 RESTING_TURN = 0.1
+#: If the IMU turns farther than this in a silence, it was calibrated [rad].
 CALIBRATION_TURN = 0.005
-#: A robot whose wheels and gyro are slower than this rests [m/s], [rad/s];
+#: A robot rests if its speed by the wheels is at most this [m/s],
 RESTING_SPEED = 0.005
+#: and its rate of turn by the gyro is at most this [rad/s].
 RESTING_RATE = 0.03
-#: a robot that turns comes to rest within this time of its last message [s].
+#: A robot that turns comes to rest within this time of its last message [s].
 STOPPING_TIME = 0.5
 
 
@@ -65,7 +67,7 @@ class Jump(NamedTuple):
 
     text: str
     outcome: str = ''
-    imu_turn: float = 0.0     # by which the IMU turned and the robot did not [rad]
+    imu_turn: float = 0.0     # turn of the IMU that the robot did not make [rad]
 
 
 SET_TO_ZERO = 'the odometry was set to zero'
@@ -87,8 +89,8 @@ class _Heard(NamedTuple):
         return min(max(by_stamps, by_arrival, 0.0), LONGEST_SILENCE)
 
     def silence_to(self, later: '_Heard') -> float:
-        """Time for which the sender was silent [s]: neither a network that holds messages up, nor a
-        clock that is set, counts."""
+        """Time for which the sender was silent [s]. Neither messages that are
+        delayed nor a clock that is set make it longer."""
         by_stamps, by_arrival = self._intervals(later)
         return min(by_stamps, by_arrival) if by_stamps > 0.0 else by_arrival
 
@@ -123,12 +125,12 @@ class JumpFilter:
     def __init__(self) -> None:
         #: The pose of ``odom`` in ``steady``.
         self.steady_T_odom = Pose2()
-        self._last: Optional[_Heard] = None      # the last message with news in it,
-        self._latest: Optional[_Heard] = None    # and the last of all
+        self._last: Optional[_Heard] = None      # the last message with a new pose
+        self._latest: Optional[_Heard] = None    # the last message of all
 
     def take(self, sample: OdometrySample, arrival: float, imu: ImuSample,
              driven_at: float = -math.inf) -> Tuple[OdometrySample, Optional[Jump]]:
-        """(The OdometrySample in ``steady``, the Jump it shows or None).
+        """Returns (the OdometrySample in ``steady``, the Jump that it shows, or None).
 
         `imu`: the latest ImuSample, which shows the robot's turn while the odometry jumped;
         `driven_at`: when the robot was last told to move, as far as known [s, as `arrival`].
@@ -152,7 +154,7 @@ class JumpFilter:
         return replace(sample, pose=self.steady_T_odom @ sample.pose), jump
 
     def _after_reset(self, before: _Heard, after: _Heard, driven_at: float) -> Jump:
-        """The robot was reset between two messages: is it known to have stood meanwhile?"""
+        """The Jump of a reset between two messages. The pose is kept if the robot surely stood."""
         turned = difference(after.imu.yaw, before.imu.yaw)
         stood = before.rests and driven_at < before.arrival - COMMAND_TIMEOUT
         if stood and abs(turned) <= RESTING_TURN and before.seconds_to(after) < LONGEST_SILENCE:
@@ -172,7 +174,7 @@ class JumpFilter:
         return Jump(problem, POSE_KEPT)
 
     def _hold(self, steady_T_base: Pose2, odom_T_base: Pose2) -> None:
-        """Equate the pose ``odom_T_base`` in odom with ``steady_T_base`` in steady from now on."""
+        """From now on the pose ``odom_T_base`` in odom is ``steady_T_base`` in steady."""
         self.steady_T_odom = steady_T_base @ odom_T_base.inverse()
 
 

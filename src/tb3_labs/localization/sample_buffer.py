@@ -1,12 +1,12 @@
 """The recent samples of both sensors, and their readings at one instant.
 
-The IMU sends far more often than is needed, and a node does not read every sample. Of the odometry
-every message is read. It bridges a longer gap of the IMU: from the last sample before the gap on,
-the IMU's yaw is taken to turn as the odometry's.
+The IMU sends far more often than is needed, and a node does not read every sample. It reads every
+message of the odometry. The odometry bridges a longer gap of the IMU: after the last sample before
+the gap, the IMU's yaw is taken to turn as the odometry's.
 
 Units: seconds on the sender's clock (:mod:`tb3_labs.localization.sender_clock`), metres, radians.
-Edge cases: a new epoch of that clock empties the buffer; nothing is interpolated over a gap of the
-odometry of more than `MAX_GAP`; order of arrival between the two sensors does not matter.
+Edge cases: a new epoch of that clock empties the buffer; a gap of the odometry longer than
+`MAX_GAP` is not interpolated; the order of arrival between the two sensors does not matter.
 """
 import math
 from bisect import bisect_left
@@ -35,8 +35,8 @@ class Track:
         self._samples: Deque[Tuple[float, Any]] = deque()    # (time, value)
 
     def add(self, time: float, value: Any) -> None:
-        """Append a value; `time` is not before the last one's. A second value at one time replaces
-        the first."""
+        """Append a value, whose `time` is not before that of the last value. A second value at the
+        same time replaces the first."""
         if time == self.newest:
             self._samples.pop()
         self._samples.append((time, value))
@@ -50,7 +50,7 @@ class Track:
 
     def around(self, time: float) -> Optional[Tuple[Tuple[float, Any], Tuple[float, Any]]]:
         """The samples (time, value) before and after `time`. A sample of exactly that time is
-        returned as both. None outside of the track."""
+        returned as both. Returns None if `time` is outside of the track."""
         index = bisect_left(self._samples, (time,))
         if index == len(self._samples):
             return None
@@ -92,7 +92,7 @@ class SampleBuffer:
         return time
 
     def add_odometry(self, sample: OdometrySample, arrival: float) -> float:
-        """The same for the odometry."""
+        """Remember a message that arrived at `arrival` [s, receiver's clock]. Returns its time."""
         time = self._time_of('odometry', sample, arrival)
         self._odometry.add(time, sample.pose)
         self._unpaired.append((time, sample))

@@ -8,7 +8,7 @@ a clock, arrivals take their place for both sensors.
 
 Units: seconds. Cases:
 
-* An old stamp alone shows that the message was delayed. It counts.
+* An old stamp alone only shows that the message was delayed. The stamp counts.
 * A stamp that goes back by less than `SMALL_STEP` shows a clock that is being corrected. Time
   stands still for this source until its stamps have caught up.
 * A stamp that goes back further, comes from the future, or follows a long silence, begins a new
@@ -34,9 +34,9 @@ CLOCK_STEP = 1.0
 LONG_SILENCE = 1.5
 #: A stamp that is repeated more often than this does not belong to a clock.
 MAX_REPEATS = 3
-#: A source has no clock if it is off by a clock step for longer than the first of these [s], or has
-#: not caught up for longer than the second.
+#: A source that is off by a clock step for longer than this does not have a clock [s].
 MAX_OFF = 1.0
+#: A source whose stamps went back does not have a clock if they catch up later than this [s].
 MAX_BEHIND = 0.5
 #: A sender counts as heard for this long before each of its messages [s].
 HEARD_BEFORE = 0.1
@@ -74,8 +74,9 @@ class SenderClock:
         return None if self._least.value is None else now - self._least.value
 
     def measured_at(self, time: float, arrival: float) -> float:
-        """The measurement time [receiver's clock] of a sample of `time` [sender's clock] that has
-        just arrived. The fastest message is taken to need no time. Only after :meth:`time_of`."""
+        """When was a sample of `time` [sender's clock], which has just arrived, measured? Returns
+        the time on the receiver's clock, as if the fastest message needed no time. Call
+        :meth:`time_of` before."""
         assert self._least.value is not None
         return min(arrival, time + self._least.value)
 
@@ -117,9 +118,10 @@ class SenderClock:
 
 
 class Lateness:
-    """The delay of a single message beyond the usual delay of its sender: the least one of the last
-    `WINDOW` seconds in which the sender was heard. The messages of a silence count as late. A
-    sender's clock that was set, or runs faster, is believed after that time.
+    """The delay of a single message beyond the usual delay of its sender. The usual delay is the
+    least one of the last `WINDOW` seconds in which the sender was heard. Messages that were held up
+    in a silence count as late. If the sender's clock was set, or runs faster, its new time is
+    believed after `WINDOW` seconds.
     """
 
     def __init__(self) -> None:

@@ -13,7 +13,7 @@ from tb3_labs.marking.packages import MANIFEST, files_in, name_in, package_folde
 #: The folders of a package where nodes usually are, likeliest first.
 FOLDERS = ('scripts', 'nodes', 'src')
 LISTENS_TO = 'listens to '
-#: No more files than this are named in a remark.
+#: A remark names at most this many files.
 NAMED = 6
 #: A larger file is not a program [bytes].
 LARGEST_PROGRAM = 1000000
@@ -39,10 +39,10 @@ class Choice(NamedTuple):
 
 
 class _Candidate(NamedTuple):
-    """A file and its ranks, the smallest first; by their order the file is chosen."""
+    """A file and its ranks, compared in this order: the file with the smallest is chosen."""
 
     package: int            # 0: a usual package; 1: one that begins like it; 2: another one
-    name: int               # place among the usual names; their number: another name
+    name: int               # place among the usual names; len(names) if it has none
     signs: int              # how many signs of the node are missing
     folder: int             # place among the usual folders
     depth: int
@@ -53,7 +53,7 @@ class _Candidate(NamedTuple):
 def find_node(folder: Path, lab: Lab, package: str = '', name: str = '') -> Tuple[Path, List[str]]:
     """The path of a Lab's node below `folder`, and remarks on the choice.
 
-    `package` and `name`, if given, are those of the node. ``NoNode`` if there is none.
+    `package` and `name`: of the node, if given. ``NoNode`` if no file can be the node.
     """
     files = []
     for path in filter(_is_program, files_in(folder)):
@@ -66,7 +66,7 @@ def find_node(folder: Path, lab: Lab, package: str = '', name: str = '') -> Tupl
 
 
 def source_of(node: Path, folder: Path) -> Path:
-    """The folder to copy for a node: that of its package, or a guess without a package.xml."""
+    """Returns the folder to copy for a node: its package's; a guess if there is no package.xml."""
     found = package_folder(node, folder)
     if found is not None:
         return found
@@ -81,11 +81,11 @@ def _is_program(path):
 
 
 def choose(lab: Lab, files: Sequence[SourceFile], package: str = '', name: str = '') -> Choice:
-    """The node of a lab among these files.
+    """Returns the file that is chosen as the node of a lab, a Choice.
 
     A file can be the node if it has a usual name, or listens to the lab's topic, or has the names
-    of class and node. With `package` only the files of this package count, with `name` only those
-    of this name. ``NoNode`` if no file is left.
+    of class and node. If `package` is given, only the files of this package count; if `name` is
+    given, only the files of this name. ``NoNode`` if no file is left.
     """
     packages, names = (package,) if package else lab.packages, (name,) if name else lab.files
     found = sorted(candidate for candidate in (
@@ -108,7 +108,7 @@ def _candidate(lab, file, packages, names):
 
 
 def _package_rank(usual, called):
-    """How near are these names of folders and packages to a usual name?"""
+    """Returns 0 if one of these names is the `usual` one, 1 if one begins like it, else 2."""
     usual, called = usual.lower(), [name.lower() for name in called]
     if usual in called:
         return 0
@@ -117,7 +117,7 @@ def _package_rank(usual, called):
 
 
 def _signs(lab, text):
-    """The signs of the lab's node in a program, as clauses that follow its name."""
+    """Returns the signs of the lab's node in a program, as clauses such as 'listens to imu'."""
     code = '\n'.join(line for line in text.splitlines() if not line.lstrip().startswith('#'))
     return tuple(said for pattern, said in (
         (r'Subscriber\(\s*(name\s*=\s*)?[\'"]/?(\w+/)*{}[\'"]'.format(lab.listens),

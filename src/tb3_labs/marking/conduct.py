@@ -1,7 +1,7 @@
 """Findings on things that no student's node needs to do: for the instructor, not for the marks.
 
-Each finding is one sentence with the evidence. Points are judged by the true motion of the robot,
-and its own messages count alone, so a finding need not cost any: a person decides.
+Each finding is one sentence with the evidence. It costs no points: the robot's true motion is
+judged, and only the robot's own messages count. A person decides.
 """
 import re
 from typing import Any, Iterable, List, Mapping, Sequence
@@ -10,16 +10,16 @@ from tb3_labs.marking.likeness import nearly_same
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.observation import CLOCK, CMD_VEL, IMU, JOINT_STATES, ODOM, RESET
 
-#: The protection that is left without boxes.
-UNPROTECTED = "No boxes: a submission's program can read and delete your files and use the " \
+#: The protection that is left without sandboxes.
+UNPROTECTED = "No sandboxes: a submission's program can read and delete your files and use the " \
     'network; it can write no large file, and every process of it that can be found is killed.'
 #: The messages of these topics come from the robot, or from the marker.
 ROBOTS = (CLOCK, IMU, JOINT_STATES, ODOM)
 #: Settings of the robot that the marker itself switches.
 SWITCHES = IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
-#: After the student's name: the file with the text of the node, in the logs.
+#: The file with the node's text, in the logs, has the student's name and this ending.
 NODE_TEXT = '.node.txt'
-#: Imports of this package that anybody may use.
+#: Modules of this package that every node may import begin so.
 SHARED = ('tb3_labs.msg.', 'tb3_labs.srv.')
 IMPORT = re.compile(r'^\s*(?:from\s+(tb3_labs[\w.]*)\s+import\s+([\w, ]+)|'
                     r'import\s+(tb3_labs[\w.]*))')
@@ -28,7 +28,7 @@ QUOTED = re.compile(r'''["'](tb3_labs\.\w[\w.]*)["']''')
 
 
 def published(node: str, topic: str, inputs: Iterable[str], truth: Sequence[str]) -> str:
-    """The finding on a node that publishes on `topic`; '' if it may.
+    """Returns the finding on a node that publishes on `topic`; '' if this is allowed.
 
     `inputs`: topics on which the marker publishes; `truth`: names of the true poses' topic. All
     names are resolved.
@@ -46,9 +46,9 @@ def published(node: str, topic: str, inputs: Iterable[str], truth: Sequence[str]
 
 
 def listened(node: str, topic: str, truth: Sequence[str], markers: Iterable[str]) -> str:
-    """The finding on a node that listens to `topic`; '' if it may.
+    """Returns the finding on a node that listens to `topic`; '' if this is allowed.
 
-    `truth`: as above; `markers`: namespaces of the robot's settings and of the marker.
+    `truth`: as for published(); `markers`: namespaces of the robot's settings and of the marker.
     """
     if topic in truth:
         return '{} listens to {}, which tells the true pose.'.format(node, topic)
@@ -58,7 +58,10 @@ def listened(node: str, topic: str, truth: Sequence[str], markers: Iterable[str]
 
 
 def changed(before: Mapping[str, Any], now: Mapping[str, Any], what: str) -> List[str]:
-    """The findings on values of the robot that the marker did not change; `what`: their kind."""
+    """Returns the findings on changed values of the robot; `what`: 'parameter' or 'setting'.
+
+    SWITCHES do not count, because the marker itself changes them.
+    """
     return ['A {} of the robot was changed: {} from {} to {}.'.format(
         what, name, before.get(name, 'none'), now.get(name, 'none'))
         for name in sorted(set(before) | set(now))
@@ -88,7 +91,7 @@ def _imported(line: str) -> List[str]:
 def for_instructor(all_marks: Sequence[Marks], texts: Mapping[str, str],
                    published: Mapping[str, str], unprotected: bool = False,
                    given: Sequence[str] = ()) -> List[str]:
-    """The lines for the instructor on a run: whether there were boxes, and all findings.
+    """Returns the lines for the instructor: a warning if there were no sandboxes, and all findings.
 
     `texts`: student -> the node's program; `published`: name -> program of this package; `given`:
     programs of the skeletons.

@@ -5,7 +5,7 @@ else one clause about the behaviour that was seen. Students read this clause tog
 (the requirement) and `where` (a place in a lab sheet). None of the three tells the solution.
 """
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Callable, Iterable, List, Mapping, Optional, Sequence, Tuple
 
@@ -16,7 +16,7 @@ from tb3_labs.marking.observation import (
 
 
 class Outcome(Enum):
-    """How a node did by one criterion."""
+    """The result of a node for one criterion."""
 
     MET = 'met'
     MISSED = 'not met'
@@ -69,6 +69,8 @@ class Verdict:
     outcome: Outcome
     seen: str                # '' if it is met
     worth: float             # points for a criterion that is met
+    #: The begin of the stimulus by which the node was judged [s]; not kept in a record.
+    moment: Optional[float] = field(default=None, compare=False)
 
     @property
     def points(self) -> float:
@@ -88,14 +90,14 @@ class Verdict:
         points = 'extra' if self.criterion.extra and not self.worth else '{:g} of {:g}'.format(
             self.points, self.worth)
         words = ': '.join(filter(None, [self.criterion.meaning, self.sentence]))
-        outcome = self.outcome.value    # in capitals it is seen among many lines
+        outcome = self.outcome.value    # capitals are seen among many lines
         return '  {:11}  {:8}  {}'.format(
             outcome if self.outcome is Outcome.MET else outcome.upper(), points, words)
 
 
 def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mapping[str, float],
           parts: Sequence[str] = ()) -> List[Verdict]:
-    """One Verdict for each criterion of these parts, of all parts if there are none given.
+    """Returns one Verdict for each criterion of `parts`, or of all parts if none are given.
 
     `worth` has the points of each criterion by its name.
     """
@@ -103,40 +105,42 @@ def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mappin
     for criterion in criteria:
         if parts and criterion.part not in parts:
             continue
+        observation.looked_at = None
         try:
             seen = criterion.judge(observation)
             outcome = Outcome.MISSED if seen else Outcome.MET
         except NotSeen as reason:
             missing = isinstance(reason, NotOffered)
             outcome, seen = Outcome.NOT_OFFERED if missing else Outcome.MISSED, str(reason)
-        verdicts.append(Verdict(criterion, outcome, seen, worth[criterion.name]))
+        verdicts.append(Verdict(criterion, outcome, seen, worth[criterion.name],
+                                observation.looked_at))
     return verdicts
 
 
 def first_missed(*missed: str) -> str:
-    """The first of several judgements that is not ''; '' if all are met."""
+    """Returns the first of these judgements that is not ''; '' if all criteria are met."""
     return next((said for said in missed if said), '')
 
 
 # ----- criteria that several labs share: starting, ending at Ctrl+C -----
 
-#: Ctrl+C, and two more chances: the last message that rospy publishes may be lost.
+#: A node gets up to three Ctrl+C, since the last message that rospy publishes may be lost.
 CTRL_C = ('Ctrl+C', 'Ctrl+C again', 'Ctrl+C a third time')
-#: Keys of its facts: the time until the node had ended [s], None if it had to be killed; the number
-#: of the signal that ended it, 0 if it ended by itself.
+#: Keys of the facts of a Ctrl+C. TOOK: the time until the node had ended [s], None if the node had
+#: to be killed. SIGNAL: the number of the signal that ended the node, 0 if it ended by itself.
 TOOK = 'took'
 SIGNAL = 'signal'
-#: Signals that end a node as it should end: by itself, by SIGINT, by SIGTERM.
+#: The values of SIGNAL for a node that ended properly: by itself, by SIGINT, by SIGTERM.
 ORDERLY = (0, 2, 15)
 #: A node must run, and listen to its topic, within this time [s].
 START_TIME = 15.0
 #: A node that still runs after this time hangs [s]; rospy itself needs up to 2 s.
 ENDING = 5.0
-#: A zero velocity must have been sent by then [s].
+#: A zero velocity must be sent within this time after Ctrl+C [s].
 STOPPING = 0.5
 #: The limits of the criteria about the start and Ctrl+C, in words.
 IN_TIME, STOPS_IN_TIME = ('within {:g} s'.format(time) for time in (START_TIME, STOPPING))
-#: How a traceback begins, also in the middle of a line of a log.
+#: A traceback begins so, also in the middle of a line of a log.
 TRACEBACK = 'Traceback (most recent call last)'
 ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
 #: rospy itself raises this in a callback that publishes while the node ends.
@@ -154,7 +158,7 @@ def _ends(seen):
 
 
 def ends_cleanly(part: str, where: Place) -> Criterion:
-    """The criterion of the end at each Ctrl+C."""
+    """Returns the criterion that the node ends properly at each Ctrl+C."""
     return Criterion(
         'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', where,
         lambda seen: first_missed(*map(_clean_exit, _ends(seen))),
@@ -173,8 +177,10 @@ def _clean_exit(scene: Scene) -> str:
 
 
 def traceback_in(printed: str) -> Optional[str]:
-    """The error of a traceback of the node, in quotes, or '' if it cannot be told; None if there is
-    no traceback, or only one of rospy itself."""
+    """Returns the error of the node's traceback, in quotes; '' if the error is unknown.
+
+    Returns None if there is no traceback, or only one of rospy itself.
+    """
     if TRACEBACK not in printed:
         return None
     errors = [line for line in printed.splitlines()
@@ -185,7 +191,7 @@ def traceback_in(printed: str) -> Optional[str]:
 
 
 def tracebacks_before_the_end(stimulus: Stimulus) -> List[str]:
-    """A sentence on a traceback that came before Ctrl+C: no criterion tells it."""
+    """Returns a sentence on a traceback before Ctrl+C, if any: no criterion is about it."""
     error = traceback_in(stimulus.printed) if stimulus.name not in CTRL_C else None
     return [] if error is None else [
         'A traceback was printed during "{}"{}. The clean exit is about Ctrl+C alone.'.format(
@@ -193,7 +199,7 @@ def tracebacks_before_the_end(stimulus: Stimulus) -> List[str]:
 
 
 def stops_robot(seen: Observation) -> str:
-    """Does it send a zero velocity, at one Ctrl+C of several?"""
+    """Returns '' if the node sent a zero velocity at one of its Ctrl+C, else a clause."""
     scenes = [scene for scene in _ends(seen) if scene.facts[WAS_MOVING]]
     if not scenes:
         return 'it did not move the robot before Ctrl+C, so that a stop could not be seen'
@@ -205,7 +211,7 @@ def stops_robot(seen: Observation) -> str:
 
 
 def says(seen: Observation, words: str) -> str:
-    """Are these words printed at Ctrl+C?"""
+    """Returns '' if these words were printed at Ctrl+C, else a clause."""
     scene = seen.during(CTRL_C[0], may_die=True)
     return '' if words in scene.printed else '"{}" was not printed at Ctrl+C'.format(words)
 
@@ -216,12 +222,12 @@ def says(seen: Observation, words: str) -> str:
 AT_ONCE = 0.5
 #: The time within which a node must stop the robot after a sensor or an input fell silent [s].
 LOST = 1.0
-#: Both in words.
+#: Both limits in words.
 STOPS_AT_ONCE, STOPS_WHEN_LOST = ('within {:g} s'.format(time) for time in (AT_ONCE, LOST))
 
 
 def stops_when_silent(seen: Observation, name: str, what: str) -> str:
-    """'' if the node stopped the robot after `what` fell silent, which is the stimulus `name`."""
+    """'' if the node stopped the robot after `what` fell silent in the stimulus `name`."""
     scene = seen.during(name)
     if not scene.facts[WAS_MOVING]:
         return 'the robot was not moving when {} fell silent'.format(what)
@@ -243,7 +249,7 @@ ROUNDING = 0.005
 
 
 def steers(commands: np.ndarray, name: str, column: int, bounds: Tuple[float, float]) -> str:
-    """'' if the latest command is within `bounds` and commands nothing else, else the command.
+    """Returns '' if the latest command is within `bounds` and commands nothing else, else a clause.
 
     `commands` has rows of time, linear [m/s], angular [rad/s]; `name` is the stimulus; `column` is
     LINEAR or ANGULAR; `bounds` are the least and the greatest value, both allowed.

@@ -1,7 +1,7 @@
 """Feedback: a page and a results.json for each student, an overview for the person who marks.
 
-A page needs no other file. Gradescope reads results.json: a test's score is a number, and the
-scores add up to that of the whole. Nothing is shown before the instructor publishes the grades.
+A page needs no other file. Gradescope reads results.json. In it each test has a score; the whole
+score is their sum. Nothing is shown before the instructor publishes the grades.
 Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 """
 from html import escape
@@ -9,19 +9,20 @@ from string import Template
 from typing import Any, Dict, Sequence
 from urllib.parse import quote
 
-from tb3_labs.marking import figures
 from tb3_labs.marking.criteria import Outcome
 from tb3_labs.marking.marks import NOT_JUDGED, Marks
 from tb3_labs.marking.marks_table import Row, scaled
-from tb3_labs.report.html import STYLE, Markup, picture, table
+from tb3_labs.marking.moments import moments
+from tb3_labs.report.tables import STYLE, Markup, table
+from tb3_labs.report.timeline import section
 
-#: The number of lines that are shown of each run, its last ones; the length of a line.
+#: A page shows the last LINES lines of each run, each with at most LINE_LENGTH characters.
 LINES, LINE_LENGTH = 15, 300
 SYMBOLS = {Outcome.MET: '\N{CHECK MARK}', Outcome.MISSED: '\N{BALLOT X}',
            Outcome.NOT_OFFERED: '\N{EN DASH}'}
 COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERED: '#e4e4e4'}
 
-#: Headings of the columns of words, which are wide.
+#: Headings of the wide columns, which have sentences.
 SEEN, REMARKS = 'what was seen, and where to look', 'remarks'
 #: When a student sees the tests in Gradescope.
 VISIBILITY = 'after_published'
@@ -39,7 +40,7 @@ $more
 $body
 </body></html>
 ''')
-#: An overview has a column for each criterion: names are upright, the paper is in landscape.
+#: An overview has a column for each criterion: their names are upright, the page is in landscape.
 WIDE = '''@page { size: A4 landscape; }
 body { max-width: 269mm; }
 th, td { padding: 1px 2px; text-align: center; overflow-wrap: anywhere; }
@@ -51,7 +52,8 @@ tr { break-inside: avoid; }
 
 
 def feedback(marks: Marks, lab: str, course: str = '') -> str:
-    """The page of one student, HTML; `lab`: its title; `course`: a sentence on its points there."""
+    """Returns a student's page, HTML; `lab`: its title; `course`: a sentence on the points
+    there."""
     node = 'Node: {}.'.format(marks.node) if marks.node else ''
     parts = ['<p><b>{:g} of {:g} points.</b> {}</p>'.format(marks.points, marks.worth, escape(
         ' '.join(filter(None, [course, node])))) if marks.judged else
@@ -62,13 +64,7 @@ def feedback(marks: Marks, lab: str, course: str = '') -> str:
     if marks.judged and marks.extra:
         parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra)]
     if marks.observation is not None and marks.observation.truth:
-        parts += ['<h2>What the robot did</h2>', picture(
-            figures.png(figures.over_time(marks.observation)), 'over time',
-            'True heading, and what the node commanded. Shaded: what was done to the node.')]
-        way = figures.path(marks.observation)
-        if way is not None:
-            parts.append(picture(figures.png(way), 'path', 'The true way in the local frame. '
-                                 'Stars: the goals.'))
+        parts.append(section(moments(marks.observation, [*marks.graded, *marks.extra])))
     if marks.observation is not None:
         parts += _printed(marks.observation)
     return _page('{}: {}'.format(lab, marks.student), parts)
@@ -76,8 +72,15 @@ def feedback(marks: Marks, lab: str, course: str = '') -> str:
 
 def _verdicts(verdicts):
     return table(['what is asked', '', 'points', SEEN], [
-        [v.criterion.meaning, _mark(v), '{:g} / {:g}'.format(v.points, v.worth), v.sentence]
+        [v.criterion.meaning, _mark(v), '{:g} / {:g}'.format(v.points, v.worth), _sentence(v)]
         for v in verdicts], words=(SEEN,))
+
+
+def _sentence(verdict):
+    if verdict.moment is None or verdict.outcome is not Outcome.MISSED:
+        return verdict.sentence
+    return Markup('{} <a href="#t={:.1f}">Watch it</a>'.format(
+        escape(verdict.sentence), verdict.moment))
 
 
 def _mark(verdict):
@@ -97,7 +100,7 @@ def _printed(observation):
 
 def overview(all_marks: Sequence[Marks], lab: str, page_names: Sequence[str],
              notes: Sequence[str] = ()) -> str:
-    """The page of all students, HTML; `lab`: its title; `page_names`: the file of each page;
+    """Returns the page of all students, HTML; `lab`: its title; `page_names`: each student's file;
     `notes`: for the instructor alone."""
     some = all_marks[0]
     heads = ['student', 'points'] + [Markup('<span class="upright">{}</span>'.format(
@@ -126,7 +129,7 @@ def _page(title, parts, more=''):
 # -- Gradescope
 
 def results(marks: Marks, rows: Sequence[Row] = ()) -> Dict[str, Any]:
-    """The object for json.dump(); `rows`: of the course, the first of which has the full marks."""
+    """Returns the object for json.dump(). Scores are scaled to the first of `rows`, if any."""
     factor = rows[0].points / marks.worth if rows and marks.worth else 1.0
     score = scaled(marks, rows[0].points) if rows else marks.points
     return {

@@ -1,4 +1,4 @@
-"""The Transformation lab's gamepad: driving, handing the robot over, resetting. All it asks for."""
+"""All criteria of the Transformation lab's gamepad: driving, handing the robot over, resetting."""
 from functools import partial
 
 from tb3_labs.marking.criteria import (ANGULAR, AT_ONCE, IN_TIME, LINEAR, NEAR, ROUNDING,
@@ -13,7 +13,7 @@ STICKS, BUTTONS, NO_SERVICE, LOST = 'sticks', 'buttons', 'no service', 'lost'
 UP, HALF_UP, DOWN = 'left stick up', 'left stick half up', 'left stick down'
 TO_LEFT, TO_RIGHT = 'right stick left', 'right stick right'
 LET_GO = 'sticks let go'
-#: Where the sticks are then: stimulus -> (left stick up, right stick left), each -1 to 1.
+#: The places of the sticks: stimulus -> (left stick up, right stick left), each -1 to 1.
 PLACES = {UP: (1.0, 0.0), HALF_UP: (0.5, 0.0), DOWN: (-1.0, 0.0), TO_LEFT: (0.0, 1.0),
           TO_RIGHT: (0.0, -1.0), LET_GO: (0.0, 0.0)}
 #: The stimuli of the buttons.
@@ -22,22 +22,24 @@ HAND_OVER, UP_HANDED_OVER, TAKE_BACK, UP_TAKEN_BACK = (
 RESET = 'Y'
 RESET_WITHOUT_SERVICE = 'Y without a service'
 PAD_SILENT = 'pad silent'
-#: Keys of their facts. A and B: the latest value on ctrl_relinq, None without one. A: did a late
-#: subscriber hear it? Y: the number of calls; did each call declare (0, 0, 0)?
+#: Keys of the buttons' facts. RELINQUISHED (A, B): the latest value on ctrl_relinq, None if there
+#: was none. LATCHED (A): did a late subscriber hear it? CALLS (Y): the number of calls. ORIGIN (Y):
+#: did each call declare (0, 0, 0)?
 RELINQUISHED = 'relinquished'
 LATCHED = 'heard late'
 CALLS = 'calls'
 ORIGIN = 'origin'
 
-#: The handout's full speeds [m/s], [rad/s]; the commands of full sticks: at least, at most.
+#: FULL_SPEED [m/s] and FULL_TURN [rad/s] are the gamepad lab's. FORWARD and TURN: the least and the
+#: greatest command of a full stick.
 FULL_SPEED, FULL_TURN = 0.22, 2.84
 FORWARD, TURN = (0.15, FULL_SPEED + ROUNDING), (1.5, FULL_TURN + ROUNDING)
-#: The command of a stick half way, as a part of that at its end: at least, at most.
+#: The least and the greatest command of a half stick, as a part of the full stick's command.
 HALF = (0.25, 0.75)
-#: A node that is not blocked obeys a stick within this time [s]; waiting for a service takes 1 s.
+#: A node obeys a stick within this time if it is not blocked [s]. Waiting for a service takes 1 s.
 PROMPT = 0.7
-#: A stick is held for this time; a word is heard on ctrl_relinq, a reset was called, or had failed,
-#: within this time [s].
+#: A stick is held for HELD [s]. A value is heard on ctrl_relinq within SAYS [s]. A reset is called,
+#: or has failed, within RESET_TIME [s].
 HELD, SAYS, RESET_TIME = 0.8, 1.0, 2.5
 #: The limit of a reset without a service, in words.
 IN_RESET_TIME = 'within {:g} s'.format(RESET_TIME)

@@ -9,17 +9,17 @@ from tb3_labs.marking.observation import NotSeen, Observation
 
 #: The parts of the lab.
 HEADING, ODD_SAMPLES = 'heading', 'odd samples'
-#: The headings at which the robot stands; stimulus -> heading [deg].
+#: The headings at which the robot stands: stimulus -> heading [deg].
 STANDS = {'at 50 degrees': 50.0, 'at 150 degrees': 150.0, 'at 220 degrees': 220.0,
           'at 350 degrees': 350.0}
-#: The line must be printed at each of them within this time [s].
+#: The node must print its line at each heading within this time [s].
 READING = 1.5
 #: Samples that a real IMU sends seldom.
 HAIR_BELOW_ZERO = 'a hair below zero'
 ZERO_QUATERNION = 'a quaternion of zeros'
-#: The heading that is sent after the quaternion of zeros [deg], and for how long [s].
+#: After the quaternion of zeros the heading AFTERWARDS [deg] is sent for NEXT [s].
 AFTERWARDS, NEXT = 57.0, 0.9
-#: Key of a stand's facts: the heading that the IMU says [deg].
+#: Key of the facts at such a heading: the IMU's heading [deg].
 HEADING_DEG = 'heading_deg'
 
 LINE = re.compile(r'Current heading is (-?\d+(?:\.\d+)?) degrees')
@@ -34,12 +34,12 @@ LISTENING, EXERCISE, AT_CTRL_C = (
 
 
 def headings(text: str) -> List[float]:
-    """The headings that were printed [deg]."""
+    """Returns the headings in a node's output [deg]."""
     return [float(number) for number in LINE.findall(text)]
 
 
 def _standing(seen):
-    """[(heading [deg], headings that were printed there)]; NotSeen if there is no line at all."""
+    """Returns [(heading [deg], headings printed there)]; NotSeen if no line was printed."""
     scenes = [seen.during(name) for name in STANDS]
     stands = [(scene.facts[HEADING_DEG], headings(scene.printed)) for scene in scenes]
     if not any(printed for _, printed in stands):

@@ -1,7 +1,8 @@
 """The submissions as they come: folders, zip files of a learning platform, a list of repositories.
 
-Nothing that was handed in is changed or run: it is copied into a folder of its own, which has no
-links, no devices, and no more than a budget. All later steps look at this copy.
+The files that were handed in are neither changed nor run. They are copied into a new folder without
+links and devices, within a budget of files and bytes. All later steps look at this copy. A zip file
+may be a bomb, or have paths that lead out of its folder.
 """
 import hashlib
 import os
@@ -9,33 +10,43 @@ import re
 import shutil
 import stat
 import subprocess
+import zipfile
 from collections import Counter
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 from typing import Callable, List, NamedTuple, Optional, Tuple
 
-from tb3_labs.marking.archives import DEEPEST, LEFT_OUT, Budget, Refused, newest_in, unpack
 from tb3_labs.marking.names import by_student, is_zip, printable, repositories
 from tb3_labs.marking.packages import files_in
 
-#: A zip file may hold another one, up to this depth.
+#: A submission, unpacked, has at most MOST_FILES files and MOST_BYTES bytes.
+MOST_FILES, MOST_BYTES = 5000, 200000000
+#: Folders are nested at most this deep.
+DEEPEST = 50
+#: Folders and files that are not a student's work: they are neither unpacked nor copied.
+LEFT_OUT = re.compile(r'(^|/)(__MACOSX|\.git|\.svn|build|devel|install|logs|__pycache__|\.DS_Store|'
+                      r'[^/]*\.bag)(/|$)', re.IGNORECASE)
+#: A zip file is read in pieces of this size [bytes].
+PIECE = 1 << 20
+ENCRYPTED = 1       # the bit for a password, in the flags of a file in a zip file
+#: Zip files in zip files are unpacked up to this depth.
 DEPTH = 3
 #: Archives that are not unpacked.
 OTHER_ARCHIVES = ('.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
 #: A larger file is not copied, unless it is an archive [bytes].
 LARGEST = 20000000
-#: This number of files that were left out is named in a remark.
+#: A remark names at most this many of the files that were left out.
 NAMED = 3
 COMMITTER = re.compile(r'^committer .* (\d+) [+-]\d{4}$', re.MULTILINE)
-#: git for a repository that nobody has checked: it runs no program and asks no other machine.
+#: git for a repository that is not trusted: git runs no other program and asks no other machine.
 GIT = 'git --no-replace-objects -c core.fsmonitor=false -c safe.directory=*'.split()
 
 
 class Copy(NamedTuple):
     """A copy of a submission, unpacked."""
 
-    folder: Path            # called as the student
+    folder: Path            # its name is the student's
     remarks: List[str]      # on files that were left out
     unread: List[str]       # on archives that could not be unpacked
 
@@ -50,7 +61,7 @@ class Submission:
     late: bool = False                      # as the platform says
 
     def lay_out(self, work: Path) -> Copy:
-        """Copy it into a folder below `work`, an existing folder."""
+        """Copy the submission into a folder below `work`, which exists. Returns the Copy."""
         copy, budget = Copy(Path(work) / self.student, [], []), Budget()
         copy.folder.mkdir()
         try:
@@ -65,10 +76,10 @@ class Submission:
         return copy
 
     def handed_in_at(self) -> Tuple[Optional[datetime], str]:
-        """(the time, the thing that has this time); None for the time if it is not known.
+        """Returns (time, the thing that has this time); the time is None if it is not known.
 
-        That of the last commit if it is a repository, else of the newest file: of a zip file as it
-        says itself, of other files as this computer says.
+        A repository has the time of its last commit. Any other submission has the time of its
+        newest file. A file in a zip file has the time that the zip file says.
         """
         if len(self.paths) == 1 and (self.paths[0] / '.git').exists():
             committed = _committed_at(self.paths[0])
@@ -83,9 +94,9 @@ class Submission:
 
 
 def submissions_from(path: Path, work: Path, tell: Callable[[str], None]) -> List[Submission]:
-    """The Submissions in a folder, a zip file, or a list of repositories, in order of their names.
+    """Returns the Submissions in a folder, a zip file, or a list of repositories, sorted by name.
 
-    `work`: an existing folder for unpacked files; ``tell(line)`` hears which files are left out.
+    `work`: an existing folder for unpacked files; ``tell(line)`` is told which files are left out.
     ``ValueError``, ``OSError`` or ``Refused`` if there is nothing to mark.
     """
     path = Path(path)
@@ -110,7 +121,7 @@ def submissions_from(path: Path, work: Path, tell: Callable[[str], None]) -> Lis
 
 
 def digest(folder: Path) -> str:
-    """A text that differs if anything in the copy of a submission does."""
+    """Returns a hash of all files in the copy of a submission."""
     whole = hashlib.sha256()
     for path in files_in(folder):
         whole.update('{} {}\n'.format(path.relative_to(folder), path.stat().st_size).encode(
@@ -120,10 +131,10 @@ def digest(folder: Path) -> str:
 
 
 def sort_out(folder: Path) -> Tuple[List[Path], List[Path]]:
-    """(files, others) below a folder, zip files too, but not those that are nobody's work.
+    """Returns (files, others) below a folder, without those of LEFT_OUT. Zip files are files.
 
-    The others are links, devices, and folders that are too deep. A file that has another name
-    outside of the folder is a link as well: it may be anybody's.
+    The others are links, devices, and folders that are too deep. A file that has a second name
+    outside of the folder (a hard link) counts as a link: it may be another person's.
     """
     files, others, top = {}, [], len(folder.parts)
     for root, folders, names in os.walk(str(folder)):
@@ -167,8 +178,10 @@ def _in_folder(folder, tell):
 
 
 def _without_wrapping(folder):
-    """The only folder in a folder, if there are only folders and zip files in it: many programs put
-    one round the whole."""
+    """Returns the only folder in `folder` if it holds only folders and zip files, else `folder`.
+
+    Many programs that make zip files put such a folder around all others.
+    """
     inside = list(folder.iterdir())
     if len(inside) == 1 and inside[0].is_dir() and all(
             path.is_dir() or is_zip(path.name) for path in inside[0].iterdir()):
@@ -197,8 +210,10 @@ def _copy_file(source, target, budget):
 
 
 def _unpack_all(copy, budget):
-    """Unpack the zip files below a folder, and those in them, as long as there is no Python file
-    yet: a zip file beside the code is none of it."""
+    """Unpack the zip files in the copy, then the zip files in them, until there is a Python file.
+
+    A zip file beside Python code does not belong to the code.
+    """
     for _ in range(DEPTH):
         files = sort_out(copy.folder)[0]
         archives = [path for path in files if is_zip(path.name)]
@@ -229,3 +244,87 @@ def _committed_at(folder):
         return None
     found = COMMITTER.search(done.stdout.decode(errors='replace'))
     return datetime.fromtimestamp(int(found.group(1))) if found else None
+
+
+# -- zip files
+
+class Refused(Exception):
+    """A zip file is not unpacked; the text is the reason, one sentence."""
+
+
+class Budget:
+    """The number of files and bytes that a submission may still have, archives included."""
+
+    def __init__(self) -> None:
+        self.files, self.bytes = MOST_FILES, MOST_BYTES
+
+    def take(self, files: int, size: int) -> None:
+        """Take room for `files` files of together `size` [bytes]; ``Refused`` if there is less."""
+        self.check(files, size)
+        self.files, self.bytes = self.files - files, self.bytes - size
+
+    def check(self, files: int, size: int) -> None:
+        """Raises ``Refused`` if there is less room for files or bytes than this."""
+        for wanted, left, most, unit in ((files, self.files, MOST_FILES, 'files'),
+                                         (size, self.bytes, MOST_BYTES / 1e6, 'MB')):
+            if wanted > left:
+                raise Refused('More than {:g} {}: not all of it was unpacked.'.format(most, unit))
+
+
+def unpack(path: Path, folder: Path, budget: Budget) -> None:
+    """Unpack the zip file `path` into `folder`, which is made if it is missing.
+
+    ``Refused`` if it is not a zip file, or must not be unpacked. The sizes in a zip file may be
+    wrong, so the unpacked bytes are counted as well.
+    """
+    try:
+        with zipfile.ZipFile(str(path)) as archive:
+            files = [info for info in archive.infolist() if not info.filename.endswith('/')]
+            wanted = [info for info in files if _path_of(info)]
+            if any(info.flag_bits & ENCRYPTED for info in wanted):
+                raise Refused('The zip file was not unpacked: it has a password.')
+            budget.check(len(wanted), sum(info.file_size for info in wanted))
+            for info in wanted:
+                _unpack_file(archive, info, folder / _path_of(info), budget)
+    except (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, ValueError,
+            OSError) as problem:
+        raise Refused('The zip file cannot be unpacked: {}.'.format(
+            str(problem).rstrip('.') or type(problem).__name__)) from None
+
+
+def newest_in(path: Path) -> Optional[datetime]:
+    """Returns the time of the newest file in a zip file; None if it is not known."""
+    try:
+        with zipfile.ZipFile(str(path)) as archive:
+            times = [info.date_time for info in archive.infolist() if not info.is_dir()
+                     and _path_of(info)]
+        return datetime(*max(times)) if times else None
+    except (zipfile.BadZipFile, OSError, ValueError, Refused):
+        return None
+
+
+def _path_of(info):
+    """Returns the path of this file in the archive's folder; '' if the file is left out.
+
+    ``Refused`` for a path that leads out of the folder. Windows writes \\ for /.
+    """
+    path = info.filename.replace('\\', '/')
+    if path.count('/') > DEEPEST:
+        raise Refused('The zip file was not unpacked: its folders are deeper than {}.'.format(
+            DEEPEST))
+    if path.startswith('/') or re.match('[A-Za-z]:', path) or '..' in path.split('/'):
+        raise Refused('The zip file was not unpacked: its path {!r} leads out of it.'.format(
+            info.filename[:80]))
+    is_link = stat.S_ISLNK(info.external_attr >> 16)
+    return '' if is_link or LEFT_OUT.search(path) else path
+
+
+def _unpack_file(archive, info, target, budget):
+    budget.take(1, 0)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with archive.open(info) as source, open(str(target), 'wb') as file:
+        for piece in iter(lambda: source.read(PIECE), b''):
+            budget.take(0, len(piece))
+            file.write(piece)
+    if (info.external_attr >> 16) & 0o100:
+        os.chmod(str(target), 0o755)

@@ -1,7 +1,7 @@
 """The marks of a submission: its verdicts, and the points of each criterion.
 
-The points stand in a table that an instructor edits. It has a lab's name at its first level, the
-criteria's names at its second, and below `extra` the criteria beyond the handout:
+The points stand in a table that an instructor edits. The first level has the
+names of labs, the second level the names of criteria. `extra` has the criteria beyond the handout:
 
     turn:
       left: 3
@@ -10,9 +10,9 @@ criteria's names at its second, and below `extra` the criteria beyond the handou
 
 `course` is optional: see tb3_labs.marking.marks_table.
 
-Marks are kept in a record, so that a submission is tried once and judged by any points. The record
-holds the verdicts, without the observation they came from, and the key of the try: a try with the
-same key would end alike.
+Marks are kept in a record: after one try a submission can be judged again with other points. The
+record has the verdicts, not the observation. It has the key of the try: another try with the same
+key would have the same result.
 """
 import math
 from dataclasses import dataclass, field
@@ -46,21 +46,21 @@ class Marks:
     findings: List[str] = field(default_factory=list)     # for the instructor alone; sentences
     unjudged: str = ''               # why it could not be judged, a sentence; '' if it was
     late: str = ''                   # a sentence if it was handed in after it was due
-    seconds: float = 0.0             # it took so long to mark
+    seconds: float = 0.0             # the time that the marking took [s]
 
     @property
     def judged(self) -> bool:
-        """Are these marks of what was handed in? A submission that was not judged has no zero."""
+        """Was the submission judged? If not, its points are unknown, not 0."""
         return not self.unjudged
 
     @property
     def sentences(self) -> List[str]:
-        """All remarks, with the reason why it was not judged, and its lateness."""
+        """The reason why it was not judged, the sentence on lateness, and all remarks."""
         return [said for said in (self.unjudged, self.late) if said] + self.remarks
 
     @property
     def points(self) -> float:
-        """The points that were earned, by extra criteria too."""
+        """The points that were earned, those of extra criteria included."""
         return sum(verdict.points for verdict in self.verdicts)
 
     @property
@@ -82,11 +82,11 @@ class Marks:
 # -- points
 
 def points_of(lab: str, criteria: Iterable[Criterion], table: Any) -> Dict[str, float]:
-    """The points of each criterion, by its name.
+    """Returns name of a criterion -> its points.
 
-    `table`: from yaml.safe_load(). ``ValueError`` if it has no section for the lab, names a
-    criterion that the lab does not have, lacks one, or has points that are not valid: anything but
-    a finite number of at least 0.
+    `table`: from yaml.safe_load(). ``ValueError`` if it has no section for the lab, if it
+    lacks a criterion or has an unknown one, or if points are invalid. Valid points are finite and
+    at least 0.
     """
     criteria = list(criteria)
     if not isinstance(table, dict) or not isinstance(table.get(lab), dict):
@@ -109,7 +109,7 @@ def points_of(lab: str, criteria: Iterable[Criterion], table: Any) -> Dict[str, 
 
 
 def checked_points(lab: str, name: str, points: Any) -> float:
-    """These points; ``ValueError`` if they are not valid."""
+    """Returns `points`; ``ValueError`` if they are invalid."""
     if isinstance(points, bool) or not isinstance(points, (int, float)) or not (
             math.isfinite(points) and points >= 0):
         raise ValueError('{}: {} = {!r} is not valid: a number of at least 0'.format(
@@ -118,7 +118,7 @@ def checked_points(lab: str, name: str, points: Any) -> float:
 
 
 def read_points(path: Optional[Path]) -> Any:
-    """The table in a file of points, which is this package's if `path` is None.
+    """Returns the table in a file of points; this package's file if `path` is None.
 
     ``ValueError`` with the reason if it cannot be read.
     """
@@ -131,14 +131,14 @@ def read_points(path: Optional[Path]) -> Any:
         raise ValueError('the points, {}, cannot be read: {}'.format(
             path, problem.strerror)) from None
     except (UnicodeDecodeError, yaml.YAMLError) as problem:
-        raise ValueError('the points, {}, are no YAML: {}'.format(
+        raise ValueError('the points, {}, are not YAML: {}'.format(
             path, reason(problem))) from None
 
 
 # -- records
 
 def to_record(marks: Marks, key: Mapping[str, Any]) -> Dict[str, Any]:
-    """The record of these marks."""
+    """Returns the record of these marks."""
     return {KEY: dict(key),
             MARKS: {name: value for name, value in vars(marks).items()
                     if name not in (VERDICTS, 'observation')},
@@ -148,9 +148,9 @@ def to_record(marks: Marks, key: Mapping[str, Any]) -> Dict[str, Any]:
 
 def from_record(record: Mapping[str, Any], criteria: Iterable[Criterion],
                 worth: Mapping[str, float], parts: Sequence[str] = ()) -> Marks:
-    """The Marks of a record, with these points for each criterion.
+    """Returns the Marks of a record, with the points `worth` for each criterion.
 
-    ``ValueError`` if it lacks a criterion of these parts, or is of another version.
+    ``ValueError`` if the record lacks a criterion of these parts, or is of another version.
     """
     try:
         marks = Marks(**record[MARKS])

@@ -24,13 +24,15 @@ from tb3_labs.marking.observation import Observation
 
 #: Names of files.
 TABLE, OVERVIEW, RESULTS, RECORD = 'marks.csv', 'overview.html', 'results.json', '.marks.json'
-#: Keys of a record: is another try wanted? the parts of its page that do not come from the try.
+#: Keys of a record. AGAIN: is another try wanted? PAGE: the values on the student's page that may
+#: change without a try.
 AGAIN, PAGE = 'again', 'page'
-#: Of the remarks and the findings of one student this is written: sentences, characters of each.
+#: At most MOST_SENTENCES remarks and as many findings are written for one student. Each has at most
+#: LONGEST characters.
 MOST_SENTENCES, LONGEST = 100, 2000
 #: Keys of a try.
 LAB, PARTS, SUBMISSION, OPTIONS, VERSION = 'lab', 'parts', 'submission', 'options', 'version'
-#: Folders with nodes of this package, with which those of the students are compared.
+#: Folders with nodes of this package; the students' nodes are compared with these.
 FOLDERS = ('scripts', 'src/tb3_labs/nodes', 'test/ros/student_nodes')
 
 
@@ -39,8 +41,8 @@ class MarksFolder:
 
     def __init__(self, path: Path, lab: str, parts: Iterable[str], worth: Mapping[str, float],
                  rows: Sequence[Row], options: Dict[str, Any]) -> None:
-        """`worth`: criterion -> points; `rows`: of the course; `options`: all else that a try
-        depends on. ``ValueError`` if the folder has other marks."""
+        """`worth`: criterion -> points; `rows`: of the course; `options`: all other
+        settings of a try. ``ValueError`` if the folder has marks of another lab or other parts."""
         self._path, self._lab, self._parts = Path(path), lab, sorted(parts)
         self.logs = self._path / 'logs'
         self._worth, self._rows = worth, rows
@@ -49,36 +51,40 @@ class MarksFolder:
         self._records: Dict[str, Dict[str, Any]] = {}
         for file in sorted(self.logs.glob('*' + RECORD)):
             self._read(file)
-        self._table()       # tells at once if it cannot be read
+        self._table()       # fails at once if the table cannot be read
 
     def kept(self, student: str, submission: str) -> Optional[Marks]:
-        """The Marks that a student has, if another try of this digest would end alike, or None."""
+        """Returns a student's Marks if a new try of this digest would end alike, else None."""
         record = self._records.get(student)
         if record is None or record[AGAIN] or record[KEY] != self._key_of(submission):
             return None
         return self._marks(record)
 
     def write(self, marks: Marks, submission: str, again: bool = False) -> None:
-        """Write the marks of one student, and forget their observation; `again`: the next run is to
-        try it once more."""
+        """Write the marks of one student, and forget their observation.
+
+        `again`: is the submission to be tried again in the next run?
+        """
         marks.remarks, marks.findings = _cleaned(marks.remarks), _cleaned(marks.findings)
         self._keep(marks, dict(to_record(marks, self._key_of(submission)), **{AGAIN: again}))
 
     def set_late(self, student: str, late: str) -> None:
-        """Write into the marks that are kept whether they are late, '' or a sentence."""
+        """Set the sentence on lateness in a student's marks; '': handed in on time."""
         self._records[student][MARKS][LATE] = late
 
     def write_overview(self, unprotected: bool = False,
                        given: Sequence[str] = ()) -> Tuple[Optional[Path], List[str]]:
-        """Write the files about all students; the path of the page, None if there are no marks, and
-        the lines for the instructor. `unprotected`: were there no sandboxes? `given`: programs that
-        every student was given."""
+        """Write the files about all students.
+
+        Returns (path of the page, lines for the instructor); the path is None if there are no
+        marks. `unprotected`: were there no sandboxes? `given`: programs that every student got.
+        """
         all_marks = []
         for _, record in sorted(self._records.items()):
             try:
                 all_marks.append(self._marks(record))
             except ValueError:
-                continue    # of an older version, and not handed in this time
+                continue    # the record is of an older version, and nothing new was handed in
         if not all_marks:
             return None, []
         _replace(self._path / TABLE, self._table().renewed(all_marks, self._rows))
@@ -137,20 +143,20 @@ class MarksFolder:
     def _keep(self, marks, record):
         page = feedback(marks, LABS[self._lab].title, self._sentence(marks))
         _replace(self._path / (marks.student + '.html'), page)
-        marks.observation = None        # a class has hundreds of MB of it
+        marks.observation = None        # the observations of a class need hundreds of MB
         folder = self._path / 'gradescope' / marks.student
         folder.mkdir(parents=True, exist_ok=True)
         if marks.judged:
             _replace(folder / RESULTS, json.dumps(results(marks, self._rows), indent=1))
         elif (folder / RESULTS).exists():
-            (folder / RESULTS).unlink()     # of an earlier try: it says another thing
+            (folder / RESULTS).unlink()     # of an earlier try: no longer true
         record[PAGE] = self._page_of(marks)
         self._records[marks.student] = record
         _replace(self.logs / (marks.student + RECORD), json.dumps(record))
 
 
 def late_by(due: datetime, handed_in: Optional[datetime], what: str) -> str:
-    """A sentence if something, `what`, was handed in late, else ''."""
+    """Returns a sentence if the thing `what` was handed in late, else ''."""
     if handed_in is None or handed_in <= due:
         return ''
     return 'Late: {} is of {:%Y-%m-%d %H:%M}, it was due {:%Y-%m-%d %H:%M}.'.format(
@@ -158,30 +164,30 @@ def late_by(due: datetime, handed_in: Optional[datetime], what: str) -> str:
 
 
 def due_time(text: str) -> datetime:
-    """A datetime from 'YYYY-MM-DD HH:MM', or from a date alone, which ends at midnight.
+    """Returns a datetime from 'YYYY-MM-DD HH:MM', or from a date alone: then it is 23:59.
 
-    ``ValueError`` if it is neither.
+    ``ValueError`` for any other text.
     """
     try:
         return datetime.strptime(text if ':' in text else text + ' 23:59', '%Y-%m-%d %H:%M')
     except ValueError:
-        raise ValueError('{!r} is no time such as "2026-11-20 23:59"'.format(text)) from None
+        raise ValueError('{!r} is not a time such as "2026-11-20 23:59"'.format(text)) from None
 
 
 def _cleaned(sentences):
-    """Sentences that may have words of a submission in them."""
+    """Returns the first sentences, each short and printable: they may quote a submission."""
     return [printable(sentence[:LONGEST]) for sentence in sentences[:MOST_SENTENCES]]
 
 
 def _replace(path, text):
-    """Write a file; an interruption leaves the old one or the new one."""
+    """Write a file; after an interruption it has either the whole old text or the whole new one."""
     part = path.with_name(path.name + '.part')
     part.write_text(text, encoding='utf-8', errors='backslashreplace')
     os.replace(str(part), str(path))
 
 
 def _version():
-    """A text that differs if the code that marks does."""
+    """A text that changes with the code of the marking."""
     whole = hashlib.sha256()
     for path in sorted(Path(__file__).resolve().parent.glob('*.py')):
         whole.update(path.read_bytes())
@@ -189,7 +195,7 @@ def _version():
 
 
 def _own_nodes():
-    """Name -> program of this package, as far as its sources are here."""
+    """Returns name -> program of the nodes of this package, if its sources are here."""
     place = Path(rospkg.RosPack().get_path('tb3_labs'))
     return {'tb3_labs/{}/{}'.format(folder, path.name): path.read_text(errors='replace')
             for folder in FOLDERS for path in sorted((place / folder).glob('*.py'))}

@@ -2,12 +2,13 @@
 
 Columns: student, points, of (full marks), the points for each criterion, node, late, the weights of
 the lab in the course, remarks, and the columns that a person has added. A criterion beyond the
-handout has 'extra_' before its name, and 'yes' or 'no' if it is worth nothing. The points of a
-submission that could not be judged are empty. A text of a submission is never a formula.
+handout has 'extra_' before its name, and 'yes' or 'no' in its cell if it is worth nothing. The
+points of a submission that could not be judged are empty. A text from a submission is never written
+as a formula.
 
 The section `course` of a lab's points has rows of name and points, such as ``{code: 25,
-demonstration: 25, report: 50}``. The first row is that of the criteria, scaled. The others are a
-person's.
+demonstration: 25, report: 50}``. The first row has the points of the criteria, scaled. A person
+fills in the others.
 """
 import csv
 import io
@@ -26,7 +27,7 @@ TOTAL = 'total'
 # -- the course
 
 class Row(NamedTuple):
-    """One row of what a lab counts in the course."""
+    """One row of a lab's section `course`."""
 
     name: str
     points: float      # full marks
@@ -38,7 +39,7 @@ class Row(NamedTuple):
 
 
 def course_of(lab: str, table: Any) -> List[Row]:
-    """The rows of a lab's section `course`, none without one; `table`: as for points_of().
+    """Returns the rows of a lab's section `course`, if it has one; `table`: as for points_of().
 
     ``ValueError`` if they are not valid.
     """
@@ -51,14 +52,14 @@ def course_of(lab: str, table: Any) -> List[Row]:
 
 
 def scaled(marks: Marks, points: float) -> float:
-    """The points that were earned if full marks are worth so many."""
+    """Returns the points that were earned, scaled so that full marks are worth `points`."""
     return round(points * marks.points / marks.worth, 2) if marks.worth else 0.0
 
 
 def cells(rows: Sequence[Row], marks: Marks, given: Mapping[str, str]) -> List[str]:
-    """The cell of each row, and of their sum if there are several rows.
+    """Returns the cell of each row, and the cell of their sum if there are several rows.
 
-    `given`: the cells of a person, by a row's name. The sum is empty until each cell is a number.
+    `given`: name of a row -> a person's cell. The sum is empty until each cell is a number.
     """
     if not rows:
         return []
@@ -78,13 +79,14 @@ def labels(rows: Sequence[Row]) -> List[str]:
 
 
 def name_in(label: str) -> str:
-    """The name in a label, '' if it is none: the points may have been changed since."""
+    """Returns the name in a label, '' if it is not a label. The points in it may be old."""
     name, bracket, points = label.rpartition(' (')
     return name if bracket and number_in(points.rstrip(')')) is not None else ''
 
 
 def number_in(text: str) -> Optional[float]:
-    """The number that a person wrote, with a comma or a point; None if it is none."""
+    """Returns the number in a person's text, with a comma or a point; None if it is not a
+    number."""
     try:
         number = float(text.strip().replace(',', '.'))
     except ValueError:
@@ -102,15 +104,15 @@ def sentence(rows: Sequence[Row], marks: Marks, given: Mapping[str, str]) -> str
 # -- the table
 
 class Table:
-    """The table as it was, with the cells that a person filled in. `text` is '' at first.
+    """The table of the last run, with the cells that a person filled in.
 
-    ``ValueError`` if the text is not such a table.
+    `text` is '' in the first run. ``ValueError`` if the text is not such a table.
     """
 
     def __init__(self, text: str = '') -> None:
         text = text.lstrip('\ufeff')
         heading = text.partition('\n')[0]
-        mark = max(',;\t', key=heading.count)       # spreadsheets have their own minds
+        mark = max(',;\t', key=heading.count)       # a spreadsheet may write another mark
         reader = csv.DictReader(io.StringIO(text, newline=''), delimiter=mark)
         self._heads: List[str] = list(reader.fieldnames or [])
         if self._heads and self._heads[:3] != [STUDENT, POINTS, OF]:
@@ -123,14 +125,14 @@ class Table:
             raise ValueError(str(problem)) from None
 
     def given(self, student: str) -> Dict[str, str]:
-        """The cells that a person filled in for a student: the name of a course's row -> text."""
+        """Returns the cells that a person filled in for a student: name of a row -> text."""
         row = self._rows.get(safe(student), {})
         return {name_in(head): text for head, text in row.items() if name_in(head)}
 
     def renewed(self, all_marks: Sequence[Marks], rows: Sequence[Row]) -> str:
-        """The table with these marks in place of the old ones.
+        """Returns the table with these marks in place of the old ones.
 
-        The cells and the columns that a person filled in stay, and the rows of other students.
+        The cells and columns that a person filled in stay. The rows of other students stay.
         """
         some = all_marks[0]
         heads = [STUDENT, POINTS, OF] + [v.criterion.label for v in some.graded + some.extra] + [

@@ -1,10 +1,10 @@
-"""Reads a submission's messages and services in a sandbox: makes their modules, describes them.
+"""Reads a submission's messages and services in a sandbox, makes and describes their modules.
 
 genpy pastes names into Python code, and genmsg of Noetic evaluates constants, so neither reads a
 file of a submission outside of a sandbox. ``python3 -c`` runs the text of this file there, so it
 imports nothing of this package.
 
-Reads a JSON object: "search" (package -> folders of its messages, of the system's packages) and
+Reads a JSON object: "search" (for the system's packages: package -> folders of its messages) and
 "definitions" (a list of package, "msg" or "srv", name, text). Writes one: "modules" (a list of
 package, "msg" or "srv", name of the file, text), "problems" (file -> why it cannot be built),
 "fields" (type -> a list of type and name), and "sums" (type -> checksum, of messages and services).
@@ -21,14 +21,14 @@ from genmsg.msg_loader import load_msg_from_file, load_srv_from_file
 from genpy.generate_initpy import write_modules
 from genpy.generator import MsgGenerator, SrvGenerator
 
-#: The most that it may use: memory [bytes], processor time [s].
+#: The most that this program may use: memory [bytes], processor time [s].
 LIMITS = {resource.RLIMIT_AS: 10 ** 9, resource.RLIMIT_CPU: 20}
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
 LOADERS = {'msg': load_msg_from_file, 'srv': load_srv_from_file}
 
 
 def main(search: Dict[str, List[str]], definitions: List[List[str]]) -> Dict[str, Any]:
-    """The object that is written; works in the present folder."""
+    """Returns the object that is written. Files are made in the present folder."""
     problems: Dict[str, str] = {}
     fields, sums = {}, {}
     for package, kind, name, text in definitions:
@@ -44,7 +44,7 @@ def main(search: Dict[str, List[str]], definitions: List[List[str]]) -> Dict[str
                                         target, search)
             write_modules(target)
             described = _describe(path, kind, full_name, search)
-        except Exception as problem:    # whatever the text brings about: other files can be well
+        except Exception as problem:    # any error: the other files may be valid
             said = str(problem).replace(path + ': ', '') or repr(problem)
             problems['{}.{}'.format(full_name, kind)] = said
             if os.path.exists(os.path.join(target, '_{}.py'.format(name))):
@@ -61,7 +61,7 @@ def _path_of(package, kind, name):
 
 
 def _describe(path, kind, full_name, search):
-    """The fields of a type and of all types in it, and its checksum, in which constants count."""
+    """Returns the fields of a type and of all types in it, and the checksum of the type."""
     context, fields = genmsg.MsgContext.create_default(), {}
     spec = LOADERS[kind](context, path, full_name)
     genmsg.load_depends(context, spec, search)

@@ -1,7 +1,7 @@
 """The mouse of the IMU lab: alone, and beside turns; and its message.
 
-Students define the message themselves: `activestatus` for `status`, `bool` for `std_msgs/Bool`, an
-extra `zPos`. Its fields are matched by name, else by type and position.
+Students define the message themselves. It may have `activestatus` for `status`, `bool` for
+`std_msgs/Bool`, or an extra `zPos`. Its fields are found by name, else by type and position.
 """
 from typing import Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
@@ -15,21 +15,22 @@ UP, NEAR_MIDDLE, TO_LEFT, HALF_RIGHT = (
 DEACTIVATED = 'mouse deactivated'
 #: The stimuli beside turns.
 TURN_BESIDE, AFTER_TURN, IN_TURN = 'l beside the mouse', 'mouse after a turn', 'mouse in a turn'
-#: The stimulus of a mouse that sends no more.
+#: The stimulus: the mouse stops sending.
 SILENT = 'mouse silent'
 ALONE = (NOT_ACTIVE, UP, NEAR_MIDDLE, TO_LEFT, HALF_RIGHT, DEACTIVATED)
 BESIDE_TURNS = (TURN_BESIDE, AFTER_TURN, IN_TURN)
-#: Where the mouse is while it is active, stimulus -> (x to the right, y up), each -1 to 1.
+#: The places of the active mouse: stimulus -> (x to the right, y up), each -1 to 1.
 PLACES = {UP: (0.0, 1.0), NEAR_MIDDLE: (0.2, -0.2), TO_LEFT: (-1.0, 0.0), HALF_RIGHT: (0.6, 0.0)}
 
-#: Nothing moves at the handout's distance from the middle; places nearer to it are tried.
+#: Nothing moves at the mouse lab's distance from the middle; places nearer to it are tried.
 DEAD_ZONE = 0.25
-#: The speeds at the edge of the screen [m/s], [rad/s].
+#: The full speed, at the edge of the screen [m/s], [rad/s].
 FULL = 0.5
 AT_EDGE = (FULL - NEAR, FULL + NEAR)
-#: The speeds at more than half the way: a wide range, as the handout leaves the dead zone open.
+#: The speeds at 0.6 of the way: a wide range, since the mouse lab does not fix the dead zone.
 HALF_WAY = (0.2 * FULL, 0.8 * FULL)
-#: The mouse is held at a place for this time; moved in a turn, it drives within this time [s].
+#: The mouse is held at a place for HELD [s].
+#: A mouse that is moved during a turn must drive within AT_LAST [s].
 HELD, AT_LAST = 0.8, 4.0
 #: The limits of the criteria of the mouse, in words.
 DRIVES, DRIVES_AFTER_TURN, IN_DEAD_ZONE = (
@@ -45,7 +46,7 @@ def _mouse_drove(seen):
 
 
 def drives(seen: Observation) -> str:
-    """Is up forward, left left, and half the way about half the speed?"""
+    """Returns '' if each place of the mouse commands the right velocity, else what was seen."""
     for name, column, bounds in ((UP, LINEAR, AT_EDGE), (TO_LEFT, ANGULAR, AT_EDGE),
                                  (HALF_RIGHT, ANGULAR, opposite(HALF_WAY))):
         missed = steers(seen.during(name).moving, name, column, bounds)
@@ -55,7 +56,7 @@ def drives(seen: Observation) -> str:
 
 
 def dead_zone(seen: Observation) -> str:
-    """Does nothing move round the middle of the screen?"""
+    """'' if the mouse near the middle of the screen moves nothing, else what was seen."""
     _mouse_drove(seen)
     late = seen.during(NEAR_MIDDLE).moving_after(AT_ONCE)
     return '' if not len(late) else \
@@ -64,7 +65,7 @@ def dead_zone(seen: Observation) -> str:
 
 
 def off(seen: Observation) -> str:
-    """Does only an active mouse drive, and is the robot stopped when it is deactivated?"""
+    """'' if only an active mouse drives, and deactivating it stops the robot; else a clause."""
     if len(seen.during(NOT_ACTIVE).moving):
         return 'the mouse moved the robot before it was activated'
     _mouse_drove(seen)
@@ -74,13 +75,13 @@ def off(seen: Observation) -> str:
 
 
 def after_turn(seen: Observation) -> str:
-    """Does the mouse drive when a turn is over?"""
+    """'' if the mouse drives after a turn, else what was seen."""
     return '' if drives_forward(seen.during(AFTER_TURN).commands) else \
         'after a turn the mouse did not move the robot any more'
 
 
 def in_turn(seen: Observation) -> str:
-    """Does the mouse drive at last if it was moved in the middle of a turn?"""
+    """'' if a mouse that is moved during a turn drives then or later; else what was seen."""
     scene = seen.during(IN_TURN)
     if not scene.facts[WAS_MOVING]:
         return 'there was no turn in the middle of which the mouse could be moved'
@@ -90,13 +91,13 @@ def in_turn(seen: Observation) -> str:
 
 
 def drives_forward(commands: Iterable[Sequence[float]]) -> bool:
-    """Is there a command as that of a mouse at the upper edge? Rows of time, linear, angular."""
+    """Does a mouse at the upper edge give one of these commands? Rows of time, linear, angular."""
     return any(command[LINEAR] > AT_EDGE[0] for command in commands)
 
 
 # ----- its message -----
 
-#: The handout's names of the fields, and the types that will do.
+#: The mouse lab's names of the fields; FLAGS and NUMBERS are the types that they may have.
 STATUS, X, Y = 'status', 'xPos', 'yPos'
 FLAGS = ('bool', 'std_msgs/Bool')
 NUMBERS = ('float32', 'float64', 'std_msgs/Float32', 'std_msgs/Float64')
@@ -111,9 +112,9 @@ class MouseFields(NamedTuple):
 
 
 def mouse_fields(names: Sequence[str], types: Sequence[str]) -> MouseFields:
-    """The fields of the mouse in a message with these fields and types, in their order.
+    """Returns the MouseFields of a message that has fields of these names and types, in this order.
 
-    ``ValueError``, a clause, if the message has no flag or fewer than two numbers.
+    ``ValueError`` with a clause if the message has no flag, or fewer than two numbers.
     """
     flags = [pair for pair in zip(names, types) if pair[1] in FLAGS]
     numbers = [pair for pair in zip(names, types) if pair[1] in NUMBERS]
@@ -131,7 +132,7 @@ def mouse_fields(names: Sequence[str], types: Sequence[str]) -> MouseFields:
 
 
 def _named(usual: str, fields: List[Tuple[str, str]]) -> Optional[Tuple[str, str]]:
-    """The field of this name, in upper or lower case, also without `Pos`; None if there is none."""
+    """Returns the field of this name, in any case, with or without `Pos`; None if there is none."""
     for wanted in (usual.lower(), usual.lower().replace('pos', '')):
         for name, kind in fields:
             if name.lower().replace('_', '') == wanted:

@@ -1,4 +1,4 @@
-"""The Transformation lab: driving to a goal in a frame that can be reset. All that it asks for."""
+"""The Transformation lab: driving to a goal in a frame that can be reset. Here are all criteria."""
 import math
 import re
 from functools import partial
@@ -27,38 +27,38 @@ RESET_ELSEWHERE = 'reset to another pose'
 DECLARED_DRIVE = 'drive from a declared pose'
 OFFSET_DRIVE = 'drive with an offset IMU'
 ODOMETRY_SILENT = 'odometry silent'
-#: Key of a reset's facts: why it failed, '' if it did not.
+#: Key of a reset's facts: the reason why the reset failed, '' if it succeeded.
 PROBLEM = 'problem'
 
 #: The robot's limits by its data sheet [m/s], [rad/s].
 FASTEST, FASTEST_TURN = 0.22, 2.84
-#: The node waits for control, and is watched at the goal, for this time [s].
+#: The node is watched for this time before it has control, and at the goal [s].
 WATCHED = 1.5
-#: Silence at the goal begins this long after the arrival [s].
+#: The node must be silent from this time after its arrival [s].
 LAST_WORD = 0.5
-#: A reset answers within this time, and has printed its line so much later [s].
+#: A reset answers within ANSWER_TIME [s]. Its line is printed within TAKES_EFFECT after that [s].
 ANSWER_TIME, TAKES_EFFECT = 3.0, 0.5
-#: The turn of the robot before the reset [deg].
+#: The marker turns the robot by this angle before the reset [deg].
 TURNED = 100.0
 REACHED = re.compile(r'goal reached', re.IGNORECASE)
 SET = re.compile(r'local pose set', re.IGNORECASE)
 
-#: Keys of a drive's facts: the goal in the local frame, [x, y, yaw] in [m], [rad]; the transform
-#: from the robot's true frame to the local frame, the same three numbers.
+#: Keys of a drive's facts. GOAL_POSE: the goal in the local frame, [x, y, yaw] in [m], [rad].
+#: LOCAL_T_WORLD: the transform from the robot's true frame to the local frame, [x, y, yaw] as well.
 GOAL_POSE = 'goal'
 LOCAL_T_WORLD = 'local_T_world'
 #: The handout's goal: x, y [m], heading [rad].
 GOAL = (-0.61, 0.61, 0.0)
-#: The handout's tolerances [m], [rad], [deg]; how far a robot may go on after it was stopped [m],
-#: [deg].
+#: DISTANCE [m], ANGLE_RAD [rad] and ANGLE [deg] are the lab's tolerances. A robot may go on by
+#: MORE_DISTANCE [m] and MORE_ANGLE [deg] after it was stopped.
 DISTANCE, ANGLE_RAD = 0.15, 0.05
 ANGLE = math.degrees(ANGLE_RAD)
 MORE_DISTANCE, MORE_ANGLE = 0.02, 2.0
-#: The tolerances beyond the handout [m], [deg].
+#: The tolerances of the criterion beyond the handout [m], [deg].
 EXACT_DISTANCE, EXACT_ANGLE = 0.02, 1.0
-#: A drive begins within this time after control was given, and takes no longer than this [s].
+#: A drive begins within REACTION after control was given [s]. It takes at most DRIVE_TIME [s].
 REACTION, DRIVE_TIME = 4.0, 50.0
-#: It goes no farther away than this [m].
+#: A drive goes at most this far from its start [m].
 ASTRAY = 3.0
 #: The limits of place and heading, in words.
 PLACE_LIMITS = 'within {:g} m, and {:g} that a stopped robot goes on; begun within {:g} s, over ' \
@@ -84,8 +84,8 @@ def _place(seen: Observation, name: str, tolerance: float = DISTANCE + MORE_DIST
 
 
 def _heading(seen: Observation, name: str, tolerance: float = ANGLE + MORE_ANGLE) -> str:
-    """'' if the robot at last faced the goal's heading within `tolerance` [deg], else what it
-    faced."""
+    """'' if the robot's last heading was the goal's within `tolerance` [deg], else what was
+    seen."""
     scene = _driven(seen, name)
     if not scene.facts[RESTED]:
         return 'it was still moving after {:.0f} s'.format(scene.end - scene.begin)
@@ -96,7 +96,7 @@ def _heading(seen: Observation, name: str, tolerance: float = ANGLE + MORE_ANGLE
 
 
 def _driven(seen: Observation, name: str) -> Scene:
-    """The scene of a drive; NotSeen if the node did not move the robot."""
+    """Returns the scene of a drive; NotSeen if the node did not move the robot."""
     scene = seen.during(name)
     if not scene.facts[MOVED]:
         raise NotSeen('it got control, but did not move the robot')
@@ -104,7 +104,7 @@ def _driven(seen: Observation, name: str) -> Scene:
 
 
 def _end(scene):
-    """The pose in the local frame in which a drive ended."""
+    """Returns the pose at which a drive ended, in the local frame."""
     return Pose2(*scene.facts[LOCAL_T_WORLD]) @ Pose2(*scene.truth[-1, 1:])
 
 

@@ -1,4 +1,4 @@
-"""Names of submissions: as learning platforms write them, and as files and lines can have them.
+"""Names of submissions: as learning platforms write them, and in a form for files and lines.
 
 Moodle: ``Ann Miller_12345_assignsubmission_file_`` (a folder), or the same with the file's name
 behind it. Canvas: ``millerann_12345_67890_lab2.zip``, with ``_LATE`` after the name if it is late,
@@ -17,9 +17,9 @@ from typing import Dict, Iterable, List, NamedTuple, Tuple
 
 #: A name of a package, a type or a field that ROS allows. `\\w` would allow more letters.
 NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
-#: Names of files that a folder of marks has itself, or that no file can have.
+#: Names that a student's file cannot have: the folder of marks uses them, or no file can.
 TAKEN = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
-#: A name is no longer than this, so that an ending fits behind it [bytes; Linux takes 255].
+#: A name is at most this long, so that an ending fits behind it [bytes]. Linux allows 255.
 LONGEST = 180
 MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
 CANVAS = re.compile(r'(?P<student>[^_]+)(?P<late>_late)?_(?P<number>\d+)_\d+_(?P<file>.+)',
@@ -47,7 +47,7 @@ def is_zip(name: str) -> bool:
 
 
 def printable(text: str) -> str:
-    """The text in one line, in which every character shows; the others are escaped: \\n, \\xfc."""
+    """Returns the text in one line. Characters that do not show are escaped: \\n, \\xfc."""
     return ''.join(char if char.isprintable() else _escaped(char) for char in text)
 
 
@@ -58,7 +58,7 @@ def _escaped(char):
 
 
 def file_name(text: str) -> str:
-    """A name that a file can have, and a line can show; most names stay as they are."""
+    """Returns a valid name of a file that a line can show; most names stay as they are."""
     name = printable(text.strip()).replace('/', '_')
     if TAKEN.fullmatch(name):
         name = '_{}_'.format(name)
@@ -96,11 +96,11 @@ def read_name(name: str, is_folder: bool) -> HandedIn:
 
 
 def by_student(names: Iterable[Tuple[str, bool]]) -> Dict[str, List[Tuple[str, HandedIn]]]:
-    """The names of each student, with their parts; `names`: (name, is it a folder?).
+    """Returns the names of each student, with their parts; `names`: (name, is it a folder?).
 
     Several files of one student belong together. Two students of the same name are told apart by
-    their numbers, or, without a number, by the whole names of their files. Each key can be the name
-    of a file.
+    their numbers, or, without a number, by the whole names of their files. Each key is a valid
+    name of a file.
     """
     groups: Dict[Tuple[str, str, str], List[Tuple[str, HandedIn]]] = {}
     for name, is_folder in names:
@@ -119,10 +119,10 @@ def by_student(names: Iterable[Tuple[str, bool]]) -> Dict[str, List[Tuple[str, H
 
 
 def repositories(text: str) -> Dict[str, str]:
-    """name -> path, from a list of repositories: one path a line, or ``path, name``.
+    """Returns name -> path, from a list of repositories. Each line is a path, or ``path, name``.
 
-    Lines that begin with # are left out. The name of a path without one is that of its folder.
-    ``ValueError`` if two have the same name.
+    Lines that begin with # are left out. A path without a name gets the name of its folder.
+    ``ValueError`` if a name is invalid, or if two names are equal.
     """
     found: Dict[str, str] = {}
     for line in text.splitlines():
@@ -140,9 +140,9 @@ def repositories(text: str) -> Dict[str, str]:
 
 
 def chosen(students: Iterable[str], wanted: Iterable[str]) -> List[str]:
-    """Those of the students that are wanted; upper and lower case are the same.
+    """Returns the students that are wanted; upper and lower case are the same.
 
-    ``ValueError`` for a name that is none of them, with the names that are near it.
+    ``ValueError`` for an unknown name, with the names that are similar.
     """
     known = {student.lower(): student for student in students}
     found = []

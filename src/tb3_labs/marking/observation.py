@@ -18,24 +18,24 @@ JOY = 'joy'
 MOUSE_INFO = 'mouse_info'
 CTRL_RELINQ = 'ctrl_relinq'
 CMD_VEL = 'cmd_vel'
-#: The robot's own: its reset, its joints, its time if that is simulated.
+#: The robot's own topics: its reset, its joints, its clock if time is simulated.
 RESET = 'reset'
 JOINT_STATES = 'joint_states'
 CLOCK = 'clock'
 #: The true pose of the simulated robot.
 TRUTH = 'ground_truth'
 
-#: Keys of `facts` that several labs use: did the node command a movement after it was asked to;
-#: did the robot come to rest; did the node move the robot when the stimulus began?
+#: Keys of `facts` that several labs use. MOVED: did the node command a movement after it was asked
+#: to? RESTED: did the robot come to rest? WAS_MOVING: did the robot move when the stimulus began?
 MOVED, RESTED, WAS_MOVING = 'moved', 'rested', 'was_moving'
-#: A robot that was held up for longer than this was not judged fairly, nor was its node [s].
+#: If the machine held up the robot for longer than this, the node was not judged fairly [s].
 HELD_UP = 0.15
-#: This number of findings is kept of a node.
+#: At most this many findings are kept of a node.
 MOST_FINDINGS = 20
 
 
 class NotSeen(Exception):
-    """The thing that a criterion judges did not take place; the text is the reason, a clause."""
+    """The thing that a criterion judges was not seen; the text is the reason, a clause."""
 
 
 class NotOffered(NotSeen):
@@ -49,8 +49,8 @@ class Stimulus:
     name: str
     begin: float
     end: float = math.nan
-    printed: str = ''           # by the node, meanwhile
-    lines: int = 0              # how many lines that were
+    printed: str = ''           # the node's output meanwhile
+    lines: int = 0              # number of lines in this output
     died: bool = False          # did the node end meanwhile?
     facts: Dict[str, Any] = field(default_factory=dict)
 
@@ -80,6 +80,8 @@ class Observation:
     remarks: List[str] = field(default_factory=list)             # sentences for the student
     broken: str = ''                                             # the error that ended the trial
     findings: List[str] = field(default_factory=list)            # for the instructor; see conduct
+    #: The begin of the latest stimulus that was looked at [s].
+    looked_at: Optional[float] = None
 
     def to_json(self) -> str:
         """The observation as text."""
@@ -87,14 +89,14 @@ class Observation:
 
     @classmethod
     def from_json(cls, text: str) -> 'Observation':
-        """The observation in a text of :meth:`to_json`."""
+        """Returns the Observation that :meth:`to_json` wrote as this text."""
         parts = json.loads(text)
         parts['stimuli'] = [Stimulus(**item) for item in parts['stimuli']]
         parts['runs'] = [Run(**item) for item in parts['runs']]
         return cls(**parts)
 
     def note(self, finding: str) -> None:
-        """Add a finding for the instructor, once; '' is none."""
+        """Add a finding for the instructor, once; '' is not a finding."""
         if finding and finding not in self.findings and len(self.findings) < MOST_FINDINGS:
             self.findings.append(finding)
 
@@ -112,17 +114,19 @@ class Observation:
                 'be unfair.'.format(self.longest_gap, HELD_UP))
 
     def has(self, name: str) -> bool:
-        """Was there such a stimulus?"""
+        """Was there a stimulus of this name?"""
         return any(stimulus.name == name for stimulus in self.stimuli)
 
     def during(self, name: str, may_die: bool = False) -> 'Scene':
-        """The :class:`Scene` of a stimulus.
+        """Returns the :class:`Scene` of a stimulus.
 
-        ``NotOffered`` if the node does not offer what the stimulus needs; ``NotSeen`` if there was
-        none for another reason, or if the node ended during it without `may_die`.
+        ``NotOffered`` if the node does not offer what the stimulus needs. ``NotSeen`` if the
+        stimulus is missing for another reason, or if the node ended during it and `may_die` is
+        False.
         """
         for stimulus in self.stimuli:
             if stimulus.name == name:
+                self.looked_at = stimulus.begin
                 if stimulus.died and not may_die:
                     raise NotSeen('it ended in the middle of this: {}'.format(
                         last_words(stimulus.printed)))
@@ -132,7 +136,8 @@ class Observation:
         raise NotSeen(self.why_missing())
 
     def why_missing(self) -> str:
-        """Why a stimulus is missing: the node ended, was never ready, or the time was up."""
+        """Returns why a stimulus is missing: the node ended, was never ready, or the time was
+        up."""
         if not self.runs:
             return 'it was never started'
         run = self.runs[-1]
@@ -163,7 +168,7 @@ class Scene:
         return self.commands[np.any(self.commands[:, 1:] != 0.0, axis=1)]
 
     def moving_after(self, seconds: float) -> np.ndarray:
-        """The commands that are not zero and came later than `seconds` after the begin [s]."""
+        """Returns the commands that are not zero, more than `seconds` [s] after the begin."""
         return self.moving[self.moving[:, 0] > self.begin + seconds]
 
     @property
@@ -178,6 +183,6 @@ def _between(rows, columns, begin, end):
 
 
 def last_words(printed: str) -> str:
-    """The last line that a node printed, in quotes, or that it printed nothing."""
+    """Returns the last line that a node printed, in quotes, or a clause if there is none."""
     lines = [line.strip() for line in printed.splitlines() if line.strip()]
     return repr(lines[-1][:160]) if lines else 'it printed nothing'

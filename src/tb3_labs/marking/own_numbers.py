@@ -1,9 +1,12 @@
-"""Numbers of each student's own, by a hash of the name: goal, start, IMU offset, mystery robot.
+"""Each student's own numbers, from a hash of the name: goal, start, IMU offset, mystery robot.
 
-skeleton.py writes them into a package, mark.py and checkoff.py compute them again. The letters of a
-name count, in any order and without accents: "Ann Miller", "Miller, Ann" and Canvas's "millerann"
-are one student. Only the goal of the Transformation lab is judged: the turns of the IMU lab are the
-same from any start. Nothing here is secret.
+skeleton.py writes them into a package, mark.py and checkoff.py compute them again. Only the letters
+of a name count, in any order and without accents: "Ann Miller", "Miller, Ann" and Canvas's
+"millerann" are one student. Nothing here is secret.
+
+Only the goal matters for the judgement of a node. The nodes imu_sub, controller and gamepad hold
+none of these numbers: they do the same from any start. A recording of a simulated robot is
+recognized by its start and by the IMU's offset; lab_report.py --student tells whose it is.
 
 Units: metres, degrees; poses are (x, y, heading).
 """
@@ -12,13 +15,17 @@ import math
 import unicodedata
 from typing import Dict, Iterator, NamedTuple, Tuple
 
+from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.marking.move2goal import GOAL
 from tb3_labs.simulation.mystery import LAST
 
-#: Distance of the goal from the origin: about that of the handout's [m].
+#: The goal's least and greatest distance from the origin: about that of the handout's goal [m].
 NEAREST, FARTHEST = 0.8, 1.0
-#: The start is at most so far from the odometry's origin, along x and y [m].
+#: The start is at most this far from the odometry's origin, along x and y [m].
 ASIDE = 2.0
+#: A recording has a student's numbers if its start is within NEAR_PLACE of the student's [m], and
+#: its heading and IMU offset are within NEAR_ANGLE [deg].
+NEAR_PLACE, NEAR_ANGLE = 0.05, 3.0
 
 
 class OwnNumbers(NamedTuple):
@@ -40,6 +47,12 @@ class OwnNumbers(NamedTuple):
         x, y, heading = self.goal
         return x, y, math.radians(heading)
 
+    def recorded(self, start: Tuple[float, float, float], imu_offset: float) -> bool:
+        """Does a recording with this first odometry and IMU offset have these numbers?"""
+        angles = (start[2], self.start[2]), (imu_offset, self.imu_offset)
+        return math.dist(start[:2], self.start[:2]) < NEAR_PLACE and all(
+            abs(difference_degrees(one, other)) < NEAR_ANGLE for one, other in angles)
+
     @property
     def remark(self) -> str:
         """A remark for the student whose goal is judged."""
@@ -53,7 +66,7 @@ def own_numbers(student: str) -> OwnNumbers:
     """The numbers of a student; ``ValueError`` if the name has no letter."""
     letters = sorted(filter(str.isalpha, unicodedata.normalize('NFKD', student.casefold())))
     if not letters:
-        raise ValueError('{!r} is no name: it has no letter'.format(student))
+        raise ValueError('{!r} is not a name: it has no letter'.format(student))
     draws = _draws(hashlib.sha256(''.join(letters).encode()).digest())
     far, way = NEAREST + (FARTHEST - NEAREST) * next(draws), 2.0 * math.pi * next(draws)
     goal = round(far * math.cos(way), 2), round(far * math.sin(way), 2)
@@ -64,13 +77,13 @@ def own_numbers(student: str) -> OwnNumbers:
 
 
 def _draws(digest: bytes) -> Iterator[float]:
-    """Numbers from 0 to 1, without 1: eight of a digest."""
+    """Yields eight numbers from a digest, each at least 0 and less than 1."""
     for k in range(0, len(digest), 4):
         yield int.from_bytes(digest[k:k + 4], 'big') / 2.0 ** 32
 
 
 def with_own(files: Dict[str, str], numbers: OwnNumbers) -> Dict[str, str]:
-    """The files of a skeleton with these numbers."""
+    """Returns the files of a skeleton, name -> text, with these numbers in them."""
     places = {
         'self.goal_x = {:g}\n'.format(GOAL[0]): 'self.goal_x = {:g}\n'.format(numbers.goal[0]),
         'self.goal_y = {:g}\n'.format(GOAL[1]): 'self.goal_y = {:g}\n'.format(numbers.goal[1]),

@@ -1,8 +1,8 @@
 """The packages of a submission: their names, their messages, and the Python modules made of them.
 
 A Python node needs nothing else of a build: messages, services, and the modules of a setup.py.
-catkin is not asked: a CMakeLists.txt of a course's repository often needs packages that no marking
-machine has, and it is a program of the submission. Outside of a sandbox all files are texts.
+catkin is not run. A CMakeLists.txt often needs packages that the marking machine does not have, and
+it is a program of the submission. Outside of a sandbox all files are only read as texts.
 """
 import json
 import os
@@ -22,9 +22,9 @@ from tb3_labs.marking.names import NAME, is_name, printable
 from tb3_labs.marking.sandbox import NoSandbox, Sandbox
 
 MANIFEST, RECIPE = 'package.xml', 'CMakeLists.txt'
-#: This much of a package.xml is read [bytes].
+#: At most this much of a package.xml is read [bytes].
 LARGEST_MANIFEST = 1000000
-#: The folders of a package's messages, services and actions; the names of their files end alike.
+#: The folders of a package's messages, services and actions; also the endings of their files.
 MESSAGES, SERVICES = 'msg', 'srv'
 INTERFACES = (MESSAGES, SERVICES, 'action')
 #: A field of a type of another package, as in `geometry_msgs/Pose2D goal`.
@@ -37,12 +37,12 @@ BUILD_TIME = 30.0
 # -- files and manifests
 
 def files_in(folder: Path) -> List[Path]:
-    """The paths of all files below `folder`, in order; no links."""
+    """Returns the paths of all files below `folder`, in order, without links."""
     return sorted(path for path in folder.rglob('*') if path.is_file() and not path.is_symlink())
 
 
 def package_folder(path: Path, folder: Path) -> Optional[Path]:
-    """The nearest folder above `path` that has a package.xml, within `folder`; None if none has."""
+    """Returns the nearest folder above `path`, within `folder`, with a package.xml; else None."""
     for parent in path.parents:
         if (parent / MANIFEST).is_file():
             return parent
@@ -52,12 +52,12 @@ def package_folder(path: Path, folder: Path) -> Optional[Path]:
 
 
 def name_in(manifest: Path) -> Tuple[str, str]:
-    """The name in a package.xml and '', or '' and the reason why there is none."""
+    """Returns (name in a package.xml, ''), or ('', reason) if there is no valid name."""
     if not manifest.is_file():
         return '', 'The package has no package.xml: one was made.'
     try:
         text = manifest.read_bytes()[:LARGEST_MANIFEST].decode('utf-8-sig', errors='replace')
-        if '<!ENTITY' in text:      # it may stand for millions of others
+        if '<!ENTITY' in text:      # an entity may expand to millions of others
             raise ValueError('it has entities')
         name = (ElementTree.fromstring(text).findtext('name') or '').strip()
     except (ElementTree.ParseError, ValueError, LookupError, RecursionError) as error:
@@ -68,9 +68,11 @@ def name_in(manifest: Path) -> Tuple[str, str]:
 
 
 def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
-    """name -> folder, of all packages below `folder`: those with a package.xml, and folders that
-    hold message files without one. Of several with one name that nearest to `node` is taken. A name
-    that a program cannot import is left out."""
+    """Returns name -> folder of all packages below `folder`.
+
+    A package has a package.xml, or at least message files. If several packages have one name, the
+    package nearest to `node` is taken. A package is left out if a program cannot import its name.
+    """
     found: Dict[str, Set[Path]] = {}
     for path in files_in(folder):
         if path.name == MANIFEST:
@@ -94,14 +96,16 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
 # -- messages
 
 def interface_files(package: Path) -> Dict[str, List[str]]:
-    """kind ('msg', 'srv', 'action') -> names of the files of a package's folder; only kinds that
-    there are. Their names may be anything."""
+    """Returns kind ('msg', 'srv', 'action') -> names of the files of this kind, in a package.
+
+    A kind without files is left out. The names may be invalid.
+    """
     return {kind: sorted(path.name for path in (package / kind).glob('*.' + kind) if path.is_file())
             for kind in INTERFACES if any((package / kind).glob('*.' + kind))}
 
 
 def types_used(package: Path) -> Set[str]:
-    """Names of the packages whose types the messages of a package's folder have as fields."""
+    """Returns the packages whose types are fields of the messages in a package's folder."""
     texts = [(package / kind / name).read_text(encoding='utf-8', errors='replace')
              for kind, names in interface_files(package).items() for name in names]
     return set(FIELD.findall('\n'.join(texts)))
@@ -109,10 +113,10 @@ def types_used(package: Path) -> Set[str]:
 
 def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], remarks: List[str],
           sandbox: Union[Sandbox, NoSandbox]) -> Optional[Dict[str, Any]]:
-    """Make the modules of packages, name -> folder, below `folder`; the description of their types,
-    see messages_in_sandbox, None if they have none.
+    """Make the Python modules of `packages`, {name: folder}, below `folder`. Returns the
+    description of their types, see messages_in_sandbox; None if they define none.
 
-    `environment`: of the sandbox, in which the messages are read; `remarks` grows by sentences.
+    `environment`: for the sandbox that reads the messages. Sentences are added to `remarks`.
     """
     files: List[List[str]] = []
     for name, package in packages.items():
@@ -165,8 +169,10 @@ def _definitions(name, package, remarks):
 
 
 def _read(request, environment, sandbox):
-    """The answer of messages_in_sandbox, None if there is none; by a file, since a program in a
-    sandbox cannot write a large one."""
+    """Returns the answer of messages_in_sandbox; None if there is none.
+
+    The answer comes in a file, since a program in a sandbox cannot write a large file.
+    """
     command = ['python3', '-c', Path(messages_in_sandbox.__file__).read_text()]
     with tempfile.TemporaryFile('w+') as asked, tempfile.TemporaryFile('w+') as answer:
         json.dump(request, asked)
@@ -183,8 +189,8 @@ def _read(request, environment, sandbox):
 
 @lru_cache(maxsize=None)
 def system_messages() -> Dict[str, List[str]]:
-    """name -> folders of its messages, of all ROS packages of this machine; always the same."""
-    # A RosPack fills itself while it is asked: one for each thread that comes first.
+    """Returns name -> folders of its messages, for all ROS packages of this machine; cached."""
+    # A RosPack changes while it is asked: each thread that comes first has its own.
     ros = rospkg.RosPack()
     folders = {name: os.path.join(ros.get_path(name), MESSAGES) for name in ros.list()}
     return {name: [folder] for name, folder in folders.items() if os.path.isdir(folder)}

@@ -1,8 +1,8 @@
 """The processes of one submission: their environment, the resources that they use, their end.
 
-Each process of a submission has the submission's identity in its environment, so that one which
-left its process group is found as well. Linux counts memory for each process alone, and old
-versions of bubblewrap give the folders of a sandbox no size: the sums are computed here.
+Each process of a submission has the submission's identity in its environment, so that a process
+that left its group is found too. Linux limits the memory of single processes only, and old versions
+of bubblewrap cannot limit the size of a folder: this module adds up memory and sizes.
 """
 import os
 import signal
@@ -11,7 +11,7 @@ import threading
 from pathlib import Path
 from typing import Dict, Iterable, List, MutableMapping
 
-#: The variable of the identity; each try of a submission has a value of its own.
+#: The environment variable of the identity; each try of a submission has its own value.
 IDENTITY = 'TB3_LABS_SUBMISSION'
 #: Variables of the caller that would change the result.
 FORGOTTEN = ('ROS_MASTER_URI', 'ROS_IP', 'ROS_NAMESPACE', 'TURTLEBOT3_MODEL', 'ROSCONSOLE_FORMAT',
@@ -19,7 +19,7 @@ FORGOTTEN = ('ROS_MASTER_URI', 'ROS_IP', 'ROS_NAMESPACE', 'TURTLEBOT3_MODEL', 'R
 PREFIXES, MODULES = 'CMAKE_PREFIX_PATH', 'PYTHONPATH'
 #: Variables that list folders of catkin's workspaces.
 LISTS = (PREFIXES, 'LD_LIBRARY_PATH', 'PATH', 'PKG_CONFIG_PATH', MODULES, 'ROS_PACKAGE_PATH')
-#: The master alone: rosout would write all that a node prints to a file.
+#: Starts the master without rosout: rosout would write all log lines into a file.
 ROSCORE = '<launch/>'
 #: Log lines go to the terminal as usual, but to no file.
 LOGGING = '''[loggers]
@@ -50,7 +50,7 @@ PAGE = os.sysconf('SC_PAGE_SIZE')
 # -- the environment
 
 def environment_in(work: Path, environment: Dict[str, str]) -> Dict[str, str]:
-    """The environment of a ROS of its own, which writes nowhere but below `work`, an existing
+    """Returns the environment of a separate ROS, which writes only below `work`, an existing
     folder; `environment`: that of the submission's workspace."""
     settings = work / 'etc'
     settings.mkdir(exist_ok=True)
@@ -65,9 +65,12 @@ def environment_in(work: Path, environment: Dict[str, str]) -> Dict[str, str]:
 
 def forget_overlays(environment: MutableMapping[str, str] = os.environ,
                     modules: List[str] = sys.path) -> None:
-    """Take the catkin workspaces that go before this package's out of an environment, and out of
-    Python's search path: an instructor's own nodes and messages must not stand in for those of a
-    submission, nor be read by it. Both are changed."""
+    """Remove the catkin workspaces that come before this package's from `environment` and from
+    Python's search path `modules`.
+
+    An instructor's own nodes and messages must not replace those of a submission. A submission must
+    not read them.
+    """
     prefixes = [path for path in environment.get(PREFIXES, '').split(':') if path]
     holders = [number for number, prefix in enumerate(prefixes)
                if os.path.isdir(os.path.join(prefix, 'share', 'tb3_labs'))]
@@ -93,7 +96,7 @@ def _sources_of(prefix):
 # -- the end
 
 def sweep(identity: str) -> None:
-    """Kill every process that has this identity in its environment, until there is none."""
+    """Kill every process that has this identity in its environment, until none is left."""
     mark = '{}={}'.format(IDENTITY, identity).encode()
     while True:
         found = [process for process in Path('/proc').glob('[0-9]*')
@@ -121,14 +124,16 @@ def _kill(pid):
 # -- the resources
 
 class ResourceWatch:
-    """Watches the sandbox whose outermost process is `pid`, until :meth:`end`, and ends all its
-    programs if they use too much."""
+    """Watches a sandbox until :meth:`end`; kills its programs if they use too much.
+
+    `pid` is the outermost process of the sandbox.
+    """
 
     def __init__(self, pid: int, own_folders: Iterable[str]) -> None:
-        """`own_folders`: of the sandbox, as its programs know them."""
+        """`own_folders`: paths of the sandbox's own folders, as its programs see them."""
         self._pid, self._own = pid, own_folders
         self._over = threading.Event()
-        #: The limit that was exceeded, a clause; '' so far.
+        #: The limit that was exceeded, a clause; '' if none was.
         self.exceeded = ''
         threading.Thread(target=self._look, daemon=True).start()
 
@@ -156,7 +161,7 @@ class ResourceWatch:
 
 def _below(pid):
     family = [pid]
-    for parent in family:       # which grows meanwhile
+    for parent in family:       # the list grows meanwhile
         try:
             for thread in Path('/proc/{}/task'.format(parent)).iterdir():
                 family += map(int, (thread / 'children').read_text().split())
@@ -166,7 +171,7 @@ def _below(pid):
 
 
 def _memory(pid):
-    """The memory of a process, without files [bytes]; pages shared since a fork count for each."""
+    """Returns the memory of a process, without files [bytes]; shared pages count in full."""
     try:
         _, resident, shared, *_ = Path('/proc/{}/statm'.format(pid)).read_text().split()
     except OSError:
@@ -175,7 +180,7 @@ def _memory(pid):
 
 
 def _own_memory(pid):
-    """The same, but each process has its part of shared pages; slower [bytes]."""
+    """Returns the memory of a process [bytes]; of shared pages only its part counts. Slower."""
     try:
         with open('/proc/{}/smaps_rollup'.format(pid)) as file:
             return 1024 * next(int(line.split()[1]) for line in file if line.startswith('Pss:'))
@@ -184,7 +189,7 @@ def _own_memory(pid):
 
 
 def _used(pid, folder):
-    """The size of the files in a sandbox's own folder, by a process in the sandbox [bytes]."""
+    """Returns the size of the files in a sandbox's own folder [bytes]; `pid`: a process in it."""
     try:
         state = os.statvfs('/proc/{}/root{}'.format(pid, folder))
     except OSError:

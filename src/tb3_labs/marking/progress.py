@@ -3,20 +3,21 @@ import shutil
 import threading
 from typing import Dict, TextIO
 
-#: How a line of progress begins that another program reads, as mark.py reads those of the check.
+#: A line of progress for another program begins so: mark.py reads these lines of the check.
 TRYING = 'trying '
-#: Back to the begin of a terminal's line, and clear it.
+#: Go to the begin of the terminal's line, and clear the line.
 RENEW = '\r\x1b[K'
 
 
 def tried_last(log: str) -> str:
-    """The latest of such lines in the text of a log, without its beginning; '' if there is none."""
+    """Returns the latest line of a log that begins with TRYING, without TRYING; '' if there is
+    none."""
     lines = [line for line in log.splitlines() if line.startswith(TRYING)]
     return lines[-1][len(TRYING):] if lines else ''
 
 
 class Progress:
-    """Writes lines to a stream, and below them what several tasks are doing now. For any thread."""
+    """Writes lines to a stream, and below them the step of each task. Any thread may call it."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream, self._terminal = stream, stream.isatty()
@@ -37,8 +38,10 @@ class Progress:
             self._draw()
 
     def now(self, task: str, words: str, detail: str = '') -> None:
-        """Tell the step of a task. Without a terminal `detail` is left out, and only a change is
-        written."""
+        """Show the step of a task.
+
+        If the stream is not a terminal, only a change of `words` is written, without `detail`.
+        """
         with self._lock:
             if self._terminal:
                 self._now[task] = words + detail

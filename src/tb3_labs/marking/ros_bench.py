@@ -1,10 +1,11 @@
 """The scripts of a checkoff: each part of a lab with a node that a person has started and types to.
 
-They are those of the marking, except that a turn begins wherever the robot stands, and that the
-person presses Ctrl+C.
+The scripts are like those of the marking, with two differences: a turn begins at any heading, and
+the person presses Ctrl+C. Headings are those of the IMU in [deg], 0 to 360.
 """
 import math
 import time
+from typing import Iterable, Mapping, NamedTuple, Optional, Sequence, Set
 
 import rospy
 from sensor_msgs.msg import Imu
@@ -15,7 +16,6 @@ from tb3_labs.marking import imu as asked_imu
 from tb3_labs.marking import move2goal as asked_move2goal
 from tb3_labs.marking import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking import turn as asked_turn
-from tb3_labs.marking.checkoff import MARGIN, next_turn
 from tb3_labs.marking.criteria import CTRL_C, SIGNAL, STOPPING, TOOK, TRACEBACK
 from tb3_labs.marking.labs import GAMEPAD, IMU, MOVE2GOAL, TURN
 from tb3_labs.marking.observation import CTRL_RELINQ
@@ -23,19 +23,69 @@ from tb3_labs.marking.observation import IMU as IMU_TOPIC
 from tb3_labs.marking.observation import JOY, MOUSE_INFO, MOVED, WAS_MOVING, Stimulus
 from tb3_labs.marking.ros_running_node import NO, YES
 from tb3_labs.marking.ros_stage import PATIENCE, UNDER_WAY
+from tb3_labs.marking.turn import LEFT, RIGHT
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_imu_sample
 
-#: A person turns no more often than this; after so many turns the margin is given up.
+#: A turn across the jump of the heading ends at least this far beyond the jump [deg].
+MARGIN = 20.0
+#: The turns of the IMU lab, for each quadrant where they begin; turns across a jump need MARGIN.
+BY_QUADRANT: Sequence[Mapping[str, str]] = (
+    {LEFT: LEFT, RIGHT: 'r across 0'}, {LEFT: 'l across 180', RIGHT: RIGHT},
+    {LEFT: LEFT, RIGHT: 'r across 180'}, {RIGHT: RIGHT})
+#: A person types at most MOST_TURNS turns. After WITH_MARGIN of them MARGIN is no longer kept.
 MOST_TURNS, WITH_MARGIN = 20, 5
-#: A person has typed something, and the node has answered, within this time [s].
+#: A person types something, and the node answers, within this time together [s].
 ANSWER = 4.0
-#: A node that commanded a movement so shortly before its end was ended in that movement [s].
+#: A node ended in motion if it commanded a movement within this time before its end [s].
 IN_MOTION = 0.5
-#: The stick of a robot that turns slowly until Ctrl+C.
+#: The stick is held at this value, so that the robot turns slowly until Ctrl+C.
 SLOWLY = 0.3
-#: The sticks are in their middle, and the control is taken, for this time at the end [s].
+#: At the end the sticks rest in their middle, or the control stays taken, for this time [s].
 RELEASE = 0.4
+
+
+# ----- the order of the turns -----
+
+class Next(NamedTuple):
+    """The next turn to ask for: the letter to type, and the name of its stimulus.
+
+    The name is '' if the turn only leads to the heading where another turn begins.
+    """
+
+    typed: str
+    name: str
+
+
+def next_turn(heading_deg: float, left: Iterable[str], margin: float = MARGIN,
+              last: Optional[Next] = None) -> Optional[Next]:
+    """Returns the next of the turns `left` (names of stimuli); None if there are none left.
+
+    If none of them begins at this heading, it is a turn towards a heading where one begins.
+    `last`: the turn before. If that one was only towards a heading, it is repeated, so that a
+    robot that turns inexactly does not go to and fro.
+    """
+    wanted = set(left)
+    if not wanted:
+        return None
+    begins = _begins(heading_deg, wanted, margin)
+    if begins is not None:
+        return begins
+    if last is not None and not last.name:
+        return last
+    leads_right = _begins(heading_deg + 90.0, wanted, margin) is None and (
+        _begins(heading_deg - 90.0, wanted, margin) is not None)
+    return Next(RIGHT if leads_right else LEFT, '')
+
+
+def _begins(heading_deg: float, wanted: Set[str], margin: float) -> Optional[Next]:
+    """A wanted turn that begins at this heading; None if there is none."""
+    quadrant, beyond = divmod(heading_deg % 360.0, 90.0)
+    for typed, room in ((RIGHT, 90.0 - beyond), (LEFT, beyond)):
+        name = BY_QUADRANT[int(quadrant) % 4].get(typed)
+        if name in wanted and (name == typed or room >= margin):
+            return Next(typed, name)
+    return None
 
 
 # ----- Ctrl+C by the person -----
@@ -44,7 +94,8 @@ def person_ends(stage, task, goodbye='', set_in_motion=None):
     """Have the person end the node by Ctrl+C.
 
     `task`: the words to the person; `goodbye`: the last line of the node; ``set_in_motion()`` is
-    called before, and the node is ended again if the robot did not move then. None: it need not.
+    called before Ctrl+C. If the robot did not move then, the node is ended again. None: the robot
+    need not move.
     """
     for name in CTRL_C:
         if not _ended(stage, name, task, goodbye, set_in_motion):
@@ -55,12 +106,14 @@ def person_ends(stage, task, goodbye='', set_in_motion=None):
 
 
 def _ended(stage, name, task, goodbye, set_in_motion):
-    """The stimulus of a Ctrl+C, whose moment is known from its consequences; False if the person
-    does not press it."""
+    """Record the stimulus of a Ctrl+C. Returns False if the person does not press Ctrl+C.
+
+    The moment of Ctrl+C is concluded from the node's last command, or from its end.
+    """
     node, recorder = stage.node, stage.recorder
     answer = NO
     while answer == NO:
-        if not node.start():    # it may have been ended while the person answered
+        if not node.start():    # it may have ended while the person answered
             return False
         if set_in_motion is not None:
             set_in_motion()
@@ -96,13 +149,13 @@ def _ask_for_the_end(node, characters, goodbye, ended):
 # ----- the scripts that differ from those of the marking -----
 
 def imu_heading_deg():
-    """The heading that the IMU says now, 0 to 360 [deg]. ``rospy.ROSException`` if it is silent."""
+    """Returns the IMU's heading, 0 to 360 [deg]. ``rospy.ROSException`` if the IMU is silent."""
     sample = to_imu_sample(rospy.wait_for_message(IMU_TOPIC, Imu, timeout=5.0))
     return math.degrees(sample.yaw) % 360.0
 
 
 def turns(stage):
-    """The turns, by the shortest way through all headings where they jump; nonsense."""
+    """All turns, in the order of next_turn(); then an invalid input."""
     left, in_vain, step = set(asked_turn.EACH_TURN), 0, None
     for number in range(MOST_TURNS):
         if not stage.node.start():
@@ -137,7 +190,7 @@ def turn_shutdown(stage):
 
 
 def heading(stage):
-    """The robot is turned, the node only says where it looks; Ctrl+C."""
+    """The marker turns the robot, and the node prints the heading; then Ctrl+C."""
     if not stage.node.start():
         return
     person = stage.node.person
@@ -155,7 +208,7 @@ def heading(stage):
 
 
 def drive(stage):
-    """The frame is reset where the robot stands, if the node can; then as in the marking."""
+    """The node's frame is reset at the robot's pose, if the node can; then as in the marking."""
     ros_move2goal.Control(stage)
     if not stage.node.start():
         return
@@ -166,14 +219,14 @@ def drive(stage):
 
 
 def control(stage):
-    """Control is taken in a drive; Ctrl+C in another."""
+    """Control is taken in a drive; the person presses Ctrl+C in another drive."""
     ros_move2goal.control_taken(stage, lambda set_in_motion: person_ends(
         stage, 'Press Ctrl+C in the terminal of your node, while the robot drives.',
         set_in_motion=set_in_motion))
 
 
 def buttons(stage):
-    """As in the marking; Ctrl+C while the robot turns on the spot."""
+    """All is as in the marking, but Ctrl+C comes while the robot turns on the spot."""
     ros_gamepad.buttons(stage, lambda pad: person_ends(
         stage, 'Press Ctrl+C in the terminal of your node, while the robot turns.',
         set_in_motion=lambda: pad.push(left=SLOWLY)))
@@ -182,20 +235,20 @@ def buttons(stage):
 # ----- letting go -----
 
 def release_mouse(stage):
-    """The mouse is not active."""
+    """Make the mouse inactive."""
     mouse = ros_turn.mouse_of(stage, [])
     if mouse is not None:
         mouse.hold(None)
 
 
 def release_pad(stage):
-    """The sticks are in their middle."""
+    """Let the sticks go to their middle."""
     with ros_gamepad.HeldPad(stage.pad):
         time.sleep(RELEASE)
 
 
 def release_control(stage):
-    """The node has no control."""
+    """Take the control from the node."""
     ros_move2goal.Control(stage)
     time.sleep(RELEASE)
 
@@ -211,9 +264,9 @@ PARTS = {
               asked_gamepad.NO_SERVICE: ros_gamepad.no_service,
               asked_gamepad.LOST: ros_gamepad.lost},
 }
-#: (lab, part) -> the topic that this program plays there, and nobody else may.
+#: (lab, part) -> the topic that this program publishes there; no other program may.
 PLAYED = {(TURN, asked_turn.MOUSE): MOUSE_INFO, (TURN, asked_turn.BOTH): MOUSE_INFO}
 PLAYED.update({(lab, part): topic for lab, topic in ((MOVE2GOAL, CTRL_RELINQ), (GAMEPAD, JOY))
                for part in PARTS[lab]})
-#: topic -> how it is let go of, given a Stage
+#: topic -> the function that lets go of it, given a Stage
 RELEASES = {MOUSE_INFO: release_mouse, JOY: release_pad, CTRL_RELINQ: release_control}

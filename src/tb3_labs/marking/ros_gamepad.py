@@ -1,4 +1,4 @@
-"""How a gamepad node is tried out: the stage is the pad, and offers the reset."""
+"""The scripts for a gamepad node: the marker plays the pad, and offers the reset."""
 import time
 from contextlib import closing
 from pathlib import Path
@@ -17,13 +17,13 @@ from tb3_labs.marking.ros_robot import Repeater
 from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.ros.clocks import wait_until
 
-#: The numbers of axes and buttons of a pad; those without a function stay zero.
+#: A pad has this number of axes and of buttons; those without a function stay zero.
 AXES, BUTTONS = 8, 11
-#: How long a button is pressed, and how long Y is held [s].
+#: A button is pressed for PRESS [s]; Y is held for HOLD [s].
 PRESS, HOLD = 0.15, 0.6
-#: The print and the messages of a node after an answer arrive within this time [s].
+#: A node's output and messages after an answer arrive within this time [s].
 UNDER_WAY = 0.3
-#: A node that has not begun to drive within this time does not [s].
+#: A node that will drive has begun to drive within this time [s].
 REACTION = 1.5
 #: A drive has lasted this long before something happens to it [s].
 WELL_UNDER_WAY = 0.4
@@ -32,7 +32,7 @@ HANDOUT = 'handout'
 
 
 def pad_called(name):
-    """The PadConfig of a pad; ``ValueError`` with the valid names for an unknown one."""
+    """Returns the PadConfig of a pad; ``ValueError`` with the valid names if it is unknown."""
     folder = Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch' / 'params'
     known = {path.stem[len('pad_'):]: path for path in folder.glob('pad_*.yaml')}
     if name not in known:
@@ -41,7 +41,7 @@ def pad_called(name):
 
 
 def pad_in_words(name):
-    """A sentence: the pad, and the numbers of its sticks and buttons."""
+    """Returns a sentence on the pad and the numbers of its axes and buttons."""
     pad = pad_called(name)
     return ('The pad was "{}": axis {} drives, axis {} turns; button {} is A, {} is B, '
             '{} is Y.').format(
@@ -50,10 +50,10 @@ def pad_in_words(name):
 
 
 class HeldPad(Repeater):
-    """The hand on the gamepad; the sticks are in their middle at first."""
+    """The gamepad of the marker; at first its sticks are in their middle."""
 
     def __init__(self, numbers):
-        """`numbers`: its axes and buttons, a PadConfig."""
+        """`numbers`: the numbers of its axes and buttons, a PadConfig."""
         super().__init__(JOY, Joy)
         self.numbers = numbers
         self._buttons = [0] * BUTTONS
@@ -61,14 +61,14 @@ class HeldPad(Repeater):
         self.wait_until_heard()
 
     def sticks(self, forward=0.0, left=0.0):
-        """Hold the sticks there, each -1 to 1."""
+        """Hold the sticks at these values, each -1 to 1."""
         self._axes = [0.0] * AXES
         self._axes[self.numbers.linear_axis] = forward
         self._axes[self.numbers.angular_axis] = left
         self._show()
 
     def push(self, forward=0.0, left=0.0):
-        """Hold the sticks in their middle until the node heard it, then there."""
+        """Hold the sticks in their middle until the node heard that, then at these values."""
         self.sticks()
         self.wait_until_heard()
         self.sticks(forward, left)
@@ -109,8 +109,10 @@ def sticks(stage):
 
 
 def buttons(stage, ctrl_c=None):
-    """A, the sticks, B, the sticks, Y; then ``ctrl_c(pad)``, that of the stage while a stick drives
-    if None."""
+    """A, the sticks, B, the sticks, Y; then ``ctrl_c(pad)``.
+
+    If `ctrl_c` is None, the stage sends Ctrl+C while a stick drives.
+    """
     with _reset_service(stage) as service:
         if not stage.node.alive and not stage.node.start():
             return

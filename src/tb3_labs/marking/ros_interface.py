@@ -1,8 +1,7 @@
-"""The interface of a student's node: its topics and services on the graph, and reset services of
-types that the student defined.
+"""The interface of a student's node: its topics and services on the graph, and its reset.
 
-The fields of a reset are filled and read by their names: a student may call them x, pos_x, y, yaw,
-theta, heading, yaw_deg, ..., or use a standard pose.
+A student may define the type of the reset. Its fields are filled and read by their names, such as
+x, pos_x, y, yaw, theta, heading, yaw_deg. A standard pose is possible too.
 """
 import math
 import threading
@@ -18,33 +17,35 @@ from tb3_labs.marking.ros_internals import offer_any_service, service_types
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
 
-#: The roles of a node at a topic, or a service.
+#: The roles that a node can have at a topic or a service.
 ROLES = PUBLISHES, LISTENS, OFFERS = 'publishes', 'listens', 'offers'
 #: Name of a field of a request -> the part of a pose that it takes.
 PLACES = {'x': 'x', 'pos_x': 'x', 'x_pos': 'x', 'x0': 'x', 'pose_x': 'x',
           'y': 'y', 'pos_y': 'y', 'y_pos': 'y', 'y0': 'y', 'pose_y': 'y'}
-#: The parts that a request can take; besides, UNIT: the unit of its yaw is beyond doubt.
+#: ALL: the parts of a pose that a request can take. UNIT: the unit of the request's yaw is known.
 ALL, UNIT = frozenset({'x', 'y', 'yaw'}), 'unit'
 ANGLES = ('yaw', 'theta', 'th', 'heading', 'angle', 'phi')
-#: The names of the reset that the handouts lead to, likeliest first; then any that has one of WORDS
-#: in it.
+#: The reset's usual names by the handouts, likeliest first. Any other name with one of WORDS in it
+#: comes after them.
 NAMES = ('reset_pose', 'reset', 'set_pose', 'reset_local_pose', 'set_local_pose')
 WORDS = ('reset', 'pose')
 
 
 class Graph:
-    """Asks the master; if it does not answer, no node is known."""
+    """Asks the master for nodes; if the master does not answer, no node is known."""
 
     def __init__(self, types):
         """`types`: the Types of the node's messages and services."""
         self.types = types
         self._master = rosgraph.Master(rospy.get_name())
-        #: The names of the node; a process may be several nodes, or rename itself.
+        #: The names of the student's node; its process may be several nodes, or rename itself.
         self.names = set()
 
     def nodes(self):
-        """name -> what it registered, of each node but this one: a set of (role, name of the topic
-        or service), where the role is one of ROLES."""
+        """Returns name -> registrations, for each node except this one.
+
+        The registrations are a set of (role, name of the topic or service); roles: see ROLES.
+        """
         try:
             publishers, subscribers, services = self._master.getSystemState()
         except (OSError, rosgraph.MasterException):
@@ -58,7 +59,7 @@ class Graph:
         return nodes
 
     def services(self):
-        """The names of the node's services."""
+        """Returns the names of the node's services."""
         _, _, services = self._master.getSystemState()
         return [name for name, nodes in services if self.names.intersection(nodes)]
 
@@ -68,12 +69,12 @@ class Graph:
         return any((LISTENS, topic) in nodes.get(name, ()) for name in self.names)
 
     def kind_of(self, topic):
-        """The message class that the node itself uses on `topic`; None if there is none."""
+        """Returns the message class that the node uses on `topic`; None if it is not known."""
         kind = dict(self._master.getTopicTypes()).get(rospy.resolve_name(topic))
         return self.types.message(kind) if kind else None
 
     def service(self, name):
-        """The class of a service that is offered; None if its type is not known here."""
+        """Returns the class of a service that is offered; None if its type is not known."""
         try:
             kind = rosservice.get_service_type(name)
         except (rosservice.ROSServiceException, OSError):
@@ -81,16 +82,16 @@ class Graph:
         return self.types.service(kind) if kind else None
 
     def forget(self):
-        """Have the master forget the node: one that was killed is still registered."""
+        """Remove the node from the master: a node that was killed stays registered."""
         left = [name for name in self.names if name in self.nodes()]
         if left:
             rosnode.cleanup_master_blacklist(self._master, left)
 
 
 def fill_pose(request, pose):
-    """Fill a Pose2 into a message, wherever it has fields for one.
+    """Fill a Pose2 into the fields of a message that are meant for a pose.
 
-    Returns the set of the parts that it took: those of ALL, and UNIT. A yaw whose name does not end
+    Returns the set of the parts that were filled, of ALL, and UNIT. A yaw whose name does not end
     in '_deg' is filled in rad.
     """
     filled = set()
@@ -127,8 +128,7 @@ def is_origin(request):
 
 
 class ResetCaller:
-    """The reset service of a node, of which `graph` knows; `found` is its name, '' if there is
-    none."""
+    """The reset service of the node of a Graph; `found` is its name, '' if there is none."""
 
     def __init__(self, graph):
         def rank(name):
@@ -138,13 +138,13 @@ class ResetCaller:
             word in name.rsplit('/', 1)[-1].lower() for word in WORDS)]
         self.found = min(likely, key=rank, default='')
         self._kind = graph.service(self.found) if self.found else None
-        #: The parts that its request takes, as fill_pose() says.
+        #: The parts of a pose that its request takes, as fill_pose() returns them.
         self.takes = set()
-        if self._kind is not None:      # else call() tells
+        if self._kind is not None:      # if unknown, call() returns the reason
             self.takes = fill_pose(self._kind._request_class(), Pose2())
 
     def call(self, pose):
-        """Declare a Pose2; '' or the reason why it failed."""
+        """Call the reset with a Pose2. Returns '', or the reason why it failed."""
         if self._kind is None:
             return 'the type of {} cannot be loaded'.format(self.found)
         request = self._kind._request_class()
@@ -166,9 +166,9 @@ class ResetCaller:
 
 
 class AnyService:
-    """Reset services, called NAMES, that take calls of any type; they answer with success.
+    """Reset services with the names NAMES. They take calls of any type, and answer with success.
 
-    A client says by a checksum which type it means: one of the packages, or of the student's.
+    The client's checksum tells the type: a type of `packages`, or one of the student's.
     """
 
     def __init__(self, packages, own):
@@ -180,7 +180,7 @@ class AnyService:
         self._services = [offer_any_service(name, self._on_call) for name in NAMES]
 
     def close(self):
-        """Offer nothing any more."""
+        """End the services."""
         for service in self._services:
             service.shutdown()
 

@@ -1,10 +1,11 @@
 """The private parts of rospy and genpy that the marking reads, each behind one function.
 
-They were read in the sources of rospy 1.15.15 and genpy 0.6.16 (Debian 12); see
-:mod:`tb3_labs.ros.rospy_internals`, which has those of the nodes. If rospy no longer compares the
-checksum of a client with `_md5sum`, or no longer passes on the header and the bytes of an AnyMsg, a
-gamepad's call of a type of its own fails: test/marking/check_gamepad.test and test/ros/mark.test
-show it.
+They are known from the sources of rospy 1.15.15 and genpy 0.6.16 (Debian 12). The private parts
+that the nodes use are in :mod:`tb3_labs.ros.rospy_internals`.
+
+A gamepad's call of its own service type fails if rospy no longer compares a client's checksum with
+`_md5sum`, or no longer passes on the header and the bytes of an AnyMsg.
+test/marking/check_gamepad.test and test/ros/mark.test show it.
 """
 import importlib
 from io import BytesIO
@@ -19,11 +20,11 @@ from tb3_labs.ros.rospy_internals import connection_of
 
 
 def sender_of(subscriber: rospy.Subscriber, message: Any) -> str:
-    """The address of the program that sent a message: the URI that the master told for it, whatever
-    name it gives itself; '' if the connection has ended.
+    """Returns the URI of the program that sent a message; '' if the connection has ended.
 
-    It is `endpoint_id` of the connection that has the message's header. If that moves, an
-    AttributeError ends the marking of a node at its first message.
+    The URI comes from the master, not from the sender. It is `endpoint_id` of the connection that
+    has the message's header. If rospy renames it, an AttributeError ends the marking of a node at
+    its first message.
     """
     header = connection_of(message)
     for connection in list(subscriber.impl.connections):
@@ -33,15 +34,15 @@ def sender_of(subscriber: rospy.Subscriber, message: Any) -> str:
 
 
 def name_of_sender(message: Any) -> str:
-    """The name that the program that sent a message gives itself."""
+    """Returns the name of a message's sender, as the sender says it."""
     return connection_of(message).get('callerid') or 'an unknown program'
 
 
 def service_types(packages: rospkg.RosPack) -> Dict[str, Any]:
-    """{checksum: class} of all services in these packages, as far as they are built, and of
-    std_srvs, which Debian installs as a Python module alone.
+    """Returns {checksum: class} of std_srvs and of all services in these packages that are built.
 
-    If genpy renames `_md5sum` or `_request_class`, no type is found, and every call is refused.
+    std_srvs is named because Debian installs only its Python module. If genpy renames `_md5sum` or
+    `_request_class`, no type is found, and every call is refused.
     """
     types = {}
     for package in ['std_srvs'] + [name for name in packages.list()
@@ -77,10 +78,10 @@ class _AnyType:
 
 
 def offer_any_service(name: str, on_call: Callable[[str, bytes], Any]) -> rospy.Service:
-    """A rospy.Service that takes requests of any type.
+    """Returns a rospy.Service that takes requests of any type.
 
     ``on_call(checksum, data)`` gets the checksum of the client's type and the bytes of its request.
-    It returns the response, a message.
+    ``on_call`` returns the response, a message.
 
     If rospy compares checksums in another way, each call is refused because of its type.
     """

@@ -1,64 +1,70 @@
-"""Judges one submission by its lab's check_LAB.test, in a ROS of its own.
+"""Judges submissions by the check_LAB.test of their lab, several at a time.
 
-It has a master, a simulated robot, a home and a log folder of its own, and a time limit. At the end
-not a process is left, whatever the submission did.
+Each submission has its own master, simulated robot, home and log folder, and a time limit. At the
+end none of its processes is left, whatever the submission did.
 """
 import json
 import os
 import shutil
 import subprocess
 import tempfile
+import threading
 import time
 import uuid
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import asdict, dataclass
+from datetime import datetime
 from pathlib import Path
-from typing import Callable, Mapping, Sequence, Set
+from typing import Callable, Mapping, Optional, Sequence, Set
 
+from tb3_labs.command_line import reason
 from tb3_labs.marking.choice import NoNode
 from tb3_labs.marking.conduct import NODE_TEXT, laws_imported
 from tb3_labs.marking.criteria import judge
-from tb3_labs.marking.intake import Copy
+from tb3_labs.marking.intake import Copy, Submission, digest
 from tb3_labs.marking.labs import GAMEPAD, LABS
-from tb3_labs.marking.marks import Marks
+from tb3_labs.marking.marks import NOT_JUDGED, Marks
+from tb3_labs.marking.marks_folder import MarksFolder, late_by
+from tb3_labs.marking.names import printable
 from tb3_labs.marking.observation import Observation
 from tb3_labs.marking.own_numbers import own_numbers
 from tb3_labs.marking.packages import files_in
 from tb3_labs.marking.processes import IDENTITY, environment_in, sweep
-from tb3_labs.marking.progress import tried_last
+from tb3_labs.marking.progress import Progress, tried_last
 from tb3_labs.marking.ros_gamepad import HANDOUT, pad_in_words
 from tb3_labs.marking.ros_student_node import ALWAYS, VARIABLE, Launch
 from tb3_labs.marking.sandbox import NoSandbox, Sandbox
 from tb3_labs.marking.workspace import prepare
 
-#: The check is asked so often which part it tries [s].
+#: The period of reading from the check's log which part is tried [s].
 TOLD = 0.5
-#: The network that takes no time; any other is told in the remarks.
+#: The network without delays; a remark names any other network.
 QUIET = 'quiet'
 
 
 class Interrupted(RuntimeError):
-    """A person wants no more marks."""
+    """A person has interrupted the marking."""
 
 
 @dataclass(frozen=True)
 class Options:
     """Settings of a try."""
 
-    package: str = ''           # of the node, if not those that the lab knows
-    name: str = ''              # of the node's file, likewise
+    package: str = ''           # of the node, if it is not a usual one of the lab
+    name: str = ''              # of the node's file, if it is not a usual one
     limit: float = 300.0        # time for one submission [s]
     network: str = QUIET        # between robot and node; see tb3_labs.simulation.network.NETWORKS
     pad: str = HANDOUT          # the gamepad that is played
-    own: bool = False           # has each student numbers of their own?
+    own: bool = False           # does each student have own numbers?
     sandbox: bool = True        # do the submissions' programs run in a Sandbox?
 
 
 class Marker:
-    """Marks submissions of one lab; several at a time, by threads, if wanted."""
+    """Marks submissions of one lab. Several threads may use it at a time."""
 
     def __init__(self, lab: str, worth: Mapping[str, float], logs: Path, parts: Sequence[str] = (),
                  options: Options = Options()) -> None:
-        """`worth`: criterion -> points; `logs`: an existing folder; `parts`: these alone."""
+        """`worth`: criterion -> points; `logs`: an existing folder; `parts`: only these."""
         self._lab, self._worth, self._logs = lab, worth, Path(logs)
         self._parts, self._options = parts, options
         self._interrupted = False
@@ -74,8 +80,9 @@ class Marker:
              trying: Callable[[str], None] = lambda words: None) -> Marks:
         """The Marks of a submission.
 
-        If the machine was too busy to judge it fairly, it is tried once more, and ``tell(words)``
-        hears that. ``trying(words)`` hears which part is tried now, at least once a second.
+        If the machine was too busy to judge it fairly, the submission is tried once more, and
+        ``tell(words)`` is told so. ``trying(words)`` is told the present part at
+        least once a second.
         """
         marks = self._try(copy, trying)
         if self.held_up(marks):
@@ -111,7 +118,7 @@ class Marker:
         return self._judged(marks)
 
     def not_judged(self, student: str, reason: str) -> Marks:
-        """The Marks of a submission that cannot be judged, for this reason, a sentence."""
+        """Returns the Marks of a submission that cannot be judged; `reason`: a sentence."""
         return self._judged(Marks(student, unjudged=reason))
 
     def _judged(self, marks):
@@ -169,8 +176,8 @@ class Marker:
     def _check(self, prepared, sandbox, work, log, record, identity, trying, settings):
         """Run the lab's check with these further arguments; False if the time was up.
 
-        The environment of the student's workspace is the node's alone: the modules in it are the
-        submission's.
+        Only the node gets the environment of the student's workspace: this has modules of the
+        submission.
         """
         sandbox.hand_over(work / 'ws')
         own = environment_in(work, dict(os.environ, **{IDENTITY: identity}))
@@ -194,7 +201,7 @@ class Marker:
         return in_time
 
     def _wait_for(self, check, log, trying):
-        """Wait for its end, for the limit, or for an interruption; False if the time was up."""
+        """Wait for the check's end or an interruption. Returns False if the time was up."""
         begun = told = time.monotonic()
         while check.poll() is None and not self._interrupted:
             time.sleep(0.1)
@@ -209,3 +216,102 @@ class Marker:
     def _go_on(self):
         if self._interrupted:
             raise Interrupted('interrupted')
+
+
+# -- a class
+
+class MarkedClass:
+    """A class whose submissions are marked, and its folder of marks."""
+
+    def __init__(self, marker: Marker, folder: MarksFolder, due: Optional[datetime], anew: bool,
+                 progress: Progress, tell_problem: Callable[[str], None]) -> None:
+        """`anew`: are submissions tried again that were marked and have not changed?"""
+        self._marker, self._folder, self._due, self._anew = marker, folder, due, anew
+        self._progress, self._tell_problem = progress, tell_problem
+        self._failed, self._unchanged = False, 0
+        self._writing = threading.Lock()
+
+    def mark_all(self, submissions: Sequence[Submission], jobs: int) -> bool:
+        """Mark the submissions, `jobs` at a time; write the marks of each as soon as it is marked.
+
+        Returns True if one of them was not judged.
+        """
+        with ThreadPoolExecutor(jobs) as pool:
+            tasks = [pool.submit(self._mark, submission, '[{}/{}] {}'.format(
+                number, len(submissions), submission.student)) for number, submission
+                in enumerate(submissions, 1)]
+            try:
+                wait(tasks)
+            except KeyboardInterrupt:
+                self._tell_problem('interrupted; the marks so far are written, and the same '
+                                   'command goes on from here')
+                self._failed = True
+                for task in tasks:
+                    task.cancel()
+                self._marker.interrupt()
+        for task in tasks:
+            problem = None if task.cancelled() else task.exception()
+            if problem is not None:
+                self._tell_problem(reason(problem))      # its marks cannot be written
+                self._failed = True
+        if self._unchanged:
+            self._tell('{} of {} had been marked and have not changed (--anew tries them again)'
+                       .format(self._unchanged, len(submissions)))
+        return self._failed
+
+    def _mark(self, submission, name):
+        try:
+            self._try(submission, name)
+        except Interrupted:
+            pass
+        except Exception as problem:    # any error: the other submissions are still marked
+            said = '{} ({})'.format(reason(problem), type(problem).__name__)
+            self._tell_problem('{}: {}: {}'.format(name, NOT_JUDGED, said))
+            self._write(self._marker.not_judged(
+                submission.student, 'The marking of it failed: {}.'.format(said)), '')
+        finally:
+            self._progress.done(name)
+
+    def _try(self, submission, name):
+        """Mark one submission, unless it was marked before and has not changed."""
+        begun, late = time.monotonic(), self._late(submission)
+        with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
+            copy = submission.lay_out(work)
+            tried = digest(copy.folder)
+            kept = None if self._anew else self._folder.kept(submission.student, tried)
+            if kept is not None:
+                self._folder.set_late(submission.student, late)
+                self._tell('{}: {:g} of {:g} points, marked before'.format(
+                    name, kept.points, kept.worth))
+                with self._writing:
+                    self._unchanged += 1
+                return
+            self._tell_trying(name)
+            marks = self._marker.mark(
+                copy, lambda words: self._tell('{}: {}'.format(name, words)),
+                lambda words: self._tell_trying(name, words, time.monotonic() - begun))
+        marks.late, marks.seconds = late, time.monotonic() - begun
+        self._tell('{}: {}, {:.0f} s{}'.format(
+            name, '{:g} of {:g} points'.format(marks.points, marks.worth) if marks.judged
+            else NOT_JUDGED, marks.seconds, ', late' * bool(late)))
+        self._write(marks, tried)
+
+    def _late(self, submission):
+        if submission.late:
+            return 'Late, as the learning platform says.'
+        return late_by(self._due, *submission.handed_in_at()) if self._due else ''
+
+    def _write(self, marks, tried):
+        """Write Marks; `tried`: the digest of the submission."""
+        with self._writing:
+            self._folder.write(marks, tried, self._marker.held_up(marks) or not marks.judged)
+            self._failed = self._failed or not marks.judged
+
+    def _tell(self, line):
+        self._progress.line(printable(line))
+
+    def _tell_trying(self, name, words='', seconds=0.0):
+        """Show the part that is tried now; on a terminal show its step and the time too."""
+        part, _, step = words.partition(': ')
+        self._progress.now(name, '{}: {}'.format(name, part) if part else name + ' ...',
+                           (', {},'.format(step) if part else '') + ' {:.0f} s'.format(seconds))

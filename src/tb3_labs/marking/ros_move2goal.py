@@ -1,4 +1,4 @@
-"""How a node of the Transformation lab is tried out."""
+"""The scripts for a node of the Transformation lab."""
 import math
 import time
 
@@ -15,17 +15,17 @@ from tb3_labs.marking.observation import RESET as ROBOTS_RESET
 from tb3_labs.marking.ros_interface import ALL, UNIT, ResetCaller
 from tb3_labs.ros.clocks import wait_until
 
-#: A robot that rests, and had no command for this time, has arrived [s].
+#: A robot has arrived if it rests and had no command to move for this time [s].
 ARRIVAL = 1.5
 #: A drive has lasted this long before something happens to it [s].
 WELL_UNDER_WAY = 0.7
-#: A node lets the robot rest within this time after control was taken [s].
+#: A robot rests within this time after control was taken from the node [s].
 RESTS = 2.0
-#: The heading before the robot's own reset [deg].
+#: The robot has this heading before its own `reset` [deg].
 OFFSET_HEADING = 100.0
-#: The robot's recalibration after `reset`, and a little more [s].
+#: The robot recalibrates after its `reset` for less than this time [s].
 RECALIBRATION = 3.2
-#: The pose that is declared to a node that takes any.
+#: The pose for the reset of a node that takes any pose.
 DECLARED_POSE = Pose2(0.2, 0.3, math.radians(90.0))
 #: The robot's own `reset` is published only while it rests.
 MOVES = 'the robot did not come to rest, so that it could not be reset'
@@ -33,20 +33,20 @@ NO_SERVICE = 'it offers no service whose name has "reset" or "pose" in it'
 
 
 class Control:
-    """Gives the robot to the node, and takes it; it is taken at first."""
+    """Gives control of the robot to the node, and takes it; at first it is taken."""
 
     def __init__(self, stage):
         self._stage = stage
         self._control = rospy.Publisher(CTRL_RELINQ, Bool, queue_size=1, latch=True)
-        # a node that hears nothing but True at once may take it for an old permission
+        # a node may take a first True for an old permission: it hears False before
         self.give(False)
 
     def give(self, given):
-        """Give the robot to the node, or take it."""
+        """Give control to the node (True), or take it (False)."""
         self._control.publish(given)
 
     def drive(self, name, local_T_base=Pose2(), start=None):
-        """The stimulus of a drive: control is given, until the robot arrived or goes astray.
+        """The stimulus of a drive: control is given; it ends if the robot has arrived or is astray.
 
         `local_T_base`: the robot's pose in the local frame when its true pose was `start`, or now.
         """
@@ -63,9 +63,9 @@ class Control:
                 record.facts[RESTED] = recorder.rests(ARRIVAL)
 
     def start_driving(self):
-        """Have the node drive; returns as Stage.set_in_motion().
+        """Have the node drive. Returns the same values as Stage.set_in_motion().
 
-        A node that runs and can be reset drives again after a reset; another is started anew.
+        A node that runs and can be reset drives again after a reset. Any other is started anew.
         """
         return self._stage.set_in_motion(self._is_ready, lambda: self.give(True), REACTION,
                                          WELL_UNDER_WAY)
@@ -80,13 +80,13 @@ class Control:
 
 
 def reset_to_origin(node):
-    """Reset the node's frame, if it offers that; did it succeed?"""
+    """Reset the node's frame, if the node offers it. Returns True if that succeeded."""
     caller = ResetCaller(node.graph)
     return bool(caller.found) and not caller.call(Pose2())
 
 
 def drive(stage):
-    """Without control; the first drive, from where the odometry begins; silence at the goal."""
+    """The node waits without control, drives from the odometry's origin, is silent at the goal."""
     control = Control(stage)
     start = stage.recorder.pose
     if not stage.node.start():
@@ -99,7 +99,7 @@ def drive(stage):
 
 
 def reset(stage):
-    """The robot is moved, the frame reset, the task done again."""
+    """The marker turns the robot, resets the frame, and has the node drive again."""
     control = Control(stage)
     if not stage.node.alive and not stage.node.start():
         return
@@ -121,8 +121,10 @@ def _reset(stage, name, caller, pose):
 
 
 def control_taken(stage, ctrl_c=None):
-    """Control is taken in the middle of a drive; then ``ctrl_c(set_in_motion)``, that of the stage
-    if None."""
+    """Control is taken in the middle of a drive; then ``ctrl_c(set_in_motion)``.
+
+    If `ctrl_c` is None, the stage sends Ctrl+C in a drive.
+    """
     control = Control(stage)
     moving = control.start_driving()
     if moving is None:
@@ -135,7 +137,7 @@ def control_taken(stage, ctrl_c=None):
 
 
 def declared(stage):
-    """A reset to a pose that is not the origin."""
+    """The frame is reset to a pose that is not the origin; then the node drives."""
     control = Control(stage)
     if not stage.node.start():
         return
@@ -144,14 +146,14 @@ def declared(stage):
         stage.not_offered([asked.RESET_ELSEWHERE, asked.DECLARED_DRIVE],
                           'its reset takes no pose' if caller.found else NO_SERVICE)
         return
-    # zero is zero in any unit, so that an unknown one does no harm
+    # a zero yaw is the same in any unit, so the unit may be unknown
     pose = DECLARED_POSE if UNIT in caller.takes else Pose2(DECLARED_POSE.x, DECLARED_POSE.y, 0.0)
     if _reset(stage, asked.RESET_ELSEWHERE, caller, pose):
         control.drive(asked.DECLARED_DRIVE, pose)
 
 
 def offset(stage):
-    """The robot's own `reset` zeroes the odometry and leaves the IMU as it is: they differ."""
+    """The robot's own `reset` sets the odometry to zero, not the IMU; then the node drives."""
     control = Control(stage)
     stage.node.stop()
     board = rospy.Publisher(ROBOTS_RESET, Empty, queue_size=1)

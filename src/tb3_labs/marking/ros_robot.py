@@ -1,5 +1,7 @@
-"""The robot of the stage: its motion and the node's commands are recorded; the marker turns it, and
-holds its mouse or gamepad.
+"""The robot of the stage, and its mouse or gamepad.
+
+The robot's motion and the node's commands are recorded. The marker turns the robot, and plays the
+mouse or the gamepad.
 """
 import math
 import threading
@@ -24,28 +26,29 @@ from tb3_labs.ros.topics import subscribe
 ROBOT = 'turtlebot3'
 #: The robot publishes its pose within this time [s].
 START_TIME = 15.0
-#: Of equal commands in a row, one is kept each so often [s].
+#: Equal commands in a row are recorded at most once in this time [s].
 SAME_COMMAND = 0.04
-#: No more commands than this are kept of a node.
+#: At most this many commands of a node are recorded.
 MOST_COMMANDS = 40000
-#: A robot that moves less than this within REST_TIME rests [m], [rad], [s].
+#: A robot rests if it moves less than REST_WAY [m] and turns less than REST_TURN [rad] within
+#: REST_TIME [s].
 REST_WAY, REST_TURN, REST_TIME = 0.002, 0.005, 0.4
-#: Fewer poses than these tell nothing.
+#: With fewer poses than this in REST_TIME a robot does not count as resting.
 FEWEST = 5
-#: A turn by the marker: rate for each rad of error [1/s], least and greatest rate [rad/s], the
-#: greatest error at its end [rad], the time between two commands [s].
+#: A turn by the marker. GAIN: rate for each rad of error [1/s]. SLOWEST, FASTEST: limits of
+#: the rate [rad/s]. CLOSE: greatest error at its end [rad]. PERIOD: time between commands [s].
 GAIN, SLOWEST, FASTEST, CLOSE, PERIOD = 3.0, 0.1, 1.5, 0.01, 0.03
 #: The robot rests within this time after its last command [s].
 RESTS = 2.0
 #: The time between two messages that are repeated [s].
 REPEATED = 0.05
-#: A node that is ready connects within this time [s]. It may want to see a new pad at rest for a
-#: moment before it obeys (this package's gamepad for 0.3 s): it has seen enough after SETTLED.
+#: A node that is ready connects within CONNECTING [s]. A node may ignore a new pad that has not
+#: been at rest for a moment (this package's gamepad: 0.3 s). SETTLED is long enough for this [s].
 CONNECTING, SETTLED = 1.0, 0.45
 
 
 def from_others(name, address):
-    """Does a command come from another program than this one? `name`, `address`: of its sender."""
+    """Does a command come from another program than this one? `name`, `address`: the sender's."""
     return address != rospy.get_node_uri()
 
 
@@ -57,11 +60,11 @@ class Recorder:
 
     def __init__(self, observation, is_judged=from_others, has_truth=True):
         """``is_judged(name, address)``: are the commands of this sender recorded? `has_truth`: does
-        the robot publish its true pose? Else the odometry tells the place, and the IMU how the
-        heading changes."""
+        the robot publish its true pose? If not, the odometry gives the place, and the IMU gives
+        the changes of the heading."""
         self._observation, self._is_judged = observation, is_judged
         self._zero, self._lock = rospy.get_time(), threading.Lock()
-        #: The address of the robot: nobody else published its true pose when it began.
+        #: The address of the robot: the sender of the first true pose.
         self.robot = ''
         self._poses = self._commands = None
         self._imu_yaw = self._yaw_offset = None
@@ -120,7 +123,7 @@ class Recorder:
         return rospy.get_time() - self._zero
 
     def hand_to(self, keep):
-        """Call ``keep(observation)`` while nothing is written into it."""
+        """Call ``keep(observation)`` while nothing is written into the observation."""
         with self._lock:
             keep(self._observation)
 
@@ -146,7 +149,8 @@ class Recorder:
         return any(linear or angular for _, linear, angular in self.commands_since(begin))
 
     def rests(self, without_command=0.0):
-        """Has the robot rested for REST_TIME, and had no movement commanded for this time [s]?"""
+        """Has the robot rested for REST_TIME, without a command to move for `without_command`
+        [s]?"""
         if without_command and self.moves(self.now - without_command):
             return False
         truth = self._observation.truth
@@ -166,8 +170,11 @@ class RobotHand:
         self._wheels = rospy.Publisher(CMD_VEL, Twist, queue_size=1)
 
     def face(self, heading_deg, seconds=8.0):
-        """Turn the robot to a heading [deg], the short way, in at most this time [s]; does it rest
-        afterwards? Its last command is zero, also after an interruption."""
+        """Turn the robot the short way to a heading [deg], in at most `seconds` [s].
+
+        Returns True if the robot rests afterwards. The last command is zero, also after an
+        interruption.
+        """
         def error():
             return difference(math.radians(heading_deg), self._recorder.pose.yaw)
         deadline = time.monotonic() + seconds
@@ -184,7 +191,7 @@ class RobotHand:
 class Repeater:
     """Repeats the latest message on a topic, as the driver of a mouse or a gamepad does.
 
-    A ``with`` statement closes it at the end of the block.
+    A ``with`` statement ends the messages at the end of the block.
     """
 
     def __init__(self, topic, kind):
@@ -199,7 +206,7 @@ class Repeater:
         self._message, self._closed = None, True
 
     def hold(self, message):
-        """Send this message from now on; None: nothing, as after its plug was pulled."""
+        """Send this message from now on. None: send nothing, like a device that is unplugged."""
         self._message = message
         self._send()
 

@@ -1,7 +1,7 @@
-"""A node that a person has started, in the place of a StudentNode: found on the graph, watched, and
-typed to by the person.
+"""A node that a person has started; it takes the place of a StudentNode.
 
-Its print is known as far as it goes to /rosout. The person is asked for the rest.
+The node is found on the ROS graph and watched; the person types its input. Its log is read from
+/rosout. The person is asked for its other output.
 """
 import re
 import sys
@@ -22,13 +22,13 @@ from tb3_labs.ros.program import BoundedText
 
 #: The answers of a person.
 YES, NO = 'y', 'n'
-#: A question is asked so often until the answer is valid.
+#: A question is asked at most this many times, until an answer is valid.
 TIMES = 3
-#: A person starts the node within this time [s]; the master is asked every LOOK.
+#: A person starts the node within START_TIME; the master is asked for it every LOOK [s].
 START_TIME, LOOK = 300.0, 0.3
-#: The node is asked whether it is there so often [s].
+#: The period of asking the node whether it still runs [s].
 WATCH = 0.05
-#: Nodes that listen to everything.
+#: Tools that listen to everything have names that begin so.
 LISTENERS = ('/record', '/rosbag', '/rviz', '/rqt', '/rostopic', '/play')
 
 
@@ -43,30 +43,30 @@ class Person:
         print(words, flush=True)
 
     def have(self, task):
-        """Ask for something to be done with the node."""
+        """Ask the person to do this task with the node."""
         self._task = task
         self.tell('> ' + task)
 
     def missed(self, question):
-        """Does the person deny it? Then the latest task is asked for again."""
+        """Returns True if the person says no; the latest task is then asked for again."""
         if self.asks(question) != NO:
             return False
         self.have(self._task)
         return True
 
     def asks(self, question):
-        """YES, NO, or '' if there is no answer."""
+        """Ask a question. Returns YES, NO, or '' if there is no answer."""
         return self._answer(question + ' [y/n] ', r'y|yes|n|no')[:1]
 
     def number(self, question):
-        """A number that the person reads, as text; '' if there is none."""
+        """Ask for a number that the person sees. Returns it as text; '' if there is no answer."""
         return self._answer(question + ' [a number, or Enter] ', r'(-?\d+(\.\d+)?)?')
 
     def _answer(self, question, form):
         for _ in range(TIMES):
             try:
                 if sys.stdin.isatty():
-                    termios.tcflush(sys.stdin, termios.TCIFLUSH)    # what was typed before
+                    termios.tcflush(sys.stdin, termios.TCIFLUSH)    # drop earlier input
                 answer = input('? ' + question).strip().lower()
             except EOFError:
                 print('(no answer)', flush=True)
@@ -77,12 +77,14 @@ class Person:
 
 
 class Impossible(Exception):
-    """There can be no checkoff now; the text is the reason, and the remedy."""
+    """A checkoff is impossible now; the text is the reason and the remedy."""
 
 
 def is_there(name):
-    """Does a node answer? At its end it leaves the graph first of all; one that was killed stays on
-    the graph."""
+    """Does the node of this name answer?
+
+    A node that ends leaves the graph. A node that was killed stays on it, and does not answer.
+    """
     try:
         address = rosgraph.Master(rospy.get_name()).lookupNode(name)
         xmlrpc.client.ServerProxy(address).getPid(rospy.get_name())
@@ -92,11 +94,13 @@ def is_there(name):
 
 
 class RunningNode:
-    """The node that runs, and a list of Run, the latest last."""
+    """The node that runs; `runs` is a list of Run, the latest last."""
 
     def __init__(self, person, listens, drives, name, now):
-        """`listens`: the topic that it listens to; `drives`: does it publish cmd_vel? `name`: its
-        name, '' if any will do; `now()`: the observation's time [s]."""
+        """`listens`: the topic that the node listens to; `drives`: does it publish cmd_vel?
+
+        `name`: the name of the node, '' if any will do; `now()`: the observation's time [s].
+        """
         self.person, self._now = person, now
         self._wanted = {(LISTENS, rospy.resolve_name(listens))}
         if drives:
@@ -112,11 +116,12 @@ class RunningNode:
 
     @property
     def name(self):
-        """Its name; '' if there was none yet."""
+        """The name of the node; '' if no node was found yet."""
         return next(iter(self.graph.names), '')
 
     def find(self):
-        """Is there such a node? It is watched then. ``Impossible`` if there are several."""
+        """Returns True if there is such a node: it is watched. ``Impossible`` if there are
+        several."""
         nodes = self.graph.nodes()
         robot = {(PUBLISHES, rospy.resolve_name(topic)) for topic in (IMU, ODOM)}
         found = [name for name, registered in nodes.items() if self._wanted <= registered
@@ -133,7 +138,7 @@ class RunningNode:
         return True
 
     def start(self):
-        """Is there a node that runs? The person is asked to start it if not."""
+        """Returns True if a node runs. If none does, the person is asked to start it."""
         if self.alive or self.find():
             return True
         self.person.have('Start your node in its own terminal ({}).'.format(self._told))
@@ -143,31 +148,31 @@ class RunningNode:
         return True
 
     def stop(self):
-        """It is the person's: it goes on."""
+        """Does nothing: the node is the person's, and goes on."""
 
     def type(self, line):
-        """Have the person type a line, and Enter; the Person."""
+        """Have the person type a line, and Enter. Returns the Person."""
         self.person.have('In the terminal of your node: type {}, then Enter.'.format(line))
         return self.person
 
     @property
     def printed(self):
-        """The amount that it is known to have printed: (characters, lines)."""
+        """The length of the node's output, as far as it is known: (characters, lines)."""
         with self._lock:
             return self._text.length, self._text.lines
 
     def text_since(self, characters):
-        """The text after the first `characters` that it printed, as far as it is known."""
+        """Returns the node's output after its first `characters`, as far as it is known."""
         with self._lock:
             return self._text.since(characters)
 
     def attest(self, text):
-        """A person says that it printed this."""
+        """Add a text to the node's known output, because a person or the log says so."""
         with self._lock:
             self._text.append(text + '\n')
 
     def note(self):
-        """Note its print in the latest run."""
+        """Write the node's known output into the latest run."""
         if self.runs:
             self.runs[-1].printed = str(self._text)
 

@@ -1,4 +1,4 @@
-"""The stage on which a node is tried out: one robot, one node, and the Observation of it.
+"""The stage on which a node is tried out: one robot, one node, and the node's Observation.
 
 The script of a lab's part acts on `node` and `robot` within a :meth:`Stage.stimulus`, and looks at
 `recorder`. The node is a StudentNode, which the stage starts and ends, or a RunningNode.
@@ -20,11 +20,11 @@ from tb3_labs.marking.ros_witness import Witness
 from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.ros.clocks import wait_until
 
-#: An input or a sensor is silent for this time, LOST and a margin [s].
+#: An input or a sensor is silent for this time: LOST, plus a margin [s].
 SILENCE = 1.5
 #: The messages that a node sends at its end arrive within this time [s].
 UNDER_WAY = 0.2
-#: A person does what is asked within this time [s].
+#: A person has this time to do what is asked [s].
 PATIENCE = 60.0
 #: lab -> part -> its script, given a Stage
 SCRIPTS = {IMU: ros_turn.EXERCISE_PARTS, TURN: ros_turn.PARTS, MOVE2GOAL: ros_move2goal.PARTS,
@@ -32,27 +32,29 @@ SCRIPTS = {IMU: ros_turn.EXERCISE_PARTS, TURN: ros_turn.PARTS, MOVE2GOAL: ros_mo
 
 
 class Stage:
-    """One robot, one node, and the Observation of it."""
+    """One robot, one node, and the node's Observation."""
 
     def __init__(self, observation, recorder, node, keep, witness=None, pad=PadConfig(),
                  tell=lambda words: None, goal=GOAL):
-        """``keep(observation)`` is called whenever something was completed; `witness`: a Witness
-        that looks before; `pad`: the PadConfig of the gamepad that is played; ``tell(words)`` hears
-        what is tried now; `goal`: that of move_to_goal, x, y [m], heading [rad]."""
+        """``keep(observation)`` is called after each stimulus and each run. `witness`: a Witness
+        that looks before each such call; `pad`: the PadConfig of the gamepad; ``tell(words)`` is
+        called with the present step; `goal`: the goal of move_to_goal, x, y [m], heading [rad]."""
         self.observation, self.recorder, self.node = observation, recorder, node
         self.robot, self.pad, self.goal = RobotHand(recorder), pad, goal
         self._keep, self._witness, self._tell, self._part = keep, witness, tell, ''
         observation.runs, node.on_end = node.runs, self.keep
 
     def begin(self, part):
-        """A part of the lab begins."""
+        """Begin a part of the lab."""
         self._part = part
         self._tell('{}: the node is started'.format(part))
 
     @contextmanager
     def stimulus(self, name, facts=None):
-        """Something that is done to the node: its behaviour within the block is recorded under
-        `name`, with these `facts` and those that the block adds."""
+        """Record the node's behaviour within the ``with`` block as the stimulus `name`.
+
+        The stimulus has these `facts`, and those that the block adds.
+        """
         self._tell('{}: {}'.format(self._part, name))
         record = Stimulus(name, self.recorder.now, facts=dict(facts or {}))
         characters, lines = self.node.printed
@@ -66,16 +68,16 @@ class Stage:
         self.keep()
 
     def not_offered(self, names, reason):
-        """There cannot be these stimuli, because the node does not offer what they need."""
+        """Note that these stimuli are impossible: the node does not offer what they need."""
         self.observation.missing.update(dict.fromkeys(names, reason))
 
     def remark(self, sentences):
-        """Tell these sentences on the student's page, each once."""
+        """Add these sentences to the remarks for the student, each once."""
         known = self.observation.remarks
         known += [sentence for sentence in sentences if sentence not in known]
 
     def keep(self):
-        """Hand the Observation on as it is now."""
+        """Call ``keep(observation)`` with the present Observation."""
         self.node.note()
         if self._witness is not None:
             self._witness.look()
@@ -84,9 +86,11 @@ class Stage:
     # -- patterns that several labs use
 
     def moves_after(self, act, seconds):
-        """Do `act()`; True as soon as the node commands a movement, False after this time [s] or
-        at its end. If `act()` returns a Person, that person was asked to do it: it takes longer,
-        and is asked for again if it was missed."""
+        """Call `act()` and wait. Returns True as soon as the node commands a movement.
+
+        Returns False after `seconds` [s], or if the node ends before. If `act()` returns a Person,
+        that person was asked to act: the wait is longer, and the person may be asked again.
+        """
         begun = self.recorder.now
 
         def is_over():
@@ -98,11 +102,11 @@ class Stage:
         return self.recorder.moves(begun)
 
     def set_in_motion(self, is_ready, act, reaction, well_under_way):
-        """Have the node move the robot: True in the middle of the motion, False if the node does
-        not move it, None if the node does not run.
+        """Have the node move the robot. Returns True in the middle of the motion, False if the
+        node does not move the robot, None if the node does not run.
 
-        `is_ready()`: does the node run, and wait? Else it is started. `act()` should set it in
-        motion within `reaction` [s]; the middle is `well_under_way` later [s].
+        `is_ready()`: does the node run, and wait? If not, the node is started. `act()` should make
+        it move within `reaction` [s]; the middle is `well_under_way` [s] later.
         """
         for _ in range(2):
             if not is_ready() and not self.node.start():
@@ -110,26 +114,26 @@ class Stage:
             if self.moves_after(act, reaction):
                 time.sleep(well_under_way)
                 return self.node.alive
-            self.node.stop()        # whatever was done to it before may be the reason
+            self.node.stop()        # an earlier stimulus may be the reason
         return False if self.node.start() else None
 
     def falls_silent(self, name, was_moving, silence):
-        """The stimulus of a sensor or an input that sends no more after `silence()`."""
+        """Record the stimulus of a sensor or an input; `silence()` ends its messages."""
         with self.stimulus(name, {WAS_MOVING: was_moving}):
             silence()
             time.sleep(SILENCE)
 
     def sensor_falls_silent(self, name, was_moving, switch):
-        """The stimulus of a sensor of the robot that its setting `switch` makes silent."""
+        """Record the stimulus of a silent sensor; the robot's setting `switch` makes it silent."""
         settings = Client(ROBOT, timeout=10.0)      # takes a moment to connect
         self.falls_silent(name, was_moving,
                           lambda: settings.update_configuration({switch: True}))
         settings.update_configuration({switch: False})
 
     def ctrl_c_in_motion(self, set_in_motion):
-        """Ctrl+C while the node moves the robot; again if it sends no zero velocity then.
+        """Send Ctrl+C while the node moves the robot; again if the node sends no zero velocity.
 
-        `set_in_motion()` returns as :meth:`set_in_motion` does.
+        `set_in_motion()` must return what :meth:`set_in_motion` returns.
         """
         for name in CTRL_C:
             moving = set_in_motion()
@@ -142,7 +146,7 @@ class Stage:
                 return
 
     def ctrl_c(self, name=CTRL_C[0], was_moving=False):
-        """Ctrl+C, and the node's end; the node has ended afterwards."""
+        """Send Ctrl+C and wait; afterwards the node has ended in any case."""
         with self.stimulus(name, {WAS_MOVING: was_moving}) as record:
             begin = self.recorder.now
             ended = self.node.interrupt(ENDING)
@@ -154,8 +158,10 @@ class Stage:
 
 def try_out(lab, package, executable, parts=(), keep=lambda observation: None,
             pad=PadConfig(), tell=lambda words: None, goal=GOAL):
-    """The Observation of a node that is started, of these parts of its lab, or of all if none are
-    given. The other arguments are those of Stage."""
+    """Start a node and try `parts` of its lab, or all parts if none are given.
+
+    Returns the Observation. The other arguments are those of Stage.
+    """
     observation = Observation(lab, '{}/{}'.format(package, executable))
     recorder = Recorder(observation)
     witness = Witness(observation, recorder.robot, lambda: recorder.hand_to(keep))
@@ -167,7 +173,7 @@ def try_out(lab, package, executable, parts=(), keep=lambda observation: None,
                 stage.begin(name)
                 act(stage)
     except Exception as problem:
-        # what was not tried must not look as if the node had failed it
+        # an untried stimulus must not look like a failure of the node
         observation.broken = '{}: {}'.format(type(problem).__name__, problem)
         stage.keep()
         raise

@@ -1,9 +1,8 @@
-"""The process of a student's node: found, started, typed to, ended; each run is noted.
+"""The process of a student's node: it is started, typed to and ended. Each run is recorded.
 
-Nothing is assumed of the node but the requirements of a handout. Every wait here ends, whatever the
-node does.
+This file assumes only that the node meets the requirements of a handout. Every wait here ends,
+whatever the node does.
 """
-import difflib
 import json
 import os
 import signal
@@ -12,9 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Dict, List, Optional
 
-import rospkg
 import rospy
-from roslib.packages import find_node
 
 from tb3_labs.marking.criteria import START_TIME
 from tb3_labs.marking.observation import Run
@@ -23,58 +20,26 @@ from tb3_labs.marking.ros_interface import LISTENS, Graph
 from tb3_labs.marking.ros_types import Types
 from tb3_labs.marking.sandbox import OWN_FOLDERS, NoSandbox
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.program import NodeProcess
+from tb3_labs.ros.program import Program
 
-#: A node's file is looked for at these depths of a package; links are followed.
-DEPTHS = '*', '*/*', '*/*/*'
-#: The variable with the path of the file that holds a Launch: mark.py writes it, since another
-#: process, the check, starts the node.
+#: The environment variable with the path of a file that holds a Launch. mark.py writes the file;
+#: another process, the check, reads it and starts the node.
 VARIABLE = 'TB3_LABS_LAUNCH'
-#: The node dies with the process that tries it out, and leaves the processor to the robot if both
-#: want it.
+#: The node dies with the process that tries it out. If the processor is busy, the robot comes
+#: before the node.
 ALWAYS = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '10']
-#: A node is ready when it listens to its topic and has registered nothing new for this time; the
+#: A node is ready if it listens to its topic and has registered nothing new for QUIET [s]. The
 #: master is asked every LOOK [s].
 QUIET, LOOK = 0.5, 0.1
 #: A node gets this time to end before it is killed [s].
 PATIENCE = 2.0
-#: A sandbox whose program was ended by a signal ends with this number, and the signal's on top.
+#: If a signal ended its program, the exit status of a sandbox is this plus the signal's number.
 BY_SIGNAL = 128
-#: The line below the print of a node that used too much.
+#: This line is added to the output of a node that used too much.
 STOPPED = '\nThe marker ended it, since it used {}.\n'
-#: This much of the print of a node is kept of a stimulus, and of either end of a run [characters].
+#: This many characters of a node's output are kept: the last ones of each stimulus, the first and
+#: the last ones of each run.
 PRINTED = 20000
-
-
-def place_of(package, executable):
-    """The path of the file that ``rosrun PACKAGE FILE`` would start.
-
-    ``ValueError`` with the reason, and what to type, if there is none.
-    """
-    packs = rospkg.RosPack()
-    try:
-        folder = Path(packs.get_path(package))
-    except rospkg.ResourceNotFound:
-        raise ValueError('there is no package {} in this terminal{}; build its workspace, and '
-                         'type: source devel/setup.bash'.format(
-                             package, _near(package, packs.list()))) from None
-    found = find_node(package, executable, packs)
-    if found:
-        return found[0]
-    files = [path for depth in DEPTHS for path in sorted(folder.glob(depth)) if path.is_file()]
-    for path in files:
-        if path.name == executable:
-            raise ValueError('{0} is not executable, so rosrun cannot start it; type: chmod +x {0}'
-                             .format(path))
-    names = sorted({path.name for path in files if path.suffix == '.py'})
-    raise ValueError('there is no {} in the package {}, {}{}'.format(
-        executable, package, folder, _near(executable, names) or '; there are: {}'.format(
-            ', '.join(names[:5]) or 'no Python files')))
-
-
-def _near(name, known):
-    near = difflib.get_close_matches(name, known, 1)
-    return ', near it: ' + near[0] if near else ''
 
 
 @dataclass
@@ -88,21 +53,21 @@ class Launch:
 
     @classmethod
     def given(cls):
-        """As mark.py wrote it; without mark.py there is no sandbox."""
+        """Returns the Launch that mark.py wrote; without mark.py, one without a sandbox."""
         if VARIABLE not in os.environ:
             return cls()
         return cls(**json.loads(Path(os.environ[VARIABLE]).read_text()))
 
 
 class StudentNode:
-    """One process of the node at a time, and a list of Run, the latest last."""
+    """Runs one process of the node at a time; `runs` is a list of Run, the latest last."""
 
     def __init__(self, package, executable, listens, now):
         """`listens`: the topic that the node must listen to in order to be ready; `now()`: the
         observation's time [s]."""
         self._what, self._listens, self._now = (package, executable), listens, now
         self._launch = Launch.given()
-        #: It is called after each run.
+        #: This function is called after each run.
         self.on_end = lambda: None
         self._process = self._watch = None
         self.runs = []
@@ -115,16 +80,16 @@ class StudentNode:
 
     @property
     def status(self):
-        """Its exit status (the negative number of a signal), None while it runs."""
+        """The exit status of the process; None while it runs, -N if signal N ended it."""
         status = self._process.status
-        # a sandbox ends with 128 and the signal that ended its program, as a shell does
+        # if a signal ended its program, a sandbox's status is 128 plus the signal, as a shell's
         isolated = self._launch.isolated and status is not None and status > BY_SIGNAL
         return BY_SIGNAL - status if isolated else status
 
     def start(self, *arguments, listens=None):
-        """Start the node anew; True as soon as it is ready.
+        """Start the node anew. Returns True as soon as the node is ready, else False.
 
-        Once it never was ready, it is not tried again.
+        If its first run was never ready, the node is not started again.
         """
         topic = rospy.resolve_name(listens or self._listens)
         self.stop()
@@ -136,9 +101,9 @@ class StudentNode:
         environment = self._launch.environment
         if environment is not None:     # each submission has a master of its own
             environment = dict(environment, ROS_MASTER_URI=os.environ['ROS_MASTER_URI'])
-        self._process = NodeProcess(*self._what, *arguments, terminal=True,
-                                    prefix=self._launch.prefix, environment=environment,
-                                    clean=environment is not None)
+        self._process = Program([*self._launch.prefix, 'rosrun', *self._what, *arguments],
+                                terminal=True, environment=environment,
+                                clean=environment is not None)
         if self._launch.isolated:
             self._watch = ResourceWatch(self._process.pid, OWN_FOLDERS)
         if self._is_ready_in_time(topic, known):
@@ -178,7 +143,7 @@ class StudentNode:
         self.on_end()
 
     def interrupt(self, seconds):
-        """Ctrl+C; True as soon as the node has ended, False after this time [s]."""
+        """Send Ctrl+C. Returns True as soon as the node has ended, False after `seconds` [s]."""
         self._process.send(signal.SIGINT)
         return wait_until(lambda: not self.alive, seconds)
 
@@ -191,15 +156,16 @@ class StudentNode:
 
     @property
     def printed(self):
-        """How much the process printed so far: (characters, lines)."""
+        """The length of the process's output so far: (characters, lines)."""
         return self._process.printed
 
     def text_since(self, characters):
-        """The text after the first `characters` that the process printed, as far as it is kept."""
+        """Returns the output after its first `characters`; of this at most the last PRINTED."""
         return self._process.text_since(characters)[-PRINTED:]
 
     def note(self):
-        """Note in the latest run the print of the process, and whether it has ended."""
+        """Write into the latest run the output of the process, and whether the process has
+        ended."""
         if self._process is None:
             return
         text, run = self._process.text, self.runs[-1]

@@ -1,4 +1,4 @@
-"""How the nodes of the IMU lab are tried out: that of the exercise, then that of the turns."""
+"""The scripts of the IMU lab: for the node of the exercise, then for the node of the turns."""
 import math
 import time
 
@@ -19,28 +19,28 @@ from tb3_labs.msg import MouseController
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
 
-#: This number of lines is read at each stand; the IMU sends 200 a second.
+#: This number of printed lines is read at each heading; the IMU sends 200 samples a second.
 LINES = 3
-#: The topic of the marker's own IMU, to which the node's is remapped.
+#: The topic of the marker's own IMU; the node's imu is remapped to this topic.
 PROBE = 'probe/imu'
 #: Each odd sample is repeated for this time [s].
 ODD = 0.6
-#: Headings a hair below zero [rad].
+#: Headings just below zero [rad].
 HAIRS = (-1e-17, -1e-12, math.radians(-1e-8))
-#: A robot farther than this off the heading of a turn's begin is turned there [deg].
+#: The marker turns a robot that is farther than this from the heading where a turn begins [deg].
 ASTRAY = 25.0
-#: The heading of the robot when nonsense is typed [deg]: that after the last turn.
+#: The robot's heading after the last turn; there an invalid input is typed [deg].
 LAST_HEADING = -50.0
 #: A turn has lasted this long before something happens to it [s].
 WELL_UNDER_WAY = 0.3
-#: A node that commanded no movement for this time does not turn any more [s].
+#: A turn is over if the node has commanded no movement for this time [s].
 QUIET = 0.4
 
 
 def exercise(stage):
-    """The robot is turned on the spot and stands; then Ctrl+C."""
+    """The robot is turned to several headings and stands at each; then Ctrl+C."""
     node = stage.node
-    offset = rospy.get_param('/turtlebot3/imu_offset_deg')      # before a node may change it
+    offset = rospy.get_param('/turtlebot3/imu_offset_deg')      # before a node can change it
     if not node.start():
         return
     for name, degrees in asked_imu.STANDS.items():
@@ -54,7 +54,7 @@ def exercise(stage):
 
 
 def odd_samples(stage):
-    """The marker's own IMU sends samples that a robot's seldom sends."""
+    """The marker's own IMU sends samples that a robot's IMU seldom sends."""
     if not stage.node.start('imu:=' + PROBE, listens=PROBE):
         return
     with Repeater(PROBE, Imu) as hand:
@@ -73,10 +73,10 @@ def odd_samples(stage):
 # ----- the lab -----
 
 class HeldMouse(Repeater):
-    """The mouse on the topic mouse_info, by the message that the node itself uses.
+    """The mouse on the topic mouse_info; its message type is the node's own.
 
     ValueError if that message cannot hold a mouse. `remarks` are sentences about fields whose names
-    are not the handout's.
+    are not the mouse lab's.
     """
 
     def __init__(self, graph):
@@ -87,7 +87,7 @@ class HeldMouse(Repeater):
         super().__init__(MOUSE_INFO, self._kind)
 
     def at(self, x, y, active=True):
-        """Hold it there: x to the right, y up, each -1 to 1."""
+        """Hold the mouse at a place: x to the right, y up, each -1 to 1."""
         message = self._kind()
         if getattr(message, 'header', None) is not None:
             message.header.stamp = rospy.Time.now()
@@ -100,8 +100,10 @@ class HeldMouse(Repeater):
 
 
 def mouse_of(stage, names):
-    """The HeldMouse of the node, held inactive in the middle; None if the node listens to none, and
-    then these stimuli are not offered."""
+    """Returns the HeldMouse of the node, inactive in the middle.
+
+    Returns None if the node has no mouse that can be played: the stimuli `names` are not offered.
+    """
     if not stage.node.graph.listens_to(MOUSE_INFO):
         stage.not_offered(names, 'it does not listen to mouse_info')
         return None
@@ -117,7 +119,7 @@ def mouse_of(stage, names):
 
 
 def turns(stage):
-    """Five turns, each begun near its own heading whatever became of the last one; nonsense."""
+    """Five turns, each from its own heading even if the last turn failed; then an invalid input."""
     for name, turn in EACH_TURN.items():
         if not _begin_at(stage, turn.begins_deg):
             return
@@ -129,8 +131,10 @@ def turns(stage):
 
 
 def _begin_at(stage, heading):
-    """Is there a node that waits for input, and a robot at rest near this heading [deg]? Both are
-    brought about if need be."""
+    """Have a node that waits for input, and a robot at rest near this heading [deg].
+
+    If needed, the robot is turned and the node is started. Returns False if the node did not start.
+    """
     astray = abs(difference_degrees(stage.recorder.heading_deg, heading)) > ASTRAY
     if stage.node.alive and stage.recorder.rests() and not astray:
         return True
@@ -141,13 +145,13 @@ def _begin_at(stage, heading):
 
 
 def try_turn(stage, name, typed):
-    """The stimulus of a turn."""
+    """Try a turn by the letter `typed`, and record it as the stimulus `name`."""
     with stage.stimulus(name, {MOVED: False, RESTED: False}) as record:
         record.facts[MOVED], record.facts[RESTED] = turn_once(stage, typed)
 
 
 def turn_once(stage, typed):
-    """Type it, and wait until the robot rests again: (did it move, does it rest?)."""
+    """Type a letter, wait until the robot rests again. Returns (did it move, does it rest?)."""
     moved = stage.moves_after(lambda: stage.node.type(typed), REACTION)
     return moved, wait_until(lambda: not stage.node.alive or stage.recorder.rests(QUIET),
                              TURN_TIME if moved else 0.0)
@@ -176,7 +180,7 @@ def mouse(stage):
 
 
 def both(stage):
-    """Turns beside an active mouse, the mouse after a turn and in the middle of one."""
+    """A turn while the mouse is active; then the mouse after a turn, and during a turn."""
     runs = _is_idle(stage) or stage.node.start()
     hand = mouse_of(stage, asked_mouse.BESIDE_TURNS) if runs else None
     if hand is None:

@@ -1,11 +1,11 @@
 """The classes of a student's messages and services, made from a description of their fields.
 
-Importing the student's own modules would run their code in the marker, and so may code that is
-generated from their texts. A sandbox has read those (see messages_in_sandbox); here no code is
-made, only values are written and read, field by field.
+Importing a student's modules would run the student's code in the marker. Code that is generated
+from a student's messages may do so too. Therefore a sandbox reads the messages (see
+messages_in_sandbox). Here no code is generated: values are written and read, field by field.
 
-Source: https://wiki.ros.org/msg, "Fields"; numbers are little-endian, a text and an array of any
-length begin with their length, uint32.
+Source: https://wiki.ros.org/msg, "Fields"; numbers are little-endian, a text, and an array of any
+length, begin with the length, a uint32.
 """
 import importlib
 import re
@@ -25,9 +25,9 @@ NUMBERS = {'bool': '?', 'byte': 'b', 'char': 'B', 'int8': 'b', 'uint8': 'B', 'in
 TIMES = {'time': ('<II', genpy.Time), 'duration': ('<ii', genpy.Duration)}
 LENGTH = '<I'
 TEXT = 'string'
-#: A type, and the length if it is an array: 'float32', 'float32[]', 'lab2/Wheel[4]'.
+#: A type, with the length if the type is an array: 'float32', 'float32[]', 'lab2/Wheel[4]'.
 KIND = re.compile(r'([A-Za-z0-9_/]+)(\[[0-9]*\])?')
-#: A new message has no more values than this.
+#: A new message has at most this many values.
 MOST_VALUES = 20000
 
 
@@ -35,7 +35,7 @@ class Types:
     """Knows the types that this process can import, and those of a description."""
 
     def __init__(self, described: Optional[Dict[str, Any]] = None) -> None:
-        """`described`: the answer of messages_in_sandbox; None: there are no own types."""
+        """`described`: the answer of messages_in_sandbox; None: the student defined no types."""
         described = described or {'fields': {}, 'sums': {}}
         self._sums = described['sums']
         self._fields = {kind: fields for kind, fields in described['fields'].items()
@@ -43,15 +43,15 @@ class Types:
         self._classes: Dict[str, Any] = {}
 
     def message(self, kind: str) -> Any:
-        """The class of a message type, such as 'lab2/MouseController'; None if there is none."""
+        """Returns the class of a message type ('lab2/MouseController'); None if it is unknown."""
         return _imported(kind, 'msg') or self._made(kind)
 
     def service(self, kind: str) -> Any:
-        """The class of a service type; None if there is none."""
+        """Returns the class of a service type; None if it is unknown."""
         return _imported(kind, 'srv') or self._service(kind)
 
     def own_services(self) -> List[Any]:
-        """The classes of all services of the description."""
+        """Returns the classes of all services of the description."""
         return list(filter(None, map(self._service, sorted(self._sums))))
 
     def _service(self, kind):
@@ -61,8 +61,10 @@ class Types:
             _response_class=response)
 
     def _made(self, kind, part=''):
-        """The class of a message, or of this part of a service; None if it is not described, or not
-        validly."""
+        """Returns the class of a message, or of this part of a service.
+
+        Returns None if its description is missing or invalid.
+        """
         try:
             made = self._class_of(kind + part)
             made._md5sum = self._sums[kind]
@@ -83,7 +85,7 @@ class Types:
     # -- values, by the type of their field
 
     def first(self, kind: str, room: Iterator[int]) -> Any:
-        """The value in a new message; `room`: an iterator that has an item for each value."""
+        """Returns the first value of a field; `room`: an iterator with one item for each value."""
         if next(room, None) is None:
             raise ValueError('a new message has more than {} values'.format(MOST_VALUES))
         base, length = _split(kind)
@@ -120,7 +122,7 @@ class Types:
         if length is not None:
             if length < 0:
                 length, = stream.unpack(LENGTH)
-                stream.check(length)        # else one of 0 bytes each would fill the memory
+                stream.check(length)        # else items of 0 bytes would fill the memory
             return [self.read(base, stream) for _ in range(length)]
         if base in NUMBERS:
             return stream.unpack('<' + NUMBERS[base])[0]
@@ -133,7 +135,7 @@ class Types:
 
 
 class _Message(genpy.Message):
-    """A message of which only the description is known."""
+    """A message that is known by its description only."""
 
     __slots__: Tuple[str, ...] = ()
 
@@ -144,14 +146,14 @@ class _Message(genpy.Message):
             setattr(self, name, value)
 
     def serialize(self, buff: BinaryIO) -> None:
-        """Write it into a stream, as genpy's do."""
+        """Write the message into a stream, as genpy's messages do."""
         try:
             self._codec.write(self._type, self, buff)
         except (struct.error, TypeError, AttributeError) as problem:
             raise genpy.SerializationError(str(problem)) from None
 
     def deserialize(self, data: bytes) -> '_Message':
-        """Read it from bytes, as genpy's do."""
+        """Read the message from bytes, as genpy's messages do."""
         stream = _Stream(data)
         for kind, name in zip(self._slot_types, self.__slots__):
             setattr(self, name, self._codec.read(kind, stream))
@@ -159,20 +161,20 @@ class _Message(genpy.Message):
 
 
 class _Stream(BytesIO):
-    """Bytes that are read piece by piece; a DeserializationError if there are too few."""
+    """Bytes that are read piece by piece. DeserializationError if there are too few."""
 
     def check(self, number: int) -> None:
-        """Are there so many bytes?"""
+        """Raises DeserializationError if there are fewer bytes left than `number`."""
         if number > self.getbuffer().nbytes - self.tell():
             raise genpy.DeserializationError('the message is too short')
 
     def take(self, number: int) -> bytes:
-        """The next bytes."""
+        """Returns the next bytes."""
         self.check(number)
         return self.read(number)
 
     def unpack(self, form: str) -> tuple:
-        """The next numbers."""
+        """Returns the next numbers."""
         return struct.unpack(form, self.take(struct.calcsize(form)))
 
 
@@ -186,8 +188,10 @@ def _imported(kind, what):
 
 
 def _split(kind):
-    """The type without its brackets, and the length of an array: -1 if it is any, None if there
-    are no brackets."""
+    """Returns the type without its brackets, and the length of the array.
+
+    The length is -1 for an array of any length, and None if the type is not an array.
+    """
     base, bracket, length = kind.partition('[')
     return base, (int(length[:-1] or -1) if bracket else None)
 

@@ -1,7 +1,7 @@
-"""Watches for things that are not the business of a node, and notes them for the instructor.
+"""Watches for things that a node must not do, and notes them for the instructor.
 
-Before the node starts, only the robot, the marker and the master are there: every other name, and
-every other address, is the student's.
+Before the node starts, only the robot, the marker and the master run. Every other name and every
+other address is the student's.
 """
 import os
 import threading
@@ -20,11 +20,11 @@ from tb3_labs.marking.ros_robot import ROBOT
 from tb3_labs.ros.topics import subscribe
 
 ENDED = 'The {} was ended while the node ran.'
-#: Every node publishes its log lines there.
+#: Every node publishes its log lines on this topic.
 LOG = '/rosout'
-#: How often the master is asked [s].
+#: The period of asking the master [s].
 PERIOD = 1.0
-#: The robot's settings are set back no more often than this.
+#: The robot's settings are set back at most this many times.
 MOST_REPAIRS = 20
 
 
@@ -32,10 +32,10 @@ class Witness:
     """Notes findings in an Observation, until :meth:`end`."""
 
     def __init__(self, observation, robot, keep):
-        """`robot`: the address of the robot; ``keep()`` keeps the Observation as it is now."""
+        """`robot`: the address of the robot; ``keep()`` saves the present Observation."""
         self._observation, self._keep = observation, keep
         self._master = rosgraph.Master(rospy.get_name())
-        #: The connection to the master can carry one question at a time.
+        #: The connection to the master allows only one question at a time.
         self._asking = threading.Lock()
         self._owners = {'/' + ROBOT: ('robot', robot),
                         rospy.get_name(): ('marker', rospy.get_node_uri())}
@@ -50,7 +50,7 @@ class Witness:
         threading.Thread(target=self._repeat, daemon=True).start()
 
     def end(self):
-        """Look for the last time."""
+        """Look once more, then end."""
         if not self._over.is_set():
             self.look()
             self._over.set()
@@ -122,7 +122,7 @@ class Witness:
                 pass    # the robot is gone, which is noted elsewhere
 
     def _on_shutdown(self):
-        """A marker that is ended hears no more: its observation from now on would not be true."""
+        """End at once: a marker that was shut down hears nothing, and would observe wrongly."""
         if not self._over.is_set():
             self._observation.note(ENDED.format('marker'))
             self._keep()

@@ -1,13 +1,13 @@
 """The sandboxes in which the programs of submissions run; bubblewrap makes them.
 
 own network   one submission's rostest, master, robot, check and node have a network of their own,
-              which is a loopback and nothing else.
-sandbox       the submission's program, the node, has its own processes, its own /tmp and home, an
-              empty system but for the parts that it needs, read-only, and limits on processes,
-              memory and disk.
+              which has only a loopback.
+sandbox       the submission's program, the node, has its own processes, its own /tmp and home. It
+              sees only the parts of the system that it needs, read-only. Its processes, memory and
+              disk are limited.
 
-As an ordinary user, a sandbox is a user namespace. As root, it is not: the program in it becomes a
-user that owns nothing, since Linux does not count the processes of root.
+For an ordinary user a sandbox is a user namespace. For root it is not: its program becomes a user
+that owns nothing, because Linux does not count the processes of root.
 """
 import functools
 import inspect
@@ -28,35 +28,35 @@ import rospkg
 from tb3_labs.marking.processes import IDENTITY, MODULES, PREFIXES
 
 OWN_PACKAGE = 'tb3_labs'
-#: The parts of this package for a student's program: messages, services, and how they are found.
+#: The parts of this package for a student's program: messages, services, and files to find them.
 SHARED = ('package.xml', 'cmake', 'msg', 'srv')
 USER = 'student'
 HOME = '/home/' + USER
 #: Folders that are a program's own, each with room for this much [bytes].
 OWN_FOLDERS = ('/tmp', HOME, '/dev/shm')
 ROOM = 100 * 10 ** 6
-#: The largest file [bytes], the address space of one process [bytes], the number of threads and
-#: processes together. (A numpy on 64 cores starts 64 threads, and reserves 3 GB for them.)
+#: Limits: the largest file [bytes], the address space of one process [bytes], the number of threads
+#: and processes together. (A numpy on 64 cores starts 64 threads, and reserves 3 GB for them.)
 LARGEST_FILE, ADDRESS_SPACE, TASKS = 50 * 10 ** 6, 6 * 10 ** 9, 500
 #: Users that own nothing, for root's sandboxes; systemd has these for the same purpose.
 USERS = range(61184, 65519)
-#: From /etc, as far as it is there: names, time zone, libraries, fonts, ROS.
+#: Parts of /etc that a sandbox has: names, time zone, libraries, fonts, ROS.
 ETC = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.conf.d localtime '
        'matplotlibrc mime.types nsswitch.conf python3 ros timezone').split()
-#: Variables that a sandbox gets from the instructor's environment, if they begin so.
+#: A sandbox gets the variables of the instructor's environment whose names begin so.
 KEPT = ('ROS', 'PYTHON', PREFIXES, 'PKG_CONFIG_PATH', 'LD_LIBRARY_PATH', 'PATH', 'LANG', 'LC_',
         'TZ', 'TERM', IDENTITY)
-#: `--size` of a tmpfs came with this version of bubblewrap; processes of a user namespace are
-#: counted for themselves since this Linux.
+#: SIZED: the version of bubblewrap that first has `--size` for a tmpfs. COUNTED: the version of
+#: Linux that first counts the processes of each user namespace separately.
 SIZED, COUNTED = (0, 8), (5, 14)
-#: A sandbox that works is there within this time [s].
+#: A sandbox that works has started within this time [s].
 START_TIME = 20.0
 READ_ONLY, READ_ONLY_TRY, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
 
 
 @functools.lru_cache(maxsize=1)
 def problem() -> str:
-    """Why sandboxes do not work here, a clause; '' if they do. It is tried."""
+    """Tries a sandbox. Returns why it does not work here, a clause; '' if it works."""
     sandbox = Sandbox([])
     command = sandbox.own_network(sandbox.command(
         ['python3', '-c', 'import {}.msg'.format(OWN_PACKAGE)]))
@@ -74,34 +74,34 @@ def problem() -> str:
 
 
 class NoSandbox:
-    """The protection where sandboxes do not work: a program cannot write a large file."""
+    """The protection if sandboxes do not work: a program cannot write a large file."""
 
     isolates = False
 
     def own_network(self, command: List[str]) -> List[str]:
-        """The command that starts the check of a submission."""
+        """Returns the command that starts the check of a submission."""
         return command
 
     def command(self, command: List[str]) -> List[str]:
-        """The command of a submission's program."""
+        """Returns the command that starts a submission's program."""
         return ['prlimit', '--fsize={}'.format(LARGEST_FILE)] + command
 
     def environment(self, environment: Mapping[str, str]) -> Dict[str, str]:
-        """The environment of a submission's program."""
+        """Returns the environment of a submission's program."""
         return dict(environment)
 
     def hand_over(self, folder: Path) -> None:
-        """Make a folder of copies the program's own, and readable."""
+        """Make the program's user the owner of a folder of copies; without a sandbox do nothing."""
 
 
 class Sandbox(NoSandbox):
-    """Makes commands that run in a sandbox; all of them as the same user."""
+    """Makes commands that run in a sandbox. All of them run as the same user."""
 
     isolates = True
 
     def __init__(self, readable: Iterable[Path]) -> None:
-        """`readable`: folders that a program may read as soon as they exist, besides the system and
-        the folders of ROS."""
+        """`readable`: folders that a program may read, besides the system and the folders of ROS;
+        they need not exist yet."""
         self._readable = [str(folder) for folder in readable]
         self.user = random.choice(USERS) if os.geteuid() == 0 else None
 
@@ -121,7 +121,7 @@ class Sandbox(NoSandbox):
         if self.user is not None or _version(platform.release()) >= COUNTED:
             limits['RLIMIT_NPROC'] = TASKS
         entered = {'limits': limits, 'forget': IDENTITY, 'user': self.user, 'folders': OWN_FOLDERS}
-        # bubblewrap must not end at the Ctrl+C that is meant for the program
+        # Ctrl+C is for the program: it must not end bubblewrap
         return ['sh', '-c', 'trap "" INT; exec "$@"', 'sh', 'bwrap'] + options + [
             '--', '/usr/bin/python3', '-ISc', ENTER, json.dumps(entered)] + command
 
@@ -164,7 +164,7 @@ def _ros():
 
 
 def _own_package():
-    """The shared parts of this package, at the usual places, which are empty otherwise."""
+    """The shared parts of this package in its usual folders; these folders have nothing else."""
     folders = [rospkg.RosPack().get_path(OWN_PACKAGE)]
     folders += [os.path.join(folder, OWN_PACKAGE) for folder in _listed(MODULES)]
     folders += [os.path.join(folder, 'lib', OWN_PACKAGE) for folder in _listed(PREFIXES)]
@@ -179,8 +179,10 @@ def _own_package():
 
 
 def _with_parents(places):
-    """The words of these places, each after the folders above it: bubblewrap would make some of
-    those so that only root may enter."""
+    """Returns bubblewrap's options for these places; the folders above a place come before it.
+
+    Without these options, bubblewrap would make some of them so that only root may enter.
+    """
     words, made = [], {Path('/')}
     for place in places:
         for folder in reversed(Path(place[-1]).parents):
@@ -210,9 +212,9 @@ def _version(text):
 def _enter(limits, forget, user, folders):
     """The first program in a sandbox becomes `user`, and keeps within these limits.
 
-    limits: name in :mod:`resource` -> number; forget: a variable; user: a number, or None: the same
-    user; folders: made writable for that user. Its text runs in the sandbox, where this package is
-    not found.
+    limits: name in :mod:`resource` -> number; forget: a variable to remove; user: a number, None to
+    keep the user; folders: made writable for the user. The text of this function runs in the
+    sandbox, without this package.
     """
     if user is not None:
         for folder in folders:
@@ -223,12 +225,11 @@ def _enter(limits, forget, user, folders):
     for name, number in limits.items():
         resource.setrlimit(getattr(resource, name), (number, number))
     os.environ.pop(forget, None)
-    # bubblewrap itself must survive the Ctrl+C that the node gets, and ignores it; so do its
-    # children otherwise
+    # bubblewrap ignores Ctrl+C, and its child would ignore it too
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-#: Python's `-c` of the first program; its arguments: a JSON object for _enter(), then the command.
+#: The text of the first program, for python3 -c. Arguments: JSON for _enter(), then the command.
 ENTER = '''import json, os, resource, signal, sys
 {}
 _enter(**json.loads(sys.argv[1]))

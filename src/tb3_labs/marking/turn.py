@@ -1,4 +1,4 @@
-"""The IMU lab: turns by keyboard, beside the mouse. All that it asks for."""
+"""The IMU lab: turns by keyboard, beside the mouse. Here are all its criteria."""
 import re
 from functools import partial
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from tb3_labs.marking.observation import MOVED, RESTED, NotSeen, Observation
 
 #: The parts of the lab.
 TURNS, MOUSE, BOTH, SHUTDOWN, LOST = 'turns', 'mouse', 'both', 'shutdown', 'lost'
-#: The stimulus of an IMU that sends no more, in a turn.
+#: The stimulus: the IMU stops sending during a turn.
 IMU_SILENT = 'IMU silent'
 GOODBYE = 'Controller exiting. Halting robot.'
 
@@ -41,20 +41,22 @@ EACH_TURN = {
     RIGHT: Turn(RIGHT, -90.0, 130.0),
     'r across 0': Turn(RIGHT, -90.0, 40.0),
 }
-#: The turns where the heading jumps.
+#: The turns during which the heading jumps.
 ACROSS = [name for name in EACH_TURN if 'across' in name]
-#: The stimulus of an input that is not valid, and the input.
+#: The stimulus of an invalid input; TYPED_NONSENSE is this input.
 NONSENSE = 'nonsense'
 TYPED_NONSENSE = 'x'
-#: The handout's tolerance, and how far a robot may go on after it was stopped [deg].
+#: TOLERANCE is the handout's. A robot may go on by AFTER_STOP after it was stopped [deg].
 TOLERANCE, AFTER_STOP = 10.0, 1.0
 #: The handout's fastest turn [rad/s].
 MAX_ANG_Z = 1.5
-#: A turn begins within this time after the letter was typed, and is over within this time [s].
+#: A turn begins within REACTION after the letter was typed [s].
+#: It is over within TURN_TIME [s].
 REACTION, TURN_TIME = 3.0, 8.0
-#: A person waits for an answer for this time [s], and cannot find it among more lines than this.
+#: A person waits for an answer for ANSWER [s].
+#: A person finds the answer among at most LEGIBLE lines.
 ANSWER, LEGIBLE = 1.0, 1000
-#: The tolerance beyond the handout [deg].
+#: The tolerance of the criterion beyond the handout [deg].
 EXACT = 1.0
 #: The limits of a turn, in words.
 LIMITS = 'within {:g} degrees, and {:g} that a stopped robot goes on; begun within {:g} s, over ' \
@@ -63,7 +65,8 @@ LIMITS = 'within {:g} degrees, and {:g} that a stopped robot goes on; begun with
 
 def turned(seen: Observation, name: str, turn: Turn,
            tolerance: float = TOLERANCE + AFTER_STOP) -> str:
-    """'' if the stimulus `name` was this turn within `tolerance` [deg], else a clause."""
+    """Returns '' if the robot did `turn` within `tolerance` [deg] in the stimulus `name`, else a
+    clause."""
     scene = seen.during(name)
     where = ' ({})'.format(name[2:]) if name in ACROSS else ''
     after = 'after {}{}'.format(turn.typed, where)
@@ -100,7 +103,7 @@ def _within_1_deg(seen: Observation) -> str:
 
 
 def _turning(seen):
-    """The commands of all turns that were tried; NotSeen if there are none."""
+    """Returns the commands of all turns that were tried; NotSeen if there are none."""
     scenes = [seen.during(name) for name in EACH_TURN if seen.has(name)] or [seen.during(LEFT)]
     commands = np.vstack([scene.moving for scene in scenes])
     if not len(commands):

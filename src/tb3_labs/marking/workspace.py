@@ -1,8 +1,7 @@
 """A workspace with a copy of a student's package that can run.
 
-Some faults keep a node from running and have nothing to do with its work: no exec bit, Windows line
-endings, a wrong first line, no package.xml, an unused import. They are repaired in the copy, and
-told in a remark.
+Some faults only keep a node from starting: no exec bit, Windows line endings, a wrong first line,
+no package.xml, an unused import. These faults are repaired in the copy. A remark tells each repair.
 """
 import ast
 import codecs
@@ -29,10 +28,10 @@ SUBSTITUTE_MANIFEST = '''<package format="2"><name>{}</name><version>0.0.0</vers
 <description>-</description><maintainer email="nobody@example.org">-</maintainer>
 <license>-</license></package>
 '''
-#: The name of a node's file in the copy, likewise.
+#: The name of a node's file in the copy if its own name cannot be used.
 SUBSTITUTE_NODE = 'node.py'
 SHEBANG = b'#!/usr/bin/env python3'
-#: A program that catches one of these around an import goes on without the module.
+#: If a program catches one of these errors around an import, it runs without the module.
 CAUGHT = {'ImportError', 'ModuleNotFoundError', 'Exception', 'BaseException'}
 
 
@@ -43,20 +42,21 @@ class Prepared:
     package: str
     executable: str
     environment: Dict[str, str]
-    types: Optional[Dict[str, Any]]     # see messages_in_sandbox; None: it brings no types
+    types: Optional[Dict[str, Any]]     # see messages_in_sandbox; None without types
     remarks: List[str] = field(default_factory=list)      # sentences
-    lacking: List[str] = field(default_factory=list)      # modules that the node needs, not found
+    lacking: List[str] = field(default_factory=list)      # modules that the node lacks
 
 
 def prepare(folder: Path, lab: Lab, workspace: Path, variables: Mapping[str, str],
             package: str = '', name: str = '',
             sandbox: Union[Sandbox, NoSandbox] = NoSandbox()) -> Prepared:
-    """The Prepared of a Lab's node below `folder`; `package` and `name` of the node, if given.
+    """Returns the Prepared of a Lab's node below `folder`; `package`, `name`: of the node, if
+    given.
 
     `folder` is a copy of the submission as Submission.lay_out() makes it: it has no links. Its
     packages are copied into `workspace`, the node is repaired, and the Python modules that it
-    needs are built, in `sandbox`. The environment has these `variables` too. ``NoNode`` if there is
-    no such node, or if it cannot be copied.
+    needs are built, in `sandbox`. The environment has these `variables` too. ``NoNode`` if no
+    file can be the node, or if the node cannot be copied.
     """
     node, remarks = find_node(folder, lab, package, name)
     source = source_of(node, folder)
@@ -76,7 +76,7 @@ def prepare(folder: Path, lab: Lab, workspace: Path, variables: Mapping[str, str
     environment, modules = dict(os.environ, **variables), workspace / 'python'
     environment['ROS_PACKAGE_PATH'] = '{}:{}'.format(
         workspace / 'src', environment.get('ROS_PACKAGE_PATH', ''))
-    # rosrun would find the programs of a package of this name that was built there, and ask
+    # if a package of this name was built there, rosrun would ask which of the two is meant
     environment[PREFIXES] = ':'.join(
         prefix for prefix in environment.get(PREFIXES, '').split(':')
         if not os.path.isdir(os.path.join(prefix, 'lib', called)))
@@ -88,16 +88,16 @@ def prepare(folder: Path, lab: Lab, workspace: Path, variables: Mapping[str, str
 
 
 def _leave_out_lacking(node, packages, modules, remarks):
-    """Take out the imports that are neither found nor used; the modules that are used, not found.
+    """Remove unused imports of modules that are not found. Returns the used modules not found.
 
-    `packages`: names of those of the submission; `modules`: folder of the built ones."""
+    `packages`: names of the submission's packages; `modules`: folder of the built modules."""
     text = node.read_bytes().decode(errors='replace')
     imports = [item for item in imports_of(text) if not item.guarded]
     named = set().union(*(item.packages for item in imports)) - packages
     importlib.invalidate_caches()
     path = [str(node.parent), str(modules)] + sys.path[1:]
     missing = {name for name in named if name not in sys.builtin_module_names
-               and PathFinder.find_spec(name, path) is None}    # they are not imported here
+               and PathFinder.find_spec(name, path) is None}    # does not import them
     unused = [item for item in imports if item.packages & missing and not item.used]
     if unused:
         node.write_text(without(text, unused), encoding='utf-8')
@@ -108,7 +108,7 @@ def _leave_out_lacking(node, packages, modules, remarks):
 
 
 def _called_properly(node, remarks):
-    """The file of a node, with another name if roslaunch and rosrun may take its own for more."""
+    """Returns the file of a node; it is renamed if its name is unsafe for roslaunch and rosrun."""
     if NAME.fullmatch(node.stem if node.suffix == '.py' else node.name):
         return node
     remarks.append('The file {} got another name, since ROS allows letters, digits and _ in it.'
@@ -117,7 +117,7 @@ def _called_properly(node, remarks):
 
 
 def _name(source, manifest, needed, remarks):
-    """The package's name; if it cannot be used, a package.xml with another name is written."""
+    """Returns a usable name of the package; if it is a new one, writes a package.xml with it."""
     name, problem = name_in(manifest)
     if name and name != OWN_PACKAGE:
         return name
@@ -156,7 +156,7 @@ class Import(NamedTuple):
     modules: Tuple[str, ...]    # with dots, as they are written
     first: int                  # its lines, counted from 1
     last: int
-    used: bool                  # is a name that it binds used, or does it share its line?
+    used: bool                  # is an imported name used, or is it not alone on its line?
     guarded: bool               # does the program go on if the import fails?
 
     @property
@@ -166,7 +166,7 @@ class Import(NamedTuple):
 
 
 def imports_of(text: str) -> List[Import]:
-    """The import statements of a program, in order; none if its syntax is wrong, or too deep.
+    """Returns the import statements of a program, in order; [] if its syntax is wrong, or too deep.
 
     Imports of the program's own package (``from . import x``) are left out.
     """
@@ -205,8 +205,8 @@ def _catches(handler):
 
 
 def without(text: str, imports: List[Import]) -> str:
-    """The program without these imports; each line of them becomes a comment, so that the numbers
-    of the other lines stay."""
+    """Returns the program without these imports. Each of their lines becomes a comment, so that
+    the other lines keep their numbers."""
     lines = text.splitlines(True)
     for item in imports:
         begin = item.first - 1
@@ -218,9 +218,9 @@ def without(text: str, imports: List[Import]) -> str:
 
 
 def needed_by(node: Path, packages: Dict[str, Path]) -> List[str]:
-    """Names of the packages that a node needs built, each after those that it needs itself.
+    """Returns the packages that must be built for a node; each one follows the packages it needs.
 
-    `packages`: name -> folder of all that there are. The modules beside the node count as well.
+    `packages`: name -> folder of all packages. Imports of modules beside the node count too.
     """
     order: List[str] = []
     seen: Set[str] = set()
@@ -248,6 +248,6 @@ def needed_by(node: Path, packages: Dict[str, Path]) -> List[str]:
 
 
 def _imported_by(path):
-    """The modules that a program imports, up to their first dot."""
+    """Returns the modules that a program imports, up to their first dot."""
     text = path.read_bytes().decode('utf-8-sig', errors='replace')    # Windows' first bytes
     return {name for item in imports_of(text) for name in item.packages}

@@ -1,14 +1,15 @@
 """What does each node decide? Each node of `scripts/` that decides something has its core here, in
-a file named as the node. Beside them are the parts of single cores (`pad`, `mouse`).
+a file with the node's name. The files `pad` and `mouse` read the actions of a person, and
+`pad_config` names the buttons of a pad.
 
 How every core is used:
 
 * *In*: samples, messages and requests go in by methods, with the time of their arrival (`now`).
-  `update...(now)` makes the core look at the clock when no message comes, to be called ten times a
-  second. `watched`: it must be called more often, since messages may stop.
-* *The command*: `due(now)` asks whether one is due. `command(now)` takes the step and returns the
-  Twist2 to send. None means silence, after one zero if the robot was being driven. For the time of
-  `idle_for(now)` no sample of the IMU needs to be read.
+  `update...(now)` makes the core look at the clock when no message comes: call it ten times a
+  second. While `watched` is True, call it more often, since messages may stop.
+* *The command*: `due(now)` asks whether a command is due. `command(now)` takes the step and returns
+  the Twist2 to send. None means silence, after one zero if the robot was being driven. For the time
+  of `idle_for(now)` no sample of the IMU needs to be read.
 * *Events*, which happen once: `take_...()` returns those since the last call, in order. News are
   lines for the user.
 * *State*: properties, `status(now)`, `problem(now)`. A question never changes anything.

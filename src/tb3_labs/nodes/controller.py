@@ -38,8 +38,8 @@ class Turn:
         self.asked = asked
         self.goal = yaw + carried + asked
         self.stall = StallWatch()
-        #: The remaining angle of a turn that is over, if the law has waited for rest: it knows that
-        #: better than one sample.
+        #: The remaining angle of a turn that is over, by the law, if the law has waited for rest.
+        #: It is more exact than by one sample.
         self.left_at_end: Optional[float] = None
         self._start = yaw
         self._begun_at = now
@@ -83,10 +83,10 @@ class ControllerCore:
         self._sensors = SensorWatch(self.imu)
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._sleep = SleepWatch()
-        self._turn: Optional[Turn] = None        # driven, or waiting for rest to be judged
+        self._turn: Optional[Turn] = None        # driven, or to be judged at rest
         self._carried = 0.0                      # error of the turn before, to be corrected [rad]
         self.mouse = Mouse()
-        self._mouse_is_new = False               # so a command is due
+        self._mouse_is_new = False               # True: a command is due
         self._mouse_told = False                 # was its user told how to use a lost mouse?
         self._news = NewsDesk()
 
@@ -108,14 +108,14 @@ class ControllerCore:
             self._carried = 0.0
 
     def on_wheels(self, sample: WheelSample, now: float) -> None:
-        """The wheels, if the robot has such, only show a gyro that lies."""
+        """Take in a sample of the wheels, if the robot sends them: they only check the gyro."""
         self._gyro.on_wheels(sample, now)
 
     def on_mouse(self, active: bool, x: float, y: float, now: float, *details: Any) -> None:
-        """``ValueError`` for a position that is not finite.
+        """Take in a message of the mouse; ``ValueError`` for a position that is not finite.
 
         `now` is on a clock that never stands still and never goes back, since a person moves the
-        mouse; `details` as of mouse.Mouse.heard.
+        mouse; `details`: further arguments of mouse.Mouse.heard.
         """
         self.update(now)
         was_active = self.mouse.active
@@ -157,8 +157,8 @@ class ControllerCore:
         self._happens(DriverEvent.TURN_ASKED)
 
     def update(self, now: float) -> None:
-        """A turn during which this process slept for long is given up. An active mouse that is lost
-        is released. `now` as in :meth:`on_mouse`.
+        """Give up a turn if this process slept for long during it, and release a mouse that was
+        active and is lost. `now` as in :meth:`on_mouse`.
         """
         self._sleep.update(now)
         if self._sleep.slept_for > RESUME_TIME and self.driver is Driver.TURN:
@@ -289,7 +289,7 @@ class ControllerCore:
         self._happens(DriverEvent.MOUSE_RELEASED, reason)
 
     def _happens(self, event: DriverEvent, reason: str = '') -> None:
-        """Apply the table of drivers. A turn that it ends, with a `reason`, is given up."""
+        """Apply the table of drivers. If a turn ends by it with a `reason`, it is given up."""
         before, self.driver = self.driver, after(DRIVERS, self.driver, event)
         if self.driver is Driver.MOUSE:
             self._carried = 0.0

@@ -49,14 +49,14 @@ class DemoDrive:
                 abs(math.degrees(difference(self.reached.yaw, self.goal.yaw))))
 
     def is_good(self, config: DemoConfig) -> bool:
-        """Did it end at its goal, truly within the tolerances (bounds included)?"""
+        """Did the drive end at its goal, truly within the tolerances (bounds included)?"""
         distance, angle = self.truly_off
         return (self.state == REACHED and distance <= config.distance_tolerance
                 and angle <= config.angle_tolerance_deg)
 
 
 def table(drives: Sequence[DemoDrive], config: DemoConfig) -> str:
-    """An empty line, the header, and a row for each drive."""
+    """Returns an empty line, the header, and a row for each drive."""
     return '\n'.join(['', HEADER] + [
         _row(number, drive, config) for number, drive in enumerate(drives, 1)])
 

@@ -1,10 +1,10 @@
 """Everything that `gamepad` decides, without ROS: the holder of the robot, and its command.
 
-Every press of a button counts, also where several messages arrive together: the messages for
+Every press of a button counts, also if several messages arrive together: the messages for
 `ctrl_relinq` are collected in order (GamepadCore.messages).
 
-B always sends False, for any holder of the robot. A sends True. The node then sends renewals, which
-only keep the permission alive. A press of A that was delayed for long does not count.
+B always sends False, for any holder of the robot. A sends True. The renewals of this True only keep
+the permission alive. A press of A that was delayed for long does not count.
 
 A silent pad is lost if the robot depends on it: while a stick is off its middle, and while
 move_to_goal drives by its permission. joy_node sends only changes unless its autorepeat_rate is
@@ -46,7 +46,10 @@ class GamepadCore:
 
     def on_joy(self, axes: Sequence[float], buttons: Sequence[int], now: float,
                stamp: float = 0.0) -> None:
-        """Sent at `stamp` [s, sender's clock; 0: unknown]. ``ValueError``: another kind of pad."""
+        """Take in a message sent at `stamp` [s, sender's clock; 0: unknown].
+
+        ``ValueError`` if it is of another kind of pad.
+        """
         self._look_at_clock(now)
         message = self._pad.hear(axes, buttons, now, stamp)
         state, before = message.state, message.before
@@ -72,15 +75,15 @@ class GamepadCore:
     def on_taken(self, now: float) -> None:
         """Another node took control from move_to_goal; this pad may have given it.
 
-        Control that others gave is over when move_to_goal says so, since only move_to_goal knows
-        the order of both messages.
+        If others gave it, their control is over only when move_to_goal says so, since only
+        move_to_goal knows the order of both messages.
         """
         self.messages.stopped_at = now
         if self.messages.gives:
             self._happens(HolderEvent.TAKEN, now)
 
     def update(self, now: float) -> None:
-        """A pad at rest is ready as soon as it has been heard for long enough."""
+        """Look at the clock: a pad at rest is ready once it has been heard for long enough."""
         self._look_at_clock(now)
         state = self._pad.state
         if self.holder is Holder.NOBODY and state is not None and state.at_rest and (
@@ -134,8 +137,8 @@ class GamepadCore:
             self._drives() or (self.messages.gives and not self._config.drive_without_pad))
 
     def _look_at_clock(self, now: float) -> None:
-        """After a long sleep of this process its permission is taken back, and its sticks must have
-        been at rest."""
+        """After a long sleep of this process, take back the permission that the pad gave. If the
+        pad drove, it must be ready again first."""
         self._sleep.update(now)
         if self._sleep.slept_for <= LONGEST_LAPSE:
             return
@@ -163,7 +166,7 @@ class GamepadCore:
             self._happens(HolderEvent.RELINQUISH, now)
 
     def _stop(self, event: HolderEvent, now: float, caused_at: float) -> None:
-        """Say False, for any holder: the operator takes the robot, or the pad is lost."""
+        """Send False, for any holder: the operator takes the robot, or the pad is lost."""
         self.messages.stop(caused_at)
         self._happens(event, now)
 

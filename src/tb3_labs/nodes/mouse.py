@@ -1,8 +1,8 @@
-"""From positions of the mouse to a velocity.
+"""Turns positions of the mouse into a velocity.
 
 Units: positions from -1 to 1, x to the right, y up; speeds in m/s and rad/s, left positive; seconds
 on a clock that never stands still and never goes back (`now`), since a person moves the mouse.
-Source: the IMU lab's handout for the mouse.
+Source: the course's mouse lab.
 """
 import math
 from collections import defaultdict
@@ -23,15 +23,15 @@ MOUSE_FULL = 0.5
 
 
 class Mouse:
-    """The mouse: is it active, and its velocity.
+    """Knows whether the mouse is active, and the velocity that it asks for.
 
     A mouse counts as lost at first, when it falls silent while it is active, and when this process
     slept. It then stays inactive until it is in the middle of the screen, or is deactivated. So a
     mouse that was active all the time, or comes back, does not drive at once. Messages that the
-    network delayed, or that came together after a silence, do not count for that: only a
-    deactivation always counts.
+    network delayed, or that came together after a silence, do not end the loss. A deactivation
+    always counts as a stop.
 
-    Several mice may be heard. The one that is deactivated stops all: the others do not count until
+    Several mice may be heard. A mouse that is deactivated stops all: the others do not count until
     they are in the middle, or deactivated.
     """
 
@@ -42,11 +42,11 @@ class Mouse:
         self.twist = Twist2()
         self._is_lost = True
         self._back_at = -math.inf    # end of the last silence
-        self._repeats = False        # an active mouse repeats itself, else it may be silent
+        self._repeats = False        # was it active? An active mouse repeats itself
         # by sender: its usual delay, and its last stamp
         self._lateness: DefaultDict[str, Lateness] = defaultdict(Lateness)
         self._stamps: Dict[str, float] = {}
-        # senders whose last message was active, and those that another one has stopped
+        # senders whose last message was active, and senders that another mouse has stopped
         self._switched_on: Set[str] = set()
         self._stopped: Set[str] = set()
 
@@ -71,7 +71,7 @@ class Mouse:
             return False
         if self.source.count and not self._repeats and now - self._back_at >= WAKING:
             self._is_lost = False    # it was inactive until now
-        stands_still = stamp == self._stamps.get(sender, 0.0)    # then it tells no time
+        stands_still = stamp == self._stamps.get(sender, 0.0)    # then it is not a time
         self._stamps[sender] = stamp
         if not stands_still and self._lateness[sender].of(stamp, now) > MOUSE_TIMEOUT:
             self._back_at = now

@@ -59,14 +59,14 @@ class MoveToGoalCore:
         self._localizer = Localizer()
         self._machine = GoalMachine(law)
         self._permission = Permission(has_control)
-        self._may_drive = has_control      # the permission at the last update,
-        self._grants = 0                   # and its count of grants then
+        self._may_drive = has_control      # the permission at the last update
+        self._grants = 0                   # number of grants at the last update
         self._pace = Pace(law.period)
         self._sensors = SensorWatch(self.imu, self.odometry)
-        self._odometry_turned = False      # between the last two samples
+        self._odometry_turned = False      # did its yaw change at the last sample?
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._sent = Twist2()
-        self._ended = 0                    # the last attempt whose end was taken
+        self._ended = 0                    # the last attempt that take_end returned
         self._news = NewsDesk()
 
     # -- what comes in
@@ -88,11 +88,11 @@ class MoveToGoalCore:
         self._look_at_localizer()
 
     def on_wheels(self, sample: WheelSample, now: float) -> None:
-        """The wheels, if the robot has such, only show a gyro that lies."""
+        """Take in a sample of the wheels, if the robot sends them: they only check the gyro."""
         self._gyro.on_wheels(sample, now)
 
     def heard_command(self, linear: float, angular: float, now: float) -> None:
-        """Another node drives the robot: so it may move, and its turns show the samples' delay."""
+        """Another node commands the robot. It may move now; its turns show the samples' delay."""
         self._heard.on_command(linear, angular, now)
         if linear or angular:
             self._localizer.driven_at = now
@@ -118,7 +118,7 @@ class MoveToGoalCore:
         self._pause()
 
     def reset(self, declared: Pose2, now: float) -> Reset:
-        """Declare that the robot is at `declared` now. The Reset shows when that is carried out.
+        """Declare that the robot is at `declared` now. The Reset shows when this is done.
 
         ``ValueError`` if `declared` is too far, or a sensor is not fresh.
         """
@@ -133,11 +133,11 @@ class MoveToGoalCore:
         self._localizer.give_up(reset)
 
     def begin_control(self, now: float) -> None:
-        """Those who give control can be heard from now on; `now` as in permission.Permission."""
+        """From now on senders of control can be heard; `now` as in permission.Permission."""
         self._permission.sleep.start(now)
 
     def told_control(self, granted: bool, now: float, *details: Any, **more: Any) -> None:
-        """A sender gives control, or takes it; arguments as of permission.Permission.told."""
+        """A sender gives control, or takes it; arguments as in permission.Permission.told."""
         self._permission.told(granted, now, *details, **more)
         self.update_control(now)
 
@@ -166,11 +166,11 @@ class MoveToGoalCore:
         return self._news.take()
 
     def take_fix(self) -> Optional[Fix]:
-        """The latest one; None if there is no new one."""
+        """The latest Fix, once; None if there is not a new one."""
         return self._localizer.take_fix()
 
     def take_end(self) -> Optional[Tuple[Pose2, str]]:
-        """(goal, failure, '' at the goal) of a drive that has ended; else None."""
+        """(goal, failure) of a drive that has ended; `failure` is '' at the goal. Else None."""
         machine = self._machine
         if machine.goal is None or machine.active or machine.attempt == self._ended:
             return None
@@ -222,7 +222,7 @@ class MoveToGoalCore:
         return None if frame is None else frame.imu_minus_odometry
 
     def status(self, now: float) -> DriveStatus:
-        """The drive at this moment."""
+        """The DriveStatus at this moment."""
         machine, problem = self._machine, self._sensors.problem(now) or self._gyro.problem()
         failure = POSE_LOST if self._localizer.is_lost else machine.failure
         return DriveStatus(
@@ -245,7 +245,7 @@ class MoveToGoalCore:
         return self._permission.stands and self._machine.active
 
     def due(self, now: float) -> bool:
-        """At the law's own rate, and whenever a sensor is lost."""
+        """Is a command due? At the law's own rate, and whenever a sensor is lost."""
         return self._pace.due(now) or not self._sensors.are_fresh(now)
 
     def idle_for(self, now: float) -> float:
@@ -268,7 +268,7 @@ class MoveToGoalCore:
         return self._sensors.sight is not Sight.SILENT and self._machine.active
 
     def _look_at_readings(self, dt: float) -> None:
-        """Give up if a sensor repeats itself, though the last command must have changed it."""
+        """Give up if a sensor repeats a reading that the last command must have changed."""
         drives = abs(self._sent.linear) > SURELY_DRIVES
         turns = abs(self._sent.angular) > SURELY_TURNS
         # The odometry's yaw is the IMU's: if it turns, the IMU must change.

@@ -15,7 +15,7 @@ from tb3_labs.supervision.permission import LONGEST_LAPSE, RENEWAL
 PAD_TIMEOUT = 0.25
 #: The lateness of a message is known after a pad has been heard for this long [s].
 LATENESS_SHOWS = 0.3
-#: An answer of move_to_goal this soon after A may be older than A [s].
+#: A message of move_to_goal this soon after a press of A may be older than the press [s].
 CROSSING = 0.3
 
 
@@ -36,7 +36,7 @@ class PadState(NamedTuple):
 
 
 class PadMessage(NamedTuple):
-    """One message."""
+    """One message of a pad."""
 
     state: PadState
     before: PadState         # the state of the message before it
@@ -61,14 +61,14 @@ class PadListener:
         self._lateness = Lateness()
         self._heard_since = math.inf     # from then on the lateness of messages is learned
         self._is_late = False
-        self._last: Optional[Tuple[Sequence[float], Sequence[int]]] = None    # message
+        self._last: Optional[Tuple[Sequence[float], Sequence[int]]] = None    # its axes and buttons
 
     def hear(self, axes: Sequence[float], buttons: Sequence[int], now: float,
              stamp: float) -> PadMessage:
         """Take in a message, sent at `stamp` (0: unknown); ``ValueError`` for another kind of pad.
 
         A button that is down in the first message may have been pressed long ago, and does not
-        count as pressed now. A stop counts all the same.
+        count as pressed now. A stop counts even then.
         """
         state = read_pad(axes, buttons, self._config)
         self.repeats = self.repeats or (axes, buttons) == self._last
@@ -121,16 +121,18 @@ def _outside(dead_zone: float, position: float) -> float:
 
 
 class ControlMessages:
-    """Collects True, which gives the robot to move_to_goal, and False, which takes it, until the
-    node takes them, since every press counts. The first one is False: a pad that has just started
-    gives nothing.
+    """The messages of one pad for `ctrl_relinq`: True gives the robot to move_to_goal, False takes
+    it.
+
+    They are kept until the node takes them, since every press counts. The first one is False: a pad
+    that has just started gives nothing.
     """
 
     def __init__(self) -> None:
-        #: Has move_to_goal control by this pad's permission, which must be renewed?
+        #: Does move_to_goal have control by this pad? Then the pad must renew its permission.
         self.gives = False
         self._waiting = [False]
-        self._given_at = -math.inf      # if move_to_goal has not answered since
+        self._given_at = -math.inf      # time of the last unanswered True
         #: Time at which control was taken from move_to_goal, by anyone [s].
         self.stopped_at = -math.inf
 
@@ -139,7 +141,7 @@ class ControlMessages:
         return messages
 
     def give(self, now: float, lateness: float) -> None:
-        """True, by a press that was delayed by `lateness` [s].
+        """Queue a True, by a press that was delayed by `lateness` [s].
 
         The renewals that were due since the press are added, so that they show its age.
         """
@@ -147,14 +149,13 @@ class ControlMessages:
         self._waiting += [True] * (1 + int(lateness / RENEWAL))
 
     def stop(self, caused_at: float) -> None:
-        """False, for any holder of control: the operator's press at `caused_at`, or the pad's loss.
-        """
+        """Queue a False, for any holder: the operator's press at `caused_at`, or the pad's loss."""
         self.gives = False
         self.stopped_at = max(self.stopped_at, caused_at)    # a late B is older than a loss
         self._waiting.append(False)
 
     def end(self) -> None:
-        """False, if this pad gave control, and another node took it."""
+        """Queue a False if this pad gave control, since another node took it."""
         if self.gives:
             self.gives = False
             self._waiting.append(False)
@@ -164,12 +165,12 @@ class ControlMessages:
         self._given_at = -math.inf
 
     def crossed(self, now: float) -> bool:
-        """May move_to_goal have said that it has no control before it heard of A?"""
+        """Did move_to_goal perhaps say that it has no control before it heard the last True?"""
         return now - self._given_at < CROSSING
 
     def too_late(self, now: float, lateness: float) -> bool:
-        """Does a press of A that was delayed by `lateness` [s] no longer count?
+        """Is a press of A that was delayed by `lateness` [s] too late to count?
 
-        It is too old, or control was taken since.
+        It is if it is too old, or if control was taken since.
         """
         return lateness > LONGEST_LAPSE or now - lateness < self.stopped_at

@@ -1,12 +1,13 @@
 """The settings of a gamepad: the functions of its axes and buttons.
 
-Indices count from 0, as in sensor_msgs/Joy; the defaults are the handout's numbering.
+Indices count from 0, as in sensor_msgs/Joy. The defaults are the numbers of the course's gamepad
+lab; the button Y comes from the handout.
 """
 from dataclasses import dataclass
 
 from tb3_labs.config import Config, setting
 
-#: No pad has as many axes or buttons.
+#: The highest index of an axis or button. No pad has as many.
 MOST = 31
 
 

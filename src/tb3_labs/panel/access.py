@@ -1,10 +1,10 @@
-"""Where is the page offered, and which browser may connect? No page of another site.
+"""Where is the page offered, and which browser may connect? Pages of other sites are refused.
 
 A browser sends requests for any page that it shows, so the address 127.0.0.1 alone does not keep
 pages of other sites out. Three things are checked:
 
-* *Host*, the name under which the browser reached this node. A site whose name leads to 127.0.0.1
-  (DNS rebinding) has another name there.
+* *Host*, the name under which the browser reached this node. If a site lets its name lead to
+  127.0.0.1 (DNS rebinding), *Host* still has the name of that site.
 * *Origin*, the site whose page opens the socket. It must be this node's own page.
 * *The token*, if the node listens at another address than the loopback. It is part of the address
   that the node prints.
@@ -29,7 +29,7 @@ HOST = re.compile(r'(?:\[([0-9a-fA-F.]*:[0-9a-fA-F:.]*)\]|([^\s\\@:/?#\[\]]+))(?
 
 @dataclass(frozen=True)
 class PanelConfig(Config):
-    """Where the page is offered, what it shows, and whether it may drive."""
+    """The address of the page, the robots that it shows, and its permission to drive."""
 
     port: int = setting(8080, 'TCP port of the page; if it is in use, one of the next nine',
                         low=1, high=65000)
@@ -48,7 +48,7 @@ class PanelConfig(Config):
 
 
 class Access:
-    """The names of this node, and its token ('': none is needed)."""
+    """Checks requests by the names of this node and its token ('': no token is needed)."""
 
     def __init__(self, names: Iterable[str] = (), token: str = '') -> None:
         """`names`: names and addresses of this computer, beside those of the loopback."""
@@ -57,10 +57,10 @@ class Access:
 
     def refusal(self, host: Optional[str], origin: Optional[str],
                 token: Optional[str]) -> str:
-        """'' or the reason why a request is refused.
+        """Returns the reason why a request is refused, or ''.
 
-        `host` and `origin` are its headers, None if it does not have them: programs other than
-        browsers send no origin. `token`: as it was given; None: this request needs none.
+        `host` and `origin` are headers of the request, None if they are missing: only browsers send
+        an origin. `token`: the token in the request; None: this request needs no token.
         """
         host = (host or '').lower()
         match = HOST.fullmatch(host)
@@ -76,5 +76,5 @@ class Access:
 
 
 def _bytes(token: str) -> bytes:
-    """The comparison takes ASCII or bytes; a browser may send any text."""
+    """Returns the token as bytes: hmac takes no text but ASCII, and a browser may send any."""
     return token.encode(errors='surrogatepass')

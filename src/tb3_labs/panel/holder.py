@@ -1,18 +1,20 @@
 """Which page drives a robot by hand? One at a time: the page that *holds* it.
 
-A page becomes the holder when a person grips something on it, if no other page is. The holder sends
-the state of its pad and mouse (`Joy`) about 20 times a second. The rules of a gamepad hold:
+A page becomes the holder when a person grips something on it, unless another page holds the robot.
+The holder sends the state of its pad and mouse (`Joy`) about 20 times a second. The rules are those
+of a gamepad:
 
-* Silence for more than `PAGE_TIMEOUT` is a loss: of the page, of the network, or a page that is
-  hidden, since browsers slow its timers. Control that the page gave is taken back. No page holds
-  the robot until a person grips something again: a page that comes back drives nothing by itself.
-* A message that the network delayed for as long does not count, except for the button B.
-* "take", B and "stop" count from every page, whenever they arrive. Those of another page stop the
-  holder, too.
-* A grip, a grant or the button A counts only if it was pressed after the last stop of anyone, and
-  after the last loss.
+* A holder that is silent for more than `PAGE_TIMEOUT` is lost: the page was closed or hidden
+  (browsers slow its timers then), or the network failed. Control that it gave is taken back. No
+  page holds the robot until a person grips something again: a page that comes back drives nothing
+  by itself.
+* A message that was delayed by more than `PAGE_TIMEOUT` counts only for its button B.
+* "take", B and "stop" count from every page, whenever they arrive. If another page than
+  the holder sends one of them, the holder is stopped too.
+* A grip, a grant or the button A counts only if it was pressed after the last stop (by any page or
+  node), and after the last loss.
 
-A pad is published as it is heard; if it falls silent, the node `gamepad` notices that itself.
+A pad's messages are published as they come. If they stop, the node `gamepad` notices it itself.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
 """
@@ -25,7 +27,7 @@ from tb3_labs.supervision.permission import RENEWAL
 
 #: A page that is silent for longer than this is lost [s].
 PAGE_TIMEOUT = 0.25
-#: A request that was delayed by more than this is rejected: its person no longer expects it [s].
+#: A request that was delayed by more than this is rejected: nobody expects it any more [s].
 LONGEST_DELAY = 2.0
 
 
@@ -53,31 +55,31 @@ class Holder:
     def __init__(self) -> None:
         #: The page that holds the robot, or None.
         self.page: Optional[object] = None
-        #: Has this page given control to move_to_goal, so that it must be renewed?
+        #: Has this page given control to move_to_goal? Control must be renewed then.
         self.has_granted = False
-        #: The last state of its pad; None while none is gripped.
+        #: Its pad's last state; None if the pad is not gripped.
         self.pad: Optional[Pad] = None
         self._pad_since = 0.0          # time of its first message
         self._heard_at = 0.0
         self._mouse_active = False
-        self._mouse_refused = False    # until it is let go
+        self._mouse_refused = False    # if True: until the mouse is let go
         self._b_pressed: Set[int] = set()    # id() of each page on which B is pressed
-        self._a_refused = False        # until it is let go
-        # (the page or None, time) of the last stop, and of the last one of another page or node
+        self._a_refused = False        # if True: until A is released
+        # (page or None, time) of the last stop, and of the last stop by a different page or node
         self._stops: Tuple[Stopped, Stopped] = ((None, -math.inf),) * 2
-        self._own_stops: Dict[int, float] = {}    # by id() of a page: the press of its last stop
+        self._own_stops: Dict[int, float] = {}    # id() of a page: press time of its last stop
         self._has_control: Optional[bool] = None    # by the last message of move_to_goal
-        self._lost = False             # has it lost control since this page gave it?
+        self._lost = False             # did move_to_goal lose control that this page gave?
         self._grants: List[bool] = []
         self._pads: List[LatePad] = []
         self._mouse: List[MouseState] = []
         self._news = NewsDesk()
 
-    # -- what comes in
+    # -- input
 
     def begin(self, page: object, now: float, pressed: float) -> None:
-        """A person gripped something on `page` at `pressed`; ``ValueError`` if another page holds
-        the robot, or :meth:`check` refuses it."""
+        """Make `page` the holder: a person gripped something on it at `pressed`. ``ValueError`` if
+        another page holds the robot, or if :meth:`check` refuses."""
         self.update(now)
         if self.page not in (None, page):
             raise ValueError('another page drives: it must let go first, or be stopped')
@@ -85,20 +87,20 @@ class Holder:
         self.page, self._heard_at = page, now
 
     def check(self, page: object, pressed: float) -> None:
-        """``ValueError`` if a person asked for it on `page`, at `pressed`, before the last stop."""
+        """``ValueError`` if `pressed`, the time of a request of `page`, is before the last stop."""
         if self._is_old(page, pressed):
             raise ValueError('this was pressed before the robot was stopped: press it again')
 
     def on_joy(self, page: object, joy: Joy, now: float, lateness: float = 0.0,
                mouse_drives: bool = True, pressed: float = math.inf) -> None:
-        """The present state of what is gripped on `page`, delayed by `lateness` [s].
+        """Take in the state of the pad and the mouse of `page`, delayed by `lateness` [s].
 
-        Without `mouse_drives` another node drives: a mouse that is held then must be gripped anew.
-        `pressed`: the time at which A was pressed, if it is.
+        If `mouse_drives` is False, another node drives: a mouse that is gripped meanwhile must be
+        gripped anew. `pressed`: the time at which A was pressed, if A is pressed.
         """
         self.update(now)
         if self._is_press_of_b(page, joy.pad):
-            # also of the holder: perhaps no node hears the pad
+            # the holder's B counts here too: perhaps no node hears its pad
             self.take(page, now, now - lateness)
         if page is not self.page or lateness > PAGE_TIMEOUT:
             return
@@ -110,27 +112,27 @@ class Holder:
         """Give control to move_to_goal; ``ValueError`` as in :meth:`begin`."""
         self.begin(page, now, pressed)
         if self._lost:
-            self._end_grant()    # it must be given anew
+            self._end_grant()    # control must be given anew
         self._lost = False
         if not self.has_granted:
             self.has_granted = True
-            # with the renewals that were due since, which show its age
+            # the grant, and the renewals that were due since `pressed`: they show its age
             self._grants += [True] * (1 + int((now - pressed) / RENEWAL))
 
     def take(self, page: object, now: float, pressed: float = -math.inf) -> None:
-        """`page` takes control from move_to_goal, whoever gave it, and stops another page that
-        holds the robot; `pressed` as in :meth:`stop`."""
+        """`page` takes control from move_to_goal, even if another page gave it. Another page that
+        holds the robot is stopped. `pressed`: see :meth:`stop`."""
         if page is self.page:
             self._take(page, now, pressed)
         else:
             self.stop(page, now, pressed)
 
     def on_stop(self, now: float) -> None:
-        """Another node stopped the robot in a way that leaves control where it is."""
+        """Another node stopped the robot, and did not change who has control."""
         self._stopped(None, now)
 
     def on_taken(self, now: float) -> None:
-        """Another node took control: the grant of this page is over."""
+        """Another node took control: the grant of the holder is over."""
         self._stopped(None, now)
         self._end_grant()
 
@@ -144,18 +146,21 @@ class Holder:
         self._has_control = granted
 
     def stop(self, page: object, now: float, pressed: float = -math.inf) -> None:
-        """Everything to zero, as any `page` may ask: nothing is gripped any more. `pressed`: by the
-        clock of the page's other presses; a press that waited in the page may come after it."""
+        """Stop the robot and release everything; any `page` may ask for it.
+
+        `pressed`: time of this press, on the clock of the page's other presses. A press from before
+        this stop may arrive after it.
+        """
         if self.pad is not None:
             self._pads.append(LatePad(Pad(b=True), 0.0))
-        # an active mouse that is deactivated also ends a turn
+        # deactivating an active mouse also ends a turn
         self._mouse += [MouseState(True), MouseState(False)]
         self._mouse_active = False
         self._take(page, now, pressed)
         self._drop()
 
     def let_go(self, page: object) -> None:
-        """The person at `page` is done."""
+        """The person at `page` has let go of everything."""
         if page is self.page:
             self._release()
 
@@ -167,20 +172,20 @@ class Holder:
             self._lose('The page that drives has gone')
 
     def update(self, now: float) -> None:
-        """Look at the clock; to be called repeatedly while a page holds the robot."""
+        """Notice a silent holder. Call this repeatedly while a page holds the robot."""
         if self.page is not None and now - self._heard_at > PAGE_TIMEOUT:
             self._stopped(None, self._heard_at + PAGE_TIMEOUT)
             self._lose('The page that drives is silent for {:.1f} s'.format(now - self._heard_at))
 
-    # -- what comes out
+    # -- output
 
     def pad_heard_for(self, now: float) -> float:
-        """Time for which the pad has been heard [s]; 0 while there is none."""
+        """Returns for how long the pad has been heard [s]; 0 if no pad is gripped."""
         return now - self._pad_since if self.pad is not None else 0.0
 
     def take_messages(self) -> Tuple[List[bool], List[LatePad], List[MouseState]]:
-        """The messages since the last call, in order: those for `ctrl_relinq` (True gives control,
-        False takes it), of the pad, and of the mouse."""
+        """Returns the messages since the last call, in three lists: for `ctrl_relinq` (True gives
+        control, False takes it), for the pad, and for the mouse."""
         said = self._grants, self._pads, self._mouse
         self._grants, self._pads, self._mouse = [], [], []
         return said
@@ -192,7 +197,8 @@ class Holder:
     # -- the pad and the mouse
 
     def _is_press_of_b(self, page: object, pad: Optional[Pad]) -> bool:
-        """Was B released before? A page that is held up must not hide the B of another one."""
+        """Is this a new press of B on `page`? Each page is looked at by itself: a page with delayed
+        messages must not hide the B of another page."""
         was_pressed = id(page) in self._b_pressed
         if pad is None or not pad.b:
             self._b_pressed.discard(id(page))
@@ -222,7 +228,7 @@ class Holder:
         self._mouse_refused = mouse is not None and (self._mouse_refused or not drives)
         if mouse is not None and not self._mouse_refused:
             if not self._mouse_active:
-                self._mouse.append(MouseState(False))    # a mouse that begins must not be active
+                self._mouse.append(MouseState(False))    # a new mouse must begin inactive
             self._mouse_active = True
             self._mouse.append(MouseState(True, *mouse))
         elif self._mouse_active:
@@ -245,8 +251,8 @@ class Holder:
         self._stops = (page, now), before if page is last[0] else last
 
     def _is_old(self, page: object, pressed: float) -> bool:
-        """Was it pressed before the last stop? A stop of the page itself is compared by the page's
-        own clock, since both messages may have been slow."""
+        """Is `pressed` before the last stop? The page's own stop is compared by the time of its
+        press, since both messages may have been slow."""
         last, before = self._stops
         by_others = (before if page is last[0] else last)[1]
         return pressed <= max(by_others, self._own_stops.get(id(page), -math.inf))

@@ -1,11 +1,11 @@
-"""All that was heard of one robot, as the picture that a page draws.
+"""Everything that was heard from one robot, as the picture that a page draws.
 
 A picture is a JSON object. Poses are [x m, y m, yaw rad], null if nothing was heard:
 
-    "odom", "local"      of the robot, in the frames odom and local (the latter as believed)
-    "frame"              of the frame local, in odom
-    "truth"              of a simulated robot, in odom
-    "goal"               in local; "tolerance" [m]
+    "odom", "local"      pose of the robot in odom, and in local (as its node believes)
+    "frame"              pose of the frame local, in odom
+    "truth"              true pose of a simulated robot, in odom
+    "goal"               pose of the goal, in local; "tolerance" [m]
     "to_go"              [distance m, angle deg] to the goal, as the node publishes them
     "state", "phase"     the words of `goal_state`; their kind: driving, reached, waiting, stopped,
                          gave up, or ''
@@ -14,15 +14,14 @@ A picture is a JSON object. Poses are [x m, y m, yaw rad], null if nothing was h
     "driver", "command"  the node whose commands move the robot now, and [v m/s, w rad/s]
     "heading_deg"        by the IMU, 0 to 360
     "ages"               {source: time since its last message [s]; 0: it is not silent}
-    "epoch"              number of declarations of the frame local that were seen
+    "epoch"              how often the frame local was declared, as far as it was seen
     "page"               the page that holds the robot: "", "this" or "other"
     "can"                {request: does any node listen to it?}
-    "pad"                the state of the page's own: "ready", or the reason why it does not drive
+    "pad"                state of the page's own pad: "ready", or the reason why it does not drive
 
-A number that is NaN or infinite is null as well: JSON does not have it, but any node may publish
-it.
+NaN and infinite numbers are null too: JSON does not have them, but any node may publish them.
 
-Units inside: metres, radians, seconds of arrival on one clock (`now`).
+Units in the code: metres, radians; arrivals in seconds on one clock (`now`).
 """
 import math
 from typing import Any, Dict, Iterable, List, Optional, Tuple
@@ -34,19 +33,19 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: A point is added to a trail after this distance [m].
 TRAIL_STEP = 0.02
-#: Of a trail with more points than this every other one is dropped.
+#: If a trail has more points than this, every second point is dropped.
 MOST_POINTS = 1000
-#: A frame that moved by more than this was declared anew [m], [rad],
+#: If the frame local moves by more than this, it was declared anew [m], [rad].
 FRAME_STEP = 0.001, math.radians(0.1)
-#: unless the odometry jumped by more than this, since it was zeroed: the frame then follows it.
+#: If the odometry jumps by more than this, it was zeroed, and the frame follows it [m], [rad].
 ODOMETRY_JUMP = 0.2, math.radians(60.0)
-#: A pose in local that jumps by more than this was declared [m], [rad]: no robot moves as far
+#: If the pose in local jumps by more than this, it was declared [m], [rad]: no robot moves that far
 #: between two messages.
 LOCAL_JUMP = 0.1, math.radians(30.0)
 #: Truth and odometry that are farther apart in time than this are not compared [s].
 SAME_MOMENT = 0.3
-#: The age of a message that was heard within this time is shown as 0 [s]: streams are read a few
-#: times a second, the list of robots less often, so that a smaller number would only tell when.
+#: Ages below these are shown as 0 [s]: on a robot's page, and in the list of robots. Streams are
+#: read only a few times a second, so a small age says nothing about the robot.
 READ_WITHIN, LISTED_WITHIN = 0.3, 0.7
 #: Sources whose ages a picture has.
 SOURCES = ('imu', 'odom', 'joy')
@@ -55,14 +54,13 @@ Point = Tuple[float, float]
 
 
 class Trail:
-    """Where the robot has driven, in one frame [m], thinned and bounded: for a page that comes
-    later."""
+    """The robot's path in one frame [m], thinned and bounded, for a page that is opened later."""
 
     def __init__(self) -> None:
         self.points: List[Point] = []
 
     def add(self, pose: Pose2) -> None:
-        """The robot is there now."""
+        """Add the place of the robot, unless it has hardly moved."""
         if self.points and pose.distance_to(Pose2(*self.points[-1])) < TRAIL_STEP:
             return
         self.points.append((round(pose.x, 3), round(pose.y, 3)))
@@ -75,23 +73,23 @@ class Trail:
 
 
 class RobotView:
-    """The latest of each kind that was heard of one robot, and its trails."""
+    """The latest value of each kind that was heard from one robot, and its trails."""
 
     def __init__(self) -> None:
         self._latest: Dict[str, Tuple[float, Any]] = {}          # kind: arrival, value
         self._commands: Dict[str, Tuple[float, float, float]] = {}   # sender: arrival, v, w
         self._odom_at_frame: Optional[Pose2] = None
-        self._is_estimate = False        # is the frame one that was estimated?
+        self._is_estimate = False        # is the frame estimated, not heard?
         self._epoch = 0
         self.trail_in_odom = Trail()
         self.trail_in_local = Trail()
 
-    # -- what comes in
+    # -- input
 
     def hear(self, kind: str, value: Any, now: float) -> None:
-        """`value` of one kind of those in :meth:`picture`, or one of 'origin' (pose of odom in
-        world), 'truth' (in world, and stamp [s]), 'motion' (stamp [s], v [m/s], w [rad/s] of the
-        odometry), 'imu' (yaw [rad]), 'distance' [m], 'angle' [deg]."""
+        """Store `value` as the latest of its `kind`: a kind in :meth:`picture`, or 'origin' (pose
+        of odom in world), 'truth' (pose in world, stamp [s]), 'motion' (stamp [s], v [m/s], w
+        [rad/s] of the odometry), 'imu' (yaw [rad]), 'distance' [m], 'angle' [deg]."""
         self._latest[kind] = now, value
 
     def hear_odometry(self, pose: Pose2, now: float) -> None:
@@ -105,8 +103,8 @@ class RobotView:
     def hear_local(self, pose: Pose2, now: float, stamp: Optional[float] = None) -> None:
         """The robot is believed to be at `pose` in local, at `stamp` [s].
 
-        A pose that jumps while the odometry does not shows that the frame was declared anew. It is
-        where the odometry says until the frame itself comes, a moment later.
+        If the pose jumps and the odometry does not, the frame was declared anew. The message with
+        the frame comes a moment later; until then the frame is computed from the odometry.
         """
         last, odom = self.latest('local'), self.latest('odom')
         frame = self.latest('frame')
@@ -139,7 +137,7 @@ class RobotView:
         """`sender` commands a speed [m/s] and a rate of turn [rad/s]."""
         self._commands[sender] = now, linear, angular
 
-    # -- what comes out
+    # -- output
 
     def latest(self, kind: str) -> Any:
         """The latest value of a kind, or None."""
@@ -156,7 +154,7 @@ class RobotView:
 
     @property
     def phase(self) -> str:
-        """The kind of the words of `goal_state`."""
+        """The kind of `goal_state`, such as 'driving'."""
         return phase_of(self.latest('state') or '')
 
     def driver(self, now: float) -> str:
@@ -201,9 +199,9 @@ class RobotView:
         return 0.0 if age is not None and age <= within else _rounded(age)
 
     def _in_odom(self) -> Tuple[Optional[Pose2], Optional[float]]:
-        """(the robot's pose in odom, its stamp [s]), by the latest message that tells it.
+        """Returns (the robot's pose in odom, its stamp [s]) by the latest message, odom or local.
 
-        The pose in local comes with each odometry, so that the odometry need not be read as often.
+        Each odometry brings a pose in local, so the odometry can be read less often.
         """
         odom, frame, local = (self._latest.get(kind) for kind in ('odom', 'frame', 'local'))
         if frame and local and (odom is None or local[0] > odom[0]):
@@ -212,8 +210,8 @@ class RobotView:
         return odom and odom[1], motion and motion[0]
 
     def _truth_in_odom(self, shown: Optional[float]) -> Optional[Pose2]:
-        """The true pose at the instant of the `shown` one [s], so that both can be compared in
-        motion."""
+        """Returns the true pose in odom at the time `shown` [s] of the pose that is shown, to
+        compare the two while the robot moves."""
         origin, truth = self.latest('origin'), self.latest('truth')
         if origin is None or truth is None:
             return None
@@ -229,7 +227,7 @@ class RobotView:
 
 
 def phase_of(state: str) -> str:
-    """The kind of the words of `goal_state`; '' for words of other nodes."""
+    """Returns the kind of the words of `goal_state`, such as 'driving'; '' for other words."""
     if state in DRIVING:
         return 'driving'
     if state == GoalState.GOAL_REACHED.name:
@@ -248,12 +246,12 @@ def _numbers(pose: Optional[Pose2]) -> Optional[List[float]]:
 
 
 def _rounded(number: Optional[float], digits: int = 3) -> Optional[float]:
-    """None for a number that JSON does not have; 0.0 for -0.0, whose sign would be shown."""
+    """Returns the number rounded; None for NaN and infinity, 0.0 for -0.0: the - would be shown."""
     return None if number is None or not math.isfinite(number) else round(number, digits) + 0.0
 
 
 def _all_rounded(numbers: Iterable[Optional[float]], digits: int = 4) -> Optional[List[float]]:
-    """None if any of them is none."""
+    """Returns the rounded numbers; None if any of them is None, NaN or infinite."""
     rounded = [_rounded(number, digits) for number in numbers]
     known = [number for number in rounded if number is not None]
     return known if len(known) == len(rounded) else None

@@ -1,4 +1,4 @@
-"""The pages and the robots that they look at: pages come and go, see pictures, and ask."""
+"""Connects the pages with the robots: pages come and go, get pictures, and send requests."""
 import threading
 import time
 from collections import deque
@@ -6,20 +6,19 @@ from collections import deque
 import rospy
 from rosgraph_msgs.msg import Log
 
-from tb3_labs.panel.requests import read_request
+from tb3_labs.panel.requests import Viewer, read_request
 from tb3_labs.panel.ros_robot import PanelRobot
 from tb3_labs.panel.ros_server import Server, Timer, Worker
 from tb3_labs.panel.ros_watch import Watch
-from tb3_labs.panel.viewer import Viewer
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.console import log_news
 from tb3_labs.ros.topics import subscribe
 
-#: Time between two looks at pages that hold a robot [s],
+#: Pages that hold a robot are checked once in this time [s].
 HOLDER_PERIOD = 0.02
-#: and between two lists of all robots [s].
+#: The list of all robots is sent once in this time [s].
 LIST_PERIOD = 0.5
-#: After this time without a page a robot is no longer listened to [s]: a page may be loaded again.
+#: A robot is listened to for this long after its last page closed [s]: the page may be reloaded.
 PATIENCE = 3.0
 #: When the node ends: longest wait until the pages' controls are released [s].
 RELEASE_TIME = 0.5
@@ -52,7 +51,7 @@ class Pages:
         self._server.start()
 
     def release(self):
-        """The node ends, or stands still: release all that pages hold; from any thread."""
+        """Release all that pages hold, as the node ends or stands still; any thread may call it."""
         released = threading.Event()
 
         def release():
@@ -75,7 +74,7 @@ class Pages:
         return (lambda text: self._on_text(page, text)), (lambda: self._on_end(page))
 
     def _on_end(self, page):
-        """The page has gone, or is dropped; the second of both changes nothing."""
+        """The page has closed, or is dropped. A second call changes nothing."""
         if page not in self._pages:
             return
         self._pages.remove(page)
@@ -86,7 +85,7 @@ class Pages:
         self._server.later(PATIENCE, self._look_at_robots)
 
     def _look(self, page, name):
-        """Show the robot `name`; None: the list."""
+        """Show the robot `name` on `page`; None: the list of robots."""
         if name is not None and name not in self._robots:
             raise ValueError('robot {!r} is unknown; known: {}'.format(
                 name, ', '.join(self._robots)))
@@ -113,10 +112,10 @@ class Pages:
             seen = any(page.robot is robot for page in self._pages)
             robot.look(Watch.ALL if seen else listed)
 
-    # -- what pages see
+    # -- pictures and lines of the log
 
     def _draw(self):
-        pictures = {}    # each robot's is made once
+        pictures = {}    # robot: its picture, made once
         for page in list(self._pages):
             if page.lines:
                 self._send_log(page)
@@ -124,7 +123,7 @@ class Pages:
                 self._send_picture(page, pictures)
 
     def _on_line(self, message):
-        """A line of /rosout; each node's come by a thread of their own."""
+        """Keep a line of /rosout. The lines of each node come in a thread of their own."""
         level = next((name for least, name in LEVELS if message.level >= least), None)
         if level is not None:
             line = {'time': time.strftime('%H:%M:%S'), 'level': level, 'node': message.name,
@@ -167,7 +166,7 @@ class Pages:
             for page in pages:
                 page.send('robots', robots=robots)
 
-    # -- what pages ask for
+    # -- requests of pages
 
     def _on_text(self, page, text):
         request = None
@@ -181,7 +180,7 @@ class Pages:
                 page.answer(request, True, answer)
 
     def _carry_out(self, page, request):
-        """The answer to a request, in words; None: it comes later."""
+        """Do what a request asks for. Returns the answer in words; None if it comes later."""
         if request.kind == 'look':
             self._look(page, request.value)
             return ''
@@ -199,7 +198,7 @@ class Pages:
     # -- the holders
 
     def _flush(self, robot):
-        """Publish what the robot's holder says, tell its news, and watch it while there is one."""
+        """Publish the holder's messages, show its news, and begin to check it for silence."""
         robot.flush(steady_time())
         news = robot.holder.take_news()
         log_news(news)

@@ -1,8 +1,8 @@
 """One robot as pages see and drive it: requests of pages become messages to its nodes.
 
-A page gets control for move_to_goal in three steps: the request "give" arrives in `carry_out`,
-:class:`tb3_labs.panel.holder.Holder` decides whether it counts, and `flush` publishes what the
-holder says.
+A page gives control to move_to_goal in three steps: the request "give" arrives in `carry_out`,
+:class:`tb3_labs.panel.holder.Holder` decides whether it counts, and `flush` publishes the messages
+of the holder.
 """
 import threading
 
@@ -18,25 +18,24 @@ from tb3_labs.panel.ros_watch import Watch
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.conversions import frame, to_pose_stamped
 from tb3_labs.ros.ctrl_relinq import ControlGiver
-from tb3_labs.ros.node import guarded
-from tb3_labs.ros.parameters import read_config
+from tb3_labs.ros.node import guarded, read_config
 from tb3_labs.ros.reset_call import call_reset
 from tb3_labs.ros.rospy_internals import heard_by, messages_written
 
-#: A pad that publishes `joy` beside the pages has been heard within this time [s].
+#: A pad of another node is in use if its `joy` was heard within this time [s].
 OTHER_PAD = 0.5
-#: A node that does not tell who holds the robot hears a pad that has been sent for so long [s].
+#: If no node publishes `control_holder`, a page's pad counts as ready after this time [s].
 PAD_IS_HEARD = 0.5
-#: Requests that count however late they come.
+#: Requests that count even if they come late.
 STOPS = ('stop', 'take', 'let go', 'joy')
-#: Time within which a stop must be written to be confirmed, and between two looks [s].
+#: A stop is confirmed if it is written within CONFIRM_WITHIN [s], checked every CONFIRM_PERIOD [s].
 CONFIRM_WITHIN, CONFIRM_PERIOD = 0.5, 0.005
 
 
 class Senders:
     """The publishers of one robot; `prefix` is its namespace with a slash, or ''.
 
-    Only making them, and :meth:`read_pad_numbers`, wait for the master.
+    Only the constructor and :meth:`read_pad_numbers` wait for the master.
     """
 
     def __init__(self, prefix):
@@ -44,10 +43,10 @@ class Senders:
         self._pad_config = PadConfig()
         #: The publisher of `ctrl_relinq`.
         self.control = ControlGiver(prefix)
-        # nodes that hear stops, and that no stop is for
+        # these nodes listen to the same topics, but a stop is not for them
         self._others = {rospy.get_name()} | {
             rospy.resolve_name(prefix + name) for name in ('gamepad', 'controller')}
-        self._is_first = True            # before any message on ctrl_relinq
+        self._is_first = True            # no message on ctrl_relinq was sent yet
         self._joy = rospy.Publisher(prefix + 'joy', Joy, queue_size=20, tcp_nodelay=True)
         self._mouse = rospy.Publisher(prefix + 'mouse_info', MouseController, queue_size=20,
                                       tcp_nodelay=True)
@@ -56,7 +55,7 @@ class Senders:
         self.cmd_vel = rospy.Publisher(prefix + 'cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
 
     def heard(self):
-        """{a page can ask for this: does any node listen to it?}"""
+        """Returns {a request of a page: does any node listen to it?}"""
         control, goal = self.takers, heard_by(self._goal)
         return {'goal': bool(goal), 'reset': bool(goal or control), 'control': bool(control),
                 'turn': bool(heard_by(self.turn)), 'mouse': bool(heard_by(self._mouse)),
@@ -69,18 +68,18 @@ class Senders:
 
     @property
     def stoppable(self):
-        """Names of the nodes that hear a stop: those, and the robot's."""
+        """Names of the nodes that hear a stop: the `takers`, and the nodes of the robot."""
         return self.takers | heard_by(self.cmd_vel) - self._others
 
     def stop_written(self):
-        """{connection: number of messages written to it}, of all by which a stop goes."""
+        """Returns {connection: number of messages written to it}, of those that carry a stop."""
         return {**self.control.written, **messages_written(self.cmd_vel)}
 
     def grant(self, granted, now):
         """True gives control to move_to_goal, False takes it; `now` in [s], steady."""
         if granted and self._is_first:
-            # As a gamepad's first message: of a panel that was started again under its old name, a
-            # True that comes first would count as one of the panel before.
+            # False comes first, as from a gamepad. If a panel is started again under its old name,
+            # a first True would count as a True of the earlier panel.
             self.control.say(False, now)
         self._is_first = False
         self.control.say(granted, now)
@@ -90,7 +89,7 @@ class Senders:
         try:
             self._pad_config = read_config(PadConfig, of=rospy.resolve_name(
                 self._prefix + 'gamepad'))
-        except ValueError as problem:    # the node itself has rejected them, and does not run
+        except ValueError as problem:    # gamepad has rejected its own numbers, and ended
             rospy.logwarn('the pad has the usual numbers: %s', problem)
             self._pad_config = PadConfig()
 
@@ -109,7 +108,7 @@ class Senders:
         self._mouse.publish(message)
 
     def goal(self, place):
-        """Send a goal, a geometry.typed_pose.TypedPose."""
+        """Send a goal, a geometry.se2.TypedPose."""
         self._goal.publish(to_pose_stamped(place.pose, frame(self._prefix + 'local'),
                                            rospy.get_time()))
 
@@ -117,7 +116,7 @@ class Senders:
 class PanelRobot:
     """The robot in namespace `name` ('': this node's own); with `control` it can be driven.
 
-    The thread of the `server` alone calls these methods. None of them waits for the master: the
+    Only the thread of the `server` calls these methods. They do not wait for the master; the
     `worker` does.
     """
 
@@ -126,9 +125,9 @@ class PanelRobot:
         self.holder = Holder()
         self._prefix = name + '/' if name else ''
         self._server, self._worker = server, worker
-        #: What is heard of it.
+        #: Hears the robot's topics.
         self.watch = Watch(self._prefix, self._tell_holder)
-        # from the start, so that a stop needs no master
+        # made at the start, so that a stop does not need the master
         self._senders = Senders(self._prefix) if control else None
 
     def look(self, level):
@@ -137,15 +136,15 @@ class PanelRobot:
 
     def picture(self, now):
         """The picture, with the requests that have a listener."""
-        # nothing is offered that could move the robot before the stops of others are heard
+        # no request is offered that could move the robot until the stops of others are heard
         heard = {kind: heard and self.watch.hears_all
                  for kind, heard in self._senders.heard().items()} if self._senders else {}
         return dict(self.watch.read(lambda view: view.picture(now)), can=heard,
                     pad=self._pad_words(heard, now))
 
     def carry_out(self, page, request):
-        """Do what `page` asks for, a Request with known times; the answer in words, or None if
-        the answer comes later. ``ValueError`` with the reason if it is rejected."""
+        """Do what `page` asks for in a Request with known times. Returns the answer in words, or
+        None if it comes later. ``ValueError`` with the reason if the request is rejected."""
         now = steady_time()
         if now - request.pressed > LONGEST_DELAY and request.kind not in STOPS:
             raise ValueError('this came {:.1f} s late, and does not count: ask again'.format(
@@ -153,7 +152,7 @@ class PanelRobot:
         return self._ACTIONS[request.kind](self, page, request, now)
 
     def flush(self, now):
-        """Publish what the holder says."""
+        """Publish the messages of the holder."""
         if self._senders is None:
             return
         grants, pads, mouse_states = self.holder.take_messages()
@@ -237,11 +236,11 @@ class PanelRobot:
         threading.Thread(target=guarded(call), name='reset', daemon=True).start()
 
     def _confirmation(self, page, request, hearers, written, done, nobody):
-        """The function that answers when a stop was written to each connection that there is now,
-        or that it was not; a network that is cut may still lose it.
+        """Returns a function that answers `page`: as soon as the stop was written to each present
+        connection, or after `CONFIRM_WITHIN`. A cut network may still lose a written stop.
 
-        `hearers`: names of the nodes; `written()`: {connection: messages written to it}; `done`,
-        `nobody`: the words for a page, if it is confirmed, and if there are no hearers.
+        `hearers`: names of the nodes; `written()`: {connection: messages written to it}; `done`:
+        the answer if the stop is confirmed; `nobody`: the answer if there are no hearers.
         """
         before, begun, names = written(), steady_time(), ', '.join(sorted(hearers))
 
@@ -257,14 +256,14 @@ class PanelRobot:
                 self._server.later(CONFIRM_PERIOD, confirm)
         return confirm
 
-    #: By the type of a request.
+    #: The method for each type of request.
     _ACTIONS = {'begin': _begin, 'joy': _joy, 'let go': _let_go, 'give': _give, 'take': _take,
                 'stop': _stop, 'turn': _turn, 'goal': _goal, 'reset': _reset}
 
-    # -- what is heard
+    # -- messages that were heard
 
     def _tell_holder(self, tell):
-        """Call `tell(holder, now)` in the thread of the server; from any thread."""
+        """Call `tell(holder, now)` in the thread of the server; any thread may call this."""
         def call():
             now = steady_time()
             tell(self.holder, now)
@@ -288,6 +287,6 @@ class PanelRobot:
         if self._other_pad(now):
             return 'other pad'
         holder = self.watch.read(lambda view: view.latest('holder'))
-        if holder is None:    # a node that does not tell
+        if holder is None:    # no node publishes control_holder
             return 'ready' if self.holder.pad_heard_for(now) > PAD_IS_HEARD else 'connecting'
         return {'gamepad': 'ready', 'move_to_goal': 'held back'}.get(holder, 'connecting')

@@ -3,6 +3,7 @@ import asyncio
 import errno
 import os
 import queue
+import re
 import secrets
 import socket
 import threading
@@ -13,17 +14,20 @@ import rosgraph.network
 import rospy
 from tornado import httpserver, ioloop, netutil, web, websocket
 
+from tb3_labs import drawing
 from tb3_labs.panel.access import LOOPBACK, Access
 from tb3_labs.panel.requests import LONGEST
 from tb3_labs.ros.node import guarded
 
-#: The page: HTML, style and program, as they are.
-FILES = Path(__file__).resolve().parent / 'page'
 #: The style and the program need no token; the page itself and its socket do.
 PUBLIC = ('.css', '.js', '.svg')
+#: The page: HTML, style and program, as they are.
+FILES = Path(__file__).resolve().parent / 'page'
+#: The names of the files that draw a robot, as a regular expression.
+DRAWN = '|'.join(re.escape(path.name) for path in drawing.FILES.iterdir() if path.suffix in PUBLIC)
 #: Ports that are tried if the first one is in use.
 PORTS = 10
-#: A master that is gone is asked again after this time [s].
+#: If the master does not answer, it is asked again after this time [s].
 ASK_AGAIN = 0.5
 #: The page loads nothing from elsewhere, and no other site can show it in a frame.
 HEADERS = {
@@ -37,9 +41,10 @@ HEADERS = {
 class Server:
     """Offers the page at the address of a PanelConfig, in a thread of its own.
 
-    `open_page(send, close)` is called for each page that connects. It returns the function that is
-    called with each message (a str) of the page, and the function for its end. `send(text)` sends a
-    message, `close()` drops the page. ``ValueError`` if the address cannot be used.
+    `open_page(send, close)` is called for each page that connects. It returns two functions: the
+    first is called with each message (a str) of the page, the second at the page's end.
+    `send(text)` sends a message, `close()` drops the page. ``ValueError`` if the address cannot be
+    used.
     """
 
     def __init__(self, config, open_page):
@@ -58,20 +63,21 @@ class Server:
         threading.Thread(target=guarded(self._run), name='server', daemon=True).start()
 
     def soon(self, job):
-        """Run `job()` in the thread of the server; from any thread."""
+        """Run `job()` soon in the thread of the server; any thread may call this."""
         try:
             self._loop.call_soon_threadsafe(guarded(job))
         except RuntimeError:
-            pass    # it has ended
+            pass    # the server has ended
 
     def later(self, seconds, job):
-        """Run `job()` after a time; in the thread of the server alone."""
+        """Run `job()` after `seconds`; only the thread of the server may call this."""
         self._loop.call_later(seconds, guarded(job))
 
     def _run(self):
         asyncio.set_event_loop(self._loop)
         application = web.Application([
             (r'/socket', _Socket, {'access': self._access, 'open_page': self._open_page}),
+            ('/({})'.format(DRAWN), _File, {'access': self._access, 'path': str(drawing.FILES)}),
             (r'/(.*)', _File, {'access': self._access, 'path': str(FILES),
                                'default_filename': 'index.html'})],
             log_function=lambda handler: None, websocket_max_message_size=4 * LONGEST)
@@ -81,27 +87,27 @@ class Server:
 
 
 class Timer(ioloop.PeriodicCallback):
-    """Calls `job()` every `seconds` while it runs; for the thread of the server alone."""
+    """While running, calls `job()` every `seconds`. Only the server's thread uses it."""
 
     def __init__(self, seconds, job):
         super().__init__(guarded(job), 1000.0 * seconds)
 
     def start(self):
-        """Run, if it does not."""
+        """Start, unless it runs already."""
         if not self.is_running():    # a second start would call twice as often
             super().start()
 
 
 class Worker:
-    """Does jobs that wait for the master, in a thread of its own: rospy asks a master that is gone
-    until it is back, and the thread of the server must hear stops meanwhile."""
+    """Does jobs that wait for the master, in a thread of its own: rospy waits until a lost master
+    is back, and the thread of the server must hear stops meanwhile."""
 
     def __init__(self):
         self._jobs = queue.Queue()
         threading.Thread(target=guarded(self._run), name='master', daemon=True).start()
 
     def put(self, job):
-        """Do `job()` after all others; again, until the master answers."""
+        """Do `job()` after the jobs before it; repeat it until the master answers."""
         self._jobs.put(job)
 
     def _run(self):
@@ -117,7 +123,7 @@ class Worker:
 
 
 class _Guarded:
-    """Refuses the requests that Access refuses, with one line."""
+    """Answers each request that Access refuses with one line, the reason."""
 
     def initialize(self, access, **options):
         self._access = access
@@ -138,7 +144,7 @@ class _Guarded:
 
 
 class _File(_Guarded, web.StaticFileHandler):
-    """A file of the page; nothing outside of its folder."""
+    """Serves the files of the page, and no file outside of their folder."""
 
 
 class _Socket(_Guarded, websocket.WebSocketHandler):
@@ -163,14 +169,14 @@ class _Socket(_Guarded, websocket.WebSocketHandler):
 
     def _send(self, text):
         try:
-            # the returned future fails if the page goes at this moment: on_close() tells that
+            # the returned future fails if the page closes now; on_close() reports that
             self.write_message(text).add_done_callback(lambda sent: sent.exception())
         except websocket.WebSocketClosedError:
             pass
 
 
 def _bound(port, address):
-    """(sockets, port): bound to the first port that is free; ``ValueError`` if none is."""
+    """Returns (sockets, port), bound to the first free port; ``ValueError`` if that fails."""
     for number in range(port, port + PORTS):
         try:
             sockets = netutil.bind_sockets(number, address)

@@ -1,4 +1,4 @@
-"""Listens to one robot for pages: to nothing while nobody looks, no faster than a page draws."""
+"""Listens to one robot for pages: only if a page looks, and no faster than a page draws."""
 import threading
 from functools import partial
 
@@ -22,11 +22,11 @@ from tb3_labs.ros.topics import subscribe, subscribe_events
 #: The stream that moves the robot on the page is read once in this time [s]: local_pose, or odom if
 #: no node publishes local_pose.
 POSES = 0.045
-#: All others are read once in this time [s]: each waking costs.
+#: All other streams are read once in this time [s]: each reading costs computing time.
 NUMBERS = 0.2
 #: A local_pose that is older than this does not move the robot [s].
 LOCAL_AGE = 0.5
-#: For a robot in the list of all robots each is read once in this time [s].
+#: For a robot in the list of all robots, each stream is read once in this time [s].
 LISTED = 0.5
 
 
@@ -55,9 +55,9 @@ def _tolerance(values):
 class Watch:
     """Writes the messages on the topics of one robot into a RobotView.
 
-    `prefix` is its namespace with a slash, or ''. `tell_holder(tell)` calls ``tell(holder, now)``
-    for the stops of other nodes, soon. A `level` is NOTHING, SUMMARY (for the list of robots) or
-    ALL.
+    `prefix` is its namespace with a slash, or ''. `tell_holder(tell)` soon calls
+    ``tell(holder, now)``; this reports the stops of other nodes. A `level` is NOTHING, SUMMARY (for
+    the list of robots) or ALL.
     """
 
     NOTHING, SUMMARY, ALL = range(3)
@@ -68,18 +68,18 @@ class Watch:
         self._lock = threading.Lock()    # guards the view
         self._view = RobotView()
         self._level = self.NOTHING
-        #: Does it listen to all of the robot by now?
+        #: Does it listen to the topics of `level` ALL by now?
         self.hears_all = False
         self._subscribers = {}
         self._odom, self._local = frame(prefix + 'odom'), frame(prefix + 'local')
 
     def read(self, question):
-        """``question(view)``, from any thread."""
+        """Returns ``question(view)``; any thread may call it."""
         with self._lock:
             return question(self._view)
 
     def look(self, level):
-        """Listen to the topics of `level`, and to no others. It waits for the master."""
+        """Listen to the topics of `level`, and to no others. This waits for the master."""
         self._level = level
         wanted = self._topics() if level else {}
         for topic in [topic for topic in self._subscribers if topic not in wanted]:
@@ -96,7 +96,7 @@ class Watch:
                 'has_control': (Bool, self._on_control, _data),
                 'control_holder': (String, self._hear('holder'), _data),
                 'current_goal': (PoseStamped, self._hear('goal'), _pose)}
-        # the latest sample is read, then the stream is left alone for a time [s]
+        # the latest sample is read, then the stream is not read for a time [s]
         streams = {'odom': (Odometry, POSES, self._write(_odometry), to_odometry_sample),
                    'local_pose': (PoseStamped, POSES, self._write(_local), _stamped_pose),
                    'distance_error': (Float32, NUMBERS, self._hear('distance'), _data)}
@@ -124,7 +124,7 @@ class Watch:
         return topics
 
     def _idle_for(self, topic, rest, _now):
-        """The time for which a stream is left alone [s]."""
+        """Returns for how long a stream is not read after a sample [s]."""
         if self._level == self.SUMMARY:
             return LISTED
         return NUMBERS if topic == 'odom' and self._has_local() else rest
@@ -134,7 +134,7 @@ class Watch:
         return age is not None and age < LOCAL_AGE
 
     def _write(self, store):
-        """The callback that calls ``store(view, value, now)``."""
+        """Returns a callback that calls ``store(view, value, now)``."""
         def on_value(value):
             with self._lock:
                 store(self._view, value, steady_time())
@@ -144,7 +144,7 @@ class Watch:
         return self._write(lambda view, value, now: view.hear(name, value, now))
 
     def _read_transforms(self, message):
-        """[(kind, pose)] of the transforms that a picture needs; ValueError for an invalid one."""
+        """Returns [(kind, pose)] of the transforms for a picture; ValueError if one is invalid."""
         wanted = {(self._odom, self._local): 'frame', ('world', self._odom): 'origin'}
         found = [(wanted.get((stamped.header.frame_id.lstrip('/'),
                               stamped.child_frame_id.lstrip('/'))), stamped.transform)
@@ -158,7 +158,7 @@ class Watch:
         self._tell_holder(lambda holder, now: holder.on_control(granted, now))
 
     def _on_grant(self, event):
-        """A False of another node; not one that was said before a page looked."""
+        """Tell the holder if another node takes control: a False that is not an old message."""
         if not (event.value or event.is_old or event.sender == rospy.get_name()):
             self._tell_holder(lambda holder, now: holder.on_taken(now))
 
@@ -173,7 +173,7 @@ class Watch:
             stop_hearing_oneself(subscriber)
 
 
-# -- messages as they are written into a view
+# -- functions that write a message into a view
 
 
 def _odometry(view, sample, now):

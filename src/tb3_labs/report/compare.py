@@ -15,17 +15,18 @@ from matplotlib.figure import Figure
 
 from tb3_labs.report.drives import DriveReport, drives
 from tb3_labs.report.epochs import epochs
-from tb3_labs.report.figures import GREY, STYLES, new_figure, write_figure
-from tb3_labs.report.html import Markup, document, number, table
+from tb3_labs.report.figures import GREY, STYLES, new_figure
+from tb3_labs.report.page import document, write_figure
 from tb3_labs.report.path_figures import ways
 from tb3_labs.report.run_data import Poses, RunData
-from tb3_labs.report.tables import DRIVES, TURNS, Column, cells, heads, write_reports
+from tb3_labs.report.tables import (
+    DRIVES, TURNS, Column, Markup, cells, heads, number, table, write_reports)
 from tb3_labs.report.turns import TurnReport, turns
 from tb3_labs.robot.turtlebot3 import RobotModel
 
-#: Height of a run's row in a figure [inch]; its points are spread over the second part of it.
+#: A run's row in a figure: its height [inch], and the part of it that its points are spread over.
 ROW, SPREAD_OVER = 0.5, 0.5
-#: Columns whose mean says nothing: they have turns to either side.
+#: Columns without a mean: in it, turns to the left and to the right would cancel.
 NO_MEAN = 'asked [deg]', 'turned [deg]'
 
 NOTE = '''<p>Spread: standard deviation of the values (divided by n - 1). Largest: by its size.
@@ -35,20 +36,20 @@ All rows are in turns.csv and drives.csv too. Rules, figures, and speeds: on eac
 
 @dataclass(frozen=True)
 class RunSummary:
-    """The things of one run that are compared."""
+    """The results of one run that are compared."""
 
     name: str
-    page: str                         # its own page, relative to the page of all
+    page: str                         # the run's own page, relative to the page of all runs
     seconds: float
     driven: float                     # [m]
     resets: int
     turns: List[TurnReport]
     drives: List[DriveReport]
-    ways: List[Poses]                 # of each drive, in local
+    ways: List[Poses]                 # the path of each drive, in local
 
 
 def summarize(run: RunData, model: RobotModel, name: str, page: str) -> RunSummary:
-    """The RunSummary of a run that `model` made."""
+    """Returns the RunSummary of a run; `model` is the robot that drove."""
     found = drives(run, model)
     return RunSummary(name, page, run.duration, run.odometry.length,
                       len(epochs(run)) - 1, turns(run), found,
@@ -57,10 +58,10 @@ def summarize(run: RunData, model: RobotModel, name: str, page: str) -> RunSumma
 
 def write_comparison(runs: Sequence[RunSummary], folder: Union[str, Path],
                      left_out: Sequence[str] = ()) -> Path:
-    """Write report.html, its figures, turns.csv and drives.csv into a folder that exists; the path
-    of report.html.
+    """Write report.html, its figures, turns.csv and drives.csv into a folder that exists.
 
-    `left_out`: lines on the bags that could not be read. ``OSError`` if nothing can be written.
+    Returns the path of report.html. `left_out`: lines on the bags that could not be read.
+    ``OSError`` if nothing can be written.
     """
     folder = Path(str(folder))
     write_reports(folder, [(run.name, run.turns, run.drives) for run in runs])
@@ -88,7 +89,7 @@ def _runs(runs: Sequence[RunSummary]) -> str:
 
 def _compared(title: str, what: str, columns: Sequence[Column],
               runs: Sequence[Tuple[str, Sequence[Any]]]) -> str:
-    """Two tables: mean, spread, largest of each run, and the rows of all; '' if there are none."""
+    """Returns two tables: mean, spread, largest value of each run; all rows. '' without rows."""
     runs = [(name, reports) for name, reports in runs if reports]
     if not runs:
         return ''
@@ -110,7 +111,7 @@ def _compared(title: str, what: str, columns: Sequence[Column],
 
 
 def _spread(columns: Sequence[Column], reports: Sequence[Any]) -> List[List[str]]:
-    """The cells of the mean, of the standard deviation, and of the largest value."""
+    """Returns three rows of cells: means, standard deviations, largest values."""
     rows: List[List[str]] = [[], [], []]
     for _, value, form in columns:
         values = np.array([value(report) for report in reports])
@@ -127,13 +128,13 @@ def _spread(columns: Sequence[Column], reports: Sequence[Any]) -> List[List[str]
 
 
 def turn_errors(runs: Sequence[RunSummary]) -> Optional[Figure]:
-    """The error of each turn, a row for each run; None without turns."""
+    """Returns a figure of the errors of all turns, a row for each run; None without turns."""
     return _errors(runs, [('beyond (+), short (-) [deg]', [
         [math.degrees(turn.error) for turn in run.turns] for run in runs])])
 
 
 def drive_errors(runs: Sequence[RunSummary]) -> Optional[Figure]:
-    """The errors of each drive, a row for each run; None without drives."""
+    """Returns a figure of the errors of all drives, a row for each run; None without drives."""
     return _errors(runs, [
         ('off by [mm]', [[1000.0 * drive.measured[0] for drive in run.drives] for run in runs]),
         ('off by [deg]', [[math.degrees(drive.measured[1]) for drive in run.drives]
@@ -142,8 +143,8 @@ def drive_errors(runs: Sequence[RunSummary]) -> Optional[Figure]:
 
 def _errors(runs: Sequence[RunSummary],
             panels: Sequence[Tuple[str, List[List[float]]]]) -> Optional[Figure]:
-    """A panel for each (label, values of each run). The runs are rows, beside their names: a name
-    may be long."""
+    """Returns a figure with a panel for each (label, values of each run). Each run is a row beside
+    its name, since a name may be long."""
     shown = [k for k, values in enumerate(panels[0][1]) if values]
     if not shown:
         return None
@@ -160,7 +161,7 @@ def _errors(runs: Sequence[RunSummary],
 
 
 def _points(axes: Axes, place: int, values: np.ndarray, colour: str) -> None:
-    """The finite values as points around `place`, in their order, with mean and spread."""
+    """Draw the finite values as points around `place`, in order, with mean and spread."""
     values = values[np.isfinite(values)]
     if not len(values):
         return

@@ -23,11 +23,11 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: The errors of a drive are measured at rest, at most this long after its end [s].
 SETTLE_TIME = 1.0
-#: The heading counts from this time after the begin of MOVE_FORWARD [s]: the turn before is over.
+#: The heading counts from this long after the begin of MOVE_FORWARD: the turn is over then [s].
 STRAIGHT_AFTER = 0.3
-#: A goal belongs to the state whose message arrived within this time of its own [s].
+#: A goal belongs to a state if their messages arrived within this time [s].
 SAME_MOMENT = 0.5
-#: Fastest turn of the least time with which a drive is compared [rad/s]: the package's own limit.
+#: Fastest turn in the least possible time of a drive [rad/s]: the package's own limit.
 MAX_ANGULAR = DriveConfig().max_angular
 #: An unknown (distance, angle).
 UNKNOWN = math.nan, math.nan
@@ -55,7 +55,7 @@ class DriveReport:
     goal: Optional[Pose2]             # in local
     outcome: str                      # 'reached', or the reason why not
     measured: Tuple[float, float]     # (distance [m], angle [rad]) off, by local_pose
-    true: Tuple[float, float]         # the same by the ground truth
+    true: Tuple[float, float]         # (distance, angle) off, by the ground truth
     drift: float                      # heading after driving straight minus before [rad]
     deviation: float                  # largest difference from the heading before [rad]
     seconds: Tuple[float, ...]        # in each state of DRIVING
@@ -73,7 +73,10 @@ class DriveReport:
 
 
 def spans(run: RunData) -> List[Span]:
-    """The states of move_to_goal as Spans in order; their times are its own stamps if these fit."""
+    """Returns the states of move_to_goal as Spans, in order.
+
+    A state begins at the stamp of the goal that was sent with it, or else at its arrival.
+    """
     begins: List[float] = []
     goals: List[Optional[Pose2]] = []
     for arrival, own in zip(run.states.arrival, _goals_of_states(run)):
@@ -87,9 +90,9 @@ def spans(run: RunData) -> List[Span]:
 
 
 def _goals_of_states(run: RunData) -> List[Optional[int]]:
-    """For each state the index of the goal that was sent together with it, or None.
+    """Returns for each state the index of the goal that was sent together with it, or None.
 
-    Both are sent in the same order; several may arrive at once if the recorder was busy.
+    Each pair is sent in the same order; several may arrive at once if the recorder was busy.
     """
     states, goals = run.states.arrival, run.goals.arrival
     if len(states) == len(goals) and (np.abs(states - goals) < SAME_MOMENT).all():
@@ -107,7 +110,8 @@ def _goals_of_states(run: RunData) -> List[Optional[int]]:
 
 
 def goal_errors(run: RunData) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(time, distance [m], angle [rad]) of the robot from the goal in force, by local_pose."""
+    """Returns (time, distance [m], angle [rad]) from the robot to the goal in force, by
+    local_pose."""
     local, goals = run.local_pose, [(s.begin, s.goal) for s in spans(run) if s.goal is not None]
     poses = local.take(local.time >= (goals[0][0] if goals else math.inf))
     if not len(poses):
@@ -118,7 +122,7 @@ def goal_errors(run: RunData) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def drives(run: RunData, model: RobotModel) -> List[DriveReport]:
-    """A DriveReport for each drive; `model` is the robot that made them."""
+    """Returns a DriveReport for each drive; `model` is the robot that drove."""
     states, frames, reports, k = spans(run), epochs(run), [], 0
     while k < len(states):
         last = k + 1
@@ -134,7 +138,7 @@ def _goes_on(frames: Sequence[Epoch], span: Span, following: Span) -> bool:
     """Does `following` belong to the same drive as `span`?"""
     if following.state != FIRST:
         return following.state in DRIVING or is_stopped(following.state)
-    # the drive ended outside its tolerance, or was interrupted, and goes on from there
+    # the robot stopped outside its tolerance, or was interrupted, and begins the same goal again
     return (span.state == LAST or is_stopped(span.state)) and span.goal == following.goal and (
         epoch_of(frames, span.begin, span.end)
         is epoch_of(frames, following.begin, following.end))
@@ -166,7 +170,7 @@ def _drive(run: RunData, model: RobotModel, frames: Sequence[Epoch], parts: Sequ
 
 
 def _miss(poses: Poses, goal: Optional[Pose2], end: float) -> Tuple[float, float]:
-    """(distance, angle) of the last pose from the goal, unless that pose is older than a gap."""
+    """Returns (distance, angle) from the last pose to the goal; UNKNOWN if a gap follows it."""
     if goal is None or not len(poses) or poses.time[-1] < end - GAP:
         return UNKNOWN
     last = poses.pose(-1)

@@ -6,13 +6,13 @@ A *reset* is a jump of the robot's pose in ``local`` that odometry and IMU do no
 move_to_goal shifts ``local`` in ``odom``, so that the robot keeps its pose in ``local`` (see
 :mod:`tb3_labs.localization.odometry_jumps`). The shift is up to 15 mm if the firmware reverses a
 displacement, and of any size if the robot's own `reset` zeroes the odometry. The odometry itself
-shows the difference:
+tells such a shift from a reset:
 
-* If it is sound and complete, only a reset moves ``local`` in it, even by a small amount. tf
-  gives the exact pose of ``local``.
-* Elsewhere it is corrected as move_to_goal corrects it, and a reset is a jump of more than `JUMP`
-  against that. The same holds everywhere without tf, and with a tf that hardly ever stands still,
-  because it is computed from both noisy sensors.
+* If the odometry is sound and complete, each move of ``local`` in it, even a small one, is a reset.
+  tf gives the exact pose of ``local``.
+* Otherwise the odometry is corrected as move_to_goal corrects it, and a reset is a jump by more
+  than `JUMP` against the corrected odometry. The same rule is used without tf, and if ``local``
+  hardly ever stands still in tf: a node then computes ``local`` from both noisy sensors.
 
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
 Edge case: two resets between two messages are one.
@@ -34,20 +34,22 @@ from tb3_labs.robot.samples import ImuSample, OdometrySample
 JUMP, JUMP_ANGLE = 0.02, math.radians(1.0)
 #: In tf, ``local`` stands still if it moves by no more than this [m], [rad].
 STILL = 1e-5
-#: tf may show a change of the odometry that is earlier or later by up to this [s].
+#: tf may show a change of the odometry too early or too late, by up to this [s].
 AROUND = 0.25
-#: An interval of the odometry that is longer than the others by this factor misses a message.
+#: If an interval of the odometry is this many times longer than others, a message is missing.
 HOLE = 1.5
-#: A new frame is in force from the middle between the last message of the old frame and its own
-#: first message, but at most this long before the latter [s].
+#: A new frame begins midway between the last message of the old frame and the first message of the
+#: new one, but at most this long before that first message [s].
 HALFWAY = 0.05
-#: The first pose in the new frame may come this long after the drive that the reset began [s].
+#: If a reset begins a drive, the first pose in the new frame may come this long after the begin
+#: [s].
 RESET_DELAY = 0.1
 
 
 @dataclass(frozen=True)
 class Epoch:
-    """One declaration of ``local``, in force from `begin` to `end`, at `odom_T_local` at first."""
+    """One declaration of ``local``, in force from `begin` to `end`; `odom_T_local`: its first
+    pose."""
 
     begin: float
     end: float
@@ -66,10 +68,10 @@ def epochs(run: RunData) -> List[Epoch]:
 
 
 def epoch_of(in_order: Sequence[Epoch], begin: float, end: float) -> Epoch:
-    """The Epoch in which a drive from `begin` to `end` [s] was driven.
+    """Returns the Epoch of a drive from `begin` to `end` [s].
 
-    The reset that began the drive may show a moment late; a reset that is nearer to its end ended
-    it.
+    The reset that began the drive may show a moment late. A reset that is nearer to the end of the
+    drive than to its begin has ended the drive.
     """
     latest = min(begin + RESET_DELAY, (begin + end) / 2.0)
     return [epoch for epoch in in_order if epoch.begin <= latest][-1]
@@ -82,7 +84,7 @@ def local_in_odom(run: RunData, times: np.ndarray) -> Poses:
 
 
 def _frames(run: RunData) -> Poses:
-    """``local`` in ``odom`` over time: by tf, else by local_pose."""
+    """Returns the poses of ``local`` in ``odom``: by tf, else by local_pose."""
     if len(run.frames):
         return run.frames
     return robot_in_odom(run, run.local_pose.time) @ run.local_pose.inverse()
@@ -102,7 +104,7 @@ def _changes(frames: Poses) -> np.ndarray:
 
 
 def _begin(run: RunData, frames: Poses, k: int) -> float:
-    """Time at which frame `k` came into force [s]; if tf misses messages, by local_pose's jump."""
+    """Returns the begin of frame `k` [s]; if tf misses messages, by the jump of local_pose."""
     first, last = np.searchsorted(run.local_pose.time, (frames.time[k - 1], frames.time[k]))
     local = run.local_pose.take(slice(first, last + 1))
     if len(local) > 2:
@@ -114,7 +116,7 @@ def _begin(run: RunData, frames: Poses, k: int) -> float:
 
 
 def _steps(frames: Poses, robot: Poses) -> Tuple[np.ndarray, np.ndarray]:
-    """The jump of the robot in ``local`` at each change of the frame: (distances, angles)."""
+    """Returns (distances, angles) by which the robot jumps in ``local`` at each change of frame."""
     robot = robot.take(slice(1, None))
     old, new = (frames.take(part).inverse() @ robot for part in (slice(None, -1), slice(1, None)))
     return np.hypot(new.x - old.x, new.y - old.y), np.abs(wrap_all(new.yaw - old.yaw))
@@ -137,7 +139,7 @@ def _resets(run: RunData, frames: Poses) -> List[int]:
 
 
 def _is_reset(run: RunData, last: float, first: float, moved: bool) -> bool:
-    """Was ``local`` declared anew between `last` and `first`? `moved`: it moved in tf."""
+    """Was ``local`` declared anew between `last` and `first`? `moved`: ``local`` moved in tf."""
     local = run.local_pose
     before = max(0, int(np.searchsorted(local.time, last, side='right')) - 1)
     after = min(len(local) - 1, int(np.searchsorted(local.time, first)))
@@ -176,13 +178,13 @@ def _mended_odometry(run: RunData, begin: float, end: float) -> _Mended:
 
 def steady_odometry(odometry: OdometrySamples,
                     imu: ImuSamples) -> Tuple[Poses, Pose2, List[Tuple[float, Jump]]]:
-    """An odometry as move_to_goal corrects it: (Poses without jumps, the last pose of ``odom``
-    among them, the times of the Jumps and these)."""
+    """Returns an odometry as move_to_goal corrects it: (Poses without jumps, the last pose of
+    ``odom`` in their frame, [(time, Jump)])."""
     steady, poses, jumps = JumpFilter(), [], []
     newest = np.searchsorted(imu.arrival, odometry.arrival, side='right') - 1
     for k, heard in enumerate(newest.clip(0)):
         if odometry.arrival[k] - imu.arrival[heard] > RESET_SILENCE:
-            heard = min(heard + 1, len(imu) - 1)    # the first one after the silence
+            heard = min(heard + 1, len(imu) - 1)    # the first sample after the silence
         sample, jump = steady.take(
             OdometrySample(odometry.time[k], odometry.pose(k), float(odometry.linear[k]),
                            float(odometry.angular[k])), odometry.arrival[k],
@@ -195,11 +197,11 @@ def steady_odometry(odometry: OdometrySamples,
 
 
 def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
-    """The pose by the first local_pose, which is true by definition right after a reset."""
+    """Returns the pose of world in local, by the first local_pose after a reset, which is true."""
     if not len(run.ground_truth):
         return None
     known = run.local_pose.between(max(begin, run.ground_truth.time[0]),
-                    min(end, run.ground_truth.time[-1]))
+                                   min(end, run.ground_truth.time[-1]))
     if not len(known):
         return None
     return known.pose(0) @ run.ground_truth.at(known.time[0]).inverse()

@@ -6,7 +6,7 @@ Units on the axes: metres, degrees, seconds since the recording's start, m/s, ra
 """
 import math
 from pathlib import Path
-from typing import Any, BinaryIO, Dict, List, Optional, Sequence, Tuple, Union
+from typing import Any, BinaryIO, Dict, List, Optional, Sequence, Union
 
 import matplotlib
 import numpy as np
@@ -17,15 +17,15 @@ from matplotlib.patches import Patch
 
 from tb3_labs.report import drives
 from tb3_labs.report.epochs import epochs
-from tb3_labs.report.html import degrees, picture
 from tb3_labs.report.movements import RESTED
-from tb3_labs.report.run_data import RunData, yaw_offset
+from tb3_labs.report.run_data import RunData, in_force, yaw_offset
+from tb3_labs.report.tables import degrees
 from tb3_labs.report.turns import REST_MEAN, turns as turns_of
-from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
+from tb3_labs.robot.turtlebot3 import RobotModel
 
 DOTS_PER_INCH = 150
 WIDTH = 7.2                     # [inch], between the margins of A4
-#: Width of a letter of a legend, and of the rest of its entry [inch].
+#: Widths in a legend [inch]: of a letter, and of the rest of an entry.
 LETTER, SAMPLE = 0.075, 0.6
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
 #: (colour, line style) of successive curves.
@@ -39,9 +39,9 @@ STATES = {'ROTATE_TO_GOAL': ('#c9d8ee', '///'), 'MOVE_FORWARD': ('#f7e3c4', ''),
           '': ('#dddddd', '...')}
 #: The vertical axis of an angle [deg].
 WHOLE_CIRCLE = dict(ylim=(-190.0, 190.0), yticks=[-180, -90, 0, 90, 180])
-#: Most labels in a figure: more would cover each other.
+#: If there are more labels than this, none is drawn: they would cover each other.
 MOST_LABELS = 6
-#: Curves of an hour are drawn in parts of this length: Agg in Noetic has a limit on a whole one.
+#: Long curves are drawn in parts of this many points: Agg in Noetic limits the length of one part.
 matplotlib.rcParams['agg.path.chunksize'] = 20000
 #: A turn is drawn from this time before it until this time after it [s].
 BEFORE, AFTER = 0.2, 2.0 * REST_MEAN
@@ -55,14 +55,6 @@ def save(figure: Figure, path: Union[str, Path, BinaryIO]) -> None:
                    metadata={'Software': None})
 
 
-def write_figure(figure: Optional[Figure], path: Path, caption: str) -> str:
-    """Write a figure as PNG; its HTML, with the picture in it. '' without a figure."""
-    if figure is None:
-        return ''
-    save(figure, path)
-    return picture(path.read_bytes(), path.stem, caption)
-
-
 def new_figure(height: float) -> Figure:
     """An empty figure of the page's width; `height` [inch]."""
     figure = Figure(figsize=(WIDTH, height), constrained_layout=True)
@@ -72,7 +64,7 @@ def new_figure(height: float) -> Figure:
 
 def curve(axes: Axes, time: np.ndarray, values: np.ndarray, breaks: Sequence[float] = (),
           circle: bool = False, **looks: Any) -> None:
-    """A line with blanks at the times `breaks` [s] and in pauses.
+    """Draw a line with blanks at the times `breaks` [s] and in pauses.
 
     `circle`: the values are angles [deg], with blanks also at jumps by half a turn.
     """
@@ -87,17 +79,10 @@ def curve(axes: Axes, time: np.ndarray, values: np.ndarray, breaks: Sequence[flo
               **dict(dict(linewidth=1.3), **looks))
 
 
-def in_force(time: np.ndarray, speeds: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """(time, speed) of commands as steps, with a blank where the robot's timeout ends one."""
-    old = np.flatnonzero(np.append(np.diff(time), math.inf) > COMMAND_TIMEOUT)
-    return (np.insert(time, old + 1, time[old] + COMMAND_TIMEOUT),
-            np.insert(speeds, old + 1, math.nan))
-
-
 def map_of_local(figure: Figure, axes: Axes, margin: float) -> None:
     """Finish a map of the local frame: one scale, the axes' names, a grid, the legend below.
 
-    `margin`: around the drawing, as a part of it.
+    `margin`: the empty border around the drawing, as a part of its size.
     """
     axes.set_aspect('equal', adjustable='datalim')
     axes.margins(margin)
@@ -186,8 +171,8 @@ def speeds(run: RunData, model: RobotModel) -> Figure:
 
 
 def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
-    """The angle left, and the rate of turn, both in the direction that was asked for; None without
-    a turn. `alone`: the number of the only turn that is drawn, from 1 on; 0: all are."""
+    """Returns a figure of the angle left and the rate of turn, positive in the direction that was
+    asked for; None without a turn. `alone`: number (from 1) of the only turn to draw; 0: all."""
     found = turns_of(run)
     if not found:
         return None

@@ -1,11 +1,11 @@
 """The messages of a recording: which topics it has, and how their bytes become samples.
 
-There is one collector for each topic. It unpacks only the fields that are needed: a recording of an
-hour holds a million messages, and an object for each would take minutes.
+Each topic has a collector. The collector unpacks only the fields that are needed: a recording of an
+hour holds a million messages, and to make an object of each would take minutes.
 
 The Transformation lab asks for a line ``Local pose set to x=..., y=..., yaw=...`` at each reset.
-The handout prints the yaw in radians; other nodes print degrees. It counts as degrees if ``deg`` or
-a degree sign follows, or if it is more than a whole turn in radians.
+The handout prints the yaw in radians; other nodes print degrees. A yaw counts as degrees if
+``deg`` or a degree sign follows, or if its number is more than a whole turn in radians.
 
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
 """
@@ -22,15 +22,15 @@ from tb3_labs.geometry.angles import TURN, wrap
 from tb3_labs.geometry.quaternions import yaws_from_quaternions
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.run_data import (
-    Commands, ImuSamples, OdometrySamples, Poses, States, Values)
+    Commands, ImuSamples, LogLines, OdometrySamples, Poses, States, Values)
 
 #: The recorded topics: names in the robot's namespace, and names of the whole system.
 RECORDED = ('imu', 'odom', 'cmd_vel', 'heading', 'ground_truth', 'local_pose', 'goal_state',
             'current_goal', 'ctrl_relinq', 'control_holder', 'joy', 'turn', 'mouse_info', 'reset',
             'initialpose', '/rosout', '/tf', '/tf_static', '/diagnostics')
 
-#: The type of /rosout's messages.
-LOG = 'rosgraph_msgs/Log'
+#: The levels of log lines, by the bits of rosgraph_msgs/Log.
+LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
 
 #: Layouts of messages, or of their parts.
 HEADER = struct.Struct('<4xIII')                # seq, secs, nsecs, length of frame_id
@@ -40,7 +40,6 @@ POSE_SPEEDS = struct.Struct('<2d8x4d288xd32xd')  # x, y; x, y, z, w; covariance;
 PLACE_ORIENTATION = struct.Struct('<2d8x4d')    # x, y; x, y, z, w
 SPEEDS = struct.Struct('<d32xd')                # linear.x, angular.z
 DEGREES, SWITCH = struct.Struct('<d'), struct.Struct('<?')
-POSE_OF_LINE = struct.Struct('<3d')             # as a reset's line says it: x, y, yaw
 
 #: The line of a reset.
 NUMBER = r'([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)'
@@ -48,28 +47,28 @@ RESET_LINE = re.compile(
     r'local pose (?:set|reset) to\W*x\s*[=:]\s*{0}\s*m?\W+y\s*[=:]\s*{0}\s*m?\W+'
     r'(?:yaw|theta)\s*[=:]\s*{0}\s*(deg|\N{{DEGREE SIGN}})?'.format(NUMBER), re.IGNORECASE)
 
-#: Two senders whose clocks differ by less than this share one [s].
+#: If the clocks of two senders differ by less than this, the senders share one clock [s].
 SAME_CLOCK = 0.1
-#: A message that comes this much later than others is late [s]; no recorder is busy for longer than
-#: the second of these [s].
+#: A message is late if it comes this much later than others [s]. No recorder is busy for longer
+#: than TOO_LATE [s].
 LATE, TOO_LATE = 0.5, 10.0
 #: A sender's clock can be used if at least this fraction of its messages is in time.
 IN_TIME = 0.25
-#: The clock was set if more than this fraction of the messages is not in time, all up to one or all
-#: from one on.
+#: If more than this fraction of the messages, all of them at the begin or at the end of the
+#: recording, is not in time, the sender's clock was set.
 OTHER_CLOCK = 0.1
 
 
 @dataclass(frozen=True)
 class SenderClock:
-    """The clock of messages' stamps: it is `lag` [s] behind the recorder's."""
+    """A sender's clock, by the stamps of its messages: `lag` [s] behind the recorder's clock."""
 
     lag: float
     stamps: np.ndarray
 
     @classmethod
     def of(cls, arrival: np.ndarray, stamp: np.ndarray) -> 'SenderClock':
-        """The clock by the fastest messages except outliers; at least one message is needed."""
+        """Returns the clock by the fastest messages, without outliers. It needs one message."""
         lags = np.sort(arrival - stamp)
         lags = lags[np.abs(lags - lags[(len(lags) - 1) // 2]) < LATE]
         return cls(float(lags[len(lags) // 20]), stamp)
@@ -82,12 +81,13 @@ class SenderClock:
 
 def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
                              robot_clock: Optional[SenderClock]) -> np.ndarray:
-    """The sender's times on the recorder's clock [s], never running back.
+    """Returns the sender's times on the recorder's clock [s]; they never run back.
 
-    `robot_clock`, the odometry's SenderClock or None, is used for all senders that share it, so
-    that their stamps stay comparable to the microsecond. Messages come late while the recorder is
-    busy, and early while its simulated clock stands still; their stamps count. But if no message is
-    in time up to some moment, or from then on, the sender's clock was set, and the arrivals count.
+    `robot_clock` is the odometry's SenderClock, or None. It is used for all senders that share this
+    clock, so that their stamps stay comparable to the microsecond. Messages come late while the
+    recorder is busy, and early while its simulated clock stands still: their stamps count. If all
+    messages before some moment, or all after it, are not in time, the sender's clock was set: their
+    arrivals count.
     """
     if not len(stamp):
         return arrival
@@ -106,7 +106,7 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
 
 
 def declared_by(line: str) -> Optional[Pose2]:
-    """The declared pose of the robot in ``local``, or None if the line is not that of a reset."""
+    """Returns the declared pose of the robot in ``local``; None if the line tells no reset."""
     found = RESET_LINE.search(line)
     if found is None:
         return None
@@ -115,9 +115,17 @@ def declared_by(line: str) -> Optional[Pose2]:
     return Pose2(x, y, wrap(math.radians(yaw) if in_degrees else yaw))
 
 
+def resets_in(log: LogLines) -> Poses:
+    """Returns the poses that were declared by resets, as the log lines tell them."""
+    said = [(k, pose) for k, pose in enumerate(map(declared_by, log.texts)) if pose is not None]
+    lines = log.take([k for k, _ in said])
+    return Poses(lines.arrival, lines.time,
+                 *np.array([(pose.x, pose.y, pose.yaw) for _, pose in said]).reshape(-1, 3).T)
+
+
 def make_collectors(kinds, prefix):
-    """{RunData's field: collector} for the fields in `kinds`, {field: message type}, of the robot
-    in the namespace `prefix`."""
+    """Returns {field of RunData: collector} for the robot in the namespace `prefix`. `kinds` is
+    {field: message type}."""
     special = {
         'imu': lambda: _Collector(ImuSamples, ORIENTATION_RATE, _imu_columns),
         'odometry': lambda: _Collector(OdometrySamples, POSE_SPEEDS, _pose_columns, strings=2),
@@ -126,9 +134,8 @@ def make_collectors(kinds, prefix):
         'asked': lambda: _Collector(
             Values, DEGREES, lambda degrees: (np.radians(degrees),), strings=0),
         'control': lambda: _Collector(Values, SWITCH, strings=0),
-        'frames': lambda: _FrameCollector((prefix + 'local').strip('/'))}
-    if kinds.get('resets') == LOG:
-        special['resets'] = lambda: _ResetLineCollector(prefix)
+        'frames': lambda: _FrameCollector((prefix + 'local').strip('/')),
+        'log': lambda: _LogCollector(prefix)}
     return {part: special[part]() if part in special else _Collector(
         Poses, PLACE_ORIENTATION, _pose_columns) for part in kinds}
 
@@ -144,8 +151,8 @@ def _pose_columns(x, y, qx, qy, qz, qw, *speeds):
 class _Collector:
     """Gathers one topic's numbers, row after row.
 
-    `columns` makes those of the samples. `strings` stand in the message before the numbers, the
-    first one in the header; 0 if there is no header.
+    `columns` turns these numbers into the columns of the samples. `strings`: the number of strings
+    before the numbers in a message, with the string in the header; 0 if there is no header.
     """
 
     def __init__(self, kind, layout, columns=lambda *numbers: numbers, strings=1):
@@ -174,7 +181,7 @@ class _Collector:
         self.stamp.append(stamp)
 
     def samples(self, robot_clock):
-        """The samples gathered, without those in which a number is not finite."""
+        """Returns the gathered samples, without samples that have a NaN or infinite number."""
         arrival, stamp = np.array(self.arrival), np.array(self.stamp)
         width = len(self._layout.unpack(bytes(self._layout.size)))
         columns = self._columns(*np.array(self.rows).reshape(-1, width).T)
@@ -199,7 +206,7 @@ class _StateCollector:
 
 
 class _FrameCollector(_Collector):
-    """The pose of ``local`` in ``odom``, out of all transforms."""
+    """Gathers the pose of ``local`` in ``odom`` from all transforms."""
 
     def __init__(self, child):
         super().__init__(Poses, PLACE_ORIENTATION, _pose_columns)
@@ -216,20 +223,27 @@ class _FrameCollector(_Collector):
             offset = numbers + 56
 
 
-class _ResetLineCollector(_Collector):
-    """The poses that nodes of one namespace say they were reset to, out of all log lines."""
+class _LogCollector(_Collector):
+    """The log lines of the nodes in one namespace."""
 
     def __init__(self, prefix):
-        super().__init__(Poses, POSE_OF_LINE)
-        self._prefix = prefix.encode()
+        super().__init__(LogLines, struct.Struct(''))
+        self._prefix, self._lines = prefix.encode(), []
 
     def add(self, data, arrival, start):
         secs, nsecs, length = HEADER.unpack_from(data)
-        node, offset = _text(data, 17 + length)     # after the frame's name and the level
-        line, _ = _text(data, offset)
-        pose = declared_by(line.decode('utf-8', 'replace'))
-        if pose is not None and node.startswith(self._prefix):
-            self.keep((pose.x, pose.y, pose.yaw), arrival, (secs - start) + 1e-9 * nsecs)
+        level = 16 + length                         # after the frame's name
+        node, offset = _text(data, level + 1)
+        if node.startswith(self._prefix):
+            words = (part.decode('utf-8', 'replace') for part in (node, _text(data, offset)[0]))
+            self._lines.append((LEVELS.get(data[level], ''), *words))
+            self.keep((), arrival, (secs - start) + 1e-9 * nsecs)
+
+    def samples(self, robot_clock):
+        arrival = np.array(self.arrival)
+        columns = np.array(self._lines, dtype=object).reshape(-1, 3).T
+        return LogLines(arrival, times_on_recorders_clock(arrival, np.array(self.stamp),
+                                                          robot_clock), *columns)
 
 
 def _text(data, offset):

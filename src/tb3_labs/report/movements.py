@@ -1,29 +1,29 @@
-"""The movements of a run, found in its commands alone: for nodes that say nothing of themselves.
+"""The movements of a run, found from its commands: for nodes that do not publish their state.
 
 A *movement* is a stretch of commands that are not zero, with pauses shorter than `PAUSE`. A reset,
-and a change of `ctrl_relinq`, end a movement and begin the next. It is a
+and a change of `ctrl_relinq`, end a movement and begin the next. A movement is a
 
 * turn, if no command has a forward speed;
 * drive, if a turn, a straight line and a turn were commanded; one turn may be missing. The
   line is straight if the heading stays within `KEPT` of its first value;
-* movement by hand, if it is neither.
+* movement by hand, if it is not a turn and not a drive.
 
-The commands do not name their sender, so other topics decide if they can:
+The commands do not name their sender. Other topics decide, if they were recorded:
 
-* With ctrl_relinq, a movement while a node has control is a drive, and any other movement is by
+* With `ctrl_relinq`, a movement while a node has control is a drive, and any other movement is by
   hand. A turn alone is a drive only if a reset, a change of control or the end of the recording cut
-  it off: else a person turned the robot while the node was silent at its goal. With `joy` alone the
-  pad never gave control, and all is by hand.
-* With `mouse_info`, nothing is a drive, and a turn is faster than any that the mouse commands.
+  it off. If not, a person turned the robot while the node was silent at its goal.
+* With `joy` and without `ctrl_relinq`, the pad never gave control: all movements are by hand.
+* With `mouse_info`, no movement is a drive, and a turn must be faster than the mouse can command.
 
-Otherwise a person who turns, drives straight on and turns, by keys, counts as a drive.
+Without these topics, a person who turns, drives straight on and turns by keys counts as a drive.
 
-`completed` adds to the run of a node that publishes `cmd_vel` and nothing else the rest that the
-package's own nodes would have published. It follows from the sensors:
+If a node publishes only `cmd_vel`, `completed` adds the data that the package's own nodes would
+have published:
 
 * the robot's pose in ``local``, and ``local`` in ``odom``: declared (0, 0, 0) at the first sample,
-  then by each reset; place by the odometry without its jumps, heading by the IMU. It is the pose by
-  the lab's theory, not the one that the node may believe;
+  then by each reset. The place is by the odometry without its jumps, the heading by the IMU. This
+  is the pose by the lab's theory; the node may believe another pose;
 * the states of a drive and its goal: by the movements that the commands show.
 
 Units: metres, radians, seconds since the recording's start.
@@ -42,26 +42,26 @@ from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.odometry_jumps import POSE_LOST
 from tb3_labs.report.epochs import robot_in_odom, steady_odometry
-from tb3_labs.report.run_data import Poses, RunData, States
+from tb3_labs.report.run_data import Commands, Poses, RunData, States
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
-#: A longer time without a command that moves the robot ends a movement [s].
+#: A movement ends if no command moves the robot for this time [s].
 PAUSE = 1.0
 #: A command that is slower than this is zero [m/s], [rad/s].
 NO_SPEED = 1e-3
-#: On a straight line the heading differs from that at its begin by no more than this [rad], counted
-#: from this time after its begin, when the turn before is over [s].
+#: On a straight line the heading stays within KEPT of its first value [rad]. The heading counts
+#: from TURN_IS_OVER after the line's begin [s]: the turn before the line is over then.
 KEPT = math.radians(20.0)
 TURN_IS_OVER = 0.3
 #: A drive moves the robot at least this far [m].
 SHORTEST_DRIVE = 0.1
-#: The mouse commands no faster turn than this [rad/s], by the handout.
+#: The fastest turn that the mouse commands, by the course's mouse lab [rad/s].
 FASTEST_BY_MOUSE = 0.5
 #: The goal of the lab: x, y [m], heading [rad].
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
-#: States after a drive that was found: it ended by itself, or because another one took control.
+#: States after a drive: the drive ended by itself, or control was taken from the node.
 RESTED, TAKEN = 'came to rest', 'control was taken'
-#: Control was taken at this time from the last command, or nearer [s].
+#: A drive ended because control was taken, if both are within this time [s].
 TAKEN_WITHIN = 0.3
 
 
@@ -75,8 +75,8 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Movement:
-    """A movement from `begin` to `end`; its commands go forward from `forward` to `turns_again`,
-    or never, if both are equal."""
+    """A movement from `begin` to `end`. Its commands go forward from `forward` to `turns_again`; if
+    both are equal, they never go forward."""
 
     kind: Kind
     begin: float
@@ -85,11 +85,15 @@ class Movement:
     end: float
 
 
+def moving(commands: Commands) -> np.ndarray:
+    """Does each of the commands move the robot?"""
+    return (np.abs(commands.linear) > NO_SPEED) | (np.abs(commands.angular) > NO_SPEED)
+
+
 def movements(run: RunData) -> List[Movement]:
     """All movements of a run, in order."""
     time = run.commands.time
-    moves = np.flatnonzero((np.abs(run.commands.linear) > NO_SPEED)
-                           | (np.abs(run.commands.angular) > NO_SPEED))
+    moves = np.flatnonzero(moving(run.commands))
     if not len(moves):
         return []
     ends = np.minimum(np.append(time[1:], np.inf), time + COMMAND_TIMEOUT)
@@ -102,8 +106,8 @@ def movements(run: RunData) -> List[Movement]:
 
 
 def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cuts: np.ndarray) -> Movement:
-    """The Movement of the commands with the indices `moves`, in force until `ends` [s]; one near a
-    time of `cuts` [s] did not end by itself."""
+    """Returns the Movement of the commands with the indices `moves`. `ends`: time at which each
+    command ends [s]. A movement that ends near one of `cuts` [s] did not end by itself."""
     time = run.commands.time
     begin, end = float(time[moves[0]]), float(min(ends[moves[-1]], run.duration))
     forward = turns_again = end
@@ -126,13 +130,13 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cuts: np.ndarra
 
 
 def by_hand(run: RunData, listed: Sequence[Tuple[float, float]]) -> List[Movement]:
-    """The movements that overlap none of the turns and drives, (begin, end), that are `listed`."""
+    """Returns the movements that overlap none of the `listed` turns and drives, (begin, end)."""
     return [movement for movement in movements(run) if not any(
         movement.begin < end and begin < movement.end for begin, end in listed)]
 
 
 def _has_control(run: RunData, time: float) -> bool:
-    """Had a node control at this time? Before the first message it was the other way."""
+    """Did a node have control at this time? Before the first message, its opposite holds."""
     if not len(run.control):
         return False
     heard = int(np.searchsorted(run.control.time, time, side='right'))
@@ -147,9 +151,9 @@ def _is_line(run: RunData, begin: float, end: float) -> bool:
 
 
 def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
-    """The run, with local_pose, frames, states and goals if these were not recorded.
+    """Returns the run with local_pose, frames, states and goals added if they were not recorded.
 
-    `goal` is that of each drive. Those fields are named in `derived`.
+    `goal` is taken as the goal of each drive. The run's `derived` names the added fields.
     """
     if not len(run.local_pose) and len(run.frames):
         local = run.frames.inverse() @ robot_in_odom(run, run.frames.time)

@@ -2,22 +2,38 @@
 
 Units: as in the headings of the columns; metres and degrees.
 """
+import base64
+import csv
 import math
 from datetime import datetime
 from html import escape
 from pathlib import Path
-from typing import Dict, Sequence, Union
+from typing import Dict, Iterator, Optional, Sequence, Union
 
-from tb3_labs.report import figures, path_figures, tables
-from tb3_labs.report.drives import DriveReport, drives
+import numpy as np
+from matplotlib.figure import Figure
+
+from tb3_labs.geometry.angles import wrap_all
+from tb3_labs.report import figures, path_figures, tables, timeline
+from tb3_labs.report.drives import DriveReport, drives, goal_errors, spans
 from tb3_labs.report.epochs import epochs
-from tb3_labs.report.html import degrees, document, number
 from tb3_labs.report.movements import FASTEST_BY_MOUSE, PAUSE, by_hand
-from tb3_labs.report.run_data import RunData, yaw_offset
+from tb3_labs.report.run_data import Poses, RunData, yaw_offset
+from tb3_labs.report.tables import STYLE, degrees, number, safe
 from tb3_labs.report.turns import TurnReport, turns
-from tb3_labs.robot.turtlebot3 import RobotModel
+from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 
-#: A path that is shorter is not drawn [m].
+PAGE = '''<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>{0}</title><style>
+{1}
+</style></head><body>
+<h1>{0}</h1>
+{2}
+</body></html>
+'''
+#: A pose belongs to an odometry message if their times differ by at most this [s].
+SAME_INSTANT = 0.02
+#: A path shorter than this is not drawn [m].
 SHORTEST_PATH = 0.05
 CAPTIONS = {
     'paths': 'The same path in the global and in the local frame, with the axes of both.',
@@ -28,7 +44,7 @@ CAPTIONS = {
 NOTHING = 'No drives are listed: {}. The local frame is {}.'
 NO_COMMANDS = 'the recording holds neither goal_state nor commands; record /cmd_vel too'
 NO_DRIVE = 'neither goal_state nor the commands show one'
-#: How turns and drives are told from movements by hand.
+#: Sentences: how turns and drives are distinguished from movements by hand.
 BY_CONTROL = ('By the commands and ctrl_relinq: each movement while a node had control is a '
               'drive, any other is by hand; so is a turn alone, unless something cut it off.')
 PAD_ALONE = ('A gamepad (joy) was recorded, but it never gave control (ctrl_relinq): all movements '
@@ -46,8 +62,8 @@ RATES = '''<section><h2>Sensor rates and gaps</h2>
 
 
 def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn: int = 0) -> Path:
-    """Write the report of a run into a folder, which is made if it is missing; the path of
-    report.html. `turn`: the number of the only turn that is drawn; 0: all are.
+    """Write the report of a run into a folder, which is made if it is missing. Returns the path of
+    report.html. `turn`: the number of the only turn that is drawn; 0: all turns are drawn.
 
     ``OSError`` if nothing can be written, ``ValueError`` if there is no such turn."""
     folder = Path(str(folder))
@@ -56,26 +72,49 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
         raise ValueError('--turn {}: {} has {} turns'.format(turn, run.name, len(turned)))
     folder.mkdir(parents=True, exist_ok=True)
     name = Path(run.name).name
-    tables.write_csv(run, folder / 'run.csv')
+    write_csv(run, folder / 'run.csv')
     tables.write_reports(folder, [(name, turned, driven)])
     page = folder / 'report.html'
     shown = _figures(run, model, folder, turn)
     page.write_text(document('Run report: ' + name, [
-        '<p>{}</p>'.format(escape(_summary(run, model))), _turns(run, turned), shown['turns'],
-        _drives(run, driven, turned), _by_hand(run, driven, turned), shown['paths'], shown['errors'], _along(driven),
-        shown['heading'], shown['speeds'], RATES.format(tables.rates(run))]), encoding='utf-8')
+        '<p>{}</p>'.format(escape(_summary(run, model))),
+        timeline.section(timeline.timeline(
+            run, model, timeline.marks(run, turned, driven))), _turns(run, turned), shown['turns'],
+        _drives(run, driven, turned), _by_hand(run, driven, turned), shown['paths'],
+        shown['errors'], _along(driven), shown['heading'], shown['speeds'],
+        RATES.format(tables.rates(run))]), encoding='utf-8')
     return page
 
 
 def _figures(run: RunData, model: RobotModel, folder: Path, turn: int) -> Dict[str, str]:
-    """{name: HTML} of each figure; '' for one that would show nothing."""
+    """Returns {name: HTML} of the figures; '' for a figure that would show nothing."""
     drawn = {'turns': figures.turns(run, turn), 'errors': figures.errors(run, model),
              'heading': figures.heading(run), 'speeds': figures.speeds(run, model),
              'paths': None}
     if run.odometry.length >= SHORTEST_PATH:
         drawn['paths'] = path_figures.paths(run, model)
-    return {name: figures.write_figure(figure, folder / (name + '.png'), CAPTIONS[name])
+    return {name: write_figure(figure, folder / (name + '.png'), CAPTIONS[name])
             for name, figure in drawn.items()}
+
+
+def document(title: str, parts: Sequence[str]) -> str:
+    """Returns an HTML page of these parts, which are HTML too."""
+    return PAGE.format(escape(title), STYLE, '\n'.join(parts))
+
+
+def picture(png: bytes, name: str, caption: str) -> str:
+    """Returns an HTML figure that holds the PNG picture; `name` is its alternative text."""
+    data = base64.b64encode(png).decode('ascii')
+    return '<figure><img alt="{0}" src="data:image/png;base64,{1}"><figcaption>{2}</figcaption>' \
+        '</figure>'.format(escape(name), data, escape(caption))
+
+
+def write_figure(figure: Optional[Figure], path: Path, caption: str) -> str:
+    """Write a figure as PNG. Returns its HTML, with the picture in it; '' without a figure."""
+    if figure is None:
+        return ''
+    figures.save(figure, path)
+    return picture(path.read_bytes(), path.stem, caption)
 
 
 def _summary(run: RunData, model: RobotModel) -> str:
@@ -93,8 +132,7 @@ def _turns(run: RunData, turned: Sequence[TurnReport]) -> str:
     if not turned:
         return ''
     return '<h2>Turns</h2>{}<p>{}</p>'.format(
-        tables.turns(turned),
-        escape(_rule_of_turns(run, turned)))
+        tables.numbered('turn', tables.TURNS_OF_RUN, turned), escape(_rule_of_turns(run, turned)))
 
 
 def _drives(run: RunData, driven: Sequence[DriveReport], turned: Sequence[TurnReport]) -> str:
@@ -102,7 +140,7 @@ def _drives(run: RunData, driven: Sequence[DriveReport], turned: Sequence[TurnRe
         return ''
     words = _rule_of_drives(run) if driven else _nothing(run)
     return '<h2>Drives</h2>{}<p>{}</p>'.format(
-        tables.drives(tables.REACHED, driven) if driven else '', escape(words))
+        tables.numbered('drive', tables.REACHED, driven) if driven else '', escape(words))
 
 
 def _by_hand(run: RunData, driven: Sequence[DriveReport], turned: Sequence[TurnReport]) -> str:
@@ -115,14 +153,14 @@ def _along(driven: Sequence[DriveReport]) -> str:
     if not driven:
         return ''
     return '<div class="next"></div><h2>Along the way</h2>{}<p>{}</p>'.format(
-        tables.drives(tables.ALONG, driven), escape(tables.NOTE))
+        tables.numbered('drive', tables.ALONG, driven), escape(tables.NOTE))
 
 
 # Sentences: findings, rules and frames --------------------------------------------------------
 
 
 def _nothing(run: RunData) -> str:
-    """Why no drives are listed."""
+    """Returns the sentence that tells why no drives are listed."""
     words = NOTHING.format(
         NO_DRIVE if len(run.states) or len(run.commands) else NO_COMMANDS,
         _declared(run) if 'frames' in run.derived else 'the recorded one')
@@ -130,7 +168,7 @@ def _nothing(run: RunData) -> str:
 
 
 def _declared(run: RunData) -> str:
-    """Where ``local`` was declared, for a run that did not record it."""
+    """Returns the poses at which ``local`` was declared, in words, if it was not recorded."""
     words = ['taken as declared (0, 0, 0) at the first sample']
     for k, time in enumerate(run.resets.time):
         pose = run.resets.pose(k)
@@ -140,7 +178,7 @@ def _declared(run: RunData) -> str:
 
 
 def _rule_of_drives(run: RunData) -> str:
-    """How the drives of a run were found, if goal_state was not recorded."""
+    """The rule by which the drives of a run were found, if goal_state was not recorded."""
     words = []
     if 'states' in run.derived:
         words.append(_rule(run))
@@ -155,7 +193,7 @@ def _rule_of_drives(run: RunData) -> str:
 
 
 def _rule_of_turns(run: RunData, reports: Sequence[TurnReport]) -> str:
-    """How the turns of a run were found."""
+    """The rule by which the turns of a run were found."""
     words = [_rule(run)] if 'states' not in run.derived else []
     if not all(turn.was_said for turn in reports):
         words.append('Asked: taken as the nearest multiple of 90 degrees{}.'.format(
@@ -169,3 +207,58 @@ def _rule(run: RunData) -> str:
     if 'joy' in run.devices:
         return PAD_ALONE
     return WITH_MOUSE if 'mouse_info' in run.devices else BY_SHAPE
+
+
+# run.csv --------------------------------------------------------------------------------------
+
+
+def write_csv(run: RunData, path: Path) -> None:
+    """Write one row for each odometry message; a cell is empty if nothing was recorded then."""
+    odometry, local, truth, at = run.odometry, run.local_pose, run.ground_truth, run.odometry.time
+    error_time, distance, angle = goal_errors(run)
+    in_order = spans(run)
+    words = np.array([''] + [safe(span.state) for span in in_order], dtype=object)
+    states = words[np.searchsorted([span.begin for span in in_order], at, side='right')]
+    near = _nearest(error_time, at)
+    newest = np.searchsorted(run.commands.time, at, side='right') - 1
+    newest[np.append(run.commands.time, -math.inf)[newest] < at - COMMAND_TIMEOUT] = -1
+    columns = {
+        'time_s': at, **_pose_columns('odom', odometry, np.arange(len(at))),
+        **_pose_columns('local', local, _nearest(local.time, at)),
+        **_pose_columns('truth', truth, _nearest(truth.time, at)),
+        'imu_yaw_deg': np.degrees(wrap_all(run.imu.yaw_at(at))),
+        'distance_error_m': _chosen(distance, near),
+        'angle_error_deg': np.degrees(_chosen(angle, near)),
+        'linear_m_s': odometry.linear,
+        'linear_commanded_m_s': _chosen(run.commands.linear, newest),
+        'angular_rad_s': np.interp(at, run.imu.time, run.imu.yaw_rate),
+        'angular_commanded_rad_s': _chosen(run.commands.angular, newest)}
+    with open(str(path), 'w', newline='') as file:
+        writer = csv.writer(file, lineterminator='\n')
+        writer.writerow([*columns, 'state'])
+        writer.writerows(zip(*(_texts(*column) for column in columns.items()), states))
+
+
+def _texts(name: str, values: np.ndarray) -> Iterator[str]:
+    form = '{:.3f}' if name.endswith('_deg') else '{:.4f}'
+    return (number(value, form, '') for value in values)
+
+
+def _pose_columns(name: str, poses: Poses, index: np.ndarray) -> Dict[str, np.ndarray]:
+    return {name + '_x_m': _chosen(poses.x, index), name + '_y_m': _chosen(poses.y, index),
+            name + '_yaw_deg': np.degrees(_chosen(poses.yaw, index))}
+
+
+def _nearest(times: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Returns the index of the time nearest to each of `at`; -1 if SAME_INSTANT is exceeded."""
+    if not len(times):
+        return np.full(len(at), -1)
+    after = np.minimum(np.searchsorted(times, at), len(times) - 1)
+    before = np.maximum(after - 1, 0)
+    index = np.where(np.abs(times[after] - at) < np.abs(times[before] - at), after, before)
+    return np.where(np.abs(times[index] - at) <= SAME_INSTANT, index, -1)
+
+
+def _chosen(values: np.ndarray, index: np.ndarray) -> np.ndarray:
+    """`values` at each index, NaN for index -1."""
+    return np.append(values, math.nan)[index]

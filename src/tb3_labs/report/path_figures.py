@@ -82,7 +82,7 @@ def ways(runs: Sequence[Any]) -> Optional[Figure]:
 
 
 def draw_path(axes: Axes, poses: Poses, **looks: Any) -> None:
-    """A line with blanks at jumps of the poses, such as a reset of the odometry."""
+    """Draw a line with blanks at jumps of the poses, such as a reset of the odometry."""
     leaps = np.flatnonzero(np.hypot(np.diff(poses.x), np.diff(poses.y)) > LEAP) + 1
     for piece in np.split(np.arange(len(poses)), leaps):
         if len(piece):
@@ -96,7 +96,7 @@ def _in_odom(run: RunData, frames: Sequence[Epoch], drive: DriveReport, goal: Po
 
 
 def _same_scale(*panels: Tuple[Axes, Sequence[Pose2]]) -> float:
-    """Give the panels (axes, frames) axes of one scale and size that hold all; their width [m]."""
+    """Give all panels (axes, frames) the same scale and size. Returns the width of a panel [m]."""
     boxes = []
     for axes, frames in panels:
         places = [(frame.x, frame.y) for frame in frames] + [(0.0, 0.0)]
@@ -111,7 +111,7 @@ def _same_scale(*panels: Tuple[Axes, Sequence[Pose2]]) -> float:
 
 
 def _frames(axes: Axes, own: str, others: Sequence[Tuple[Pose2, str]], width: float) -> None:
-    """The panel's `own` frame and (pose, name) of others: x axes (long), y axes (short), names."""
+    """Draw the panel's `own` frame and `others`, (pose, name): x axes (long), y axes, names."""
     drawn = [line.get_xydata() for line in axes.get_lines()]
     named = [(Pose2(), own)] + list(others)
     for number, (pose, _) in enumerate(named):
@@ -132,9 +132,9 @@ def _frames(axes: Axes, own: str, others: Sequence[Tuple[Pose2, str]], width: fl
 
 def _place(axes: Axes, pose: Pose2, size: np.ndarray, boxes: Sequence[np.ndarray],
            drawn: np.ndarray) -> np.ndarray:
-    """The box, [least, most] (x, y), of `size` for a frame's name beside its origin: inside the
-    panel, over no other of the `boxes`, over few of the points `drawn`; by choice between the backs
-    of the frame's axes."""
+    """Returns a box, [least, most] (x, y), of `size` for the name of a frame, beside its origin. It
+    is inside the panel, covers no other of the `boxes`, and few of the points `drawn`. If possible
+    it is behind both axes of the frame."""
     panel = np.array([axes.get_xlim(), axes.get_ylim()]).T
     back = pose.yaw + 1.25 * math.pi
 

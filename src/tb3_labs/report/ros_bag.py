@@ -1,20 +1,20 @@
 """Reads a rosbag into a RunData: any bag with an Imu and an Odometry.
 
-`BagByChunks` uses private parts of rosbag, read in the source of rosbag 1.15.15 (Debian 12). If
-rosbag keeps the index of a bag in another way, reading ends by an AttributeError, or takes the
-memory of the whole index: test/unit/test_bags.py reads bags of many chunks, compressed ones too.
+`BagByChunks` uses private parts of rosbag, as in the source of rosbag 1.15.15 (Debian 12). If
+another rosbag keeps the index of a bag differently, reading fails with an AttributeError, or needs
+memory for the whole index. So test/unit/test_bags.py reads bags of many chunks, also compressed.
 """
 import struct
 
 import numpy as np
 import rosbag
 
-from tb3_labs.report.messages import LOG, SenderClock, make_collectors
+from tb3_labs.report.messages import SenderClock, make_collectors, resets_in
 from tb3_labs.report.run_data import RunData
 
 IMU, ODOMETRY = 'sensor_msgs/Imu', 'nav_msgs/Odometry'
 POSE, TWIST = 'geometry_msgs/PoseStamped', 'geometry_msgs/Twist'
-STRING, TF = 'std_msgs/String', 'tf2_msgs/TFMessage'
+STRING, TF, LOG = 'std_msgs/String', 'tf2_msgs/TFMessage', 'rosgraph_msgs/Log'
 POSE_ESTIMATE = 'geometry_msgs/PoseWithCovarianceStamped'
 #: RunData's field: (name of the topic, type), besides the IMU and the odometry.
 OPTIONAL = {
@@ -27,11 +27,11 @@ DEVICES = 'joy', 'mouse_info'
 
 
 class BagProblem(Exception):
-    """No report can be made of a bag; one line with the reason and the remedy."""
+    """A bag cannot be reported. The message is one line with the reason and the remedy."""
 
 
 def read_run(path, namespace=None, progress=lambda fraction: None):
-    """The RunData of the bag file `path`.
+    """Returns the RunData of the bag file `path`.
 
     `namespace` chooses one robot of several; `progress` is called with the share that
     has been read, 0 to 1. Raises BagProblem.
@@ -57,7 +57,7 @@ def _one_line(problem):
 
 
 def _gather(path, namespace, progress):
-    """({RunData's field: value} of the bag itself, {RunData's field: collector})."""
+    """Returns ({field of RunData: value} of the whole bag, {field of RunData: collector})."""
     with BagByChunks(str(path)) as bag:
         types = {topic: (info.msg_type, info.message_count) for topic, info
                  in bag.get_type_and_topic_info().topics.items() if info.message_count}
@@ -81,7 +81,7 @@ def _gather(path, namespace, progress):
 
 
 def _arrange(recording, collectors):
-    """The RunData of all that was gathered."""
+    """Returns the RunData of all gathered messages."""
     odometry = collectors['odometry']
     clock = SenderClock.of(np.array(odometry.arrival), np.array(odometry.stamp)) if (
         len(odometry.stamp)) else None
@@ -90,6 +90,8 @@ def _arrange(recording, collectors):
         if not len(samples[part]):
             raise BagProblem('{}: not one good message on {} (bad quaternions?)'.format(
                 recording['name'], recording['topics'][part]))
+    if 'log' in samples:
+        samples['resets'] = resets_in(samples['log'])
     dropped = {part: collector.bad for part, collector in collectors.items()}
     return RunData(dropped=dropped, **recording, **samples)
 
@@ -97,8 +99,8 @@ def _arrange(recording, collectors):
 class BagByChunks(rosbag.Bag):
     """A bag whose index is read chunk by chunk, together with its messages, in the file's order.
 
-    rosbag itself reads the whole index first, an object of 250 bytes for each message of each
-    topic, which take more memory than all samples.
+    rosbag itself reads the whole index first: an object of 250 bytes for each message of each
+    topic. These objects take more memory than all samples.
     """
 
     def __init__(self, path):
@@ -109,7 +111,7 @@ class BagByChunks(rosbag.Bag):
         wanted = {connection.id for connection in connections}
         for chunk in self._chunks:
             header = self._chunk_headers[chunk.pos]
-            self._file.seek(header.data_pos + header.compressed_size)    # its index comes after it
+            self._file.seek(header.data_pos + header.compressed_size)    # the index comes after
             self._curr_chunk_info = chunk       # rosbag's reader uses this chunk
             entries = []
             for _ in chunk.connection_counts:
@@ -120,7 +122,7 @@ class BagByChunks(rosbag.Bag):
 
 
 def choose_topics(types, namespace):
-    """{RunData's field: topic} of one robot: the one in `namespace` if there are several.
+    """Returns {field of RunData: topic} of the robot in `namespace`; None: of the only robot.
 
     `types` is {topic: (type, number of messages)}. Raises BagProblem.
     """
@@ -136,12 +138,13 @@ def choose_topics(types, namespace):
     if types.get('/tf', ('',))[0] == TF:
         topics['frames'] = '/tf'
     if types.get('/rosout', ('',))[0] == LOG:
-        topics['resets'] = '/rosout'      # the answer to a reset says more than the request
+        topics['log'] = '/rosout'
+        topics.pop('resets', None)        # the answer to a reset says more than the request
     return topics
 
 
 def _by_type(types, kind, ending, prefix):
-    """The topic of a type in `prefix`: the one named `ending` if there is one, else the busiest."""
+    """Returns a topic of type `kind` in `prefix`: named `ending`, else with the most messages."""
     names = [topic for topic, (of, _) in types.items() if of == kind
              and (prefix is None or _absolute(topic).startswith(prefix))]
     if not names:
@@ -159,7 +162,7 @@ def _by_type(types, kind, ending, prefix):
 
 
 def _absolute(topic):
-    """The absolute name: `rosbag record` keeps relative names as they were given."""
+    """Returns the absolute name: `rosbag record` keeps relative names as they were given."""
     return '/' + topic.lstrip('/')
 
 

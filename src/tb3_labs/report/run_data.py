@@ -2,21 +2,22 @@
 
 Each sample has two times, both in seconds since the recording's start. `arrival` is its arrival at
 the recorder. `time` is its stamp, converted from the sender's clock (on a real robot up to a second
-off) to the recorder's: as even as the stamps, and comparable between topics as the arrivals are.
-Messages without a stamp have their arrival in both.
+off) to the recorder's: its intervals are as even as those of the stamps, and times of two topics
+can be compared. If a message has no stamp, both times are its arrival.
 
 Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi] as the sender sent them.
 Edge cases: a topic that was not recorded has samples of length 0; an invalid quaternion (see
-:mod:`tb3_labs.geometry.quaternions`) or a number that is not finite is not a sample, only counted.
+:mod:`tb3_labs.geometry.quaternions`) or a number that is not finite is counted, not kept.
 """
 import math
 from dataclasses import dataclass, field, fields
-from typing import Any, Dict, Tuple, Type, TypeVar
+from typing import Any, Dict, Sequence, Tuple, Type, TypeVar
 
 import numpy as np
 
 from tb3_labs.geometry.angles import continuous_at, wrap, wrap_all
 from tb3_labs.geometry.se2 import Pose2, interpolate
+from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: An interval of a topic longer than this is a gap [s].
 GAP = 0.3
@@ -27,7 +28,7 @@ Kind = TypeVar('Kind', bound='Samples')
 
 @dataclass(frozen=True)
 class Samples:
-    """Arrays of equal length; subclasses add those of the messages' contents."""
+    """Arrays of equal length; subclasses add arrays for the contents of the messages."""
 
     arrival: np.ndarray
     time: np.ndarray
@@ -44,8 +45,16 @@ class Samples:
         return self.take(slice(*np.searchsorted(self.time, (begin, end))))
 
     @classmethod
+    def joined(cls: Type[Kind], parts: Sequence['Samples']) -> Kind:
+        """The samples of these parts in one, in their order; `parts` may have more columns."""
+        if not parts:
+            return cls.none()
+        return cls(*(np.concatenate([getattr(part, column.name) for part in parts])
+                     for column in fields(cls)))
+
+    @classmethod
     def none(cls: Type[Kind]) -> Kind:
-        """No samples."""
+        """Returns samples of length 0."""
         return cls(*(np.empty(0) for _ in fields(cls)))
 
 
@@ -98,7 +107,7 @@ class Poses(Samples):
                      sin * self.x - cos * self.y, wrap_all(-self.yaw))
 
     def __matmul__(self, other: 'Poses') -> 'Poses':
-        """A_T_B @ B_T_C = A_T_C, one by one, at the times of the first."""
+        """A_T_B @ B_T_C = A_T_C, pose by pose, with the times of A_T_B."""
         cos, sin = np.cos(self.yaw), np.sin(self.yaw)
         return Poses(self.arrival, self.time, self.x + cos * other.x - sin * other.y,
                      self.y + sin * other.x + cos * other.y, wrap_all(self.yaw + other.yaw))
@@ -126,6 +135,13 @@ class Commands(Samples):
     angular: np.ndarray
 
 
+def in_force(time: np.ndarray, speeds: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Returns (time, speed) of commands as steps; NaN if the robot's timeout ended a command."""
+    old = np.flatnonzero(np.append(np.diff(time), math.inf) > COMMAND_TIMEOUT)
+    return (np.insert(time, old + 1, time[old] + COMMAND_TIMEOUT),
+            np.insert(speeds, old + 1, math.nan))
+
+
 @dataclass(frozen=True)
 class States(Samples):
     """The states of move_to_goal: `words`, an array of str."""
@@ -134,8 +150,17 @@ class States(Samples):
 
 
 @dataclass(frozen=True)
+class LogLines(Samples):
+    """Lines on /rosout, arrays of str: `levels` in words, `nodes` as names, `texts`."""
+
+    levels: np.ndarray
+    nodes: np.ndarray
+    texts: np.ndarray
+
+
+@dataclass(frozen=True)
 class Values(Samples):
-    """One number a message."""
+    """One number for each message."""
 
     value: np.ndarray
 
@@ -158,7 +183,8 @@ class RunData:
     resets: Poses = field(default_factory=Poses.none)          # of the robot in local, as declared
     asked: Values = field(default_factory=Values.none)         # turns [rad], left positive
     control: Values = field(default_factory=Values.none)       # ctrl_relinq: 1 = a node may drive
-    devices: Tuple[str, ...] = ()                              # those that sent: joy, mouse_info
+    log: LogLines = field(default_factory=LogLines.none)       # of the robot's namespace
+    devices: Tuple[str, ...] = ()                              # recorded ones of joy, mouse_info
     derived: Tuple[str, ...] = ()                              # fields that were not recorded
     topics: Dict[str, str] = field(default_factory=dict)       # field's name: topic
     dropped: Dict[str, int] = field(default_factory=dict)      # field's name: invalid messages
@@ -172,7 +198,9 @@ class RunData:
 
 @dataclass(frozen=True)
 class YawOffset:
-    """IMU's yaw minus odometry's: `mean` [rad], and continuous deviations from it at `time`."""
+    """The IMU's yaw minus the odometry's: its mean [rad], and its deviation from the mean at
+    `time`.
+    """
 
     mean: float
     spread: float                     # standard deviation [rad]
@@ -182,8 +210,8 @@ class YawOffset:
 
 
 def yaw_offset(run: RunData) -> YawOffset:
-    """The YawOffset at each odometry message that is not in a gap of the IMU; NaN if there is none.
-    """
+    """Returns the YawOffset at the odometry messages that are not in a gap of the IMU. Its numbers
+    are NaN if there are no such messages."""
     imu_time, at = run.imu.time, run.odometry.time
     after = np.searchsorted(imu_time, at).clip(1, len(imu_time) - 1)
     close = (np.abs(imu_time[after] - at) < GAP) & (np.abs(imu_time[after - 1] - at) < GAP)

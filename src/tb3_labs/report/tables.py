@@ -1,36 +1,77 @@
-"""The tables of a report: for its page, and as CSV for spreadsheets and scripts.
+"""The tables of a report: as HTML for its page, and as CSV for spreadsheets and scripts.
 
-Units: as in the heads and in the names of the columns; metres, degrees, seconds. An unknown value
+Units: metres, degrees, seconds; the heads and names of the columns tell which. An unknown value
 is a dash on the page, and an empty cell in a CSV file.
 """
 import csv
 import math
 import re
+from html import escape
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, List, Sequence, Tuple
+from typing import Any, Callable, List, Sequence, Tuple
 
 import numpy as np
 
 from tb3_labs.control.goal import DRIVING
-from tb3_labs.geometry.angles import wrap_all
-from tb3_labs.report.drives import (
-    MAX_ANGULAR, STRAIGHT_AFTER, DriveReport, goal_errors, spans)
-from tb3_labs.report.html import DASH, number, table
+from tb3_labs.report.drives import MAX_ANGULAR, STRAIGHT_AFTER, DriveReport
 from tb3_labs.report.movements import Movement
-from tb3_labs.report.run_data import GAP, Poses, RunData, Samples
+from tb3_labs.report.run_data import GAP, RunData, Samples
 from tb3_labs.report.turns import TurnReport
-from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
-#: Fields that are sent on change, and have no rate.
-ON_CHANGE = 'frames', 'goals', 'states', 'resets', 'asked', 'control'
-#: A pose belongs to an odometry message that is no further from it [s].
-SAME_INSTANT = 0.02
-#: A spreadsheet would begin a formula here: a cell of commas, or one of semicolons.
+#: The style of a page of tables.
+STYLE = '''@page { size: A4; margin: 11mm 14mm; }
+body { font: 10pt/1.3 sans-serif; max-width: 182mm; margin: 1em auto; color: #111; }
+h1 { font-size: 15pt; margin: 0; } h2 { font-size: 11pt; margin: 0.7em 0 0.2em; }
+p { margin: 0.3em 0; }
+table { border-collapse: collapse; width: 100%; font-size: 8.5pt; }
+th, td { border-bottom: 1px solid #999; padding: 1px 5px; text-align: right; }
+th { border-bottom: 2px solid #333; vertical-align: bottom; }
+th:first-child, td:first-child, .words { text-align: left; }
+figure { margin: 0.4em 0; text-align: center; break-inside: avoid; }
+figure img { max-width: 100%; } figcaption { font-size: 8.5pt; }
+section { break-inside: avoid; } .next { break-before: page; }
+@media screen { body { padding: 0 8px; } }
+@media print { body { margin: 0; } figure img { max-height: 84mm; } }'''
+#: An unknown number on a page.
+DASH = '\N{EN DASH}'
+#: Fields that are sent only on a change, so that they have no rate.
+ON_CHANGE = 'frames', 'goals', 'states', 'resets', 'asked', 'control', 'log'
+#: A spreadsheet would begin a formula here, in cells separated by commas or by semicolons.
 FORMULA = re.compile(r'(^|;)(?=["\s]*[=+\-@])|^(?=[\t\r])')
 
 
+class Markup(str):
+    """Text that already is HTML."""
+
+
+def number(value: float, form: str, unknown: str = DASH) -> str:
+    """The value in this format, but never -0.00; `unknown` if it is not finite."""
+    if not math.isfinite(value):
+        return unknown
+    text = form.format(value)
+    return text if float(text) else form.format(0.0)
+
+
+def degrees(angle: float, form: str) -> str:
+    """The angle [rad] in degrees, in this format, or a dash."""
+    return number(math.degrees(angle), form)
+
+
+def table(heads: Sequence[str], rows: Sequence[Sequence[str]], words: Sequence[str] = ()) -> str:
+    """Returns an HTML table. Plain texts are escaped; Markup stays as it is.
+
+    The first column, and each column with its head in `words`, are aligned left.
+    """
+    def row(cells: Sequence[str], tag: str) -> str:
+        return '<tr>{}</tr>'.format(''.join('<{0}{2}>{1}</{0}>'.format(
+            tag, cell if isinstance(cell, Markup) else escape(cell),
+            ' class="words"' if heads[k] in words else '') for k, cell in enumerate(cells)))
+    return '<table>\n<thead>{}</thead>\n<tbody>\n{}\n</tbody></table>'.format(
+        row(heads, 'th'), '\n'.join(row(cells, 'td') for cells in rows))
+
+
 def safe(text: str) -> str:
-    """Text in a cell, of which no spreadsheet makes a formula: "'" stands before it.
+    """Returns the text of a cell, with a "'" in front of each formula that a spreadsheet would see.
 
     Source: "CSV Injection", https://owasp.org/www-community/attacks/CSV_Injection.
     """
@@ -43,9 +84,9 @@ def _goal(drive: DriveReport) -> Tuple[float, float, float]:
     return (goal.x, goal.y, math.degrees(goal.yaw)) if goal else (math.nan, math.nan, math.nan)
 
 
-#: (head, value of a report, format; '' for a text) of each column.
+#: A column: its head, the function from a report to its value, its format ('' for a text).
 Column = Tuple[str, Callable[[Any], Any], str]
-#: The turns, on a page.
+#: Columns for turns: on a page of several runs, and on the page of one run.
 TURNS: Sequence[Column] = (
     ('asked [deg]', lambda turn: math.degrees(turn.asked), '{:+.0f}'),
     ('turned [deg]', lambda turn: math.degrees(turn.turned), '{:+.2f}'),
@@ -54,7 +95,9 @@ TURNS: Sequence[Column] = (
     ('peak rate [rad/s]', lambda turn: turn.peak_rate, '{:.2f}'),
     ('overshoot [deg]', lambda turn: math.degrees(turn.overshoot), '{:.2f}'),
     ('truly beyond [deg]', lambda turn: math.degrees(turn.true_error), '{:+.2f}'))
-#: The drives, on a page of several runs.
+TURNS_OF_RUN: Sequence[Column] = (
+    ('begins at [s]', lambda turn: turn.begin, '{:.2f}'), *TURNS)
+#: Columns for drives on a page of several runs.
 DRIVES: Sequence[Column] = (
     ('off by [m]', lambda drive: drive.measured[0], '{:.4f}'),
     ('off by [deg]', lambda drive: math.degrees(drive.measured[1]), '{:+.2f}'),
@@ -63,7 +106,7 @@ DRIVES: Sequence[Column] = (
     ('time / least', lambda drive: drive.time_to_least, '{:.2f}'),
     ('truly off [m]', lambda drive: drive.true[0], '{:.4f}'),
     ('truly off [deg]', lambda drive: math.degrees(drive.true[1]), '{:+.2f}'))
-#: The drives, on the page of their run: asked and reached; and along the way.
+#: Columns for drives on the page of one run: asked and reached; and along the way.
 REACHED: Sequence[Column] = (
     ('asked x [m]', lambda drive: _goal(drive)[0], '{:.2f}'),
     ('y [m]', lambda drive: _goal(drive)[1], '{:.2f}'),
@@ -83,7 +126,7 @@ ALONG: Sequence[Column] = (
     ('time / least', lambda drive: drive.time_to_least, '{:.2f}'),
     ('heading drift [deg]', lambda drive: math.degrees(drive.drift), '{:+.2f}'),
     ('largest deviation [deg]', lambda drive: math.degrees(drive.deviation), '{:.2f}'))
-#: turns.csv and drives.csv.
+#: Columns of turns.csv and drives.csv.
 TURNS_CSV: Sequence[Column] = (
     ('begin_s', lambda turn: turn.begin, '{:.2f}'),
     ('asked_deg', lambda turn: math.degrees(turn.asked), '{:.1f}'),
@@ -119,7 +162,7 @@ NOTE = ('Drift: heading at the end of MOVE_FORWARD minus {} s after its begin, b
 
 
 def cells(columns: Sequence[Column], report: Any, unknown: str = DASH) -> List[str]:
-    """The texts of a report in these columns."""
+    """Returns the texts of a report, one for each column."""
     return [number(value(report), form, unknown) if form else value(report)
             for _, value, form in columns]
 
@@ -132,22 +175,16 @@ def heads(columns: Sequence[Column]) -> List[str]:
 # Tables of a page -----------------------------------------------------------------------------
 
 
-def drives(columns: Sequence[Column], reports: Sequence[DriveReport]) -> str:
-    """A row for each drive."""
-    return table(['drive'] + heads(columns), [
-        [str(count)] + cells(columns, drive) for count, drive in enumerate(reports, 1)],
+def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> str:
+    """Returns a table with a numbered row for each report; `word`: what a row is, such as
+    'turn'."""
+    return table([word] + heads(columns), [
+        [str(count)] + cells(columns, report) for count, report in enumerate(reports, 1)],
         words=('outcome',))
 
 
-def turns(reports: Sequence[TurnReport]) -> str:
-    """Asked, reached, and the time of each turn."""
-    return table(['turn', 'begins at [s]'] + heads(TURNS), [
-        [str(count), '{:.2f}'.format(turn.begin)] + cells(TURNS, turn)
-        for count, turn in enumerate(reports, 1)])
-
-
 def by_hand(run: RunData, found: Sequence[Movement]) -> str:
-    """A row for each movement by hand, below a heading; '' without one."""
+    """Returns a heading and a table of the movements by hand; '' if there are none."""
     if not found:
         return ''
     rows = []
@@ -162,7 +199,7 @@ def by_hand(run: RunData, found: Sequence[Movement]) -> str:
 
 
 def rates(run: RunData) -> str:
-    """The rates and gaps of the topics that are sent all the time."""
+    """Returns a table of the rates and gaps of the topics that are sent all the time."""
     rows = []
     for part in run.recorded():
         if part not in ON_CHANGE:
@@ -178,8 +215,8 @@ def rates(run: RunData) -> str:
 
 
 def rate(samples: Samples) -> Tuple[float, float, int, float]:
-    """(mean rate [1/s], longest interval [s], number of those longer than GAP) at the sender, if
-    the messages have stamps, and the longest interval at the recorder [s]."""
+    """Returns (mean rate [1/s], longest interval [s], number of intervals longer than GAP, longest
+    interval between arrivals [s]). The first three are by the stamps, if there are stamps."""
     sent, arrived = np.diff(samples.time), np.diff(samples.arrival)
     if not len(sent):
         return math.nan, math.nan, 0, math.nan
@@ -193,7 +230,7 @@ def rate(samples: Samples) -> Tuple[float, float, int, float]:
 
 def write_reports(folder: Path,
                   runs: Sequence[Tuple[str, Sequence[TurnReport], Sequence[DriveReport]]]) -> None:
-    """Write turns.csv and drives.csv: a row for each report of each run, (name, turns, drives)."""
+    """Write turns.csv and drives.csv, a row for each report. A run is (name, turns, drives)."""
     for word, columns, of in (('turn', TURNS_CSV, 1), ('drive', DRIVES_CSV, 2)):
         with open(str(folder / (word + 's.csv')), 'w', newline='', encoding='utf-8') as file:
             writer = csv.writer(file, lineterminator='\n')
@@ -201,55 +238,3 @@ def write_reports(folder: Path,
             for run in runs:
                 for count, report in enumerate(run[of], 1):
                     writer.writerow([safe(run[0]), count] + cells(columns, report, ''))
-
-
-def write_csv(run: RunData, path: Path) -> None:
-    """Write one row for each odometry message; a cell is empty if nothing was recorded then."""
-    odometry, local, truth, at = run.odometry, run.local_pose, run.ground_truth, run.odometry.time
-    error_time, distance, angle = goal_errors(run)
-    in_order = spans(run)
-    words = np.array([''] + [safe(span.state) for span in in_order], dtype=object)
-    states = words[np.searchsorted([span.begin for span in in_order], at, side='right')]
-    near = _nearest(error_time, at)
-    newest = np.searchsorted(run.commands.time, at, side='right') - 1
-    newest[np.append(run.commands.time, -math.inf)[newest] < at - COMMAND_TIMEOUT] = -1
-    columns = {
-        'time_s': at, **_pose_columns('odom', odometry, np.arange(len(at))),
-        **_pose_columns('local', local, _nearest(local.time, at)),
-        **_pose_columns('truth', truth, _nearest(truth.time, at)),
-        'imu_yaw_deg': np.degrees(wrap_all(run.imu.yaw_at(at))),
-        'distance_error_m': _chosen(distance, near),
-        'angle_error_deg': np.degrees(_chosen(angle, near)),
-        'linear_m_s': odometry.linear,
-        'linear_commanded_m_s': _chosen(run.commands.linear, newest),
-        'angular_rad_s': np.interp(at, run.imu.time, run.imu.yaw_rate),
-        'angular_commanded_rad_s': _chosen(run.commands.angular, newest)}
-    with open(str(path), 'w', newline='') as file:
-        writer = csv.writer(file, lineterminator='\n')
-        writer.writerow([*columns, 'state'])
-        writer.writerows(zip(*(_texts(*column) for column in columns.items()), states))
-
-
-def _texts(name: str, values: np.ndarray) -> Iterator[str]:
-    form = '{:.3f}' if name.endswith('_deg') else '{:.4f}'
-    return (number(value, form, '') for value in values)
-
-
-def _pose_columns(name: str, poses: Poses, index: np.ndarray) -> Dict[str, np.ndarray]:
-    return {name + '_x_m': _chosen(poses.x, index), name + '_y_m': _chosen(poses.y, index),
-            name + '_yaw_deg': np.degrees(_chosen(poses.yaw, index))}
-
-
-def _nearest(times: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Index of the time nearest to each of `at`; -1 if none is of the same instant."""
-    if not len(times):
-        return np.full(len(at), -1)
-    after = np.minimum(np.searchsorted(times, at), len(times) - 1)
-    before = np.maximum(after - 1, 0)
-    index = np.where(np.abs(times[after] - at) < np.abs(times[before] - at), after, before)
-    return np.where(np.abs(times[index] - at) <= SAME_INSTANT, index, -1)
-
-
-def _chosen(values: np.ndarray, index: np.ndarray) -> np.ndarray:
-    """`values` at each index, NaN for index -1."""
-    return np.append(values, math.nan)[index]

@@ -1,9 +1,9 @@
 """The turns of the IMU lab in a recorded run: by how much the robot turned, from rest to rest.
 
-A turn is a movement without forward speed (see :mod:`tb3_labs.report.movements`) before and after
-which the robot rests, by at least `LEAST_TURN`. The angle that was asked for is that of topic
-`turn`. Without a message there it is the nearest of +/-90 and 180 degrees, as the lab asks for; a
-spin by more than `MOST_TURN` was not asked for.
+A turn is a movement without forward speed (see :mod:`tb3_labs.report.movements`). The robot rests
+before and after it. Topic `turn` tells the angle that was asked for. Without a message on `turn`,
+the nearest of +/-90 and 180 degrees is taken, since the lab asks for these; a movement by less than
+`LEAST_TURN` or more than `MOST_TURN` is then not a turn.
 
 Units: radians, left positive; seconds. A turn by more than half a turn is counted in full, since
 the IMU's yaw is unwrapped. Edge case: an unknown value (no ground truth) is NaN.
@@ -20,16 +20,15 @@ from tb3_labs.report.drives import spans
 from tb3_labs.report.movements import NO_SPEED, Kind, Movement, movements
 from tb3_labs.report.run_data import ImuSamples, RunData
 
-#: A robot rests if the mean of its rate of turn [rad/s] over this time [s] is less.
+#: A robot rests if its mean rate of turn over REST_LOOK [s] is less than AT_REST [rad/s].
 AT_REST, REST_LOOK = 0.03, 0.15
-#: It comes to rest within this time after the last command [s]; its heading at rest is the mean
-#: over this time [s], from REST_LOOK on.
+#: A robot comes to rest within REST_WAIT [s] after the last command. Its heading at rest is the
+#: mean over REST_MEAN [s]; this time begins REST_LOOK [s] after it came to rest.
 REST_WAIT, REST_MEAN = 2.0, 0.3
-#: The recorder may miss a new node's first commands; the robot rested this long before [s].
+#: The recorder may miss a new node's first commands: the rest before is sought for this long [s].
 MISSED = 1.0
-#: Nearest to a smaller turn is none at all [rad].
+#: A smaller turn than LEAST_TURN was not asked for [rad]; a larger one than MOST_TURN is a spin.
 LEAST_TURN = math.radians(45.0)
-#: A larger one is a spin by hand [rad].
 MOST_TURN = math.radians(225.0)
 #: A turn may be asked for this long before it begins [s].
 ASKED_BEFORE = 2.0
@@ -55,12 +54,12 @@ class TurnReport:
 
     @property
     def error(self) -> float:
-        """The angle beyond the asked one, to either side [rad]; negative: short of it."""
+        """The angle beyond the asked one, in its direction [rad]; negative: short of it."""
         return self._beyond(self.turned)
 
     @property
     def true_error(self) -> float:
-        """The same by the ground truth."""
+        """The `error` by the ground truth [rad]."""
         return self._beyond(self.true)
 
     def _beyond(self, turned: float) -> float:
@@ -88,8 +87,8 @@ def turns(run: RunData) -> List[TurnReport]:
 def _parts(run: RunData, movement: Movement, until: float) -> List[Tuple[float, float, float]]:
     """The turns within one movement, as (first command, last command's end, next command).
 
-    Turns that are asked for quickly one after the other have a pause with the robot at rest between
-    them, far from the beginning of either. A correction of one turn has no such pause.
+    Between two turns that are asked for quickly one after the other, the robot rests, and it turns
+    far in each of them. A correction of one turn is not a turn by itself.
     """
     commands = run.commands.between(movement.begin, movement.end)
     turning = np.abs(commands.angular) > NO_SPEED
@@ -106,8 +105,9 @@ def _parts(run: RunData, movement: Movement, until: float) -> List[Tuple[float, 
 
 def _turn(run: RunData, begin: float, end: float, until: float,
           since: float) -> Optional[TurnReport]:
-    """The turn by the commands from `begin` to `end`, of a robot that may rest until `until`; None
-    if it is not a turn. A request before `since` belongs to another turn."""
+    """Returns the turn by the commands from `begin` to `end`; None if it is not a turn. The robot
+    may rest up to `until`, the time of its next command. A request before `since` belongs to
+    another turn."""
     before, rest = _rest_before(run.imu, begin), _rest(run.imu, end, min(end + REST_WAIT, until))
     if before is None or rest is None:
         return None
@@ -127,7 +127,7 @@ def _turn(run: RunData, begin: float, end: float, until: float,
 
 
 def _rest_before(imu: ImuSamples, begin: float) -> Optional[float]:
-    """The last time until which the robot rested before the commands that `begin` here, or None."""
+    """Returns the last time at which the robot rested before the command at `begin`, or None."""
     for time in begin - np.arange(0.0, MISSED, REST_LOOK / 3.0):
         before = imu.between(time - REST_LOOK, time)
         if len(before) and abs(before.yaw_rate.mean()) < AT_REST:
@@ -145,7 +145,7 @@ def _rest(imu: ImuSamples, begin: float, until: float) -> Optional[float]:
 
 
 def _asked(run: RunData, since: float, end: float, turned: float) -> Tuple[float, bool]:
-    """(the angle that was asked for, was it said on topic `turn`?); 0 if there was none."""
+    """Returns (the angle that was asked for, 0 if there was none; was it sent on topic `turn`?)."""
     said = run.asked.between(since, end)
     if len(said):
         return float(said.value.sum()), True

@@ -9,8 +9,8 @@ from typing import NamedTuple, TypeVar, Union
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 
-#: A robot does not turn farther between two samples of its IMU [rad], not even in a silence of the
-#: IMU, since a node that drives by the IMU then stops the robot.
+#: A robot does not turn farther than this between two samples of its IMU [rad]. In a silence of the
+#: IMU, a node that drives by the IMU stops the robot.
 FARTHEST_TURN = 1.0
 
 

@@ -2,7 +2,7 @@
 
 Units: metres, radians, seconds. Sources: ROBOTIS OpenCR firmware 1.2.6 (`turtlebot3_core` and
 its motor driver), the Dynamixel XL430/XM430 manuals. The data sheets' 0.22 m/s and 2.84 rad/s
-for the Burger are rounded up: its wheels stop at 61 rpm, and `motor_steps` cut off another 0.5 %.
+for the Burger are rounded up: its wheels reach only 61 rpm; `motor_steps` cut off another 0.5 %.
 """
 import math
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ CONTROL_RATE = 30.0
 COMMAND_TIMEOUT = 0.5
 #: Width of a wheel, for all models, as in turtlebot3_description [m].
 WHEEL_WIDTH = 0.018
-#: The wheels' names in its messages, as in turtlebot3_description.
+#: The wheels' names in the robot's messages, as in turtlebot3_description.
 WHEEL_JOINTS = 'wheel_left_joint', 'wheel_right_joint'
 
 
@@ -33,7 +33,7 @@ class RobotModel:
     wheel_radius: float       # [m]
     wheel_separation: float   # between the wheels' middles [m]
     motor_rpm: float          # fastest turn of a wheel [1/min]
-    motor_steps: int          # the same as the motor takes it, in MOTOR_SPEED_STEP
+    motor_steps: int          # fastest turn as the motor takes it, in MOTOR_SPEED_STEP
     max_linear: float         # [m/s]
     max_angular: float        # [rad/s]
     body_radius: float        # a circle about the wheels' axle that holds the robot [m]
@@ -55,14 +55,12 @@ MODELS: Dict[str, RobotModel] = {
     'waffle_pi': RobotModel('waffle_pi', 0.033, 0.287, 77.0, 337, 0.26, 1.82, 0.220),
 }
 DEFAULT_MODEL = 'burger'
-
-
-#: The variable of the environment that names the model where nothing else does.
+#: The environment variable that names the model if nothing else does.
 MODEL_VARIABLE = 'TURTLEBOT3_MODEL'
 
 
 def robot_model(name: str, said_by: str = 'model') -> RobotModel:
-    """The model called `name`; ``ValueError`` for an unknown one, which `said_by` named."""
+    """The model called `name`; ``ValueError`` if it is unknown. `said_by` gave the name."""
     try:
         return MODELS[name]
     except KeyError:
@@ -71,8 +69,8 @@ def robot_model(name: str, said_by: str = 'model') -> RobotModel:
 
 
 def model_called(name: str, environment: Mapping[str, str]) -> RobotModel:
-    """The model called `name`, or ``ValueError``; for NOT_GIVEN the one that MODEL_VARIABLE names
-    in `environment`, or else a Burger."""
+    """Returns the model called `name`; ``ValueError`` if it is unknown. If `name` is NOT_GIVEN,
+    MODEL_VARIABLE in `environment` names the model; without it, the model is a Burger."""
     if name != NOT_GIVEN:
         return robot_model(name)
     return robot_model(environment.get(MODEL_VARIABLE) or DEFAULT_MODEL, MODEL_VARIABLE)

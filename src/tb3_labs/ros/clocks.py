@@ -1,13 +1,13 @@
-"""The clocks and their uses; and a /clock that is missing, or stands still.
+"""The clocks, the use of each, and reports of a /clock that is missing or stands still.
 
     rospy.get_time()   ROS time, simulated or not: the age of sensors, all steps of a drive
     steady_time()      input of people: a pad, a mouse, a permission that is renewed
     time.monotonic()   deadlines of waits, pauses between warnings, the watchdog
     time.time()        only the moment at which the simulated robot's own time begins
 
-:func:`wait_until` waits for conditions that wake nobody; an observer.Observer and a program.Program
-are woken by each arrival. Periodic work has a thread that sleeps by the wall clock, since
-``rospy.sleep`` and ``rospy.Timer`` stop with a simulated clock.
+:func:`wait_until` checks a condition again and again. An observer.Observer checks it when a message
+arrives, a program.Program when text is printed. Periodic work has a thread that sleeps by the wall
+clock, since ``rospy.sleep`` and ``rospy.Timer`` stop with a simulated clock.
 """
 import threading
 import time
@@ -16,8 +16,9 @@ import rospy
 
 from tb3_labs.ros.rospy_internals import is_wall_time
 
-#: Time before the first report of a missing /clock, and between later reports [s, wall clock].
+#: Time before the first report of a missing /clock [s, wall clock].
 FIRST_WARNING = 2.0
+#: Time between later reports of it [s, wall clock].
 NEXT_WARNING = 10.0
 #: A clock that does not change for this long stands still [s, wall clock].
 STANDSTILL = 0.3
@@ -28,14 +29,14 @@ LOOK_PERIOD = 0.05
 def steady_time():
     """Seconds on a clock that never stands still and never goes back, independent of ROS time.
 
-    Unlike time.monotonic() it goes on while the computer is suspended, so that a permission is old
-    afterwards.
+    Unlike time.monotonic(), this clock goes on while the computer is suspended. So a permission is
+    old afterwards.
     """
     return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 
 def wait_until(condition, seconds, period=LOOK_PERIOD):
-    """Wait until `condition()` holds; it is checked every `period` [s]. False if it does not hold
+    """Check `condition()` every `period` [s] until it is true. Returns False if it is not true
     after `seconds` of wall time."""
     deadline = time.monotonic() + seconds
     while not condition():
@@ -46,7 +47,7 @@ def wait_until(condition, seconds, period=LOOK_PERIOD):
 
 
 def say_if_no_clock_comes():
-    """Start a thread that waits for /clock and reports if it is missing; every node does."""
+    """Start a thread that waits for /clock, and reports if it is missing. Every node calls this."""
     if not is_wall_time():
         threading.Thread(target=_wait_for_clock, name='clock', daemon=True).start()
 
@@ -69,7 +70,7 @@ class ClockWatch:
 
     def __init__(self, on_standstill):
         self._on_standstill = on_standstill
-        #: False while there is no time to drive by.
+        #: False while the clock stands still: nothing may be driven then.
         self.runs = is_wall_time()
         if not self.runs:
             threading.Thread(target=self._watch, name='clock_watch', daemon=True).start()
@@ -81,7 +82,7 @@ class ClockWatch:
             if now != last:
                 last, changed_at = now, time.monotonic()
             runs = time.monotonic() - changed_at < STANDSTILL
-            # `runs` first: a command that is sent now comes before the zero, none after it
+            # `runs` changes before the zero is sent, so that no command can follow the zero
             stopped, self.runs = self.runs and not runs, runs
             if stopped:
                 self._on_standstill()

@@ -23,21 +23,22 @@ from tb3_labs.ros.rospy_internals import (
 from tb3_labs.ros.signals import when_stopped
 from tb3_labs.ros.topics import subscribe
 
-#: Longest wait for the last zero to leave the process [s],
+#: Longest wait until the last zero has left the process [s].
 DELIVERY_TIME = 0.15
-#: time between two looks [s],
+#: Time between two checks during that wait [s].
 LOOK_AGAIN = 0.002
-#: and one more wait [s]: a command that was under way at the first look may be taken for the zero.
+#: A further wait [s]: a command that was still under way may have been counted as the zero.
 MARGIN = 0.01
-#: The watchdog of a node that reckons on with old samples begins to check when no message came for
-#: this long [s, wall clock], half the shortest timeout,
+#: A node goes on calculating with old samples. Its watchdog begins to check it when no message came
+#: for this long [s, wall clock], half the shortest timeout.
 QUIET_TIME = 0.1
-#: and then checks with this period, until the next message [s].
+#: Then the watchdog checks the node with this period, until the next message [s].
 CHECK_PERIOD = 0.02
 #: A node that does not drive looks at the clock with this period, so that it notices a sleep [s].
 IDLE_PERIOD = 0.1
-#: A node that sends this many commands within this time [s], while this one drives, is a rival.
+#: Another node is a rival if it sends this many commands in FIGHT_TIME while this one drives.
 FIGHT = 3
+#: Time in which these commands are counted [s].
 FIGHT_TIME = 1.0
 #: Commands in the first moment of driving [s] do not count: another node may just have stopped.
 FIRST_MOMENT = 0.3
@@ -50,8 +51,8 @@ class CmdVel:
 
     def __init__(self):
         self._lock = threading.Lock()  # guards the next two, and the order of publications
-        self._driving_since = None     # [s, monotonic]; None while nothing is driven
-        self._closed = False           # for good, or until the process goes on
+        self._driving_since = None     # [s, monotonic]; None while this node does not drive
+        self._closed = False           # True at the end, and while Ctrl+Z has stopped the process
         self._publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         self._clock = ClockWatch(self.stop)
         rospy.on_shutdown(self._close)
@@ -69,8 +70,8 @@ class CmdVel:
         return time.monotonic() - since if since is not None else 0.0
 
     def send(self, command):
-        """Send the command of a core, a Twist2. None and zero are :meth:`stop`, and so is every
-        command while the clock stands still. ``ValueError`` if a number is not finite."""
+        """Send `command`, a Twist2 or None. None, zero, and every command while the clock stands
+        still do the same as :meth:`stop`. Raises ``ValueError`` if a number is not finite."""
         linear, angular = (command.linear, command.angular) if command is not None else (0.0, 0.0)
         if not (math.isfinite(linear) and math.isfinite(angular)):
             raise ValueError('command ({}, {}) is not finite'.format(linear, angular))
@@ -87,7 +88,7 @@ class CmdVel:
             self._stop()
 
     def _stop(self):
-        """The same, with the lock held. True if a zero was sent."""
+        """Do what :meth:`stop` does; the caller holds the lock. Returns True if a zero was sent."""
         was_driving = self._driving_since is not None
         if was_driving:
             self._driving_since = None
@@ -102,7 +103,7 @@ class CmdVel:
                 self._wait_until_written(before)
 
     def _wait_until_written(self, before):
-        """Wait for the zero: rospy puts messages into a queue, which it drops at shutdown."""
+        """Wait until the zero is written: at shutdown rospy drops messages in its queues."""
         def is_written():
             now = messages_written(self._publisher)
             return all(now.get(link, count + 1) > count for link, count in before.items())
@@ -115,7 +116,10 @@ class CmdVel:
 
 
 class Watchdog:
-    """Calls `check()`, guarded, in a thread of its own: often while it is awake and not fed.
+    """Calls `check()`, guarded, in a thread of its own.
+
+    While the watchdog is awake and not fed, it checks every CHECK_PERIOD; while it is not awake,
+    every IDLE_PERIOD.
 
     The thread begins with the first call of :meth:`keep`. A rospy.Timer would stop with the
     simulated clock, just when the check is needed.
@@ -129,15 +133,15 @@ class Watchdog:
         self._thread = threading.Thread(target=self._run, name='watchdog', daemon=True)
 
     def keep(self, awake):
-        """`awake`: the node drives, so it must be checked often. Called with the node's lock held.
-        """
+        """Set whether the watchdog is awake: True if the node drives, and must be checked often.
+        The caller holds the node's lock."""
         if not self._thread.ident:
             self._thread.start()
-        if awake is not self._awake.is_set():    # which is cheaper than to say it again
+        if awake is not self._awake.is_set():    # this look is cheaper than to set it again
             (self._awake.set if awake else self._awake.clear)()
 
     def feed(self):
-        """A message has arrived and was processed."""
+        """Tell the watchdog that a message has arrived and was processed."""
         self._fed_at = steady_time()
 
     def _run(self):
@@ -153,7 +157,7 @@ class Watchdog:
 
 
 class Rivals:
-    """Listens on `cmd_vel` beside the CmdVel that this node drives by."""
+    """Finds other nodes that publish on `cmd_vel`. This node drives by its own CmdVel."""
 
     def __init__(self, cmd_vel, heard=lambda command: None):
         """`heard(Twist)` is called with each command of another node."""
@@ -166,7 +170,7 @@ class Rivals:
 
     @property
     def complaint(self):
-        """The names of the other drivers in words; '' if there are none."""
+        """'also driven by' and the names of the rivals; '' if there are none."""
         with self._lock:
             rivals = [name for name, times in self._seen.items() if self._is_rival(times)]
         return 'also driven by ' + ', '.join(sorted(rivals)) if rivals else ''

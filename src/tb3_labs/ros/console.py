@@ -22,24 +22,24 @@ import rospy
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.rospy_internals import after_hooks, print_by, publish_log_by
 
-#: Most lines that wait.
+#: Largest number of lines that wait in a queue.
 CAPACITY = 1000
-#: When a node ends: longest wait for room in the queue, and for the last lines to be printed [s],
+#: When a node ends: longest wait for room in the queue, and then for the last lines [s].
 LAST_WAIT = 1.0
-#: and for them to be published on /rosout [s].
+#: When a node ends: longest wait until the last lines are published on /rosout [s].
 LAST_WAIT_FOR_ROSOUT = 0.2
 
 _console = None
 
 
 def start():
-    """Put the queues before all output of this process; to be called after rospy.init_node()."""
+    """Let all lines of this process go through the queues. Call it after rospy.init_node()."""
     global _console
     _console = _Queue('console', _note_of)
     print_by(_console.put)
     rosout = _Queue('rosout')
     publish_log_by(rosout.put)
-    after_hooks(lambda: rosout.flush(LAST_WAIT_FOR_ROSOUT))    # before its topic is closed
+    after_hooks(lambda: rosout.flush(LAST_WAIT_FOR_ROSOUT))    # before /rosout is closed
 
 
 def say(text):
@@ -51,14 +51,14 @@ def say(text):
 
 
 def log_news(news):
-    """Log the lines of a core (news.News); a warning as a warning."""
+    """Log each line of `news`, a core's news.News: as a warning if it is one, else as info."""
     for line in news:
         (rospy.logwarn if line.warning else rospy.loginfo)('%s', line.text)
 
 
 def flush():
-    """Wait until everything is printed. False if the terminal blocks or is closed: Python's own end
-    would then wait for it, or (since 3.13) turn the exit status into 120."""
+    """Wait until everything is printed. Returns False if the terminal blocks or is closed. Then
+    Python's own end would wait for the terminal, or (since 3.13) make the exit status 120."""
     if _console is not None and not _console.flush(LAST_WAIT):
         return False
     try:
@@ -70,13 +70,13 @@ def flush():
 
 
 class _Queue:
-    """Jobs that wait, and the thread that carries them out in order."""
+    """A queue of jobs, and the thread that carries them out in order."""
 
     def __init__(self, name, note_of=None):
-        """`note_of(count)`: the job that reports the number of dropped jobs, or None."""
+        """`note_of(count)` returns a job that reports `count` dropped jobs; None: no report."""
         self._waiting = queue.Queue(CAPACITY)
         self._note_of = note_of
-        self._lock = threading.Lock()    # guards the count; nothing waits while it is held
+        self._lock = threading.Lock()    # guards `_dropped`; its holder does not wait
         self._dropped = 0
         threading.Thread(target=self._run, name=name, daemon=True).start()
 
@@ -87,7 +87,7 @@ class _Queue:
                 self._dropped += 1
 
     def flush(self, seconds):
-        """Wait until all jobs are done; False if that takes too long."""
+        """Wait until all jobs are done. Returns False if that takes too long."""
         done = threading.Event()
 
         def ask():
@@ -96,7 +96,7 @@ class _Queue:
         return wait_until(ask, seconds) and done.wait(seconds)
 
     def _offer(self, job):
-        """Put `job` into the queue, after a note of dropped jobs; False if the queue is full."""
+        """Put a note of dropped jobs and `job` into the queue. Returns False if it is full."""
         try:
             if self._dropped and self._note_of is not None:
                 self._waiting.put_nowait(self._note_of(self._dropped))
@@ -114,7 +114,7 @@ class _Queue:
                 sys.stdout.flush()
                 sys.stderr.flush()
             except (OSError, ValueError):
-                pass    # the terminal has gone; the log file and /rosout have it all
+                pass    # the terminal is closed; the log file and /rosout still get the log lines
 
 
 def _note_of(dropped):

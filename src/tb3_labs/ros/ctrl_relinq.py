@@ -1,7 +1,7 @@
-"""`ctrl_relinq` (std_msgs/Bool): True gives move_to_goal control, False takes it. Both ends.
+"""Both ends of `ctrl_relinq` (std_msgs/Bool): True gives move_to_goal control, False takes it.
 
-move_to_goal publishes on `has_control` whether it has control. A sender hears there whether its
-True counts; other nodes hear that control was given.
+move_to_goal publishes on `has_control` whether it has control. So a sender learns whether its True
+counts, and other nodes learn that control was given.
 """
 import rospy
 from std_msgs.msg import Bool
@@ -10,15 +10,15 @@ from tb3_labs.ros.rospy_internals import heard_by, messages_written
 from tb3_labs.ros.topics import subscribe_events
 from tb3_labs.supervision.permission import RENEWAL
 
-#: The header of a sender's connections has this entry if the sender renews its permission. If it
-#: dies, the permission expires, even before the first renewal.
+#: The header of a sender's connections has this entry if the sender renews its permission. If
+#: such a sender dies, the permission expires, even before the first renewal.
 RENEWS = {'renewed': '1'}
 
 
 class ControlGiver:
-    """The end of a sender that gives control, renews it and takes it, such as the gamepad.
+    """The sender's end: it gives control, renews it and takes it. The gamepad uses it.
 
-    `prefix`: of the robot's topics, its namespace with a slash; '' is this node's own.
+    `prefix` is the robot's namespace with a slash, such as robot3/; '' means this node's own.
     """
 
     def __init__(self, prefix=''):
@@ -37,28 +37,28 @@ class ControlGiver:
         return messages_written(self._publisher)
 
     def say(self, word, now):
-        """Publish True once, or False twice; `now` in [s], steady.
+        """Publish `word`: True once, or False twice. `now` is the steady_time() [s].
 
-        The first message on a connection may be taken for a latched one. A stop must count there,
-        too, so a second one follows.
+        A listener may take the first message on a connection for a latched one. A stop must count
+        there, too, so it is sent twice.
         """
         self._said_at = now
         for _ in range(1 if word else 2):
             self._publisher.publish(word)
 
     def renew(self, now):
-        """Publish True again if RENEWAL [s] has passed since the last message; `now` as above."""
+        """Publish True again if RENEWAL [s] has passed since the last message, see :meth:`say`."""
         if now - self._said_at >= RENEWAL:
             self.say(True, now)
 
 
-def hear_takers(on_taken, prefix=''):
-    """Call `on_taken()` when another node publishes False; `prefix` as in ControlGiver."""
+def hear_takers(on_taken):
+    """Call `on_taken()` when another node publishes False."""
     def hear(event):
         if not event.value.data and event.sender != rospy.get_name():
             on_taken()
 
-    return subscribe_events(prefix + 'ctrl_relinq', Bool, hear)
+    subscribe_events('ctrl_relinq', Bool, hear)
 
 
 class ControlTaker:
@@ -69,7 +69,7 @@ class ControlTaker:
         self._publisher = rospy.Publisher('has_control', Bool, queue_size=20, latch=True)
 
     def hear(self, told):
-        """Call `told(granted, **details)` from now on, with those of permission.Permission.told."""
+        """Call `told(granted, **details)` for each message; see permission.Permission.told."""
         def hear(event):
             told(event.value.data, sender=event.sender, is_doubtful=event.is_doubtful,
                  is_old=event.is_old, renews=RENEWS.items() <= event.header.items())
@@ -77,7 +77,7 @@ class ControlTaker:
         subscribe_events('ctrl_relinq', Bool, hear)
 
     def say(self, has_control):
-        """Publish whether move_to_goal has control now."""
+        """Publish whether move_to_goal has control, if that has changed."""
         if has_control != self._has_control:
             self._has_control = has_control
             self._publisher.publish(has_control)

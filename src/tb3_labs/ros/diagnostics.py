@@ -1,5 +1,5 @@
-"""`/diagnostics` of a driving node, once a second while they are heard, as rqt_robot_monitor and
-rostopic echo do."""
+"""Publishes `/diagnostics` of a driving node once a second, while another program subscribes to
+them, such as rqt_robot_monitor or rostopic echo."""
 import contextlib
 import io
 import threading
@@ -16,10 +16,10 @@ REPORT_PERIOD = 1.0    # [s, wall clock]
 
 
 class Diagnostics:
-    """Publishes the answer of `report()`: ``(problem, {name: value})``; '': none.
+    """Publishes the answer of `report()`: ``(problem, {name: value})``; '' means no problem.
 
-    `report` is called once a second, heard or not, so that rates are those of the last second. Its
-    thread holds no lock of the node.
+    `report` is called once a second, also without a subscriber, so that its rates are those of the
+    last second. The calling thread does not hold a lock of the node.
     """
 
     def __init__(self, hardware, report):
@@ -27,7 +27,7 @@ class Diagnostics:
         self._latest = '', {}
         self._updater = Updater()
         self._updater.setHardwareID(hardware)
-        self._updater.add('state', self._fill)    # the node's name is put before it
+        self._updater.add('state', self._fill)    # the Updater puts the node's name before it
         self._ending = threading.Event()
         rospy.on_shutdown(self._ending.set)
         threading.Thread(target=guarded(self._run), name='diagnostics', daemon=True).start()
@@ -47,16 +47,16 @@ class Diagnostics:
 
 
 class SourceReport:
-    """Age, rate and invalid messages of sources, for `values` of a report."""
+    """The age, the rate and the number of invalid messages of each source, for a report."""
 
     def __init__(self, *sources):
-        """Each source: a freshness.Freshness, its topic, the type of its messages, the clock of its
-        age. To be made after the node's own subscribers, see Traffic."""
+        """Each source is (freshness.Freshness, topic, type of its messages, clock of its age). Make
+        this object after the node's own subscribers, see Traffic."""
         self._sources = [(source, Traffic(topic, kind), clock)
                          for source, topic, kind, clock in sources]
 
     def values(self):
-        """{'imu age [s]': '0.004', 'imu rate [1/s]': '200.1', ...}"""
+        """Returns {'imu age [s]': '0.004', 'imu rate [1/s]': '200.1', ...}."""
         values = {}
         for source, traffic, clock in self._sources:
             values[source.name + ' age [s]'] = '{:.3f}'.format(source.age(clock()))
@@ -68,15 +68,15 @@ class SourceReport:
 class Traffic:
     """The rate of messages on a topic, including those that are dropped unread.
 
-    It is that of the bytes that rospy received on the topic's connections, by the size of the first
-    message. To be made after the node's own subscriber: both share its connections, and the first
-    one decides how to connect.
+    It is the rate of the bytes that rospy receives on the topic's connections, divided by the size
+    of the first message. Make this object after the node's own subscriber: both share the
+    connections, and the first subscriber decides how to connect.
     """
 
     def __init__(self, topic, kind):
         self._subscriber = rospy.Subscriber(topic, kind)    # no callback: it costs nothing
         self._size = None                                   # of a message [bytes]
-        self._counted = 0, time.monotonic()                 # bytes, at
+        self._counted = 0, time.monotonic()                 # bytes, time [s]
         self._first = rospy.Subscriber(topic, kind, self._on_first)
 
     def rate(self):
@@ -91,5 +91,5 @@ class Traffic:
         buffer = io.BytesIO()
         message.serialize(buffer)
         self._size = 4 + len(buffer.getvalue())             # with the 4 bytes of its length
-        with contextlib.suppress(KeyError):                 # two senders' first messages
+        with contextlib.suppress(KeyError):                 # already done, for another sender
             self._first.unregister()

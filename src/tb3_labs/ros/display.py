@@ -1,7 +1,7 @@
 """Publishes a drive: pose and path in local, the frame itself, the status, markers for RViz.
 
-A message costs more than the step of a law. So nothing is made that nobody hears, and what is only
-looked at comes at the pace of the eye. The texts of `goal_state` are those of
+Making a message costs more time than a step of a control law. So a message without a subscriber is
+not made, and displays are sent only as often as the eye needs. Texts of `goal_state` are those of
 :mod:`tb3_labs.control.goal`.
 """
 import math
@@ -18,15 +18,16 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import frame, to_pose_stamped, to_transform
 
-#: The path gets a new point after this distance [m] or turn [rad];
+#: The path gets a new point after this distance [m].
 PATH_STEP = 0.02
+#: The path also gets a new point after this turn [rad].
 PATH_TURN = math.radians(10.0)
-#: beyond this many points every other one is dropped.
+#: If the path has more points than this, every second point is dropped.
 PATH_POINTS = 1000
-#: All but the pose is sent at most this often [1/s], unless the frame is declared anew: then at
-#: once.
+#: All messages but the pose are sent at most this often [1/s]. If the frame is declared anew, they
+#: are sent at once.
 DISPLAY_RATE = 10.0
-#: The path, which is long, is sent at most this often [1/s].
+#: The path is a long message: it is sent at most this often [1/s].
 PATH_RATE = 5.0
 #: Time between two lines of progress [s].
 PROGRESS_PERIOD = 1.0
@@ -54,8 +55,8 @@ class LocalDisplay:
         self._path_sent = -math.inf
 
     def show(self, fix, odom_T_local, odom_frame, goal_of_drive):
-        """Publish one localizer.Fix. `goal_of_drive()` is the goal, a Pose2 in local; None where
-        there is no drive."""
+        """Publish one localizer.Fix. `goal_of_drive()` returns the goal, a Pose2 in local, or None
+        if there is no drive."""
         if self._pose.get_num_connections():
             self._pose.publish(to_pose_stamped(fix.local_T_base, self._frame, fix.stamp))
         shown_at, declared = self._shown
@@ -90,7 +91,7 @@ class LocalDisplay:
 class DriveStatusPublisher:
     """Publishes the changes in the status of a MoveToGoalCore.
 
-    Its methods are called with the core locked.
+    The caller of its methods holds the core's lock.
     """
 
     def __init__(self, core, local_frame):
@@ -127,7 +128,7 @@ class DriveStatusPublisher:
             rospy.loginfo('%s: %s', status.words, to_go(*self._left(now)))
 
     def plot(self, fix):
-        """Publish the errors of a localizer.Fix on topics for rqt_plot, while they are heard."""
+        """Publish the errors of a localizer.Fix for rqt_plot, if their topics are heard."""
         self._marker.repeat(fix.stamp)
         if abs(fix.stamp - self._plotted_at) < PLOT_PERIOD or not (
                 self._distance.get_num_connections() or self._angle.get_num_connections()):
@@ -138,7 +139,7 @@ class DriveStatusPublisher:
         self._angle.publish(math.degrees(angle))
 
     def report(self, now):
-        """(problem or '', {name: value}) for the diagnostics."""
+        """Returns (problem or '', {name: value}) for the diagnostics."""
         status, turned = self._core.status(now), self._core.imu_minus_odometry
         values = {'state': status.words or 'about to begin',
                   'control': 'granted' if status.has_control else 'not granted',
@@ -166,7 +167,7 @@ class DriveStatusPublisher:
             rospy.loginfo('Goal (%s): %s%s', status.goal, status.words, hint)
 
     def _left(self, now):
-        """(distance [m], angle [deg], not negative) to the goal."""
+        """Returns the distance [m] and the angle [deg, not negative] to the goal."""
         distance, angle = self._core.errors(self._core.pose(now))
         return distance, abs(math.degrees(angle))
 
@@ -189,12 +190,12 @@ class GoalMarker:
         text = _marker('words', 2, self._robot, Pose2(), Marker.TEXT_VIEW_FACING, WHITE,
                        (0.0, 0.0, 0.1))
         disc.pose.position.z, text.pose.position.z = 0.02, 0.3
-        text.text = words + 4 * '\n'    # centred: empty lines keep it off the robot
+        text.text = words + 4 * '\n'    # empty lines lift the centred text off the robot
         self._shown = MarkerArray(markers=[arrow, disc, text])
         self._publisher.publish(self._shown)
 
     def repeat(self, stamp):
-        """Draw it again once in REPEAT_PERIOD: RViz drops markers whose frame it does not know."""
+        """Draw again every REPEAT_PERIOD, since RViz drops markers whose frame it does not know."""
         if abs(stamp - self._repeated_at) >= REPEAT_PERIOD:
             self._repeated_at = stamp
             self._publisher.publish(self._shown)
@@ -208,8 +209,8 @@ class WayMarker:
         self._publisher = rospy.Publisher('way_marker', Marker, queue_size=1)
 
     def show(self, pose, goal_of_drive):
-        """Draw a line from a Pose2 to that of `goal_of_drive()`; nothing if it is None, or nobody
-        hears."""
+        """Draw a line from `pose` to the goal that `goal_of_drive()` returns, both Pose2. If the
+        goal is None, the line is deleted. Without a subscriber nothing is done."""
         if not self._publisher.get_num_connections():
             return
         goal = goal_of_drive()
@@ -220,7 +221,7 @@ class WayMarker:
 
 
 def _marker(namespace, number, frame, pose, kind, color, scale):
-    """A marker that moves with its frame."""
+    """Returns a marker that moves with its frame."""
     marker = Marker(type=kind, action=Marker.ADD, ns=namespace, id=number, color=color,
                     frame_locked=True)
     stamped = to_pose_stamped(pose, frame, 0.0)

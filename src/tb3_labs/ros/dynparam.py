@@ -5,7 +5,7 @@ Usage: dynparam list                     the nodes whose settings can change
        dynparam set NODE NAME VALUE      such as: dynparam set /turtlebot3 imu_silent true
 
 The exit status is 0 only if that was done. Terminals of scripts/setup.sh call it `dynparam`, all
-others `python3 -m tb3_labs.ros.dynparam`. tb3_labs.ros.reconfigure tells why it is not ROS's own.
+others `python3 -m tb3_labs.ros.dynparam`. tb3_labs.ros.reconfigure tells why ROS's own is not used.
 
 Calls
     NODE/set_parameters    dynamic_reconfigure/Reconfigure
@@ -17,7 +17,7 @@ import threading
 import rosgraph
 import rospy
 import yaml
-from dynamic_reconfigure.msg import Config, ConfigDescription
+from dynamic_reconfigure.msg import Config
 from dynamic_reconfigure.srv import Reconfigure
 
 from tb3_labs.config import nearest
@@ -30,7 +30,7 @@ ANSWER = 2.0
 REASON = re.compile(r'^.*responded with an error: b([\'"])'
                     r'(?:service cannot process request: )?(.*)\1$', re.DOTALL)
 USAGE = 'usage: dynparam list | get NODE [NAME] | set NODE NAME VALUE'
-#: The number of words of each command.
+#: {command: valid numbers of words, the command included}
 COMMANDS = {'list': (1,), 'get': (2, 3), 'set': (4,)}
 
 
@@ -41,7 +41,8 @@ def nodes():
 
 
 def call(node, config):
-    """{name: value} of a node's settings after a change; ``ValueError`` if it is refused."""
+    """Change settings of `node`. Returns {name: value} of all its settings; ``ValueError`` if the
+    node refuses the change."""
     answers = []
 
     def ask():
@@ -60,7 +61,8 @@ def call(node, config):
 
 
 def settings_of(node):
-    """(the node's full name, {name: value} of its settings); ``ValueError`` for an unknown one."""
+    """Returns (the node's full name, {name: value} of its settings); ``ValueError`` if the node is
+    unknown or has no settings."""
     known, node = nodes(), rospy.resolve_name(node)
     if node not in known:
         raise ValueError('there is no node {} whose settings can change; {}'.format(
@@ -71,28 +73,20 @@ def settings_of(node):
     return node, settings
 
 
-def typed_value(node, name, text, kind):
-    """The value that was typed, as the type of the present one."""
+def value_of(text, kind):
+    """Returns the typed text as a value of the type `kind`, if possible. Otherwise it returns a
+    value of another type, which the node refuses."""
     try:
         value = text if kind is str else yaml.safe_load(text)
     except yaml.YAMLError:
-        value = None
+        return text
     if kind is float and type(value) is int:
-        value = float(value)
-    if type(value) is not kind:
-        raise ValueError('{} = {!r} is not valid: {}'.format(name, text, valid_of(node, name)))
-    return value
-
-
-def valid_of(node, name):
-    """The valid values of a setting, with which its node's description of it ends."""
-    described = rospy.wait_for_message(node + '/parameter_descriptions', ConfigDescription, ANSWER)
-    words = {item.name: item.description for group in described.groups for item in group.parameters}
-    return words[name].rpartition(': ')[2]
+        return float(value)
+    return value if type(value) in (bool, int, float) else text
 
 
 def carry_out(command, node='', name='', text=None):
-    """Do what a valid command line asks for; ``ValueError`` with the reason of a refusal."""
+    """Carry out a valid command line; ``ValueError`` with the reason of a refusal."""
     if command == 'list':
         print('\n'.join(nodes()) or 'no node: is a robot running?')
         return
@@ -103,17 +97,17 @@ def carry_out(command, node='', name='', text=None):
         for each in [name] if name else sorted(settings):
             print('{}: {}'.format(each, shown(settings[each])))
     else:
-        value = typed_value(node, name, text, type(settings[name]))
+        value = value_of(text, type(settings[name]))
         print('{} is {} now'.format(name, shown(call(node, encoded({name: value}))[name])))
 
 
 def shown(value):
-    """A value as YAML has it."""
+    """Returns a value as it is written in YAML."""
     return yaml.safe_dump(value).split('\n')[0]
 
 
 def main(words):
-    """The exit status."""
+    """Carry out the command line. Returns the exit status."""
     if words[:1] in (['-h'], ['--help']):
         print(__doc__.strip())
         return 0

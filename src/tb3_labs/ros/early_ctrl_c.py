@@ -1,10 +1,10 @@
-"""To be imported before all else: Ctrl+C ends a node that still imports its modules, at once.
+"""Import this module first: then Ctrl+C ends a node at once, even during its imports.
 
-Python itself would raise KeyboardInterrupt wherever the import is. It prints a traceback, or a
-library catches it: the node then runs although it was told to end, and roslaunch waits for it for
-15 s. As soon as the node runs, :mod:`tb3_labs.ros.signals` takes over.
+Python itself would raise KeyboardInterrupt in the middle of an import. Either Python prints a
+traceback, or a library catches the exception. In that case the node runs although it was told to
+end, and roslaunch waits 15 s. As soon as the node runs, :mod:`tb3_labs.ros.signals` takes over.
 """
 import signal
 
-if signal.getsignal(signal.SIGINT) is signal.default_int_handler:    # a shell's `&` has it ignored
+if signal.getsignal(signal.SIGINT) is signal.default_int_handler:    # `&` in a shell ignores SIGINT
     signal.signal(signal.SIGINT, signal.SIG_DFL)

@@ -17,10 +17,11 @@ TF_TIMEOUT = 0.5
 
 
 class _Server(ActionServer):
-    """An ActionServer that does not take a latched goal again, see :mod:`tb3_labs.ros.topics`.
+    """An ActionServer that ignores a latched goal if it is repeated, see
+    :mod:`tb3_labs.ros.topics`.
 
-    Its goals go through `take(header, take it)` before its lock is held. actionlib (1.14.0) has no
-    place for either: test/ros/stops.test shows both.
+    Before the server's lock is held, each goal goes to `take(header, job)`; `job()` then gives the
+    goal to actionlib. actionlib (1.14.0) offers neither of these: test/ros/stops.test shows both.
     """
 
     def __init__(self, take, on_goal, on_cancel):
@@ -42,27 +43,28 @@ class GoalInterfaces:
 
     `set_goal(header, pose)` takes a goal and returns the object by which its end is reported here,
     or raises ``ValueError`` with the reason of a refusal. `cancel()` gives up the present goal.
-    Both are called with this object's lock held, so report only without locks of your own, and do
-    not wait: a cancel needs that lock. `await_frame(header)` is called before, without it, and may
-    wait until the frame of a goal is known; it returns whether it did.
+    Both are called with this object's lock held. They must not wait, since a cancel needs that
+    lock. Report only while you hold no lock of your own. `await_frame(header)` is called before
+    `set_goal`, without the lock. It may wait until the frame of a goal is known, and returns
+    True if it waited.
 
-    A cancel on `move2goal/cancel` ends the goal that it names, or all goals until its time, or any
-    goal if it has neither. That also holds for goals that actionlib does not know: a goal of the
-    other source, and an ended goal that is driven to again after a reset.
+    A message on `move2goal/cancel` ends the goal with its id, or all goals up to its stamp, or any
+    goal if it has neither. It also ends goals that actionlib does not know: a goal of the other
+    source, and an ended goal that is driven to again after a reset.
     """
 
     def __init__(self, set_goal, cancel, await_frame):
         self._set_goal = set_goal
         self._cancel = cancel
         self._await_frame = await_frame
-        self._cancels = 0             # number of cancels of all goals so far
-        self._is_cancelled = False    # did one come while the frame of the newest goal was awaited?
+        self._cancels = 0             # number of messages so far that cancel all goals
+        self._is_cancelled = False    # did one come while the newest goal waited for its frame?
         self._goal = None             # the present goal
-        self._handle = None           # its action goal, if it came by the action and goes on
-        self._id = GoalID(stamp=rospy.Time.now())    # its name and time
+        self._handle = None           # its action goal, if it came by the action and is not over
+        self._id = GoalID(stamp=rospy.Time.now())    # id and time of the present goal
         self._server = _Server(self._take, guarded(self._on_action_goal), guarded(self._on_cancel))
         subscribe_news('move_base_simple/goal', PoseStamped, self._on_simple_goal, queue_size=1)
-        # otherwise its status thread may still publish while the topics are closed
+        # otherwise the server's status thread may still publish while the topics are closed
         rospy.on_shutdown(self._server.stop)
         self._server.start()
         self._survive_clock_jumps()
@@ -79,7 +81,7 @@ class GoalInterfaces:
                                               server.publish_status_async, reset=True)
 
     def ended(self, goal, failure):
-        """`goal` was reached, or given up for the reason `failure`."""
+        """Report that `goal` was reached, or given up for the reason `failure`."""
         self._end(goal, 'set_aborted' if failure else 'set_succeeded', failure or 'Goal reached!')
 
     def feedback(self, fix, local_frame):
@@ -103,7 +105,7 @@ class GoalInterfaces:
             rospy.logwarn('Goal refused: %s', problem)
 
     def _take(self, header, take):
-        """Call `take()` with the lock held, after the frame in `header` was awaited without it."""
+        """Wait for the frame in `header` without the lock, then call `take()` with it held."""
         cancels = self._cancels
         waited = self._await_frame(header)
         with self._server.lock:
@@ -121,12 +123,12 @@ class GoalInterfaces:
         self._id = handle.get_goal_id() if handle is not None else GoalID(stamp=rospy.Time.now())
 
     def _on_cancel(self, handle):
-        """actionlib has found a goal that is to be cancelled."""
+        """actionlib calls this for a goal that is to be cancelled."""
         if handle == self._handle:
             self._cancel_all()
 
     def _on_any_cancel(self, which):
-        """A message on `move2goal/cancel`, also for a goal that actionlib does not know."""
+        """Handle a message on `move2goal/cancel`; actionlib may not know the goal."""
         with self._server.lock:
             all_goals = not which.id and not which.stamp
             named = which.id and which.id == self._id.id
@@ -149,9 +151,9 @@ class GoalInterfaces:
 class PoseFrames:
     """Turns a stamped pose into a Pose2 in ``local``.
 
-    Nearly all poses come in `local` or `odom`. Others need tf, to which the node subscribes with
-    the first of them. So :meth:`await_frame` waits for tf, and for the master; :meth:`to_local`
-    never waits, and may be called with locks held.
+    Nearly all poses come in `local` or `odom`. A pose in another frame needs tf; the node
+    subscribes to tf when the first such pose comes. So :meth:`await_frame` waits for tf, and for
+    the master. :meth:`to_local` never waits, and may be called with locks held.
     """
 
     def __init__(self, local, odom):
@@ -160,11 +162,11 @@ class PoseFrames:
         self._tf = None
         self._lock = threading.Lock()
 
-    def await_frame(self, header, also_local=()):
+    def await_frame(self, header):
         """Wait until tf knows the frame of `header`, for at most TF_TIMEOUT; without a master for
-        ever. To be called without a lock, before :meth:`to_local`. False if no wait was needed."""
+        ever. Call it without a lock, before :meth:`to_local`. Returns False if it need not wait."""
         frame = header.frame_id.lstrip('/')
-        if self._is_local(frame, also_local) or self._is_odom(frame):
+        if self._is_local(frame) or self._is_odom(frame):
             return False
         with self._lock:
             if self._tf is None:
@@ -174,15 +176,15 @@ class PoseFrames:
         self._tf.can_transform(self.odom, frame, rospy.Time(0), rospy.Duration(TF_TIMEOUT))
         return True
 
-    def to_local(self, header, pose, odom_T_local, also_local=()):
-        """The Pose2 in local of a geometry_msgs/Pose with `header`.
+    def to_local(self, header, pose, odom_T_local):
+        """Returns the Pose2 in local of a geometry_msgs/Pose in the frame of `header`.
 
-        An empty frame, `local`, and the frames `also_local` mean the local frame itself.
-        ``ValueError`` with the reason if a pose is refused.
+        An empty frame and `local` mean the local frame itself. Raises ``ValueError`` with the
+        reason if the pose is refused.
         """
         frame = header.frame_id.lstrip('/')
         pose2 = to_pose2(pose)
-        if self._is_local(frame, also_local):
+        if self._is_local(frame):
             return pose2
         if odom_T_local is None:
             raise ValueError('no local frame now: nothing was heard from imu and odom, or the '
@@ -191,8 +193,8 @@ class PoseFrames:
             return odom_T_local.inverse() @ pose2
         return odom_T_local.inverse() @ self._odom_T(frame) @ pose2
 
-    def _is_local(self, frame, also_local):
-        return frame in ('', self.local, 'local') or frame in also_local
+    def _is_local(self, frame):
+        return frame in ('', self.local, 'local')
 
     def _is_odom(self, frame):
         return frame in (self.odom, 'odom')

@@ -1,4 +1,4 @@
-"""The roslaunch that started this process: its end, and its arguments.
+"""Ends the roslaunch that started this process, and checks the arguments of a roslaunch.
 
 roslaunch ignores an argument that the launch file does not have. So each launch file of this
 package begins with a parameter whose command is this module:
@@ -17,16 +17,17 @@ import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-#: An argument that sets any parameter of a node says so by the node's file: params/turtlebot3.yaml.
+#: An argument may take all parameters of a node. Then its doc names the file of the parameters,
+#: such as params/turtlebot3.yaml.
 PARAMETERS_FILE = re.compile(r'params/\w+\.yaml')
-#: For YAML this colon is part of a name: {slip:0.1}.
+#: A colon without a blank after it, as in {slip:0.1}: YAML takes it for a part of the name.
 NO_BLANK = re.compile(r':(?!\s)')
 
 
 def end_roslaunch():
-    """End the roslaunch that started this process, if one did, and all that it has started.
+    """End the roslaunch that started this process, with all its nodes. Without one, do nothing.
 
-    roslaunch takes SIGTERM as Ctrl+C. It prints red lines if a required node ends by itself.
+    roslaunch handles SIGTERM like Ctrl+C. It would print red lines if a required node just ended.
     """
     parent = os.getppid()
     if _words_of(parent):
@@ -36,16 +37,17 @@ def end_roslaunch():
 def _words_of(process):
     """The words after `roslaunch` in the command line of a process; [] for another program."""
     words = Path('/proc/{}/cmdline'.format(process)).read_text().split('\0')[:-1]
-    for place, word in enumerate(words[:2]):    # a script stands after its Python
+    for place, word in enumerate(words[:2]):    # the first word may be python
         if os.path.basename(word) == 'roslaunch':
             return words[place + 1:]
     return []
 
 
 def problem_of(words, path):
-    """The first unknown or missing argument in one sentence; '' if there is none.
+    """Returns a sentence about the first unknown or missing argument; '' if all are right.
 
-    `words` follow `roslaunch`. '' also if the launch file `path` is only included by another one.
+    `words` are those after `roslaunch`. If they do not name the launch file `path`, because another
+    file includes it, '' is returned, too.
     """
     if not any(_means(words[:place], word, path) for place, word in enumerate(words)):
         return ''
@@ -77,7 +79,7 @@ def _package_of(path):
 
 
 def _remedy(name, value, arguments, path):
-    """What is probably meant by an argument that the file does not have."""
+    """Returns a hint for the unknown argument `name`: the one that is meant, or how to list all."""
     known = {other: other + ':=' for other in arguments}
     for argument, item in arguments.items():
         for file in PARAMETERS_FILE.findall(item.get('doc', '')):

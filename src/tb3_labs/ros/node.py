@@ -1,26 +1,27 @@
-"""Start, failure and end of every node of this package.
+"""Start, parameters, failure and end of every node of this package.
 
-An invalid configuration ends the node with one fatal line and exit status 1, and with it the
-roslaunch that started the node. An exception inside a callback ends the node as well: rospy alone
-would print a traceback and let the robot drive on with its last command. The signals of
-:mod:`tb3_labs.ros.signals` end it, too. The shutdown hook of :mod:`tb3_labs.ros.cmd_vel`
-sends the last zero velocity.
+Names, defaults, units and bounds of parameters are defined only in the fields of the core's
+configurations. An unknown name or an invalid value ends the node with one fatal line and exit
+status 1; its roslaunch ends, too. An exception inside a callback ends the node as
+well: rospy alone would print a traceback and let the robot drive on with its last command. The
+signals of :mod:`tb3_labs.ros.signals` end it, too. The shutdown hook of
+:mod:`tb3_labs.ros.cmd_vel` sends the last zero velocity.
 
 Threads and locks
     main         builds the node, then waits without a lock; runs the hooks of Ctrl+Z, and after
                  a signal those of the shutdown
     subscribers  one for each connection of a topic, by rospy; the same for services
     watchdog, keyboard, mouse, pynput's, diagnostics, console, clock, clock_watch, awaited, reset,
-    robot, server, master: one each, where a node has them; daemons, so that none keeps a process
-    alive
+    robot, server, master: one each, if a node has them; they are daemons, which do not keep a
+    process alive
     Locks are taken in this order, each only before those below it:
     1  locks of all that calls a node back: the shutdown and its hooks, dynamic settings,
        diagnostics, actionlib. A node that calls them, or :func:`end`, holds no lock.
     2  the lock of the node, which guards its core
     3  locks of CmdVel and of Rivals: they guard their own numbers, and call nothing back
     4  locks of rospy's topics, and of the console
-    A thread that holds a node's lock waits for no terminal, no service and no message. Its longest
-    wait is CmdVel's for the last zero, when the node does not drive any more.
+    A thread that holds a node's lock does not wait for a terminal, a service or a message. Its
+    longest wait is in CmdVel, for the last zero, when the node does not drive any more.
 """
 import functools
 import math
@@ -28,10 +29,13 @@ import os
 import sys
 import threading
 import traceback
+from dataclasses import fields
 
 import rosgraph
 import rospy
 
+from tb3_labs.config import NOT_GIVEN, from_parameters, nearest
+from tb3_labs.robot.turtlebot3 import model_called
 from tb3_labs.ros import console
 from tb3_labs.ros.clocks import say_if_no_clock_comes, wait_until
 from tb3_labs.ros.launch import end_roslaunch
@@ -78,12 +82,12 @@ def run(name, make_node):
     del node
     status = 1 if _failures else 0
     if not console.flush():
-        os._exit(status)    # without the interpreter's own end, see flush
+        os._exit(status)    # skips Python's own end, see console.flush
     sys.exit(status)
 
 
 def _wait_for_master():
-    """Wait until a master answers; rospy itself does not if the command line has parameters."""
+    """Wait until a master answers. rospy does not wait if the command line has parameters."""
     if not _master_answers():
         console.say('Waiting for a ROS master at {}: roslaunch starts one, roscore too'.format(
             rosgraph.get_master_uri()))
@@ -104,8 +108,32 @@ def _end_in_time():
     timer.start()
 
 
+def read_config(*kinds, of=None):
+    """Returns an instance of each configuration class in `kinds`, from the node's ``~`` parameters.
+
+    `of` names another node whose parameters are read instead; unknown ones of it are ignored.
+    Raises ``ValueError`` for the first parameter that is unknown or not valid.
+    """
+    given = rospy.get_param(of or '~', {})
+    known = {item.name for kind in kinds for item in fields(kind)} | {'model'}
+    for name in () if of else sorted(set(given) - known):
+        raise ValueError('parameter {}/{} is unknown; {}'.format(
+            rospy.get_name(), name, nearest(name, known)))
+    try:
+        configs = [from_parameters(kind, given) for kind in kinds]
+    except ValueError as problem:
+        raise ValueError('parameter {}/{}'.format(of or rospy.get_name(), problem)) from None
+    return configs[0] if len(configs) == 1 else configs
+
+
+def read_model():
+    """Returns the RobotModel called ``~model``, else the one called TURTLEBOT3_MODEL in the
+    environment."""
+    return model_called(rospy.get_param('~model', NOT_GIVEN), os.environ)
+
+
 def guarded(callback):
-    """`callback`, except that an exception in it ends the node with one fatal line."""
+    """Returns `callback`, but an exception in it ends the node with one fatal line."""
     @functools.wraps(callback)
     def call(*args, **kwargs):
         try:
@@ -113,7 +141,7 @@ def guarded(callback):
         except rospy.ServiceException:
             raise  # a refusal, which rospy passes to the caller
         except rospy.ROSException:
-            # publishing on the way out, when the topics are closing, is not a failure
+            # publishing while the node ends and its topics are closed is not a failure
             if not is_ending():
                 raise
         except Exception as problem:  # after any exception the robot must not drive on
@@ -125,9 +153,9 @@ def guarded(callback):
 
 
 def end(failure=''):
-    """End this node; with a `failure` by one fatal line and exit status 1."""
+    """End this node; if there is a `failure`, with one fatal line and exit status 1."""
     if failure:
         _failures.append(failure)
-        if len(_failures) == 1:    # other threads may fail as well until all of it has ended
+        if len(_failures) == 1:    # other threads may fail, too, until the node has ended
             rospy.logfatal('%s', failure)
     rospy.signal_shutdown(failure or 'done')

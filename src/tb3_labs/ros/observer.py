@@ -7,19 +7,19 @@ from itertools import takewhile
 
 import rosgraph
 import rospy
-from geometry_msgs.msg import PoseStamped, Twist
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.rospy_internals import mend_registration
 from tb3_labs.ros.topics import subscribe
 
-#: Number of messages kept of each topic: those of minutes, not of hours.
+#: Number of messages kept of each topic: enough for minutes, not for hours.
 KEPT_MESSAGES = 20000
-#: A pose rests if it changed by less than this [m], [rad] in this time [s].
+#: A pose that rests moves by less than this in REST_TIME [m].
 REST_WAY = 1e-5
+#: A pose that rests turns by less than this in REST_TIME [rad].
 REST_TURN = 1e-5
+#: Time over which a pose is compared with itself [s].
 REST_TIME = 0.3
 
 
@@ -46,16 +46,11 @@ class Observer:
         # with a shorter queue, one of two messages that arrive at once would be dropped
         subscribe(topic, kind, keep, read, queue_size=KEPT_MESSAGES)
 
-    def watch_robot(self):
-        """Keep `cmd_vel` as (linear [m/s], angular [rad/s]), and `ground_truth` as Pose2."""
-        self.watch('cmd_vel', Twist, lambda message: (message.linear.x, message.angular.z))
-        self.watch('ground_truth', PoseStamped, lambda message: to_pose2(message.pose))
-
     def all(self, topic, since=float('-inf')):
-        """[(time, value)] that arrived at or after `since`; if the clock jumped back, only those
-        after the jump."""
+        """Returns [(time, value)] of the messages that arrived at or after `since`; if the clock
+        jumped back, only of those after the jump."""
         with self._changed:
-            # from the end: a wait asks repeatedly for the last few of thousands
+            # search from the end: a wait asks often for the last few of thousands of messages
             recent = list(takewhile(lambda entry: entry[0] >= since, reversed(self._seen[topic])))
         return recent[::-1]
 
@@ -70,7 +65,8 @@ class Observer:
             self._seen[topic].clear()
 
     def wait_for(self, topic, condition=lambda value: True, seconds=20.0):
-        """The latest value of `topic` as soon as it fulfils `condition`; else RuntimeError."""
+        """Wait until the latest value of `topic` fulfils `condition`, and return it. RuntimeError
+        after `seconds` of wall time."""
         return self.wait_until(
             lambda: self._seen[topic] and condition(self._seen[topic][-1][1]),
             seconds, topic) and self.latest(topic)
@@ -98,8 +94,8 @@ class Observer:
 
 
 def comes_to_hear(node, topics, seconds):
-    """Wait until `node` is connected to all publishers of each of `topics`; False if it is not,
-    after `seconds` of wall time."""
+    """Wait until `node` is connected to all publishers of each of `topics`. Returns False if it is
+    not connected after `seconds` of wall time."""
     return wait_until(lambda: all(_hears(node, topic) for topic in topics), seconds)
 
 

@@ -1,5 +1,5 @@
-"""A node, or another program, as a process of its own, and its output, read while it runs; for the
-marking and the tests."""
+"""Runs a node, or another program, as a process of its own, and reads its output while it runs. The
+marking and the tests use it."""
 import os
 import pty
 import signal
@@ -7,18 +7,18 @@ import subprocess
 import threading
 import time
 
-#: Number of characters kept at either end.
+#: Number of characters kept from the beginning of an output, and as many from its end.
 KEPT_CHARACTERS = 100000
-#: Output is read no faster than this, so that much of it does not load the machine [characters/s].
+#: Highest speed of reading, so that a long output does not load the computer [characters/s].
 FASTEST_READING = 1e6
 
 
 class Program:
-    """``command`` (a list of words) in a process group of its own.
+    """Runs ``command`` (a list of words) in a process group of its own.
 
-    With `terminal` it reads from and prints to a pseudo-terminal, as if a person had started it.
-    Else its input is `typed` and then ends. Output and errors are one text, of which head and tail
-    are kept. `environment` comes on top of this process's own; with `clean` it is all there is.
+    With `terminal` the program uses a pseudo-terminal, as if a person had started it. Otherwise its
+    input is the text `typed`, and then ends. Output and errors are one text; its beginning and its
+    end are kept. `environment` is added to this process's environment; with `clean` it replaces it.
     """
 
     def __init__(self, command, terminal=False, typed='', environment=None, clean=False):
@@ -65,7 +65,7 @@ class Program:
 
     @property
     def printed(self):
-        """The amount printed so far: (characters, lines)."""
+        """(number of characters, number of lines) printed so far."""
         with self._changed:
             return self._text.length, self._text.lines
 
@@ -89,18 +89,12 @@ class Program:
         os.write(self._source, line.encode() + b'\n')
 
     def wait_for(self, words, seconds=20.0, times=1):
-        """Wait until `words` were printed `times` times; RuntimeError with the output if not."""
+        """Wait until `words` were printed `times` times. RuntimeError with the output if this takes
+        longer than `seconds`."""
         with self._changed:
             if not self._changed.wait_for(lambda: str(self._text).count(words) >= times, seconds):
                 raise RuntimeError('waited {:.0f} s in vain for {!r}; printed: {}'.format(
                     seconds, words, self._text))
-
-    def where(self):
-        """The stacks of its threads, if it is a node of this package (see ros.signals)."""
-        printed, _ = self.printed
-        self.send(signal.SIGUSR1)
-        time.sleep(0.5)
-        return self.text_since(printed)
 
     def send(self, number):
         """Send a signal to the whole group."""
@@ -110,12 +104,14 @@ class Program:
             pass    # it has ended already
 
     def end(self, number=signal.SIGINT, seconds=10.0):
-        """Send a signal and wait for the end; the exit status. RuntimeError if it still runs."""
+        """Send a signal, and wait for the end. Returns the exit status; RuntimeError if the program
+        still runs."""
         self.send(number)
         return self.wait(seconds)
 
     def wait(self, seconds=10.0):
-        """Wait for the end, also of its output; the exit status. RuntimeError if it still runs."""
+        """Wait for the end of the program and its output. Returns the exit status; RuntimeError if
+        the program still runs."""
         try:
             status = self._process.wait(seconds)
         except subprocess.TimeoutExpired:
@@ -130,24 +126,16 @@ class Program:
         self._process.wait()
 
 
-class NodeProcess(Program):
-    """``rosrun package executable arguments...``, with the same options; `prefix` is a command put
-    before it."""
-
-    def __init__(self, package, executable, *arguments, prefix=(), **options):
-        super().__init__(list(prefix) + ['rosrun', package, executable] + list(arguments),
-                         **options)
-
-
 class BoundedText:
-    """The output of a program that may print for ever."""
+    """The beginning and the end of an output, which may be endless."""
 
     def __init__(self, kept=KEPT_CHARACTERS):
         self._kept = kept
         self._head = ''
         self._tail = ''
-        #: Characters and line ends so far, also those that were dropped.
+        #: Number of characters so far, also of dropped ones.
         self.length = 0
+        #: Number of line ends so far, also of dropped ones.
         self.lines = 0
 
     def append(self, text):
@@ -157,7 +145,7 @@ class BoundedText:
         room = self._kept - len(self._head)
         self._head += text[:room]
         self._tail += text[room:]
-        if len(self._tail) > 2 * self._kept:    # not at each call, since it copies
+        if len(self._tail) > 2 * self._kept:    # not at each call: it copies the text
             self._tail = self._tail[-self._kept:]
 
     def __str__(self):

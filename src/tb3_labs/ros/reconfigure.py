@@ -4,12 +4,12 @@ rqt_reconfigure and `dynparam` show the names, types, bounds and meanings of the
 fields.
 
 dynamic_reconfigure 1.7.3 (Debian 12) has a Python server and a dynparam of its own. They are not
-used, for what was measured with them (test/ros/parameters_test.py shows that it is not so here):
+used because of measured defects (test/ros/parameters_test.py shows that this file has none):
 - The server clips an invalid value to the nearest bound without a word. Here the node refuses it.
 - The server writes each change to the parameter server. So a node that starts again begins with
   the faults that were switched on before.
 - Its import asks rosdep, which prints a line in every terminal if rosdep was not initialised.
-- dynparam answers a refusal by a traceback of 28 lines, and waits for ever for an unknown node.
+- dynparam shows a refusal as a traceback of 28 lines, and waits for ever for an unknown node.
 """
 import math
 import threading
@@ -56,7 +56,7 @@ class LiveSettings:
             return self._message()
 
     def _change(self, values):
-        """Apply {name: value}; ServiceException with the reason if that is refused."""
+        """Apply {name: value}. Raises ServiceException with the reason if it is refused."""
         try:
             names = sorted(item.name for item in self._offered)
             unknown = sorted(set(values) - set(names))
@@ -84,7 +84,7 @@ def _publisher(topic, kind):
 
 
 def encoded(values, groups=()):
-    """dynamic_reconfigure/Config of {name: value}."""
+    """Returns the dynamic_reconfigure/Config of {name: value}."""
     def of(kind, message):
         return [message(name, value) for name, value in values.items() if type(value) is kind]
 
@@ -93,13 +93,13 @@ def encoded(values, groups=()):
 
 
 def decoded(message):
-    """{name: value} of a dynamic_reconfigure/Config."""
+    """Returns {name: value} of a dynamic_reconfigure/Config."""
     return {item.name: item.value
             for item in message.bools + message.ints + message.strs + message.doubles}
 
 
 def _description(config, offered):
-    """dynamic_reconfigure/ConfigDescription of the fields `offered` of `config`."""
+    """Returns the dynamic_reconfigure/ConfigDescription of the fields `offered` of `config`."""
     def values(choose):
         return encoded({item.name: choose(item, type(item.default)) for item in offered})
 
@@ -119,7 +119,7 @@ def _first(bound, otherwise):
 
 
 def _choices(item):
-    """A list of choices, in the form rqt_reconfigure reads; empty where any value is valid."""
+    """Returns the choices of a field as rqt_reconfigure reads them; '' if it has none."""
     choices = item.metadata['choices']
     if not choices:
         return ''

@@ -1,7 +1,7 @@
 """One call of a reset service, for a button or a page.
 
 A node of this package offers `reset_pose`, which says why a reset is refused. A node as in the
-handout offers `set_pose` alone.
+handout offers only `set_pose`.
 """
 import rosgraph
 import rospy
@@ -12,17 +12,17 @@ from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.srv import ResetPose, SetInitialPose
 
-#: Longest wait for a service, and for the connection to one that the master knows [s].
+#: Longest wait until a service is offered (WAIT), and for the connection to it (CONTACT) [s].
 WAIT, CONTACT = 1.0, 0.5
-#: The handout's covariance: AMCL, whose service this was, requires one.
+#: The covariance in the handout. The service was AMCL's at first, and AMCL requires a covariance.
 COVARIANCE = 36 * [0.1]
 
 
 def call_reset(x, y, yaw_deg, prefix=''):
-    """Declare the robot to be at x, y [m], yaw [deg] in local; the answer in words.
+    """Declare the robot to be at x, y [m], yaw [deg] in local. Returns the answer in words.
 
-    ``ValueError`` with the reason if that is refused, or no node offers a service. `prefix`: the
-    robot's namespace with a slash; '' is this node's own.
+    Raises ``ValueError`` with the reason if the reset is refused, or if no node offers a service.
+    `prefix` is the robot's namespace with a slash; '' means this node's own.
     """
     own, handout = (rospy.resolve_name(prefix + name) for name in ('reset_pose', 'set_pose'))
     try:
@@ -39,7 +39,7 @@ def call_reset(x, y, yaw_deg, prefix=''):
 
 
 def _first_offered(*services):
-    """The first of these services that answers; ``ValueError`` if none does within WAIT."""
+    """Returns the first service that answers; ``ValueError`` if none answers within WAIT."""
     found = ''
 
     def look():
@@ -53,7 +53,7 @@ def _first_offered(*services):
 
 def _answers(service):
     try:
-        # first, since wait_for_service() sleeps for 0.3 s if the master does not know the service
+        # wait_for_service() alone would sleep for 0.3 s if the master does not know the service
         rosgraph.Master(rospy.get_name()).lookupService(service)
         rospy.wait_for_service(service, CONTACT)
     except (OSError, rosgraph.MasterException, rospy.ROSException):

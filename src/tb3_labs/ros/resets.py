@@ -11,14 +11,15 @@ from tb3_labs.ros.topics import subscribe_news
 from tb3_labs.srv import (
     ResetPose, ResetPoseResponse, SetInitialPose, SetInitialPoseResponse)
 
-#: A reset is answered within a second in all cases [s].
+#: Longest time of a reset [s], so that every reset is answered within a second.
 ANSWER_WITHIN = 0.85
 
 
 class Resets:
     """Offers `reset_pose`, `set_pose` and `initialpose`, and carries them out by a MoveToGoalCore.
 
-    A reset waits in the core for the samples of its instant; the localizer then declares the frame.
+    A reset waits in the core for samples of the moment at which it was asked for. Then the
+    localizer declares the frame.
     """
 
     def __init__(self, core, changed, frames, forget_path):
@@ -28,7 +29,7 @@ class Resets:
         self._changed = changed
         self._frames = frames
         self._forget_path = forget_path
-        self._awaited = []    # asked for, and not carried out yet; guarded by `changed`
+        self._awaited = []    # resets that are not carried out yet; guarded by `changed`
 
     def offer(self):
         """Take resets from now on."""
@@ -37,8 +38,8 @@ class Resets:
         subscribe_news('initialpose', PoseWithCovarianceStamped, self._on_initialpose, queue_size=1)
 
     def look(self):
-        """A sample has arrived: log the resets that it has carried out, and wake their callers. To
-        be called with `changed` held."""
+        """Log the resets that the latest sample has carried out, and wake their callers. Call it
+        after each sample, with `changed` held."""
         done = [reset for reset in self._awaited if reset.done]
         for reset in done:
             self._awaited.remove(reset)
@@ -48,9 +49,10 @@ class Resets:
             self._changed.notify_all()
 
     def _reset(self, declared, deadline):
-        """Reset to the Pose2 `declared` in local: (localizer.Reset, answer in words).
+        """Reset to the Pose2 `declared` in local. Returns (localizer.Reset, answer in words).
 
-        ``ValueError`` if it is refused, or not carried out before `deadline` [s, time.monotonic()].
+        Raises ``ValueError`` if the reset is refused, or not carried out before `deadline`
+        [s, time.monotonic()].
         """
         with self._changed:
             reset = self._core.reset(declared, rospy.get_time())
@@ -90,15 +92,16 @@ class Resets:
         return SetInitialPoseResponse()
 
     def _on_initialpose(self, stamped):
-        """Reset to a stamped pose; `map` means local here, since the handout's client says so. The
-        reason of a refusal, or None."""
-        deadline = time.monotonic() + ANSWER_WITHIN
-        self._frames.await_frame(stamped.header, ('map',))
+        """Reset to a stamped pose. The frame `map` means local here, since the handout's client
+        sends it so. Returns the reason of a refusal, or None."""
+        header, deadline = stamped.header, time.monotonic() + ANSWER_WITHIN
+        if header.frame_id.lstrip('/') == 'map':
+            header.frame_id = ''
+        self._frames.await_frame(header)
         with self._changed:
             odom_T_local = self._core.odom_T_local
         try:
-            self._reset(self._frames.to_local(stamped.header, stamped.pose.pose, odom_T_local,
-                                              ('map',)), deadline)
+            self._reset(self._frames.to_local(header, stamped.pose.pose, odom_T_local), deadline)
         except ValueError as problem:
             rospy.logwarn('Reset refused, the old frame stays: %s', problem)
             return problem
@@ -106,5 +109,5 @@ class Resets:
 
 
 def _in_degrees(pose):
-    """x, y [m], yaw [deg], without the digits that nobody measures: people read them."""
+    """Returns [x [m], y [m], yaw [deg]], rounded for people to read."""
     return [round(value, 6) for value in (pose.x, pose.y, math.degrees(pose.yaw))]

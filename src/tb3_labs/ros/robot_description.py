@@ -2,9 +2,9 @@
 
     python3 -m tb3_labs.ros.robot_description MODEL [PREFIX]
 
-It is the URDF of turtlebot3_description if that is installed, else a simple shape of its size with
-the names of its links and joints. Body and nose lie on the floor, so that they do not hide goal,
-path and true pose. PREFIX is of the frames' names, such as robot3/.
+It is the URDF of turtlebot3_description if that is installed. Otherwise it is a simple shape of the
+same size, with the same names of links and joints. Its body and nose lie on the floor, so that they
+do not hide goal, path and true pose. PREFIX, such as robot3/, is put before the frames' names.
 
 Frames: ``base_footprint`` on the floor in the middle between the wheels, ``base_link`` above it at
 the height of their axle; x forward, y left. Joints turn by positive angles when the robot drives
@@ -66,7 +66,7 @@ _WHEEL = """
 
 
 def simple_urdf(model: RobotModel) -> str:
-    """The URDF of a shape of the size of `model`."""
+    """Returns the URDF of a simple shape as large as `model`."""
     wheels = [_WHEEL.format(side=side, y=y, radius=model.wheel_radius, width=WHEEL_WIDTH)
               for side, y in (('left', model.half_track), ('right', -model.half_track))]
     return _ROBOT.format(
@@ -77,24 +77,21 @@ def simple_urdf(model: RobotModel) -> str:
 
 
 def with_prefix(urdf: str, prefix: str) -> str:
-    """The same robot with `prefix`, such as ``robot3/``, before the names of its links: tf has one
-    tree for all robots. ``ValueError`` if `urdf` is not valid.
+    """Returns `urdf` with `prefix`, such as ``robot3/``, before the names of its links: tf has one
+    tree for all robots. Raises ``ValueError`` if `urdf` is not valid.
     """
     try:
         robot = ElementTree.fromstring(urdf)
     except ElementTree.ParseError as problem:
         raise ValueError('not a URDF: {}'.format(problem)) from None
     for path, attribute in (('link', 'name'), ('joint/parent', 'link'), ('joint/child', 'link')):
-        for element in robot.findall(path):
-            name = element.get(attribute)
-            if name is None:
-                raise ValueError('not a URDF: <{}> has no {}'.format(element.tag, attribute))
-            element.set(attribute, prefix + name)
+        for element in robot.findall('{}[@{}]'.format(path, attribute)):
+            element.set(attribute, prefix + element.attrib[attribute])
     return ElementTree.tostring(robot, encoding='unicode')
 
 
 def urdf_of(model):
-    """The URDF of a RobotModel; ``ValueError`` of one line if it cannot be made."""
+    """Returns the URDF of a RobotModel; ``ValueError`` with one line if it cannot be made."""
     found = _run('rospack', 'find', 'turtlebot3_description')
     if found.returncode:
         return simple_urdf(model)
@@ -115,7 +112,7 @@ def _run(*words):
 
 
 def main(model, prefix=''):
-    """Print the URDF; the exit status, or the reason why there is none."""
+    """Print the URDF. Returns 0, or the reason why there is no URDF."""
     try:
         print(with_prefix(urdf_of(robot_model(model)), prefix))
     except ValueError as problem:

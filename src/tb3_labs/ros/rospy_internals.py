@@ -1,8 +1,9 @@
 """The private parts of rospy that the nodes read or change, each behind one function.
 
-They were read in the sources of rospy and rosgraph 1.15.15 (Debian 12), and the tests ran with
-those. Each docstring names the part, the defect of rospy, and the test that shows a change of the
-part. Without a test there an AttributeError shows it: a node does not start, or ends at once.
+They were found in the sources of rospy and rosgraph 1.15.15 (Debian 12), and the tests ran with
+these versions. Each docstring names the part, the defect of rospy, and the test that fails if the
+part changes. If it names no test, an AttributeError shows the change: a node does not start, or
+ends at once.
 """
 import logging
 import os
@@ -32,12 +33,13 @@ def connection_of(message):
 
 
 def connected_for():
-    """Time since rospy began to connect to the sender of the message in hand [s]; to be called in
-    the callback.
+    """Returns the time since rospy began to connect to the sender of the present message [s]. Call
+    it in the callback.
 
-    rospy does not tell it. Each connection has a thread of its own (`robust_connect_subscriber`),
-    which calls back. If that changes, stops that were said before a node started count as said now:
-    test/ros/stops.test shows it.
+    rospy does not tell this time. Each connection has a thread of its own
+    (`robust_connect_subscriber`), which calls the callback; the age of that thread is returned. If
+    this changes, a stop from before the start of a node counts as new: test/ros/stops.test shows
+    it.
     """
     with open('/proc/self/task/{}/stat'.format(threading.get_native_id())) as status:
         started_at = int(status.read().rpartition(')')[2].split()[19]) / os.sysconf('SC_CLK_TCK')
@@ -57,9 +59,10 @@ def stop_hearing_oneself(subscriber):
 
 
 def bytes_received(subscriber):
-    """Bytes received on all connections of `subscriber` since each began, lengths included.
+    """Returns the number of bytes received so far on all connections of `subscriber`. It includes
+    the length that is sent before each message.
 
-    It is the second number of each entry of `impl.get_stats()` (test/ros/live.test).
+    It is the sum of the second numbers in `impl.get_stats()` (test/ros/live.test).
     """
     _, connections = subscriber.impl.get_stats()
     return sum(received for _, received, *_ in connections)
@@ -67,16 +70,16 @@ def bytes_received(subscriber):
 
 # ----- messages that leave -----
 
-#: Linux says that a socket has room if a third of its buffer is free. So many bytes fit into that
-#: of every connection.
+#: Linux says that a socket has room if a third of its buffer is free. This number of bytes fits
+#: into that third on every connection.
 SURELY_TAKEN = 1024
 
 
 def messages_written(publisher):
-    """{rospy's number of a connection: number of messages written to it}.
+    """Returns {rospy's number of a connection: number of messages written to it}.
 
-    It is the third number of each entry of `impl.get_stats()`. By it a node that ends waits for its
-    last zero, which rospy may drop (test/ros/faults.test).
+    The number of messages is the third number of each entry of `impl.get_stats()`. With it a node
+    that ends can wait until its last zero is written, which rospy may drop (test/ros/faults.test).
     """
     return {link[0]: link[2] for link in publisher.impl.get_stats()[2]}
 
@@ -87,17 +90,17 @@ def heard_by(publisher):
 
 
 def publish_now(publisher, *messages):
-    """Publish by the caller's own thread: all messages by one write to each subscriber's socket.
+    """Publish in the caller's own thread: one write to each subscriber's socket for all messages.
 
     ``publish()`` puts each message into a queue, and wakes a thread of each subscriber to write it:
-    that costs more than the message. Here only a subscriber that keeps its socket full, or is about
-    to, gets its messages by queue and thread: the caller never waits.
+    that costs more than the message. Here queue and thread are used only if a subscriber's
+    socket is full or nearly full: the caller never waits.
 
-    A network delivers delayed messages by one write: a subscriber with queue_size=1 finds all of
-    them in one read, and drops all but the last. ``publish()`` makes one write for each, and a
-    reader that is awake hears one after the other.
+    A network delivers delayed messages together: a subscriber with queue_size=1 finds all of them
+    in one read, and drops all but the last. One write has the same effect. ``publish()`` makes one
+    write for each message, and a subscriber that is awake hears one after the other.
 
-    Raises what ``publish()`` raises. The publisher has a queue_size (`impl`, `QueuedConnection`;
+    Raises what ``publish()`` raises. The publisher needs a queue_size (`impl`, `QueuedConnection`;
     test/unit/test_rospy_internals.py).
     """
     topic = publisher.impl
@@ -122,8 +125,11 @@ def publish_now(publisher, *messages):
 
 
 def _give_queues(topic):
-    """rospy tells the master of a topic before it knows the size of its queues: a subscriber that
-    connects in between has none, and its socket may keep the publisher waiting."""
+    """Give a queue to each connection that has none.
+
+    rospy tells the master about a topic before it knows the size of the topic's queues. A
+    subscriber that connects before that has no queue, and its socket may block the publisher.
+    """
     topic.connections = [each if isinstance(each, QueuedConnection) else
                          QueuedConnection(each, topic.queue_size) for each in topic.connections]
 
@@ -138,7 +144,7 @@ def _serialised(topic, messages):
 
 
 def _write(queue, data, count):
-    """Write the data to a connection as one piece, or hand it to the queue in front of it."""
+    """Write the data to a connection in one piece at once, or put it into its queue."""
     connection = queue._connection
     try:
         if _write_past(queue, connection.socket, data):
@@ -152,14 +158,15 @@ def _write(queue, data, count):
 
 
 def _write_past(queue, stream, data):
-    """Write past an idle queue, if the socket takes all of the data at once. True if it did."""
+    """Write without the queue, if the queue is idle and the socket takes all of the data at once.
+    Returns True if the data were written."""
     descriptor = -1 if stream is None else stream.fileno()    # once: another thread may close it
     if descriptor < 0 or len(data) > SURELY_TAKEN:
         return False
     room = select.poll()
     room.register(descriptor, select.POLLOUT)
     with queue._lock:
-        # its thread waits for data, and can do nothing else until this lock is free
+        # the queue's thread waits for data, and can do nothing else until this lock is free
         is_idle = queue._cond_data_available._waiters and not queue._queue
         if not (is_idle and room.poll(0)):
             return False
@@ -173,7 +180,7 @@ def print_by(put):
     """Print each log line by ``put(job)``, which calls `job()` later, in any thread. The line shows
     the time at which it was logged.
 
-    rospy's own way hangs with a terminal that blocks (RosStreamHandler's `_write`;
+    rospy's own way hangs if the terminal blocks (RosStreamHandler's `_write`;
     test/ros/stops.test).
     """
     def write_later(write, *words):
@@ -187,7 +194,7 @@ def publish_log_by(put):
     """Publish each log line on /rosout by ``put(job)``, which calls `job()` later, in any thread.
 
     rospy's RosOutHandler asks the master for a parameter with each line (``get_param_cached`` asks
-    again each time if it is not set), and hangs where the master cannot be reached (its `emit`;
+    again each time if it is not set), and hangs if the master cannot be reached (its `emit`;
     test/ros/network.test).
     """
     def emit_later(emit, record):
@@ -214,7 +221,7 @@ def is_ending():
 
 def after_hooks(callback):
     """Call `callback()` at shutdown, after all hooks of ``rospy.on_shutdown()``, in their thread.
-    Before them the process might end without its last zero velocity."""
+    If it were called before them, the process might end without its last zero velocity."""
     rospy.core.add_preshutdown_hook(lambda reason: callback())
 
 
@@ -224,14 +231,16 @@ _mended = []
 def mend_registration():
     """Mend two defects of the thread that registers topics; to be called after init_node().
 
-    A publisher that registers just after a subscriber is told to it by the master, perhaps before
-    the answer to the subscriber's own registration, which does not have that publisher. rospy takes
-    the last list of publishers for the newest, and drops the other: the two never connect. Here
-    lists that wait are joined. A publisher that is gone refuses the connection, which is harmless.
+    First, a publisher may register just after a subscriber. Then the subscriber gets two lists of
+    publishers: the answer to its own registration, without that publisher, and the master's update
+    with it. The update may come first. rospy uses the list that comes last, and drops the other:
+    the two never connect. Here lists that wait are joined. A publisher that has ended refuses the
+    connection, which is harmless.
 
-    rospy wakes the thread just before it sets the flag that ends it. The thread sleeps on for 0.5
-    s, and the shutdown waits for it. Meanwhile the XML-RPC server, whose socket is closed, polls
-    without a pause: 0.2 s of computing. So the thread is woken after the flag, too.
+    Second, rospy wakes the thread just before it sets the flag that ends the thread. So the thread
+    sleeps on for 0.5 s, and the shutdown waits for it. Meanwhile the XML-RPC server, whose socket
+    is closed, polls without a pause, and uses 0.2 s of computing. Here the thread is also woken
+    after the flag is set.
 
     The parts are RegManager's `cond`, `updates` and `publisher_update`
     (test/unit/test_rospy_internals.py).
@@ -249,7 +258,7 @@ def _wake(manager):
 
 
 def join_updates(manager):
-    """Let a RegManager join the lists of publishers that wait, instead of dropping all but one."""
+    """Make a RegManager join the lists of publishers that wait. rospy drops all but the last."""
     update = manager.publisher_update
 
     def joined(name, addresses):

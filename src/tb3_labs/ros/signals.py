@@ -12,7 +12,8 @@ import threading
 
 #: These end a node: Ctrl+C, `kill`, a closed terminal.
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-#: Wakes the main thread when rospy has shut down; a signal wakes it by its number.
+#: This byte in the pipe wakes the main thread when rospy has shut down. For a signal the byte is
+#: the signal's number.
 SHUT_DOWN = b'\xff'
 
 _sleepers = []    # (function to call before the process is stopped, function to call after)
@@ -35,7 +36,7 @@ class Signals:
         os.set_blocking(self._wake, False)
         signal.set_wakeup_fd(self._wake)
         for number in ENDING:
-            if signal.getsignal(number) is not signal.SIG_IGN:    # nohup has it ignored
+            if signal.getsignal(number) is not signal.SIG_IGN:    # nohup ignores SIGHUP
                 signal.signal(number, self._interrupt)
 
     def wake(self):
@@ -43,13 +44,14 @@ class Signals:
         os.write(self._wake, SHUT_DOWN)
 
     def wait(self, seconds=None):
-        """Wait for :meth:`wake`, or for `seconds`; a signal raises Interrupted here, and everywhere
-        else. A signal that does not end the node ends the wait if `seconds` are given."""
+        """Wait for :meth:`wake`, or at most for `seconds`. A signal of ENDING raises Interrupted,
+        in this method and everywhere else. Another signal ends the wait if `seconds` are given."""
         while select.select([self._over], [], [], seconds)[0]:
-            if os.read(self._over, 1) == SHUT_DOWN or self._signalled.is_set() or seconds is not None:
+            is_over = os.read(self._over, 1) == SHUT_DOWN or self._signalled.is_set()
+            if is_over or seconds is not None:
                 break
         if self._signalled.is_set():
-            raise Interrupted    # a library caught it by a bare `except:`
+            raise Interrupted    # a library caught the first one by a bare `except:`
 
     @staticmethod
     def take_ctrl_z():
@@ -59,8 +61,8 @@ class Signals:
 
     @staticmethod
     def ignore():
-        """Ignore further signals: another one must not cut the end short, and Ctrl+Z would wait for
-        ever for a lock that the main thread holds while it shuts down."""
+        """Ignore further signals. A second one must not interrupt the shutdown. Ctrl+Z would wait
+        for ever for a lock that the main thread holds while it shuts down."""
         for number in ENDING + (signal.SIGTSTP,):
             signal.signal(number, signal.SIG_IGN)
 

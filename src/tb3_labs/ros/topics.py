@@ -1,9 +1,9 @@
-"""How a node listens: of samples only the latest counts, of events each one.
+"""How a node listens: only the latest sample counts, but every event.
 
-A permission, a turn or a goal is an event: a person says it at one moment. It counts in order,
-once, and only if it is news. A latched topic repeats an event without that person: to each node
-that starts, and after each new connection. And an event can be lost: a node reads delayed messages
-at once, and a subscriber of the latest drops the others.
+A permission, a turn or a goal is an event: a person sends it at one moment. Events count in their
+order, each once, and only if they are new. A latched topic repeats an event without that person: to
+each node that starts, and after each new connection. An event can also be lost: a node reads
+delayed messages all at once, and a subscriber that keeps only the latest message drops the others.
 """
 import math
 import threading
@@ -25,28 +25,28 @@ from tb3_labs.ros.rospy_internals import connected_for, connection_of, is_wall_t
 INVALID_TOLD = 1.0
 #: A message that is repeated to a new connection arrives within this time [s].
 AT_ONCE = 0.3
-#: A node that waits for the robot says so: time before the first line, and between later ones [s,
-#: wall clock].
+#: A node that waits for the robot logs a line about it after this time [s, wall clock].
 FIRST_LINE = 2.0
+#: Time between later lines about it [s, wall clock].
 NEXT_LINE = 10.0
 
 
 def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_for=None):
-    """A guarded subscriber of the latest message, or of the latest `queue_size` messages that came
-    at once; None: of all messages.
+    """Returns a guarded subscriber of the latest message. If several messages come at once, it gets
+    the latest `queue_size` of them; with None it gets all.
 
     `read` turns the message into the argument of `callback`. If it raises ``ValueError``, the
     message is dropped with one warning a second, and counted by `source`, the freshness.Freshness
     of this topic. With queue_size=1 the receive buffer is large: when the node is late, old
     messages are dropped, and not even deserialised.
 
-    `idle_for(now)`, in [s], makes use of that: the topic is read in the rhythm of the node's steps,
-    see :mod:`tb3_labs.control.pace`. With simulated time, whose pace is unknown, every message is
+    `idle_for(now)` [s], if given, lets the node read the topic in the rhythm of its steps, see
+    :mod:`tb3_labs.control.pace`. With simulated time, whose pace is unknown, every message is
     read.
     """
     in_rhythm = idle_for is not None and is_wall_time()
     listening = Listening(idle_for) if in_rhythm else None
-    warned_at = -math.inf    # rospy's own throttle would be one for the messages of all topics
+    warned_at = -math.inf    # rospy's own throttle would count all topics together
 
     def handle(message):
         nonlocal warned_at
@@ -68,8 +68,8 @@ def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_
 
 
 def subscribe_wheels(callback):
-    """A subscriber of every sample of the wheels on `joint_states`; joints of anything else, as of
-    an arm, are passed over."""
+    """Returns a subscriber of every sample of the wheels on `joint_states`. Messages without
+    wheels, such as those of an arm, are ignored."""
     def hear(message):
         try:
             sample = to_wheel_sample(message)
@@ -86,13 +86,13 @@ class Event(NamedTuple):
     value: Any
     sender: str
     header: dict         # of the connection: rospy's own fields, and those the sender added
-    is_doubtful: bool    # latched, and perhaps said before: nothing that may move a robot
-    is_old: bool         # latched, and said before this node started
+    is_doubtful: bool    # latched, and perhaps sent before: it must not move a robot
+    is_old: bool         # latched, and sent before this node started
 
 
 def subscribe_events(topic, kind, callback, read=None):
-    """A guarded subscriber whose `callback` gets every message as an Event; see :func:`subscribe`.
-    """
+    """Returns a guarded subscriber whose `callback` gets every message as an Event; see
+    :func:`subscribe`."""
     replays = _Replays(rospy.resolve_name(topic))
 
     def to_event(message):
@@ -105,20 +105,20 @@ def subscribe_events(topic, kind, callback, read=None):
 
 
 def subscribe_news(topic, kind, callback, queue_size=None):
-    """A guarded subscriber of every message that is not doubtful, see :func:`only_news`."""
+    """Returns a guarded subscriber of every message that is not doubtful, see :func:`only_news`."""
     return subscribe(topic, kind, only_news(topic, callback), queue_size=queue_size)
 
 
 def only_news(topic, callback):
-    """`callback` for the messages of `topic`, except that doubtful ones are dropped with a warning.
-    """
+    """Returns a function that gives messages of `topic` to `callback`, but drops doubtful ones with
+    a warning."""
     replays = _Replays(rospy.resolve_name(topic))
 
     def hear(message):
         header = connection_of(message)
         is_doubtful, _ = replays.judge(header)
         if is_doubtful:
-            rospy.logwarn('%s: what %s said there before this node could hear it does not count; '
+            rospy.logwarn('%s: a message of %s from before this node could hear it does not count; '
                           'say it again', rospy.resolve_name(topic), header.get('callerid', ''))
         else:
             callback(message)
@@ -139,15 +139,15 @@ class _Replays:
         self._headers = {}    # {sender: header of its latest connection}
 
     def judge(self, header):
-        """(is doubtful, is old) of a message that came by the connection with this header."""
+        """Returns (is doubtful, is old) for a message of the connection with this header."""
         sender = header.get('callerid', '')
         known = self._headers.get(sender)
         self._headers[sender] = header
         if header.get('latching') != '1' or known is header:
             return False, False
         was_there = known is None and sender in self._before
-        # A sender repeats its latched message as soon as it is connected. It may also have said
-        # nothing yet; its first message is then a new one.
+        # A sender repeats its latched message as soon as it is connected. If it has not sent
+        # anything before, its first message comes later, and is new.
         return was_there or known is not None, was_there and connected_for() < AT_ONCE
 
 
@@ -158,7 +158,7 @@ def _publishers(topic):
 
 
 def say_what_is_awaited(heard):
-    """Start a thread that names the topics without a message so far. It ends when all were heard.
+    """Start a thread that logs the topics without a message so far. It ends when all were heard.
 
     `heard` is {topic: function that answers whether a message was heard}.
     """

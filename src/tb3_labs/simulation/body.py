@@ -1,13 +1,19 @@
 """The robot's body: wheels that move it, and an IMU that measures its turning.
 
-The yaw is the true yaw plus a constant (the IMU is zeroed only when the board boots), a drift that
-grows with time, and a little white noise. The rate is the true rate plus the drift's rate and white
-noise of its own. Both are as old as the filter and the way to the stamp make them: `lag`.
+A motor follows its goal speed with a first-order lag. So its speed and its angle are known in
+closed form, for steps of any length. The robot drives in arcs, which are exact at constant speed.
+While the speed changes, the arcs are short: the error is some micrometres per start or stop.
 
-The gyro shows the rate minus its calibration. A calibration that saw a motion takes it for bias,
-and leaves that bias behind, with the other sign. The firmware's gyro has a dead zone.
+The IMU's yaw is the true yaw plus a constant (the IMU is zeroed only when the board boots), a drift
+that grows with time, and a little white noise. Its rate is the true rate plus the drift's rate and
+white noise of its own. Both are older than their stamp by the `lag`.
 
-Units: seconds, radians. Noise: a Burger at rest shows a few 0.001 deg from one sample to the next.
+The gyro shows the rate minus the bias that the calibration found. If the robot turns during the
+calibration, that turn is taken for bias. Then the rate is wrong by as much, with the other sign.
+The firmware's gyro has a dead zone.
+
+Units: SI; motor angles in radians, positive forwards. Noise: a Burger at rest shows a few 0.001 deg
+from one sample to the next.
 """
 import copy
 import math
@@ -16,13 +22,16 @@ from typing import Any, Deque, Iterator, List, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.angles import TURN
+from tb3_labs.geometry.angles import TURN, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import RobotModel
-from tb3_labs.simulation.drivetrain import Drivetrain
 
-#: Bias of a gyro that is not calibrated, as of the one that was measured [rad/s].
+#: Longest arc while the speed changes [s].
+LONGEST_ARC = 1.0 / 60.0
+#: A motor this near to its goal speed has reached it [rad/s].
+STEADY = 1e-6
+#: Bias of a gyro that is not calibrated; one gyro was measured [rad/s].
 RAW_BIAS = math.radians(0.71)
 #: One step of the gyro's reading: 2000 deg/s over 16 bit with a sign [rad/s].
 GYRO_STEP = math.radians(2000.0 / 2 ** 15)
@@ -30,24 +39,119 @@ GYRO_STEP = math.radians(2000.0 / 2 ** 15)
 DEAD_ZONE = 3.0 * GYRO_STEP
 
 
+class Drivetrain:
+    """Motors, wheels and the pose that results. Time passes in :meth:`advance` only."""
+
+    def __init__(self, model: RobotModel, pose: Pose2) -> None:
+        self._model = model
+        self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
+        self._left_angle = self._right_angle = 0.0
+        self._left_speed = self._right_speed = 0.0
+        self._left_goal = self._right_goal = 0.0
+        self.set_physics(lag=0.0, mismatch=0.0, slip=0.0)
+
+    def set_physics(self, lag: float, mismatch: float, slip: float) -> None:
+        """`lag` of the motors [s]; `mismatch`: fraction by which the right wheel is smaller;
+        `slip`: fraction of the wheels' travel that does not move the robot."""
+        self._lag = lag
+        self._left_radius = self._model.wheel_radius * (1.0 - slip)
+        self._right_radius = self._left_radius * (1.0 - mismatch)
+        self.set_goals(self._left_goal, self._right_goal)
+
+    def set_goals(self, left: float, right: float) -> None:
+        """Goal speeds of the motors [rad/s]."""
+        self._left_goal, self._right_goal = left, right
+        self._settle()
+
+    def _settle(self) -> None:
+        """Compute what stays constant until speeds or goals change."""
+        left_excess = self._left_speed - self._left_goal
+        right_excess = self._right_speed - self._right_goal
+        self._steady = not self._lag or (abs(left_excess) < STEADY and abs(right_excess) < STEADY)
+        if self._steady:
+            self._left_speed, self._right_speed = self._left_goal, self._right_goal
+            left_excess = right_excess = 0.0
+        left = self._left_radius / self._model.wheel_separation
+        right = self._right_radius / self._model.wheel_separation
+        self._steady_rate = right * self._right_goal - left * self._left_goal
+        self._fading_rate = right * right_excess - left * left_excess
+
+    @property
+    def turning(self) -> Tuple[float, float, float, float]:
+        """(yaw, a, b, lag): in t seconds the rate of turn will be a + b exp(-t / lag) [rad/s];
+        b = 0 at constant speed. The yaw [rad] is not wrapped."""
+        return self._yaw, self._steady_rate, self._fading_rate, self._lag
+
+    @property
+    def pose(self) -> Pose2:
+        """The robot's pose in `world`."""
+        return Pose2(self._x, self._y, wrap(self._yaw))
+
+    @property
+    def velocity(self) -> Tuple[float, float]:
+        """(forward speed [m/s], rate of turn [rad/s]) over the floor."""
+        left = self._left_radius * self._left_speed
+        right = self._right_radius * self._right_speed
+        return (left + right) / 2.0, (right - left) / self._model.wheel_separation
+
+    @property
+    def angles(self) -> Tuple[float, float]:
+        """(left, right) angle of the motors since the start [rad]."""
+        return self._left_angle, self._right_angle
+
+    def advance(self, dt: float) -> None:
+        """Let `dt` seconds pass; `dt` >= 0."""
+        if self._steady:
+            if self._left_goal or self._right_goal:
+                self._roll(self._left_goal * dt, self._right_goal * dt)
+            return
+        arcs = math.ceil(dt / LONGEST_ARC - 1e-9) or 1
+        dt /= arcs
+        decay = math.exp(-dt / self._lag)
+        excess_time = self._lag * (1.0 - decay)
+        for _ in range(arcs):
+            left_excess = self._left_speed - self._left_goal
+            right_excess = self._right_speed - self._right_goal
+            self._roll(self._left_goal * dt + left_excess * excess_time,
+                       self._right_goal * dt + right_excess * excess_time)
+            self._left_speed = self._left_goal + left_excess * decay
+            self._right_speed = self._right_goal + right_excess * decay
+        self._settle()
+
+    def _roll(self, left: float, right: float) -> None:
+        """Turn the motors by these angles [rad]: the robot drives one arc."""
+        self._left_angle += left
+        self._right_angle += right
+        left *= self._left_radius
+        right *= self._right_radius
+        chord = (left + right) / 2.0
+        half = (right - left) / self._model.wheel_separation / 2.0
+        if half:
+            chord *= math.sin(half) / half
+        self._x += chord * math.cos(self._yaw + half)
+        self._y += chord * math.sin(self._yaw + half)
+        self._yaw += 2.0 * half
+
+
 class ImuModel:
-    """`offset`: yaw of the IMU minus true yaw at the start, where the robot is at `yaw` [rad]."""
+    """The IMU. At the start `yaw` is the true yaw, and `offset` the IMU's yaw minus `yaw` [rad]."""
 
     def __init__(self, yaw: float, offset: float, seed: int) -> None:
         #: Yaw of the IMU minus true yaw [rad].
         self.error = offset
         self._noise = _pairs_of_normal_numbers(seed)
-        #: Rate that the calibration left behind [rad/s].
+        #: Error of the rate that the last calibration has left [rad/s].
         self.bias = 0.0
         self.configure(0.0, 0.0, 0.0, 0.0)
-        self._now = 0.0         # up to then drift and bias are in the error
-        #: (since, yaw of the IMU, and `turning` but for its yaw): motions not yet measured to their
-        #: end, oldest first.
+        self._now = 0.0         # up to this time `error` includes drift and bias [s]
+        #: Motions that are not yet measured to their end, oldest first: each is its begin, the yaw
+        #: of the IMU then, and the last three values of `turning`.
         self._motions: Deque[Tuple[float, float, float, float, float]] = deque()
         self.follow(0.0, (yaw, 0.0, 0.0, 0.0))
 
     def configure(self, yaw_noise: float, rate_noise: float, drift: float, lag: float) -> None:
-        """Standard deviations [rad], [rad/s]; `drift` [rad/s]; `lag` [s]. Then call `follow`.
+        """Use these settings: the noises are standard deviations [rad], [rad/s]; `drift` is in
+        [rad/s], `lag` in [s]. Call `follow` afterwards.
 
         A gyro that drifts, or is noisier than the firmware's, has no dead zone.
         """
@@ -56,7 +160,7 @@ class ImuModel:
         self._dead_zone = -math.inf if drift or rate_noise > GYRO_STEP else DEAD_ZONE
 
     def follow(self, now: float, motion: Tuple[float, float, float, float]) -> None:
-        """From `now` on the robot turns like that: the Drivetrain's `turning` [s]."""
+        """From `now` [s] on the robot turns as `motion`, the Drivetrain's `turning`, says."""
         self.error += (self._drift + self.bias) * (now - self._now)
         self._now = now
         yaw, steady_rate, fading_rate, lag = motion
@@ -66,7 +170,7 @@ class ImuModel:
                               fading_rate, lag))
 
     def measure(self, stamps: Sequence[float]) -> List[ImuSample]:
-        """An ImuSample at each of `stamps` [s], in order of time.
+        """Returns an ImuSample for each of `stamps` [s], which are in order of time.
 
         The loop runs for every IMU sample and decides the speed of the simulation, hence local
         names and few calls.
@@ -101,14 +205,14 @@ def _pairs_of_normal_numbers(seed: int) -> Iterator[Tuple[float, float]]:
 
 
 class Body:
-    """Drivetrain and IMU, which pass through time together."""
+    """The drivetrain and the IMU of one robot, at the same time."""
 
     def __init__(self, model: RobotModel, start: Pose2, imu_offset: float, seed: int) -> None:
         """`imu_offset`: yaw of the IMU minus true yaw at the start [rad]."""
         self.drivetrain = Drivetrain(model, start)
         self.imu = ImuModel(start.yaw, imu_offset, seed)
         self._moved = 0.0           # time up to which the drivetrain has moved
-        # (since, drivetrain): motions whose wheels are not yet read to their end, oldest first
+        # motions whose wheels are not yet read to their end, oldest first: (begin, drivetrain)
         self._past: Deque[Tuple[float, Drivetrain]] = deque()
 
     @property
@@ -126,20 +230,23 @@ class Body:
 
     def at(self, now: float) -> Drivetrain:
         """The drivetrain at `now`, which is not before the last :meth:`move_to`."""
-        return self.drivetrain.ahead(now - self._moved)
+        later = copy.copy(self.drivetrain)
+        later.advance(now - self._moved)
+        return later
 
     def motion_changed(self) -> None:
-        """Goals or physics of the drivetrain are others now, or the IMU's settings."""
+        """Call this when the drivetrain's goals or physics, or the IMU's settings, have changed."""
         self.imu.follow(self._moved, self.drivetrain.turning)
         self._past.append((self._moved, copy.copy(self.drivetrain)))
 
     def use_bias(self, bias: float) -> None:
-        """The gyro's error from now on [rad/s]."""
+        """Let the gyro's rate be wrong by `bias` from now on [rad/s]."""
         self.imu.bias = bias
         self.motion_changed()
 
     def wheel_angles_at(self, moment: float) -> Tuple[float, float]:
-        """(left, right) angle of the motors at `moment` [s], in order of time [rad]."""
+        """Returns the (left, right) angle of the motors [rad] at `moment` [s]. Ask in order of
+        time."""
         past = self._past
         while len(past) > 1 and past[1][0] <= moment:
             past.popleft()

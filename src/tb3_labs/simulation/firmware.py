@@ -1,4 +1,5 @@
-"""The robot's own board: commands into motor speeds, encoders into odometry, and its occupation.
+"""The robot's own board. It turns commands into motor speeds, and encoder readings into odometry.
+While it starts or calibrates, it is busy.
 
 Its faults are copied, because the labs have to work with them:
 
@@ -11,17 +12,17 @@ Its faults are copied, because the labs have to work with them:
   twist.angular has a spike of 2 pi times the odometry's rate, about 190 rad/s. The yaw itself
   stays correct.
 - The newest command counts for half a second from the moment at which it is read.
-- `reset` zeroes the odometry's pose, but not the IMU's yaw. From then on they differ. The next
-  odometry adds the turn that the IMU saw meanwhile. The board calibrates its gyro first, and does
-  nothing else meanwhile: the motors keep their speed, and commands and further resets wait in
-  their order. The gyro takes the mean rate of turn for its bias.
-- A start is silent, then it calibrates.
-- Without the serial node each write blocks, so that the time-out is noticed late. A node that comes
-  back late is a new connection: the board calibrates.
+- On `reset` the board first calibrates its gyro, and does nothing else meanwhile: the motors keep
+  their speed, and commands and further resets wait in their order. The gyro takes the mean rate of
+  turn for its bias. Then `reset` sets the odometry's pose to zero, but not the IMU's yaw. From then
+  on they differ. The next odometry adds the turn that the IMU saw during the calibration.
+- After a start the board is silent, then it calibrates.
+- Without the serial node each write blocks, so that the board notices the time-out late. If the
+  serial node comes back late, that is a new connection: the board calibrates.
 
 Units: SI; motor angles in radians, positive forwards. Source: ROBOTIS OpenCR firmware 1.2.6
-(turtlebot3_core.ino, turtlebot3_motor_driver.cpp), and the same code run on a simulated body, whose
-times stand here.
+(turtlebot3_core.ino, turtlebot3_motor_driver.cpp). The times were measured with the same code on a
+simulated body.
 """
 import math
 import random
@@ -37,12 +38,12 @@ from tb3_labs.simulation.network import Arrival
 
 #: Angle of a wheel from one encoder step to the next [rad].
 TICK = 2.0 * math.pi / TICKS_PER_TURN
-#: Goes to the board in the place of a command.
+#: This is sent to the board in the place of a command, and means a reset.
 RESET = None
 NO_COMMAND = -math.inf, 0.0, 0.0
 #: Time from the start of the board to its first IMU sample [s].
 START_TIME = 6.2
-#: The motors run on for so long when the serial node stops in a drive [s].
+#: The motors run on this long if the serial node stops in a drive: range [s].
 BLOCKED = (0.50, 0.96)
 #: A serial node that was away for longer than this connects anew [s].
 NEW_CONNECTION = 9.0
@@ -96,13 +97,13 @@ class Odometer:
         return left, right
 
     def update(self, stamp: float, ticks: Tuple[int, int], imu_yaw: float) -> OdometrySample:
-        """The sample at `stamp` [s], later than the one before; `ticks` is (left, right), and
-        `imu_yaw` [rad] is in (-pi, pi]."""
+        """Returns the sample at `stamp` [s], which is later than the last stamp; `ticks` is (left,
+        right), and `imu_yaw` [rad] is in (-pi, pi]."""
         interval = stamp - self._stamp
         left = TICK * (ticks[0] - self._ticks[0])
         right = TICK * (ticks[1] - self._ticks[1])
         distance = self._radius * (left + right) / 2.0
-        turn = imu_yaw - self.theta_last  # not wrapped: see above
+        turn = imu_yaw - self.theta_last  # not wrapped: see this file's first lines
         self._x += distance * math.cos(self._yaw + turn / 2.0)
         self._y += distance * math.sin(self._yaw + turn / 2.0)
         self._yaw += turn
@@ -118,7 +119,7 @@ class Odometer:
 
 
 class Board:
-    """Its present occupation, and the command that it obeys."""
+    """The board's state (starting, calibrating or free), and the command that it obeys."""
 
     def __init__(self, seed: int) -> None:
         self._random = random.Random('board {}'.format(seed))
@@ -127,39 +128,41 @@ class Board:
         self._blocked_until = -math.inf
         self._cut_since: Optional[float] = None
         self._yaw_before = self._pause = 0.0
-        #: Is it without power or starting, so that what is sent to it is lost?
+        #: Is the board off or starting? Then commands to it are lost.
         self.is_starting = False
-        #: Does it neither read nor send?
+        #: Is the board busy? Then it does not read and does not send.
         self.is_busy = False
-        #: End of that [s], or infinite. An attribute, for speed.
+        #: Time at which the board is free again [s], or infinity. An attribute, for speed.
         self.due = math.inf
-        self._command = NO_COMMAND      # read at [s], forward speed, rate of turn
+        self._command = NO_COMMAND      # time of reading [s], forward speed, rate of turn
 
     def switch_off(self) -> None:
-        """It has no power."""
+        """The board has no power from now on."""
         self._command = NO_COMMAND
         self._waiting.clear()
         self.is_starting = self.is_busy = True
         self.due = math.inf
 
     def start(self, now: float) -> None:
-        """It starts, which ends at `due`."""
+        """The board starts. The start ends at `due`."""
         self.is_starting = self.is_busy = True
         self.due = now + START_TIME
 
     def calibrate(self, now: float, pause: float, yaw: float) -> None:
-        """It calibrates its gyro for `pause` [s], from the true yaw [rad], not wrapped."""
+        """The board calibrates its gyro for `pause` [s]; `yaw` is the true yaw now [rad], not
+        wrapped."""
         self.is_starting, self.is_busy = False, True
         self.due = now + pause
         self._pause, self._yaw_before = pause, yaw
 
     def end_calibration(self, yaw: float) -> float:
-        """The calibration is over, at this true yaw. Returns the gyro's bias [rad/s]."""
+        """The calibration is over; `yaw` is the true yaw now. Returns the gyro's bias [rad/s]."""
         self._free_since, self.due, self.is_busy = self.due, math.inf, False
         return (self._yaw_before - yaw) / self._pause if self._pause else 0.0
 
     def read(self, arrivals: Sequence[Arrival]) -> bool:
-        """Commands and resets have arrived. Is a reset next? What came behind it waits."""
+        """Read the commands and resets that have arrived. Returns True if a reset is next; the
+        messages behind it wait."""
         self._waiting.extend(arrivals)
         while self._waiting and not self.is_busy:
             arrival, message = self._waiting.popleft()
@@ -170,7 +173,7 @@ class Board:
         return False
 
     def wanted(self, now: float) -> Tuple[float, float]:
-        """(forward speed, rate of turn) that is in force."""
+        """Returns the (forward speed, rate of turn) that the board obeys now."""
         read_at, linear, angular = self._command
         return (0.0, 0.0) if now - read_at > COMMAND_TIMEOUT else (linear, angular)
 
@@ -182,13 +185,13 @@ class Board:
         self._blocked_until = now + self._random.uniform(*BLOCKED)
 
     def regain_link(self, now: float) -> bool:
-        """The serial node is back. Is that a new connection?"""
+        """The serial node is back. Returns True if this is a new connection."""
         assert self._cut_since is not None
         away, self._cut_since = now - self._cut_since, None
         return away > NEW_CONNECTION
 
     def is_blocked(self, now: float) -> bool:
-        """Does it wait for a write to end? Without the link each loop does."""
+        """Is the board busy, or waiting for a write to end? Without the link each loop waits."""
         if self._cut_since is None or self.is_busy:
             return self.is_busy
         if now < self._blocked_until:

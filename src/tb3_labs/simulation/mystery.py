@@ -9,8 +9,8 @@ A number from 1 to LAST always gives the same robot. In each block of numbers (1
 ...) each of the KINDS occurs once, in a random order, and neighbours differ. Only
 ``random.Random(text).random()`` is used, since Python promises its sequence for all versions.
 
-Nothing here is secret: a reader of this file can compute the answer, and so can a patient reader
-of `mystery.py --answer`. The exercise asks for the measurement that proves it.
+Nothing here is secret: a reader of this file can compute the answer, and so can a patient user of
+`mystery.py --answer`. The exercise asks for the measurement that proves it.
 
 Units: each fault's value has a unit of its own; times are in seconds since the robot's start. Edge
 cases: a wrong fault in an answer tells nothing about the right one; an angle may be off by whole
@@ -35,13 +35,14 @@ PLAIN = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_rate', 'odom_rate'
 
 @dataclass(frozen=True)
 class Fault:
-    """A kind of fault. `settings` of the SimulatorConfig make it. `setting` of them is the value
-    times `scale`; a fault without `setting` comes and goes, and the value is how long it lasts."""
+    """A kind of fault. It is made by `settings` of the SimulatorConfig, and by the one called
+    `setting`, which is the value times `scale`. A fault without `setting` comes and goes; its value
+    is the time that it lasts."""
 
     name: str
     size: Tuple[float, float]       # range of the value, without sign
     signed: bool                    # may the value be negative?
-    digits: int                     # of the value that is drawn, behind the point
+    digits: int                     # of the drawn value, after the decimal point
     unit: str
     tolerance: float                # a value this near is right
     value: str                      # the meaning of the value
@@ -51,9 +52,9 @@ class Fault:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-#: A value at the very limit is right, in spite of binary fractions.
+#: Added to the tolerance, so that rounding does not make a value at the limit wrong.
 ROUNDING = 1e-9
-#: All kinds of faults, as they can be answered. One more kind makes other robots of all numbers.
+#: All kinds of faults, by the names of the answers. A further kind would change all robots.
 KINDS = (
     Fault('imu offset', (20.0, 160.0), True, 0, 'deg', 3.0,
           "the IMU's heading minus the odometry's, from -180 to 180",
@@ -130,8 +131,8 @@ class HiddenFault:
         self._sound = replace(plain, seed=seed)
 
     def settings_at(self, now: float) -> SimulatorConfig:
-        """The robot's settings at this time since its start [s]; the same object while they are
-        the same."""
+        """Returns the robot's settings at `now` [s] after its start: the same object until they
+        change."""
         is_sound = not self.fault.setting and now % (PAUSE + self.value) < PAUSE
         return self._sound if is_sound else self._faulty
 
@@ -165,8 +166,8 @@ def _shuffled(block: int) -> List[int]:
 
 
 def fault_called(name: str) -> Fault:
-    """The fault of this name, whatever its capitals and the order of its words; ``ValueError`` for
-    an unknown one."""
+    """Returns the fault called `name`; capitals and the order of the words do not matter. Raises
+    ``ValueError`` for an unknown name."""
     for fault in KINDS:
         if _words(fault.name) == _words(name):
             return fault
@@ -181,8 +182,8 @@ def _words(name: str) -> Tuple[str, ...]:
 
 
 def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, str]:
-    """(is it right?, the words for the student). ``ValueError`` if the number, the fault or the
-    value cannot be."""
+    """Returns (is the answer right?, the words for the student). Raises ``ValueError`` if the
+    number, the fault or the value is not valid."""
     hidden, truth, _ = draw(number)
     named = fault_called(name)
     if value is not None and not math.isfinite(value):
@@ -209,7 +210,7 @@ def _difference(fault: Fault, value: float, truth: float) -> float:
 
 
 def shown(fault: Fault, value: float) -> str:
-    """A value as it was drawn, with its unit, and its sign if it can be either."""
+    """A value as it was drawn, with its unit; a signed one shows + too."""
     return '{:{}.{}f} {}'.format(value, '+' if fault.signed else '', fault.digits, fault.unit)
 
 

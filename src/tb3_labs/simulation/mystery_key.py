@@ -6,7 +6,8 @@ from tb3_labs.simulation.mystery import draw, shown
 
 
 def key(words: Sequence[str]) -> List[str]:
-    """The lines of the key of `words`, such as '7' or '1-12'; ``ValueError`` with the reason."""
+    """Returns the lines of the key for `words`, each such as '7' or '1-12'. Raises ``ValueError``
+    with the reason if a word is not valid."""
     lines = ['number  fault            value']
     if not words:
         raise ValueError('which key? A number such as 7, or a range such as 1-12')

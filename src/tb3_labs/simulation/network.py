@@ -5,15 +5,15 @@
     link.send(['a', 'b'], [0.10, 0.11])
     link.take(0.2)                     # [(0.134, 'a'), (0.151, 'b')]: time of arrival, message
 
-A link is one direction and behaves as TCP does: messages are not lost and do not overtake. A
-message arrives after its `delay` and a random `jitter`, which is drawn for each message. It does
-not arrive before the message sent before it. In a stall it waits for the end of the stall. A cut is
-a stall that lasts until it is switched off. Messages of the same moment arrive together. Stalls are
-the same ones for the links of both directions.
+A link is one direction and behaves as TCP does: messages are not lost, and stay in their
+order. A message arrives after its `delay` and a random `jitter`, which is drawn for each message. A
+message that comes during a stall waits for the end of the stall. A cut is a stall that lasts until
+it is switched off. Messages of the same moment arrive together. The links of both directions have
+the same stalls.
 
-Stalls begin as a Poisson process, and none begins within another one, so that none is longer than
-the longest. Everything random comes from the seed, by separate generators, and does not depend on
-how often :meth:`Link.take` is called.
+Stalls begin at random (a Poisson process). A stall does not begin within another one, so a stall is
+not longer than `longest_stall`. Everything random comes from the seed, by separate generators, and
+does not depend on how often :meth:`Link.take` is called.
 
 Units: seconds. Edge cases: a message due at the very end of a stall is not delayed by it; a change
 of delay or jitter does not change messages under way; a change of the stalls ends the present one.
@@ -38,7 +38,7 @@ LONGEST_STALL = 0.4
 
 def _network(delay: float = 0.0, stalls_per_min: float = 0.0,
              longest_stall: float = LONGEST_STALL) -> Dict[str, float]:
-    # A quarter of the delay as the jitter's mean: one message in 55 takes twice the delay.
+    # The jitter's mean is a quarter of the delay: one message in 55 takes twice the delay or more.
     return dict(command_latency=delay, sensor_latency=delay, command_jitter=delay / 4.0,
                 sensor_jitter=delay / 4.0, stalls_per_min=stalls_per_min,
                 longest_stall=longest_stall)
@@ -61,17 +61,17 @@ class LinkSettings:
     jitter: float = 0.0             # mean of the additional delay, exponential [s]
     stalls_per_min: float = 0.0
     longest_stall: float = LONGEST_STALL    # each lasts a uniform random time up to this [s]
-    is_cut: bool = False            # nothing arrives while it is
+    is_cut: bool = False            # nothing arrives while this is True
 
     @property
     def stalls(self) -> Tuple[float, float]:
-        """The settings on which the stalls depend: a change plans them anew."""
+        """The settings of the stalls. If they change, the stalls are planned anew."""
         return self.stalls_per_min, self.longest_stall
 
 
 class Interruptions:
-    """Random intervals [start, end), `rate` per second outside them; each lasts a uniform random
-    time between the two `lengths` [s]."""
+    """Random intervals [start, end). Outside them, `rate` intervals begin per second on average.
+    Each lasts a uniform random time between the two `lengths` [s]."""
 
     def __init__(self, rate: float, lengths: Tuple[float, float], since: float,
                  seed: Union[int, str]) -> None:
@@ -84,7 +84,7 @@ class Interruptions:
         self._end = self._start + self._random.uniform(*self._lengths)
 
     def release(self, moment: float) -> float:
-        """`moment`, or the end of the interval in which it lies. Ask in order of time."""
+        """Returns `moment`, or the end of the interval around it. Ask in order of time."""
         while moment >= self._end:
             self._plan(self._end)
         return self._end if moment >= self._start else moment
@@ -98,7 +98,7 @@ class Link:
         self._random = random.Random('jitter of {} {}'.format(direction, seed))
         self._settings = LinkSettings()
         self._stalls: Optional[Interruptions] = None
-        self._under_way: Deque[Arrival] = deque()   # by the time it is due
+        self._under_way: Deque[Arrival] = deque()   # (due at [s], message), in order
         self._last_due = -math.inf
         self._arrived: List[Arrival] = []
 

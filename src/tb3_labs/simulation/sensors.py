@@ -54,8 +54,8 @@ class Rhythm:
 
 
 class SensorFaults:
-    """The faults of one sensor. `silent`: no samples; `frozen`: one sample, with new stamps.
-    `dropouts` are the same for both sensors."""
+    """The faults of one sensor. `silent`: no samples; `frozen`: the same sample again and again,
+    with new stamps. Both sensors have the same `dropouts`."""
 
     def __init__(self, silent: bool, frozen: bool, dropouts: Optional[Interruptions]) -> None:
         self._silent, self._frozen, self._dropouts = silent, frozen, dropouts
@@ -75,7 +75,7 @@ class SensorFaults:
 
 
 class TimeSyncs:
-    """The error of the board's clock: up to `largest` [s], another one from each sync on."""
+    """The error of the board's clock: up to `largest` [s], early or late. Each sync changes it."""
 
     def __init__(self, largest: float, seed: int) -> None:
         self._largest, self._seed = largest, seed
@@ -90,7 +90,7 @@ class TimeSyncs:
         return self._error
 
     def stamped(self, samples: List[Sample]) -> List[Sample]:
-        """The samples with the stamps of that clock; `samples` have true ones."""
+        """Returns the samples with the stamps of the board's clock; `samples` have true stamps."""
         if not self._largest:
             return samples
         return [with_stamp(sample, sample.stamp + self.error(sample.stamp)) for sample in samples]
@@ -109,7 +109,7 @@ class Sensors:
         self._samples: List[Sample] = []    # oldest first
         #: Will the next odometry begin at zero?
         self.resetting = False
-        #: The odometry's frame: world_T_odom, by the true pose at the last reset.
+        #: The place of the odometry's frame, world_T_odom, from the true pose at the last reset.
         self.origin = Pose2()
         #: Time at which the last odometry was measured, arrived or not [s].
         self.odometry_stamp = 0.0
@@ -155,6 +155,6 @@ class Sensors:
             self._samples.extend(self._odom_faults.outcome([sample]))
 
     def take(self) -> List[Sample]:
-        """The samples since the last call, oldest first; their stamps are true."""
+        """Returns the samples since the last call, oldest first; their stamps are true."""
         samples, self._samples = self._samples, []
         return samples

@@ -6,13 +6,13 @@
         ...                            # ImuSample and OdometrySample, by time of arrival
 
 Parts: `simulator_config` holds the settings. `firmware` reads commands and resets, and turns
-commands into motor speeds and encoders into odometry. `drivetrain` moves the robot, `body` adds an
-IMU, `sensors` makes the samples with their faults, and `network` delays samples and commands.
+commands into motor speeds and encoders into odometry. `body` moves the robot and its IMU, `sensors`
+makes the samples with their faults, and `network` delays samples and commands.
 This module is their clock. The same seed gives the same samples, for steps of any length.
 
-Frames: `truth` is in `world`, where the odometry starts without error. The IMU's yaw differs from
-the true yaw by `imu_offset_deg`. Stamps count seconds from 0.
-Source: the firmware where marked; noise from a recording of a real Burger at rest.
+Frames: `truth` is in `world`, in which the odometry starts without error. The IMU's yaw differs
+from the true yaw by `imu_offset_deg`. Stamps count seconds from 0.
+Source: the firmware; noise from a recording of a real Burger at rest.
 """
 import math
 from dataclasses import replace
@@ -30,8 +30,8 @@ from tb3_labs.simulation.network import Arrival, Link, LinkSettings
 from tb3_labs.simulation.sensors import Rhythm, Sensors
 from tb3_labs.simulation.simulator_config import STARTING, SimulatorConfig
 
-#: Events this shortly after the end of a step belong to it [s]: many small steps do not add up to
-#: exactly one large step.
+#: An event up to this long after the end of a step belongs to the step [s], since many small steps
+#: do not add up to exactly one large step.
 ROUNDING = 1e-9
 
 
@@ -44,7 +44,8 @@ class Simulator:
         self.config = replace(config, gyro_bias_deg=0.0, board_off=False, serial_dead=False)
         start = Pose2(config.start_x, config.start_y, wrap(math.radians(config.start_yaw_deg)))
         self._body = Body(self._model, start, math.radians(config.imu_offset_deg), config.seed)
-        #: The odometry's origin, and stamp and wheels of the last one, arrived or not.
+        #: The sensors. They know the odometry's origin, and stamp and wheels of the last odometry,
+        #: even if it has not arrived.
         self.sensors = Sensors(self._model, self._body, self.config)
         #: Time since the start [s].
         self.now = 0.0
@@ -101,7 +102,7 @@ class Simulator:
     def reset(self) -> None:
         """Send the firmware's reset now: the board calibrates its gyro. Meanwhile it sends no
         sample, reads nothing, and the motors keep their speed. The gyro is raw, and takes the mean
-        rate of turn for its bias. Then the odometry is zero but for the turn that the IMU saw.
+        rate of turn for its bias. Then the odometry is zero, plus the turn that the IMU saw.
         """
         self._command_link.send((RESET,), (self.now,))
         self._read(self.now)
@@ -134,7 +135,7 @@ class Simulator:
         board, sensors, control = self._board, self.sensors, self._control_rhythm
         imu, odom = sensors.imu_rhythm, sensors.odom_rhythm
         while True:
-            # Order of events of one moment: the board, driving, odometry, IMU.
+            # Events of the same moment have this order: the board, driving, odometry, IMU.
             tick = min(control.due, odom.due, board.due)
             if imu.due < tick:
                 stamps = imu.take_until(min(tick, horizon))
@@ -180,7 +181,7 @@ class Simulator:
             self._board.switch_off()
             self._obey(self.now, (0.0, 0.0))
         elif before.board_off and not config.board_off:
-            self._body.imu.error = -self._body.yaw      # its yaw is zero
+            self._body.imu.error = -self._body.yaw      # the IMU's yaw is zero
             self._start()
         if config.serial_dead and not before.serial_dead:
             self._board.lose_link(self.now)
@@ -189,7 +190,7 @@ class Simulator:
                 self._calibrate(self.now)
 
     def _start(self) -> None:
-        """The board starts. It calibrates three times; it is heard between the last two."""
+        """The board starts. It calibrates three times, and sends a sample between the last two."""
         pause = self.config.reset_pause
         yaw = self._body.yaw + self._body.imu.error
         self.sensors.odometer.theta_last = wrap(yaw + RAW_BIAS * pause)

@@ -47,8 +47,8 @@ class SimulatorConfig(Config):
     wheel_lag: float = setting(
         0.0085, "age of the encoders' reading at the odometry's stamp", 's', 0.0, 1.0)
     stamp_step: float = setting(
-        0.0, 'all stamps step at each time sync, every 5 s: to at most this, early or late', 's',
-        0.0, 0.1)
+        0.0, 'largest error of all stamps, early or late; it changes at each time sync, every 5 s',
+        's', 0.0, 0.1)
     wheel_mismatch: float = setting(
         0.0, 'fraction by which the right wheel is smaller than the firmware assumes', '',
         -0.5, 0.5)
@@ -93,8 +93,8 @@ STARTING = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'c
 #: The faults; a change of one starts all of them anew.
 FAULTS = ('imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen', 'dropouts_per_min')
 
-#: Computers that the robot's board is connected to, by name: the settings that make them. Measured
-#: on the firmware, behind a fast computer and behind one as slow as a Raspberry Pi.
+#: {name of a computer that the robot's board is connected to: the settings for it}. Measured with
+#: the firmware on a fast computer, and on one as slow as a Raspberry Pi.
 HOSTS: Dict[str, Dict[str, float]] = {
     'default': {},
     'laptop': dict(imu_rate=171.0, odom_rate=29.9, stamp_step=0.008),

@@ -6,7 +6,7 @@ asked for during a turn moves its goal, and is refused while the mouse drives. A
 driver the robot is stopped first, by one zero. A node that stops holding the robot sends one zero,
 and is silent.
 
-Sources: the handouts of both labs, and the failures of nodes without such a rule.
+Sources: the course's mouse and gamepad labs, and the failures of nodes without such a rule.
 """
 from enum import Enum
 from typing import Dict, Tuple, TypeVar
@@ -21,12 +21,12 @@ class Driver(Enum):
 
 
 class DriverEvent(Enum):
-    """An event that may change that. Messages of a mouse that is not active are no events."""
+    """An event that may change the driver. A message of an inactive mouse is not an event."""
 
     TURN_ASKED = 'turn asked'
     TURN_OVER = 'turn over'
-    MOUSE_MOVED = 'mouse moved'           # it is active, outside its dead zone,
-    MOUSE_CENTRED = 'mouse centred'       # or inside: it leaves a turn alone
+    MOUSE_MOVED = 'mouse moved'           # it is active, and outside its dead zone
+    MOUSE_CENTRED = 'mouse centred'       # it is active, and inside; a turn goes on
     MOUSE_RELEASED = 'mouse released'     # once, when it is deactivated or lost
 
 
@@ -50,18 +50,18 @@ class Holder(Enum):
 
 
 class HolderEvent(Enum):
-    """An event that may change that.
+    """An event that may change the holder.
 
     READY: the pad is heard and its sticks are at rest (or its hold button was pressed again). So a
-    stick that is pushed when the robot comes back drives nothing. LOST gives the robot to nobody,
+    stick that is already pushed does not drive at once. LOST gives the robot to nobody,
     since its operator has no stop button any more.
     """
 
     READY = 'pad ready'
-    RELINQUISH = 'relinquish'    # its button was pressed,
-    REGAIN = 'regain'            # and this one
-    GIVEN = 'given'              # by others: a person at a terminal, another pad,
-    TAKEN = 'taken'              # or move_to_goal itself
+    RELINQUISH = 'relinquish'    # this button was pressed
+    REGAIN = 'regain'            # this button was pressed
+    GIVEN = 'given'              # control was given by others: at a terminal, by another pad
+    TAKEN = 'taken'              # control was taken by others, or by move_to_goal itself
     LOST = 'pad lost'
 
 

@@ -1,6 +1,6 @@
 """Is a source alive? It is lost if it is silent, and frozen if it repeats one reading.
 
-The arrivals of its messages show a silence, never their stamps. The readings of a working sensor
+The arrivals of the messages show a silence; their stamps do not. The readings of a working sensor
 always change while the robot moves; those of a driver that hangs do not.
 
 Units: seconds on the receiver's clock (`now`), m/s, rad/s. Edge cases: a source that was never
@@ -14,13 +14,14 @@ from typing import Any, Optional
 #: A sensor that is silent for longer than this is lost [s]; a robot at full speed drives 5 cm in
 #: this time.
 SENSOR_TIMEOUT = 0.22
-#: After a silence of the sensors of at most this length a motion goes on by itself [s].
+#: A motion goes on by itself after a silence of the sensors up to this long [s].
 RESUME_TIME = 2.0
 #: A sensor that repeats itself for longer than this, though the robot is told to move, is frozen
 #: [s]. A slow network and slow motors delay the motion by less.
 FROZEN_TIME = 0.6
-#: With a command faster than this the readings must show a motion [m/s], [rad/s].
+#: If the robot is told to drive faster than this, the readings must show a motion [m/s].
 SURELY_DRIVES = 0.02
+#: If the robot is told to turn faster than this, the readings must show a motion [rad/s].
 SURELY_TURNS = 0.1
 
 
@@ -34,7 +35,7 @@ class Freshness:
         self.count = self.dropped = 0
         #: Contents of the last message, without its stamp.
         self.reading: Any = None
-        #: The reading has not changed for this long, though it must [s].
+        #: The reading has not changed for this long, although it must change [s].
         self.repeated_for = 0.0
         self._heard_at: Optional[float] = None
         self._longest_gap = 0.0
@@ -50,12 +51,12 @@ class Freshness:
             self.reading, self._is_new = reading, True
 
     def look(self, must_change: bool, dt: float) -> None:
-        """Has the reading changed in the `dt` [s] since the last look, in which it must?"""
+        """Note whether the reading changed in the last `dt` [s]; `must_change`: it had to."""
         self.repeated_for = self.repeated_for + dt if must_change and not self._is_new else 0.0
         self._is_new = False
 
     def take_longest_gap(self) -> float:
-        """The longest silence between two messages since the last call [s], also of a sleep."""
+        """The longest silence between two messages since the last call [s]; a sleep is one, too."""
         gap, self._longest_gap = self._longest_gap, 0.0
         return gap
 
@@ -78,7 +79,7 @@ class Freshness:
         return 'no {}{}'.format(self.name, ' yet' if self._heard_at is None else '')
 
     def silence_with_age(self, now: float) -> str:
-        """The same with its duration: 'no imu for 1.2 s'."""
+        """The text of `silence` with its duration: 'no imu for 1.2 s'."""
         age = self.age(now)
         return self.silence if math.isinf(age) else '{} for {:.1f} s'.format(self.silence, age)
 
@@ -93,8 +94,10 @@ class Sight(Enum):
 
 
 class SensorWatch:
-    """Watches all sensors that a motion needs: their silence during the motion, and their readings,
-    at which the motion's owner looks (Freshness.look)."""
+    """Watches all sensors that a motion needs: finds silent ones, and ones that repeat a reading.
+
+    The owner of the motion calls Freshness.look for the readings.
+    """
 
     def __init__(self, *sources: Freshness) -> None:
         self._sources = sources
@@ -124,7 +127,7 @@ class SensorWatch:
         self.pause()
 
     def pause(self) -> None:
-        """The robot stood until now: neither silence nor repetition counts."""
+        """The robot stood until now: forget silences and repetitions."""
         self.hold_reason = ''
         for source in self._sources:
             source.take_longest_gap()
@@ -155,7 +158,7 @@ class SensorWatch:
     def _have_begun(self) -> bool:
         """Has each sensor sent more than one message?
 
-        A TurtleBot3 that was just connected sends one, and calibrates its gyro then, for 2.6 s in
-        which it must not move.
+        A TurtleBot3 that was just connected sends one message. Then it calibrates its gyro for
+        2.6 s, in which it must not move.
         """
         return all(source.count > 1 for source in self._sources)

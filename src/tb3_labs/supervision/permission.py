@@ -6,27 +6,27 @@ a person gives the machine anew):
 * A sender *gives* by its first True, and by each True that follows a False of its own. The robot
   may be driven while a grant holds.
 * A repeated True, without a False in between, gives nothing new. It only renews a grant, if the
-  sender is of the renewing kind.
+  sender is one that renews.
 * A False of any sender takes all that was given, by any sender.
 * If the renewals stop for `LAPSE`, the grant is suspended. A renewal before `LONGEST_LAPSE`
-  restores it. After a longer silence it is gone.
-* If this process did not run for longer than `LONGEST_LAPSE`, all grants are gone. A True that it
-  hears while it wakes from a sleep does not count: it may be older than a stop.
-* A stop counts, however it arrives; only a grant is doubted. A True that was latched, and perhaps
-  said before this node could hear it, gives nothing: a False and then a True do. A False that came
-  with the connection, as one that is older than this node does, leaves what was given at the start.
-* A True does not count if it was sent more than `LONGEST_LAPSE` ago, before another sender's
-  False, or before this node started, or woke from such a sleep. Renewals that arrive faster than
-  one in each `RENEWAL` show that it was delayed.
+  restores it. After a longer silence it has expired.
+* If this process did not run for longer than `LONGEST_LAPSE`, all grants have expired. A True that
+  it hears while it wakes from a sleep does not count: it may be older than a stop.
+* A stop is never doubted, only a grant. A latched True may have been sent before this node could
+  hear it: it gives nothing, until a False and then a True follow. A latched False that is older
+  than this node does not take the permission that was given at the start.
+* A True does not count if it was sent more than `LONGEST_LAPSE` ago, before another sender's False,
+  or before this node started or woke. If renewals arrive faster than one in each `RENEWAL`, the
+  True was delayed.
 
-A process sleeps when it is stopped, swapped out, or its computer is suspended. It sees that only
-by the clock: it looks at the clock repeatedly, and a long time between two looks is a sleep
+A process sleeps when it is stopped, swapped out, or its computer is suspended. Only the clock shows
+a sleep: the process looks at the clock repeatedly, and a long time between two looks is a sleep
 (:class:`SleepWatch`, which other nodes use as well).
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
 :meth:`Permission.update` is to be called ten times a second.
 Edge case: a sender that renews must do so once before the robot may move. So a True of a dead
-sender, or a delayed one, moves nothing.
+sender, or a delayed True, does not move the robot.
 """
 import math
 from typing import Dict, List, Optional, Set
@@ -35,17 +35,18 @@ from tb3_labs.news import News, NewsDesk
 
 #: Time from one renewal of a permission to the next [s].
 RENEWAL = 0.1
-#: A permission that was being renewed is suspended after this silence [s],
+#: A grant whose renewals stop is suspended after this silence [s].
 LAPSE = 0.5
-#: and gone after this one [s]. A grant that was delayed by more than this does not count.
+#: A grant expires after this silence [s]. It does not count if it was delayed by more than this.
 LONGEST_LAPSE = 2.0
 #: A grant holds after a renewal that comes later than this [s]. Earlier renewals may have been
 #: delayed and arrived together with it; they do not show that the sender is alive.
 CONFIRMATION = 0.04
-#: More than this between two looks is a sleep [s]; a busy machine makes a process wait for less.
+#: A longer time than this between two looks at the clock is a sleep [s]. On a busy machine a
+#: process waits for less.
 LONGEST_GAP = 1.0
-#: Messages within this time after a sleep may be as old as the sleep. Their order is lost, since
-#: each topic is read by a thread of its own [s].
+#: Messages within this time after a sleep may be as old as the sleep [s]. Their order is not known,
+#: since each topic is read by its own thread.
 WAKING = 0.3
 
 
@@ -55,13 +56,13 @@ class SleepWatch:
     def __init__(self) -> None:
         #: Length of the sleep that the last update found [s]; 0 if it found none.
         self.slept_for = 0.0
-        #: True if messages heard now may be as old as a sleep: a stop counts, nothing else.
+        #: True if messages heard now may be as old as a sleep. Then only a stop counts.
         self.is_waking = False
         self._updated_at: Optional[float] = None
         self._woke_at = -math.inf
 
     def update(self, now: float) -> None:
-        """Look at the clock. To be called ten times a second, and before each message counts."""
+        """Look at the clock. To be called ten times a second, and before each message is used."""
         gap = now - self._updated_at if self._updated_at else 0.0    # 0: the clock had not begun
         self._updated_at = now
         self.slept_for = gap if gap > LONGEST_GAP else 0.0
@@ -70,7 +71,7 @@ class SleepWatch:
         self.is_waking = now - self._woke_at < WAKING
 
     def start(self, now: float) -> None:
-        """Begin to look now: no time before counts."""
+        """Begin to look now; the time before does not count."""
         self.slept_for, self.is_waking = 0.0, False
         self._updated_at, self._woke_at = now, -math.inf
 
@@ -96,13 +97,13 @@ class _Grant:
         return now - self.heard_at if self._renews else 0.0
 
     def holds(self, now: float) -> bool:
-        """May the robot be driven by it? Not if its sender is silent, or has not renewed it yet."""
+        """Does the grant hold? Not if its sender is silent, or has not renewed it yet."""
         return not self._renews or (self.silent_for(now) <= LAPSE
                                     and self.heard_at - self.given_at >= CONFIRMATION)
 
     @property
     def sent_before(self) -> float:
-        """The latest time at which it can have been sent, estimated from the renewals [s]."""
+        """The latest time at which the grant can have been sent, by its renewals [s]."""
         heard_for = self.heard_at - self.given_at
         if heard_for >= LONGEST_LAPSE:    # by now the clocks may differ by as much
             return self.given_at
@@ -117,13 +118,13 @@ class Permission:
         self.granted = granted
         #: Number of grants so far.
         self.count = 0
-        # All three by sender: its grant, its last message, the time of its last False.
+        # For each sender: its grant, its last message, the time of its last False.
         self._grants: Dict[str, _Grant] = {'': _Grant(0.0, False)} if granted else {}
         self._said: Dict[str, bool] = {}
         self._stops: Dict[str, float] = {}
         self._refused: Set[str] = set()    # senders that were told that their True did not count
         self._began_at = math.nan      # the time of the first update, or of the end of a long sleep
-        #: To be started when senders can be heard: the time in which the process began is no sleep.
+        #: Start it when senders can be heard: the start of the process is not a sleep.
         self.sleep = SleepWatch()
         self._news = NewsDesk()
 
@@ -139,11 +140,13 @@ class Permission:
     def told(self, granted: bool, now: float, sender: str = '', renews: bool = False,
              is_doubtful: bool = False, is_old: bool = False) -> None:
         """`sender` said True or False now; `renews`: it renews its grant, else it gives once.
-        `is_doubtful`: this was latched, and perhaps said before; `is_old`: it was, for sure.
+
+        `is_doubtful`: the message was latched, and may be older than this node; `is_old`: it surely
+        is older.
         """
         self.update(now)
         repeated, self._said[sender] = granted and self._said.get(sender, False), granted
-        if is_old and not granted and not any(self._grants):    # '' is the start's own grant
+        if is_old and not granted and not any(self._grants):    # '' is the grant at the start
             return
         if not granted:
             self._stops = {other: at for other, at in self._stops.items()
@@ -175,7 +178,7 @@ class Permission:
             self._news.tell(text.format(sender), warning=True)
 
     def update(self, now: float) -> None:
-        """Suspend or end what was not renewed in time. To be called repeatedly."""
+        """Suspend or end grants that were not renewed in time. To be called repeatedly."""
         if math.isnan(self._began_at):
             self._began_at = now
         self.sleep.update(now)

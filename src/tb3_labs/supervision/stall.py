@@ -6,19 +6,20 @@ Units: metres or radians for the remaining way, per second for speeds; seconds o
 import math
 from typing import Optional
 
-#: The robot counts as stalled when it got no nearer for this long while it was told to move [s],
+#: The robot counts as stalled when it got no nearer for this long while it was told to move [s].
 STALL_TIME = 1.3
-#: "nearer" being at least this much [m or rad].
+#: The robot got nearer if the remaining way is less by at least this much [m or rad].
 STALL_STEP = 0.004
-#: A robot that is told to rest settles within this time, all rests taken together [s].
+#: A drive waits for the robot to settle for at most this long, the sum of all its rests [s].
 LONGEST_REST = 4.0
 #: The goal counts as missed when the remaining way grows again by this much, half a second at full
 #: speed [m or rad]. A short stall of the network makes the robot overshoot by less.
 AWAY_LIMIT = 0.8
 #: A robot that is faster than this moves [m/s or rad/s].
 MOVING = 0.005
-#: A sample that is slower than this shows a robot at rest [m/s], [rad/s].
+#: A robot at rest has at most this forward speed in its samples [m/s],
 REST_LINEAR = 0.005
+#: and at most this rate of turn [rad/s].
 REST_ANGULAR = 0.03
 #: Samples at rest must span this time, nearly one control period of the robot [s].
 SETTLING_TIME = 0.03
@@ -34,10 +35,10 @@ class StallWatch:
         self._problem = ''
 
     def resume(self) -> None:
-        """The robot stood for a moment, since its sensors were silent: its way may have grown.
+        """The robot stood while its sensors were silent: its remaining way may have grown.
 
-        The time for which it got no nearer goes on: else a stalled robot on a bad network would be
-        driven for ever.
+        The time for which it got no nearer is kept. Otherwise a stalled robot on a bad network
+        would be driven for ever.
         """
         self._least = None
 
@@ -73,15 +74,15 @@ class StallWatch:
 
 
 class Settling:
-    """Does the robot rest, as the samples of one motion show for `SETTLING_TIME`?
+    """Has the robot been at rest for `SETTLING_TIME`, by the samples of one motion?
 
-    Their times of measurement count: one sample that is read repeatedly may be old.
+    It goes by their times of measurement: a sample that is read again may be old.
     """
 
     def __init__(self) -> None:
         #: Time of the first of the samples at rest [s]; None while the robot moves.
         self.since: Optional[float] = None
-        self._last = 0.0      # and of the latest [s]
+        self._last = 0.0      # time of the latest sample [s]
 
     def look(self, at_rest: bool, measured_at: float) -> None:
         """Take in the latest sample: does it show a robot at rest, and when was it measured?"""

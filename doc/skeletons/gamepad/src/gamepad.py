@@ -4,7 +4,7 @@
 Each TODO says what belongs there. Write it, and delete the lines below it that say that the TODO is
 open. The node starts with open TODOs, too, and names those that it meets.
 
-The numbers of axes and buttons are those of the handout's pad. `rostopic echo /joy` shows yours.
+The numbers of axes and buttons are those of the course's pad. `rostopic echo /joy` shows yours.
 
 Subscribes
     joy            sensor_msgs/Joy

@@ -1,18 +1,19 @@
-// This page as the holder of the robot: it asks to hold it, and sends the joys 20 times a second.
+// This page as the holder of the robot: it asks to hold it, and sends a joy 20 times a second.
 //
-// A grip drives only once the node `gamepad` is ready. It must see the sticks at rest first, so a
-// grip sends zeros until then. A grip that waited for too long must be let go and gripped again:
-// the robot must not start at a moment that nobody expects.
+// The panel (holder.py) decides which page holds the robot, and which message counts. Here is only
+// decided what this page sends. A grip drives once the node `gamepad` is ready: it must see the
+// sticks at rest first, so a grip sends zeros until then. A grip that waited for too long must be
+// let go and gripped again: the robot must not start at a moment that nobody expects.
 
 import {timeNow} from './link.js';
 
 const PERIOD = 50;          // [ms] between two messages
 const READY_WITHIN = 1000;  // [ms] after a grip the pad must be ready
-const BUTTONS_AFTER = 450;  // [ms] the node has heard the pad for so long before a press counts
+const BUTTONS_AFTER = 450;  // [ms] a press counts once the node has heard the pad for so long
 const IDLE = 30000;         // [ms] without a touch: another page may hold the robot
 const STOPPED_WITHIN = 1000;  // [ms] a stop without an answer for so long is not confirmed
 const SETTLE = 700;         // [ms] a picture may be older than the answer to a request
-const WAITS = 1500;         // [ms] a press that could not be shown for so long no longer counts
+const WAITS = 1500;         // [ms] a press that waited for so long is dropped
 
 /** The presses of one button. Each is shown in at least one message as down, then as up. */
 class Presses {
@@ -74,7 +75,7 @@ export class Holder {
 
   get hasGranted() { return this._granted > -Infinity; }
 
-  // -- what a person does
+  // -- acts of a person
 
   grip(name, hold = true) {
     const at = performance.now();
@@ -183,7 +184,7 @@ export class Holder {
     return drove;
   }
 
-  // -- what the node tells
+  // -- pictures of the panel
 
   picture(picture) {
     this._picture = picture;
@@ -201,7 +202,7 @@ export class Holder {
     if (this.hasGranted && picture.has_control === false && isOld) this._endGrant();
   }
 
-  // -- inside
+  // -- asking, holding, sending
 
   /** This page no longer renews the control of move_to_goal. */
   _endGrant() {

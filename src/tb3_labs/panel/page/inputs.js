@@ -106,7 +106,8 @@ function onHold(element, grip, move, letGo) {
 
 // -- the keyboard
 
-/** Shortcuts, and the arrows as sticks at half deflection while they are held. */
+/** Shortcuts, and the arrows as sticks at half deflection while they are held. The list of keys that
+ *  the page shows is in index.html. */
 export class Keys {
   /** `actions`: key -> function; `stop()`: false if there is nothing to stop; `driving()`: may the
    *  arrows drive now? */
@@ -184,25 +185,6 @@ export class Keys {
     this._holder.move('keys', forward, left);
   }
 }
-
-/** The table of the help: [keys, what they do, is it a control?]. */
-export const SHORTCUTS = [
-  ['Space, Escape', 'STOP', true],
-  ['arrows', 'drive, at half speed, while held', true],
-  ['A', 'pad: move_to_goal drives', true],
-  ['B', 'pad: take the robot back', true],
-  ['Y', 'pad: here is the origin', true],
-  ['1, 2, 3', 'turn by 90, 180, \u221290 degrees', true],
-  ['G', 'drag a goal on the map', true],
-  ['R', 'drag on the map where the robot is', true],
-  ['V', 'the other frame stands still', false],
-  ['+, \u2212', 'zoom', false],
-  ['F', 'show everything', false],
-  ['W', 'only warnings in the log', false],
-  ['T', 'light or dark', false],
-  ['U', 'back to the list of robots', false],
-  ['?', 'this list', false],
-];
 
 // -- a real gamepad
 

@@ -35,8 +35,8 @@ export class Link {
     return this._socket !== null && this._socket.bufferedAmount > CROWDED;
   }
 
-  /** The time of a press now, on the panel's clock [s]; null before the first picture. The way of
-   *  that picture is left out, so a press may seem older than it is, but never younger. */
+  /** The time of a press now, on the panel's clock [s]; null before the first picture. The delay
+   *  of that picture is not added, so a press may seem older than it is, but never younger. */
   get pressed() {
     return this._clock && this._clock.shown + (performance.now() - this._clock.at) / 1000;
   }

@@ -1,6 +1,4 @@
-// The elements of the page: their texts, messages to the person, the log, the fields, the theme.
-
-import {degrees} from './view.js';
+// The elements of the page: their texts, messages to the person, the log, the help, the theme.
 
 const STAYS = 6000;          // [ms] a message stays for so long, and longer with its length
 const STAYS_A_LETTER = 40;   // [ms]
@@ -59,6 +57,19 @@ export function announce(state) {
   $('live').textContent = state;
 }
 
+export function showBanner(connected) {
+  document.body.dataset.connected = connected ? 'yes' : 'no';
+  // Written anew, so that a screen reader tells it.
+  $('banner').textContent = connected ? '' : 'not connected: nothing can be stopped from here';
+}
+
+export function flashBanner() {
+  const banner = $('banner');
+  banner.classList.remove('flash');
+  void banner.offsetWidth;            // starts the animation anew
+  banner.classList.add('flash');
+}
+
 // -- the log
 
 /** The log lines of all nodes, newest at the bottom, bounded. */
@@ -92,37 +103,22 @@ function entry(line) {
   return item;
 }
 
-// -- the fields of the goal and of the reset: x and y [m], yaw [degrees], in the frame local
+// -- the list of keys
 
-/** The heading that is typed for 'goal' or 'reset' [degrees]; 0 if there is none. */
-export function typedYaw(kind) {
-  return read(kind + '-yaw') || 0;
-}
+/** It is not modal: STOP must stay within reach. */
+export const help = {
+  toggle() {
+    if ($('help').open) { help.close(); return; }
+    $('help').show();
+    $('help-close').focus();
+  },
 
-export function fill(kind, pose) {
-  const [x, y, yaw] = pose;
-  $(kind + '-x').value = x.toFixed(3);
-  $(kind + '-y').value = y.toFixed(3);
-  $(kind + '-yaw').value = degrees(yaw).toFixed(1);
-}
-
-/** The request that the fields describe, or null if a field holds no number. */
-export function typedRequest(kind) {
-  const [x, y, yaw_deg] = ['x', 'y', 'yaw'].map((part) => {
-    const value = read(`${kind}-${part}`);
-    $(`${kind}-${part}`).setAttribute('aria-invalid', String(!Number.isFinite(value)));
-    return value;
-  });
-  if ([x, y, yaw_deg].every(Number.isFinite)) return {type: kind, x, y, yaw_deg};
-  say('x, y and yaw must be numbers', true);
-  return null;
-}
-
-/** The number in a field, with a point or a comma; NaN if there is none. */
-function read(id) {
-  const text = $(id).value.trim().replace(',', '.');
-  return text === '' ? NaN : Number(text);
-}
+  close() {
+    if (!$('help').open) return;
+    $('help').close();
+    $('help-open').focus();
+  },
+};
 
 // -- the theme
 

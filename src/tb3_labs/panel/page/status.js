@@ -1,7 +1,10 @@
-// The numbers, words and controls of the robot that the page looks at, and the list of all robots.
+// What the page tells: the numbers and words of its robot, those of the last 60 seconds, and the
+// list of all robots.
 
-import {Labels, circle, colours, drawGrid, heading, sharp} from './drawing.js';
-import {$, make, number, setReason, setText} from './page.js';
+import {
+  Labels, circle, colours, drawGrid, heading, nice, sharp, stroke,
+} from './drawing.js';
+import {$, make, number, setText} from './page.js';
 import {View, degrees, wrap} from './view.js';
 
 const LONG = 60;         // letters
@@ -11,18 +14,6 @@ const SHAPES = {
   driving: '\u25b6', reached: '\u2714', waiting: '\u25cf', stopped: '\u25a0', 'gave up': '\u2716',
   '': '\u25cb',
 };
-const ABSENT = {
-  goal: 'no node takes goals', reset: 'no node takes resets', control: 'no node waits for control',
-  turn: 'no node turns the robot', pad: 'the node gamepad does not run',
-  mouse: 'no node hears the mouse',
-};
-
-const PAD = {
-  ready: 'ready', connecting: 'connecting: hold still',
-  'held back': 'move_to_goal has control: B takes it', 'no node': ABSENT.pad,
-  '': 'grip a stick to drive',
-};
-
 export function showStatus(p) {
   setText($('state'), p.state || 'state unknown');
   $('state').title = p.state;
@@ -75,55 +66,105 @@ function showAges(ages) {
   }
 }
 
-// -- the controls
+// -- the last 60 seconds
 
-export function showControls(picture, connected, holder) {
-  const can = picture?.can || {};
-  const unknown = !connected ? 'not connected' : !picture ? 'no data yet' : '';
-  const absent = (kind) => unknown || (can[kind] ? '' : ABSENT[kind]);
-  const hasControl = picture?.has_control === true;
-  const other = picture?.page === 'other' ? 'another page drives' : '';
-  const give = absent('control') || other || (hasControl ? 'move_to_goal has it already' : '');
-  const turn = absent('turn') || (hasControl ? 'move_to_goal has control: take it first' : '');
-  setReason($('give'), give);
-  for (const id of ['turn-left', 'turn-about', 'turn-right']) setReason($(id), turn);
-  const drag = picture && !picture.frame ? 'the frame local is not known yet' : '';
-  setReason($('goal'), absent('goal'));
-  setReason($('reset'), absent('reset'));
-  setReason($('tool-goal'), absent('goal') || drag);
-  setReason($('tool-reset'), absent('reset') || drag);
-  const pad = absent('pad') || other, mouse = absent('mouse') || other;
-  // A stop is never disabled: neither "take" nor B.
-  for (const id of ['button-a', 'button-y']) setReason($(id), pad);
-  inert($('stick-left'), pad);
-  inert($('stick-right'), pad);
-  inert($('mouse-pad'), mouse);
-  // Without a connection the banner says it once for all.
-  const words = connected && picture ? join : () => '';
-  const keep = holder.hasGranted
-    ? 'move_to_goal drives while this page stays open and in sight' : '';
-  setText($('drive-hint'), words(
-    keep, hasControl ? '' : named('give', give), named('turns', turn)));
-  setText($('poses-hint'), words(
-    named('goal', absent('goal')), named('reset', absent('reset')), named('drag', drag)));
-  const mouseWords = mouse || (holder.holdsMouse ? 'driving' : 'hold to drive');
-  setText($('hand-hint'), $('pad').hidden ? mouseWords : pad || padWords(picture, holder));
+const SPAN = 60;           // [s]
+const MOST = 2400;         // points kept
+const GAP = 1;             // [s] a longer silence breaks the curve
+const ANGLES = [10, 20, 45, 90, 180];               // [degrees] scales of a strip about an angle
+const LEAST = 0.1;         // [m] the scale shows at least this
+const LEFT = 40, RIGHT = 6, TOP = 6, BOTTOM = 16;   // [px] around the curve
+const EVERY = 200;         // [ms] a strip moves by few pixels a second
+
+/** One number over the last 60 seconds. */
+export class Strip {
+  /** Of the angle off the final heading [degrees], the scale is about 0; of the distance to go [m]
+   *  it begins there. */
+  constructor(canvas, isAngle) {
+    this._canvas = canvas;
+    this._isAngle = isAngle;
+    this._drawnAt = -Infinity;
+    this.points = [];              // [time, value or null, is it a reset?]
+  }
+
+  clear() { this.points = []; }
+
+  add(picture, isReset) {
+    const time = picture.now, value = picture.to_go ? picture.to_go[this._isAngle ? 1 : 0] : null;
+    const last = this.points[this.points.length - 1];
+    if (last && time < last[0]) this.clear();        // the clock was set back, or another node's
+    if (last && time - last[0] > GAP) this.points.push([time, null, false]);
+    this.points.push([time, value, isReset]);
+    while (this.points[0][0] < time - SPAN || this.points.length > MOST) this.points.shift();
+  }
+
+  draw() {
+    if (performance.now() - this._drawnAt < EVERY) return;
+    this._drawnAt = performance.now();
+    const sheet = sharp(this._canvas);
+    if (!sheet) return;
+    const {context: c, width, height} = sheet;
+    const end = this.points.length ? this.points[this.points.length - 1][0] : 0;
+    const top = this._top(), bottom = this._isAngle ? -top : 0;
+    const x = (time) => width - RIGHT - (end - time) / SPAN * (width - LEFT - RIGHT);
+    const y = (value) => TOP + (top - value) / (top - bottom) * (height - TOP - BOTTOM);
+    c.font = '11px system-ui, sans-serif';
+    this._axes(c, width, height, top, bottom, x, y, end);
+    this._resets(c, height, x);
+    this._curve(c, x, y);
+  }
+
+  _top() {
+    let most = this._isAngle ? ANGLES[0] : LEAST;
+    for (const [, value] of this.points) most = Math.max(most, Math.abs(value));
+    return this._isAngle && ANGLES.find((angle) => angle >= most) || nice(most);
+  }
+
+  _axes(c, width, height, top, bottom, x, y, end) {
+    const digits = this._isAngle ? 0 : top < 1 ? 2 : 1;
+    c.fillStyle = colours.faint;
+    c.lineWidth = 1;
+    c.textAlign = 'right';
+    c.textBaseline = 'middle';
+    for (const value of this._isAngle ? [top, 0, bottom] : [top, top / 2, 0]) {
+      const py = Math.round(y(value)) + 0.5;
+      stroke(c, colours.grid_strong, [[LEFT, py], [width - RIGHT, py]]);
+      c.fillText(value.toFixed(value === 0 ? 0 : digits), LEFT - 4, y(value));
+    }
+    c.textBaseline = 'alphabetic';
+    for (let back = 0; back <= SPAN; back += 15) {
+      const px = Math.round(x(end - back)) + 0.5;
+      stroke(c, colours.grid_strong, [[px, height - BOTTOM], [px, height - BOTTOM + 3]]);
+      c.textAlign = back === 0 ? 'right' : back === SPAN ? 'left' : 'center';
+      c.fillText(back === 0 ? 'now' : `-${back} s`, px, height - 3);
+    }
+  }
+
+  _resets(c, height, x) {
+    c.setLineDash([2, 3]);
+    for (const [time, , isReset] of this.points) {
+      if (isReset) stroke(c, colours.ink, [[x(time), TOP], [x(time), height - BOTTOM]]);
+    }
+    c.setLineDash([]);
+  }
+
+  _curve(c, x, y) {
+    c.strokeStyle = colours.local;
+    c.lineWidth = 2;
+    c.lineJoin = 'round';
+    c.beginPath();
+    let joined = false, before = null;
+    for (const [time, value] of this.points) {
+      if (value === null) { joined = false; continue; }
+      // An angle that passes 180 degrees jumps: that is no line across the strip.
+      if (this._isAngle && before !== null && Math.abs(value - before) > 180) joined = false;
+      if (joined) c.lineTo(x(time), y(value)); else c.moveTo(x(time), y(value));
+      joined = true;
+      before = value;
+    }
+    c.stroke();
+  }
 }
-
-function padWords(picture, holder) {
-  if (holder.spent && picture.pad !== 'held back') return 'let go, and grip again';
-  if (holder.spent) return PAD['held back'];
-  if (holder.phase === 'asking') return 'asking whether this page may drive';
-  return PAD[picture.pad] ?? picture.pad;
-}
-
-function inert(element, reason) {
-  element.setAttribute('aria-disabled', String(Boolean(reason)));
-  if (element.title !== reason) element.title = reason;
-}
-
-const named = (name, reason) => (reason ? `${name}: ${reason}` : '');
-const join = (...texts) => [...new Set(texts.filter(Boolean))].join(' \u00b7 ');
 
 // -- the list
 
@@ -137,8 +178,7 @@ export class Robots {
   }
 
   /** Cards for these names; those that stay keep the keyboard's focus. */
-  names(robots) {
-    const names = robots.map((robot) => robot.name);
+  names(names) {
     if (names.length === this._cards.size && names.every((name) => this._cards.has(name))) return;
     this._cards.clear();
     this._list.replaceChildren(...names.map((name) => this._card(name)));

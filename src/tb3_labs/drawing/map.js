@@ -13,14 +13,13 @@ const STEP = 0.004;          // [m] a nearer point adds nothing to the picture
 const JUMP = 0.5;            // [m] between two pictures: the robot was put elsewhere
 
 /** The points of one frame that the robot drove through, bounded in number. */
-export class Trail {
+class Trail {
   constructor() {
     this.points = [];     // [x, y], or null where the line is broken
   }
 
   replace(points) {
     this.points = points.slice();
-    this._bound();
   }
 
   add(pose) {
@@ -53,9 +52,29 @@ export class RobotMap {
     this.fixed = 'odom';
     this.radius = 0.105;
     this.picture = null;
-    this.trails = null;        // {odom: Trail, local: Trail}
+    this._trails = {odom: new Trail(), local: new Trail()};
     this.draft = null;         // {kind, pose}: a goal or reset that is being dragged, in local
     this._wasSeen = false;     // was there a robot in the last drawing?
+  }
+
+  /** Show this picture from now on; returns whether the frame local was declared anew. */
+  see(picture) {
+    const isReset = this.picture !== null && this.picture.epoch !== picture.epoch;
+    this.picture = picture;
+    if (isReset) this._trails.local.lift();
+    for (const frame of FRAMES) if (picture[frame]) this._trails[frame].add(picture[frame]);
+    return isReset;
+  }
+
+  /** `points`: {odom, local}: the [x, y] that the robot drove through before. */
+  replaceTrails(points) {
+    for (const frame of FRAMES) this._trails[frame].replace(points[frame]);
+  }
+
+  forget() {
+    this.picture = null;
+    this.replaceTrails({odom: [], local: []});
+    this.view.auto = true;
   }
 
   /** The fixed frame is another one; the middle of the map stays where it is. */
@@ -106,7 +125,7 @@ export class RobotMap {
     }
     if (withTrails) {
       for (const frame of FRAMES) {
-        const trail = this.trails[frame].points;
+        const trail = this._trails[frame].points;
         const step = Math.ceil(trail.length / 300) || 1;
         for (let i = 0; i < trail.length; i += step) {
           if (trail[i]) points.push(this.shown(frame, [...trail[i], 0]));
@@ -129,10 +148,11 @@ export class RobotMap {
     const labels = new Labels(c, width, height);
     labels.keep([0, 0, Math.min(width, 330), 48]);    // the toolbar lies on the map
     drawLegend(c, labels, height);
-    this._trails(c);
+    this._paths(c);
     this._goalLine(c);
     this._frames(c, labels);
-    this._truth(c, labels);
+    this._ghost(c, labels, this.shown('odom', this.picture.truth), 'true');
+    this._ghost(c, labels, this.shown('local', this.picture.again || null), 'now');
     this._target(c, labels, this.picture.goal, 'goal', this.picture.tolerance);
     this._robot(c, labels);
     this._draft(c, labels);
@@ -144,9 +164,9 @@ export class RobotMap {
     return `[m] in ${this.fixed}${unknown ? ' \u00b7 the frame local is not known yet' : ''}`;
   }
 
-  _trails(c) {
+  _paths(c) {
     for (const frame of FRAMES) {
-      const points = this.trails[frame].points;
+      const points = this._trails[frame].points;
       // The part that was driven in an older frame local is faint: it lay elsewhere then.
       const since = points.lastIndexOf(null) + 1;
       c.lineWidth = frame === 'odom' ? 2.5 : 2;
@@ -237,8 +257,8 @@ export class RobotMap {
     labels.add(text, px, py, colour, {away: 18});
   }
 
-  _truth(c, labels) {
-    const pose = this.shown('odom', this.picture.truth);
+  /** A robot that is drawn by its rim alone: the true one, or another that is compared. */
+  _ghost(c, labels, pose, name) {
     if (!pose) return;
     const [px, py] = this.view.pixel(pose[0], pose[1]);
     const size = Math.max(this.radius * this.view.scale, 9);
@@ -250,7 +270,7 @@ export class RobotMap {
       [px, py], [px + nose * Math.cos(pose[2]), py - nose * Math.sin(pose[2])]]);
     c.setLineDash([]);
     labels.avoid(px, py, size * 0.72);
-    labels.add('true', px, py, colours.truth, {size: 12, away: size * 0.72 + 8});
+    labels.add(name, px, py, colours.truth, {size: 12, away: size * 0.72 + 8});
   }
 
   _robot(c, labels) {

@@ -1,7 +1,7 @@
 // Drawing on a canvas: colours, lines and figures, the grid, and names that cover no other.
 // All sizes are in pixels, angles counter-clockwise.
 
-const NAMES = ['paper', 'grid', 'grid-strong', 'ink', 'faint', 'odom', 'local', 'goal', 'truth'];
+const NAMES = ['paper', 'grid', 'grid-strong', 'ink', 'faint', 'odom', 'local', 'goal', 'truth', 'bad'];
 const GAP = 6;    // [px] between two rows of names
 
 export const colours = {};

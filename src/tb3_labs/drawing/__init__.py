@@ -1,0 +1,31 @@
+"""How is a robot drawn in a browser? Its map, for the live page and for a recorded run."""
+import re
+from pathlib import Path
+
+#: The folder of the map's program and colours.
+FILES = Path(__file__).resolve().parent
+IMPORT = re.compile(r"^import \{([^}]*)\} from '\./([\w.]+)';$", re.MULTILINE)
+EXPORT = re.compile(r'^export (?=(?:class|function|const) (\w+))', re.MULTILINE)
+
+
+def one_script(page: Path) -> str:
+    """Returns the program `page` and all its imports as one script: browsers do not load modules
+    if the page is a local file. Each module becomes a function, so that names stay apart.
+
+    Imports look like ``import {a, b} from './c.js';`` and must not form a circle.
+    """
+    scripts = {}
+
+    def add(path: Path) -> None:
+        source = path.read_text(encoding='utf-8')
+        for _, name in IMPORT.findall(source):
+            if name not in scripts:
+                add(next(folder / name for folder in (page.parent, FILES)
+                         if (folder / name).exists()))
+        names = EXPORT.findall(source)
+        body = EXPORT.sub('', IMPORT.sub(r"const {\1} = modules['\2'];", source))
+        scripts[path.name] = "modules['{}'] = (() => {{\n{}\nreturn {{{}}};\n}})();\n".format(
+            path.name, body, ', '.join(names))
+
+    add(page)
+    return "'use strict';\nconst modules = {};\n" + ''.join(scripts.values())

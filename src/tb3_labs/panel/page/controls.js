@@ -1,0 +1,245 @@
+// The controls of the page: what a person asks for, and why a control makes no sense now.
+//
+// The panel decides what is carried out. A control is disabled here so that its title tells the
+// reason; a stop never is: neither STOP, nor "take control", nor B.
+
+import {Keys, PAD_BUTTONS, RealGamepad, mousePad, padButton, stick} from './inputs.js';
+import {$, flashBanner, help, say, setReason, setText} from './page.js';
+import {MapInput, degrees} from './view.js';
+
+const ABSENT = {
+  goal: 'no node takes goals', reset: 'no node takes resets', control: 'no node waits for control',
+  turn: 'no node turns the robot', pad: 'the node gamepad does not run',
+  mouse: 'no node hears the mouse',
+};
+
+const PAD = {
+  ready: 'ready', connecting: 'connecting: hold still',
+  'held back': 'move_to_goal has control: B takes it', 'no node': ABSENT.pad,
+  '': 'grip a stick to drive',
+};
+
+const TURNS = new Map([['turn-left', 90], ['turn-about', 180], ['turn-right', -90]]);   // degrees
+const HANDS = ['pad', 'mouse'];      // two ways to drive by hand
+
+export class Controls {
+  /** `seen`: {robot, control, picture}, as the page looks at them now; `redraw()` draws anew;
+   *  `actions`: key -> function, of the keys that control nothing. */
+  constructor({link, holder, map, seen, redraw, actions}) {
+    Object.assign(this, {_link: link, _holder: holder, _seen: seen, _redraw: redraw});
+    this._mapInput = new MapInput(map, {
+      redraw, yawOf: typedYaw,
+      // the pose is sent, and stays in the fields
+      placed: (kind, pose) => { fill(kind, pose); this._sendTyped(kind); },
+      toolChanged: showTool,
+    });
+    const driving = () => this._mayDrive();
+    this._letGo = [stick($('stick-left'), 'forward', holder),
+                   stick($('stick-right'), 'left', holder), mousePad($('mouse-pad'), holder)];
+    for (const name of PAD_BUTTONS) padButton($('button-' + name), name, holder);
+    this._keys = new Keys(holder, {
+      driving, stop: () => this._stop(), escape: help.close,
+      actions: {...actions, ...this._actions()},
+    });
+    this._gamepad = new RealGamepad(holder, driving, (text) => setText($('gamepad-hint'), text));
+    holder.ontake = () => this._take();
+    holder.ondrop = () => this._dropped();
+    this._connect();
+  }
+
+  /** Disable what makes no sense now, and tell why. */
+  show() {
+    const {picture} = this._seen, reasons = this._reasons();
+    const drag = picture && !picture.frame ? 'the frame local is not known yet' : '';
+    setReason($('give'), reasons.give);
+    for (const id of TURNS.keys()) setReason($(id), reasons.turn);
+    for (const kind of ['goal', 'reset']) {
+      setReason($(kind), reasons[kind]);
+      setReason($('tool-' + kind), reasons[kind] || drag);
+    }
+    for (const id of ['button-a', 'button-y']) setReason($(id), reasons.pad);
+    for (const id of ['stick-left', 'stick-right']) inert($(id), reasons.pad);
+    inert($('mouse-pad'), reasons.mouse);
+    // Without a connection the banner says it once for all.
+    const words = this._link.connected && picture ? join : () => '';
+    setText($('drive-hint'), words(
+      this._holder.hasGranted ? 'move_to_goal drives while this page stays open and in sight' : '',
+      picture?.has_control === true ? '' : named('give', reasons.give),
+      named('turns', reasons.turn)));
+    setText($('poses-hint'), words(
+      named('goal', reasons.goal), named('reset', reasons.reset), named('drag', drag)));
+    const mouse = reasons.mouse || (this._holder.holdsMouse ? 'driving' : 'hold to drive');
+    setText($('hand-hint'), $('pad').hidden ? mouse
+      : reasons.pad || padWords(picture, this._holder));
+  }
+
+  /** A hidden page must not drive: its timers are slow, and nobody looks at it. */
+  hide() {
+    this._mapInput.cancel();
+    if (!this._holder.silence()) return;
+    say('The page was hidden: it drives again when something is gripped anew.', true);
+  }
+
+  /** By control: the reason why it makes no sense now, or ''. */
+  _reasons() {
+    const {picture} = this._seen, can = picture?.can || {};
+    const unknown = !this._link.connected ? 'not connected' : !picture ? 'no data yet' : '';
+    const absent = (kind) => unknown || (can[kind] ? '' : ABSENT[kind]);
+    const hasControl = picture?.has_control === true;
+    const other = picture?.page === 'other' ? 'another page drives' : '';
+    return {
+      give: absent('control') || other || (hasControl ? 'move_to_goal has it already' : ''),
+      turn: absent('turn') || (hasControl ? 'move_to_goal has control: take it first' : ''),
+      goal: absent('goal'), reset: absent('reset'),
+      pad: absent('pad') || other, mouse: absent('mouse') || other,
+    };
+  }
+
+  /** False on a page that only shows, and in the list: it has nothing to stop. */
+  get _mayAsk() { return this._seen.control && this._seen.robot !== null; }
+
+  /** May keys and a real gamepad drive now? */
+  _mayDrive() { return this._mayAsk && !this._reasons().pad; }
+
+  // -- requests of a person
+
+  async _request(message) {
+    const answer = await this._link.ask(message);
+    say(answer.text || (answer.ok ? 'done' : 'refused'), !answer.ok);
+  }
+
+  _sendTyped(kind) {
+    const message = typedRequest(kind);
+    if (message) this._request(message);
+  }
+
+  /** Returns whether there is a robot to stop. */
+  _stop() {
+    if (!this._mayAsk) return false;
+    this._mapInput.cancel();
+    say('STOP: waiting for the answer');
+    this._holder.stop().then((answer) => {
+      if (this._link.connected) {
+        say(answer.ok ? answer.text : `STOP is not confirmed: ${answer.text}`, !answer.ok);
+      } else {
+        say('not connected: nothing can be stopped from here', true);
+        flashBanner();
+      }
+    });
+    this._redraw();
+    return true;
+  }
+
+  /** Like a stop, it is always sent. */
+  _take() {
+    if (!this._mayAsk) return;
+    this._holder.took();
+    this._request({type: 'take'});
+  }
+
+  /** All that was held must be gripped anew. */
+  _dropped() {
+    for (const letGo of this._letGo) letGo();
+    this._keys.forget();
+    this._gamepad.disarm();
+  }
+
+  // -- the page's elements
+
+  _connect() {
+    // A stop must not wait until the finger is lifted.
+    $('stop').addEventListener('pointerdown', () => this._stop());
+    $('stop').addEventListener('click', (event) => { if (event.detail === 0) this._stop(); });
+    onClick('give', () => this._holder.give());
+    onClick('take', () => this._take());
+    for (const [id, angle] of TURNS) {
+      onClick(id, () => this._request({type: 'turn', degrees: angle}));
+    }
+    for (const name of HANDS) onClick('tab-' + name, () => this._showHand(name));
+    for (const kind of ['goal', 'reset']) {
+      onClick('tool-' + kind, () => this._mapInput.choose(kind));
+      $(kind + '-form').addEventListener('submit', (event) => {
+        event.preventDefault();
+        this._sendTyped(kind);
+      });
+    }
+  }
+
+  /** Key -> function: it does what a button does; a disabled button tells why. */
+  _actions() {
+    const click = (id) => () => {
+      if (!this._mayAsk) return;
+      if ($(id).disabled) say($(id).title, true); else $(id).click();
+    };
+    return {
+      1: click('turn-left'), 2: click('turn-about'), 3: click('turn-right'),
+      g: click('tool-goal'), r: click('tool-reset'),
+    };
+  }
+
+  _showHand(hand) {
+    for (const letGo of this._letGo) letGo();
+    for (const name of HANDS) {
+      $(name).hidden = hand !== name;
+      $('tab-' + name).setAttribute('aria-pressed', String(hand === name));
+    }
+    this._redraw();
+  }
+}
+
+const onClick = (id, action) => $(id).addEventListener('click', action);
+
+function showTool(tool) {
+  $('tool-goal').setAttribute('aria-pressed', String(tool === 'goal'));
+  $('tool-reset').setAttribute('aria-pressed', String(tool === 'reset'));
+  $('map').classList.toggle('placing', tool !== null);
+  if (tool === 'goal') say('Goal: press at the place, drag to the heading.');
+  if (tool === 'reset') say('Reset: press where the robot is, drag to its heading.');
+}
+
+function padWords(picture, holder) {
+  if (holder.spent && picture.pad !== 'held back') return 'let go, and grip again';
+  if (holder.spent) return PAD['held back'];
+  if (holder.phase === 'asking') return 'asking whether this page may drive';
+  return PAD[picture.pad] ?? picture.pad;
+}
+
+function inert(element, reason) {
+  element.setAttribute('aria-disabled', String(Boolean(reason)));
+  if (element.title !== reason) element.title = reason;
+}
+
+const named = (name, reason) => (reason ? `${name}: ${reason}` : '');
+const join = (...texts) => [...new Set(texts.filter(Boolean))].join(' \u00b7 ');
+
+// -- the fields of the goal and of the reset: x and y [m], yaw [degrees], in the frame local
+
+/** The heading that is typed for 'goal' or 'reset' [degrees]; 0 if there is none. */
+function typedYaw(kind) {
+  return read(kind + '-yaw') || 0;
+}
+
+function fill(kind, pose) {
+  const [x, y, yaw] = pose;
+  $(kind + '-x').value = x.toFixed(3);
+  $(kind + '-y').value = y.toFixed(3);
+  $(kind + '-yaw').value = degrees(yaw).toFixed(1);
+}
+
+/** The request that the fields describe, or null if a field holds no number. */
+function typedRequest(kind) {
+  const [x, y, yaw_deg] = ['x', 'y', 'yaw'].map((part) => {
+    const value = read(`${kind}-${part}`);
+    $(`${kind}-${part}`).setAttribute('aria-invalid', String(!Number.isFinite(value)));
+    return value;
+  });
+  if ([x, y, yaw_deg].every(Number.isFinite)) return {type: kind, x, y, yaw_deg};
+  say('x, y and yaw must be numbers', true);
+  return null;
+}
+
+/** The number in a field, with a point or a comma; NaN if there is none. */
+function read(id) {
+  const text = $(id).value.trim().replace(',', '.');
+  return text === '' ? NaN : Number(text);
+}

@@ -1,0 +1,215 @@
+"""A recorded run as the data of its timeline: tracks over time, marks on the line, log lines.
+
+A *track* is a list of numbers over time, joined by straight lines. It is thinned: no recorded value
+is farther from the track than its bound (`BOUNDS`). A stretch without samples is a break in it.
+
+Units in the data: seconds since the recording's start, metres, degrees, m/s, rad/s. Poses
+are in ``odom``; but the poses of `local` and of the goals are in ``local``.
+"""
+import json
+import math
+from pathlib import Path
+from typing import Any, Dict, List, Optional, Sequence
+
+import numpy as np
+
+from tb3_labs import drawing
+from tb3_labs.report.drives import DriveReport, goal_errors, spans
+from tb3_labs.report.epochs import Epoch, epochs, local_in_odom
+from tb3_labs.report.movements import by_hand
+from tb3_labs.report.run_data import (
+    GAP, Commands, LogLines, Poses, RunData, in_force)
+from tb3_labs.report.tables import degrees, number
+from tb3_labs.report.turns import TurnReport
+from tb3_labs.robot.turtlebot3 import RobotModel
+
+#: The HTML of the timeline, and its program.
+PAGE = Path(__file__).with_name('timeline.html')
+PROGRAM = PAGE.with_suffix('.js')
+#: Styles of the timeline.
+STYLES = (drawing.FILES / 'colours.css', PAGE.with_suffix('.css'))
+BOUND = 'Curves are thinned: no recorded value is farther from them than {}.'
+#: Greatest difference between a recorded value and its track, by unit.
+BOUNDS = {'m': 0.002, 'deg': 0.2, 'm/s': 0.005, 'rad/s': 0.03}
+#: Numbers are rounded to whole multiples of this part of their bound.
+ROUNDED = 0.1
+#: Times are rounded to whole multiples of this [s].
+MOMENT = 0.001
+#: If the robot moves farther than this between two samples, it was put elsewhere [m].
+LEAP = 0.3
+#: rosbag's own node. Its log lines, the topics that it records, are left out.
+RECORDER = 'record'
+PLACE = ('m', 'm', 'deg')
+#: A moment or a stretch on the line: kind, begin, end, text.
+Mark = Dict[str, Any]
+
+
+def section(data: Dict[str, Any]) -> str:
+    """The HTML of a timeline with these data, which needs no other file."""
+    bounds = ', '.join('{:g} {}'.format(bound, unit) for unit, bound in BOUNDS.items())
+    text = json.dumps(data, separators=(',', ':'), allow_nan=False).replace('<', '\\u003c')
+    return '<style>\n{}</style>\n{}'.format(
+        ''.join(path.read_text(encoding='utf-8') for path in STYLES),
+        PAGE.read_text(encoding='utf-8').format(
+            bounds=BOUND.format(bounds), data=text, script=drawing.one_script(PROGRAM)))
+
+
+def thinned(time: np.ndarray, values: np.ndarray, bounds: np.ndarray) -> np.ndarray:
+    """Returns the indices of the samples to keep. The straight lines between these are within
+    `bounds`, shape (k,), of all `values`, shape (n, k), at each `time`. Source: Douglas and Peucker
+    (1973), with the distance along the value's axis."""
+    keep = np.zeros(len(time), dtype=bool)
+    keep[[0, -1]] = True
+    waiting = [(0, len(time) - 1)]
+    while waiting:
+        first, last = waiting.pop()
+        if last - first < 2:
+            continue
+        inner = slice(first + 1, last)
+        share = ((time[inner] - time[first]) / max(time[last] - time[first], 1e-9))[:, None]
+        line = values[first] + share * (values[last] - values[first])
+        far = (np.abs(values[inner] - line) / bounds).max(axis=1)
+        worst = int(np.argmax(far))
+        if far[worst] > 1.0:
+            middle = first + 1 + worst
+            keep[middle] = True
+            waiting += [(first, middle), (middle, last)]
+    return np.flatnonzero(keep)
+
+
+def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
+          breaks: Sequence[int] = ()) -> Dict[str, Any]:
+    """Returns the track of `columns`. Its numbers are whole steps, each stored as the difference
+    from the number before. 'steps' are the sizes of the steps; 'breaks' are the indices at which a
+    new stretch begins. `breaks`: indices of samples at which one begins without a gap before it."""
+    if not len(time):
+        return {'time': [], 'columns': [[] for _ in units], 'steps': [1.0 for _ in units],
+                'breaks': []}
+    values = np.column_stack(columns)
+    bounds = np.array([BOUNDS[unit] for unit in units])
+    begins = sorted({0, *breaks, *(np.flatnonzero(np.diff(time) > GAP) + 1)})
+    kept: List[int] = []
+    starts: List[int] = []
+    for begin, end in zip(begins, begins[1:] + [len(time)]):
+        starts.append(len(kept))
+        kept += list(begin + thinned(time[begin:end], values[begin:end],
+                                     (1.0 - ROUNDED) * bounds))
+    steps = ROUNDED * bounds
+    whole = np.rint(values[kept] / steps).astype(int)
+    return {'time': _differences(np.rint(time[kept] / MOMENT).astype(int)),
+            'columns': [_differences(column) for column in whole.T],
+            'steps': [round(float(step), 9) for step in steps], 'breaks': starts[1:]}
+
+
+def _differences(numbers: np.ndarray) -> List[int]:
+    return [int(step) for step in np.diff(numbers, prepend=0)]
+
+
+def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[str, Any]:
+    """Returns everything that the timeline of a run shows, for JSON."""
+    imu, odometry, local = run.imu, run.odometry, run.local_pose
+    time, distance, angle = goal_errors(run)
+    frames = epochs(run)
+    local_resets, goal_resets = (_resets(frames, at) for at in (local.time, time))
+    return {
+        'duration': round(run.duration, 3), 'radius': model.body_radius, 'moment': MOMENT,
+        'heading_of': 'heading by the IMU',
+        'odom': poses_of(odometry), 'local': poses_of(local, local_resets),
+        'truth': poses_of(_truth_in_odom(run, frames)),
+        'frame': poses_of(local_in_odom(run, local.time), local_resets),
+        'heading': track(imu.time, [np.degrees(np.unwrap(imu.yaw))], ['deg']),
+        'rate': track(imu.time, [imu.yaw_rate], ['rad/s']),
+        'speed': track(odometry.time, [odometry.linear], ['m/s']),
+        'distance': track(time, [distance], ['m'], goal_resets),
+        'angle': track(time, [np.degrees(angle)], ['deg'],
+                       [*goal_resets,
+                        *(np.flatnonzero(np.abs(np.diff(angle)) > math.pi) + 1)]),
+        'commands': commands_of(run.commands),
+        'goals': [[round(span.begin, 3), span.state,
+                   None if span.goal is None else
+                   [round(part, 4) for part in (span.goal.x, span.goal.y, span.goal.yaw)]]
+                  for span in spans(run)],
+        'marks': in_order(marked), 'log': lines_of(run.log)}
+
+
+def poses_of(poses: Poses, breaks: Sequence[int] = ()) -> Dict[str, Any]:
+    yaw = np.degrees(np.unwrap(poses.yaw)) if len(poses) else poses.yaw
+    leaps = np.flatnonzero(np.hypot(np.diff(poses.x), np.diff(poses.y)) > LEAP) + 1
+    return track(poses.time, [poses.x, poses.y, yaw], PLACE, [*breaks, *leaps])
+
+
+def _resets(frames: Sequence[Epoch], time: np.ndarray) -> List[int]:
+    """Returns the indices of the first samples after a reset; `time`: of the samples [s]."""
+    found = np.searchsorted(time, [epoch.begin for epoch in frames[1:]])
+    return [int(index) for index in found if 0 < index < len(time)]
+
+
+def _truth_in_odom(run: RunData, frames: Sequence[Epoch]) -> Poses:
+    """Returns the true poses in ``odom``, matched in each epoch to its first pose in ``local``."""
+    return Poses.joined([run.ground_truth.between(epoch.begin, epoch.end).seen_from(
+        epoch.odom_T_local @ epoch.local_T_world)
+        for epoch in frames if epoch.local_T_world is not None])
+
+
+def commands_of(commands: Commands) -> List[List[Any]]:
+    """Returns [time, m/s, rad/s] of each command that differs from the command before. The speeds
+    are None at the time at which the robot's timeout ended a command."""
+    if not len(commands):
+        return []
+    time, linear = in_force(commands.time, commands.linear)
+    _, angular = in_force(commands.time, commands.angular)
+    rows: List[List[Any]] = []
+    for at, *speeds in zip(time, linear, angular):
+        said = [None if math.isnan(speed) else round(float(speed), 3) for speed in speeds]
+        if not rows or rows[-1][1:] != said:
+            rows.append([round(float(at), 3), *said])
+    return rows
+
+
+def mark(kind: str, begin: float, text: str, end: Optional[float] = None) -> Mark:
+    """Returns the Mark of a moment on the line, or of a stretch if there is an `end` [s]."""
+    return {'kind': kind, 'begin': round(float(begin), 3),
+            'end': round(float(begin if end is None else end), 3), 'text': text}
+
+
+def in_order(marked: Sequence[Mark]) -> List[Mark]:
+    return sorted(marked, key=lambda each: each['begin'])
+
+
+def marks(run: RunData, turned: Sequence[TurnReport],
+          driven: Sequence[DriveReport]) -> List[Mark]:
+    """The Marks of a recorded run, with its turns and drives."""
+    found = [mark('turn', turn.begin, 'turn {}: asked {}, turned {} deg'.format(
+        k, degrees(turn.asked, '{:+.0f}'), degrees(turn.turned, '{:+.1f}')), turn.end)
+        for k, turn in enumerate(turned, 1)]
+    found += [mark('drive', drive.begin, 'drive {}: {}, {} m and {} deg off'.format(
+        k, drive.outcome, number(drive.measured[0], '{:.3f}'),
+        degrees(drive.measured[1], '{:.1f}')), drive.end) for k, drive in enumerate(driven, 1)]
+    listed = [(each['begin'], each['end']) for each in found]
+    found += [mark('hand', hand.begin, 'by hand', hand.end) for hand in by_hand(run, listed)]
+    found += [mark('reset', epoch.begin, 'reset {} of local'.format(k))
+              for k, epoch in enumerate(epochs(run)[1:], 1)]
+    found += [mark('stop', span.begin, span.state) for span in spans(run) if ':' in span.state]
+    found += [mark('start' if allowed else 'stop', at,
+                   'control {} the node'.format('given to' if allowed else 'taken from'))
+              for at, allowed in _changes(run)]
+    for name, samples in (('imu', run.imu), ('odometry', run.odometry)):
+        for k in np.flatnonzero(np.diff(samples.time) > GAP):
+            begin, end = samples.time[k:k + 2]
+            found.append(mark('lost', begin, '{} silent for {:.1f} s'.format(name, end - begin),
+                              end))
+    return found
+
+
+def _changes(run: RunData) -> List[Any]:
+    """(time, may a node drive?) at each change of ctrl_relinq."""
+    values = run.control.value > 0.5
+    changes = [0, *(np.flatnonzero(values[1:] != values[:-1]) + 1)] if len(values) else []
+    return [(float(run.control.time[k]), bool(values[k])) for k in changes]
+
+
+def lines_of(log: LogLines, before: str = '') -> List[List[Any]]:
+    """[time, level, text] of the log lines; the text begins with the node's name."""
+    return [[round(float(at), 3), str(level), '{}{}: {}'.format(before, node.lstrip('/'), text)]
+            for at, level, node, text in zip(log.time, log.levels, log.nodes, log.texts)
+            if node.rpartition('/')[2] != RECORDER]

@@ -1,0 +1,124 @@
+"""The processes of a submission: their environment, their end, the limits of a sandbox."""
+import glob
+import json
+import os
+import subprocess
+import time
+
+import pytest
+
+from tb3_labs.marking import processes, sandbox
+from tb3_labs.marking.processes import IDENTITY, ResourceWatch, environment_in, sweep
+from tb3_labs.marking.sandbox import HOME, LARGEST_FILE, OWN_FOLDERS, Sandbox
+
+#: A program tells what it sees; its arguments: a folder of its own, and places that are not.
+LOOKS = '''
+import importlib.util, json, os, resource, socket, sys
+own, *others = sys.argv[1:]
+print(json.dumps({
+    'variables': dict(os.environ), 'folder': os.getcwd(), 'read': open(own + '/n.txt').read(),
+    'there': [os.path.exists(place) for place in others],
+    'writable': [place for place in ('/', '/usr', '/dev', own, *%r) if os.access(place, os.W_OK)],
+    'largest': resource.getrlimit(resource.RLIMIT_FSIZE)[0], 'network': socket.if_nameindex(),
+    'processes': len([name for name in os.listdir('/proc') if name.isdigit()]),
+    'modules': [importlib.util.find_spec('tb3_labs.' + name) is not None
+                for name in ('msg', 'srv', 'marking', 'nodes')]}))
+''' % (OWN_FOLDERS,)
+
+
+def test_a_ros_of_its_own_writes_below_its_folder_alone(tmp_path):
+    given = {'ROS_MASTER_URI': 'x', 'ROS_IP': 'x', 'DISPLAY': ':0', 'HOME': '/home/ann'}
+    made = environment_in(tmp_path, given)
+    assert made.pop('HOME') == '/home/ann' and made.pop('ROS_HOSTNAME') == 'localhost'
+    assert set(made) == {'ROS_HOME', 'ROS_LOG_DIR', 'ROS_ETC_DIR', 'ROS_PYTHON_LOG_CONFIG_FILE',
+                         'ROS_TEST_RESULTS_DIR'}
+    assert all(place.startswith('{}/'.format(tmp_path)) for place in made.values())
+    assert os.path.isfile(made['ROS_PYTHON_LOG_CONFIG_FILE'])
+    assert os.path.isfile(os.path.join(made['ROS_ETC_DIR'], 'roscore.xml'))
+
+
+@pytest.fixture
+def family():
+    """A process with two children, and an identity; nothing of it is left."""
+    started = subprocess.Popen(['sh', '-c', 'sleep 60 & sleep 60 & wait'],
+                               env=dict(os.environ, **{IDENTITY: 'of a test'}))
+    deadline = time.monotonic() + 10.0
+    while len(processes._below(started.pid)) < 2 and time.monotonic() < deadline:
+        time.sleep(0.01)
+    yield started
+    sweep('of a test')
+    started.wait(5.0)
+
+
+def test_only_what_has_the_identity_is_ended(family):
+    children = processes._below(family.pid)
+    sweep('of another test')
+    assert family.poll() is None and len(children) == 2
+    sweep('of a test')
+    assert family.wait(5.0) == -9
+    assert processes._below(family.pid) == []
+    assert [processes._own_memory(child) for child in children] == [0, 0]
+    assert processes._used(family.pid, '/tmp') == 0
+
+
+@pytest.mark.parametrize('limit, most, words', [
+    ('PROCESSES', 1, 'more than 1 processes'), ('MEMORY', 10 ** 3, 'more than 1e-06 GB of memory'),
+    ('OWN_DISK', 0, 'files of more than 0 MB')])
+def test_a_sandbox_that_uses_too_much_is_ended(monkeypatch, family, limit, most, words):
+    monkeypatch.setattr(processes, 'PERIOD', 0.01)
+    calm = ResourceWatch(family.pid, [])
+    calm.end()
+    assert calm._excess() == ''
+    monkeypatch.setattr(processes, limit, most)
+    watch = ResourceWatch(family.pid, ['/tmp'])
+    assert family.wait(5.0) == -9 and watch.exceeded == words
+
+
+def test_each_folder_above_a_place_is_made_once():
+    """An empty place hides the folders that were made in it: they are made again."""
+    assert sandbox._with_parents([('--ro-bind', '/x', '/a/b/c'), ('--ro-bind', '/y', '/a/b/d'),
+                                  ('--tmpfs', '/a'), ('--ro-bind', '/z', '/a/b/e')]) == [
+        '--dir', '/a', '--dir', '/a/b', '--ro-bind', '/x', '/a/b/c', '--ro-bind', '/y', '/a/b/d',
+        '--tmpfs', '/a', '--dir', '/a/b', '--ro-bind', '/z', '/a/b/e']
+
+
+def test_a_program_in_a_sandbox_has_what_it_needs_and_no_more(tmp_path):
+    if sandbox.problem():
+        pytest.skip('no sandboxes here: ' + sandbox.problem())
+    own, other = tmp_path / 'own', tmp_path / 'other'
+    own.mkdir()
+    other.mkdir()
+    programs = [prefix + '/lib/tb3_labs' for prefix in os.environ['CMAKE_PREFIX_PATH'].split(':')]
+    program, *_ = [path for folder in programs for path in glob.glob(folder + '/panel.py')]
+    (own / 'n.txt').write_text('mine')
+    (own / 'n.txt').chmod(0o600)
+    box = Sandbox([own])
+    box.hand_over(own)
+    given = dict(os.environ, TOKEN='secret', **{IDENTITY: 'of a test'})
+    seen = json.loads(subprocess.check_output(
+        box.own_network(box.command([
+            'python3', '-c', LOOKS, str(own), str(other), program, '/root', '/etc/shadow'])),
+        env=box.environment(given), timeout=30.0))
+    variables = seen.pop('variables')
+    assert variables['HOME'] == HOME and variables['PATH'] == given['PATH']
+    assert not {'TOKEN', IDENTITY} & set(variables)
+    assert seen.pop('processes') < 5 and [name for _, name in seen.pop('network')] == ['lo']
+    assert seen == {'folder': HOME, 'read': 'mine', 'there': [False] * 4, 'largest': LARGEST_FILE,
+                    'writable': list(OWN_FOLDERS), 'modules': [True, True, False, False]}
+
+
+@pytest.mark.parametrize('ends, words', [
+    ((0, ''), ''), ((1, 'one\nno namespace\n'), 'bubblewrap fails (no namespace)'),
+    ((3, ''), 'bubblewrap fails (exit status 3)'),
+    (FileNotFoundError(), 'bubblewrap is not installed (apt install bubblewrap)'),
+    (subprocess.TimeoutExpired('bwrap', 1), 'bubblewrap hangs')])
+def test_a_machine_without_sandboxes_says_why(monkeypatch, request, ends, words):
+    def run(command, **options):
+        if isinstance(ends, Exception):
+            raise ends
+        return subprocess.CompletedProcess(command, ends[0], stderr=ends[1])
+    monkeypatch.setattr(sandbox.subprocess, 'run', run)
+    monkeypatch.setattr(sandbox, 'sized', lambda: True)
+    sandbox.problem.cache_clear()
+    request.addfinalizer(sandbox.problem.cache_clear)
+    assert sandbox.problem() == words
