@@ -81,7 +81,7 @@ fi
 # ctest rather than `catkin_make run_tests`: the same tests, but a failure is in the exit status, and it shows progress.
 started=$SECONDS ctest_status=0
 (cd "$ws/build" && ctest --no-tests=error --output-on-failure -j "$jobs" ${pattern:+-R "$pattern"}) 2>&1 </dev/null |
-  tee "$log" | sed -un 's/^ *\([0-9]*\/[0-9]*\) Test *#[0-9]*: _ctest_tb3_labs_/\1 /p; /^No tests were found/p' || ctest_status=$?
+  tee "$log" | sed -un 's/^ *\([0-9]*\/[0-9]*\) Test *#[0-9]*: _ctest_tb3_labs_/\1 /p; /^No tests were found/p; /]\[\(FAILURE\|ERROR\)\]/,+14p; /^E  /p' || ctest_status=$?
 echo "$((SECONDS - started)) s; full output: $log"
 
 python3 "$ws/src/tb3_labs/test/count_results.py" "$results" "$ctest_status" "$lint" "$log"

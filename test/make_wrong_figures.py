@@ -13,6 +13,7 @@ from make_figures import DOC, GOAL, NEAR, mark_goal, new_figure, plain, robot, w
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.figures import BLUE, GREY, ORANGE
+from tb3_labs.report.mistakes import Declared, Law, Way
 
 #: Time between two commands, and a picture's longest drive and turn [s].
 TICK, LONGEST_DRIVE, LONGEST_TURN = 0.1, 60.0, 8.0
@@ -20,38 +21,23 @@ TICK, LONGEST_DRIVE, LONGEST_TURN = 0.1, 60.0, 8.0
 FAR = 1.9
 #: Where the robot stood in odom when the frame was declared, and the pose before that.
 AT_RESET, POWER_ON = Pose2(0.8, 0.5, math.radians(100.0)), Pose2()
-#: Yaw of the IMU minus the odometry's [rad], where it is not 0.
+#: The pose that a reset declares which is lost.
+ELSEWHERE = Pose2(0.2, 0.3, math.pi / 2.0)
+#: Yaw of the IMU minus the odometry's [rad].
 OFFSET = math.radians(-34.6)
 #: The wheels of a Burger allow this [rad/s].
 FASTEST_TURN = 2.635
 
 
-class Student:
-    """The pose in local as a student's node computes it, right or with one mistake."""
-
-    def __init__(self, mistake, offset=0.0, declared=Pose2()):
-        self.mistake, self.offset, self.declared = mistake, offset, declared
-        self.place = POWER_ON if mistake == 'place' else AT_RESET
-        self.yaw = POWER_ON.yaw if mistake == 'yaw' else AT_RESET.yaw
-
-    def pose(self, odom):
-        """The believed pose in local, from the pose in odom."""
-        if self.mistake == 'frame':
-            return odom
-        theta = {'sign': -self.yaw, 'none': 0.0}.get(self.mistake, self.yaw + self.offset)
-        place = Pose2(0.0, 0.0, theta).inverse().act((odom.x - self.place.x,
-                                                      odom.y - self.place.y))
-        here = Pose2(float(place[0]), float(place[1]), wrap(odom.yaw - self.yaw))
-        return here if self.mistake == 'declared' else self.declared @ here
-
-
-def drive(student):
+def drive(way, declared):
     """(true path, believed path) in the frame that was declared: lists of Pose2."""
     odom, state = AT_RESET, 'ROTATE_TO_GOAL'
-    local_T_odom = student.declared @ AT_RESET.inverse()
+    last = Declared(AT_RESET, AT_RESET.yaw + OFFSET, declared)
+    start = Declared(POWER_ON, POWER_ON.yaw + OFFSET)
+    local_T_odom = declared @ AT_RESET.inverse()
     true, believed = [], []
     for _ in range(int(LONGEST_DRIVE / TICK)):
-        here = student.pose(odom)
+        here = way.pose(odom, odom.yaw + OFFSET, last, start)
         true.append(local_T_odom @ odom)
         believed.append(here)
         linear = angular = 0.0
@@ -68,35 +54,35 @@ def drive(student):
             if abs(error) < 0.05:
                 break
         odom = odom @ Pose2(linear * TICK, 0.0, angular * TICK)
-        if true[-1].distance_to(student.declared) > FAR:
+        if true[-1].distance_to(declared) > FAR:
             break
     return true, believed
 
 
 DRIVES = [
-    ('as it should be', Student('')),
-    ('R in place of its inverse', Student('sign')),
-    ('not rotated at all', Student('none')),
-    ("rotated by the IMU's yaw,\nwhich differs by 34.6 deg", Student('', offset=OFFSET)),
-    ("the reset keeps the old yaw", Student('yaw')),
-    ('the reset keeps the old x, y', Student('place')),
-    ('the declared pose (0.2, 0.3, 90 deg)\nis lost',
-     Student('declared', declared=Pose2(0.2, 0.3, math.pi / 2.0))),
-    ('no local frame: drives by odom', Student('frame'))]
+    ('as it should be', Way()),
+    ('R in place of its inverse', Way(rotation='inverse')),
+    ('not rotated at all', Way(rotation='none')),
+    ("rotated by the IMU's yaw,\nwhich differs by 34.6 deg", Way(rotation='imu')),
+    ("the reset keeps the old yaw", Way(kept=('rotation', 'heading'))),
+    ('the reset keeps the old x, y', Way(kept=('place',))),
+    ('the declared pose (0.2, 0.3, 90 deg)\nis lost', Way(declared='lost')),
+    ('no local frame: drives by odom', Way(left=('place', 'heading')))]
 
 
 def wrong_drives():
     """The second drive, after a reset at 100 degrees, in the frame that was declared."""
     figure = new_figure(10.2, 5.8)
-    for axes, (title, student) in zip(figure.subplots(2, 4).flat, DRIVES):
+    for axes, (title, way) in zip(figure.subplots(2, 4).flat, DRIVES):
         plain(axes, (-1.9, 1.5), (-1.5, 1.9))
-        true, believed = drive(student)
+        declared = ELSEWHERE if way.declared == 'lost' else Pose2()
+        true, believed = drive(way, declared)
         mark_goal(axes, 11)
         axes.plot([pose.x for pose in believed], [pose.y for pose in believed], color=ORANGE,
                   linestyle='--', linewidth=1.6, label='believed')
         axes.plot([pose.x for pose in true], [pose.y for pose in true], color=BLUE, linewidth=1.6,
                   label='true')
-        robot(axes, student.declared, 0.07, GREY)
+        robot(axes, declared, 0.07, GREY)
         robot(axes, true[-1], 0.09, BLUE)
         axes.set_title(title, fontsize=9)
         axes.tick_params(labelsize=7)
@@ -105,14 +91,12 @@ def wrong_drives():
     return figure
 
 
-def turn(start, asked, wrapped=True, clamped=True):
-    """The heading over time [s], [deg] of a turn by `asked`, from `start` [deg]."""
-    goal = (start + asked) % 360.0 if wrapped else start + asked
+def turn(start, side, law=Law(), clamped=True):
+    """The heading over time [s], [deg] of a turn from `start` [deg]; `side`: 1 left, -1 right."""
+    goal = law.goal(start, side)
     heading, turned = start, [start]
     for _ in range(int(LONGEST_TURN / TICK)):
-        error = goal - heading % 360.0
-        if wrapped:
-            error = (error + 180.0) % 360.0 - 180.0
+        error = law.error(goal, heading % 360.0, side)
         command = 0.1 * error
         if command > 0.0:
             command = min(max(command, 0.5), 1.5)
@@ -126,11 +110,12 @@ def turn(start, asked, wrapped=True, clamped=True):
     return turned
 
 
+UNWRAPPED = Law(goal_wraps=(False, False), error_wraps=(False, False))
 TURNS = [
-    ('l from 330: as it should be', turn(330.0, 90.0), 420.0),
-    ('l from 330, nothing wrapped:\nit never ends', turn(330.0, 90.0, wrapped=False), 420.0),
-    ('r from 40, nothing wrapped:\nit never ends', turn(40.0, -90.0, wrapped=False), -50.0),
-    ('r from 200, without the\nnegative clamp: too fast', turn(200.0, -90.0, clamped=False), 110.0)]
+    ('l from 330: as it should be', turn(330.0, 1.0), 420.0),
+    ('l from 330, nothing wrapped:\nit never ends', turn(330.0, 1.0, UNWRAPPED), 420.0),
+    ('r from 40, nothing wrapped:\nit never ends', turn(40.0, -1.0, UNWRAPPED), -50.0),
+    ('r from 200, without the\nnegative clamp: too fast', turn(200.0, -1.0, clamped=False), 110.0)]
 
 
 def draw_turns(shown):

@@ -33,13 +33,13 @@ pytestmark = [
 def complaints(pytestconfig, tmp_path_factory):
     """mypy's lines about the pure rooms, and about mistakes that are made here."""
     made, cache = tmp_path_factory.mktemp('mistakes'), getattr(pytestconfig, 'cache', None)
-    (made / 'mistakes.py').write_text(MISTAKES)
+    (made / 'wrong_hints.py').write_text(MISTAKES)
     if cache is None:
         kept = made
     else:    # beside pytest's own, as pytest's version has it
         kept = (cache.mkdir if hasattr(cache, 'mkdir') else cache.makedir)('mypy')
     command = [sys.executable, '-m', 'mypy', '--config-file', str(HERE / 'types.ini'),
-               '--cache-dir', str(kept), '--no-error-summary', '-m', 'mistakes']
+               '--cache-dir', str(kept), '--no-error-summary', '-m', 'wrong_hints']
     for module in PURE:
         command += ['-m', module]
     result = subprocess.run(
@@ -53,7 +53,7 @@ def complaints(pytestconfig, tmp_path_factory):
 def test_the_pure_rooms_have_no_wrong_hint(complaints):
     assert len(PURE) > 10
     # a tool's files with ROS, named ros_*.py, have no hints, as ros/
-    assert [line for line in complaints if '/ros' not in line and 'mistakes.py' not in line] == []
+    assert [line for line in complaints if '/ros' not in line and 'wrong_hints.py' not in line] == []
 
 
 @pytest.mark.skipif(not LAWS, reason="the laws are not in the students' edition")

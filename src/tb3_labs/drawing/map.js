@@ -153,6 +153,7 @@ export class RobotMap {
     this._frames(c, labels);
     this._ghost(c, labels, this.shown('odom', this.picture.truth), 'true');
     this._ghost(c, labels, this.shown('local', this.picture.again || null), 'now');
+    this._ghost(c, labels, this.shown('odom', this.picture.mistaken || null), 'mistaken');
     this._target(c, labels, this.picture.goal, 'goal', this.picture.tolerance);
     this._robot(c, labels);
     this._draft(c, labels);

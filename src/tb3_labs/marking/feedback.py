@@ -12,7 +12,9 @@ from urllib.parse import quote
 from tb3_labs.marking.criteria import Outcome
 from tb3_labs.marking.marks import NOT_JUDGED, Marks
 from tb3_labs.marking.marks_table import Row, scaled
-from tb3_labs.marking.moments import moments
+from tb3_labs.marking.moments import diagnosis, moments
+from tb3_labs.report import hints
+from tb3_labs.report.diagnosis import Diagnosis
 from tb3_labs.report.tables import STYLE, Markup, table
 from tb3_labs.report.timeline import section
 
@@ -64,7 +66,10 @@ def feedback(marks: Marks, lab: str, course: str = '') -> str:
     if marks.judged and marks.extra:
         parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra)]
     if marks.observation is not None and marks.observation.truth:
-        parts.append(section(moments(marks.observation, [*marks.graded, *marks.extra])))
+        verdicts = [*marks.graded, *marks.extra]
+        is_right = all(verdict.outcome is not Outcome.MISSED for verdict in verdicts)
+        found = Diagnosis('') if is_right else diagnosis(marks.observation)
+        parts += [section(moments(marks.observation, verdicts, found.ghost)), hints.section(found)]
     if marks.observation is not None:
         parts += _printed(marks.observation)
     return _page('{}: {}'.format(lab, marks.student), parts)

@@ -13,6 +13,7 @@ from tb3_labs.marking.move2goal import (
 from tb3_labs.marking.observation import CTRL_RELINQ, MOVED, RESTED, WAS_MOVING
 from tb3_labs.marking.observation import RESET as ROBOTS_RESET
 from tb3_labs.marking.ros_interface import ALL, UNIT, ResetCaller
+from tb3_labs.marking.ros_robot import sensed
 from tb3_labs.ros.clocks import wait_until
 
 #: A robot has arrived if it rests and had no command to move for this time [s].
@@ -54,7 +55,8 @@ class Control:
         start = start or recorder.pose
         local_T_world = local_T_base @ start.inverse()
         facts = {asked.GOAL_POSE: self._stage.goal, MOVED: False, RESTED: False,
-                 asked.LOCAL_T_WORLD: [local_T_world.x, local_T_world.y, local_T_world.yaw]}
+                 asked.LOCAL_T_WORLD: [local_T_world.x, local_T_world.y, local_T_world.yaw],
+                 asked.SENSED: sensed()}
         with self._stage.stimulus(name, facts) as record:
             record.facts[MOVED] = self._stage.moves_after(lambda: self.give(True), REACTION)
             if record.facts[MOVED]:

@@ -28,6 +28,8 @@ ROBOT = 'turtlebot3'
 START_TIME = 15.0
 #: Equal commands in a row are recorded at most once in this time [s].
 SAME_COMMAND = 0.04
+#: A sensor is silent after this time without a message [s].
+SILENT = 1.0
 #: At most this many commands of a node are recorded.
 MOST_COMMANDS = 40000
 #: A robot rests if it moves less than REST_WAY [m] and turns less than REST_TURN [rad] within
@@ -50,6 +52,16 @@ CONNECTING, SETTLED = 1.0, 0.45
 def from_others(name, address):
     """Does a command come from another program than this one? `name`, `address`: the sender's."""
     return address != rospy.get_node_uri()
+
+
+def sensed():
+    """Returns [x, y, yaw, the IMU's yaw] by the robot's sensors; None if one of them is silent."""
+    try:
+        odom = to_odometry_sample(rospy.wait_for_message(ODOM, Odometry, SILENT)).pose
+        return [odom.x, odom.y, odom.yaw,
+                to_imu_sample(rospy.wait_for_message(IMU, Imu, SILENT)).yaw]
+    except (rospy.ROSException, ValueError):
+        return None
 
 
 class Recorder:

@@ -134,6 +134,7 @@ def make_collectors(kinds, prefix):
         'asked': lambda: _Collector(
             Values, DEGREES, lambda degrees: (np.radians(degrees),), strings=0),
         'control': lambda: _Collector(Values, SWITCH, strings=0),
+        'presses': _PressCollector,
         'frames': lambda: _FrameCollector((prefix + 'local').strip('/')),
         'log': lambda: _LogCollector(prefix)}
     return {part: special[part]() if part in special else _Collector(
@@ -221,6 +222,24 @@ class _FrameCollector(_Collector):
                 self.keep(PLACE_ORIENTATION.unpack_from(data, numbers), arrival,
                           (secs - start) + 1e-9 * nsecs)
             offset = numbers + 56
+
+
+class _PressCollector(_Collector):
+    """The number of each button of a pad, whenever it goes down."""
+
+    def __init__(self):
+        super().__init__(Values, DEGREES, strings=0)
+        self._held = set()
+
+    def add(self, data, arrival, start):
+        axes = 16 + HEADER.unpack_from(data)[2]
+        buttons = axes + 4 + 4 * LENGTH.unpack_from(data, axes)[0]
+        count, = LENGTH.unpack_from(data, buttons)
+        held = {number for number, is_down in enumerate(
+            struct.unpack_from('<{}i'.format(count), data, buttons + 4)) if is_down}
+        for number in sorted(held - self._held):
+            self.keep((float(number),), arrival, arrival)
+        self._held = held
 
 
 class _LogCollector(_Collector):

@@ -117,7 +117,7 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cuts: np.ndarra
     kind = Kind.BY_HAND
     if len(run.control) or 'joy' in run.devices:
         cut_off = end == run.duration or (np.abs(cuts - end) <= COMMAND_TIMEOUT).any()
-        if (len(ahead) or cut_off) and _has_control(run, (begin + end) / 2.0):
+        if (len(ahead) or cut_off) and has_control(run, (begin + end) / 2.0):
             kind = Kind.DRIVE
     elif len(ahead):
         has_turn = moves[0] < ahead[0] or moves[-1] > ahead[-1]
@@ -135,8 +135,8 @@ def by_hand(run: RunData, listed: Sequence[Tuple[float, float]]) -> List[Movemen
         movement.begin < end and begin < movement.end for begin, end in listed)]
 
 
-def _has_control(run: RunData, time: float) -> bool:
-    """Did a node have control at this time? Before the first message, its opposite holds."""
+def has_control(run: RunData, time: float) -> bool:
+    """Did a node have control at this time [s]? Before the first message, its opposite holds."""
     if not len(run.control):
         return False
     heard = int(np.searchsorted(run.control.time, time, side='right'))

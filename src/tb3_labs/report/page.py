@@ -14,7 +14,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tb3_labs.geometry.angles import wrap_all
-from tb3_labs.report import figures, path_figures, tables, timeline
+from tb3_labs.report import figures, hints, path_figures, tables, timeline
+from tb3_labs.report.diagnosis import Diagnosis, diagnose
 from tb3_labs.report.drives import DriveReport, drives, goal_errors, spans
 from tb3_labs.report.epochs import epochs
 from tb3_labs.report.movements import FASTEST_BY_MOUSE, PAUSE, by_hand
@@ -76,10 +77,12 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
     tables.write_reports(folder, [(name, turned, driven)])
     page = folder / 'report.html'
     shown = _figures(run, model, folder, turn)
+    found = diagnose(run) if hints.is_students(run) else Diagnosis('')
     page.write_text(document('Run report: ' + name, [
         '<p>{}</p>'.format(escape(_summary(run, model))),
         timeline.section(timeline.timeline(
-            run, model, timeline.marks(run, turned, driven))), _turns(run, turned), shown['turns'],
+            run, model, timeline.marks(run, turned, driven), found.ghost)), hints.section(found),
+        _turns(run, turned), shown['turns'],
         _drives(run, driven, turned), _by_hand(run, driven, turned), shown['paths'],
         shown['errors'], _along(driven), shown['heading'], shown['speeds'],
         RATES.format(tables.rates(run))]), encoding='utf-8')

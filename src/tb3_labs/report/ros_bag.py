@@ -21,7 +21,8 @@ OPTIONAL = {
     'commands': ('cmd_vel', TWIST), 'local_pose': ('local_pose', POSE),
     'ground_truth': ('ground_truth', POSE), 'goals': ('current_goal', POSE),
     'states': ('goal_state', STRING), 'resets': ('initialpose', POSE_ESTIMATE),
-    'asked': ('turn', 'std_msgs/Float64'), 'control': ('ctrl_relinq', 'std_msgs/Bool')}
+    'asked': ('turn', 'std_msgs/Float64'), 'control': ('ctrl_relinq', 'std_msgs/Bool'),
+    'presses': ('joy', 'sensor_msgs/Joy')}
 #: Topics by which a person drives, of any type.
 DEVICES = 'joy', 'mouse_info'
 

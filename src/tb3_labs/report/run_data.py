@@ -183,6 +183,7 @@ class RunData:
     resets: Poses = field(default_factory=Poses.none)          # of the robot in local, as declared
     asked: Values = field(default_factory=Values.none)         # turns [rad], left positive
     control: Values = field(default_factory=Values.none)       # ctrl_relinq: 1 = a node may drive
+    presses: Values = field(default_factory=Values.none)       # numbers of a pad's buttons
     log: LogLines = field(default_factory=LogLines.none)       # of the robot's namespace
     devices: Tuple[str, ...] = ()                              # recorded ones of joy, mouse_info
     derived: Tuple[str, ...] = ()                              # fields that were not recorded

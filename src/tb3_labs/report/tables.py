@@ -29,13 +29,15 @@ th { border-bottom: 2px solid #333; vertical-align: bottom; }
 th:first-child, td:first-child, .words { text-align: left; }
 figure { margin: 0.4em 0; text-align: center; break-inside: avoid; }
 figure img { max-width: 100%; } figcaption { font-size: 8.5pt; }
+details { margin: 0.3em 0; } details details { margin-left: 1.2em; }
+summary { cursor: pointer; font-weight: bold; }
 section { break-inside: avoid; } .next { break-before: page; }
 @media screen { body { padding: 0 8px; } }
 @media print { body { margin: 0; } figure img { max-height: 84mm; } }'''
 #: An unknown number on a page.
 DASH = '\N{EN DASH}'
 #: Fields that are sent only on a change, so that they have no rate.
-ON_CHANGE = 'frames', 'goals', 'states', 'resets', 'asked', 'control', 'log'
+ON_CHANGE = 'frames', 'goals', 'states', 'resets', 'asked', 'control', 'presses', 'log'
 #: A spreadsheet would begin a formula here, in cells separated by commas or by semicolons.
 FORMULA = re.compile(r'(^|;)(?=["\s]*[=+\-@])|^(?=[\t\r])')
 

@@ -232,7 +232,7 @@ class Timeline {
     this.run = run;
     this.now = 0;
     this.playing = false;
-    for (const name of ['odom', 'local', 'truth', 'frame', 'heading', 'rate', 'speed', 'distance',
+    for (const name of ['odom', 'local', 'truth', 'mistaken', 'frame', 'heading', 'rate', 'speed', 'distance',
                         'angle']) {
       this[name] = new Track(run[name], run.moment);
     }
@@ -302,6 +302,7 @@ class Timeline {
     });
     $('fit').addEventListener('click', () => this._showAllNow());
     addEventListener('resize', () => this.show());
+    $('mistake')?.addEventListener('toggle', () => this.show());
     for (const {canvas} of this.curves) {
       canvas.addEventListener('click', (event) => {
         const area = canvas.getBoundingClientRect(), [begin, end] = this._stretch();
@@ -371,6 +372,7 @@ class Timeline {
     map.picture = {
       odom: this.odom.pose(now), local: this.local.pose(now), truth: this.truth.pose(now),
       frame: this.frame.pose(now), again: this.again?.pose(now), goal: goal?.[2] || null,
+      mistaken: $('mistake')?.open ? this.mistaken.pose(now) : null,
       tolerance: 0,
     };
     map.replaceTrails({odom: this.odom.way(now), local: this.local.way(now)});

@@ -105,8 +105,10 @@ def _differences(numbers: np.ndarray) -> List[int]:
     return [int(step) for step in np.diff(numbers, prepend=0)]
 
 
-def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[str, Any]:
-    """Returns everything that the timeline of a run shows, for JSON."""
+def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark],
+             ghost: Optional[Poses] = None) -> Dict[str, Any]:
+    """Returns everything that the timeline of a run shows, for JSON. `ghost`: the poses in ``odom`` of
+    a robot with a known mistake."""
     imu, odometry, local = run.imu, run.odometry, run.local_pose
     time, distance, angle = goal_errors(run)
     frames = epochs(run)
@@ -116,6 +118,7 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[st
         'heading_of': 'heading by the IMU',
         'odom': poses_of(odometry), 'local': poses_of(local, local_resets),
         'truth': poses_of(_truth_in_odom(run, frames)),
+        'mistaken': poses_of(Poses.none() if ghost is None else ghost),
         'frame': poses_of(local_in_odom(run, local.time), local_resets),
         'heading': track(imu.time, [np.degrees(np.unwrap(imu.yaw))], ['deg']),
         'rate': track(imu.time, [imu.yaw_rate], ['rad/s']),

@@ -1,0 +1,219 @@
+"""The drives of a recorded run, compared with those of mistaken robots (see mistakes).
+
+Only a drive from a state of the node that is known is compared: the first one after a reset, or
+after the node's start. It is taken as three parts: a turn, a straight way, a turn.
+
+Units: metres, radians, seconds since the recording's start; poses in ``odom``, with a continuous
+yaw. The IMU's yaw differs from the odometry's by what it does at the last reset. A distance between two drives is in metres: a turn by another angle counts as the way by which
+the robot is then off its course.
+"""
+import math
+from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
+
+import numpy as np
+
+from tb3_labs.geometry.angles import continuous_at, wrap
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report.mistakes import NEAR, NEAR_PLACE, WAYS, Declared, Drive, Way
+from tb3_labs.report.movements import NO_SPEED, Movement, has_control, moving
+from tb3_labs.report.run_data import Poses, RunData
+from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
+
+#: A node may end a turn at this part of the handout's tolerance; its robot comes nearer in steps.
+CLOSE = 0.5
+#: The distance of a drive that has another course [m].
+UNLIKE = 2.0
+#: A turn on the spot, and the last turn, count as a way of LEVER; a first turn as the way that
+#: follows, from LEVER to FARTHEST [m].
+LEVER, FARTHEST = 0.3, 1.0
+#: A robot may miss a goal that is farther than this, since its turn ends in time by chance [m].
+MISSES = 1.3
+#: A robot rests this long after its last command [s].
+SETTLED = 0.6
+#: A right drive ends within ARRIVED and FACES of its goal [m], [rad], and at most BEYOND behind it
+#: [m]; each of its turns is at most half a turn and ROUND more [rad].
+ARRIVED, BEYOND, FACES, ROUND = 0.19, 0.06, math.radians(7.0), 0.5
+#: An endless turn was ended by a person, after more than this [rad].
+LONG_TURN = math.radians(120.0)
+#: A turn goes left and right if the side changes this often.
+SWINGS = 5
+#: A drive was cut off if control, a reset or the recording's end came within this of its end [s].
+CUT = 0.5
+#: The ghost of a turn has a pose for each of this many parts of it.
+PARTS = 20
+
+
+class Seen(NamedTuple):
+    """A drive as it was. `ended`: the part that was cut off, first, way or last; '' for none.
+    `shown_T_odom`: the pose of ``odom`` in the frame in which ghosts are shown."""
+
+    times: Tuple[float, float, float, float]    # its begin, the way's begin and end, its end
+    start: Pose2
+    drive: Drive
+    ended: str
+    end: Pose2
+    shown_T_odom: Pose2 = Pose2()
+
+
+#: A drive from a known state: the drive, the last reset before it, the node's start.
+Fresh = Tuple[Seen, Declared, Declared]
+
+
+class Compared(NamedTuple):
+    """Drives that were compared. `apart`: {mistake: the distance of each drive [m]}; `ideal`:
+    {mistake: the Drive of the mistaken robot for each}."""
+
+    seen: List[Seen]
+    apart: Dict[str, np.ndarray]
+    ideal: Dict[str, List[Drive]]
+
+
+def compared(fresh: Sequence[Fresh], goal: Pose2) -> Compared:
+    """Returns the drives, compared with each known mistake; `goal`: in ``local``."""
+    result = Compared([seen for seen, _, _ in fresh], {}, {})
+    for way in WAYS:
+        each, ideals = [], []
+        for seen, last, first in fresh:
+            offset = last.imu - last.odom.yaw
+            ideal = min((way.drive(seen.start, offset, last, first, goal, near)
+                         for near in (NEAR, CLOSE * NEAR)), key=lambda each: apart(seen, each))
+            is_right = not way.mistake and _arrived(seen, last, goal, offset)
+            each.append(0.0 if is_right else apart(seen, ideal))
+            ideals.append(ideal)
+        before = result.apart.get(way.mistake)
+        if before is None or max(each, default=0.0) < before.max(initial=0.0):
+            result.apart[way.mistake], result.ideal[way.mistake] = np.array(each), ideals
+    return result
+
+
+def ghost(seen: Sequence[Seen], ideals: Sequence[Drive]) -> Poses:
+    """Returns the poses of a mistaken robot; each part of a drive takes the time that it took."""
+    paths = []
+    for each, ideal in zip(seen, ideals):
+        x, y, yaw = each.start.x, each.start.y, each.start.yaw
+        way = ideal.way if math.isfinite(ideal.way) else each.drive.way
+        rows: List[Tuple[float, float, float, float]] = []
+        parts = [(ideal.first_turn, 0.0), (0.0, way), (ideal.last_turn, 0.0)]
+        for (turn, ahead), begin, end in zip(parts, each.times, each.times[1:]):
+            turn = turn if math.isfinite(turn) else 0.0
+            share = np.linspace(0.0, 1.0, PARTS)
+            rows += zip(begin + share * (end - begin), x + share * ahead * math.cos(yaw),
+                        y + share * ahead * math.sin(yaw), yaw + share * turn)
+            x, y, yaw = rows[-1][1:]
+        time, *pose = np.array(rows).T
+        paths.append(Poses(time, time, *pose).seen_from(each.shown_T_odom))
+    return Poses.joined(paths)
+
+
+def fresh_drives(run: RunData, found: Sequence[Movement]) -> Iterator[Fresh]:
+    """Yields each drive among the movements `found` that begins from a state that is known."""
+    ends = np.append(cuts(run), run.duration)
+    first = _declared(run, float(run.odometry.time[0]), Pose2())
+    declared = [first] + [_declared(run, float(time), run.resets.pose(k))
+                          for k, time in enumerate(run.resets.time)]
+    used = set()
+    for movement in found:
+        if not has_control(run, (movement.begin + movement.end) / 2.0):
+            continue
+        number = int(np.searchsorted(run.resets.time, movement.begin, side='right'))
+        if number not in used:
+            used.add(number)
+            yield seen_drive(run, movement, ends), declared[number], first
+
+
+def _declared(run: RunData, time: float, pose: Pose2) -> Declared:
+    return Declared(_odom(run, time), wrap(float(run.imu.yaw_at(time))), pose)
+
+
+def _odom(run: RunData, time: float) -> Pose2:
+    """The pose in ``odom``, with a continuous yaw."""
+    place = run.odometry.at(time)
+    return Pose2(place.x, place.y,
+                 float(continuous_at(time, run.odometry.time, run.odometry.yaw)))
+
+
+def cuts(run: RunData) -> np.ndarray:
+    """The times of resets, and of changes of control [s]."""
+    changed = np.flatnonzero(np.diff(run.control.value)) + 1
+    return np.sort(np.concatenate([run.resets.time, run.control.time[changed]]))
+
+
+def seen_drive(run: RunData, movement: Movement, ends: np.ndarray) -> Seen:
+    """Returns a movement as it was; `ends`: the times at which one may be cut off [s]. A robot goes
+    on a moment after its last command."""
+    begin, forward, again, stop = times = (
+        movement.begin, movement.forward, movement.turns_again, movement.end)
+    later = run.commands.time[(run.commands.time > stop) & moving(run.commands)]
+    rest = min([stop + SETTLED, run.duration, *later[:1]])
+    at_begin, ahead, end = (_odom(run, time) for time in (begin, forward, rest))
+    first = math.nan if swings(run, begin, forward) else ahead.yaw - at_begin.yaw
+    last = math.nan if swings(run, again, stop) else end.yaw - ahead.yaw
+    way, part = 0.0, 'first'
+    if forward < again:
+        way = (end.x - at_begin.x) * math.cos(ahead.yaw) + (
+            end.y - at_begin.y) * math.sin(ahead.yaw)
+        part = 'last' if again < stop - COMMAND_TIMEOUT else 'way'
+    else:
+        first, last = (math.nan if math.isnan(first) else end.yaw - at_begin.yaw), 0.0
+    was_cut = (np.abs(ends - stop) < CUT).any()
+    return Seen(times, at_begin, Drive(first, way, last), part if was_cut else '', end)
+
+
+def swings(run: RunData, begin: float, end: float) -> bool:
+    """Was the robot told to turn left and right, again and again?"""
+    rates = run.commands.between(begin, end).angular
+    sides = np.sign(rates[np.abs(rates) > NO_SPEED])
+    return int(np.count_nonzero(np.diff(sides))) >= SWINGS
+
+
+def _arrived(seen: Seen, last: Declared, goal: Pose2, offset: float) -> bool:
+    """Did the robot end at the goal of a right node, the short way round?"""
+    if seen.ended or not seen.drive.way:
+        return False
+    here = Way().pose(seen.end, wrap(seen.end.yaw + offset), last, last)
+    course = here.yaw - seen.drive.last_turn
+    beyond = (here.x - goal.x) * math.cos(course) + (here.y - goal.y) * math.sin(course)
+    return (here.distance_to(goal) <= ARRIVED and beyond <= BEYOND
+            and abs(wrap(here.yaw - goal.yaw)) <= FACES
+            and max(abs(seen.drive.first_turn), abs(seen.drive.last_turn)) <= math.pi + ROUND)
+
+
+def apart(seen: Seen, ideal: Drive) -> float:
+    """How far a drive is from an ideal one [m]."""
+    was = seen.drive
+    if not was.way:                                     # it only turned
+        if math.isnan(ideal.way):
+            return UNLIKE
+        angle = ideal.first_turn + (ideal.last_turn if ideal.way == 0.0 else 0.0)
+        return turn_apart(was.first_turn, angle, seen.ended == 'first') * LEVER
+    if math.isnan(was.first_turn) or math.isnan(ideal.way):
+        return 0.0 if math.isnan(was.first_turn) and math.isnan(ideal.way) else UNLIKE
+    if not math.isfinite(ideal.first_turn):
+        return UNLIKE
+    course = abs(was.first_turn - ideal.first_turn)
+    far = (2.0 * math.sin(min(course, math.pi) / 2.0) * min(max(abs(was.way), LEVER), FARTHEST)
+           + LEVER * (course > math.pi))
+    if seen.ended == 'way':
+        end = ideal.way if ideal.way < MISSES else math.inf
+        return max(far, was.way - end - NEAR_PLACE, -was.way)
+    if math.isinf(ideal.way):
+        return UNLIKE
+    far = max(far, 2.0 * (ideal.way - was.way), 2.0 * (was.way - ideal.way - NEAR_PLACE))
+    if seen.ended == 'last' or math.isnan(was.last_turn):
+        return max(far, LEVER * turn_apart(was.last_turn, ideal.last_turn, True))
+    return max(far, LEVER * turn_apart(was.first_turn + was.last_turn,
+                                        ideal.first_turn + ideal.last_turn, False))
+
+
+def turn_apart(was: float, ideal: float, was_cut: bool) -> float:
+    """How far a turn is from an ideal one [rad]; UNLIKE / LEVER if it is another thing. A turn that
+    goes left and right is NaN."""
+    if math.isnan(was) or math.isnan(ideal):
+        return 0.0 if math.isnan(was) and math.isnan(ideal) else UNLIKE / LEVER
+    if math.isfinite(ideal):
+        if was_cut and was * ideal >= 0.0:
+            return max(0.0, abs(was) - abs(ideal))
+        return abs(was - ideal)
+    if not was_cut:
+        return UNLIKE / LEVER
+    return 0.0 if was * ideal > 0.0 and abs(was) > LONG_TURN else UNLIKE / LEVER

@@ -1,0 +1,99 @@
+"""The turns of a recorded run of the IMU lab, compared with those of mistaken robots (see mistakes).
+
+The letters are not recorded: for each turn the letter is taken that fits better. A turn ends at a
+zero on ``cmd_vel``.
+
+Units: radians, left positive; rad/s; seconds since the recording's start.
+"""
+import math
+from typing import Dict, List, NamedTuple, Sequence, Tuple
+
+import numpy as np
+
+from tb3_labs.geometry.angles import wrap
+from tb3_labs.report.diagnosed_drives import CLOSE, SETTLED, swings, turn_apart
+from tb3_labs.report.mistakes import LAWS, NEAR_TURN, Law
+from tb3_labs.report.movements import FASTEST_BY_MOUSE, NO_SPEED
+from tb3_labs.report.run_data import RunData
+from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
+
+#: A robot goes on after the end of its turn, and may fall short of it a little [rad].
+GOES_ON, FALLS_SHORT = math.radians(22.0), math.radians(4.0)
+#: A command that is faster has no upper limit: the lab's is 1.5 [rad/s].
+TOO_FAST = 1.55
+#: A turn that a missing clamp sends round begins slower than this part of its peak, for START [s].
+SLOW, START = 0.7, 0.5
+
+
+class Turn(NamedTuple):
+    """A turn as it was. `turned` is NaN if it went left and right; `peak`: of the commands. A person
+    may have ended an endless one."""
+
+    begin: float
+    heading: float
+    turned: float
+    peak: float
+    may_be_cut: bool = False
+
+
+def compared(seen: Sequence[Turn]) -> Dict[str, np.ndarray]:
+    """Returns {mistake: the distance of each turn from that of the mistaken robot [rad]}."""
+    result: Dict[str, np.ndarray] = {}
+    for law in LAWS:
+        each = np.array([_apart(law, turn) for turn in seen])
+        if law.mistake not in result or each.max() < result[law.mistake].max():
+            result[law.mistake] = each
+    return result
+
+
+def _apart(law: Law, turn: Turn) -> float:
+    """The distance of a turn from that of a law, for the letter that fits better [rad]."""
+    far = []
+    for side in (1.0, -1.0):
+        for near in (NEAR_TURN, CLOSE * NEAR_TURN):
+            ideal = law.turned(turn.heading, side, near)
+            off = turn_apart(turn.turned, ideal, turn.may_be_cut and not math.isfinite(ideal))
+            far.append(max(0.0, off - (
+                GOES_ON if abs(turn.turned) > abs(ideal) else FALLS_SHORT)))
+    return min(far)
+
+
+def too_fast(seen: Sequence[Turn]) -> Tuple[bool, bool]:
+    """Is a turn to the left, or to the right, faster than the lab's limit?"""
+    return (any(turn.peak > TOO_FAST for turn in seen), any(-turn.peak > TOO_FAST for turn in seen))
+
+
+def begin_slowly(run: RunData, seen: Sequence[Turn]) -> bool:
+    """Does each turn the long way round begin at the least speed? It does if a negative command is
+    taken for too small a positive one."""
+    return all(np.abs(run.commands.between(turn.begin, turn.begin + START).angular).max()
+               < SLOW * abs(turn.peak) for turn in seen if abs(turn.turned) > math.pi)
+
+
+def turns_of(run: RunData) -> List[Turn]:
+    """The turns of a run, in order; those by the mouse are left out."""
+    commands = run.commands
+    turning = (np.abs(commands.angular) > NO_SPEED) & (np.abs(commands.linear) <= NO_SPEED)
+    found = []
+    for first, after in stretches(turning, commands.time):
+        rates = commands.angular[first:after]
+        peak = float(rates[np.argmax(np.abs(rates))])
+        if 'mouse_info' in run.devices and abs(peak) <= FASTEST_BY_MOUSE + NO_SPEED:
+            continue
+        begin = float(commands.time[first])
+        end = min(float(commands.time[after - 1]) + COMMAND_TIMEOUT + SETTLED, run.duration)
+        later = np.flatnonzero(turning[after:])
+        if len(later):
+            end = min(end, float(commands.time[after + later[0]]))
+        before, then = run.imu.yaw_at((begin, end))
+        angle = math.nan if swings(run, begin, end) else float(then - before)
+        found.append(Turn(begin, wrap(float(before)), angle, peak))
+    return found[:-1] + [found[-1]._replace(may_be_cut=True)] if found else []
+
+
+def stretches(moves: np.ndarray, time: np.ndarray) -> List[Tuple[int, int]]:
+    """Returns (first, after the last) of each stretch of commands that move, without a pause."""
+    indices = np.flatnonzero(moves)
+    pauses = (np.diff(indices) > 1) | (np.diff(time[indices]) > COMMAND_TIMEOUT)
+    return [(int(part[0]), int(part[-1]) + 1)
+            for part in np.split(indices, np.flatnonzero(pauses) + 1) if len(part)]

@@ -1,0 +1,179 @@
+"""The known mistake that fits a recorded run of a student's node.
+
+Each turn and each drive is compared with what a robot would have done there whose node makes the
+mistake. A mistake fits if all movements are as it says; a run is right if all are as the handouts
+say. Mistakes that do not show in the way that a robot takes are found by the commands and the
+buttons. Nothing is known of the node's text.
+
+Units: metres, radians, seconds since the recording's start.
+"""
+import math
+from dataclasses import dataclass, replace
+from typing import Dict, Optional, Sequence, Tuple
+
+import numpy as np
+
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report import diagnosed_drives, diagnosed_turns
+from tb3_labs.report.diagnosed_drives import Fresh, fresh_drives
+from tb3_labs.report.diagnosed_turns import Turn, stretches, turns_of
+from tb3_labs.report.movements import (
+    FASTEST_BY_MOUSE, LAB_GOAL, NO_SPEED, movements, moving)
+from tb3_labs.report.run_data import Commands, Poses, RunData
+from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
+
+#: The labs whose nodes are diagnosed.
+TURN, DRIVE, PAD = 'turn', 'drive', 'pad'
+#: A mistake fits if the run is nearer to it than this [m], [rad]. Others that are farther from the
+#: run by less than ALIKE are told as well.
+FITS, ALIKE = 0.12, 0.03
+#: Two senders: this many changes between zero and a movement, each within QUICK [s].
+JUMPS, QUICK = 10, 0.25
+#: A run that ends within this time after a command may have ended by Ctrl+C [s].
+AFTERWARDS = 1.0
+#: A node that has forgotten its stop sends one speed for longer than this [s].
+TAIL = 15.0
+#: A button answers within this [s]. The handout's button that resets the frame.
+ANSWERED, RESETS = 0.6, 2
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """`mistake`: the one that fits; '' if the run is right, None if none fits. `also`: others that
+    fit as well; `besides`: a second mistake. `apart`: how far the run is from the mistake, from a
+    right node, and from the next likely mistake, `other` [m], in the IMU lab [rad]; NaN: unknown.
+    `moment`: the begin of the movement that is farthest from a right one. `ghost`: the poses of the
+    mistaken robot in ``odom``."""
+
+    mistake: Optional[str]
+    lab: str = DRIVE
+    also: Tuple[str, ...] = ()
+    besides: str = ''
+    apart: Tuple[float, float, float] = (math.nan, math.nan, math.nan)
+    other: str = ''
+    moment: float = 0.0
+    ghost: Poses = Poses.none()
+
+
+def diagnose(run: RunData) -> Diagnosis:
+    """Returns the Diagnosis of a run. A run in which nothing can be judged is right. The goal is the
+    first of the run, else the lab's."""
+    goal = run.goals.pose(0) if len(run.goals) else LAB_GOAL
+    by_pad = _of_pad(run)
+    if by_pad is not None:
+        return by_pad
+    lab = DRIVE if len(run.control) else TURN
+    if lab == DRIVE:
+        by_way = of_drives(list(fresh_drives(run, movements(run))), goal)
+    else:
+        by_way = of_turns(run, turns_of(run))
+    unstopped = _no_stop(run)
+    if unstopped is None:
+        return by_way
+    if by_way.mistake:
+        return replace(by_way, besides='no_stop')
+    return Diagnosis('no_stop', lab, moment=unstopped)
+
+
+def of_drives(fresh: Sequence[Fresh], goal: Pose2) -> Diagnosis:
+    """Returns the Diagnosis of these drives, but for mistakes that the commands show."""
+    if not fresh:
+        return Diagnosis('')
+    seen, apart, ideal = diagnosed_drives.compared(fresh, goal)
+    result = _decided(DRIVE, apart, [drive.times[0] for drive in seen])
+    if not result.mistake:
+        return result
+    return replace(result, ghost=diagnosed_drives.ghost(seen, ideal[result.mistake]))
+
+
+def of_turns(run: RunData, seen: Sequence[Turn]) -> Diagnosis:
+    """Returns the Diagnosis of these turns of a run, but for mistakes that the commands show."""
+    if not seen:
+        turns = np.abs(run.commands.angular) > FASTEST_BY_MOUSE + NO_SPEED
+        return Diagnosis(None if turns.any() and 'joy' not in run.devices else '', TURN)
+    is_fast_left, is_fast_right = diagnosed_turns.too_fast(seen)
+    if is_fast_left or is_fast_right:
+        fastest = max(seen, key=lambda turn: abs(turn.peak))
+        return Diagnosis(None if is_fast_left else 'no_negative_clamp', TURN,
+                         moment=fastest.begin)
+    result = _decided(TURN, diagnosed_turns.compared(seen), [turn.begin for turn in seen])
+    if result.mistake == 'no_negative_clamp' and not diagnosed_turns.begin_slowly(run, seen):
+        return replace(result, mistake=None)
+    return result
+
+
+def _decided(lab: str, apart: Dict[str, np.ndarray], begins: Sequence[float]) -> Diagnosis:
+    """Returns the Diagnosis by `apart`, {mistake: how far each movement is from it}."""
+    worst = {mistake: float(far.max()) for mistake, far in apart.items()}
+    right, moment = worst.pop(''), begins[int(np.argmax(apart['']))]
+    order = sorted(worst, key=lambda mistake: worst[mistake])
+    best = order[0]
+    if right <= FITS:
+        return Diagnosis('', lab, apart=(right, right, worst[best]), moment=moment)
+    if worst[best] > FITS:
+        return Diagnosis(None, lab, apart=(worst[best], right, math.nan), other=best, moment=moment)
+    alike = min(FITS, max(FITS / 2.0, worst[best] + ALIKE))
+    also = tuple(mistake for mistake in order[1:] if worst[mistake] <= alike)
+    rest = order[1 + len(also):]
+    other = rest[0] if rest else ''
+    return Diagnosis(best, lab, also, apart=(worst[best], right, worst.get(other, math.nan)),
+                     other=other, moment=moment)
+
+
+# Commands and buttons -------------------------------------------------------------------------
+
+def _of_pad(run: RunData) -> Optional[Diagnosis]:
+    """The mistakes of a gamepad's node."""
+    two = _two_senders(run)
+    if two is not None:
+        return Diagnosis('two_senders', PAD, moment=two)
+    other = _wrong_button(run)
+    return None if other is None else Diagnosis('wrong_button', PAD, moment=other)
+
+
+def _two_senders(run: RunData) -> Optional[float]:
+    """Returns the time from which on zeros come between the commands of a moving robot, again and
+    again."""
+    moves, time = moving(run.commands), run.commands.time
+    edges = np.flatnonzero(np.diff(moves.astype(int)))
+    for first, last in zip(edges, edges[JUMPS:]):
+        if time[last] - time[first] < JUMPS * QUICK:
+            return float(time[first])
+    return None
+
+
+def _wrong_button(run: RunData) -> Optional[float]:
+    """Returns the time of a press that reset the frame, or did not, against the handout. Without any
+    reset there may be no node that has the frame."""
+    if not len(run.resets):
+        return None
+    for time, button in zip(run.presses.time, run.presses.value):
+        was_reset = ((run.resets.time >= time - 0.1) & (run.resets.time < time + ANSWERED)).any()
+        if was_reset != (int(button) == RESETS):
+            return float(time)
+    return None
+
+
+def _no_stop(run: RunData) -> Optional[float]:
+    """Returns the end of a movement that nobody cut off, after which no command stopped the
+    robot."""
+    time, moves = run.commands.time, moving(run.commands)
+    cuts = np.append(diagnosed_drives.cuts(run), run.duration)
+    for first, after in stretches(moves, time):
+        if not len(run.control) and (run.commands.linear[first:after] > NO_SPEED).any():
+            continue
+        last = float(time[after - 1])
+        following = float(time[after]) if after < len(time) else math.inf
+        if following - last > COMMAND_TIMEOUT and (np.abs(cuts - last) > AFTERWARDS).all():
+            return last
+        if _goes_on(run.commands.between(time[first], last)):
+            return last
+    return None
+
+
+def _goes_on(commands: Commands) -> bool:
+    """Do these commands end by turning at one speed for long?"""
+    if not len(commands) or commands.time[-1] - commands.time[0] < TAIL:
+        return False
+    tail = commands.between(commands.time[-1] - TAIL, math.inf)
+    return bool(np.ptp(tail.angular) == 0.0 and (np.abs(tail.linear) <= NO_SPEED).all())

@@ -1,0 +1,237 @@
+"""The known mistakes of students' nodes, and how a robot moves whose node makes one.
+
+Such a robot follows the handouts' laws without delays: it turns until the error that its node
+believes is small, then drives straight until the believed distance is small, then turns again. So
+its movement is known in closed form, but for the search of the headings at which it ends a turn.
+
+A `Way` is one way in which a node computes its pose in ``local``; a `Law` is one in which it
+computes the error of a turn. Several of them may be the same mistake.
+
+Units: metres, radians. Angles turned are continuous, left positive; infinite if a turn never ends,
+NaN if it goes left and right without an end.
+"""
+import math
+from dataclasses import dataclass
+from typing import Callable, NamedTuple, Tuple
+
+from tb3_labs.geometry.angles import wrap
+from tb3_labs.geometry.se2 import Pose2, rotation_matrix
+
+#: A turn ends within NEAR of its goal in the Transformation lab, NEAR_TURN in the IMU lab [rad]; a
+#: straight line NEAR_PLACE from the goal [m].
+NEAR, NEAR_TURN, NEAR_PLACE = 0.05, math.radians(10.0), 0.15
+#: A turn is searched in steps of at most STEP [rad], and up to ENDLESS [rad]; one that goes left and
+#: right up to MOST_STEPS.
+STEP, ENDLESS, MOST_STEPS = 0.04, 3.0 * math.pi, 600
+
+
+def unwrapped(error: float) -> float:
+    """The error as a node has it that does not wrap it."""
+    return error
+
+
+def turned(error_at: Callable[[float], float], yaw: float, near: float) -> float:
+    """The angle by which a robot turns from `yaw`, until |error_at(yaw)| < `near`."""
+    angle, swings, side = 0.0, 0, 0.0
+    for _ in range(MOST_STEPS):
+        error = error_at(yaw + angle)
+        if abs(error) <= near or swings > 4:
+            return angle if abs(error) <= near else math.nan
+        if abs(angle) > ENDLESS:
+            return math.copysign(math.inf, angle)
+        swings += side * error < 0.0
+        side = math.copysign(1.0, error)
+        angle += side * min(STEP, abs(error) - near + 1e-6)
+    return math.nan
+
+
+# The IMU lab ----------------------------------------------------------------------------------
+
+@dataclass(frozen=True)
+class Law:
+    """The error of a turn by the IMU's heading, in degrees as the handout has it.
+
+    `goal_wraps`, `error_wraps`: below the range, and above it. `reading`: what the node takes for
+    the heading [deg], by the true one. `quarter`: what it adds for a turn to the left. `side_by`:
+    what decides the side, the error or the letter; 'nothing': it is always the left one.
+    """
+
+    mistake: str = ''
+    goal_wraps: Tuple[bool, bool] = (True, True)
+    error_wraps: Tuple[bool, bool] = (True, True)
+    reading: Callable[[float], float] = unwrapped
+    quarter: float = 90.0
+    side_by: str = 'error'
+
+    def goal(self, heading: float, side: float) -> float:
+        """The goal of a turn from `heading`, both [deg]; `side`: 1 left, -1 right."""
+        goal = self.reading(heading) + side * self.quarter
+        goal += 360.0 * (self.goal_wraps[0] and goal < 0.0)
+        return goal - 360.0 * (self.goal_wraps[1] and goal > 360.0)
+
+    def error(self, goal: float, heading: float, side: float) -> float:
+        """The error at a heading from 0 to 360, all [deg]."""
+        error = goal - self.reading(heading)
+        error += 360.0 * (self.error_wraps[0] and error < -180.0)
+        error -= 360.0 * (self.error_wraps[1] and error > 180.0)
+        if self.side_by == 'error':
+            return error
+        return abs(error) * (side if self.side_by == 'letter' else 1.0)
+
+    def turned(self, heading: float, side: float, near: float = NEAR_TURN) -> float:
+        """The angle by which the robot turns from `heading`, both [rad]."""
+        goal = self.goal(math.degrees(heading) % 360.0, side)
+        return turned(lambda yaw: math.radians(self.error(goal, math.degrees(yaw) % 360.0, side)),
+                      heading, near)
+
+
+#: A heading that is read from numbers in another order may be the same for ever, or mirrored.
+STUCK, MIRRORED = (lambda heading: 0.0), (lambda heading: (180.0 - heading) % 360.0)
+LAWS = (
+    Law(),
+    Law('error_not_wrapped', error_wraps=(False, False)),
+    Law('error_not_wrapped_low', error_wraps=(False, True)),
+    Law('error_not_wrapped_high', error_wraps=(True, False)),
+    Law('nothing_wrapped', (False, False), (False, False)),
+    Law('nothing_wrapped', (False, False), (False, False), reading=lambda yaw: wrap_degrees(yaw)),
+    Law('goal_not_wrapped_low', (False, True), (False, False), side_by='letter'),
+    Law('goal_not_wrapped_high', (True, False), (False, False), side_by='letter'),
+    Law('no_negative_clamp', side_by='nothing'),
+    Law('radians', reading=lambda heading: math.radians(wrap_degrees(heading)) % 360.0),
+    Law('radians', quarter=math.pi / 2.0),
+    Law('quaternion_order', reading=STUCK),
+    Law('quaternion_order', reading=MIRRORED))
+
+
+def wrap_degrees(angle: float) -> float:
+    """The angle in [-180, 180)."""
+    return (angle + 180.0) % 360.0 - 180.0
+
+
+# The Transformation lab -----------------------------------------------------------------------
+
+def in_radians(yaw: float) -> float:
+    """The yaw of a node that has degrees where it needs radians."""
+    return math.degrees(wrap(yaw))
+
+
+class Declared(NamedTuple):
+    """A reset: the robot in ``odom`` and the IMU's yaw at it, and the pose that was declared."""
+
+    odom: Pose2
+    imu: float
+    pose: Pose2 = Pose2()
+
+
+class Drive(NamedTuple):
+    """A drive: the angle turned, the way straight on (infinite: without an end; NaN: it begins by
+    chance), the second one."""
+
+    first_turn: float
+    way: float
+    last_turn: float
+
+
+@dataclass(frozen=True)
+class Way:
+    """How a node computes its pose in ``local``.
+
+    `rotation`: the angle of R(theta)^-1. `kept`: what a reset does not forget, of place, rotation,
+    heading. `declared`: what becomes of the declared pose. `left`: what is left as it is in
+    ``odom``, of place, heading, and imu for the heading. `reading`: see Law; in [rad] here.
+    """
+
+    mistake: str = ''
+    rotation: str = 'odom'
+    kept: Tuple[str, ...] = ()
+    declared: str = 'used'
+    left: Tuple[str, ...] = ()
+    reading: Callable[[float], float] = unwrapped
+    wraps: Callable[[float], float] = wrap
+    wraps_heading: Callable[[float], float] = wrap
+
+    def pose(self, odom: Pose2, imu: float, last: Declared, before: Declared) -> Pose2:
+        """The believed pose, by the pose in ``odom`` and the IMU's yaw; `before`: what the node
+        began with, as if it were a reset."""
+        place, rotation, heading = (before if part in self.kept else last
+                                    for part in ('place', 'rotation', 'heading'))
+        theta = {'odom': rotation.odom.yaw, 'inverse': -rotation.odom.yaw, 'none': 0.0,
+                 'imu': rotation.imu, 'mirrored': math.pi - rotation.odom.yaw,
+                 'back': math.pi}[self.rotation]
+        x, y = rotation_matrix(-theta) @ (odom.x - place.odom.x, odom.y - place.odom.y)
+        yaw = self.wraps_heading(self.reading(imu) - self.reading(heading.imu))
+        if self.declared == 'used':
+            x, y = last.pose.act((x, y))
+        elif self.declared == 'not rotated':
+            x, y = x + last.pose.x, y + last.pose.y
+        if self.declared != 'lost':
+            yaw = self.wraps_heading(yaw + last.pose.yaw)
+        if 'place' in self.left:
+            x, y = odom.x, odom.y
+        if self.left:
+            yaw = {'heading': wrap(odom.yaw), 'imu': imu}.get(self.left[-1], yaw)
+        return Pose2(float(x), float(y), yaw)
+
+    def drive(self, start: Pose2, offset: float, last: Declared, before: Declared,
+              goal: Pose2, near: float = NEAR) -> Drive:
+        """The Drive from `start` in ``odom`` to `goal` in ``local``; `offset`: the IMU's yaw minus
+        the odometry's."""
+        def here(place, yaw):
+            return self.pose(Pose2(*place, yaw), wrap(yaw + offset), last, before)
+
+        def off_course(yaw):
+            pose = here((start.x, start.y), yaw)
+            return self.wraps(math.atan2(goal.y - pose.y, goal.x - pose.x) - pose.yaw)
+
+        first = turned(off_course, start.yaw, near)
+        if not math.isfinite(first):
+            leaps = math.isnan(first) and self.reading is in_radians
+            return Drive(first, math.nan if leaps else 0.0, 0.0)
+        yaw = start.yaw + first
+        begun = here((start.x, start.y), yaw)
+        one_on = here((start.x + math.cos(yaw), start.y + math.sin(yaw)), yaw)
+        way = reach((goal.x - begun.x, goal.y - begun.y), (one_on.x - begun.x, one_on.y - begun.y))
+        if math.isinf(way):
+            return Drive(first, way, 0.0)
+        end = start.x + way * math.cos(yaw), start.y + way * math.sin(yaw)
+        return Drive(first, way, turned(
+            lambda angle: self.wraps(goal.yaw - here(end, angle).yaw), yaw, near))
+
+
+def reach(goal: Tuple[float, float], step: Tuple[float, float]) -> float:
+    """The way [m] after which a robot that moves by `step` in each metre is NEAR_PLACE from `goal`;
+    infinite if it passes by. Closed form: the first zero of a polynomial of degree 2."""
+    along = goal[0] * step[0] + goal[1] * step[1]
+    inside = along ** 2 - (goal[0] ** 2 + goal[1] ** 2 - NEAR_PLACE ** 2)
+    if math.hypot(*goal) <= NEAR_PLACE:
+        return 0.0
+    return along - math.sqrt(inside) if inside >= 0.0 and along > 0.0 else math.inf
+
+
+WAYS = (
+    Way(),
+    Way('inverse_missing', 'inverse'),
+    Way('not_rotated', 'none'),
+    Way('imu_rotates', 'imu'),
+    Way('reference_kept', kept=('place', 'rotation', 'heading')),
+    Way('yaw_kept', kept=('rotation', 'heading')),
+    Way('yaw_kept', kept=('rotation',)),
+    Way('yaw_kept', kept=('heading',)),
+    Way('place_kept', kept=('place',)),
+    Way('place_kept', kept=('place', 'rotation')),
+    Way('declared_lost', declared='lost'),
+    Way('declared_lost', declared='not rotated'),
+    Way('no_local_frame', left=('place', 'imu')),
+    Way('no_local_frame', left=('place', 'heading')),
+    Way('no_local_frame', left=('place',)),
+    Way('no_local_frame', left=('imu',)),
+    Way('no_local_frame', left=('heading',)),
+    Way('error_not_wrapped', wraps=unwrapped),
+    Way('error_not_wrapped', wraps=unwrapped, wraps_heading=unwrapped),
+    Way('quaternion_order', reading=lambda yaw: 0.0),
+    Way('quaternion_order', reading=lambda yaw: math.pi - yaw),
+    Way('quaternion_order', 'mirrored', reading=lambda yaw: math.pi - yaw),
+    Way('quaternion_order', 'none', reading=lambda yaw: math.pi - yaw),
+    Way('quaternion_order', 'mirrored'),
+    Way('quaternion_order', 'back'),
+    Way('degrees', reading=in_radians))

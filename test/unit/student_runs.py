@@ -1,0 +1,591 @@
+"""Runs of students' nodes without ROS: a node's text on a fake `rospy`, in virtual time.
+
+    run = played(text_of('turtlebot_controller'), turn_scene(random.Random(1)), seed=1)
+
+One thread plays the node, the simulated robot and a person; a node that waits (`input`, a sleep)
+lets the world go on meanwhile, but not its own callback. The result is the RunData that
+report/ros_bag.py reads from a bag of imu, odom, cmd_vel, ctrl_relinq, joy, mouse_info, /rosout and
+ground_truth. The times of rospy are kept to one STEP.
+Units: seconds, metres, radians; degrees where a name ends in `_deg`.
+"""
+import builtins
+import heapq
+import itertools
+import math
+import random
+import struct
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, NamedTuple, Tuple
+
+import numpy as np
+
+from tb3_labs.report.messages import SenderClock, make_collectors, resets_in
+from tb3_labs.report.run_data import RunData
+from tb3_labs.robot.samples import ImuSample
+from tb3_labs.simulation.network import NETWORKS
+from tb3_labs.simulation.simulator import Simulator
+from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
+
+NODES = Path(__file__).resolve().parent.parent / 'ros' / 'student_nodes'
+STEP = 1.0 / 200.0      # of the world
+TRUTH_EVERY = 4         # steps between two samples of the ground truth
+PERSON_EVERY = 10       # steps between two looks of the person, and between two messages of a pad
+EPOCH = 1.7e9           # the world's time 0 [s since 1970]
+#: The robot's steady state: slower than this it rests [m/s], [rad/s].
+REST = 0.002, 0.004
+#: The recording goes on for this long after Ctrl+C [s].
+AFTER_END = 0.7
+NEVER = math.inf
+KINDS = {'imu': '', 'odometry': '', 'commands': '', 'control': '', 'ground_truth': '', 'log': '',
+         'presses': ''}
+
+
+def text_of(node: str) -> str:
+    """The text of a right node: turtlebot_controller, move2goal_tf or gamepad."""
+    return (NODES / (node + '.py')).read_text(encoding='utf-8')
+
+
+class Step(NamedTuple):
+    """One thing that the person does: `what` is
+
+    'type'      a letter, and Enter
+    'control'   ctrl_relinq: True = a node may drive; the hand is off then
+    'drive'     by hand: (m/s, rad/s), sent at 20 Hz until the next 'drive'; None: nothing is sent
+    'declare'   a reset by /set_pose: (x, y, yaw)
+    'joy'       (buttons held, forward -1..1, left -1..1), sent at 20 Hz
+    'wait'      nothing.
+    The next step comes when the robot has rested for `pause`, at the latest after `patience` [s].
+    """
+
+    what: str
+    value: Any = None
+    pause: float = NEVER
+    patience: float = 1.0
+
+
+@dataclass(frozen=True)
+class Scene:
+    """The robot, the person, and the other node in the room."""
+
+    node: str                               # its name in ROS
+    steps: Tuple[Step, ...]
+    robot: SimulatorConfig
+    devices: Tuple[str, ...] = ()
+    other: str = ''                         # a right node that runs as well
+    clock_offset: float = 0.0               # of the robot's stamps [s]
+    mouse: bool = False                     # a mouse that is not active is at hand
+
+
+def _robot(source: random.Random) -> SimulatorConfig:
+    host = HOSTS[source.choice(('default', 'laptop', 'laptop', 'pi'))]
+    return SimulatorConfig(
+        start_x=source.uniform(-5.0, 5.0), start_y=source.uniform(-5.0, 5.0),
+        start_yaw_deg=source.uniform(-180.0, 180.0), imu_offset_deg=source.uniform(-180.0, 180.0),
+        imu_drift_deg_per_min=source.uniform(-0.5, 0.5), slip=source.uniform(0.0, 0.01),
+        wheel_mismatch=source.uniform(-0.005, 0.005), seed=source.randrange(2 ** 31),
+        **host, **NETWORKS[source.choice(('good', 'good', 'good', 'busy'))])
+
+
+def turn_scene(source: random.Random) -> Scene:
+    """The IMU lab: 3 to 6 letters, each of them when the last turn is over or lasts too long."""
+    steps = [Step('wait', None, NEVER, source.uniform(1.0, 2.0))]
+    for _ in range(source.randint(3, 6)):
+        steps.append(Step('type', source.choice('lr'), source.uniform(1.2, 3.0),
+                          source.uniform(8.0, 12.0)))
+    return Scene('controller', tuple(steps), _robot(source),
+                 ('mouse_info',) if source.random() < 0.3 else (),
+                 clock_offset=source.uniform(-0.8, 0.8), mouse=source.random() < 0.2)
+
+
+def drive_scene(source: random.Random, zero: bool) -> Scene:
+    """The Transformation lab: 2 or 3 drives, and a reset between two of them. `zero`: all resets
+    declare (0, 0, 0), else about one in three."""
+    steps = [Step('wait', None, NEVER, source.uniform(1.0, 2.0))]
+    drives = source.randint(2, 3)
+    for drive in range(drives):
+        cut = drive == 0 and source.random() < 0.4
+        steps.append(Step('control', True, source.uniform(1.5, 3.0),
+                          source.uniform(4.0, 12.0) if cut else 60.0))
+        if drive < drives - 1:
+            steps += [Step('control', False, 0.5, 2.0), *_by_hand(source),
+                      Step('declare', _declared(source, zero), NEVER, source.uniform(0.5, 2.0))]
+    return Scene('move_to_goal', tuple(steps), _robot(source), ('joy',),
+                 clock_offset=source.uniform(-0.8, 0.8))
+
+
+def _by_hand(source):
+    sides = source.choice((-1.0, 1.0)), source.choice((-1.0, 1.0))
+    yield Step('drive', (0.0, sides[0] * source.uniform(0.5, 1.2)), NEVER, source.uniform(1.0, 3.0))
+    yield Step('drive', (source.uniform(0.1, 0.2), sides[1] * source.uniform(0.0, 0.5)), NEVER,
+               source.uniform(1.0, 4.0))
+    yield Step('drive', (0.0, 0.0), 0.5, 2.0)
+    if source.random() < 0.5:
+        yield Step('drive', None, NEVER, 0.2)
+
+
+def _declared(source, zero):
+    if zero or source.random() < 0.3:
+        return 0.0, 0.0, 0.0
+    return (source.uniform(-0.5, 0.5), source.uniform(-0.5, 0.5),
+            source.uniform(-math.pi, math.pi))
+
+
+A, B, Y, X = 0, 1, 2, 3
+
+
+def pad_scene(source: random.Random) -> Scene:
+    """The gamepad beside a right move_to_goal: sticks, A, B and Y in their order, and others."""
+    def press(button, wait):
+        return [Step('joy', ((button,), 0.0, 0.0), NEVER, source.uniform(0.06, 0.25)),
+                Step('joy', ((), 0.0, 0.0), NEVER, wait)]
+
+    def sticks():
+        return [Step('joy', ((), source.uniform(-1.0, 1.0), source.uniform(-0.6, 0.6)), NEVER,
+                     source.uniform(1.0, 3.0)), Step('joy', ((), 0.0, 0.0), NEVER, 1.0)]
+
+    steps = [Step('wait', None, NEVER, 1.5), Step('joy', ((), 0.0, 0.0), NEVER, 1.0), *sticks()]
+    for _ in range(source.randint(2, 3)):
+        steps += press(Y, source.uniform(1.0, 3.0))
+        if source.random() < 0.5:
+            steps += press(X, source.uniform(1.0, 2.0))
+        steps += press(A, source.uniform(6.0, 20.0)) + press(B, source.uniform(1.0, 2.0))
+        steps += sticks()
+    return Scene('gamepad', tuple(steps), _robot(source), ('joy',), 'move2goal_tf',
+                 clock_offset=source.uniform(-0.8, 0.8))
+
+
+def played(text: str, scene: Scene, seed: int) -> RunData:
+    """Returns the RunData of the node `text` in `scene`. What it raises at its start ends it."""
+    return _World(scene, seed).play(text)
+
+
+class _End(BaseException):
+    """The scene is over: Ctrl+C."""
+
+
+@dataclass(order=True)
+class _Callback:
+    """A thread of the node: it is not called while it waits. `due`, `period`: of a timer."""
+
+    due: float
+    call: Any = field(compare=False)
+    period: float = field(default=NEVER, compare=False)
+    busy: bool = field(default=False, compare=False)
+
+
+class _World:
+    def __init__(self, scene, seed):
+        self._scene, self._robot = scene, Simulator(scene.robot)
+        self._jitter = random.Random('recorder {}'.format(seed))
+        self.now, self._count, self._ended, self._last_arrival = 0.0, 0, False, 0.0
+        self.subscribers = {}       # topic: list of _Callback
+        self.services = {}          # name: (handler, type)
+        self.timers, self.hooks, self._later = [], [], []
+        self._numbers = itertools.count()
+        self.typed, self._hand, self._joy = [], None, None
+        self._step, self._step_began, self._rest_since = -1, 0.0, 0.0
+        self._recorded = make_collectors(KINDS, '/')
+
+    # Time -----------------------------------------------------------------------------------------
+
+    def play(self, text):
+        try:
+            if self._scene.other:
+                _execute(text_of(self._scene.other), _Rospy(self, '/move_to_goal'), False)
+            _execute(text, _Rospy(self, '/' + self._scene.node), True)
+            self.advance(NEVER)     # the main thread ended, others go on
+        except _End:
+            pass
+        for hook in self.hooks:
+            hook()
+        self._ended = True
+        self.timers, self.subscribers, self._later = [], {}, []
+        self.advance(self.now + AFTER_END)
+        return self._run_data()
+
+    def advance(self, until):
+        """Let time pass; this is where a waiting thread waits."""
+        while self.now < until - 1e-9:
+            self._tick()
+
+    def later(self, delay, call):
+        heapq.heappush(self._later, (self.now + delay, next(self._numbers), call))
+
+    def run(self, callback, *arguments):
+        """Call the node. What it raises goes to the log, as rospy does it."""
+        if callback.busy:
+            return
+        callback.busy = True
+        try:
+            callback.call(*arguments)
+        except Exception as error:      # whatever a student's code raises
+            self.log(8, '/' + self._scene.node, 'bad callback: {!r}'.format(error))
+            callback.due = NEVER        # rospy ends a timer's thread; a subscriber goes on
+        callback.busy = False
+
+    def _tick(self):
+        self._count += 1
+        self.now = self._count * STEP
+        samples = self._robot.step(STEP)
+        for sample in samples:
+            self._record_sample(sample)
+        if self._count % TRUTH_EVERY == 0:
+            self._record_truth()
+        for sample in samples:
+            topic = 'imu' if isinstance(sample, ImuSample) else 'odom'
+            self.send(topic, sample)
+        while self._later and self._later[0][0] <= self.now + 1e-9:
+            heapq.heappop(self._later)[2]()
+        for timer in list(self.timers):
+            if timer.due <= self.now + 1e-9 and not timer.busy:
+                expected = timer.due
+                self.run(timer, SimpleNamespace(
+                    current_real=_Time(self.now), current_expected=_Time(expected),
+                    last_real=None, last_expected=None, last_duration=None))
+                if timer.due < NEVER:       # as rospy.Rate: late ones are not made up for
+                    late = self.now - expected > 2.0 * timer.period
+                    timer.due = self.now + STEP if late else expected + timer.period
+        if self._count % PERSON_EVERY == 0 and not self._ended:
+            self._person()
+
+    # The person -----------------------------------------------------------------------------------
+
+    def _person(self):
+        linear, angular = map(abs, self._robot.true_velocity)
+        if linear > REST[0] or angular > REST[1]:
+            self._rest_since = self.now
+        steps, began = self._scene.steps, self._step_began
+        pause, patience = steps[self._step][2:] if self._step >= 0 else (NEVER, 0.0)
+        if (self.now - max(self._rest_since, began) >= pause or self.now - began >= patience):
+            self._step, self._step_began = self._step + 1, self.now
+            if self._step == len(steps):
+                raise _End
+            self._do(*steps[self._step][:2])
+        if self._hand is not None:
+            self.command(*self._hand)
+        if self._joy is not None:
+            buttons, forward, left = self._joy
+            self.send('joy', MESSAGES['Joy'](
+                _header(self.now), [0.0, forward, 0.0, left, 0.0, 0.0],
+                [int(number in buttons) for number in range(11)]))
+        if self._scene.mouse:
+            self.send('mouse_info', MESSAGES['MouseController']())
+
+    def _do(self, what, value):
+        if what == 'type':
+            self.typed.append(value)
+        elif what == 'control':
+            self._hand = None
+            self.control(value)
+        elif what == 'drive':
+            self._hand = value
+        elif what == 'joy':
+            for number in set(value[0]) - set(self._joy[0] if self._joy else ()):
+                self._keep('presses', (float(number),))
+            self._joy = value
+        elif what == 'declare':
+            request = MESSAGES['SetInitialPoseRequest']()
+            pose = request.pose.pose.pose
+            pose.position.x, pose.position.y = value[:2]
+            pose.orientation.z, pose.orientation.w = math.sin(value[2] / 2), math.cos(value[2] / 2)
+            self.later(0.02, lambda: self.run(_Callback(0.0, self.serve), 'set_pose', request))
+
+    # The graph ------------------------------------------------------------------------------------
+
+    def serve(self, name, request):
+        return self.services[name](request)
+
+    def send(self, topic, thing):
+        listeners = self.subscribers.get(topic)
+        if not listeners:
+            return
+        message = self._message(thing) if topic in ('imu', 'odom') else thing
+        for listener in listeners:
+            self.run(listener, message)
+
+    def _message(self, sample):
+        stamp = _header(sample.stamp + self._scene.clock_offset)
+        yaw = sample.yaw if isinstance(sample, ImuSample) else sample.pose.yaw
+        turned = MESSAGES['Quaternion'](0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
+        if isinstance(sample, ImuSample):
+            return MESSAGES['Imu'](header=stamp, orientation=turned, angular_velocity=MESSAGES[
+                'Vector3'](0.0, 0.0, sample.yaw_rate))
+        message = MESSAGES['Odometry'](header=stamp)
+        place = message.pose.pose
+        place.position.x, place.position.y = sample.pose.x, sample.pose.y
+        place.orientation = turned
+        message.twist.twist.linear.x = sample.linear
+        message.twist.twist.angular.z = sample.angular
+        return message
+
+    def publish(self, topic, message):
+        if topic == 'cmd_vel':
+            self.command(message.linear.x, message.angular.z)
+        elif topic == 'ctrl_relinq':
+            self.control(message.data)
+        else:
+            self.send(topic, message)
+
+    def command(self, linear, angular):
+        self._robot.command(float(linear), float(angular))
+        self._keep('commands', (linear, angular))
+
+    def control(self, value):
+        self._keep('control', (value,))
+        self.later(STEP, lambda: self.send('ctrl_relinq', MESSAGES['Bool'](value)))
+
+    def log(self, level, node, line):
+        moment = EPOCH + self.now
+        data = struct.pack('<4xIII', int(moment), int(moment % 1 * 1e9), 0) + bytes([level])
+        for word in (node, line):
+            data += struct.pack('<I', len(word.encode())) + word.encode()
+        self._recorded['log'].add(data, self._arrival(), EPOCH)
+
+    # The recording --------------------------------------------------------------------------------
+
+    def _arrival(self):
+        self._last_arrival = max(self._last_arrival, self.now + self._jitter.uniform(0.0, 0.003))
+        return self._last_arrival
+
+    def _keep(self, part, row, stamp=None):
+        arrival = self._arrival()
+        self._recorded[part].keep(row, arrival, arrival if stamp is None else stamp)
+
+    def _record_sample(self, sample):
+        stamp = sample.stamp + self._scene.clock_offset
+        if isinstance(sample, ImuSample):
+            self._keep('imu', (0.0, 0.0, math.sin(sample.yaw / 2), math.cos(sample.yaw / 2),
+                               sample.yaw_rate), stamp)
+        else:
+            self._keep('odometry', (*_place(sample.pose), sample.linear, sample.angular), stamp)
+
+    def _record_truth(self):
+        self._keep('ground_truth', _place(self._robot.truth), self.now)
+
+    def _run_data(self):
+        odometry = self._recorded['odometry']
+        clock = SenderClock.of(np.array(odometry.arrival), np.array(odometry.stamp))
+        samples = {part: collector.samples(clock) for part, collector in self._recorded.items()
+                   if len(collector.arrival)}
+        if 'log' in samples:
+            samples['resets'] = resets_in(samples['log'])
+        topics = dict(imu='/imu', odometry='/odom', commands='/cmd_vel', control='/ctrl_relinq',
+                      ground_truth='/ground_truth', log='/rosout',
+                      presses='/joy')
+        return RunData('run.bag', EPOCH, self.now, devices=self._scene.devices,
+                       topics={part: topics[part] for part in samples if part in topics},
+                       dropped={part: 0 for part in samples}, **samples)
+
+
+def _place(pose):
+    return pose.x, pose.y, 0.0, 0.0, math.sin(pose.yaw / 2.0), math.cos(pose.yaw / 2.0)
+
+
+# Messages -----------------------------------------------------------------------------------------
+
+#: Messages that a node may import: their fields in order, each with its kind or first value.
+MESSAGES = {}
+FIELDS = '''
+Header            seq=0 stamp=Time frame_id=''
+Vector3           x=0.0 y=0.0 z=0.0
+Point             x=0.0 y=0.0 z=0.0
+Quaternion        x=0.0 y=0.0 z=0.0 w=0.0
+Pose              position=Point orientation=Quaternion
+PoseWithCovariance pose=Pose covariance=36
+PoseStamped       header=Header pose=Pose
+PoseWithCovarianceStamped header=Header pose=PoseWithCovariance
+Twist             linear=Vector3 angular=Vector3
+TwistWithCovariance twist=Twist covariance=36
+Odometry          header=Header child_frame_id='' pose=PoseWithCovariance twist=TwistWithCovariance
+Imu               header=Header orientation=Quaternion orientation_covariance=9 \
+angular_velocity=Vector3 angular_velocity_covariance=9 linear_acceleration=Vector3
+Joy               header=Header axes=() buttons=()
+Bool              data=False
+Float64           data=0.0
+String            data=''
+MouseController   header=Header status=Bool xPos=0.0 yPos=0.0
+SetInitialPoseRequest pose=PoseWithCovarianceStamped
+SetInitialPoseResponse
+'''
+
+
+class _Time(float):
+    """rospy.Time and rospy.Duration [s]."""
+
+    def to_sec(self):
+        return float(self)
+
+    to_time = to_sec
+    secs = property(int)
+    from_sec = classmethod(lambda cls, seconds: cls(seconds))
+
+    def __sub__(self, other):
+        return _Time(float(self) - float(other))
+
+    def __add__(self, other):
+        return _Time(float(self) + float(other))
+
+
+class _Message:
+    """A message: its values by position or by name, the others as they begin."""
+
+    _fields: Tuple[Tuple[str, Any], ...] = ()
+
+    def __init__(self, *values, **named):
+        for (name, first), value in itertools.zip_longest(self._fields, values):
+            if value is None:
+                value = named[name] if name in named else first()
+            setattr(self, name, value)
+
+
+def _make_messages():
+    for line in FIELDS.strip().splitlines():
+        name, *parts = line.split()
+        pairs = []
+        for part, kind in (part.split('=') for part in parts):
+            if kind.isdigit() and kind != '0':
+                first = (lambda number: lambda: [0.0] * number)(int(kind))
+            elif kind == 'Time':
+                first = _Time
+            elif kind in MESSAGES:
+                first = MESSAGES[kind]
+            else:
+                first = (lambda value: lambda: value)(eval(kind))
+            pairs.append((part, first))
+        MESSAGES[name] = type(name, (_Message,), {'_fields': tuple(pairs)})
+    MESSAGES['SetInitialPose'] = SimpleNamespace(
+        _request_class=MESSAGES['SetInitialPoseRequest'])
+
+
+_make_messages()
+
+
+def _header(stamp):
+    return MESSAGES['Header'](0, _Time(stamp), '')
+
+
+# rospy --------------------------------------------------------------------------------------------
+
+class _Rospy:
+    """The module `rospy` of one node."""
+
+    ROSException = type('ROSException', (Exception,), {})
+    ROSInterruptException = type('ROSInterruptException', (ROSException,), {})
+    ServiceException = type('ServiceException', (Exception,), {})
+    Duration = _Time
+    get_name = property(lambda self: lambda: self.node)
+
+    def __init__(self, world, node):
+        self.world, self.node, self.waits = world, node, True
+        for name, level in dict(logdebug=1, loginfo=2, logwarn=4, logerr=8, logfatal=16).items():
+            setattr(self, name, self._logger(level))
+            setattr(self, name + '_once', self._logger(level))
+        self.Time = type('Time', (_Time,), {'now': staticmethod(lambda: _Time(self.get_time()))})
+
+    def _logger(self, level):
+        def log(line, *values):
+            self.world.log(level, self.node, str(line) % values if values else str(line))
+        return log
+
+    def get_time(self):
+        return EPOCH + self.world.now
+
+    def init_node(self, *_, **__):
+        pass
+
+    def get_param(self, _name, default=None):
+        return default
+
+    def is_shutdown(self):
+        return self.world._ended
+
+    def on_shutdown(self, hook):
+        self.world.hooks.append(hook)
+
+    def spin(self):
+        if self.waits:
+            self.world.advance(NEVER)
+
+    def sleep(self, seconds):
+        self.world.advance(self.world.now + float(seconds))
+
+    def Rate(self, rate):
+        """The sleep to the next moment of a rhythm."""
+        state = SimpleNamespace(due=self.world.now)
+
+        def sleep():
+            state.due = max(state.due + 1.0 / rate, self.world.now)
+            self.world.advance(state.due)
+        return SimpleNamespace(sleep=sleep)
+
+    def Timer(self, period, call, oneshot=False):
+        timer = _Callback(self.world.now + float(period), call, NEVER if oneshot else float(period))
+        self.world.timers.append(timer)
+        return SimpleNamespace(shutdown=lambda: self.world.timers.remove(timer))
+
+    def Subscriber(self, topic, _kind, call, **_):
+        self.world.subscribers.setdefault(topic.lstrip('/'), []).append(_Callback(0.0, call))
+
+    def Publisher(self, topic, kind, **_):
+        def publish(*values):
+            message = values[0] if values and isinstance(values[0], kind) else kind(*values)
+            self.world.publish(topic.lstrip('/'), message)
+        return SimpleNamespace(publish=publish, get_num_connections=lambda: 1)
+
+    def Service(self, name, _kind, call):
+        self.world.services[name.lstrip('/')] = call
+
+    def wait_for_service(self, name, timeout=None):
+        if name.lstrip('/') not in self.world.services:
+            self.sleep(timeout or 1.0)
+            raise self.ROSException('timeout')
+
+    def ServiceProxy(self, name, kind):
+        return _Proxy(self, name, kind)
+
+
+class _Proxy:
+    def __init__(self, rospy, name, kind):
+        self._rospy, self._name, self._kind = rospy, name.lstrip('/'), kind
+
+    def wait_for_service(self, timeout=None):
+        self._rospy.wait_for_service(self._name, timeout)
+
+    def __call__(self, *values):
+        request = self._kind._request_class
+        world = self._rospy.world
+        if self._name not in world.services:
+            raise self._rospy.ServiceException('service is not available')
+        return world.serve(self._name, values[0] if values and isinstance(values[0], request)
+                           else request(*values))
+
+
+def _execute(text, rospy, waits):
+    """Run the text of a node. Unless it `waits`, its spin() comes back at once."""
+    world, rospy.waits = rospy.world, waits
+    messages = SimpleNamespace(**MESSAGES)
+
+    def thread(target, args=(), daemon=None):
+        return SimpleNamespace(start=lambda: world.later(0.003, lambda: target(*args)))
+
+    fakes = {'rospy': rospy, 'time': SimpleNamespace(
+        sleep=rospy.sleep, time=rospy.get_time, monotonic=lambda: world.now)}
+    fakes['threading'] = SimpleNamespace(Thread=thread)
+    for name in ('geometry_msgs', 'nav_msgs', 'sensor_msgs', 'std_msgs', 'lab2', 'tb3_labs'):
+        fakes[name] = SimpleNamespace(msg=messages, srv=messages)
+        fakes[name + '.msg'] = fakes[name + '.srv'] = messages
+
+    def imported(name, globals_=None, locals_=None, wanted=(), level=0):
+        if name not in fakes:
+            return __import__(name, globals_, locals_, wanted, level)
+        return fakes[name] if wanted else fakes[name.split('.')[0]]
+
+    def answer(*_):
+        while not world.typed:
+            world.advance(world.now + STEP)
+        return world.typed.pop(0)
+
+    own = dict(vars(builtins), __import__=imported, input=answer, print=lambda *_, **__: None)
+    exec(compile(text, 'student.py', 'exec'), {'__builtins__': own, '__name__': '__main__'})

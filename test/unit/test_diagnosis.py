@@ -1,0 +1,89 @@
+"""The diagnosis of a run: the known mistakes in closed form, and runs of mistaken nodes."""
+import math
+import random
+import re
+from pathlib import Path
+
+import pytest
+
+from mutants import mistaken_nodes, right_node, scene_of
+from student_runs import played
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report import hints
+from tb3_labs.report.diagnosis import Diagnosis, diagnose
+from tb3_labs.report.mistakes import LAWS, WAYS, Declared, Law, Way
+
+DOC = Path(__file__).resolve().parents[2] / 'doc'
+GOAL = Pose2(-0.61, 0.61, 0.0)
+#: The robot stood at (0.8, 0.5), 100 degrees, when the frame was declared.
+AT_RESET = Declared(Pose2(0.8, 0.5, math.radians(100.0)), math.radians(65.4))
+OFFSET = AT_RESET.imu - AT_RESET.odom.yaw
+
+
+def turned(law, heading, side):
+    return math.degrees(law.turned(math.radians(heading), side, math.radians(0.1)))
+
+
+@pytest.mark.parametrize('heading, side, right, unwrapped', [
+    (100.0, 1.0, 90.0, 90.0), (330.0, 1.0, 90.0, -270.0), (40.0, -1.0, -90.0, 270.0)])
+def test_a_turn_whose_error_is_not_wrapped_goes_the_long_way_round(heading, side, right, unwrapped):
+    assert turned(Law(), heading, side) == pytest.approx(right, abs=0.2)
+    assert turned(Law(error_wraps=(False, False)), heading, side) == pytest.approx(
+        unwrapped, abs=0.2)
+
+
+def test_a_goal_of_420_degrees_is_never_reached():
+    assert turned(Law(goal_wraps=(False, False), error_wraps=(False, False)), 330.0, 1.0) == math.inf
+
+
+def test_the_right_drive_is_that_of_the_handout():
+    """135 degrees, then sqrt(2) * 0.61 m less the 0.15 m at which it arrives, then back."""
+    drive = Way().drive(AT_RESET.odom, OFFSET, AT_RESET, AT_RESET, GOAL, 1e-3)
+    assert drive == pytest.approx((math.radians(135.0), 0.61 * math.sqrt(2.0) - 0.15,
+                                   -math.radians(135.0)), abs=3e-3)
+
+
+@pytest.mark.parametrize('way', [way for way in WAYS if way.mistake in (
+    'inverse_missing', 'not_rotated', 'imu_rotates')])
+def test_a_displacement_that_is_rotated_wrongly_never_comes_near(way):
+    drive = way.drive(AT_RESET.odom, OFFSET, AT_RESET, AT_RESET, GOAL)
+    assert drive.way == math.inf
+
+
+def run_of(lab, mistake, seed):
+    source = random.Random(seed)
+    nodes = mistaken_nodes(lab, mistake, source) if mistake else [right_node(lab, source)]
+    return played(nodes[0].text, scene_of(nodes[0], source), seed)
+
+
+@pytest.mark.parametrize('lab, mistake, seed', [
+    ('drive', 'place_kept', 1), ('drive', 'declared_lost', 1), ('drive', 'no_local_frame', 1),
+    ('turn', 'error_not_wrapped', 1), ('turn', 'no_negative_clamp', 1),
+    ('pad', 'two_senders', 1)])
+def test_the_mistake_of_a_run_is_found(lab, mistake, seed):
+    found = diagnose(run_of(lab, mistake, seed))
+    assert (found.lab, found.mistake) == (lab, mistake)
+    page = hints.section(found)
+    assert hints.HINTS[lab, mistake].does in re.sub(r'&#x27;', "'", page)
+    assert page.index('Hint 1') < page.index('Hint 2') < page.index('Hint 3') < page.index(
+        'The mistake')
+
+
+@pytest.mark.parametrize('lab', ['drive', 'turn', 'pad'])
+@pytest.mark.parametrize('seed', [1, 2])
+def test_a_right_node_is_not_accused(lab, seed):
+    found = diagnose(run_of(lab, '', seed))
+    assert found.mistake == '' and hints.section(found) == ''
+
+
+def test_a_run_that_no_mistake_explains_says_so():
+    assert 'No known mistake fits' in hints.section(Diagnosis(None))
+
+
+def test_each_mistake_has_a_hint_that_leads_to_a_step_of_the_sheet():
+    assert {('drive', way.mistake) for way in WAYS[1:]} | {
+        ('turn', law.mistake) for law in LAWS[1:]} <= set(hints.HINTS)
+    for (lab, _), hint in hints.HINTS.items():
+        text = (DOC / '{}.md'.format(hints.SHEETS[lab].lower().replace(' ', '_'))).read_text()
+        part = text.split('\n## {}\n'.format(hint.heading))[1].split('\n## ')[0]
+        assert not hint.step or re.search(r'^{}\. '.format(hint.step), part, re.MULTILINE), hint
