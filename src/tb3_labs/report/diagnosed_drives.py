@@ -14,7 +14,7 @@ import numpy as np
 
 from tb3_labs.geometry.angles import continuous_at, wrap
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.mistakes import NEAR, NEAR_PLACE, WAYS, Declared, Drive, Way
+from tb3_labs.report.mistakes import NEAR, NEAR_PLACE, Declared, Drive, Way
 from tb3_labs.report.movements import NO_SPEED, Movement, has_control, moving
 from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
@@ -68,10 +68,10 @@ class Compared(NamedTuple):
     ideal: Dict[str, List[Drive]]
 
 
-def compared(fresh: Sequence[Fresh], goal: Pose2) -> Compared:
-    """Returns the drives, compared with each known mistake; `goal`: in ``local``."""
+def compared(fresh: Sequence[Fresh], goal: Pose2, ways: Sequence[Way]) -> Compared:
+    """Returns the drives, compared with each of the `ways`; `goal`: in ``local``."""
     result = Compared([seen for seen, _, _ in fresh], {}, {})
-    for way in WAYS:
+    for way in ways:
         each, ideals = [], []
         for seen, last, first in fresh:
             offset = last.imu - last.odom.yaw

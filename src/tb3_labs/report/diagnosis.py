@@ -17,6 +17,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report import diagnosed_drives, diagnosed_turns
 from tb3_labs.report.diagnosed_drives import Fresh, fresh_drives
 from tb3_labs.report.diagnosed_turns import Turn, stretches, turns_of
+from tb3_labs.report.mistakes import WAYS, Way
 from tb3_labs.report.movements import (
     FASTEST_BY_MOUSE, LAB_GOAL, NO_SPEED, movements, moving)
 from tb3_labs.report.run_data import Commands, Poses, RunData
@@ -71,7 +72,7 @@ def diagnose(run: RunData) -> Diagnosis:
     if unstopped is None:
         return by_way
     if by_way.mistake:
-        return replace(by_way, besides='no_stop')
+        return replace(by_way, besides=by_way.besides or 'no_stop')
     return Diagnosis('no_stop', lab, moment=unstopped)
 
 
@@ -79,7 +80,17 @@ def of_drives(fresh: Sequence[Fresh], goal: Pose2) -> Diagnosis:
     """Returns the Diagnosis of these drives, but for mistakes that the commands show."""
     if not fresh:
         return Diagnosis('')
-    seen, apart, ideal = diagnosed_drives.compared(fresh, goal)
+    result = _of_drives(fresh, goal, WAYS)
+    if result.mistake is None and any(last.pose != Pose2() for _, last, _ in fresh):
+        # the code that students are given loses the declared pose, beside their own mistakes
+        other = _of_drives(fresh, goal, [replace(way, declared='lost') for way in WAYS])
+        if other.mistake:
+            return replace(other, besides='declared_lost')
+    return result
+
+
+def _of_drives(fresh: Sequence[Fresh], goal: Pose2, ways: Sequence[Way]) -> Diagnosis:
+    seen, apart, ideal = diagnosed_drives.compared(fresh, goal, ways)
     result = _decided(DRIVE, apart, [drive.times[0] for drive in seen])
     if not result.mistake:
         return result
