@@ -180,7 +180,7 @@ class GamepadTest(NodeCase):
             died = rospy.get_time()
             self.pad.end(number)
             self.wait_for_state('waiting for control')
-            self.assert_stopped(died, 0.7 if number == signal.SIGKILL else 0.4)
+            self.assert_stopped(died, 0.7 if number == signal.SIGKILL else 0.5)
             self.assert_silence()
             self.start_pad()
 

@@ -11,9 +11,11 @@ sys.path.insert(0, str(ROOT / 'test'))
 
 import make_figures  # noqa: E402
 import make_wrong_figures  # noqa: E402
+from tb3_labs.geometry.se2 import Pose2  # noqa: E402
+from tb3_labs.report.mistakes import Law  # noqa: E402
 
-#: First line of the title -> the student whose drive it shows.
-ENDS = {title.split('\n')[0]: student for title, student in make_wrong_figures.DRIVES}
+#: First line of the title -> the way in which the node of that drive computes its pose.
+ENDS = {title.split('\n')[0]: way for title, way in make_wrong_figures.DRIVES}
 
 
 def test_the_example_of_the_figures_is_that_of_the_sheet():
@@ -44,7 +46,9 @@ def test_the_means_of_the_report_are_those_of_its_turns(side):
 
 @pytest.mark.parametrize('title', sorted(ENDS))
 def test_only_the_right_node_ends_at_the_goal(title):
-    true, _ = make_wrong_figures.drive(ENDS[title])
+    way = ENDS[title]
+    true, _ = make_wrong_figures.drive(
+        way, make_wrong_figures.ELSEWHERE if way.declared == 'lost' else Pose2())
     missed = true[-1].distance_to(make_wrong_figures.GOAL)
     if title == 'as it should be':
         assert missed < make_wrong_figures.NEAR and abs(true[-1].yaw) < 0.05
@@ -53,7 +57,7 @@ def test_only_the_right_node_ends_at_the_goal(title):
 
 
 def test_an_offset_of_the_imu_alone_leads_through_the_goal():
-    true, believed = make_wrong_figures.drive(ENDS["rotated by the IMU's yaw,"])
+    true, believed = make_wrong_figures.drive(ENDS["rotated by the IMU's yaw,"], Pose2())
     assert min(pose.distance_to(make_wrong_figures.GOAL) for pose in true) < 0.05
     # a line misses the goal by its distance times the sine of the offset; the robot sets out
     # within 0.05 rad of the right direction
@@ -62,12 +66,11 @@ def test_an_offset_of_the_imu_alone_leads_through_the_goal():
     assert way * math.sin(offset - 0.05) - 0.01 < nearest < way * math.sin(offset + 0.05) + 0.01
 
 
-@pytest.mark.parametrize('start, asked, options, ends', [
-    (330.0, 90.0, {}, True), (40.0, -90.0, {}, True), (330.0, 90.0, {'wrapped': False}, False),
-    (40.0, -90.0, {'wrapped': False}, False)])
-def test_a_turn_ends_if_it_is_wrapped(start, asked, options, ends):
-    turned = make_wrong_figures.turn(start, asked, **options)
-    assert (abs(turned[-1] - start - asked) < 10.0) == ends
+@pytest.mark.parametrize('start, side', [(330.0, 1.0), (40.0, -1.0)])
+@pytest.mark.parametrize('law, ends', [(Law(), True), (make_wrong_figures.UNWRAPPED, False)])
+def test_a_turn_ends_if_it_is_wrapped(start, side, law, ends):
+    turned = make_wrong_figures.turn(start, side, law)
+    assert (abs(turned[-1] - start - 90.0 * side) < 10.0) == ends
 
 
 def test_every_figure_is_drawn():
