@@ -77,7 +77,7 @@ def test_a_right_node_is_not_accused(lab, seed):
 
 
 def test_a_run_that_no_mistake_explains_says_so():
-    assert 'No known mistake fits' in hints.section(Diagnosis(None))
+    assert 'No known mistake explains' in hints.section(Diagnosis(None))
 
 
 def test_each_mistake_has_a_hint_that_leads_to_a_step_of_the_sheet():

@@ -97,7 +97,7 @@ HINTS = {
 SECTION = '''<section id="hints"><h2>What went wrong</h2>
 {}</section>'''
 FOLDED = '<details{}><summary>{}</summary>\n<p>{}</p>\n{}</details>\n'
-NONE_FITS = '<p>The robot did not move as the handout says. No known mistake fits.</p>\n'
+NONE_FITS = '<p>The movements are not those of the handout. No known mistake explains them.</p>\n'
 
 
 def is_students(run: RunData) -> bool:
