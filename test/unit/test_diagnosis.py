@@ -4,12 +4,17 @@ import random
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from mutants import mistaken_nodes, right_node, scene_of
 from student_runs import played
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.marking.moments import diagnosis
+from tb3_labs.marking.move2goal import GOAL_POSE, LOCAL_T_WORLD, SENSED
+from tb3_labs.marking.observation import MOVED, RESTED, Observation, Run, Stimulus
 from tb3_labs.report import hints
+from tb3_labs.report.diagnosed_drives import Seen, ghost
 from tb3_labs.report.diagnosis import Diagnosis, diagnose
 from tb3_labs.report.mistakes import LAWS, WAYS, Declared, Law, Way
 
@@ -87,3 +92,43 @@ def test_each_mistake_has_a_hint_that_leads_to_a_step_of_the_sheet():
         text = (DOC / '{}.md'.format(hints.SHEETS[lab].lower().replace(' ', '_'))).read_text()
         part = text.split('\n## {}\n'.format(hint.heading))[1].split('\n## ')[0]
         assert not hint.step or re.search(r'^{}\. '.format(hint.step), part, re.MULTILINE), hint
+
+
+# The page of a mark -------------------------------------------------------------------------------
+
+def driven(way, last, start, begin):
+    """A stimulus of a drive of the robot with this way, its true poses and its commands; ``odom``
+    is the frame of the true poses, turned by 30 degrees."""
+    drive = way.drive(last.odom, OFFSET, last, start, GOAL)
+    times = tuple(begin + after for after in (0.0, 3.0, 9.0, 12.0))
+    odom_T_true = Pose2(0.0, 0.0, math.radians(30.0))
+    path = ghost([Seen(times, last.odom, drive, '', last.odom)], [drive]).seen_from(
+        odom_T_true.inverse())
+    true = Pose2(*(odom_T_true.inverse() @ last.odom).act([0.0, 0.0]),
+                 last.odom.yaw - odom_T_true.yaw)
+    local_T_true = last.pose @ true.inverse()
+    facts = {GOAL_POSE: [GOAL.x, GOAL.y, GOAL.yaw], MOVED: True, RESTED: True,
+             LOCAL_T_WORLD: [local_T_true.x, local_T_true.y, local_T_true.yaw],
+             SENSED: [last.odom.x, last.odom.y, last.odom.yaw, last.imu]}
+    # it rests before its end
+    truth = [[float(time), *map(float, pose)] for time, *pose in zip(
+        path.time, path.x, path.y, np.unwrap(path.yaw))] + [
+            [begin + 14.0, float(path.x[-1]), float(path.y[-1]), float(np.unwrap(path.yaw)[-1])]]
+    commands = [[begin + k / 10.0, 0.15 if 30 <= k < 90 else 0.0, 0.0 if 30 <= k < 90 else 0.3]
+                for k in range(120)] + [[begin + 12.0, 0.0, 0.0]]
+    return Stimulus('drive {}'.format(begin), begin, begin + 14.0, facts=facts), truth, commands
+
+
+@pytest.mark.parametrize('way', [way for way in WAYS if way.mistake in ('', 'place_kept')][:2])
+def test_a_mark_says_which_mistake_fits_its_drives(way):
+    start = Declared(Pose2(), OFFSET)
+    parts = [driven(way, start, start, 1.0), driven(way, AT_RESET, start, 20.0)]
+    seen = Observation('move2goal', 'lab7/node.py', [row for part in parts for row in part[2]],
+                       [row for part in parts for row in part[1]], [part[0] for part in parts],
+                       [Run(0.0, 0.5)])
+    found = diagnosis(seen)
+    assert found.mistake == way.mistake
+    # the ghost drives on the true robot's way, in its frame
+    if way.mistake:
+        second = found.ghost.between(20.0, 40.0)
+        assert second.points[-1] == pytest.approx(np.array(parts[1][1])[-1, 1:3], abs=0.01)
