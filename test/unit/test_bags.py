@@ -80,7 +80,8 @@ def events(time, number):
         yield 'initialpose', estimate
     if number == 300:
         yield 'ctrl_relinq', Bool(True)
-        yield 'joy', Joy(axes=[0.0])
+    if number in (300, 310, 320):
+        yield 'joy', Joy(axes=[0.0], buttons=[0, 0, 1] if number < 320 else [1, 0, 1])
 
 
 def test_resets_turns_and_control_that_were_recorded(tmp_path):
@@ -90,6 +91,9 @@ def test_resets_turns_and_control_that_were_recorded(tmp_path):
     assert (list(run.asked.time), run.dropped['asked']) == ([pytest.approx(2.0, abs=5e-3)], 1)
     assert math.degrees(run.asked.value[0]) == pytest.approx(-90.0)
     assert list(run.control.value) == [1.0] and run.devices == ('joy',)
+    # a button that is held counts once
+    assert list(run.presses.value) == [2.0, 0.0]
+    assert run.presses.time == pytest.approx([3.0, 3.2], abs=5e-3)
 
 
 def test_without_rosout_a_pose_estimate_is_a_reset(tmp_path):

@@ -232,11 +232,15 @@ class _PressCollector(_Collector):
         self._held = set()
 
     def add(self, data, arrival, start):
-        axes = 16 + HEADER.unpack_from(data)[2]
-        buttons = axes + 4 + 4 * LENGTH.unpack_from(data, axes)[0]
-        count, = LENGTH.unpack_from(data, buttons)
-        held = {number for number, is_down in enumerate(
-            struct.unpack_from('<{}i'.format(count), data, buttons + 4)) if is_down}
+        try:
+            axes = 16 + HEADER.unpack_from(data)[2]
+            buttons = axes + 4 + 4 * LENGTH.unpack_from(data, axes)[0]
+            count, = LENGTH.unpack_from(data, buttons)
+            states = struct.unpack_from('<{}i'.format(count), data, buttons + 4)
+        except struct.error:
+            self.bad += 1
+            return
+        held = {number for number, is_down in enumerate(states) if is_down}
         for number in sorted(held - self._held):
             self.keep((float(number),), arrival, arrival)
         self._held = held
