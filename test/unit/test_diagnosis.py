@@ -43,7 +43,7 @@ def test_a_goal_of_420_degrees_is_never_reached():
 
 def test_the_right_drive_is_that_of_the_handout():
     """135 degrees, then sqrt(2) * 0.61 m less the 0.15 m at which it arrives, then back."""
-    drive = Way().drive(AT_RESET.odom, OFFSET, AT_RESET, AT_RESET, GOAL, 1e-3)
+    drive = Way().drive(AT_RESET.odom, AT_RESET, AT_RESET, GOAL, 1e-3)
     assert drive == pytest.approx((math.radians(135.0), 0.61 * math.sqrt(2.0) - 0.15,
                                    -math.radians(135.0)), abs=3e-3)
 
@@ -51,7 +51,7 @@ def test_the_right_drive_is_that_of_the_handout():
 @pytest.mark.parametrize('way', [way for way in WAYS if way.mistake in (
     'inverse_missing', 'not_rotated', 'imu_rotates')])
 def test_a_displacement_that_is_rotated_wrongly_never_comes_near(way):
-    drive = way.drive(AT_RESET.odom, OFFSET, AT_RESET, AT_RESET, GOAL)
+    drive = way.drive(AT_RESET.odom, AT_RESET, AT_RESET, GOAL)
     assert drive.way == math.inf
 
 
@@ -99,7 +99,7 @@ def test_each_mistake_has_a_hint_that_leads_to_a_step_of_the_sheet():
 def driven(way, last, start, begin):
     """A stimulus of a drive of the robot with this way, its true poses and its commands; ``odom``
     is the frame of the true poses, turned by 30 degrees."""
-    drive = way.drive(last.odom, OFFSET, last, start, GOAL)
+    drive = way.drive(last.odom, last, start, GOAL)
     times = tuple(begin + after for after in (0.0, 3.0, 9.0, 12.0))
     odom_T_true = Pose2(0.0, 0.0, math.radians(30.0))
     path = ghost([Seen(times, last.odom, drive, '', last.odom)], [drive]).seen_from(

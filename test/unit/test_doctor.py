@@ -302,8 +302,11 @@ def test_a_sound_robot_is_found_sound(robot, monkeypatch):
             ('Drivers', '/pad drives'), ('Clock', 'right within'), ('Gyro', 'agrees')):
         check(lines[subject], OK, words)
     assert FAULT not in (lines['imu'].verdict, lines['odom'].verdict)
-    ear = Ear('/cmd_vel', '/pad', robot)
-    listen([ear], 0.3)
+    for seconds in (0.3, 1.0, 3.0):     # a busy machine may connect late
+        ear = Ear('/cmd_vel', '/pad', robot)
+        listen([ear], seconds)
+        if ear.messages:
+            break
     assert (len(ear.messages), ear.problem) == (5, '')
 
 

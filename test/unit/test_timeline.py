@@ -192,7 +192,7 @@ const note = () => seen.push(['clock', 'now-state', 'now-pose', 'now-error', 'no
   (id) => document.getElementById(id).textContent).concat(
   document.querySelectorAll('#run-log li:not(.later)').length));
 const key = (name) => {
-  document.getElementById('timeline').dispatchEvent(new KeyboardEvent('keydown', {key: name}));
+  document.getElementById('timeline').dispatchEvent(new KeyboardEvent('keydown', {key: name, bubbles: true}));
   note();
 };
 const slider = document.getElementById('time');

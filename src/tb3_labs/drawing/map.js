@@ -153,7 +153,10 @@ export class RobotMap {
     this._frames(c, labels);
     this._ghost(c, labels, this.shown('odom', this.picture.truth), 'true');
     this._ghost(c, labels, this.shown('local', this.picture.again || null), 'now');
-    this._ghost(c, labels, this.shown('odom', this.picture.mistaken || null), 'mistaken');
+    const ofLaw = (pose, name, colour) => this._ghost(
+      c, labels, this.shown('odom', pose || null), name, colours[colour]);
+    ofLaw(this.picture.asked, 'as asked', 'goal');
+    ofLaw(this.picture.mistaken, 'mistaken', 'bad');
     this._target(c, labels, this.picture.goal, 'goal', this.picture.tolerance);
     this._robot(c, labels);
     this._draft(c, labels);
@@ -259,19 +262,19 @@ export class RobotMap {
   }
 
   /** A robot that is drawn by its rim alone: the true one, or another that is compared. */
-  _ghost(c, labels, pose, name) {
+  _ghost(c, labels, pose, name, colour = colours.truth) {
     if (!pose) return;
     const [px, py] = this.view.pixel(pose[0], pose[1]);
     const size = Math.max(this.radius * this.view.scale, 9);
     c.lineWidth = 2;
     c.setLineDash([3, 3]);
-    circle(c, px, py, size, colours.truth);
+    circle(c, px, py, size, colour);
     const nose = 1.4 * size;
-    stroke(c, colours.truth, [
+    stroke(c, colour, [
       [px, py], [px + nose * Math.cos(pose[2]), py - nose * Math.sin(pose[2])]]);
     c.setLineDash([]);
     labels.avoid(px, py, size * 0.72);
-    labels.add(name, px, py, colours.truth, {size: 12, away: size * 0.72 + 8});
+    labels.add(name, px, py, colour, {size: 12, away: size * 0.72 + 8});
   }
 
   _robot(c, labels) {

@@ -69,7 +69,7 @@ def feedback(marks: Marks, lab: str, course: str = '') -> str:
         verdicts = [*marks.graded, *marks.extra]
         is_right = all(verdict.outcome is not Outcome.MISSED for verdict in verdicts)
         found = Diagnosis('') if is_right else diagnosis(marks.observation)
-        parts += [section(moments(marks.observation, verdicts, found.ghost)), hints.section(found)]
+        parts += [section(moments(marks.observation, verdicts, found)), hints.section(found)]
     if marks.observation is not None:
         parts += _printed(marks.observation)
     return _page('{}: {}'.format(lab, marks.student), parts)

@@ -5,7 +5,7 @@ criteria that were not met. Its frame ``odom`` is the frame of the true poses. I
 speeds are true.
 """
 from dataclasses import replace
-from typing import Any, Dict, Iterator, List, Optional, Sequence
+from typing import Any, Dict, Iterator, List, Sequence
 
 import numpy as np
 
@@ -30,11 +30,11 @@ MEAN = 0.05
 
 
 def moments(observation: Observation, verdicts: Sequence[Verdict],
-            ghost: Optional[Poses] = None) -> Dict[str, Any]:
+            found: Diagnosis = Diagnosis('')) -> Dict[str, Any]:
     """Returns the timeline's data of an observation with true poses; `verdicts`: on its node;
-    `ghost`: as for the timeline."""
+    `found`: its diagnosis."""
     data = timeline(_run(observation), MODELS[DEFAULT_MODEL], _marks(observation, verdicts),
-                    ghost)
+                    found.asked, found.ghost)
     return dict(data, heading_of='true heading')
 
 

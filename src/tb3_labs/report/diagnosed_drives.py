@@ -4,7 +4,7 @@ Only a drive from a state of the node that is known is compared: the first one a
 after the node's start. It is taken as three parts: a turn, a straight way, a turn.
 
 Units: metres, radians, seconds since the recording's start; poses in ``odom``, with a continuous
-yaw. The IMU's yaw differs from the odometry's by what it does at the last reset. A distance between two drives is in metres: a turn by another angle counts as the way by which
+yaw. A distance between two drives is in metres: a turn by another angle counts as the way by which
 the robot is then off its course.
 """
 import math
@@ -41,6 +41,8 @@ SWINGS = 5
 CUT = 0.5
 #: The ghost of a turn has a pose for each of this many parts of it.
 PARTS = 20
+#: The gains of the lab's law, of the first turn, the way and the last turn [1/s].
+GAINS = 0.3, 0.0, 0.5
 
 
 class Seen(NamedTuple):
@@ -74,10 +76,9 @@ def compared(fresh: Sequence[Fresh], goal: Pose2, ways: Sequence[Way]) -> Compar
     for way in ways:
         each, ideals = [], []
         for seen, last, first in fresh:
-            offset = last.imu - last.odom.yaw
-            ideal = min((way.drive(seen.start, offset, last, first, goal, near)
+            ideal = min((way.drive(seen.start, last, first, goal, near)
                          for near in (NEAR, CLOSE * NEAR)), key=lambda each: apart(seen, each))
-            is_right = not way.mistake and _arrived(seen, last, goal, offset)
+            is_right = not way.mistake and _arrived(seen, last, goal)
             each.append(0.0 if is_right else apart(seen, ideal))
             ideals.append(ideal)
         before = result.apart.get(way.mistake)
@@ -94,11 +95,16 @@ def ghost(seen: Sequence[Seen], ideals: Sequence[Drive]) -> Poses:
         way = ideal.way if math.isfinite(ideal.way) else each.drive.way
         rows: List[Tuple[float, float, float, float]] = []
         parts = [(ideal.first_turn, 0.0), (0.0, way), (ideal.last_turn, 0.0)]
-        for (turn, ahead), begin, end in zip(parts, each.times, each.times[1:]):
+        for (turn, ahead), gain, begin, end in zip(parts, GAINS, each.times, each.times[1:]):
             turn = turn if math.isfinite(turn) else 0.0
+            time = np.linspace(begin, max(begin, end), PARTS)
             share = np.linspace(0.0, 1.0, PARTS)
-            rows += zip(begin + share * (end - begin), x + share * ahead * math.cos(yaw),
-                        y + share * ahead * math.sin(yaw), yaw + share * turn)
+            # by the lab's law the error of a turn decays
+            turned = (1.0 - np.exp(-gain * (time - begin))) / max(
+                1e-6, 1.0 - math.exp(-gain * (time[-1] - begin)))
+            rows += zip(time, x + share * ahead * math.cos(yaw),
+                        y + share * ahead * math.sin(yaw),
+                        yaw + (turned if gain else share) * turn)
             x, y, yaw = rows[-1][1:]
         time, *pose = np.array(rows).T
         paths.append(Poses(time, time, *pose).seen_from(each.shown_T_odom))
@@ -140,23 +146,34 @@ def cuts(run: RunData) -> np.ndarray:
 
 def seen_drive(run: RunData, movement: Movement, ends: np.ndarray) -> Seen:
     """Returns a movement as it was; `ends`: the times at which one may be cut off [s]. A robot goes
-    on a moment after its last command."""
-    begin, forward, again, stop = times = (
+    on a moment after its last command. Without a way, the last turn begins where the side changes."""
+    begin, forward, again, stop = (
         movement.begin, movement.forward, movement.turns_again, movement.end)
+    has_way = forward < again
+    if not has_way:
+        forward = again = _other_side(run, begin, stop)
     later = run.commands.time[(run.commands.time > stop) & moving(run.commands)]
     rest = min([stop + SETTLED, run.duration, *later[:1]])
-    at_begin, ahead, end = (_odom(run, time) for time in (begin, forward, rest))
+    at_begin, ahead, end = (_odom(run, time) for time in (begin, min(forward, rest), rest))
     first = math.nan if swings(run, begin, forward) else ahead.yaw - at_begin.yaw
     last = math.nan if swings(run, again, stop) else end.yaw - ahead.yaw
-    way, part = 0.0, 'first'
-    if forward < again:
+    way = 0.0
+    if has_way:
         way = (end.x - at_begin.x) * math.cos(ahead.yaw) + (
             end.y - at_begin.y) * math.sin(ahead.yaw)
-        part = 'last' if again < stop - COMMAND_TIMEOUT else 'way'
-    else:
-        first, last = (math.nan if math.isnan(first) else end.yaw - at_begin.yaw), 0.0
+    part = 'last' if again < stop - COMMAND_TIMEOUT else 'way' if has_way else 'first'
     was_cut = (np.abs(ends - stop) < CUT).any()
-    return Seen(times, at_begin, Drive(first, way, last), part if was_cut else '', end)
+    return Seen((begin, forward, again, stop), at_begin, Drive(first, way, last),
+                part if was_cut else '', end)
+
+
+def _other_side(run: RunData, begin: float, end: float) -> float:
+    """Returns the time at which the commands of a turn change their side; a moment after the end if
+    they do not, or if the turn goes left and right."""
+    commands = run.commands.between(begin, end)
+    turning = commands.take(np.abs(commands.angular) > NO_SPEED)
+    changes = np.flatnonzero(np.diff(np.sign(turning.angular)))
+    return float(turning.time[changes[0] + 1]) if len(changes) == 1 else end + SETTLED
 
 
 def swings(run: RunData, begin: float, end: float) -> bool:
@@ -166,11 +183,11 @@ def swings(run: RunData, begin: float, end: float) -> bool:
     return int(np.count_nonzero(np.diff(sides))) >= SWINGS
 
 
-def _arrived(seen: Seen, last: Declared, goal: Pose2, offset: float) -> bool:
+def _arrived(seen: Seen, last: Declared, goal: Pose2) -> bool:
     """Did the robot end at the goal of a right node, the short way round?"""
     if seen.ended or not seen.drive.way:
         return False
-    here = Way().pose(seen.end, wrap(seen.end.yaw + offset), last, last)
+    here = Way().pose(seen.end, wrap(seen.end.yaw + last.imu - last.odom.yaw), last, last)
     course = here.yaw - seen.drive.last_turn
     beyond = (here.x - goal.x) * math.cos(course) + (here.y - goal.y) * math.sin(course)
     return (here.distance_to(goal) <= ARRIVED and beyond <= BEYOND
@@ -181,11 +198,8 @@ def _arrived(seen: Seen, last: Declared, goal: Pose2, offset: float) -> bool:
 def apart(seen: Seen, ideal: Drive) -> float:
     """How far a drive is from an ideal one [m]."""
     was = seen.drive
-    if not was.way:                                     # it only turned
-        if math.isnan(ideal.way):
-            return UNLIKE
-        angle = ideal.first_turn + (ideal.last_turn if ideal.way == 0.0 else 0.0)
-        return turn_apart(was.first_turn, angle, seen.ended == 'first') * LEVER
+    if not was.way:
+        return _only_turned_apart(seen, ideal)
     if math.isnan(was.first_turn) or math.isnan(ideal.way):
         return 0.0 if math.isnan(was.first_turn) and math.isnan(ideal.way) else UNLIKE
     if not math.isfinite(ideal.first_turn):
@@ -203,6 +217,19 @@ def apart(seen: Seen, ideal: Drive) -> float:
         return max(far, LEVER * turn_apart(was.last_turn, ideal.last_turn, True))
     return max(far, LEVER * turn_apart(was.first_turn + was.last_turn,
                                         ideal.first_turn + ideal.last_turn, False))
+
+
+def _only_turned_apart(seen: Seen, ideal: Drive) -> float:
+    """How far a drive without a way is from an ideal one [m]."""
+    was, was_cut = seen.drive, bool(seen.ended)
+    if was.last_turn and ideal.way == 0.0 and math.isfinite(ideal.first_turn):
+        return LEVER * max(abs(was.first_turn - ideal.first_turn),
+                           turn_apart(was.last_turn, ideal.last_turn, was_cut))
+    if was.last_turn or math.isnan(ideal.way) or (
+            ideal.way and math.isfinite(ideal.first_turn) and not was_cut):
+        return UNLIKE
+    angle = ideal.first_turn + (ideal.last_turn if ideal.way == 0.0 else 0.0)
+    return LEVER * turn_apart(was.first_turn, angle, was_cut)
 
 
 def turn_apart(was: float, ideal: float, was_cut: bool) -> float:

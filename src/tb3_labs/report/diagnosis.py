@@ -19,7 +19,7 @@ from tb3_labs.report.diagnosed_drives import Fresh, fresh_drives
 from tb3_labs.report.diagnosed_turns import Turn, stretches, turns_of
 from tb3_labs.report.mistakes import WAYS, Way
 from tb3_labs.report.movements import (
-    FASTEST_BY_MOUSE, LAB_GOAL, NO_SPEED, movements, moving)
+    FASTEST_BY_MOUSE, LAB_GOAL, NO_SPEED, has_control, movements, moving)
 from tb3_labs.report.run_data import Commands, Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
@@ -44,7 +44,7 @@ class Diagnosis:
     fit as well; `besides`: a second mistake. `apart`: how far the run is from the mistake, from a
     right node, and from the next likely mistake, `other` [m], in the IMU lab [rad]; NaN: unknown.
     `moment`: the begin of the movement that is farthest from a right one. `ghost`: the poses of the
-    mistaken robot in ``odom``."""
+    mistaken robot in ``odom``; `asked`: of a right one."""
 
     mistake: Optional[str]
     lab: str = DRIVE
@@ -54,6 +54,7 @@ class Diagnosis:
     other: str = ''
     moment: float = 0.0
     ghost: Poses = Poses.none()
+    asked: Poses = Poses.none()
 
 
 def diagnose(run: RunData) -> Diagnosis:
@@ -92,9 +93,10 @@ def of_drives(fresh: Sequence[Fresh], goal: Pose2) -> Diagnosis:
 def _of_drives(fresh: Sequence[Fresh], goal: Pose2, ways: Sequence[Way]) -> Diagnosis:
     seen, apart, ideal = diagnosed_drives.compared(fresh, goal, ways)
     result = _decided(DRIVE, apart, [drive.times[0] for drive in seen])
-    if not result.mistake:
+    if result.mistake == '':
         return result
-    return replace(result, ghost=diagnosed_drives.ghost(seen, ideal[result.mistake]))
+    return replace(result, asked=diagnosed_drives.ghost(seen, ideal['']), ghost=(
+        diagnosed_drives.ghost(seen, ideal[result.mistake]) if result.mistake else Poses.none()))
 
 
 def of_turns(run: RunData, seen: Sequence[Turn]) -> Diagnosis:
@@ -166,14 +168,16 @@ def _wrong_button(run: RunData) -> Optional[float]:
 
 
 def _no_stop(run: RunData) -> Optional[float]:
-    """Returns the end of a movement that nobody cut off, after which no command stopped the
-    robot."""
+    """Returns the end of a node's movement that nobody cut off, after which no command stopped the
+    robot. In the IMU lab a node does not drive forward."""
     time, moves = run.commands.time, moving(run.commands)
     cuts = np.append(diagnosed_drives.cuts(run), run.duration)
     for first, after in stretches(moves, time):
-        if not len(run.control) and (run.commands.linear[first:after] > NO_SPEED).any():
-            continue
         last = float(time[after - 1])
+        is_node = has_control(run, (float(time[first]) + last) / 2.0) if len(run.control) else not (
+            run.commands.linear[first:after] > NO_SPEED).any()
+        if not is_node:
+            continue
         following = float(time[after]) if after < len(time) else math.inf
         if following - last > COMMAND_TIMEOUT and (np.abs(cuts - last) > AFTERWARDS).all():
             return last

@@ -1,7 +1,7 @@
 """The hints to a known mistake, one behind the other, and last the mistake itself with its evidence.
 
-Each hint is folded, and so is the next one within it: who opens one sees no other. So a teacher can
-hand out the page of a run, and a student still finds the mistake.
+Each hint is folded, and the next one lies within it. So a teacher can hand out the page of a run,
+and the student still has to find the mistake.
 """
 import math
 from html import escape
@@ -29,8 +29,8 @@ TURNS, POSE, STATES, RESET, THUMB = (
     '4. By thumb')
 PUSH = 'Drive the robot forward by hand after a reset in another direction, and print local_x and ' \
     'local_y. Which of them shall grow?'
-AFTER_RESET = 'Print local_x, local_y and local_yaw right after a reset. Which three numbers do ' \
-    'you expect?'
+AFTER_RESET = 'Print local_x, local_y and local_yaw a second after a reset, at rest. Which three ' \
+    'numbers do you expect?'
 PRINT_YAW = 'Print the yaw that your node has, and turn the robot once around by hand. Over which ' \
     'range shall the number run, and which way?'
 LAST_MESSAGE = 'rostopic echo /cmd_vel: which message shall be the last one of a movement?'
@@ -69,11 +69,11 @@ HINTS = {
         'the robot stands. In which of the two frames was the displacement measured?', POSE, 4,
         'TODO 4'),
     (DRIVE, 'reference_kept'): Hint(
-        'keeps its references at a reset', AFTER_RESET, RESET, 1, 'set_pose_callback'),
+        'keeps its references at a reset', AFTER_RESET, RESET, 2, 'set_pose_callback'),
     (DRIVE, 'yaw_kept'): Hint(
         'keeps the reference of the yaw at a reset', AFTER_RESET, RESET, 2, 'set_pose_callback, TODO 2 and 4'),
     (DRIVE, 'place_kept'): Hint(
-        'keeps the reference of the place at a reset', AFTER_RESET, RESET, 1, 'set_pose_callback and TODO 3'),
+        'keeps the reference of the place at a reset', AFTER_RESET, RESET, 2, 'set_pose_callback and TODO 3'),
     (DRIVE, 'declared_lost'): Hint(
         'forgets the pose that a reset declares', 'Reset to x: 0.2, y: 0.3. Which numbers does your '
         'node have a second later?', RESET, 3, 'beyond the handout'),

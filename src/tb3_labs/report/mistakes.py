@@ -150,10 +150,10 @@ class Way:
     wraps: Callable[[float], float] = wrap
     wraps_heading: Callable[[float], float] = wrap
 
-    def pose(self, odom: Pose2, imu: float, last: Declared, before: Declared) -> Pose2:
-        """The believed pose, by the pose in ``odom`` and the IMU's yaw; `before`: what the node
-        began with, as if it were a reset."""
-        place, rotation, heading = (before if part in self.kept else last
+    def pose(self, odom: Pose2, imu: float, last: Declared, start: Declared) -> Pose2:
+        """The believed pose, by the pose in ``odom`` and the IMU's yaw. `last`: the last reset;
+        `start`: what the node began with, as if it were a reset."""
+        place, rotation, heading = (start if part in self.kept else last
                                     for part in ('place', 'rotation', 'heading'))
         theta = {'odom': rotation.odom.yaw, 'inverse': -rotation.odom.yaw, 'none': 0.0,
                  'imu': rotation.imu, 'mirrored': math.pi - rotation.odom.yaw,
@@ -172,28 +172,28 @@ class Way:
             yaw = {'heading': wrap(odom.yaw), 'imu': imu}.get(self.left[-1], yaw)
         return Pose2(float(x), float(y), yaw)
 
-    def drive(self, start: Pose2, offset: float, last: Declared, before: Declared,
-              goal: Pose2, near: float = NEAR) -> Drive:
-        """The Drive from `start` in ``odom`` to `goal` in ``local``; `offset`: the IMU's yaw minus
-        the odometry's."""
+    def drive(self, begin: Pose2, last: Declared, start: Declared, goal: Pose2,
+              near: float = NEAR) -> Drive:
+        """The Drive from `begin` in ``odom`` to `goal` in ``local``; the others: see `pose`. The IMU's
+        yaw differs from the odometry's as at the last reset."""
         def here(place, yaw):
-            return self.pose(Pose2(*place, yaw), wrap(yaw + offset), last, before)
+            return self.pose(Pose2(*place, yaw), wrap(yaw + last.imu - last.odom.yaw), last, start)
 
         def off_course(yaw):
-            pose = here((start.x, start.y), yaw)
+            pose = here((begin.x, begin.y), yaw)
             return self.wraps(math.atan2(goal.y - pose.y, goal.x - pose.x) - pose.yaw)
 
-        first = turned(off_course, start.yaw, near)
+        first = turned(off_course, begin.yaw, near)
         if not math.isfinite(first):
             leaps = math.isnan(first) and self.reading is in_radians
             return Drive(first, math.nan if leaps else 0.0, 0.0)
-        yaw = start.yaw + first
-        begun = here((start.x, start.y), yaw)
-        one_on = here((start.x + math.cos(yaw), start.y + math.sin(yaw)), yaw)
-        way = reach((goal.x - begun.x, goal.y - begun.y), (one_on.x - begun.x, one_on.y - begun.y))
+        yaw = begin.yaw + first
+        at_first = here((begin.x, begin.y), yaw)
+        one_on = here((begin.x + math.cos(yaw), begin.y + math.sin(yaw)), yaw)
+        way = reach((goal.x - at_first.x, goal.y - at_first.y), (one_on.x - at_first.x, one_on.y - at_first.y))
         if math.isinf(way):
             return Drive(first, way, 0.0)
-        end = start.x + way * math.cos(yaw), start.y + way * math.sin(yaw)
+        end = begin.x + way * math.cos(yaw), begin.y + way * math.sin(yaw)
         return Drive(first, way, turned(
             lambda angle: self.wraps(goal.yaw - here(end, angle).yaw), yaw, near))
 

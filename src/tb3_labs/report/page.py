@@ -81,7 +81,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
     page.write_text(document('Run report: ' + name, [
         '<p>{}</p>'.format(escape(_summary(run, model))),
         timeline.section(timeline.timeline(
-            run, model, timeline.marks(run, turned, driven), found.ghost)), hints.section(found),
+            run, model, timeline.marks(run, turned, driven), found.asked, found.ghost)), hints.section(found),
         _turns(run, turned), shown['turns'],
         _drives(run, driven, turned), _by_hand(run, driven, turned), shown['paths'],
         shown['errors'], _along(driven), shown['heading'], shown['speeds'],

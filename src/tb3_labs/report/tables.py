@@ -32,7 +32,8 @@ figure img { max-width: 100%; } figcaption { font-size: 8.5pt; }
 details { margin: 0.3em 0; } details details { margin-left: 1.2em; }
 summary { cursor: pointer; font-weight: bold; }
 section { break-inside: avoid; } .next { break-before: page; }
-@media screen { body { padding: 0 8px; } }
+@media screen { body { padding: 0 8px; } pre { white-space: pre-wrap; overflow-wrap: anywhere; } }
+@media screen and (max-width: 760px) { table { display: block; overflow-x: auto; } }
 @media print { body { margin: 0; } figure img { max-height: 84mm; } }'''
 #: An unknown number on a page.
 DASH = '\N{EN DASH}'

@@ -232,7 +232,7 @@ class Timeline {
     this.run = run;
     this.now = 0;
     this.playing = false;
-    for (const name of ['odom', 'local', 'truth', 'mistaken', 'frame', 'heading', 'rate', 'speed', 'distance',
+    for (const name of ['odom', 'local', 'truth', 'asked', 'mistaken', 'frame', 'heading', 'rate', 'speed', 'distance',
                         'angle']) {
       this[name] = new Track(run[name], run.moment);
     }
@@ -296,10 +296,15 @@ class Timeline {
       this.map.fix($('frame').value);
       this._showAllNow();
     });
-    addEventListener('hashchange', () => {
-      this.go(Number(location.hash.slice(3)) || 0);
-      $('timeline').scrollIntoView();
-    });
+    // a link to the moment that is shown already changes no hash
+    for (const link of document.querySelectorAll('a[href^="#t="]')) {
+      link.addEventListener('click', (event) => {
+        event.preventDefault();
+        this.go(Number(link.hash.slice(3)) || 0);
+        $('timeline').scrollIntoView();
+        $('timeline').focus();
+      });
+    }
     $('fit').addEventListener('click', () => this._showAllNow());
     addEventListener('resize', () => this.show());
     $('mistake')?.addEventListener('toggle', () => this.show());
@@ -310,7 +315,13 @@ class Timeline {
         this.go(begin + Math.max(0, Math.min(1, share)) * (end - begin));
       });
     }
-    $('timeline').addEventListener('keydown', (event) => this._key(event));
+    addEventListener('keydown', (event) => {
+      const area = $('timeline').getBoundingClientRect();
+      const isSeen = area.top < innerHeight / 2 && area.bottom > innerHeight / 2;
+      if ($('timeline').contains(event.target) || (event.target === document.body && isSeen)) {
+        this._key(event);
+      }
+    });
   }
 
   _key(event) {
@@ -372,7 +383,7 @@ class Timeline {
     map.picture = {
       odom: this.odom.pose(now), local: this.local.pose(now), truth: this.truth.pose(now),
       frame: this.frame.pose(now), again: this.again?.pose(now), goal: goal?.[2] || null,
-      mistaken: $('mistake')?.open ? this.mistaken.pose(now) : null,
+      asked: this.asked.pose(now), mistaken: $('mistake')?.open ? this.mistaken.pose(now) : null,
       tolerance: 0,
     };
     map.replaceTrails({odom: this.odom.way(now), local: this.local.way(now)});

@@ -106,9 +106,9 @@ def _differences(numbers: np.ndarray) -> List[int]:
 
 
 def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark],
-             ghost: Optional[Poses] = None) -> Dict[str, Any]:
-    """Returns everything that the timeline of a run shows, for JSON. `ghost`: the poses in ``odom`` of
-    a robot with a known mistake."""
+             asked: Poses = Poses.none(), mistaken: Poses = Poses.none()) -> Dict[str, Any]:
+    """Returns everything that the timeline of a run shows, for JSON. `asked`, `mistaken`: the poses in
+    ``odom`` of a robot that drives as asked, and of one with a known mistake."""
     imu, odometry, local = run.imu, run.odometry, run.local_pose
     time, distance, angle = goal_errors(run)
     frames = epochs(run)
@@ -118,7 +118,7 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark],
         'heading_of': 'heading by the IMU',
         'odom': poses_of(odometry), 'local': poses_of(local, local_resets),
         'truth': poses_of(_truth_in_odom(run, frames)),
-        'mistaken': poses_of(Poses.none() if ghost is None else ghost),
+        'asked': poses_of(asked), 'mistaken': poses_of(mistaken),
         'frame': poses_of(local_in_odom(run, local.time), local_resets),
         'heading': track(imu.time, [np.degrees(np.unwrap(imu.yaw))], ['deg']),
         'rate': track(imu.time, [imu.yaw_rate], ['rad/s']),
