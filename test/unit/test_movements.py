@@ -85,6 +85,11 @@ def test_a_turn_alone_with_control_is_by_hand_unless_it_was_cut_off(cut, kind):
                  resets=resets((cut, 0.0, 0.0, 0.0))) == [kind]
 
 
+@pytest.mark.parametrize('given, kind', [(1.5, Kind.DRIVE), (0.5, Kind.BY_HAND)])
+def test_a_turn_alone_that_follows_control_at_once_is_the_nodes(given, kind):
+    assert kinds([turn(2.0, 90.0, 1.5)], control=values([0.1, given], [0.0, 1.0])) == [kind]
+
+
 @pytest.mark.parametrize('switch, kind', [(0.0, Kind.DRIVE), (1.0, Kind.BY_HAND)])
 def test_before_its_first_message_control_was_the_other_way(switch, kind):
     assert kinds(DRIVE, control=values([15.0], [switch])) == [kind]

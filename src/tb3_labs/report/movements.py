@@ -11,8 +11,9 @@ and a change of `ctrl_relinq`, end a movement and begin the next. A movement is 
 The commands do not name their sender. Other topics decide, if they were recorded:
 
 * With `ctrl_relinq`, a movement while a node has control is a drive, and any other movement is by
-  hand. A turn alone is a drive only if a reset, a change of control or the end of the recording cut
-  it off. If not, a person turned the robot while the node was silent at its goal.
+  hand. A turn alone is a drive only if it followed a reset or a change of control at once, or if
+  one of these or the end of the recording cut it off. If not, a person turned the robot while the
+  node was silent at its goal.
 * With `joy` and without `ctrl_relinq`, the pad never gave control: all movements are by hand.
 * With `mouse_info`, no movement is a drive, and a turn must be faster than the mouse can command.
 
@@ -116,8 +117,10 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cuts: np.ndarra
         forward, turns_again = float(time[ahead[0]]), float(min(ends[ahead[-1]], end))
     kind = Kind.BY_HAND
     if len(run.control) or 'joy' in run.devices:
-        cut_off = end == run.duration or (np.abs(cuts - end) <= COMMAND_TIMEOUT).any()
-        if (len(ahead) or cut_off) and has_control(run, (begin + end) / 2.0):
+        is_nodes = (len(ahead) > 0 or end == run.duration
+                    or (np.abs(cuts - end) <= COMMAND_TIMEOUT).any()
+                    or ((cuts <= begin) & (begin - cuts < PAUSE)).any())
+        if is_nodes and has_control(run, (begin + end) / 2.0):
             kind = Kind.DRIVE
     elif len(ahead):
         has_turn = moves[0] < ahead[0] or moves[-1] > ahead[-1]
