@@ -296,18 +296,18 @@ class Timeline {
       this.map.fix($('frame').value);
       this._showAllNow();
     });
-    // a link to the moment that is shown already changes no hash
-    for (const link of document.querySelectorAll('a[href^="#t="]')) {
-      link.addEventListener('click', (event) => {
-        event.preventDefault();
-        this.go(Number(link.hash.slice(3)) || 0);
-        $('timeline').scrollIntoView();
-        $('timeline').focus();
-      });
-    }
+    // links and hints may follow this script; a link to the moment that is shown changes no hash
+    document.addEventListener('click', (event) => {
+      const link = event.target.closest('a[href^="#t="]');
+      if (!link) return;
+      event.preventDefault();
+      this.go(Number(link.hash.slice(3)) || 0);
+      $('timeline').scrollIntoView();
+      $('timeline').focus();
+    });
+    document.addEventListener('toggle', () => this.show(), true);
     $('fit').addEventListener('click', () => this._showAllNow());
     addEventListener('resize', () => this.show());
-    $('mistake')?.addEventListener('toggle', () => this.show());
     for (const {canvas} of this.curves) {
       canvas.addEventListener('click', (event) => {
         const area = canvas.getBoundingClientRect(), [begin, end] = this._stretch();
