@@ -39,7 +39,7 @@ import rospy
 
 from tb3_labs.config import Config, setting
 from tb3_labs.ros.node import read_config, read_model, run
-from tb3_labs.ros.reconfigure import LiveSettings
+from tb3_labs.ros.dynparam import LiveSettings
 from tb3_labs.simulation.ros_robot import FakeRobot, Pacemaker, StaticFrames
 from tb3_labs.simulation.mystery import LAST, HiddenFault
 from tb3_labs.simulation.network import NETWORKS

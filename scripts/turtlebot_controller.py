@@ -41,7 +41,7 @@ from tb3_labs.ros.conversions import to_imu_sample, to_mouse
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
 from tb3_labs.ros.launch import end_roslaunch
 from tb3_labs.ros.node import end, guarded, read_config, read_model, run
-from tb3_labs.ros.reconfigure import LiveSettings
+from tb3_labs.ros.dynparam import LiveSettings
 from tb3_labs.ros.rospy_internals import connection_of, is_wall_time
 from tb3_labs.ros.topics import (
     say_what_is_awaited, subscribe, subscribe_news, subscribe_wheels)
