@@ -36,11 +36,10 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.demo import BEGUN, DemoConfig, DemoDrive, table
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.console import say
+from tb3_labs.ros.control_and_reset import call_reset, hear_takers
 from tb3_labs.ros.conversions import to_pose2
-from tb3_labs.ros.ctrl_relinq import hear_takers
 from tb3_labs.ros.node import end, guarded, read_config, read_model, run
 from tb3_labs.ros.observer import Observer, comes_to_hear
-from tb3_labs.ros.reset_call import call_reset
 
 #: Longest wait for the robot and the nodes at the start [s].
 START_TIMEOUT = 30.0

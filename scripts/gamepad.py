@@ -35,10 +35,9 @@ from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.cmd_vel import CmdVel, Rivals, Watchdog
 from tb3_labs.ros.console import log_news
-from tb3_labs.ros.ctrl_relinq import ControlGiver, hear_takers
+from tb3_labs.ros.control_and_reset import ControlGiver, call_reset, hear_takers
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
 from tb3_labs.ros.node import guarded, read_config, read_model, run
-from tb3_labs.ros.reset_call import call_reset
 from tb3_labs.ros.rospy_internals import is_ending, is_wall_time
 from tb3_labs.ros.signals import when_stopped
 from tb3_labs.ros.topics import subscribe

@@ -77,8 +77,8 @@ def test_every_room_says_which_question_it_answers():
 #: Floors within ros/, from the ground up: its own files, then its folders.
 ROS_FLOORS = [{'rospy_internals', 'conversions', 'dynparam', 'signals', 'launch',
                'robot_description'}, {'clocks'}, {'console'}, {'node'},
-              {'topics', 'diagnostics', 'reset_call'},
-              {'cmd_vel', 'ctrl_relinq', 'goals', 'resets', 'display', 'observer', 'program'}]
+              {'topics', 'diagnostics'},
+              {'cmd_vel', 'control_and_reset', 'goals', 'display', 'observer', 'program'}]
 ROS_FLOOR = {part: floor for floor, parts in enumerate(ROS_FLOORS) for part in parts}
 #: These files alone touch private parts of libraries.
 INTERNALS = {'rospy_internals.py', 'ros_internals.py'}

@@ -16,10 +16,9 @@ from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.panel.holder import LONGEST_DELAY, Holder
 from tb3_labs.panel.ros_watch import Watch
 from tb3_labs.ros.clocks import steady_time
+from tb3_labs.ros.control_and_reset import ControlGiver, call_reset
 from tb3_labs.ros.conversions import frame, to_pose_stamped
-from tb3_labs.ros.ctrl_relinq import ControlGiver
 from tb3_labs.ros.node import guarded, read_config
-from tb3_labs.ros.reset_call import call_reset
 from tb3_labs.ros.rospy_internals import heard_by, messages_written
 
 #: A pad of another node is in use if its `joy` was heard within this time [s].

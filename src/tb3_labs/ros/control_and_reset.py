@@ -1,18 +1,32 @@
-"""Both ends of `ctrl_relinq` (std_msgs/Bool): True gives move_to_goal control, False takes it.
+"""What one node asks of move_to_goal: control, and a reset.
 
+Control is given and taken on `ctrl_relinq` (std_msgs/Bool): True gives it, False takes it.
 move_to_goal publishes on `has_control` whether it has control. So a sender learns whether its True
 counts, and other nodes learn that control was given.
+
+A reset is a call of a service. A node of this package offers `reset_pose`, which says why a reset
+is refused. A node as in the handout offers only `set_pose`.
 """
+import rosgraph
 import rospy
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from std_msgs.msg import Bool
 
+from tb3_labs.geometry.se2 import TypedPose
+from tb3_labs.ros.clocks import wait_until
+from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.rospy_internals import heard_by, messages_written
 from tb3_labs.ros.topics import subscribe_events
+from tb3_labs.srv import ResetPose, SetInitialPose
 from tb3_labs.supervision.permission import RENEWAL
 
 #: The header of a sender's connections has this entry if the sender renews its permission. If
 #: such a sender dies, the permission expires, even before the first renewal.
 RENEWS = {'renewed': '1'}
+#: Longest wait until a service is offered (WAIT), and for the connection to it (CONTACT) [s].
+WAIT, CONTACT = 1.0, 0.5
+#: The covariance in the handout. The service was AMCL's at first, and AMCL requires a covariance.
+COVARIANCE = 36 * [0.1]
 
 
 class ControlGiver:
@@ -81,3 +95,54 @@ class ControlTaker:
         if has_control != self._has_control:
             self._has_control = has_control
             self._publisher.publish(has_control)
+
+
+def call_reset(x, y, yaw_deg, prefix=''):
+    """Declare the robot to be at x, y [m], yaw [deg] in local. Returns the answer in words.
+
+    Raises ``ValueError`` with the reason if the reset is refused, or if no node offers a service.
+    `prefix` is the robot's namespace with a slash; '' means this node's own.
+    """
+    own, handout = (rospy.resolve_name(prefix + name) for name in ('reset_pose', 'set_pose'))
+    try:
+        if _first_offered(own, handout) == handout:
+            pose = TypedPose(x, y, yaw_deg).pose
+            rospy.ServiceProxy(handout, SetInitialPose)(_stamped(pose))
+            return '{} was called with {}'.format(handout, pose)
+        response = rospy.ServiceProxy(own, ResetPose)(x, y, yaw_deg)
+    except (rospy.ROSException, rospy.ServiceException) as problem:
+        raise ValueError(str(problem)) from None
+    if not response.success:
+        raise ValueError(response.message)
+    return response.message
+
+
+def _first_offered(*services):
+    """Returns the first service that answers; ``ValueError`` if none answers within WAIT."""
+    found = ''
+
+    def look():
+        nonlocal found
+        found = next(filter(_answers, services), '')
+        return found
+    if not wait_until(look, WAIT):
+        raise ValueError('no node offers ' + ' or '.join(services))
+    return found
+
+
+def _answers(service):
+    try:
+        # wait_for_service() alone would sleep for 0.3 s if the master does not know the service
+        rosgraph.Master(rospy.get_name()).lookupService(service)
+        rospy.wait_for_service(service, CONTACT)
+    except (OSError, rosgraph.MasterException, rospy.ROSException):
+        return False
+    return True
+
+
+def _stamped(pose):
+    """The geometry_msgs/PoseWithCovarianceStamped of a Pose2, as the handout's gamepad sends it."""
+    plain = to_pose_stamped(pose, 'map', rospy.get_time())
+    message = PoseWithCovarianceStamped(header=plain.header)
+    message.pose.pose, message.pose.covariance = plain.pose, COVARIANCE
+    return message
