@@ -37,9 +37,8 @@ from tb3_labs.ros.cmd_vel import CmdVel, Rivals, Watchdog
 from tb3_labs.ros.console import log_news
 from tb3_labs.ros.control_and_reset import ControlGiver, call_reset, hear_takers
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
-from tb3_labs.ros.node import guarded, read_config, read_model, run
+from tb3_labs.ros.node import guarded, read_config, read_model, run, when_stopped
 from tb3_labs.ros.rospy_internals import is_ending, is_wall_time
-from tb3_labs.ros.signals import when_stopped
 from tb3_labs.ros.topics import subscribe
 
 #: If no node publishes joy within this time, a warning is logged [s].

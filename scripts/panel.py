@@ -30,8 +30,7 @@ import rospy
 
 from tb3_labs.panel.access import PanelConfig
 from tb3_labs.ros.console import say
-from tb3_labs.ros.node import read_config, read_model, run
-from tb3_labs.ros.signals import when_stopped
+from tb3_labs.ros.node import read_config, read_model, run, when_stopped
 
 try:
     from tb3_labs.panel.ros_pages import Pages

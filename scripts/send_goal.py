@@ -27,7 +27,7 @@ from tb3_labs.command_line import number_or_text
 from tb3_labs.control.goal import DRIVING, WAITING_FOR_CONTROL, is_over, to_go
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.signals import Interrupted, Signals
+from tb3_labs.ros.node import Interrupted, Signals
 from tb3_labs.ros.topics import subscribe
 
 USAGE = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees, such as: 1 1 90'

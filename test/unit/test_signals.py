@@ -12,7 +12,7 @@ pytest.importorskip('rospy')    # the processes below need it
 
 BEGIN = '''
 import os, signal, threading, time
-from tb3_labs.ros.signals import Interrupted, Signals, when_stopped
+from tb3_labs.ros.node import Interrupted, Signals, when_stopped
 lock = threading.Lock()
 
 def say(word):    # not print: a signal's handler that prints while another print runs is an error

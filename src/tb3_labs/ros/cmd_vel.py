@@ -17,10 +17,9 @@ from geometry_msgs.msg import Twist
 
 from tb3_labs.ros.clocks import ClockWatch, steady_time, wait_until
 from tb3_labs.ros.conversions import to_twist
-from tb3_labs.ros.node import guarded
+from tb3_labs.ros.node import guarded, when_stopped
 from tb3_labs.ros.rospy_internals import (
     connection_of, messages_written, publish_now, stop_hearing_oneself)
-from tb3_labs.ros.signals import when_stopped
 from tb3_labs.ros.topics import subscribe
 
 #: Longest wait until the last zero has left the process [s].

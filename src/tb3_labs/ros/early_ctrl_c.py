@@ -2,7 +2,7 @@
 
 Python itself would raise KeyboardInterrupt in the middle of an import. Either Python prints a
 traceback, or a library catches the exception. In that case the node runs although it was told to
-end, and roslaunch waits 15 s. As soon as the node runs, :mod:`tb3_labs.ros.signals` takes over.
+end, and roslaunch waits 15 s. As soon as the node runs, :mod:`tb3_labs.ros.node` takes over.
 """
 import signal
 

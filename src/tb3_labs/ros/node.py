@@ -1,11 +1,15 @@
-"""Start, parameters, failure and end of every node of this package.
+"""Start, parameters, signals, failure and end of every node of this package.
 
 Names, defaults, units and bounds of parameters are defined only in the fields of the core's
 configurations. An unknown name or an invalid value ends the node with one fatal line and exit
 status 1; its roslaunch ends, too. An exception inside a callback ends the node as
 well: rospy alone would print a traceback and let the robot drive on with its last command. The
-signals of :mod:`tb3_labs.ros.signals` end it, too. The shutdown hook of
-:mod:`tb3_labs.ros.cmd_vel` sends the last zero velocity.
+shutdown hook of :mod:`tb3_labs.ros.cmd_vel` sends the last zero velocity.
+
+Three signals end a node; Ctrl+Z stops the robot before it stops the process. rospy's own signal
+handlers interrupt the main thread at any point to shut down, and hang if it holds one of rospy's
+locks. Here a signal is an exception in the main thread: first the thread leaves its calls and their
+locks, then the node shuts down once.
 
 Threads and locks
     main         builds the node, then waits without a lock; runs the hooks of Ctrl+Z, and after
@@ -23,9 +27,12 @@ Threads and locks
     A thread that holds a node's lock does not wait for a terminal, a service or a message. Its
     longest wait is in CmdVel, for the last zero, when the node does not drive any more.
 """
+import faulthandler
 import functools
 import math
 import os
+import select
+import signal
 import sys
 import threading
 import traceback
@@ -40,15 +47,20 @@ from tb3_labs.ros import console
 from tb3_labs.ros.clocks import say_if_no_clock_comes, wait_until
 from tb3_labs.ros.launch import end_roslaunch
 from tb3_labs.ros.rospy_internals import after_hooks, is_ending, mend_registration
-from tb3_labs.ros.signals import Interrupted, Signals
 
 #: Time between two looks for a master [s].
 MASTER_PERIOD = 0.5
 #: A node that ends tells its master, and waits no longer than this for the answer [s]. The last
 #: zero velocity is sent before.
 LONGEST_END = 4.0
+#: These end a node: Ctrl+C, `kill`, a closed terminal.
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+#: This byte in the pipe wakes the main thread when rospy has shut down. For a signal the byte is
+#: the signal's number.
+SHUT_DOWN = b'\xff'
 
 _failures = []
+_sleepers = []    # (function to call before the process is stopped, function to call after)
 
 
 def run(name, make_node):
@@ -159,3 +171,72 @@ def end(failure=''):
         if len(_failures) == 1:    # other threads may fail, too, until the node has ended
             rospy.logfatal('%s', failure)
     rospy.signal_shutdown(failure or 'done')
+
+
+# ----- signals -----
+
+class Interrupted(BaseException):
+    """A signal of ENDING; a BaseException, so that no ``except Exception`` catches it."""
+
+
+class Signals:
+    """Handles the signals of this process from now on; to be made in the main thread."""
+
+    def __init__(self):
+        self._signalled = threading.Event()
+        # on `kill -USR1` a node prints where each of its threads is
+        faulthandler.register(signal.SIGUSR1)
+        # A thread that is just about to wait for a lock misses a signal, and waits for ever. A pipe
+        # avoids that: the interpreter writes a byte into it whenever a signal arrives.
+        self._over, self._wake = os.pipe()
+        os.set_blocking(self._wake, False)
+        signal.set_wakeup_fd(self._wake)
+        for number in ENDING:
+            if signal.getsignal(number) is not signal.SIG_IGN:    # nohup ignores SIGHUP
+                signal.signal(number, self._interrupt)
+
+    def wake(self):
+        """End :meth:`wait`, from any thread."""
+        os.write(self._wake, SHUT_DOWN)
+
+    def wait(self, seconds=None):
+        """Wait for :meth:`wake`, or at most for `seconds`. A signal of ENDING raises Interrupted,
+        in this method and everywhere else. Another signal ends the wait if `seconds` are given."""
+        while select.select([self._over], [], [], seconds)[0]:
+            is_over = os.read(self._over, 1) == SHUT_DOWN or self._signalled.is_set()
+            if is_over or seconds is not None:
+                break
+        if self._signalled.is_set():
+            raise Interrupted    # a library caught the first one by a bare `except:`
+
+    @staticmethod
+    def take_ctrl_z():
+        """Let Ctrl+Z (SIGTSTP) call the functions of :func:`when_stopped` from now on."""
+        if signal.getsignal(signal.SIGTSTP) is signal.SIG_DFL:
+            signal.signal(signal.SIGTSTP, _sleep)
+
+    @staticmethod
+    def ignore():
+        """Ignore further signals. A second one must not interrupt the shutdown. Ctrl+Z would wait
+        for ever for a lock that the main thread holds while it shuts down."""
+        for number in ENDING + (signal.SIGTSTP,):
+            signal.signal(number, signal.SIG_IGN)
+
+    def _interrupt(self, _number, _frame):
+        self.ignore()
+        self._signalled.set()
+        raise Interrupted
+
+
+def when_stopped(before, after):
+    """Call `before()` before Ctrl+Z stops the process, and `after()` when it goes on; both in the
+    main thread, which holds no lock then."""
+    _sleepers.append((before, after))
+
+
+def _sleep(_number, _frame):
+    for before, _ in _sleepers:
+        before()
+    os.kill(os.getpid(), signal.SIGSTOP)    # the process stands here until it is continued
+    for _, after in _sleepers:
+        after()
