@@ -25,6 +25,7 @@ import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: Ctrl+C ends the imports
 import math
 import threading
 import time
+import xmlrpc.client
 
 import rosgraph
 import rospy
@@ -39,7 +40,7 @@ from tb3_labs.ros.console import say
 from tb3_labs.ros.control_and_reset import call_reset, hear_takers
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.node import end, guarded, read_config, read_model, run
-from tb3_labs.ros.observer import Observer, comes_to_hear
+from tb3_labs.ros.program import Observer
 
 #: Longest wait for the robot and the nodes at the start [s].
 START_TIMEOUT = 30.0
@@ -162,6 +163,25 @@ class Demo:
             say(WHAT_NEXT)
         else:
             end('' if good else 'a drive ended outside the tolerance')
+
+
+def comes_to_hear(node, topics, seconds):
+    """Wait until `node` is connected to all publishers of each of `topics`. Returns False if it is
+    not connected after `seconds` of wall time."""
+    return wait_until(lambda: all(_hears(node, topic) for topic in topics), seconds)
+
+
+def _hears(node, topic):
+    """Is `node` connected to all publishers of `topic`, and is there one?"""
+    link = [rospy.resolve_name(node), 'o', 'TCPROS', rospy.resolve_name(topic)]
+    master = rosgraph.Master(rospy.get_name())
+    publishers = dict(master.getSystemState()[0]).get(link[-1], [])
+    try:
+        slaves = [xmlrpc.client.ServerProxy(master.lookupNode(each)) for each in publishers]
+        infos = [slave.getBusInfo(rospy.get_name()) for slave in slaves]
+    except (OSError, rosgraph.MasterException):    # one of them has just ended
+        return False
+    return bool(infos) and all(link in [each[1:5] for each in links] for _, _, links in infos)
 
 
 def parameters_are_set():

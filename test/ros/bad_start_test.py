@@ -5,11 +5,10 @@ import rosgraph
 import rospy
 import rostest
 
-from tb3_labs.ros.observer import Observer
-from tb3_labs.ros.program import Program
+from tb3_labs.ros.program import Observer
 
 from costs import free_port
-from node_case import STARTING, NodeCase, watch_robot
+from node_case import STARTING, NodeCase, Program, watch_robot
 
 
 class BadStartTest(NodeCase):

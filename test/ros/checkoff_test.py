@@ -13,10 +13,9 @@ import rospkg
 import rostest
 import rospy
 
-from tb3_labs.ros.observer import Observer
-from tb3_labs.ros.program import Program
+from tb3_labs.ros.program import Observer
 
-from node_case import path_of, watch_robot
+from node_case import Program, path_of, watch_robot
 
 NODES = Path(rospkg.RosPack().get_path('tb3_labs')) / 'test' / 'ros' / 'student_nodes'
 #: What the person is asked to type, and what to answer.

@@ -11,7 +11,7 @@ from tf2_msgs.msg import TFMessage
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped
-from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.program import Observer
 from tb3_labs.srv import ResetPose
 
 from node_case import STARTING, Node, NodeCase

@@ -12,7 +12,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu
 
 from tb3_labs.ros.conversions import to_quaternion
-from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.program import Observer
 
 from node_case import SILENCE, STARTING, Hiccups, NodeCase
 

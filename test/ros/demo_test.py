@@ -17,9 +17,9 @@ from tb3_labs.report.drives import drives
 from tb3_labs.report.epochs import epochs
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.report.ros_bag import read_run
-from tb3_labs.ros.program import Program
 
 from costs import free_port
+from node_case import Program
 
 SCRIPT = os.path.join(rospkg.RosPack().get_path('tb3_labs'), 'scripts', 'demo.sh')
 #: A row of its table: the true error, and whether that is good.

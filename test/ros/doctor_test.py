@@ -19,9 +19,8 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from tb3_labs.ros.program import Program
 
-from node_case import STARTING, Hiccups, Node, NodeCase, path_of
+from node_case import STARTING, Hiccups, Node, NodeCase, Program, path_of
 from rosunit_internals import rosrun
 from two_hosts import PREFIX, TwoHosts
 

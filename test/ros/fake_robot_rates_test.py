@@ -19,10 +19,9 @@ from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
 from costs import cpu_time
-from node_case import STARTING, Hiccups, path_of
+from node_case import STARTING, Hiccups, Program, path_of
 from tb3_labs.geometry.angles import difference
 from tb3_labs.ros.conversions import yaw_of
-from tb3_labs.ros.program import Program
 
 COUNT = 600       # imu messages: 3 s
 DEADLINE = STARTING   # of a wait [s]

@@ -21,7 +21,7 @@ from node_case import STARTING, ZERO, Hiccups, Node, NodeCase, watch_robot
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped
-from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.program import Observer
 from tb3_labs.srv import ResetPose
 
 #: Time from the last valid sample to the zero, and to the notice of a stalled robot [s]. Required

@@ -9,9 +9,8 @@ import rospy
 import rostest
 from rosgraph_msgs.msg import Clock
 
-from node_case import STARTING
-from tb3_labs.ros.observer import Observer
-from tb3_labs.ros.program import Program
+from node_case import STARTING, Program
+from tb3_labs.ros.program import Observer
 
 #: The package, the file and the argument are turtlebot3_simulations'; the embedded robot stands in.
 MANIFEST = ('<package format="2"><name>turtlebot3_gazebo</name><version>0.0.0</version>'

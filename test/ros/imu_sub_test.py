@@ -9,7 +9,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Float32
 
 from node_case import SILENCE, STARTING, Hiccups, NodeCase, watch_robot
-from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.program import Observer
 
 LINE = re.compile(r'Current heading is (\d+\.\d{6}) degrees\.$')
 

@@ -13,7 +13,7 @@ from move_base_msgs.msg import MoveBaseAction
 from std_msgs.msg import Bool, Float64
 
 from tb3_labs.ros.rospy_internals import connection_of
-from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.program import Observer
 
 from ledger_judge import PADS
 from master_way import MasterWay

@@ -8,7 +8,7 @@ from dynamic_reconfigure import DynamicReconfigureCallbackException
 from dynamic_reconfigure.client import Client
 from std_msgs.msg import Bool, Float32, Float64
 
-from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.program import Observer
 
 from node_case import NodeCase, watch_robot
 

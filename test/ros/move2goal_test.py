@@ -19,7 +19,7 @@ from tb3_labs.control.goal import is_over
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped, to_twist, transform_to_pose2
-from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.program import Observer
 from tb3_labs.srv import ResetPose, SetInitialPose
 
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)

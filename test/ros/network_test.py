@@ -23,14 +23,13 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, String
 
 from costs import free_port
-from node_case import STARTING, ZERO, Hiccups, Node, watch_robot
+from node_case import STARTING, ZERO, Hiccups, Node, Program, watch_robot
 from panel_page import Page
 from rosunit_internals import rosrun
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.observer import Observer
-from tb3_labs.ros.program import Program
+from tb3_labs.ros.program import Observer
 from two_hosts import TwoHosts
 
 DEMO = os.path.join(rospkg.RosPack().get_path('tb3_labs'), 'scripts', 'demo.sh')

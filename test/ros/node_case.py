@@ -2,6 +2,8 @@
 """Shared by the tests of nodes: starting a node, waiting until it is ready, rest, silence, and the
 delays of this machine."""
 import os
+import signal
+import subprocess
 import sys
 import threading
 import time
@@ -18,7 +20,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 
 from tb3_labs.geometry.se2 import interpolate
 from tb3_labs.ros.conversions import to_pose2
-from tb3_labs.ros.program import Program
+from tb3_labs.ros import program
 
 PACKAGE = 'tb3_labs'
 ZERO = (0.0, 0.0)
@@ -53,6 +55,40 @@ def watch_robot(seen):
     seen.watch('ground_truth', PoseStamped, lambda message: to_pose2(message.pose))
 
 
+class Program(program.Program):
+    """A program whose output and end a test waits for."""
+
+    @property
+    def lines(self):
+        """The lines printed so far."""
+        return self.text.splitlines()
+
+    def wait_for(self, words, seconds=20.0, times=1):
+        """Wait until `words` were printed `times` times. RuntimeError with the output if this takes
+        longer than `seconds`."""
+        with self._changed:
+            if not self._changed.wait_for(lambda: str(self._text).count(words) >= times, seconds):
+                raise RuntimeError('waited {:.0f} s in vain for {!r}; printed: {}'.format(
+                    seconds, words, self._text))
+
+    def end(self, number=signal.SIGINT, seconds=10.0):
+        """Send a signal, and wait for the end. Returns the exit status; RuntimeError if the program
+        still runs."""
+        self.send(number)
+        return self.wait(seconds)
+
+    def wait(self, seconds=10.0):
+        """Wait for the end of the program and its output. Returns the exit status; RuntimeError if
+        the program still runs."""
+        try:
+            status = self._process.wait(seconds)
+        except subprocess.TimeoutExpired:
+            raise RuntimeError('it still runs after {:.0f} s; printed: {}'.format(
+                seconds, self.text)) from None
+        self._reader.join(1.0)    # a child of its own may keep the output open
+        return status
+
+
 class Node(Program):
     """A node of this package as a process of its own, with the options of Program.
 
@@ -69,7 +105,7 @@ class Node(Program):
 
 
 class NodeCase(unittest.TestCase):
-    """A test case that starts nodes and watches them with `seen`, an observer.Observer. `hiccups`:
+    """A test case that starts nodes and watches them with `seen`, a program.Observer. `hiccups`:
     the Hiccups of this machine, for a case that limits times."""
 
     seen = hiccups = None

@@ -8,7 +8,7 @@ import rospy
 
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.program import Observer
 
 from browser import MISSING, Browser
 from node_case import SILENCE, STARTING, ZERO, Hiccups, Node, watch_robot

@@ -10,10 +10,9 @@ from diagnostic_msgs.msg import DiagnosticArray
 from dynamic_reconfigure.client import Client
 
 from tb3_labs.control.goal import DriveConfig
-from tb3_labs.ros.observer import Observer
-from tb3_labs.ros.program import Program
+from tb3_labs.ros.program import Observer
 
-from node_case import STARTING, NodeCase
+from node_case import STARTING, NodeCase, Program
 
 NODE = '/mine/move_to_goal'
 DYNPARAM = [sys.executable, '-m', 'tb3_labs.ros.dynparam']

@@ -20,9 +20,8 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool
 
 from tb3_labs.ros.conversions import to_quaternion, to_twist
-from tb3_labs.ros.program import Program
 
-from node_case import path_of
+from node_case import Program, path_of
 
 NODES = Path(rospkg.RosPack().get_path('tb3_labs')) / 'test' / 'ros' / 'student_nodes'
 BEGIN = 1.7e9

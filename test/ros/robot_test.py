@@ -18,11 +18,10 @@ from geometry_msgs.msg import PoseStamped, Twist
 
 from tb3_labs.robot.turtlebot3 import MODELS
 from tb3_labs.ros.conversions import to_pose2
-from tb3_labs.ros.observer import Observer
-from tb3_labs.ros.program import Program
+from tb3_labs.ros.program import Observer
 
 from costs import free_port
-from node_case import watch_robot
+from node_case import Program, watch_robot
 from rosunit_internals import rosrun
 
 HOST = '127.0.0.1'

@@ -21,9 +21,9 @@ import rospkg
 import rospy
 
 from costs import free_port
+from node_case import Program
 from rosunit_internals import rosrun
 from sheets_steps import promised, steps_of
-from tb3_labs.ros.program import Program
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 REPOSITORY = (PACKAGE / 'README.md').resolve().parent

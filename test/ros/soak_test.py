@@ -14,7 +14,7 @@ from node_case import NodeCase, watch_robot
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.program import Observer
 from tb3_labs.srv import ResetPose
 
 #: Memory and threads count from here on, when every history has been filled [simulated s].

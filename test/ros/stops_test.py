@@ -23,7 +23,7 @@ from tf2_ros import StaticTransformBroadcaster
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.program import Observer
 from tb3_labs.ros.topics import AT_ONCE
 from tb3_labs.srv import ResetPose
 

@@ -16,12 +16,11 @@ from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from std_msgs.msg import Bool, String
 
 from costs import memory, process_of, threads
-from node_case import STARTING, Hiccups, NodeCase, stamped
+from node_case import STARTING, Hiccups, NodeCase, Program, stamped
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped, to_twist
-from tb3_labs.ros.observer import Observer
-from tb3_labs.ros.program import Program
+from tb3_labs.ros.program import Observer
 from tb3_labs.srv import ResetPose
 
 SEED = 20261121

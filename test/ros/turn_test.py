@@ -15,7 +15,7 @@ from node_case import STARTING, ZERO, Hiccups, NodeCase, watch_robot
 from rosunit_internals import rosrun
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.conversions import to_mouse
-from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.program import Observer
 from virtual_screen import VirtualScreen
 
 WIDTH, HEIGHT = 800, 600

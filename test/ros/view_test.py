@@ -17,11 +17,10 @@ from geometry_msgs.msg import PoseStamped, Twist
 from rosgraph_msgs.msg import Log
 from std_msgs.msg import Bool, String
 
-from node_case import watch_robot
+from node_case import Program, watch_robot
 from rosunit_internals import rosrun
 from tb3_labs.ros.conversions import to_pose2, to_twist
-from tb3_labs.ros.observer import Observer
-from tb3_labs.ros.program import Program
+from tb3_labs.ros.program import Observer
 from virtual_screen import VirtualScreen
 
 WHEEL_RADIUS, BODY_RADIUS = 0.033, 0.105    # of a Burger [m]

@@ -78,7 +78,7 @@ def test_every_room_says_which_question_it_answers():
 ROS_FLOORS = [{'rospy_internals', 'conversions', 'dynparam', 'launch',
                'robot_description'}, {'clocks'}, {'console'}, {'node'},
               {'topics', 'diagnostics'},
-              {'cmd_vel', 'control_and_reset', 'goals', 'display', 'observer', 'program'}]
+              {'cmd_vel', 'control_and_reset', 'goals', 'display', 'program'}]
 ROS_FLOOR = {part: floor for floor, parts in enumerate(ROS_FLOORS) for part in parts}
 #: These files alone touch private parts of libraries.
 INTERNALS = {'rospy_internals.py', 'ros_internals.py'}

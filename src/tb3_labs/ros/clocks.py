@@ -5,9 +5,9 @@
     time.monotonic()   deadlines of waits, pauses between warnings, the watchdog
     time.time()        only the moment at which the simulated robot's own time begins
 
-:func:`wait_until` checks a condition again and again. An observer.Observer checks it when a message
-arrives, a program.Program when text is printed. Periodic work has a thread that sleeps by the wall
-clock, since ``rospy.sleep`` and ``rospy.Timer`` stop with a simulated clock.
+:func:`wait_until` checks a condition again and again. A program.Observer checks it when a message
+arrives. Periodic work has a thread that sleeps by the wall clock, since ``rospy.sleep`` and
+``rospy.Timer`` stop with a simulated clock.
 """
 import threading
 import time

@@ -1,16 +1,35 @@
-"""Runs a node, or another program, as a process of its own, and reads its output while it runs. The
-marking and the tests use it."""
+"""Other programs, observed from outside: what they print, and what they publish.
+
+The marking and the tests run a node as a Program. The demonstration and the tests watch topics by
+an Observer.
+"""
 import os
 import pty
 import signal
 import subprocess
 import threading
 import time
+from collections import deque
+from itertools import takewhile
+
+import rospy
+
+from tb3_labs.geometry.angles import difference
+from tb3_labs.ros.rospy_internals import mend_registration
+from tb3_labs.ros.topics import subscribe
 
 #: Number of characters kept from the beginning of an output, and as many from its end.
 KEPT_CHARACTERS = 100000
 #: Highest speed of reading, so that a long output does not load the computer [characters/s].
 FASTEST_READING = 1e6
+#: Number of messages kept of each topic: enough for minutes, not for hours.
+KEPT_MESSAGES = 20000
+#: A pose that rests moves by less than this in REST_TIME [m].
+REST_WAY = 1e-5
+#: A pose that rests turns by less than this in REST_TIME [rad].
+REST_TURN = 1e-5
+#: Time over which a pose is compared with itself [s].
+REST_TIME = 0.3
 
 
 class Program:
@@ -59,11 +78,6 @@ class Program:
             return str(self._text)
 
     @property
-    def lines(self):
-        """The lines printed so far."""
-        return self.text.splitlines()
-
-    @property
     def printed(self):
         """(number of characters, number of lines) printed so far."""
         with self._changed:
@@ -88,37 +102,12 @@ class Program:
         """Type a line, and Enter."""
         os.write(self._source, line.encode() + b'\n')
 
-    def wait_for(self, words, seconds=20.0, times=1):
-        """Wait until `words` were printed `times` times. RuntimeError with the output if this takes
-        longer than `seconds`."""
-        with self._changed:
-            if not self._changed.wait_for(lambda: str(self._text).count(words) >= times, seconds):
-                raise RuntimeError('waited {:.0f} s in vain for {!r}; printed: {}'.format(
-                    seconds, words, self._text))
-
     def send(self, number):
         """Send a signal to the whole group."""
         try:
             os.killpg(self._process.pid, number)
         except ProcessLookupError:
             pass    # it has ended already
-
-    def end(self, number=signal.SIGINT, seconds=10.0):
-        """Send a signal, and wait for the end. Returns the exit status; RuntimeError if the program
-        still runs."""
-        self.send(number)
-        return self.wait(seconds)
-
-    def wait(self, seconds=10.0):
-        """Wait for the end of the program and its output. Returns the exit status; RuntimeError if
-        the program still runs."""
-        try:
-            status = self._process.wait(seconds)
-        except subprocess.TimeoutExpired:
-            raise RuntimeError('it still runs after {:.0f} s; printed: {}'.format(
-                seconds, self.text)) from None
-        self._reader.join(1.0)    # a child of its own may keep the output open
-        return status
 
     def kill(self):
         """End it at once (SIGKILL)."""
@@ -159,3 +148,73 @@ class BoundedText:
         """The text after the first `length` characters, as far as it is kept."""
         tail_begins = self.length - len(self._tail)
         return self._head[length:] + self._tail[max(0, length - tail_begins):]
+
+
+class Observer:
+    """Keeps the messages of the topics it watches, and waits for conditions.
+
+    Times of arrival are ROS time [s]. Deadlines are wall time, so that no wait hangs if a simulated
+    clock stands still.
+    """
+
+    def __init__(self):
+        mend_registration()    # a test starts together with its robot
+        self._changed = threading.Condition(threading.RLock())
+        self._seen = {}
+
+    def watch(self, topic, kind, read=None):
+        """Keep the messages of `topic`; `read` turns each into the value that is kept."""
+        self._seen[topic] = deque(maxlen=KEPT_MESSAGES)
+
+        def keep(value):
+            with self._changed:
+                self._seen[topic].append((rospy.get_time(), value))
+                self._changed.notify_all()
+        # with a shorter queue, one of two messages that arrive at once would be dropped
+        subscribe(topic, kind, keep, read, queue_size=KEPT_MESSAGES)
+
+    def all(self, topic, since=float('-inf')):
+        """Returns [(time, value)] of the messages that arrived at or after `since`; if the clock
+        jumped back, only of those after the jump."""
+        with self._changed:
+            # search from the end: a wait asks often for the last few of thousands of messages
+            recent = list(takewhile(lambda entry: entry[0] >= since, reversed(self._seen[topic])))
+        return recent[::-1]
+
+    def latest(self, topic):
+        """The latest value, or None."""
+        with self._changed:
+            return self._seen[topic][-1][1] if self._seen[topic] else None
+
+    def forget(self, topic):
+        """Drop the values kept of `topic`."""
+        with self._changed:
+            self._seen[topic].clear()
+
+    def wait_for(self, topic, condition=lambda value: True, seconds=20.0):
+        """Wait until the latest value of `topic` fulfils `condition`, and return it. RuntimeError
+        after `seconds` of wall time."""
+        return self.wait_until(
+            lambda: self._seen[topic] and condition(self._seen[topic][-1][1]),
+            seconds, topic) and self.latest(topic)
+
+    def wait_for_rest(self, topic, pose_of=lambda value: value, seconds=20.0):
+        """Wait until the poses on `topic` rest; `pose_of` reads a Pose2 from a value."""
+        def rests():
+            recent = [pose_of(value) for _, value in self.all(topic, rospy.get_time() - REST_TIME)]
+            return len(recent) > 5 and recent[0].distance_to(recent[-1]) < REST_WAY and abs(
+                difference(recent[-1].yaw, recent[0].yaw)) < REST_TURN
+        self.wait_until(rests, seconds, 'rest on ' + topic)
+
+    def wait_until(self, condition, seconds=20.0, what='a condition'):
+        """Wait until `condition()` holds; RuntimeError after `seconds` of wall time."""
+        deadline = time.monotonic() + seconds
+        with self._changed:
+            while not condition():
+                left = deadline - time.monotonic()
+                if left <= 0.0:
+                    raise RuntimeError('waited {:.0f} s in vain for {}; last seen: {}'.format(
+                        seconds, what, {topic: seen[-1][1] for topic, seen in self._seen.items()
+                                        if seen and topic in (what, 'goal_state')}))
+                self._changed.wait(min(left, 0.05))
+        return True
