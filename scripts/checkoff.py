@@ -25,8 +25,7 @@ import rospkg
 import rospy
 
 from tb3_labs.command_line import Parser, reason
-from tb3_labs.marking.labs import LABS, MOVE2GOAL
-from tb3_labs.marking.marks import points_of, read_points
+from tb3_labs.marking.marks import LABS, MOVE2GOAL, points_of, read_points
 from tb3_labs.marking.move2goal import GOAL
 from tb3_labs.marking.own_numbers import own_numbers
 from tb3_labs.marking.ros_checkoff import Bag, Checkoff, parts_of
@@ -59,7 +58,7 @@ def main(words):
     lab = LABS[given.lab]
     try:
         parts = parts_of(given.lab, lab.checked_parts(given.parts))
-        worth = points_of(given.lab, lab.criteria, read_points(given.points))
+        worth = points_of(given.lab, read_points(given.points))
         goal = own_goal(given, person) if given.own else GOAL
         given.folder.mkdir(parents=True, exist_ok=True)
         if not rosgraph.is_master_online():

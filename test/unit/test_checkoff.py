@@ -8,9 +8,8 @@ from test_marking import TABLE, observation, stimulus
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.marking import move2goal, ros_bench, ros_move2goal, ros_stage, turn
 from tb3_labs.marking.criteria import Outcome
-from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.marks import LABS, points_of
 from tb3_labs.marking.observation import Run
-from tb3_labs.marking.marks import points_of
 from tb3_labs.marking.ros_bench import (MARGIN, MOST_TURNS, PARTS, PLAYED, RELEASES, WITH_MARGIN,
                                         next_turn)
 from tb3_labs.marking.ros_checkoff import QUESTIONS, OpenCriteria, parts_of
@@ -66,7 +65,7 @@ def test_five_turns_are_enough_where_the_marking_begins():
 
 def criteria_of(lab='turn', parts=('turns',)):
     criteria = LABS[lab].criteria
-    return OpenCriteria(criteria, points_of(lab, criteria, TABLE), parts)
+    return OpenCriteria(criteria, points_of(lab, TABLE), parts)
 
 
 def turned(name, degrees, begin):

@@ -14,9 +14,8 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import move2goal, turn
 from tb3_labs.marking.criteria import Criterion, Place, judge
 from tb3_labs.marking.feedback import feedback, overview
-from tb3_labs.marking.labs import LABS
-from tb3_labs.marking.marks import Marks, points_of
-from tb3_labs.marking.marks_table import Row, Table, cells
+from tb3_labs.marking.marks import LABS, Marks, Row, points_of
+from tb3_labs.marking.marks_folder import Table, cells
 from tb3_labs.marking.moments import moments
 from tb3_labs.marking.observation import NotOffered, Observation, Run, Stimulus
 from tb3_labs.marking.ros_gamepad import AXES, BUTTONS, pad_called, pad_in_words
@@ -54,7 +53,7 @@ def turned(degrees, typed='l', moved=True, rested=True, forward=0.0, rate=1.5):
 def test_every_criterion_has_points_and_a_place_in_a_lab_sheet(lab):
     criteria = LABS[lab].criteria
     assert len({criterion.name for criterion in criteria}) == len(criteria)
-    assert sum(points_of(lab, criteria, TABLE).values()) > 0
+    assert sum(points_of(lab, TABLE).values()) > 0
     for criterion in criteria:
         sheet = (REPOSITORY / 'doc' / criterion.where.sheet).read_text(encoding='utf-8')
         assert re.search(r'^#+ {}$'.format(re.escape(criterion.where.heading)), sheet, re.M)
@@ -80,7 +79,7 @@ WITHOUT_RIGHT = {name: points for name, points in TABLE['turn'].items() if name 
     ({'imu': {}}, 'no section "turn"'), (None, 'no section "turn"')])
 def test_points_that_are_not_valid_are_refused(table, words):
     with pytest.raises(ValueError, match=re.escape(words)):
-        points_of('turn', turn.CRITERIA, table)
+        points_of('turn', table)
 
 
 def test_the_sheet_for_instructors_lists_every_part():
@@ -137,7 +136,7 @@ def test_bounded_text_keeps_head_and_tail(pieces):
 
 
 def marks_of(student, seen):
-    worth = points_of('turn', turn.CRITERIA, TABLE)
+    worth = points_of('turn', TABLE)
     return Marks(student, 'lab2/node.py', judge(turn.CRITERIA, seen, worth), ['A "remark", <b>.'],
                  seen)
 

@@ -10,10 +10,10 @@ from types import SimpleNamespace
 import pytest
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.labs import LABS
 from tb3_labs.marking import packages
 from tb3_labs.marking.choice import NoNode, SourceFile, choose, find_node, source_of
 from tb3_labs.marking.intake import Submission
+from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.processes import forget_overlays
 from tb3_labs.marking.ros_interface import fill_pose, is_origin
 from tb3_labs.marking.sandbox import NoSandbox

@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from typing import List, NamedTuple, Sequence, Tuple
 
-from tb3_labs.marking.labs import Lab
+from tb3_labs.marking.marks import Lab
 from tb3_labs.marking.packages import MANIFEST, files_in, name_in, package_folder
 
 #: The folders of a package where nodes usually are, likeliest first.

@@ -10,8 +10,7 @@ from typing import Any, Dict, Sequence
 from urllib.parse import quote
 
 from tb3_labs.marking.criteria import Outcome
-from tb3_labs.marking.marks import NOT_JUDGED, Marks
-from tb3_labs.marking.marks_table import Row, scaled
+from tb3_labs.marking.marks import NOT_JUDGED, Marks, Row
 from tb3_labs.marking.moments import diagnosis, moments
 from tb3_labs.report import hints
 from tb3_labs.report.diagnosis import Diagnosis
@@ -136,7 +135,7 @@ def _page(title, parts, more=''):
 def results(marks: Marks, rows: Sequence[Row] = ()) -> Dict[str, Any]:
     """Returns the object for json.dump(). Scores are scaled to the first of `rows`, if any."""
     factor = rows[0].points / marks.worth if rows and marks.worth else 1.0
-    score = scaled(marks, rows[0].points) if rows else marks.points
+    score = marks.scaled(rows[0].points) if rows else marks.points
     return {
         'score': round(float(score), 2),
         'execution_time': int(round(marks.seconds)),

@@ -17,7 +17,7 @@ from tb3_labs.marking import move2goal as asked_move2goal
 from tb3_labs.marking import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking import turn as asked_turn
 from tb3_labs.marking.criteria import CTRL_C, SIGNAL, STOPPING, TOOK, TRACEBACK
-from tb3_labs.marking.labs import GAMEPAD, IMU, MOVE2GOAL, TURN
+from tb3_labs.marking.marks import GAMEPAD, IMU, MOVE2GOAL, TURN
 from tb3_labs.marking.observation import CTRL_RELINQ
 from tb3_labs.marking.observation import IMU as IMU_TOPIC
 from tb3_labs.marking.observation import JOY, MOUSE_INFO, MOVED, WAS_MOVING, Stimulus

@@ -13,8 +13,7 @@ from roslib.packages import find_node
 
 from tb3_labs.marking import gamepad, move2goal
 from tb3_labs.marking.criteria import Criterion, Outcome, Verdict, judge
-from tb3_labs.marking.labs import IMU, LABS
-from tb3_labs.marking.marks import Marks
+from tb3_labs.marking.marks import IMU, LABS, Marks
 from tb3_labs.marking.observation import IMU as IMU_TOPIC
 from tb3_labs.marking.observation import ODOM, TRUTH, Observation, Scene
 from tb3_labs.marking.ros_bench import PARTS, PLAYED, RELEASES

@@ -22,8 +22,7 @@ from tb3_labs.marking.choice import NoNode
 from tb3_labs.marking.conduct import NODE_TEXT, laws_imported
 from tb3_labs.marking.criteria import judge
 from tb3_labs.marking.intake import Copy, Submission, digest
-from tb3_labs.marking.labs import GAMEPAD, LABS
-from tb3_labs.marking.marks import NOT_JUDGED, Marks
+from tb3_labs.marking.marks import GAMEPAD, LABS, NOT_JUDGED, Marks
 from tb3_labs.marking.marks_folder import MarksFolder, late_by
 from tb3_labs.marking.names import printable
 from tb3_labs.marking.observation import Observation

@@ -11,7 +11,7 @@ from dynamic_reconfigure.client import Client
 from tb3_labs.marking import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking.criteria import (CTRL_C, ENDING, SIGNAL, STOPPING, TOOK,
                                        tracebacks_before_the_end)
-from tb3_labs.marking.labs import GAMEPAD, IMU, LABS, MOVE2GOAL, TURN
+from tb3_labs.marking.marks import GAMEPAD, IMU, LABS, MOVE2GOAL, TURN
 from tb3_labs.marking.move2goal import GOAL
 from tb3_labs.marking.observation import WAS_MOVING, Observation, Stimulus
 from tb3_labs.marking.ros_robot import ROBOT, Recorder, RobotHand

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Set, Tuple, Union
 
 from tb3_labs.marking.choice import NoNode, find_node, source_of
-from tb3_labs.marking.labs import Lab
+from tb3_labs.marking.marks import Lab
 from tb3_labs.marking.names import NAME, printable
 from tb3_labs.marking.packages import MANIFEST, build, name_in, packages_in, types_used
 from tb3_labs.marking.processes import MODULES, PREFIXES
