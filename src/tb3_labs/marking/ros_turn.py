@@ -8,13 +8,13 @@ from sensor_msgs.msg import Imu
 
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.marking import imu as asked_imu
-from tb3_labs.marking import mouse as asked_mouse
+from tb3_labs.marking import turn as asked
 from tb3_labs.marking.conduct import IMU_SWITCH
-from tb3_labs.marking.mouse import AT_LAST, HELD, mouse_fields
 from tb3_labs.marking.observation import MOUSE_INFO, MOVED, RESTED, WAS_MOVING
 from tb3_labs.marking.ros_robot import Repeater
-from tb3_labs.marking.turn import (ANSWER, BOTH, EACH_TURN, IMU_SILENT, LEFT, LOST, MOUSE, NONSENSE,
-                                   REACTION, SHUTDOWN, TURN_TIME, TURNS, TYPED_NONSENSE)
+from tb3_labs.marking.turn import (ANSWER, AT_LAST, BOTH, EACH_TURN, HELD, IMU_SILENT, LEFT, LOST,
+                                   MOUSE, NONSENSE, REACTION, SHUTDOWN, TURNS, TURN_TIME,
+                                   TYPED_NONSENSE, mouse_fields)
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
@@ -159,22 +159,22 @@ def turn_once(stage, typed):
 
 def mouse(stage):
     """The mouse alone, before any key was pressed."""
-    hand = mouse_of(stage, asked_mouse.ALONE) if stage.node.start() else None
+    hand = mouse_of(stage, asked.ALONE) if stage.node.start() else None
     if hand is None:
         return
     with hand:
-        with stage.stimulus(asked_mouse.NOT_ACTIVE):
+        with stage.stimulus(asked.NOT_ACTIVE):
             hand.at(0.0, 1.0, active=False)
             time.sleep(HELD)
         hand.at(0.0, 0.0)
         time.sleep(0.2)
-        for name, place in asked_mouse.PLACES.items():
+        for name, place in asked.PLACES.items():
             with stage.stimulus(name):
                 hand.at(*place)
                 time.sleep(HELD)
         hand.at(0.0, 1.0)
         time.sleep(0.4)
-        with stage.stimulus(asked_mouse.DEACTIVATED):
+        with stage.stimulus(asked.DEACTIVATED):
             hand.at(0.0, 1.0, active=False)
             time.sleep(1.0)
 
@@ -182,23 +182,23 @@ def mouse(stage):
 def both(stage):
     """A turn while the mouse is active; then the mouse after a turn, and during a turn."""
     runs = _is_idle(stage) or stage.node.start()
-    hand = mouse_of(stage, asked_mouse.BESIDE_TURNS) if runs else None
+    hand = mouse_of(stage, asked.BESIDE_TURNS) if runs else None
     if hand is None:
         return
     with hand:
         hand.at(0.0, 0.0)
         time.sleep(0.3)
-        try_turn(stage, asked_mouse.TURN_BESIDE, LEFT)
-        with stage.stimulus(asked_mouse.AFTER_TURN):
+        try_turn(stage, asked.TURN_BESIDE, LEFT)
+        with stage.stimulus(asked.AFTER_TURN):
             hand.at(0.0, 1.0)
             time.sleep(HELD)
         hand.at(0.0, 0.0)
         wait_until(stage.recorder.rests, 2.0)
         moving = stage.moves_after(lambda: stage.node.type(LEFT), REACTION)
         time.sleep(WELL_UNDER_WAY)
-        with stage.stimulus(asked_mouse.IN_TURN, {WAS_MOVING: moving}) as record:
+        with stage.stimulus(asked.IN_TURN, {WAS_MOVING: moving}) as record:
             hand.at(0.0, 1.0)
-            wait_until(lambda: asked_mouse.drives_forward(
+            wait_until(lambda: asked.drives_forward(
                 stage.recorder.commands_since(record.begin)), AT_LAST)
         hand.at(0.0, 0.0, active=False)
         time.sleep(0.2)
@@ -222,14 +222,14 @@ def lost(stage):
     """The mouse falls silent while it drives, the IMU in a turn."""
     if not stage.node.start():
         return
-    hand = mouse_of(stage, [asked_mouse.SILENT])
+    hand = mouse_of(stage, [asked.SILENT])
     if hand is not None:
         with hand:
             hand.at(0.0, 0.0)
             time.sleep(0.3)
             moving = stage.moves_after(lambda: hand.at(0.0, 1.0), 0.5)
             time.sleep(WELL_UNDER_WAY)
-            stage.falls_silent(asked_mouse.SILENT, moving, lambda: hand.hold(None))
+            stage.falls_silent(asked.SILENT, moving, lambda: hand.hold(None))
             hand.at(0.0, 0.0, active=False)
             time.sleep(0.3)
     moving = _in_a_turn(stage)
