@@ -13,10 +13,9 @@ import yaml
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import move2goal, turn
 from tb3_labs.marking.criteria import Criterion, Place, judge
-from tb3_labs.marking.feedback import feedback, overview
+from tb3_labs.marking.feedback import feedback, moments, overview
 from tb3_labs.marking.marks import LABS, Marks, Row, points_of
 from tb3_labs.marking.marks_folder import Table, cells
-from tb3_labs.marking.moments import moments
 from tb3_labs.marking.observation import NotOffered, Observation, Run, Stimulus
 from tb3_labs.marking.ros_gamepad import AXES, BUTTONS, pad_called, pad_in_words
 from tb3_labs.marking.ros_stage import SCRIPTS
