@@ -80,8 +80,8 @@ ROS_FLOORS = [{'rospy_internals', 'conversions', 'reconfigure', 'signals', 'laun
               {'topics', 'diagnostics', 'reset_call'},
               {'cmd_vel', 'ctrl_relinq', 'goals', 'resets', 'display', 'observer', 'program'}]
 ROS_FLOOR = {part: floor for floor, parts in enumerate(ROS_FLOORS) for part in parts}
-#: These files alone touch private parts of libraries.
-INTERNALS = {'rospy_internals.py', 'ros_internals.py'}
+#: This file alone touches private parts of libraries.
+INTERNALS = {'rospy_internals.py'}
 #: Private without an underscore: modules that rospy keeps for itself, and what its handles hold.
 ROSPY_PARTS = {'impl', 'core', 'rostime', 'get_stats'}
 
