@@ -25,8 +25,7 @@ from tb3_labs.marking.intake import Refused, submissions_from
 from tb3_labs.marking.marks import GAMEPAD, LABS, MOVE2GOAL, course_of, points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder, due_time
 from tb3_labs.marking.names import chosen, printable
-from tb3_labs.marking.processes import forget_overlays
-from tb3_labs.marking.progress import Progress
+from tb3_labs.marking.processes import Progress, forget_overlays
 from tb3_labs.marking.ros_gamepad import HANDOUT, pad_called
 from tb3_labs.marking.ros_marker import MarkedClass, Marker, Options, QUIET
 from tb3_labs.simulation.network import NETWORKS

@@ -19,7 +19,7 @@ from tb3_labs.marking.intake import Copy, submissions_from
 from tb3_labs.marking.marks import Marks, Row, course_of, from_record, points_of, to_record
 from tb3_labs.marking.marks_folder import MarksFolder, Table, cells, due_time, labels, late_by
 from tb3_labs.marking.names import chosen
-from tb3_labs.marking.progress import Progress
+from tb3_labs.marking.processes import Progress
 from tb3_labs.marking.ros_marker import MarkedClass, Marker
 from tb3_labs.report.tables import safe
 

@@ -27,8 +27,7 @@ from tb3_labs.marking.marks_folder import MarksFolder, late_by
 from tb3_labs.marking.names import printable
 from tb3_labs.marking.observation import Observation
 from tb3_labs.marking.own_numbers import own_numbers
-from tb3_labs.marking.processes import IDENTITY, environment_in, sweep
-from tb3_labs.marking.progress import Progress, tried_last
+from tb3_labs.marking.processes import IDENTITY, Progress, environment_in, sweep, tried_last
 from tb3_labs.marking.ros_gamepad import HANDOUT, pad_in_words
 from tb3_labs.marking.ros_student_node import ALWAYS, VARIABLE, Launch
 from tb3_labs.marking.sandbox import NoSandbox, Sandbox
