@@ -1,6 +1,7 @@
 """The scripts of the IMU lab: for the node of the exercise, then for the node of the turns."""
 import math
 import time
+from typing import Iterable, Mapping, NamedTuple, Optional, Sequence, Set
 
 import rospy
 from geometry_msgs.msg import Quaternion
@@ -13,7 +14,7 @@ from tb3_labs.marking.conduct import IMU_SWITCH
 from tb3_labs.marking.observation import MOUSE_INFO, MOVED, RESTED, WAS_MOVING
 from tb3_labs.marking.ros_robot import Repeater
 from tb3_labs.marking.turn import (ANSWER, AT_LAST, BOTH, EACH_TURN, HELD, IMU_SILENT, LEFT, LOST,
-                                   MOUSE, NONSENSE, REACTION, SHUTDOWN, TURNS, TURN_TIME,
+                                   MOUSE, NONSENSE, REACTION, RIGHT, SHUTDOWN, TURNS, TURN_TIME,
                                    TYPED_NONSENSE, mouse_fields)
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.clocks import wait_until
@@ -239,3 +240,57 @@ def lost(stage):
 
 EXERCISE_PARTS = {asked_imu.HEADING: exercise, asked_imu.ODD_SAMPLES: odd_samples}
 PARTS = {TURNS: turns, MOUSE: mouse, BOTH: both, SHUTDOWN: shutdown, LOST: lost}
+
+
+# ----- the order of the turns that a person types, at any heading -----
+
+#: A turn across the jump of the heading ends at least this far beyond the jump [deg].
+MARGIN = 20.0
+#: The turns of the IMU lab, for each quadrant where they begin; turns across a jump need MARGIN.
+BY_QUADRANT: Sequence[Mapping[str, str]] = (
+    {LEFT: LEFT, RIGHT: 'r across 0'}, {LEFT: 'l across 180', RIGHT: RIGHT},
+    {LEFT: LEFT, RIGHT: 'r across 180'}, {RIGHT: RIGHT})
+#: A person types at most MOST_TURNS turns. After WITH_MARGIN of them MARGIN is no longer kept.
+MOST_TURNS, WITH_MARGIN = 20, 5
+
+
+class Next(NamedTuple):
+    """The next turn to ask for: the letter to type, and the name of its stimulus.
+
+    The name is '' if the turn only leads to the heading where another turn begins.
+    """
+
+    typed: str
+    name: str
+
+
+def next_turn(heading_deg: float, left: Iterable[str], before: int = 0,
+              last: Optional[Next] = None) -> Optional[Next]:
+    """Returns the next of the turns `left` (names of stimuli); None if there are none left.
+
+    If none of them begins at this heading, it is a turn towards a heading where one begins.
+    `before`: the number of turns before; `last`: the last of them. If that one was only towards a
+    heading, it is repeated, so that a robot that turns inexactly does not go to and fro.
+    """
+    wanted = set(left)
+    if not wanted:
+        return None
+    margin = MARGIN if before < WITH_MARGIN else 0.0
+    begins = _begins(heading_deg, wanted, margin)
+    if begins is not None:
+        return begins
+    if last is not None and not last.name:
+        return last
+    leads_right = _begins(heading_deg + 90.0, wanted, margin) is None and (
+        _begins(heading_deg - 90.0, wanted, margin) is not None)
+    return Next(RIGHT if leads_right else LEFT, '')
+
+
+def _begins(heading_deg: float, wanted: Set[str], margin: float) -> Optional[Next]:
+    """A wanted turn that begins at this heading; None if there is none."""
+    quadrant, beyond = divmod(heading_deg % 360.0, 90.0)
+    for typed, room in ((RIGHT, 90.0 - beyond), (LEFT, beyond)):
+        name = BY_QUADRANT[int(quadrant) % 4].get(typed)
+        if name in wanted and (name == typed or room >= margin):
+            return Next(typed, name)
+    return None
