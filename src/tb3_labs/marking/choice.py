@@ -18,7 +18,8 @@ MANIFEST = 'package.xml'
 #: At most this much of a package.xml is read [bytes].
 LARGEST_MANIFEST = 1000000
 #: The folders of a package's messages, services and actions; also the endings of their files.
-INTERFACES = MESSAGES, SERVICES, ACTIONS = 'msg', 'srv', 'action'
+MESSAGES, SERVICES = 'msg', 'srv'
+INTERFACES = (MESSAGES, SERVICES, 'action')
 #: A field of a type of another package, as in `geometry_msgs/Pose2D goal`.
 FIELD = re.compile(r'^\s*([A-Za-z]\w*)/[A-Za-z]\w*(?:\[\d*\])?\s+\w', re.MULTILINE)
 #: The folders of a package where nodes usually are, likeliest first.

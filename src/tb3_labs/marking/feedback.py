@@ -122,17 +122,17 @@ def _printed(observation):
     return parts
 
 
-def overview(all_marks: Sequence[Marks], lab: str, page_names: Sequence[str],
-             notes: Sequence[str] = ()) -> str:
-    """Returns the page of all students, HTML; `lab`: its title; `page_names`: each student's file;
-    `notes`: for the instructor alone."""
+def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) -> str:
+    """Returns the page of all students, HTML; `lab`: its title; `notes`: for the instructor
+    alone."""
     some = all_marks[0]
     heads = ['student', 'points'] + [Markup('<span class="upright">{}</span>'.format(
         escape(v.criterion.name.replace('_', ' ')))) for v in some.graded + some.extra] + [REMARKS]
-    rows = [[Markup('<a href="{}">{}</a>'.format(quote(name), escape(marks.student))),
+    rows = [[Markup('<a href="{}">{}</a>'.format(quote(marks.student + '.html'),
+                                                 escape(marks.student))),
              '{:g} / {:g}'.format(marks.points, marks.worth) if marks.judged else NOT_JUDGED]
             + [_mark(verdict) if marks.judged else '' for verdict in marks.graded + marks.extra]
-            + [' '.join(marks.sentences)] for marks, name in zip(all_marks, page_names)]
+            + [' '.join(marks.sentences)] for marks in all_marks]
     totals = sorted(marks.points for marks in all_marks if marks.judged)
     summary = '{} submission{}{}. {}The last {} criteria are beyond the handout.'.format(
         len(all_marks), '' if len(all_marks) == 1 else 's',

@@ -106,8 +106,7 @@ class MarksFolder:
         nodes = {file.name[:-len(NODE_TEXT)]: file.read_text(errors='replace')
                  for file in sorted(self.logs.glob('*' + NODE_TEXT))}
         notes = for_instructor(all_marks, nodes, _own_nodes(), unprotected, given)
-        _replace(path, overview(all_marks, LABS[self._lab].title, [
-            marks.student + '.html' for marks in all_marks], notes))
+        _replace(path, overview(all_marks, LABS[self._lab].title, notes))
         return path, notes
 
     def _read(self, file):

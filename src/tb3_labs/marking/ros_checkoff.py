@@ -1,18 +1,14 @@
 """A checkoff: the parts of a lab, one after the other, with a node that a person has started.
 
 Each criterion is judged while the person works. Nothing here starts a robot or a node. The robot is
-not left moving.
-
-The scripts are like those of the marking, with two differences: a turn begins at any heading, and
-the person presses Ctrl+C. Headings are those of the IMU in [deg], 0 to 360.
+not left moving. The scripts are like those of the marking, with two differences: a turn begins at
+any heading, and the person presses Ctrl+C. Headings are those of the IMU in [deg], 0 to 360.
 """
-import math
 import time
 from typing import Iterable, List, Mapping, NamedTuple, Sequence, Tuple
 
 import rosgraph
 import rospy
-from sensor_msgs.msg import Imu
 
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.marking import gamepad, imu, move2goal, ros_gamepad, ros_move2goal, ros_turn, turn
@@ -21,11 +17,10 @@ from tb3_labs.marking.marks import GAMEPAD, IMU, LABS, MOVE2GOAL, TURN, Marks
 from tb3_labs.marking.observation import CTRL_RELINQ
 from tb3_labs.marking.observation import IMU as IMU_TOPIC
 from tb3_labs.marking.observation import JOY, MOUSE_INFO, MOVED, ODOM, TRUTH, Observation, Scene
-from tb3_labs.marking.ros_robot import Recorder
+from tb3_labs.marking.ros_robot import Recorder, imu_heading_deg
 from tb3_labs.marking.ros_running_node import YES, Impossible, RunningNode, is_there, person_ends
 from tb3_labs.marking.ros_stage import Stage
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.conversions import to_imu_sample
 
 #: A person types something, and the node answers, within this time together [s].
 ANSWER = 4.0
@@ -36,12 +31,6 @@ RELEASE = 0.4
 
 
 # -- the scripts that differ from those of the marking
-
-def imu_heading_deg():
-    """Returns the IMU's heading, 0 to 360 [deg]. ``rospy.ROSException`` if the IMU is silent."""
-    sample = to_imu_sample(rospy.wait_for_message(IMU_TOPIC, Imu, timeout=5.0))
-    return math.degrees(sample.yaw) % 360.0
-
 
 def turns(stage):
     """All turns, in the order of next_turn(); then an invalid input."""
@@ -282,7 +271,7 @@ class Checkoff:
         self.has_truth = self._look_round()
         self._observation = Observation(lab, '')
         self.node = RunningNode(person, LABS[lab].listens, lab != IMU, name, lambda: recorder.now)
-        recorder = Recorder(self._observation, lambda name, address: name in self.node.graph.names,
+        recorder = Recorder(self._observation, lambda name: name in self.node.graph.names,
                             self.has_truth)
         self._stage = Stage(self._observation, recorder, self.node,
                            lambda seen: self._say(self.criteria.look(seen)), goal=goal)

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import rosgraph
 import rosnode
+import rospkg
 import rospy
 import rosservice
 from rospy.msg import AnyMsg
@@ -175,12 +176,12 @@ class ResetCaller:
 class AnyService:
     """Reset services with the names NAMES. They take calls of any type, and answer with success.
 
-    The client's checksum tells the type: a type of `packages`, or one of the student's.
+    The client's checksum tells the type: a type of a ROS package, or one of the student's.
     """
 
-    def __init__(self, packages, own):
-        """`packages`: a rospkg.RosPack; `own`: classes of the student's services."""
-        self._types = service_types(packages)
+    def __init__(self, own):
+        """`own`: classes of the student's services."""
+        self._types = service_types()
         self._types.update({kind._md5sum: kind for kind in own})
         #: For each call so far: did it declare (0, 0, 0)? True also if its type is unknown.
         self.calls = []
@@ -227,13 +228,13 @@ def name_of_sender(message):
     return connection_of(message).get('callerid') or 'an unknown program'
 
 
-def service_types(packages):
-    """Returns {checksum: class} of std_srvs and of all services in these packages that are built.
+def service_types():
+    """Returns {checksum: class} of std_srvs and of all services of ROS packages that are built.
 
     std_srvs is named because Debian installs only its Python module. If genpy renames `_md5sum` or
     `_request_class`, no type is found, and every call is refused.
     """
-    types = {}
+    types, packages = {}, rospkg.RosPack()
     for package in ['std_srvs'] + [name for name in packages.list()
                                    if (Path(packages.get_path(name)) / 'srv').is_dir()]:
         try:

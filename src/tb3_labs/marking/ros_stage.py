@@ -283,9 +283,8 @@ class Witness:
 
 # -- a trial
 
-def try_out(lab, package, executable, parts=(), keep=lambda observation: None,
-            pad=PadConfig(), tell=lambda words: None, goal=GOAL):
-    """Start a node and try `parts` of its lab, or all parts if none are given.
+def try_out(lab, package, executable, parts, keep, pad, tell, goal):
+    """Start a node and try `parts` of its lab, or all parts if there are none in it.
 
     Returns the Observation. The other arguments are those of Stage.
     """

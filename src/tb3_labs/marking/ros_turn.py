@@ -13,9 +13,7 @@ from tb3_labs.marking import turn as asked
 from tb3_labs.marking.conduct import IMU_SWITCH
 from tb3_labs.marking.observation import MOUSE_INFO, MOVED, RESTED, WAS_MOVING
 from tb3_labs.marking.ros_robot import Repeater
-from tb3_labs.marking.turn import (ANSWER, AT_LAST, BOTH, EACH_TURN, HELD, IMU_SILENT, LEFT, LOST,
-                                   MOUSE, NONSENSE, REACTION, RIGHT, SHUTDOWN, TURNS, TURN_TIME,
-                                   TYPED_NONSENSE, mouse_fields)
+from tb3_labs.marking.turn import LEFT, RIGHT
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
@@ -83,7 +81,7 @@ class HeldMouse(Repeater):
     def __init__(self, graph):
         self._kind = graph.kind_of(MOUSE_INFO) or MouseController
         empty = self._kind()
-        self._fields = mouse_fields(empty.__slots__, empty._slot_types)
+        self._fields = asked.mouse_fields(empty.__slots__, empty._slot_types)
         self.remarks = self._fields.remarks
         super().__init__(MOUSE_INFO, self._kind)
 
@@ -121,14 +119,14 @@ def mouse_of(stage, names):
 
 def turns(stage):
     """Five turns, each from its own heading even if the last turn failed; then an invalid input."""
-    for name, turn in EACH_TURN.items():
+    for name, turn in asked.EACH_TURN.items():
         if not _begin_at(stage, turn.begins_deg):
             return
         try_turn(stage, name, turn.typed)
     if _begin_at(stage, LAST_HEADING):
-        with stage.stimulus(NONSENSE):
-            stage.node.type(TYPED_NONSENSE)
-            time.sleep(ANSWER)
+        with stage.stimulus(asked.NONSENSE):
+            stage.node.type(asked.TYPED_NONSENSE)
+            time.sleep(asked.ANSWER)
 
 
 def _begin_at(stage, heading):
@@ -153,9 +151,9 @@ def try_turn(stage, name, typed):
 
 def turn_once(stage, typed):
     """Type a letter, wait until the robot rests again. Returns (did it move, does it rest?)."""
-    moved = stage.moves_after(lambda: stage.node.type(typed), REACTION)
+    moved = stage.moves_after(lambda: stage.node.type(typed), asked.REACTION)
     return moved, wait_until(lambda: not stage.node.alive or stage.recorder.rests(QUIET),
-                             TURN_TIME if moved else 0.0)
+                             asked.TURN_TIME if moved else 0.0)
 
 
 def mouse(stage):
@@ -166,13 +164,13 @@ def mouse(stage):
     with hand:
         with stage.stimulus(asked.NOT_ACTIVE):
             hand.at(0.0, 1.0, active=False)
-            time.sleep(HELD)
+            time.sleep(asked.HELD)
         hand.at(0.0, 0.0)
         time.sleep(0.2)
         for name, place in asked.PLACES.items():
             with stage.stimulus(name):
                 hand.at(*place)
-                time.sleep(HELD)
+                time.sleep(asked.HELD)
         hand.at(0.0, 1.0)
         time.sleep(0.4)
         with stage.stimulus(asked.DEACTIVATED):
@@ -192,15 +190,15 @@ def both(stage):
         try_turn(stage, asked.TURN_BESIDE, LEFT)
         with stage.stimulus(asked.AFTER_TURN):
             hand.at(0.0, 1.0)
-            time.sleep(HELD)
+            time.sleep(asked.HELD)
         hand.at(0.0, 0.0)
         wait_until(stage.recorder.rests, 2.0)
-        moving = stage.moves_after(lambda: stage.node.type(LEFT), REACTION)
+        moving = stage.moves_after(lambda: stage.node.type(LEFT), asked.REACTION)
         time.sleep(WELL_UNDER_WAY)
         with stage.stimulus(asked.IN_TURN, {WAS_MOVING: moving}) as record:
             hand.at(0.0, 1.0)
             wait_until(lambda: asked.drives_forward(
-                stage.recorder.commands_since(record.begin)), AT_LAST)
+                stage.recorder.commands_since(record.begin)), asked.AT_LAST)
         hand.at(0.0, 0.0, active=False)
         time.sleep(0.2)
 
@@ -210,8 +208,8 @@ def _is_idle(stage):
 
 
 def _in_a_turn(stage):
-    return stage.set_in_motion(lambda: _is_idle(stage), lambda: stage.node.type(LEFT), REACTION,
-                               WELL_UNDER_WAY)
+    return stage.set_in_motion(lambda: _is_idle(stage), lambda: stage.node.type(LEFT),
+                               asked.REACTION, WELL_UNDER_WAY)
 
 
 def shutdown(stage):
@@ -235,11 +233,12 @@ def lost(stage):
             time.sleep(0.3)
     moving = _in_a_turn(stage)
     if moving is not None:
-        stage.sensor_falls_silent(IMU_SILENT, moving, IMU_SWITCH)
+        stage.sensor_falls_silent(asked.IMU_SILENT, moving, IMU_SWITCH)
 
 
 EXERCISE_PARTS = {asked_imu.HEADING: exercise, asked_imu.ODD_SAMPLES: odd_samples}
-PARTS = {TURNS: turns, MOUSE: mouse, BOTH: both, SHUTDOWN: shutdown, LOST: lost}
+PARTS = {asked.TURNS: turns, asked.MOUSE: mouse, asked.BOTH: both, asked.SHUTDOWN: shutdown,
+         asked.LOST: lost}
 
 
 # ----- the order of the turns that a person types, at any heading -----
