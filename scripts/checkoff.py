@@ -16,6 +16,7 @@ Publishes, as the lab's part needs it
 """
 import re
 import signal
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -23,17 +24,20 @@ from pathlib import Path
 import rosgraph
 import rospkg
 import rospy
+from roslib.packages import find_node
 
 from tb3_labs.command_line import Parser, reason
-from tb3_labs.marking.labs import LABS, MOVE2GOAL
-from tb3_labs.marking.marks import points_of, read_points
+from tb3_labs.marking.marks import LABS, MOVE2GOAL, points_of, read_points
 from tb3_labs.marking.move2goal import GOAL
 from tb3_labs.marking.own_numbers import own_numbers
-from tb3_labs.marking.ros_checkoff import Bag, Checkoff, parts_of
+from tb3_labs.marking.ros_checkoff import Checkoff, parts_of
 from tb3_labs.marking.ros_running_node import Impossible, Person
+from tb3_labs.report.messages import RECORDED
 
 #: The folder for the bags.
 BAGS = Path(rospkg.get_ros_home()) / 'checkoffs'
+#: The bag is closed within this time [s].
+CLOSING = 10.0
 
 
 def parse(words):
@@ -59,7 +63,7 @@ def main(words):
     lab = LABS[given.lab]
     try:
         parts = parts_of(given.lab, lab.checked_parts(given.parts))
-        worth = points_of(given.lab, lab.criteria, read_points(given.points))
+        worth = points_of(given.lab, read_points(given.points))
         goal = own_goal(given, person) if given.own else GOAL
         given.folder.mkdir(parents=True, exist_ok=True)
         if not rosgraph.is_master_online():
@@ -100,6 +104,29 @@ def own_goal(given, person):
     numbers = own_numbers(given.name)
     person.tell(numbers.remark)
     return numbers.goal_pose
+
+
+class Bag:
+    """The bag of a checkoff, for lab_report.py; `path` is None if rosbag is not installed."""
+
+    def __init__(self, path):
+        found = find_node('rosbag', 'record')
+        self.path = path if found else None
+        self._process = subprocess.Popen(
+            [found[0], '--quiet', '-O', str(path)] + [rospy.resolve_name(t) for t in RECORDED],
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            start_new_session=True) if found else None
+
+    def close(self):
+        """End the recording."""
+        if self._process is None:
+            return
+        self._process.send_signal(signal.SIGINT)
+        try:
+            self._process.wait(CLOSING)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
 
 
 def tell_problem(problem):

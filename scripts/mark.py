@@ -22,13 +22,10 @@ from tb3_labs.handout import skeletons
 from tb3_labs.marking import sandbox
 from tb3_labs.marking.conduct import UNPROTECTED
 from tb3_labs.marking.intake import Refused, submissions_from
-from tb3_labs.marking.labs import GAMEPAD, LABS, MOVE2GOAL
-from tb3_labs.marking.marks import points_of, read_points
+from tb3_labs.marking.marks import GAMEPAD, LABS, MOVE2GOAL, course_of, points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder, due_time
-from tb3_labs.marking.marks_table import course_of
 from tb3_labs.marking.names import chosen, printable
-from tb3_labs.marking.processes import forget_overlays
-from tb3_labs.marking.progress import Progress
+from tb3_labs.marking.processes import Progress, forget_overlays
 from tb3_labs.marking.ros_gamepad import HANDOUT, pad_called
 from tb3_labs.marking.ros_marker import MarkedClass, Marker, Options, QUIET
 from tb3_labs.simulation.network import NETWORKS
@@ -85,7 +82,7 @@ def main(words):
             parts = lab.checked_parts(given.parts)
             due = due_time(given.due) if given.due else None
             table = read_points(given.points)
-            worth, rows = points_of(given.lab, lab.criteria, table), course_of(given.lab, table)
+            worth, rows = points_of(given.lab, table), course_of(given.lab, table)
             check_place(given.submissions, given.folder)
             found = submissions_from(given.submissions, work, tell_problem)
             if given.only:

@@ -14,7 +14,7 @@ import rospkg
 
 from tb3_labs.command_line import Parser, reason
 from tb3_labs.handout.skeletons import FOLDER, checked_name, checked_place, skeleton, write
-from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.own_numbers import own_numbers, with_own
 
 OWN_PACKAGE = 'tb3_labs'

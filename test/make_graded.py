@@ -11,8 +11,7 @@ import re
 
 import yaml
 
-from tb3_labs.marking.labs import LABS
-from tb3_labs.marking.marks import points_of
+from tb3_labs.marking.marks import LABS, points_of
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 POINTS = ROOT / 'test' / 'marking' / 'points.yaml'
@@ -24,7 +23,7 @@ HEAD = '| criterion | what is asked | limits | points |\n|---|---|---|---|\n'
 def table(lab):
     """The table of a lab, in Markdown: first the handout's criteria, then those beyond it."""
     criteria = LABS[lab].criteria
-    worth = points_of(lab, criteria, yaml.safe_load(POINTS.read_text(encoding='utf-8')))
+    worth = points_of(lab, yaml.safe_load(POINTS.read_text(encoding='utf-8')))
     rows = ['| `{}` | {} |{} | {:g} |\n'.format(
         c.label, c.meaning, ' ' + c.limits if c.limits else '', worth[c.name])
             for c in sorted(criteria, key=lambda c: c.extra)]

@@ -28,10 +28,9 @@ import rosunit
 from roslib.packages import find_node
 
 from tb3_labs.marking.criteria import Outcome, judge
-from tb3_labs.marking.labs import GAMEPAD, LABS
-from tb3_labs.marking.marks import Marks, points_of, read_points
+from tb3_labs.marking.marks import GAMEPAD, LABS, Marks, points_of, read_points
 from tb3_labs.marking.move2goal import GOAL
-from tb3_labs.marking.progress import Progress, TRYING
+from tb3_labs.marking.processes import TRYING, Progress
 from tb3_labs.marking.ros_gamepad import HANDOUT, pad_called
 from tb3_labs.marking.ros_stage import try_out
 from tb3_labs.marking.ros_student_node import Launch
@@ -53,7 +52,7 @@ def marked(progress):
     parts = lab.checked_parts(parts)
     for known in ('lab', 'points', 'parts', 'record'):      # a node need not read them
         rospy.delete_param('~' + known)
-    worth = points_of(name, lab.criteria, read_points(points))
+    worth = points_of(name, read_points(points))
     pad = pad_called(rospy.get_param('~pad', HANDOUT))
     goal = tuple(map(float, filter(None, rospy.get_param('~goal', '').split(',')))) or GOAL
     if name == GAMEPAD:    # for a node that reads its numbers, as this package's

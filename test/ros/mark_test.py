@@ -23,9 +23,9 @@ import rosgraph
 import rospkg
 
 from tb3_labs.handout.skeletons import FOLDER, skeleton, write
-from tb3_labs.marking.labs import LABS
-from tb3_labs.marking.own_numbers import own_numbers
 from tb3_labs.marking import sandbox
+from tb3_labs.marking.marks import LABS
+from tb3_labs.marking.own_numbers import own_numbers
 
 from node_case import path_of
 from rosunit_internals import rosrun

@@ -10,7 +10,7 @@ import rosunit
 
 from tb3_labs.marking.criteria import Criterion, Outcome, Place, Verdict
 from tb3_labs.marking.marks import Marks
-from tb3_labs.marking.progress import Progress, tried_last
+from tb3_labs.marking.processes import Progress, tried_last
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'marking'))
 from check_lab import checks_of, place_of, total    # noqa: E402 (it is beside this folder)

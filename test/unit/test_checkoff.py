@@ -6,15 +6,13 @@ import pytest
 
 from test_marking import TABLE, observation, stimulus
 from tb3_labs.geometry.angles import difference_degrees
-from tb3_labs.marking import move2goal, ros_bench, ros_move2goal, ros_stage, turn
+from tb3_labs.marking import move2goal, ros_move2goal, ros_running_node, ros_stage, turn
 from tb3_labs.marking.criteria import Outcome
-from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.marks import LABS, points_of
 from tb3_labs.marking.observation import Run
-from tb3_labs.marking.marks import points_of
-from tb3_labs.marking.ros_bench import (MARGIN, MOST_TURNS, PARTS, PLAYED, RELEASES, WITH_MARGIN,
-                                        next_turn)
-from tb3_labs.marking.ros_checkoff import QUESTIONS, OpenCriteria, parts_of
+from tb3_labs.marking.ros_checkoff import PARTS, PLAYED, QUESTIONS, RELEASES, OpenCriteria, parts_of
 from tb3_labs.marking.ros_running_node import Person
+from tb3_labs.marking.ros_turn import MOST_TURNS, WITH_MARGIN, next_turn
 
 SIGNS = {'l': 1.0, 'r': -1.0}
 
@@ -23,7 +21,7 @@ def walk(heading, error):
     """The turns of a robot that turns by 90 degrees and ``error()``: [(begin, end, name)]."""
     left, way, step = set(turn.EACH_TURN), [], None
     for number in range(MOST_TURNS):
-        step = next_turn(heading, left, MARGIN if number < WITH_MARGIN else 0.0, step)
+        step = next_turn(heading, left, number, step)
         if step is None:
             return way
         left.discard(step.name)
@@ -66,7 +64,7 @@ def test_five_turns_are_enough_where_the_marking_begins():
 
 def criteria_of(lab='turn', parts=('turns',)):
     criteria = LABS[lab].criteria
-    return OpenCriteria(criteria, points_of(lab, criteria, TABLE), parts)
+    return OpenCriteria(criteria, points_of(lab, TABLE), parts)
 
 
 def turned(name, degrees, begin):
@@ -130,7 +128,7 @@ def test_all_that_the_handout_asks_for_can_be_tried(lab):
 def stage(monkeypatch):
     """A stage whose node obeys a person at the prompt of this number; a prompt does not wait."""
     monkeypatch.setattr(ros_stage, 'PATIENCE', 0.0)
-    monkeypatch.setattr(ros_bench, 'PATIENCE', 0.0)
+    monkeypatch.setattr(ros_running_node, 'PATIENCE', 0.0)
     stage = SimpleNamespace(
         obeys=1, prompts=[], answers=[], observation=observation(), keep=lambda: None,
         node=SimpleNamespace(
@@ -170,7 +168,7 @@ def test_a_turn_that_was_not_typed_is_asked_for_again(stage, obeys, answers, pro
 def test_a_ctrl_c_that_was_not_pressed_is_asked_for_again(stage, obeys, answers, prompts, ended):
     """The last question is about a traceback. A node that goes on after Ctrl+C hangs."""
     stage.obeys, stage.answers, driven = obeys, answers, []
-    ros_bench.person_ends(stage, 'Ctrl+C', set_in_motion=lambda: driven.append(1))
+    ros_running_node.person_ends(stage, 'Ctrl+C', set_in_motion=lambda: driven.append(1))
     assert len(driven) == prompts and stage.prompts[:prompts] == ['> Ctrl+C'] * prompts
     assert stage.observation.has('Ctrl+C') is (ended is not None)
     if ended is not None:
@@ -188,7 +186,7 @@ def test_a_ctrl_c_between_the_question_and_the_answer_no_is_tried_again(stage, m
         return 'n' if 'Ctrl+C?' in question else 'y'
     started, stage.obeys, stage.node.start = [], 2, start
     monkeypatch.setattr(Person, 'asks', answers_late)
-    ros_bench.person_ends(stage, 'Ctrl+C', set_in_motion=lambda: None)
+    ros_running_node.person_ends(stage, 'Ctrl+C', set_in_motion=lambda: None)
     assert started == [True, False] and stage.prompts == ['> Ctrl+C'] * 2
 
 

@@ -67,6 +67,6 @@ def test_the_instructor_is_told_and_no_student():
     marks = Marks('miller', findings=['It did <that>.'])
     lines = for_instructor([marks, Marks('smith')], {}, {}, unprotected=True)
     assert lines == [UNPROTECTED, 'To look at: miller: It did <that>.']
-    assert 'It did &lt;that&gt;.' in overview([marks], 'lab', ['miller.html'], lines)
-    assert 'For the instructor' not in overview([marks], 'lab', ['miller.html'])
+    assert 'It did &lt;that&gt;.' in overview([marks], 'lab', lines)
+    assert 'For the instructor' not in overview([marks], 'lab')
     assert 'that' not in feedback(marks, 'lab').split('<body>')[1]

@@ -10,7 +10,7 @@ import pytest
 from mutants import mistaken_nodes, right_node, scene_of
 from student_runs import played
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.moments import diagnosis
+from tb3_labs.marking.feedback import diagnosis
 from tb3_labs.marking.move2goal import GOAL_POSE, LOCAL_T_WORLD, SENSED
 from tb3_labs.marking.observation import MOVED, RESTED, Observation, Run, Stimulus
 from tb3_labs.report import hints

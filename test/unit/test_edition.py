@@ -14,7 +14,7 @@ import tb3_labs.srv
 from test_refusals import main_of
 from test_skeletons import answers
 from tb3_labs.handout.edition import LIST, README, checked_place, kept, paths_of, write
-from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.marks import LABS
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SOLUTIONS = ['scripts/imu_sub.py', 'scripts/turtlebot_controller.py', 'scripts/move2goal_tf.py',

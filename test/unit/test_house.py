@@ -80,8 +80,8 @@ ROS_FLOORS = [{'rospy_internals', 'conversions', 'dynparam', 'launch',
               {'topics', 'diagnostics'},
               {'cmd_vel', 'control_and_reset', 'goals', 'display', 'program'}]
 ROS_FLOOR = {part: floor for floor, parts in enumerate(ROS_FLOORS) for part in parts}
-#: These files alone touch private parts of libraries.
-INTERNALS = {'rospy_internals.py', 'ros_internals.py'}
+#: This file alone touches private parts of libraries.
+INTERNALS = {'rospy_internals.py'}
 #: Private without an underscore: modules that rospy keeps for itself, and what its handles hold.
 ROSPY_PARTS = {'impl', 'core', 'rostime', 'get_stats'}
 

@@ -4,8 +4,8 @@ import random
 import re
 
 import pytest
-from tb3_labs.marking.likeness import (FEWEST, NEARLY_SAME, likeness, nearly_same, shingles,
-                                       tokens_of)
+from tb3_labs.marking.conduct import (FEWEST, NEARLY_SAME, likeness, nearly_same, shingles,
+                                      tokens_of)
 
 NODES = pathlib.Path(__file__).resolve().parents[1] / 'ros' / 'student_nodes'
 TURN = (NODES / 'turtlebot_controller.py').read_text(encoding='utf-8')

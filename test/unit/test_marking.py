@@ -13,11 +13,9 @@ import yaml
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import move2goal, turn
 from tb3_labs.marking.criteria import Criterion, Place, judge
-from tb3_labs.marking.feedback import feedback, overview
-from tb3_labs.marking.labs import LABS
-from tb3_labs.marking.marks import Marks, points_of
-from tb3_labs.marking.marks_table import Row, Table, cells
-from tb3_labs.marking.moments import moments
+from tb3_labs.marking.feedback import feedback, moments, overview
+from tb3_labs.marking.marks import LABS, Marks, Row, points_of
+from tb3_labs.marking.marks_folder import Table, cells
 from tb3_labs.marking.observation import NotOffered, Observation, Run, Stimulus
 from tb3_labs.marking.ros_gamepad import AXES, BUTTONS, pad_called, pad_in_words
 from tb3_labs.marking.ros_stage import SCRIPTS
@@ -54,7 +52,7 @@ def turned(degrees, typed='l', moved=True, rested=True, forward=0.0, rate=1.5):
 def test_every_criterion_has_points_and_a_place_in_a_lab_sheet(lab):
     criteria = LABS[lab].criteria
     assert len({criterion.name for criterion in criteria}) == len(criteria)
-    assert sum(points_of(lab, criteria, TABLE).values()) > 0
+    assert sum(points_of(lab, TABLE).values()) > 0
     for criterion in criteria:
         sheet = (REPOSITORY / 'doc' / criterion.where.sheet).read_text(encoding='utf-8')
         assert re.search(r'^#+ {}$'.format(re.escape(criterion.where.heading)), sheet, re.M)
@@ -80,7 +78,7 @@ WITHOUT_RIGHT = {name: points for name, points in TABLE['turn'].items() if name 
     ({'imu': {}}, 'no section "turn"'), (None, 'no section "turn"')])
 def test_points_that_are_not_valid_are_refused(table, words):
     with pytest.raises(ValueError, match=re.escape(words)):
-        points_of('turn', turn.CRITERIA, table)
+        points_of('turn', table)
 
 
 def test_the_sheet_for_instructors_lists_every_part():
@@ -137,7 +135,7 @@ def test_bounded_text_keeps_head_and_tail(pieces):
 
 
 def marks_of(student, seen):
-    worth = points_of('turn', turn.CRITERIA, TABLE)
+    worth = points_of('turn', TABLE)
     return Marks(student, 'lab2/node.py', judge(turn.CRITERIA, seen, worth), ['A "remark", <b>.'],
                  seen)
 
@@ -170,7 +168,7 @@ def test_pages_show_what_students_write_as_text():
     assert '<script>alert("x")</script> & so on' in page.words
     assert page.tags.count('script') == 2       # the timeline's data, and its program
     assert '<i>Bobby</i>' in page.words and 'A "remark", <b>.' in page.words
-    whole = Strict(overview([marks_of('<i>Bobby</i>', seen)], 'IMU lab', ['a b.html']))
+    whole = Strict(overview([marks_of('<i>Bobby</i>', seen)], 'IMU lab'))
     assert '<i>Bobby</i>' in whole.words and 'i' not in whole.tags
 
 
@@ -239,10 +237,10 @@ def test_what_could_not_be_judged_is_no_zero():
     good = Marks('Ann', 'lab2/n.py', verdicts)
     page = Strict(feedback(bad, 'IMU lab')).words
     assert 'Not judged.' in page and 'lacks cv2' in page and ' of 30 points' not in page
-    every = Strict(overview([bad, good], 'IMU lab', ['Bobby.html', 'Ann.html'])).words
+    every = Strict(overview([bad, good], 'IMU lab')).words
     assert '2 submissions, 1 not judged. Median 0 of 30 points.' in every
     assert 'not judged' in every and '0 / 30' in every
-    alone = Strict(overview([bad], 'IMU lab', ['Bobby.html'])).words
+    alone = Strict(overview([bad], 'IMU lab')).words
     assert '1 submission, 1 not judged. The last' in alone
     unjudged, judged = csv.DictReader(io.StringIO(Table().renewed([bad, good], [])))
     assert {unjudged[name] for name in ('points', 'starts', 'left', 'extra_within_1_deg')} == {''}

@@ -10,7 +10,7 @@ from test_refusals import main_of
 
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.handout.skeletons import FOLDER, skeleton
-from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.move2goal import ANGLE, DISTANCE, GOAL
 from tb3_labs.marking.own_numbers import OwnNumbers, own_numbers, with_own
 from tb3_labs.report.run_data import ImuSamples, OdometrySamples, RunData

@@ -10,7 +10,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / 'test'))
 
 import make_graded  # noqa: E402
-from tb3_labs.marking.labs import LABS  # noqa: E402
+from tb3_labs.marking.marks import LABS  # noqa: E402
 
 CRITERIA = [criterion for lab in LABS.values() for criterion in lab.criteria]
 

@@ -14,7 +14,7 @@ from roslaunch.xmlloader import XmlLoader
 from test_refusals import main_of
 
 from tb3_labs.handout.skeletons import FOLDER, checked_name, checked_place, skeleton, write
-from tb3_labs.marking.labs import LABS
+from tb3_labs.marking.marks import LABS
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 NODES = ROOT / 'test' / 'ros' / 'student_nodes'

@@ -8,11 +8,11 @@ from unittest import mock
 
 import genpy
 import pytest
-from tb3_labs.msg import MouseController
-from tb3_labs.marking import messages_in_sandbox, packages
-from tb3_labs.marking.packages import build
+from tb3_labs.marking import messages_in_sandbox, workspace
 from tb3_labs.marking.ros_types import Types
 from tb3_labs.marking.sandbox import NoSandbox
+from tb3_labs.marking.workspace import build
+from tb3_labs.msg import MouseController
 from tb3_labs.srv import SetInitialPose
 
 TEXTS = {
@@ -58,7 +58,7 @@ def described(place):
         part._slot_types, part.__slots__)) for part in (
             SetInitialPose._request_class, SetInitialPose._response_class))
     told = []
-    with mock.patch.object(packages, '_read', read):
+    with mock.patch.object(workspace, '_read', read):
         return dict(built(place, dict(TEXTS, **{'srv/SetInitialPose.srv': own}), told), told=told)
 
 

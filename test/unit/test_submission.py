@@ -10,14 +10,14 @@ from types import SimpleNamespace
 import pytest
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.labs import LABS
-from tb3_labs.marking import packages
-from tb3_labs.marking.choice import NoNode, SourceFile, choose, find_node, source_of
+from tb3_labs.marking import workspace
+from tb3_labs.marking.choice import NoNode, SourceFile, choose, find_node, imports_of, source_of
 from tb3_labs.marking.intake import Submission
+from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.processes import forget_overlays
 from tb3_labs.marking.ros_interface import fill_pose, is_origin
 from tb3_labs.marking.sandbox import NoSandbox
-from tb3_labs.marking.workspace import imports_of, prepare
+from tb3_labs.marking.workspace import prepare
 from tb3_labs.srv import ResetPoseRequest, SetInitialPoseRequest
 
 TURN, PAD, LAB = LABS['turn'], LABS['gamepad'], LABS['move2goal']
@@ -185,7 +185,7 @@ def test_package_then_name_then_signs(texts, expected, said):
 def test_what_listens_can_be_the_node():
     for line in ("rospy.Subscriber('imu', Imu, f)", 'rospy.Subscriber("/imu", Imu, f)',
                  'Subscriber( name="robot3/imu" , data_class=Imu)'):
-        assert choose(TURN, repository(a__b=line)).path == 'a/b.py'
+        assert choose(TURN, repository(a__b=line))[0] == 'a/b.py'
     for line in ("# rospy.Subscriber('imu', Imu, f)", "rospy.Subscriber('imu_raw', Imu, f)",
                  'class Controllers:', "rospy.Publisher('imu', Imu)"):
         with pytest.raises(NoNode, match=r'There is no turtlebot_controller\.py, .*a/b\.py'):
@@ -197,8 +197,8 @@ def test_what_listens_can_be_the_node():
 def test_package_and_name_overrule():
     files = repository(lab1__turtlebot_controller=IMU_TOO, lab2__turtlebot_controller=IMU_TOO,
                        lab2__mine='')
-    assert choose(TURN, files, package='lab1').path == 'lab1/turtlebot_controller.py'
-    assert choose(TURN, files, name='mine.py').path == 'lab2/mine.py'
+    assert choose(TURN, files, package='lab1')[0] == 'lab1/turtlebot_controller.py'
+    assert choose(TURN, files, name='mine.py')[0] == 'lab2/mine.py'
     with pytest.raises(NoNode, match='There is no mine.py in a package lab1'):
         choose(TURN, files, package='lab1', name='mine.py')
 
@@ -253,9 +253,9 @@ def output_of(copy, ready):
     ('project(lab1)\n Generate_Messages (DEPENDENCIES std_msgs)', True), ('', False),
     ('# generate_messages()', False)])
 def test_a_recipe_that_generates_no_messages_is_told(tmp_path, monkeypatch, recipe, generates):
-    monkeypatch.setattr(packages, '_read', lambda *asked: dict(modules=[], problems={}))
+    monkeypatch.setattr(workspace, '_read', lambda *asked: dict(modules=[], problems={}))
     lab1, remarks = course(tmp_path, recipe) / 'lab1', []
-    packages.build({'lab1': lab1}, tmp_path / 'python', {}, remarks, NoSandbox())
+    workspace.build({'lab1': lab1}, tmp_path / 'python', {}, remarks, NoSandbox())
     assert ('generate_messages() is missing' not in ' '.join(remarks)) is generates
 
 
@@ -339,13 +339,13 @@ def test_whoever_asks_while_the_packages_are_looked_up_gets_all_of_them(
                 half_way.set()
                 go_on.wait(5.0)
             return str(tmp_path / name)
-    monkeypatch.setattr(packages.rospkg, 'RosPack', Packages)
-    packages.system_messages.cache_clear()
-    request.addfinalizer(packages.system_messages.cache_clear)
+    monkeypatch.setattr(workspace.rospkg, 'RosPack', Packages)
+    workspace.system_messages.cache_clear()
+    request.addfinalizer(workspace.system_messages.cache_clear)
     with ThreadPoolExecutor(2) as pool:
-        first = pool.submit(lambda: sorted(packages.system_messages()))
+        first = pool.submit(lambda: sorted(workspace.system_messages()))
         assert half_way.wait(5.0)
-        second = pool.submit(lambda: sorted(packages.system_messages()))
+        second = pool.submit(lambda: sorted(workspace.system_messages()))
         wait([second], 0.05)
         go_on.set()
         assert first.result() == second.result() == ['one', 'two']

@@ -16,17 +16,15 @@ from test_marking import TABLE, marks_of, observation, turned
 from tb3_labs.marking import feedback, marks_folder, ros_marker, turn
 from tb3_labs.marking.feedback import results
 from tb3_labs.marking.intake import Copy, submissions_from
-from tb3_labs.marking.labs import LABS
-from tb3_labs.marking.marks import Marks, from_record, points_of, to_record
-from tb3_labs.marking.marks_folder import MarksFolder, due_time, late_by
-from tb3_labs.marking.marks_table import Row, Table, cells, course_of, labels, scaled
+from tb3_labs.marking.marks import Marks, Row, course_of, from_record, points_of, to_record
+from tb3_labs.marking.marks_folder import MarksFolder, Table, cells, due_time, labels, late_by
 from tb3_labs.marking.names import chosen
-from tb3_labs.report.tables import safe
-from tb3_labs.marking.progress import Progress
+from tb3_labs.marking.processes import Progress
 from tb3_labs.marking.ros_marker import MarkedClass, Marker
+from tb3_labs.report.tables import safe
 
 ROWS = [Row('code', 25.0), Row('demonstration', 25.0), Row('report', 50.0)]
-WORTH = points_of('turn', turn.CRITERIA, TABLE)
+WORTH = points_of('turn', TABLE)
 
 
 def rows_of(text):
@@ -57,7 +55,7 @@ def test_weights_that_are_not_valid_are_refused(section, words):
     ({'demonstration': 'ill', 'report': '40'}, ''), ({'demonstration': '0', 'report': '0'}, 0.0)])
 def test_the_sum_is_empty_until_a_person_has_judged_all(given, total):
     marks = marks_of('Ann', turned(90.0))
-    assert 0 < marks.points < marks.worth == 30 and scaled(marks, 60.0) == 2 * marks.points
+    assert 0 < marks.points < marks.worth == 30 and marks.scaled(60.0) == 2 * marks.points
     *_, last = found = cells(ROWS, marks, given)
     assert found[1:3] == [given.get('demonstration', ''), given.get('report', '')]
     assert last == '' if total == '' else float(last) == pytest.approx(
@@ -85,7 +83,7 @@ def test_what_a_person_wrote_stays():
     assert renewed['Ann']['demonstration (25)'] == '24' and renewed['Ann']['note'] == 'ill in May'
     assert renewed['Ann']['report (60)'] == '40' and renewed['Cy']['report (60)'] == '30'
     assert float(renewed['Ann']['points']) == ann.points
-    assert float(renewed['Ann']['total (110)']) == 64 + scaled(ann, 25.0)
+    assert float(renewed['Ann']['total (110)']) == 64 + ann.scaled(25.0)
     assert list(renewed) == ['Ann', 'Bo', 'Cy'] and renewed['Bo']['report (60)'] == ''
 
 
@@ -118,7 +116,7 @@ def no_copies(monkeypatch):
 
 
 def folder_of(path, table=TABLE, lab='turn', parts=(), **options):
-    return MarksFolder(path, lab, parts, points_of(lab, LABS[lab].criteria, table),
+    return MarksFolder(path, lab, parts, points_of(lab, table),
                        course_of(lab, table), options)
 
 
@@ -166,7 +164,7 @@ def test_other_students_are_merged_into_the_same_marks(tmp_path):
 def test_new_points_and_filled_cells_reach_the_pages_without_another_try(tmp_path):
     marks = written(tmp_path)
     page = tmp_path / 'Ann.html'
-    assert 'code {:g} of 25'.format(scaled(marks, 25)) in page.read_text()
+    assert 'code {:g} of 25'.format(marks.scaled(25)) in page.read_text()
     page.write_text('not written again')
     folder_of(tmp_path).write_overview()
     assert page.read_text() == 'not written again'

@@ -1,15 +1,27 @@
-"""Which file of a submission is the node of a lab?
+"""Which file of a submission is the node of a lab? Its packages, and what a program imports.
 
 A repository of a whole course has several files with the same name. A file is chosen by its
 package, then by its name, then by what it does. Real submissions: see doc/instructor/marking.md.
+
+Here all files of a submission are only read, as texts.
 """
+import ast
 import re
+import xml.etree.ElementTree as ElementTree
 from pathlib import Path
-from typing import List, NamedTuple, Sequence, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
-from tb3_labs.marking.labs import Lab
-from tb3_labs.marking.packages import MANIFEST, files_in, name_in, package_folder
+from tb3_labs.marking.marks import Lab
+from tb3_labs.marking.names import NAME, is_name
 
+MANIFEST = 'package.xml'
+#: At most this much of a package.xml is read [bytes].
+LARGEST_MANIFEST = 1000000
+#: The folders of a package's messages, services and actions; also the endings of their files.
+MESSAGES, SERVICES = 'msg', 'srv'
+INTERFACES = (MESSAGES, SERVICES, 'action')
+#: A field of a type of another package, as in `geometry_msgs/Pose2D goal`.
+FIELD = re.compile(r'^\s*([A-Za-z]\w*)/[A-Za-z]\w*(?:\[\d*\])?\s+\w', re.MULTILINE)
 #: The folders of a package where nodes usually are, likeliest first.
 FOLDERS = ('scripts', 'nodes', 'src')
 LISTENS_TO = 'listens to '
@@ -17,6 +29,8 @@ LISTENS_TO = 'listens to '
 NAMED = 6
 #: A larger file is not a program [bytes].
 LARGEST_PROGRAM = 1000000
+#: If a program catches one of these errors around an import, it runs without the module.
+CAUGHT = {'ImportError', 'ModuleNotFoundError', 'Exception', 'BaseException'}
 
 
 class NoNode(Exception):
@@ -29,13 +43,6 @@ class SourceFile(NamedTuple):
     path: str       # within the submission, with '/'
     package: str    # the name in the nearest package.xml above it; '' if there is none
     text: str
-
-
-class Choice(NamedTuple):
-    """The file that was chosen, and sentences about why."""
-
-    path: str
-    remarks: List[str]
 
 
 class _Candidate(NamedTuple):
@@ -61,8 +68,8 @@ def find_node(folder: Path, lab: Lab, package: str = '', name: str = '') -> Tupl
         files.append(SourceFile(str(path.relative_to(folder)),
                                 name_in(found / MANIFEST)[0] if found else '',
                                 path.read_bytes().decode(errors='replace')))
-    choice = choose(lab, files, package, name)
-    return folder / choice.path, choice.remarks
+    chosen, remarks = choose(lab, files, package, name)
+    return folder / chosen, remarks
 
 
 def source_of(node: Path, folder: Path) -> Path:
@@ -80,8 +87,9 @@ def _is_program(path):
     return path.suffix == '.py' or not path.suffix and b'python' in path.read_bytes()[:80]
 
 
-def choose(lab: Lab, files: Sequence[SourceFile], package: str = '', name: str = '') -> Choice:
-    """Returns the file that is chosen as the node of a lab, a Choice.
+def choose(lab: Lab, files: Sequence[SourceFile], package: str = '',
+           name: str = '') -> Tuple[str, List[str]]:
+    """Returns the path of the file that is chosen as the node of a lab, and sentences about why.
 
     A file can be the node if it has a usual name, or listens to the lab's topic, or has the names
     of class and node. If `package` is given, only the files of this package count; if `name` is
@@ -93,7 +101,7 @@ def choose(lab: Lab, files: Sequence[SourceFile], package: str = '', name: str =
         if (not package or candidate.package == 0) and _can_be_the_node(candidate, names, name))
     if not found:
         raise NoNode(_nothing_found(files, package, names))
-    return Choice(found[0].path, _remarks(found, packages, names))
+    return found[0].path, _remarks(found, packages, names)
 
 
 def _candidate(lab, file, packages, names):
@@ -171,3 +179,134 @@ def _nothing_found(files, package, names):
         ' or '.join(names), ' in a package {}'.format(package) if package else '')
     return said + ('Python files that were found (--package and --type choose another one): '
                    + ', '.join(there[:10]) if there else 'No Python file was found at all.')
+
+
+# -- packages
+
+def files_in(folder: Path) -> List[Path]:
+    """Returns the paths of all files below `folder`, in order, without links."""
+    return sorted(path for path in folder.rglob('*') if path.is_file() and not path.is_symlink())
+
+
+def package_folder(path: Path, folder: Path) -> Optional[Path]:
+    """Returns the nearest folder above `path`, within `folder`, with a package.xml; else None."""
+    for parent in path.parents:
+        if (parent / MANIFEST).is_file():
+            return parent
+        if parent == folder:
+            return None
+    return None
+
+
+def name_in(manifest: Path) -> Tuple[str, str]:
+    """Returns (name in a package.xml, ''), or ('', reason) if there is no valid name."""
+    if not manifest.is_file():
+        return '', 'The package has no package.xml: one was made.'
+    try:
+        text = manifest.read_bytes()[:LARGEST_MANIFEST].decode('utf-8-sig', errors='replace')
+        if '<!ENTITY' in text:      # an entity may expand to millions of others
+            raise ValueError('it has entities')
+        name = (ElementTree.fromstring(text).findtext('name') or '').strip()
+    except (ElementTree.ParseError, ValueError, LookupError, RecursionError) as error:
+        return '', 'package.xml cannot be read ({}): one was made.'.format(error)
+    if NAME.fullmatch(name.replace('-', '_')):
+        return name, ''
+    return '', 'The package is called {!r}: it got another name.'.format(name[:60])
+
+
+def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
+    """Returns name -> folder of all packages below `folder`.
+
+    A package has a package.xml, or at least message files. If several packages have one name, the
+    package nearest to `node` is taken. A package is left out if a program cannot import its name.
+    """
+    found: Dict[str, Set[Path]] = {}
+    for path in files_in(folder):
+        if path.name == MANIFEST:
+            name, place = name_in(path)[0] or path.parent.name, path.parent
+        elif path.parent.name in INTERFACES and path.suffix == '.' + path.parent.name:
+            place = path.parent.parent
+            if (place / MANIFEST).exists():
+                continue
+            name = place.name
+        else:
+            continue
+        if is_name(name):
+            found.setdefault(name, set()).add(place)
+
+    def far(place: Path) -> Tuple[int, int, str]:
+        common = sum(1 for parent in place.parents if parent in node.parents)
+        return -common, len(place.parts), str(place)
+    return {name: min(places, key=far) for name, places in found.items()}
+
+
+def interface_files(package: Path) -> Dict[str, List[str]]:
+    """Returns kind ('msg', 'srv', 'action') -> names of the files of this kind, in a package.
+
+    A kind without files is left out. The names may be invalid.
+    """
+    return {kind: sorted(path.name for path in (package / kind).glob('*.' + kind) if path.is_file())
+            for kind in INTERFACES if any((package / kind).glob('*.' + kind))}
+
+
+def types_used(package: Path) -> Set[str]:
+    """Returns the packages whose types are fields of the messages in a package's folder."""
+    texts = [(package / kind / name).read_text(encoding='utf-8', errors='replace')
+             for kind, names in interface_files(package).items() for name in names]
+    return set(FIELD.findall('\n'.join(texts)))
+
+
+# -- imports
+
+class Import(NamedTuple):
+    """One import statement of a program."""
+
+    modules: Tuple[str, ...]    # with dots, as they are written
+    first: int                  # its lines, counted from 1
+    last: int
+    used: bool                  # is an imported name used, or is it not alone on its line?
+    guarded: bool               # does the program go on if the import fails?
+
+    @property
+    def packages(self) -> Set[str]:
+        """The modules up to their first dot."""
+        return {module.split('.')[0] for module in self.modules}
+
+
+def imports_of(text: str) -> List[Import]:
+    """Returns the import statements of a program, in order; [] if its syntax is wrong, or too deep.
+
+    Imports of the program's own package (``from . import x``) are left out.
+    """
+    try:
+        tree = ast.parse(text)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return []
+    used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    guarded = {id(inner) for node in ast.walk(tree) if isinstance(node, ast.Try)
+               and any(_catches(handler) for handler in node.handlers)
+               for statement in node.body for inner in ast.walk(statement)}
+    simple = [node for node in ast.walk(tree)
+              if isinstance(node, ast.stmt) and not hasattr(node, 'body')]
+    found = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            modules = tuple(alias.name for alias in node.names)
+            bound = {alias.asname or alias.name.split('.')[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            modules = (node.module,)
+            bound = {alias.asname or alias.name for alias in node.names}
+        else:
+            continue
+        first, last = node.lineno, node.end_lineno or node.lineno
+        # an import beside another statement in one line cannot be taken out alone
+        alone = sum(other.lineno <= last and first <= (other.end_lineno or other.lineno)
+                    for other in simple) == 1
+        found.append(Import(modules, first, last, not alone or '*' in bound or bool(bound & used),
+                            id(node) in guarded))
+    return sorted(found, key=lambda item: item.first)
+
+
+def _catches(handler):
+    return handler.type is None or any(
+        isinstance(node, ast.Name) and node.id in CAUGHT for node in ast.walk(handler.type))

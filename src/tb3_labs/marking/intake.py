@@ -17,8 +17,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import Callable, List, NamedTuple, Optional, Tuple
 
+from tb3_labs.marking.choice import files_in
 from tb3_labs.marking.names import by_student, is_zip, printable, repositories
-from tb3_labs.marking.packages import files_in
 
 #: A submission, unpacked, has at most MOST_FILES files and MOST_BYTES bytes.
 MOST_FILES, MOST_BYTES = 5000, 200000000

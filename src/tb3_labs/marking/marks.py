@@ -1,4 +1,4 @@
-"""The marks of a submission: its verdicts, and the points of each criterion.
+"""The labs that can be marked, the points of their criteria, and the marks of a submission.
 
 The points stand in a table that an instructor edits. The first level has the
 names of labs, the second level the names of criteria. `extra` has the criteria beyond the handout:
@@ -8,7 +8,8 @@ names of labs, the second level the names of criteria. `extra` has the criteria 
       extra: {within_1_deg: 0}
       course: {code: 25, demonstration: 25, report: 50}
 
-`course` is optional: see tb3_labs.marking.marks_table.
+`course` is optional: its rows are the weights of the lab in the course. The first row has the
+points of the criteria, scaled. A person fills in the others.
 
 Marks are kept in a record: after one try a submission can be judged again with other points. The
 record has the verdicts, not the observation. It has the key of the try: another try with the same
@@ -17,21 +18,65 @@ key would have the same result.
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence
+from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import rospkg
 import yaml
 
 from tb3_labs.command_line import reason
+from tb3_labs.marking import gamepad, imu, move2goal, observation, turn
 from tb3_labs.marking.criteria import Criterion, Outcome, Verdict
 from tb3_labs.marking.observation import Observation
 
+#: The names of the labs.
+IMU, TURN, MOVE2GOAL, GAMEPAD = 'imu', 'turn', 'move2goal', 'gamepad'
 #: The words for marks that could not be given.
 NOT_JUDGED = 'not judged'
 #: The sections of a lab's points: criteria beyond the handout, and the weights in the course.
 EXTRA, COURSE = 'extra', 'course'
 #: Parts of a record.
 KEY, MARKS, VERDICTS = 'key', 'marks', 'verdicts'
+#: The row of the course's sum.
+TOTAL = 'total'
+
+
+class Lab(NamedTuple):
+    """The requirements of a lab, and the names by which its node is found."""
+
+    title: str
+    criteria: List[Criterion]
+    packages: Tuple[str, ...]  # usual names of the student's package
+    files: Tuple[str, ...]     # usual names of the node's file, that of this package first
+    class_name: str            # the handout's name of the class
+    node_name: str             # the handout's name of the node
+    listens: str               # the topic that a node must listen to before it is ready
+
+    @property
+    def parts(self) -> List[str]:
+        """The parts of the lab, in which its criteria are tried."""
+        return list(dict.fromkeys(criterion.part for criterion in self.criteria))
+
+    def checked_parts(self, text: str) -> List[str]:
+        """The parts in a list with commas; ``ValueError`` for a part that the lab does not have."""
+        parts = [part.strip() for part in text.split(',') if part.strip()]
+        if not set(parts) <= set(self.parts):
+            raise ValueError('{} has these parts: {}; not: {}'.format(
+                self.title, ', '.join(self.parts), ', '.join(sorted(set(parts) - set(self.parts)))))
+        return parts
+
+
+LABS = {
+    IMU: Lab('IMU exercise', imu.CRITERIA, ('ice6',), ('imu_sub.py',), 'IMU', 'imu_sub',
+             observation.IMU),
+    TURN: Lab('IMU lab', turn.CRITERIA, ('lab2',), ('turtlebot_controller.py',), 'Controller',
+              'controller', observation.IMU),
+    MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA, ('lab7_tf', 'lab7'),
+                    ('move2goal_tf.py', 'move2goal.py'), 'MoveToGoal', 'move_to_goal',
+                    observation.ODOM),
+    GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA,
+                 ('lab4_gamepad', 'lab7_tf', 'lab7'), ('gamepad.py',), 'Gamepad', GAMEPAD,
+                 observation.JOY),
+}
 
 
 @dataclass
@@ -78,17 +123,21 @@ class Marks:
         """The verdicts on criteria beyond the handout."""
         return [verdict for verdict in self.verdicts if verdict.criterion.extra]
 
+    def scaled(self, points: float) -> float:
+        """Returns the points that were earned, scaled so that full marks are worth `points`."""
+        return round(points * self.points / self.worth, 2) if self.worth else 0.0
+
 
 # -- points
 
-def points_of(lab: str, criteria: Iterable[Criterion], table: Any) -> Dict[str, float]:
+def points_of(lab: str, table: Any) -> Dict[str, float]:
     """Returns name of a criterion -> its points.
 
     `table`: from yaml.safe_load(). ``ValueError`` if it has no section for the lab, if it
     lacks a criterion or has an unknown one, or if points are invalid. Valid points are finite and
     at least 0.
     """
-    criteria = list(criteria)
+    criteria = LABS[lab].criteria
     if not isinstance(table, dict) or not isinstance(table.get(lab), dict):
         raise ValueError('the points have no section "{}"'.format(lab))
     given = dict(table[lab])
@@ -104,11 +153,11 @@ def points_of(lab: str, criteria: Iterable[Criterion], table: Any) -> Dict[str, 
                 raise ValueError('{}: no criterion is called "{}"; these are: {}'.format(
                     lab, name, ', '.join(names)))
         for name in names:
-            worth[name] = checked_points(lab, name, section.get(name))
+            worth[name] = _checked_points(lab, name, section.get(name))
     return worth
 
 
-def checked_points(lab: str, name: str, points: Any) -> float:
+def _checked_points(lab: str, name: str, points: Any) -> float:
     """Returns `points`; ``ValueError`` if they are invalid."""
     if isinstance(points, bool) or not isinstance(points, (int, float)) or not (
             math.isfinite(points) and points >= 0):
@@ -133,6 +182,31 @@ def read_points(path: Optional[Path]) -> Any:
     except (UnicodeDecodeError, yaml.YAMLError) as problem:
         raise ValueError('the points, {}, are not YAML: {}'.format(
             path, reason(problem))) from None
+
+
+class Row(NamedTuple):
+    """One row of a lab's section `course`."""
+
+    name: str
+    points: float      # full marks
+
+    @property
+    def label(self) -> str:
+        """The name, and the points of full marks."""
+        return '{} ({:g})'.format(self.name, self.points)
+
+
+def course_of(lab: str, table: Any) -> List[Row]:
+    """Returns the rows of a lab's section `course`, if it has one; `table`: as for points_of().
+
+    ``ValueError`` if they are not valid.
+    """
+    given = table[lab].get(COURSE) or {}
+    if not isinstance(given, dict):
+        raise ValueError('{}: "{}" is a section of its own'.format(lab, COURSE))
+    if TOTAL in given:
+        raise ValueError('{}: "{}" is the sum of the other rows'.format(lab, TOTAL))
+    return [Row(str(name), _checked_points(lab, name, points)) for name, points in given.items()]
 
 
 # -- records

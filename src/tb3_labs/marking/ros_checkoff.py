@@ -1,30 +1,151 @@
 """A checkoff: the parts of a lab, one after the other, with a node that a person has started.
 
 Each criterion is judged while the person works. Nothing here starts a robot or a node. The robot is
-not left moving.
+not left moving. The scripts are like those of the marking, with two differences: a turn begins at
+any heading, and the person presses Ctrl+C. Headings are those of the IMU in [deg], 0 to 360.
 """
-import signal
-import subprocess
+import time
 from typing import Iterable, List, Mapping, NamedTuple, Sequence, Tuple
 
 import rosgraph
 import rospy
-from roslib.packages import find_node
 
-from tb3_labs.marking import gamepad, move2goal
+from tb3_labs.geometry.angles import difference_degrees
+from tb3_labs.marking import gamepad, imu, move2goal, ros_gamepad, ros_move2goal, ros_turn, turn
 from tb3_labs.marking.criteria import Criterion, Outcome, Verdict, judge
-from tb3_labs.marking.labs import IMU, LABS
-from tb3_labs.marking.marks import Marks
+from tb3_labs.marking.marks import GAMEPAD, IMU, LABS, MOVE2GOAL, TURN, Marks
+from tb3_labs.marking.observation import CTRL_RELINQ
 from tb3_labs.marking.observation import IMU as IMU_TOPIC
-from tb3_labs.marking.observation import ODOM, TRUTH, Observation, Scene
-from tb3_labs.marking.ros_bench import PARTS, PLAYED, RELEASES
-from tb3_labs.marking.ros_robot import Recorder
-from tb3_labs.marking.ros_running_node import YES, Impossible, RunningNode, is_there
+from tb3_labs.marking.observation import JOY, MOUSE_INFO, MOVED, ODOM, TRUTH, Observation, Scene
+from tb3_labs.marking.ros_robot import Recorder, imu_heading_deg
+from tb3_labs.marking.ros_running_node import YES, Impossible, RunningNode, is_there, person_ends
 from tb3_labs.marking.ros_stage import Stage
-from tb3_labs.report.messages import RECORDED
+from tb3_labs.ros.clocks import wait_until
 
-#: The bag is closed within this time [s].
-CLOSING = 10.0
+#: A person types something, and the node answers, within this time together [s].
+ANSWER = 4.0
+#: The stick is held at this value, so that the robot turns slowly until Ctrl+C.
+SLOWLY = 0.3
+#: At the end the sticks rest in their middle, or the control stays taken, for this time [s].
+RELEASE = 0.4
+
+
+# -- the scripts that differ from those of the marking
+
+def turns(stage):
+    """All turns, in the order of next_turn(); then an invalid input."""
+    left, in_vain, step = set(turn.EACH_TURN), 0, None
+    for number in range(ros_turn.MOST_TURNS):
+        if not stage.node.start():
+            return
+        step = ros_turn.next_turn(imu_heading_deg(), left, number, step)
+        if step is None or in_vain == 2:
+            break
+        left.discard(step.name)
+        if step.name:
+            ros_turn.try_turn(stage, step.name, step.typed)
+            moved = stage.observation.stimuli[-1].facts[MOVED]
+        else:
+            stage.node.person.tell('  (This one leads to where the heading jumps.)')
+            moved, _ = ros_turn.turn_once(stage, step.typed)
+        in_vain = 0 if moved else in_vain + 1
+    if not stage.node.start():
+        return
+    with stage.stimulus(turn.NONSENSE):
+        characters, _ = stage.node.printed
+        stage.node.type(turn.TYPED_NONSENSE)
+        answered = wait_until(lambda: turn.names_valid_inputs(
+            stage.node.text_since(characters)), ANSWER)
+        if not answered and stage.node.person.asks(
+                'Did it answer by an error that names both valid inputs?') == YES:
+            stage.node.attest('l, r')
+
+
+def turn_shutdown(stage):
+    """Ctrl+C in a turn."""
+    person_ends(stage, 'In the terminal of your node: type l, then Enter, and press Ctrl+C at '
+                'once, while it turns.', turn.GOODBYE, lambda: None)
+
+
+def heading(stage):
+    """The marker turns the robot, and the node prints the heading; then Ctrl+C."""
+    if not stage.node.start():
+        return
+    person = stage.node.person
+    person.tell('  The robot turns on the spot now: keep clear of it.')
+    for name, degrees in imu.STANDS.items():
+        stage.robot.face(stage.recorder.heading_deg
+                         + difference_degrees(degrees, imu_heading_deg()))
+        with stage.stimulus(name, {imu.HEADING_DEG: imu_heading_deg()}):
+            characters, _ = stage.node.printed
+            if not wait_until(lambda: imu.headings(stage.node.text_since(characters)), 1.0):
+                said = person.number('Which heading does your node print now?')
+                if said:
+                    stage.node.attest('Current heading is {} degrees'.format(said))
+    person_ends(stage, 'Press Ctrl+C in the terminal of your node.', imu.GOODBYE)
+
+
+def drive(stage):
+    """The node's frame is reset at the robot's pose, if the node can; then as in the marking."""
+    ros_move2goal.Control(stage)
+    if not stage.node.start():
+        return
+    if ros_move2goal.reset_to_origin(stage.node):
+        stage.node.person.tell('  The frame was reset here. The robot drives about a metre now: '
+                               'keep clear of it.')
+    ros_move2goal.drive(stage)
+
+
+def control(stage):
+    """Control is taken in a drive; the person presses Ctrl+C in another drive."""
+    ros_move2goal.control_taken(stage, lambda set_in_motion: person_ends(
+        stage, 'Press Ctrl+C in the terminal of your node, while the robot drives.',
+        set_in_motion=set_in_motion))
+
+
+def buttons(stage):
+    """All is as in the marking, but Ctrl+C comes while the robot turns on the spot."""
+    ros_gamepad.buttons(stage, lambda pad: person_ends(
+        stage, 'Press Ctrl+C in the terminal of your node, while the robot turns.',
+        set_in_motion=lambda: pad.push(left=SLOWLY)))
+
+
+# -- letting go
+
+def release_mouse(stage):
+    """Make the mouse inactive."""
+    mouse = ros_turn.mouse_of(stage, [])
+    if mouse is not None:
+        mouse.hold(None)
+
+
+def release_pad(stage):
+    """Let the sticks go to their middle."""
+    with ros_gamepad.HeldPad(stage.pad):
+        time.sleep(RELEASE)
+
+
+def release_control(stage):
+    """Take the control from the node."""
+    ros_move2goal.Control(stage)
+    time.sleep(RELEASE)
+
+
+#: lab -> part -> its script, given a Stage
+PARTS = {
+    IMU: {imu.HEADING: heading},
+    TURN: {turn.TURNS: turns, turn.MOUSE: ros_turn.mouse, turn.BOTH: ros_turn.both,
+           turn.SHUTDOWN: turn_shutdown},
+    MOVE2GOAL: {move2goal.DRIVE: drive, move2goal.RESET: ros_move2goal.reset,
+                move2goal.CONTROL: control, move2goal.DECLARED: ros_move2goal.declared},
+    GAMEPAD: dict(ros_gamepad.PARTS, **{gamepad.BUTTONS: buttons}),
+}
+#: (lab, part) -> the topic that this program publishes there; no other program may.
+PLAYED = {(lab, part): topic for lab, topic, parts in (
+    (TURN, MOUSE_INFO, (turn.MOUSE, turn.BOTH)), (MOVE2GOAL, CTRL_RELINQ, PARTS[MOVE2GOAL]),
+    (GAMEPAD, JOY, PARTS[GAMEPAD])) for part in parts}
+#: topic -> the function that lets go of it, given a Stage
+RELEASES = {MOUSE_INFO: release_mouse, JOY: release_pad, CTRL_RELINQ: release_control}
 
 
 # -- criteria that are open
@@ -140,7 +261,7 @@ def parts_of(lab, given):
 class Checkoff:
     """One node, judged while it runs."""
 
-    def __init__(self, lab, parts, worth, name, person, goal=move2goal.GOAL):
+    def __init__(self, lab, parts, worth, name, person, goal):
         """`worth`: criterion -> points; `name`: that of the node, '' if any will do; `goal`:
         as for a Stage. ``Impossible`` if there is no robot, or if another program publishes a topic
         that this program must publish."""
@@ -150,7 +271,7 @@ class Checkoff:
         self.has_truth = self._look_round()
         self._observation = Observation(lab, '')
         self.node = RunningNode(person, LABS[lab].listens, lab != IMU, name, lambda: recorder.now)
-        recorder = Recorder(self._observation, lambda name, address: name in self.node.graph.names,
+        recorder = Recorder(self._observation, lambda name: name in self.node.graph.names,
                             self.has_truth)
         self._stage = Stage(self._observation, recorder, self.node,
                            lambda seen: self._say(self.criteria.look(seen)), goal=goal)
@@ -206,26 +327,3 @@ class Checkoff:
         for topic in {PLAYED.get((self._lab, part)) for part in self._parts} - {None}:
             if self.node.alive:
                 RELEASES[topic](self._stage)
-
-
-class Bag:
-    """The bag of a checkoff, for lab_report.py; `path` is None if rosbag is not installed."""
-
-    def __init__(self, path):
-        found = find_node('rosbag', 'record')
-        self.path = path if found else None
-        self._process = subprocess.Popen(
-            [found[0], '--quiet', '-O', str(path)] + [rospy.resolve_name(t) for t in RECORDED],
-            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-            start_new_session=True) if found else None
-
-    def close(self):
-        """End the recording."""
-        if self._process is None:
-            return
-        self._process.send_signal(signal.SIGINT)
-        try:
-            self._process.wait(CLOSING)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()

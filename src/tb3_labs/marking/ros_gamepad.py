@@ -85,7 +85,7 @@ class HeldPad(Repeater):
 
 
 def _reset_service(stage):
-    return closing(AnyService(rospkg.RosPack(), stage.node.graph.types.own_services()))
+    return closing(AnyService(stage.node.graph.types.own_services()))
 
 
 def _stick_up(stage, pad, name):

@@ -2,20 +2,28 @@
 
 A student may define the type of the reset. Its fields are filled and read by their names, such as
 x, pos_x, y, yaw, theta, heading, yaw_deg. A standard pose is possible too.
+
+The private parts of rospy and genpy that the marking reads stand at the end, each behind one
+function. They are known from the sources of rospy 1.15.15 and genpy 0.6.16 (Debian 12).
 """
+import importlib
 import math
 import threading
+from io import BytesIO
+from pathlib import Path
 
 import rosgraph
 import rosnode
+import rospkg
 import rospy
 import rosservice
+from rospy.msg import AnyMsg
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.move2goal import ANSWER_TIME
-from tb3_labs.marking.ros_internals import offer_any_service, service_types
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
+from tb3_labs.ros.rospy_internals import connection_of
 
 #: The roles that a node can have at a topic or a service.
 ROLES = PUBLISHES, LISTENS, OFFERS = 'publishes', 'listens', 'offers'
@@ -168,12 +176,12 @@ class ResetCaller:
 class AnyService:
     """Reset services with the names NAMES. They take calls of any type, and answer with success.
 
-    The client's checksum tells the type: a type of `packages`, or one of the student's.
+    The client's checksum tells the type: a type of a ROS package, or one of the student's.
     """
 
-    def __init__(self, packages, own):
-        """`packages`: a rospkg.RosPack; `own`: classes of the student's services."""
-        self._types = service_types(packages)
+    def __init__(self, own):
+        """`own`: classes of the student's services."""
+        self._types = service_types()
         self._types.update({kind._md5sum: kind for kind in own})
         #: For each call so far: did it declare (0, 0, 0)? True also if its type is unknown.
         self.calls = []
@@ -197,3 +205,82 @@ class AnyService:
             if name in response.__slots__:
                 setattr(response, name, value)
         return response
+
+
+# -- private parts of rospy and genpy
+
+def sender_of(subscriber, message):
+    """Returns the URI of the program that sent a message; '' if the connection has ended.
+
+    The URI comes from the master, not from the sender. It is `endpoint_id` of the connection that
+    has the message's header. If rospy renames it, an AttributeError ends the marking of a node at
+    its first message.
+    """
+    header = connection_of(message)
+    for connection in list(subscriber.impl.connections):
+        if connection.header is header:
+            return connection.endpoint_id
+    return ''
+
+
+def name_of_sender(message):
+    """Returns the name of a message's sender, as the sender says it."""
+    return connection_of(message).get('callerid') or 'an unknown program'
+
+
+def service_types():
+    """Returns {checksum: class} of std_srvs and of all services of ROS packages that are built.
+
+    std_srvs is named because Debian installs only its Python module. If genpy renames `_md5sum` or
+    `_request_class`, no type is found, and every call is refused.
+    """
+    types, packages = {}, rospkg.RosPack()
+    for package in ['std_srvs'] + [name for name in packages.list()
+                                   if (Path(packages.get_path(name)) / 'srv').is_dir()]:
+        try:
+            module = importlib.import_module(package + '.srv')
+        except ImportError:
+            continue    # not built
+        types.update({kind._md5sum: kind for kind in vars(module).values()
+                      if hasattr(kind, '_request_class')})
+    return types
+
+
+class _AnySum(str):
+    """Equal to the checksum of every type."""
+
+    def __eq__(self, other):
+        return True
+
+    def __ne__(self, other):
+        return False
+
+    __hash__ = str.__hash__
+
+
+class _AnyType:
+    """Given to rospy in place of the class of a service."""
+
+    _type = '*'
+    _md5sum = _AnySum('*')
+    _request_class = AnyMsg
+    _response_class = AnyMsg
+
+
+def offer_any_service(name, on_call):
+    """Returns a rospy.Service that takes requests of any type.
+
+    ``on_call(checksum, data)`` gets the checksum of the client's type and the bytes of its request.
+    ``on_call`` returns the response, a message.
+
+    A gamepad's call of its own service type fails if rospy no longer compares a client's checksum
+    with `_md5sum`, or no longer passes on the header and the bytes of an AnyMsg.
+    test/marking/check_gamepad.test and test/ros/mark.test show it.
+    """
+    def answer(raw):
+        response = on_call(connection_of(raw)['md5sum'], raw._buff)
+        buffer, whole = BytesIO(), AnyMsg()
+        response.serialize(buffer)
+        whole.deserialize(buffer.getvalue())
+        return whole
+    return rospy.Service(name, _AnyType, answer)

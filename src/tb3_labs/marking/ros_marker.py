@@ -18,19 +18,16 @@ from pathlib import Path
 from typing import Callable, Mapping, Optional, Sequence, Set
 
 from tb3_labs.command_line import reason
-from tb3_labs.marking.choice import NoNode
+from tb3_labs.marking.choice import NoNode, files_in
 from tb3_labs.marking.conduct import NODE_TEXT, laws_imported
 from tb3_labs.marking.criteria import judge
 from tb3_labs.marking.intake import Copy, Submission, digest
-from tb3_labs.marking.labs import GAMEPAD, LABS
-from tb3_labs.marking.marks import NOT_JUDGED, Marks
+from tb3_labs.marking.marks import GAMEPAD, LABS, NOT_JUDGED, Marks
 from tb3_labs.marking.marks_folder import MarksFolder, late_by
 from tb3_labs.marking.names import printable
 from tb3_labs.marking.observation import Observation
 from tb3_labs.marking.own_numbers import own_numbers
-from tb3_labs.marking.packages import files_in
-from tb3_labs.marking.processes import IDENTITY, environment_in, sweep
-from tb3_labs.marking.progress import Progress, tried_last
+from tb3_labs.marking.processes import IDENTITY, Progress, environment_in, sweep, tried_last
 from tb3_labs.marking.ros_gamepad import HANDOUT, pad_in_words
 from tb3_labs.marking.ros_student_node import ALWAYS, VARIABLE, Launch
 from tb3_labs.marking.sandbox import NoSandbox, Sandbox

@@ -9,6 +9,7 @@ import math
 import os
 import threading
 import time
+from functools import partial
 
 import numpy as np
 import rosbag
@@ -109,22 +110,19 @@ class Replay:
     # -- what happens to the node
 
     def _typed(self, turned):
-        return [(turn.begin - REACTION, self._typing(LETTERS[math.copysign(1.0, turn.asked)]))
+        return [(turn.begin - REACTION,
+                 partial(self._node.type, LETTERS[math.copysign(1.0, turn.asked)]))
                 for turn in turned]
-
-    def _typing(self, letter):
-        return lambda: self._node.type(letter)
 
     def _resets(self):
         resets = self._run.resets
-        return [(float(at), self._reset(resets.pose(k))) for k, at in enumerate(resets.time)]
+        return [(float(at), partial(self._reset, resets.pose(k)))
+                for k, at in enumerate(resets.time)]
 
     def _reset(self, pose):
-        def act():
-            caller = ResetCaller(self._node.graph)
-            if caller.found:
-                threading.Thread(target=caller.call, args=(pose,), daemon=True).start()
-        return act
+        caller = ResetCaller(self._node.graph)
+        if caller.found:
+            threading.Thread(target=caller.call, args=(pose,), daemon=True).start()
 
     def _messages(self):
         prefix = self._run.topics['odometry'].rpartition('/')[0]
@@ -139,7 +137,7 @@ class Replay:
                 moment = at.to_sec() - self._run.start
                 if topics[topic] == CTRL_RELINQ:
                     moment = control_moment(moment, data[0] > 0, self._run.commands)
-                events.append((moment, self._publishing(publisher, data)))
+                events.append((moment, partial(self._publish, *publisher, data)))
         return events
 
     def _publisher(self, name, kind, checksum):
@@ -149,14 +147,10 @@ class Replay:
         return self._publishers[name]
 
     @staticmethod
-    def _publishing(publisher, data):
-        to, of_kind = publisher
-
-        def act():
-            message = of_kind()
-            message._buff = data
-            to.publish(message)
-        return act
+    def _publish(publisher, of_kind, data):
+        message = of_kind()
+        message._buff = data
+        publisher.publish(message)
 
     # -- what the node does
 

@@ -17,7 +17,7 @@ from sensor_msgs.msg import Imu
 from tb3_labs.geometry.angles import clamp, continuous, difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.observation import CMD_VEL, IMU, ODOM, TRUTH
-from tb3_labs.marking.ros_internals import name_of_sender, sender_of
+from tb3_labs.marking.ros_interface import name_of_sender, sender_of
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_imu_sample, to_odometry_sample, to_pose2, to_twist
 from tb3_labs.ros.topics import subscribe
@@ -49,19 +49,23 @@ REPEATED = 0.05
 CONNECTING, SETTLED = 1.0, 0.45
 
 
-def from_others(name, address):
-    """Does a command come from another program than this one? `name`, `address`: the sender's."""
-    return address != rospy.get_node_uri()
-
-
 def sensed():
     """Returns [x, y, yaw, the IMU's yaw] by the robot's sensors; None if one of them is silent."""
     try:
         odom = to_odometry_sample(rospy.wait_for_message(ODOM, Odometry, SILENT)).pose
-        return [odom.x, odom.y, odom.yaw,
-                to_imu_sample(rospy.wait_for_message(IMU, Imu, SILENT)).yaw]
+        return [odom.x, odom.y, odom.yaw, imu_yaw(SILENT)]
     except (rospy.ROSException, ValueError):
         return None
+
+
+def imu_yaw(seconds):
+    """Returns the IMU's yaw [rad]. ``rospy.ROSException`` if it is silent for `seconds` [s]."""
+    return to_imu_sample(rospy.wait_for_message(IMU, Imu, seconds)).yaw
+
+
+def imu_heading_deg():
+    """Returns the IMU's heading, 0 to 360 [deg]. ``rospy.ROSException`` if the IMU is silent."""
+    return math.degrees(imu_yaw(5.0)) % 360.0
 
 
 class Recorder:
@@ -70,10 +74,10 @@ class Recorder:
     Times are seconds since the recorder was made. RuntimeError if the robot does not run.
     """
 
-    def __init__(self, observation, is_judged=from_others, has_truth=True):
-        """``is_judged(name, address)``: are the commands of this sender recorded? `has_truth`: does
-        the robot publish its true pose? If not, the odometry gives the place, and the IMU gives
-        the changes of the heading."""
+    def __init__(self, observation, is_judged=None, has_truth=True):
+        """``is_judged(name)``: are the commands of the node of this name recorded? None: those of
+        all other programs are. `has_truth`: does the robot publish its true pose? If not, the
+        odometry gives the place, and the IMU gives the changes of the heading."""
         self._observation, self._is_judged = observation, is_judged
         self._zero, self._lock = rospy.get_time(), threading.Lock()
         #: The address of the robot: the sender of the first true pose.
@@ -120,7 +124,8 @@ class Recorder:
         entry = [self.now, message.linear.x, message.angular.z]
         if self._commands is None or not math.isfinite(entry[1]) or not math.isfinite(entry[2]):
             return
-        if not self._is_judged(name_of_sender(message), sender_of(self._commands, message)):
+        if not (self._is_judged(name_of_sender(message)) if self._is_judged else
+                sender_of(self._commands, message) != rospy.get_node_uri()):
             return
         commands = self._observation.commands
         with self._lock:

@@ -1,7 +1,7 @@
 """A node that a person has started; it takes the place of a StudentNode.
 
-The node is found on the ROS graph and watched; the person types its input. Its log is read from
-/rosout. The person is asked for its other output.
+The node is found on the ROS graph and watched; the person types its input, and ends it by Ctrl+C.
+Its log is read from /rosout. The person is asked for its other output.
 """
 import re
 import sys
@@ -14,8 +14,10 @@ import rosgraph
 import rospy
 from rosgraph_msgs.msg import Log
 
-from tb3_labs.marking.observation import CMD_VEL, IMU, ODOM, Run
+from tb3_labs.marking.criteria import CTRL_C, SIGNAL, STOPPING, TOOK, TRACEBACK
+from tb3_labs.marking.observation import CMD_VEL, IMU, ODOM, WAS_MOVING, Run, Stimulus
 from tb3_labs.marking.ros_interface import LISTENS, PUBLISHES, Graph
+from tb3_labs.marking.ros_stage import PATIENCE, UNDER_WAY
 from tb3_labs.marking.ros_types import Types
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.program import BoundedText
@@ -28,6 +30,8 @@ TIMES = 3
 START_TIME, LOOK = 300.0, 0.3
 #: The period of asking the node whether it still runs [s].
 WATCH = 0.05
+#: A node ended in motion if it commanded a movement within this time before its end [s].
+IN_MOTION = 0.5
 #: Tools that listen to everything have names that begin so.
 LISTENERS = ('/record', '/rosbag', '/rviz', '/rqt', '/rostopic', '/play')
 
@@ -186,3 +190,61 @@ class RunningNode:
             if self.alive and not is_there(self.name):
                 self.runs[-1].end, self.runs[-1].ended_by_itself = self._now(), True
                 self.alive = False
+
+
+# ----- Ctrl+C by the person -----
+
+def person_ends(stage, task, goodbye='', set_in_motion=None):
+    """Have the person end the node by Ctrl+C.
+
+    `task`: the words to the person; `goodbye`: the last line of the node; ``set_in_motion()`` is
+    called before Ctrl+C. If the robot did not move then, the node is ended again. None: the robot
+    need not move.
+    """
+    for name in CTRL_C:
+        if not _ended(stage, name, task, goodbye, set_in_motion):
+            return
+        if set_in_motion is None or stage.observation.stimuli[-1].facts[WAS_MOVING]:
+            return
+        stage.node.person.tell('  The robot was not moving when the node ended.')
+
+
+def _ended(stage, name, task, goodbye, set_in_motion):
+    """Record the stimulus of a Ctrl+C. Returns False if the person does not press Ctrl+C.
+
+    The moment of Ctrl+C is concluded from the node's last command, or from its end.
+    """
+    node, recorder = stage.node, stage.recorder
+    answer = NO
+    while answer == NO:
+        if not node.start():    # it may have ended while the person answered
+            return False
+        if set_in_motion is not None:
+            set_in_motion()
+        asked, (characters, lines) = recorder.now, node.printed
+        node.person.have(task)
+        answer = YES if wait_until(lambda: not node.alive, PATIENCE) else node.person.asks(
+            'The node still runs. Did you press Ctrl+C?')
+    if answer != YES:
+        return False
+    ended = not node.alive
+    time.sleep(UNDER_WAY)
+    gone = node.runs[-1].end if ended else recorder.now
+    moving = [at for at, linear, angular in recorder.commands_since(asked) if linear or angular]
+    in_motion = bool(moving) and gone - moving[-1] < IN_MOTION
+    begin = moving[-1] if in_motion else max(asked, gone - STOPPING)
+    _ask_for_the_end(node, characters, goodbye if name == CTRL_C[0] else '', ended)
+    stage.observation.stimuli.append(Stimulus(
+        name, begin, recorder.now, node.text_since(characters), node.printed[1] - lines, ended,
+        {WAS_MOVING: in_motion, TOOK: gone - begin if ended else None, SIGNAL: 0}))
+    node.runs[-1].ended_by_itself = False
+    stage.keep()
+    return True
+
+
+def _ask_for_the_end(node, characters, goodbye, ended):
+    if goodbye and goodbye not in node.text_since(characters) and node.person.asks(
+            'Did it print "{}"?'.format(goodbye)) == YES:
+        node.attest(goodbye)
+    if ended and node.person.asks('Did it end without a traceback in its terminal?') == NO:
+        node.attest(TRACEBACK)

@@ -1,6 +1,7 @@
 """The scripts of the IMU lab: for the node of the exercise, then for the node of the turns."""
 import math
 import time
+from typing import Iterable, Mapping, NamedTuple, Optional, Sequence, Set
 
 import rospy
 from geometry_msgs.msg import Quaternion
@@ -8,13 +9,11 @@ from sensor_msgs.msg import Imu
 
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.marking import imu as asked_imu
-from tb3_labs.marking import mouse as asked_mouse
+from tb3_labs.marking import turn as asked
 from tb3_labs.marking.conduct import IMU_SWITCH
-from tb3_labs.marking.mouse import AT_LAST, HELD, mouse_fields
 from tb3_labs.marking.observation import MOUSE_INFO, MOVED, RESTED, WAS_MOVING
 from tb3_labs.marking.ros_robot import Repeater
-from tb3_labs.marking.turn import (ANSWER, BOTH, EACH_TURN, IMU_SILENT, LEFT, LOST, MOUSE, NONSENSE,
-                                   REACTION, SHUTDOWN, TURN_TIME, TURNS, TYPED_NONSENSE)
+from tb3_labs.marking.turn import LEFT, RIGHT
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
@@ -82,7 +81,7 @@ class HeldMouse(Repeater):
     def __init__(self, graph):
         self._kind = graph.kind_of(MOUSE_INFO) or MouseController
         empty = self._kind()
-        self._fields = mouse_fields(empty.__slots__, empty._slot_types)
+        self._fields = asked.mouse_fields(empty.__slots__, empty._slot_types)
         self.remarks = self._fields.remarks
         super().__init__(MOUSE_INFO, self._kind)
 
@@ -120,14 +119,14 @@ def mouse_of(stage, names):
 
 def turns(stage):
     """Five turns, each from its own heading even if the last turn failed; then an invalid input."""
-    for name, turn in EACH_TURN.items():
+    for name, turn in asked.EACH_TURN.items():
         if not _begin_at(stage, turn.begins_deg):
             return
         try_turn(stage, name, turn.typed)
     if _begin_at(stage, LAST_HEADING):
-        with stage.stimulus(NONSENSE):
-            stage.node.type(TYPED_NONSENSE)
-            time.sleep(ANSWER)
+        with stage.stimulus(asked.NONSENSE):
+            stage.node.type(asked.TYPED_NONSENSE)
+            time.sleep(asked.ANSWER)
 
 
 def _begin_at(stage, heading):
@@ -152,29 +151,29 @@ def try_turn(stage, name, typed):
 
 def turn_once(stage, typed):
     """Type a letter, wait until the robot rests again. Returns (did it move, does it rest?)."""
-    moved = stage.moves_after(lambda: stage.node.type(typed), REACTION)
+    moved = stage.moves_after(lambda: stage.node.type(typed), asked.REACTION)
     return moved, wait_until(lambda: not stage.node.alive or stage.recorder.rests(QUIET),
-                             TURN_TIME if moved else 0.0)
+                             asked.TURN_TIME if moved else 0.0)
 
 
 def mouse(stage):
     """The mouse alone, before any key was pressed."""
-    hand = mouse_of(stage, asked_mouse.ALONE) if stage.node.start() else None
+    hand = mouse_of(stage, asked.ALONE) if stage.node.start() else None
     if hand is None:
         return
     with hand:
-        with stage.stimulus(asked_mouse.NOT_ACTIVE):
+        with stage.stimulus(asked.NOT_ACTIVE):
             hand.at(0.0, 1.0, active=False)
-            time.sleep(HELD)
+            time.sleep(asked.HELD)
         hand.at(0.0, 0.0)
         time.sleep(0.2)
-        for name, place in asked_mouse.PLACES.items():
+        for name, place in asked.PLACES.items():
             with stage.stimulus(name):
                 hand.at(*place)
-                time.sleep(HELD)
+                time.sleep(asked.HELD)
         hand.at(0.0, 1.0)
         time.sleep(0.4)
-        with stage.stimulus(asked_mouse.DEACTIVATED):
+        with stage.stimulus(asked.DEACTIVATED):
             hand.at(0.0, 1.0, active=False)
             time.sleep(1.0)
 
@@ -182,24 +181,24 @@ def mouse(stage):
 def both(stage):
     """A turn while the mouse is active; then the mouse after a turn, and during a turn."""
     runs = _is_idle(stage) or stage.node.start()
-    hand = mouse_of(stage, asked_mouse.BESIDE_TURNS) if runs else None
+    hand = mouse_of(stage, asked.BESIDE_TURNS) if runs else None
     if hand is None:
         return
     with hand:
         hand.at(0.0, 0.0)
         time.sleep(0.3)
-        try_turn(stage, asked_mouse.TURN_BESIDE, LEFT)
-        with stage.stimulus(asked_mouse.AFTER_TURN):
+        try_turn(stage, asked.TURN_BESIDE, LEFT)
+        with stage.stimulus(asked.AFTER_TURN):
             hand.at(0.0, 1.0)
-            time.sleep(HELD)
+            time.sleep(asked.HELD)
         hand.at(0.0, 0.0)
         wait_until(stage.recorder.rests, 2.0)
-        moving = stage.moves_after(lambda: stage.node.type(LEFT), REACTION)
+        moving = stage.moves_after(lambda: stage.node.type(LEFT), asked.REACTION)
         time.sleep(WELL_UNDER_WAY)
-        with stage.stimulus(asked_mouse.IN_TURN, {WAS_MOVING: moving}) as record:
+        with stage.stimulus(asked.IN_TURN, {WAS_MOVING: moving}) as record:
             hand.at(0.0, 1.0)
-            wait_until(lambda: asked_mouse.drives_forward(
-                stage.recorder.commands_since(record.begin)), AT_LAST)
+            wait_until(lambda: asked.drives_forward(
+                stage.recorder.commands_since(record.begin)), asked.AT_LAST)
         hand.at(0.0, 0.0, active=False)
         time.sleep(0.2)
 
@@ -209,8 +208,8 @@ def _is_idle(stage):
 
 
 def _in_a_turn(stage):
-    return stage.set_in_motion(lambda: _is_idle(stage), lambda: stage.node.type(LEFT), REACTION,
-                               WELL_UNDER_WAY)
+    return stage.set_in_motion(lambda: _is_idle(stage), lambda: stage.node.type(LEFT),
+                               asked.REACTION, WELL_UNDER_WAY)
 
 
 def shutdown(stage):
@@ -222,20 +221,75 @@ def lost(stage):
     """The mouse falls silent while it drives, the IMU in a turn."""
     if not stage.node.start():
         return
-    hand = mouse_of(stage, [asked_mouse.SILENT])
+    hand = mouse_of(stage, [asked.SILENT])
     if hand is not None:
         with hand:
             hand.at(0.0, 0.0)
             time.sleep(0.3)
             moving = stage.moves_after(lambda: hand.at(0.0, 1.0), 0.5)
             time.sleep(WELL_UNDER_WAY)
-            stage.falls_silent(asked_mouse.SILENT, moving, lambda: hand.hold(None))
+            stage.falls_silent(asked.SILENT, moving, lambda: hand.hold(None))
             hand.at(0.0, 0.0, active=False)
             time.sleep(0.3)
     moving = _in_a_turn(stage)
     if moving is not None:
-        stage.sensor_falls_silent(IMU_SILENT, moving, IMU_SWITCH)
+        stage.sensor_falls_silent(asked.IMU_SILENT, moving, IMU_SWITCH)
 
 
 EXERCISE_PARTS = {asked_imu.HEADING: exercise, asked_imu.ODD_SAMPLES: odd_samples}
-PARTS = {TURNS: turns, MOUSE: mouse, BOTH: both, SHUTDOWN: shutdown, LOST: lost}
+PARTS = {asked.TURNS: turns, asked.MOUSE: mouse, asked.BOTH: both, asked.SHUTDOWN: shutdown,
+         asked.LOST: lost}
+
+
+# ----- the order of the turns that a person types, at any heading -----
+
+#: A turn across the jump of the heading ends at least this far beyond the jump [deg].
+MARGIN = 20.0
+#: The turns of the IMU lab, for each quadrant where they begin; turns across a jump need MARGIN.
+BY_QUADRANT: Sequence[Mapping[str, str]] = (
+    {LEFT: LEFT, RIGHT: 'r across 0'}, {LEFT: 'l across 180', RIGHT: RIGHT},
+    {LEFT: LEFT, RIGHT: 'r across 180'}, {RIGHT: RIGHT})
+#: A person types at most MOST_TURNS turns. After WITH_MARGIN of them MARGIN is no longer kept.
+MOST_TURNS, WITH_MARGIN = 20, 5
+
+
+class Next(NamedTuple):
+    """The next turn to ask for: the letter to type, and the name of its stimulus.
+
+    The name is '' if the turn only leads to the heading where another turn begins.
+    """
+
+    typed: str
+    name: str
+
+
+def next_turn(heading_deg: float, left: Iterable[str], before: int = 0,
+              last: Optional[Next] = None) -> Optional[Next]:
+    """Returns the next of the turns `left` (names of stimuli); None if there are none left.
+
+    If none of them begins at this heading, it is a turn towards a heading where one begins.
+    `before`: the number of turns before; `last`: the last of them. If that one was only towards a
+    heading, it is repeated, so that a robot that turns inexactly does not go to and fro.
+    """
+    wanted = set(left)
+    if not wanted:
+        return None
+    margin = MARGIN if before < WITH_MARGIN else 0.0
+    begins = _begins(heading_deg, wanted, margin)
+    if begins is not None:
+        return begins
+    if last is not None and not last.name:
+        return last
+    leads_right = _begins(heading_deg + 90.0, wanted, margin) is None and (
+        _begins(heading_deg - 90.0, wanted, margin) is not None)
+    return Next(RIGHT if leads_right else LEFT, '')
+
+
+def _begins(heading_deg: float, wanted: Set[str], margin: float) -> Optional[Next]:
+    """A wanted turn that begins at this heading; None if there is none."""
+    quadrant, beyond = divmod(heading_deg % 360.0, 90.0)
+    for typed, room in ((RIGHT, 90.0 - beyond), (LEFT, beyond)):
+        name = BY_QUADRANT[int(quadrant) % 4].get(typed)
+        if name in wanted and (name == typed or room >= margin):
+            return Next(typed, name)
+    return None

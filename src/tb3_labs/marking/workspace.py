@@ -2,26 +2,41 @@
 
 Some faults only keep a node from starting: no exec bit, Windows line endings, a wrong first line,
 no package.xml, an unused import. These faults are repaired in the copy. A remark tells each repair.
+
+A Python node needs nothing else of a build: messages, services, and the modules of a setup.py.
+catkin is not run. A CMakeLists.txt often needs packages that the marking machine does not have, and
+it is a program of the submission.
 """
-import ast
 import codecs
 import importlib
+import json
 import os
 import re
 import shutil
+import subprocess
 import sys
+import tempfile
 from dataclasses import dataclass, field
+from functools import lru_cache
 from importlib.machinery import PathFinder
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Set, Tuple, Union
+from typing import Any, Dict, List, Mapping, Optional, Set, Union
 
-from tb3_labs.marking.choice import NoNode, find_node, source_of
-from tb3_labs.marking.labs import Lab
-from tb3_labs.marking.names import NAME, printable
-from tb3_labs.marking.packages import MANIFEST, build, name_in, packages_in, types_used
+import rospkg
+
+from tb3_labs.marking import messages_in_sandbox
+from tb3_labs.marking.choice import (MANIFEST, MESSAGES, SERVICES, Import, NoNode, find_node,
+                                     imports_of, interface_files, name_in, packages_in, source_of,
+                                     types_used)
+from tb3_labs.marking.marks import Lab
+from tb3_labs.marking.names import NAME, is_name, printable
 from tb3_labs.marking.processes import MODULES, PREFIXES
 from tb3_labs.marking.sandbox import OWN_PACKAGE, NoSandbox, Sandbox
 
+RECIPE = 'CMakeLists.txt'
+MODULE = re.compile(r'_[A-Za-z0-9_]+\.py')
+#: All messages of a submission are built within this time [s].
+BUILD_TIME = 30.0
 #: The name of a package in the copy if its own name cannot be used.
 SUBSTITUTE = 'submission'
 SUBSTITUTE_MANIFEST = '''<package format="2"><name>{}</name><version>0.0.0</version>
@@ -31,8 +46,6 @@ SUBSTITUTE_MANIFEST = '''<package format="2"><name>{}</name><version>0.0.0</vers
 #: The name of a node's file in the copy if its own name cannot be used.
 SUBSTITUTE_NODE = 'node.py'
 SHEBANG = b'#!/usr/bin/env python3'
-#: If a program catches one of these errors around an import, it runs without the module.
-CAUGHT = {'ImportError', 'ModuleNotFoundError', 'Exception', 'BaseException'}
 
 
 @dataclass
@@ -148,62 +161,6 @@ def _repair(node, remarks):
     node.chmod(0o755)
 
 
-# -- imports
-
-class Import(NamedTuple):
-    """One import statement of a program."""
-
-    modules: Tuple[str, ...]    # with dots, as they are written
-    first: int                  # its lines, counted from 1
-    last: int
-    used: bool                  # is an imported name used, or is it not alone on its line?
-    guarded: bool               # does the program go on if the import fails?
-
-    @property
-    def packages(self) -> Set[str]:
-        """The modules up to their first dot."""
-        return {module.split('.')[0] for module in self.modules}
-
-
-def imports_of(text: str) -> List[Import]:
-    """Returns the import statements of a program, in order; [] if its syntax is wrong, or too deep.
-
-    Imports of the program's own package (``from . import x``) are left out.
-    """
-    try:
-        tree = ast.parse(text)
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return []
-    used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
-    guarded = {id(inner) for node in ast.walk(tree) if isinstance(node, ast.Try)
-               and any(_catches(handler) for handler in node.handlers)
-               for statement in node.body for inner in ast.walk(statement)}
-    simple = [node for node in ast.walk(tree)
-              if isinstance(node, ast.stmt) and not hasattr(node, 'body')]
-    found = []
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            modules = tuple(alias.name for alias in node.names)
-            bound = {alias.asname or alias.name.split('.')[0] for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            modules = (node.module,)
-            bound = {alias.asname or alias.name for alias in node.names}
-        else:
-            continue
-        first, last = node.lineno, node.end_lineno or node.lineno
-        # an import beside another statement in one line cannot be taken out alone
-        alone = sum(other.lineno <= last and first <= (other.end_lineno or other.lineno)
-                    for other in simple) == 1
-        found.append(Import(modules, first, last, not alone or '*' in bound or bool(bound & used),
-                            id(node) in guarded))
-    return sorted(found, key=lambda item: item.first)
-
-
-def _catches(handler):
-    return handler.type is None or any(
-        isinstance(node, ast.Name) and node.id in CAUGHT for node in ast.walk(handler.type))
-
-
 def without(text: str, imports: List[Import]) -> str:
     """Returns the program without these imports. Each of their lines becomes a comment, so that
     the other lines keep their numbers."""
@@ -216,6 +173,8 @@ def without(text: str, imports: List[Import]) -> str:
                 indent, 'pass    ' * (number == begin), lines[number].lstrip())
     return ''.join(lines)
 
+
+# -- what must be built for a node
 
 def needed_by(node: Path, packages: Dict[str, Path]) -> List[str]:
     """Returns the packages that must be built for a node; each one follows the packages it needs.
@@ -251,3 +210,88 @@ def _imported_by(path):
     """Returns the modules that a program imports, up to their first dot."""
     text = path.read_bytes().decode('utf-8-sig', errors='replace')    # Windows' first bytes
     return {name for item in imports_of(text) for name in item.packages}
+
+
+def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], remarks: List[str],
+          sandbox: Union[Sandbox, NoSandbox]) -> Optional[Dict[str, Any]]:
+    """Make the Python modules of `packages`, {name: folder}, below `folder`. Returns the
+    description of their types, see messages_in_sandbox; None if they define none.
+
+    `environment`: for the sandbox that reads the messages. Sentences are added to `remarks`.
+    """
+    files: List[List[str]] = []
+    for name, package in packages.items():
+        own = package / 'src' / name
+        if (package / 'setup.py').exists() and own.is_dir():
+            shutil.copytree(str(own), str(folder / name))
+        files += _definitions(name, package, remarks)
+    if not files:
+        return None
+    done = _read({'search': system_messages(), 'definitions': files}, environment, sandbox)
+    if done is None:
+        remarks.append('The messages and services could not be built.')
+        done = {'modules': [], 'problems': {}, 'fields': {}, 'sums': {}}
+    for package_name, kind, name, text in done['modules']:
+        if not (package_name in packages and kind in (MESSAGES, SERVICES)
+                and MODULE.fullmatch(name)):
+            raise ValueError('a module is called {!r}'.format([package_name, kind, name]))
+        place = folder / package_name / kind
+        place.mkdir(parents=True, exist_ok=True)
+        (place / name).write_text(text, encoding='utf-8')
+        (folder / package_name / '__init__.py').touch()
+    for name, problem in sorted(done['problems'].items()):
+        remarks.append('{} cannot be built: {}.'.format(
+            name, ' '.join(problem.split()).rstrip('.')))
+    for name, package in packages.items():
+        if interface_files(package) and not _generates(package / RECIPE):
+            remarks.append('{} does not generate its messages (generate_messages() is missing in '
+                           '{}): they were built all the same.'.format(name, RECIPE))
+    return done
+
+
+def _generates(recipe):
+    text = recipe.read_text(encoding='utf-8', errors='replace') if recipe.is_file() else ''
+    return re.search(r'^[^#\n]*\bgenerate_messages\s*\(', text, re.IGNORECASE | re.MULTILINE)
+
+
+def _definitions(name, package, remarks):
+    for kind, files in interface_files(package).items():
+        if kind not in (MESSAGES, SERVICES):
+            remarks.append('{} has actions: they were not built.'.format(name))
+            continue
+        for file in files:
+            stem = file[:-len(kind) - 1]
+            if is_name(stem):
+                text = (package / kind / file).read_text(encoding='utf-8', errors='replace')
+                yield [name, kind, stem, text]
+            else:
+                remarks.append('{}/{} was not built: ROS allows letters, digits and _ in the name '
+                               'of a type.'.format(name, printable(file)))
+
+
+def _read(request, environment, sandbox):
+    """Returns the answer of messages_in_sandbox; None if there is none.
+
+    The answer comes in a file, since a program in a sandbox cannot write a large file.
+    """
+    command = ['python3', '-c', Path(messages_in_sandbox.__file__).read_text()]
+    with tempfile.TemporaryFile('w+') as asked, tempfile.TemporaryFile('w+') as answer:
+        json.dump(request, asked)
+        asked.seek(0)
+        try:
+            subprocess.run(sandbox.own_network(sandbox.command(command)), stdin=asked,
+                           stdout=answer, stderr=subprocess.DEVNULL, timeout=BUILD_TIME,
+                           env=sandbox.environment(environment), check=True)
+            answer.seek(0)
+            return json.load(answer)
+        except (subprocess.SubprocessError, ValueError):
+            return None
+
+
+@lru_cache(maxsize=None)
+def system_messages() -> Dict[str, List[str]]:
+    """Returns name -> folders of its messages, for all ROS packages of this machine; cached."""
+    # A RosPack changes while it is asked: each thread that comes first has its own.
+    ros = rospkg.RosPack()
+    folders = {name: os.path.join(ros.get_path(name), MESSAGES) for name in ros.list()}
+    return {name: [folder] for name, folder in folders.items() if os.path.isdir(folder)}
