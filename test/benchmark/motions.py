@@ -5,9 +5,9 @@ Two tables compare both laws, on the same robots, starts, offsets and goals, all
 from a fixed seed. A third table has drives over networks from good to bad, a fourth one the precise
 turns of robots of another kind than the default one: another lag, noise, delay, IMU and distance of
 the wheels. A fifth one has the first turn and the first drive of a node, with the robot's numbers
-from a file and without. Then come resets of robots that another node lets spin at 1 rad/s, and how far they
-would miss the lab's goal. The last one has the ends of motions in which something fails. `at best`
-is, for a drive, the least time of any turn, straight line and turn within the same limits
+from a file and without. Then come resets of robots that another node lets spin at 1 rad/s, and how
+far they would miss the lab's goal. The last one has the ends of motions in which something fails.
+`at best` is, for a drive, the least time of any turn, straight line and turn within the same limits
 (tb3_labs.control.goal); for a turn, its angle at 1.5 rad/s; by its own motors, that with its
 delay, and with its lag until it turns slower than 0.01 rad/s. The time of a turn ends when the
 robot turns slower than 0.01 rad/s for good. `falsely` counts drives that were reported as
@@ -66,7 +66,7 @@ KNOWN_ROBOTS = [('default', {}), ('host pi', HOSTS['pi'])] + [
     ('lag {:.0f} ms, late by 2 x {:.0f} ms'.format(1e3 * lag, 1e3 * late), {
         'motor_lag': lag, 'command_latency': late, 'sensor_latency': late})
     for lag, late in ((0.15, 0.0), (0.05, 0.1), (0.15, 0.1))]
-KNOWN_ROW = '{:27} {:8} {:>23} {:>17} {:>14} {:>22} {:>20} {:>13}'
+KNOWN_ROW = '{:31} {:8} {:>23} {:>17} {:>14} {:>22} {:>20} {:>13}'
 
 #: Robots that are reset in a spin, and spins before that show how old their samples are.
 SPINNING_ROBOTS = [('default', {}), ('host laptop', HOSTS['laptop']), ('host pi', HOSTS['pi']),

@@ -102,7 +102,8 @@ class Response:
         self.lag = lag
         #: Steady speed as a share of the command.
         self.gain = gain
-        #: A turn is commanded at this times its rate: the wheels' distance as a share of the model's.
+        #: A turn is commanded at this many times its rate: the distance of the wheels over that of
+        #: the model.
         self.turn_scale = turn_scale
         self._count = 0             # of measurements
         self._usual_delay = 0.0     # mean of the measured delays [s]
