@@ -237,7 +237,7 @@ def test_gyro(problem, is_compared, verdict, words):
 # ----- the body
 
 @pytest.mark.parametrize('volts, verdict, words', [
-    (12.3, OK, '12.3 V'), (11.21, OK, '11.2'), (11.19, WARNING, 'soon'), (11.01, WARNING, 'cuts'),
+    (12.3, OK, '12.3 V'), (11.21, OK, '11.2'), (11.19, WARNING, 'charge'), (11.01, WARNING, 'cuts'),
     (10.99, FAULT, '11.0 V: below 11.0 V the board cuts the motors'), (6.1, FAULT, 'charge'),
     (5.0, FAULT, 'USB alone'), (math.nan, WARNING, 'did not come')])
 def test_battery(volts, verdict, words):
@@ -249,15 +249,14 @@ def test_motors():
     check(judge_motors(False, '/robot3/'), FAULT, 'torque is off',
           'rostopic pub -1 /robot3/motor_power std_msgs/Bool true')
     check(judge_motors(None), FAULT, 'do not answer', 'cables')
-    check(judge_motors(None, '/', False), FAULT, 'do not answer', 'mend the battery first')
 
 
 @pytest.mark.parametrize('lines, version, more, verdict, words', [
     ([], '1.2.6', {}, OK, '1.2.6'), ([], '1.2.2', {}, WARNING, '1.2.2, but the labs know 1.2.6'),
     (['Requesting topics...'], '1.2.6', {}, OK, '1.2.6'),
-    (['Requesting topics...'], '', {'is_there': False}, FAULT, 'ROS 2, or none'),
+    (['Requesting topics...'], '', {'is_there': False}, FAULT, 'ROS 2'),
     (['Unable to sync with device; possible link problem'], '', {}, FAULT, 'burger_noetic'),
-    (['Lost sync with device, restarting...'], '', {}, FAULT, 'has lost the board'),
+    (['Lost sync with device, restarting...'], '', {}, FAULT, 'the board is off'),
     (['Creation of publisher failed: Checksum does not match: 4d,47'], '1.2.6', {}, WARNING,
      'another definition'),
     (['Creation of publisher failed: Checksum does not match: 4d,47'], '', {'is_there': False}, FAULT,
@@ -267,12 +266,12 @@ def test_motors():
     ([], '1.2.6', {'checksums': {'imu': CHECKSUMS['odom']}}, FAULT,
      'imu has another definition (md5 cd5e73d190d741a2f92e81eda573aca7)')])
 def test_firmware(lines, version, more, verdict, words):
-    check(judge_firmware(lines, version, **more), verdict, words)
+    check(judge_firmware(lines, version, **dict({'checksums': {}}, **more)), verdict, words)
 
 
 def test_a_firmware_of_which_nothing_is_known_has_no_line():
-    assert judge_firmware(['some line'], '') is None
-    assert judge_firmware([], '', is_there=False) is None
+    assert judge_firmware(['some line'], '', {}) is None
+    assert judge_firmware([], '', {}, is_there=False) is None
 
 
 def test_the_checksums_are_those_of_the_messages():
@@ -310,13 +309,13 @@ def test_the_drift_of_a_standing_robot_is_the_slope_of_its_yaw(start):
     still, turning = [(1.0, 2.0), (1.004, 2.0)], [(1.0, 2.0), (1.0, 2.006)]
     imu = [(100.0 + 0.01 * k, math.remainder(start + rate * 0.01 * k, 2.0 * math.pi))
            for k in range(500)]
-    assert drift_of(imu, still) == pytest.approx((6.0, 0.0), abs=1e-6)
+    assert drift_of(imu, still)[0] == pytest.approx(6.0)
     assert drift_of(imu, turning)[0] is None
-    assert drift_of(imu[:9], still)[0] is None and drift_of(imu[:1] * 20, still)[0] is None
+    assert drift_of(imu[:11], still)[0] is None and drift_of(imu[:1] * 20, still)[0] == 0.0
     noisy = [(stamp, yaw + chance.gauss(0.0, math.radians(0.1))) for stamp, yaw in imu]
     drift, error = drift_of(noisy, still)
-    # 0.1 deg of noise in 500 samples of 5 s: 0.1 x sqrt(12 / 500) / 5 s, twice, in a minute
-    assert abs(drift - 6.0) < 1.5 * error and error == pytest.approx(0.37, rel=0.1)
+    # 0.1 deg of noise in two means of 125 samples, 3.75 s apart: 0.1 x sqrt(2 / 125) / 3.75 s, twice
+    assert abs(drift - 6.0) < 1.5 * error and error == pytest.approx(0.40, rel=0.2)
 
 
 # ----- the looks themselves, at a robot of this process

@@ -6,6 +6,7 @@ if it is old, and then the new ones. Units: volts, degrees, seconds.
 Source: ROBOTIS OpenCR firmware 1.2.6 (turtlebot3_core.ino, turtlebot3_diagnosis.cpp).
 """
 import math
+from statistics import mean, stdev
 from typing import Mapping, Optional, Sequence, Tuple
 
 from tb3_labs.doctor.line import Line, fault, ok, warning
@@ -34,7 +35,7 @@ FLASH = ('flash the board with the firmware of ROS Noetic (OPENCR_MODEL=burger_n
          'waffle_noetic), then start the bringup again')
 
 
-def judge_firmware(lines: Sequence[str], version: str, checksums: Optional[Mapping[str, str]] = None,
+def judge_firmware(lines: Sequence[str], version: str, checksums: Mapping[str, str],
                    missing: Sequence[str] = (), is_there: bool = True) -> Optional[Line]:
     """Does the board have the firmware that the labs know? None if nothing is known of it.
 
@@ -48,13 +49,11 @@ def judge_firmware(lines: Sequence[str], version: str, checksums: Optional[Mappi
         return judge('Firmware', "the board's messages have another definition than those of its "
                      'computer (checksum does not match){}'.format(
                          ': there is no ' + ', '.join(missing) if missing else ''), FLASH)
-    if 'unable to sync with device' in text or not is_there and 'requesting topics' in text:
-        return fault('Firmware', 'serial_node gets no answer from the board (unable to sync with '
-                     'device): the firmware of ROS 2, or none', FLASH)
-    if 'lost sync with device' in text:
-        return fault('Firmware', 'serial_node has lost the board (lost sync with device)',
-                     'is the board on, its USB cable firm? Then start the bringup again')
-    for topic, checksum in sorted((checksums or {}).items()):
+    if 'sync with device' in text or not is_there and 'requesting topics' in text:
+        return fault('Firmware', 'serial_node gets no answer (unable to sync with device): the '
+                     'board is off, or has the firmware of ROS 2',
+                     'switch it on; if that is not enough, ' + FLASH)
+    for topic, checksum in sorted(checksums.items()):
         if checksum not in ('', '*', CHECKSUMS.get(topic, checksum)):
             return fault('Firmware', '{} has another definition (md5 {}) than in ROS Noetic'.format(
                 topic, checksum), "use ROS Noetic on the robot's computer; " + FLASH)
@@ -73,13 +72,11 @@ def judge_board(lines: Sequence[str]) -> Optional[Line]:
     if marks[-1] in (START, CONNECTED):
         return warning('Board', 'it calibrates its gyro now',
                        'let the robot stand still for 10 s, then call the doctor again')
-    if RESET in marks and len(marks) > 1:
-        return warning('Board', 'it was reset meanwhile: odometry begins anew',
-                       'declare its pose anew before it drives to a goal')
     if len(marks) > 1:
-        return warning('Board', 'it restarted meanwhile: odometry and IMU begin anew',
-                       'is the battery charged, the power switch and the USB cable firm? Let it '
-                       'stand still, then declare its pose anew')
+        return warning('Board', 'it {} meanwhile: odometry begins anew'.format(
+            'was reset' if RESET in marks else 'restarted'), 'declare its pose anew; {}'.format(
+                'who sent the reset?' if RESET in marks else
+                'is the battery charged, are power switch and USB cable firm?'))
     return ok('Board', 'its gyro is calibrated')
 
 
@@ -91,22 +88,18 @@ def judge_battery(voltage: float) -> Line:
     if voltage < NO_BATTERY:
         return fault('Battery', text + ': the board lives on USB alone, and the motors are off',
                      'plug the battery in, and switch the board on')
-    if voltage < CUT_OFF:
-        return fault('Battery', '{}: below {:.1f} V the board cuts the motors'.format(
-            text, CUT_OFF), 'charge or change the battery')
     if voltage < NEARLY_EMPTY:
-        return warning('Battery', '{}: at {:.1f} V the board cuts the motors'.format(
-            text, CUT_OFF), 'charge or change the battery soon')
+        judge = fault if voltage < CUT_OFF else warning
+        return judge('Battery', '{}: below {:.1f} V the board cuts the motors'.format(
+            text, CUT_OFF), 'charge or change the battery')
     return ok('Battery', text)
 
 
-def judge_motors(torque: Optional[bool], namespace: str = '/', has_power: bool = True) -> Line:
-    """Do the motors hold their torque? None: no sensor_state came; `has_power`: is the battery's
-    voltage high enough for the motors?"""
+def judge_motors(torque: Optional[bool], namespace: str = '/') -> Line:
+    """Is the motors' torque on? None: no sensor_state came."""
     if torque is None:
         return fault('Motors', 'they do not answer (no sensor_state)',
-                     "look at their cables; switch the board off and on" if has_power else
-                     'mend the battery first')
+                     'charge the battery; look at their cables; switch the board off and on')
     if not torque:
         return fault('Motors', 'their torque is off: the robot does not move',
                      'rostopic pub -1 {}motor_power std_msgs/Bool true'.format(namespace))
@@ -114,8 +107,7 @@ def judge_motors(torque: Optional[bool], namespace: str = '/', has_power: bool =
 
 
 def judge_drift(drift: Optional[float], error: float = 0.0, namespace: str = '/') -> Line:
-    """Does the heading stand while the wheels stand? `drift` and its `error` (two standard errors)
-    [deg/min]; None: the robot did not stand, or its wheels are not known."""
+    """Does the heading stand while the wheels stand? `drift`, `error`: by drift_of."""
     if drift is None:
         return ok('Drift', 'the robot moved, so drift cannot be seen')
     text = '{:+.1f} deg/min at rest'.format(drift)
@@ -131,17 +123,12 @@ def drift_of(imu: Sequence[Tuple[float, float]],
     """Returns (drift, two standard errors) [deg/min] of the yaw; `imu`: (stamp [s], yaw [rad]);
     `wheels`: (left, right) [rad]. None in place of the drift if the wheels turn, or if there are
     too few samples."""
-    if len(imu) < 10 or len(wheels) < 2 or any(
+    part = len(imu) // 4
+    if part < 3 or len(wheels) < 2 or any(
             max(angles) - min(angles) > STANDS for angles in zip(*wheels)):
         return None, 0.0
-    times = [stamp - imu[0][0] for stamp, _ in imu]
-    yaws = [math.remainder(yaw - imu[0][1], 2.0 * math.pi) for _, yaw in imu]
-    count, mean = len(imu), sum(times) / len(imu)
-    spread = sum((time - mean) ** 2 for time in times)
-    if spread <= 0.0:
-        return None, 0.0
-    slope = sum((time - mean) * yaw for time, yaw in zip(times, yaws)) / spread
-    level = sum(yaws) / count
-    rest = sum((yaw - level - slope * (time - mean)) ** 2 for time, yaw in zip(times, yaws))
-    per_minute = math.degrees(60.0)
-    return per_minute * slope, 2.0 * per_minute * math.sqrt(rest / (count - 2) / spread)
+    first, last = ([math.degrees(math.remainder(yaw - imu[0][1], 2.0 * math.pi))
+                    for _, yaw in quarter] for quarter in (imu[:part], imu[-part:]))
+    minutes = max(imu[-part][0] - imu[0][0], 0.01) / 60.0
+    noise = max(stdev(first), stdev(last)) * math.sqrt(2.0 / part)
+    return (mean(last) - mean(first)) / minutes, 2.0 * noise / minutes

@@ -15,7 +15,7 @@ from dataclasses import replace
 from typing import Iterator, Mapping, Sequence, Tuple
 
 from tb3_labs.doctor.body import (
-    drift_of, judge_battery, judge_board, judge_drift, judge_firmware, judge_motors)
+    BODY_TOPICS, drift_of, judge_battery, judge_board, judge_drift, judge_firmware, judge_motors)
 from tb3_labs.doctor.line import Line, fault, ok, warning
 from tb3_labs.doctor.listening import (
     Ear, compare, imu_of, line_of, listen, stamp_of, torque_of, version_of, voltage_of, wheels_of)
@@ -28,7 +28,6 @@ from tb3_labs.doctor.questions import (
 from tb3_labs.doctor.robot import (
     judge_clock, judge_drivers, judge_gyro, judge_names, judge_nodes, judge_presence, judge_stream,
     judge_way_back)
-from tb3_labs.robot.turtlebot3 import CUT_OFF
 
 #: The packages that the labs' nodes import.
 PACKAGES = ('rospy', 'numpy', 'squaternion', 'geometry_msgs.msg', 'nav_msgs.msg',
@@ -38,6 +37,7 @@ RECORDS_NO_MORE = 1e9
 RECORDS_NOT_LONG = 5e9
 
 SOURCE = 'source scripts/setup.sh in this terminal, then rosrun tb3_labs doctor.py'
+AFTER_BOARD = 'what the line on the board says, then call the doctor again'
 #: The last line of a node comes within this time [s].
 LAST_LINE = 0.5
 #: A robot needs at most this long to connect to a driver that has just been started [s].
@@ -133,18 +133,17 @@ class _Robot:
         imu, odom, joints, battery, state, version = (
             [Ear(self._namespace + name, node, alive[node].uri, read)
              for node in nodes if node in alive][:1]
-            for name, nodes, read in (('imu', graph.imu, imu_of), ('odom', graph.odom, stamp_of),
-                                      ('joint_states', graph.joints, wheels_of),
-                                      ('battery_state', graph.body['battery_state'], voltage_of),
-                                      ('sensor_state', graph.body['sensor_state'], torque_of),
-                                      ('firmware_version', graph.body['firmware_version'],
-                                       version_of)))
+            for name, nodes, read in (
+                ('imu', graph.imu, imu_of), ('odom', graph.odom, stamp_of),
+                ('joint_states', graph.joints, wheels_of),
+                *((name, graph.body[name], read)
+                  for name, read in zip(BODY_TOPICS, (voltage_of, torque_of, version_of)))))
         printed = [Ear('/rosout', node, alive[node].uri, line_of)
                    for node in graph.serial_nodes if node in alive]
         commands = [Ear(self._namespace + 'cmd_vel', node, peer.uri)
                     for node, peer in self._drivers.items() if not peer.answer.problem]
-        body = battery + state + version
-        pause = listen(commands + imu + odom + joints + body + printed, seconds)
+        pause = listen(commands + imu + odom + joints + battery + state + version + printed,
+                       seconds)
         yield judge_drivers(self._graph.drivers, {
             ear.node: len(ear.messages) for ear in commands}, seconds, [
                 node for node, peer in self._drivers.items() if peer.answer.problem])
@@ -155,42 +154,37 @@ class _Robot:
             {ear.topic.rpartition('/')[2]: ear.checksum for ear in imu + odom + joints + battery},
             graph.missing)
         board = judge_board(lines)
+        disturbed = bool(board and board.remedy)
         yield from filter(None, (firmware, board))
         for ear in imu + odom:
-            yield judge_stream(ear.topic, len(ear.messages), ear.seconds, *ear.gap(), ear.problem,
-                               pause, is_own(alive[ear.node].address))
+            line = judge_stream(ear.topic, len(ear.messages), ear.seconds, *ear.gap(), ear.problem,
+                                pause, is_own(alive[ear.node].address))
+            # a board that calibrates is silent
+            yield replace(line, remedy=AFTER_BOARD) if disturbed and line.remedy else line
         yield self._judge_clock(imu + odom, alive)
         watch = compare(imu, joints, self._namespace + 'reset')
         if watch:
             yield judge_gyro(watch.cause if watch.problem() else '', watch.remedy,
                              watch.has_compared)
-        if not (watch and watch.problem() or board and board.remedy):    # these disturb the yaw
+        if not (disturbed or watch and watch.problem()):
             yield judge_drift(*drift_of(
                 [fields[:2] for ear in imu for _, _, fields in ear.messages],
                 [fields[1:] for ear in joints for _, _, fields in ear.messages if fields]),
                 self._namespace)
-        if any(ear.messages for ear in odom):
-            yield from self._judge_body(battery, state)
-
-    def _judge_body(self, battery, state):
-        """Yields the lines on battery and motors, if the robot has a board that tells of them."""
-        volts = [fields[1] for ear in battery for _, _, fields in ear.messages]
-        torques = [fields[1] for ear in state for _, _, fields in ear.messages]
-        if battery:
+        volts, torques = ([fields[1] for ear in ears for _, _, fields in ear.messages]
+                          for ears in (battery, state))
+        board_speaks = any(ear.messages for ear in odom)
+        if battery and board_speaks:
             yield judge_battery(min(volts, default=math.nan))
-        if state:
-            yield judge_motors(torques[-1] if torques else None, self._namespace,
-                               min(volts, default=CUT_OFF) >= CUT_OFF)
+        if state and board_speaks:
+            yield judge_motors(torques[-1] if torques else None, self._namespace)
 
     def _look_at_serial_node(self):
         """Yields the line on a board that does not publish anything: why?"""
         peers = peers_of(self._master, self._graph.serial_nodes)
         ears = [Ear('/rosout', node, peer.uri, line_of) for node, peer in peers.items()]
-        if ears:
-            listen(ears, LAST_LINE)
-        line = judge_firmware(self._lines(ears), '', is_there=False)
-        if line:
-            yield line
+        listen(ears, LAST_LINE if ears else 0.0)
+        yield from filter(None, [judge_firmware(self._lines(ears), '', {}, is_there=False)])
 
     def _lines(self, ears):
         """Returns the lines that the ears heard, without those of other robots of one process."""

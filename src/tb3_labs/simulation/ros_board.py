@@ -16,32 +16,16 @@ from tb3_labs.robot.turtlebot3 import CUT_OFF
 from tb3_labs.ros.rospy_internals import publish_now
 from tb3_labs.simulation.firmware import encoder
 
-SENSOR_STATE = '''uint8 BUMPER_FORWARD=1
-uint8 BUMPER_BACKWARD=2
-uint8 CLIFF=1
-uint8 SONAR=1
-uint8 ILLUMINATION=1
-uint8 BUTTON0=1
-uint8 BUTTON1=2
-uint8 ERROR_LEFT_MOTOR=1
-uint8 ERROR_RIGHT_MOTOR=2
-uint8 TORQUE_ON=1
-uint8 TORQUE_OFF=2
-Header header
-uint8 bumper
-float32 cliff
-float32 sonar
-float32 illumination
-uint8 led
-uint8 button
-bool torque
-int32 left_encoder
-int32 right_encoder
-float32 battery
-''' + 80 * '=' + '\nMSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n'
+CONSTANTS = ('BUMPER_FORWARD=1 BUMPER_BACKWARD=2 CLIFF=1 SONAR=1 ILLUMINATION=1 BUTTON0=1 '
+             'BUTTON1=2 ERROR_LEFT_MOTOR=1 ERROR_RIGHT_MOTOR=2 TORQUE_ON=1 TORQUE_OFF=2')
+FIELDS = ('Header header, uint8 bumper, float32 cliff, float32 sonar, float32 illumination, '
+          'uint8 led, uint8 button, bool torque, int32 left_encoder, int32 right_encoder, '
+          'float32 battery')
 DEFINITIONS = {
-    'turtlebot3_msgs/SensorState': SENSOR_STATE,
-    'turtlebot3_msgs/VersionInfo': 'string hardware\nstring firmware\nstring software\n'}
+    'SensorState': '\n'.join(
+        ['uint8 ' + name for name in CONSTANTS.split()] + FIELDS.split(', ')
+        + [80 * '=', 'MSG: std_msgs/Header', 'uint32 seq', 'time stamp', 'string frame_id', '']),
+    'VersionInfo': 'string hardware\nstring firmware\nstring software\n'}
 #: A firmware that was made for Melodic has another definition of BatteryState than Noetic.
 CHECKSUM = ('Creation of publisher failed: Checksum does not match: '
             '4ddae7f048e32fda22cac764685e3974,476f837fa6771f6e16e3bf4ef96f8770')
@@ -54,8 +38,8 @@ ASKS_AGAIN = 15 * 200
 @lru_cache(maxsize=None)
 def kind_of(name):
     """Returns the class of a message of turtlebot3_msgs: SensorState or VersionInfo."""
-    name = 'turtlebot3_msgs/' + name
-    return generate_dynamic(name, DEFINITIONS[name])[name]
+    full_name = 'turtlebot3_msgs/' + name
+    return generate_dynamic(full_name, DEFINITIONS[name])[full_name]
 
 
 class BoardTopics:
@@ -64,17 +48,14 @@ class BoardTopics:
     def __init__(self, prefix, firmware):
         self._name = prefix.replace('/', ': ')
         self._version_due = 0.0
-        self._state = self._publisher(prefix + 'sensor_state', kind_of('SensorState'))
-        self._version = self._publisher(prefix + 'firmware_version', kind_of('VersionInfo'))
-        self._battery = None
+        self._state, self._version, self._battery = (
+            rospy.Publisher(prefix + name, kind, queue_size=10) if kind else None
+            for name, kind in (
+                ('sensor_state', kind_of('SensorState')),
+                ('firmware_version', kind_of('VersionInfo')),
+                ('battery_state', BatteryState if firmware != 'melodic' else None)))
         if firmware == 'melodic':
             rospy.logerr('%s', self._name + CHECKSUM)
-        else:
-            self._battery = self._publisher(prefix + 'battery_state', BatteryState)
-
-    @staticmethod
-    def _publisher(topic, kind):
-        return rospy.Publisher(topic, kind, queue_size=10)
 
     def send(self, stamp, config, wheel_angles):
         """Publish the state at `stamp` [s] of a robot with these settings, with each odometry. If
