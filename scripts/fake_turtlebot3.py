@@ -4,10 +4,14 @@
 Subscribes
     cmd_vel       geometry_msgs/Twist          linear.x [m/s], angular.z [rad/s]
     reset         std_msgs/Empty               the firmware's reset (see simulation/simulator.py)
+    motor_power   std_msgs/Bool                torque of the motors: on, off
 Publishes (frames are in the node's namespace: robot3/odom in /robot3)
     imu           sensor_msgs/Imu              frame imu_link, ~imu_rate
     odom          nav_msgs/Odometry            odom -> base_footprint, ~odom_rate
     joint_states  sensor_msgs/JointState       with each odometry
+    battery_state sensor_msgs/BatteryState     with each odometry
+    sensor_state  turtlebot3_msgs/SensorState  with each odometry
+    firmware_version   turtlebot3_msgs/VersionInfo, once a second
     /tf           tf2_msgs/TFMessage           odom -> base_footprint, with each odometry
     /tf_static    tf2_msgs/TFMessage           world -> odom: true place of the odometry's origin
     ground_truth  geometry_msgs/PoseStamped    frame world, 50 Hz: for tests, never for control
@@ -40,6 +44,7 @@ import rospy
 from tb3_labs.config import Config, setting
 from tb3_labs.ros.node import read_config, read_model, run
 from tb3_labs.ros.dynparam import LiveSettings
+from tb3_labs.simulation.ros_board import UnsyncedRobot
 from tb3_labs.simulation.ros_robot import FakeRobot, Pacemaker, StaticFrames
 from tb3_labs.simulation.mystery import LAST, HiddenFault
 from tb3_labs.simulation.network import NETWORKS
@@ -82,7 +87,8 @@ class FakeTurtlebot3:
             settings = replace(_named(settings, NETWORKS[room.network], HOSTS[room.host]),
                                model=model)
             static_tf = StaticFrames()
-            self._robots = [FakeRobot(replace(own, seed=own.seed + number), namespace, static_tf)
+            self._robots = [UnsyncedRobot(namespace) if own.firmware == 'ros2' else
+                            FakeRobot(replace(own, seed=own.seed + number), namespace, static_tf)
                             for number, namespace, own in _placed(settings, room)]
             self._live = LiveSettings(settings, self._on_settings, fixed=STARTING)
         Pacemaker(self._robots, room.speed)

@@ -33,6 +33,7 @@ Parameters
         tb3_labs.nodes.move_to_goal
     ~law, ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.control.goal; they
     may change while it runs: dynparam set /move_to_goal max_linear 0.1
+    ~robot_file   the numbers of this robot: see tb3_labs.control.robot_file
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: Ctrl+C ends the imports below)
@@ -45,7 +46,7 @@ from sensor_msgs.msg import Imu
 
 from tb3_labs.control.driving import make_law
 from tb3_labs.control.goal import DriveConfig
-from tb3_labs.control.motor_response import Response
+from tb3_labs.control.robot_file import RobotFileConfig, read_response
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.nodes.move_to_goal import MoveToGoalConfig, MoveToGoalCore
 from tb3_labs.ros.clocks import steady_time
@@ -70,11 +71,12 @@ class MoveToGoal:
     """
 
     def __init__(self):
-        start, drive = read_config(MoveToGoalConfig, DriveConfig)
+        start, drive, of_robot = read_config(MoveToGoalConfig, DriveConfig, RobotFileConfig)
         if rospy.has_param('~has_control'):    # else a later start would read it, and drive
             rospy.delete_param('~has_control')
         self._model = read_model()
-        self._response = Response()              # of this robot, learned while it moves
+        # of this robot, learned while it moves
+        self._response = read_response(of_robot, self._model)
         self._core = MoveToGoalCore(make_law(drive, self._model, self._response),
                                     start.has_control, self._response,
                                     GyroWatch(self._model, rospy.resolve_name('reset')))

@@ -15,6 +15,7 @@ Publishes
 Parameters
     ~law, ~k_hdg, ~hdg_tol, ...: see TurnConfig in tb3_labs.control.turning; they may change while
     it runs: dynparam set /controller max_ang_z 1.0
+    ~robot_file   the numbers of this robot: see tb3_labs.control.robot_file
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: Ctrl+C ends the imports below)
@@ -29,7 +30,7 @@ import rospy
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64
 
-from tb3_labs.control.motor_response import Response
+from tb3_labs.control.robot_file import RobotFileConfig, read_response
 from tb3_labs.control.turning import TurnConfig, degrees_of, make_turn
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.msg import MouseController
@@ -55,8 +56,10 @@ class Controller:
     """Connects ROS, the keyboard and the ControllerCore."""
 
     def __init__(self):
-        config, self._model = read_config(TurnConfig), read_model()
-        self._response = Response()      # of this robot, learned while it moves
+        config, of_robot = read_config(TurnConfig, RobotFileConfig)
+        self._model = read_model()
+        # of this robot, learned while it moves
+        self._response = read_response(of_robot, self._model)
         self._core = ControllerCore(make_turn(config, self._model, self._response),
                                     GyroWatch(self._model, rospy.resolve_name('reset')))
         self._driver = Driver.NOBODY

@@ -22,8 +22,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 #: The nodes with settings: (name, script, launch file, classes that the script reads).
 NODES = (
     ('imu_sub', 'imu_sub.py', 'imu_sub.launch', ('ImuSubConfig',)),
-    ('controller', 'turtlebot_controller.py', 'turn.launch', ('TurnConfig',)),
-    ('move_to_goal', 'move2goal_tf.py', 'move2goal.launch', ('MoveToGoalConfig', 'DriveConfig')),
+    ('controller', 'turtlebot_controller.py', 'turn.launch', ('TurnConfig', 'RobotFileConfig')),
+    ('move_to_goal', 'move2goal_tf.py', 'move2goal.launch',
+     ('MoveToGoalConfig', 'DriveConfig', 'RobotFileConfig')),
     ('gamepad', 'gamepad.py', 'gamepad.launch', ('PadConfig',)),
     ('turtlebot3', 'fake_turtlebot3.py', 'fake_robot.launch', ('SimulatorConfig', 'ClassConfig')),
     ('panel', 'panel.py', 'panel.launch', ('PanelConfig',)),

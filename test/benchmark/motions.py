@@ -4,9 +4,10 @@
 Two tables compare both laws, on the same robots, starts, offsets and goals, all drawn at random
 from a fixed seed. A third table has drives over networks from good to bad, a fourth one the precise
 turns of robots of another kind than the default one: another lag, noise, delay, IMU and distance of
-the wheels. Then come resets of robots that another node lets spin at 1 rad/s, and how far they
-would miss the lab's goal. The last one has the ends of motions in which something fails. `at best`
-is, for a drive, the least time of any turn, straight line and turn within the same limits
+the wheels. A fifth one has the first turn and the first drive of a node, with the robot's numbers
+from a file and without. Then come resets of robots that another node lets spin at 1 rad/s, and how
+far they would miss the lab's goal. The last one has the ends of motions in which something fails.
+`at best` is, for a drive, the least time of any turn, straight line and turn within the same limits
 (tb3_labs.control.goal); for a turn, its angle at 1.5 rad/s; by its own motors, that with its
 delay, and with its lag until it turns slower than 0.01 rad/s. The time of a turn ends when the
 robot turns slower than 0.01 rad/s for good. `falsely` counts drives that were reported as
@@ -26,6 +27,7 @@ from stops import setting, stop_of_a_drive, stop_of_a_turn
 from rollout import STILL_ANGULAR, drive, turns
 
 from tb3_labs.control.goal import DRIVING, DriveConfig, GoalState, least_time
+from tb3_labs.control.robot_file import response_of
 from tb3_labs.control.turning import TurnConfig
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, robot_model
@@ -58,6 +60,13 @@ TURNING_ROBOTS = [('default', None), ('others', {})] + [
 TURNS_OF_A_ROBOT = 6
 NUMBER_OF_ROBOTS = 40
 OTHERS_ROW = '{:17} {:>26} {:>22} {:>24}'
+
+#: Robots whose numbers are known from a file, or not: the first turn and the first drive.
+KNOWN_ROBOTS = [('default', {}), ('host pi', HOSTS['pi'])] + [
+    ('lag {:.0f} ms, late by 2 x {:.0f} ms'.format(1e3 * lag, 1e3 * late), {
+        'motor_lag': lag, 'command_latency': late, 'sensor_latency': late})
+    for lag, late in ((0.15, 0.0), (0.05, 0.1), (0.15, 0.1))]
+KNOWN_ROW = '{:31} {:8} {:>23} {:>17} {:>14} {:>22} {:>20} {:>13}'
 
 #: Robots that are reset in a spin, and spins before that show how old their samples are.
 SPINNING_ROBOTS = [('default', {}), ('host laptop', HOSTS['laptop']), ('host pi', HOSTS['pi']),
@@ -160,6 +169,21 @@ def turns_of_one_robot(job):
             for degrees, turn in zip(asked, turns(asked, robot, wait=0.3 + 0.1 * rng.random()))]
 
 
+def first_motions(job):
+    """(rollout.SpotTurn by 90 deg, rollout.Drive 1 m straight ahead) of a robot, each the first of
+    its node, which has the robot's file or not."""
+    settings, has_file, seed = job
+    rng = random.Random(seed)
+    robot = SimulatorConfig(
+        start_yaw_deg=rng.uniform(-180.0, 180.0), imu_offset_deg=rng.uniform(-180.0, 180.0),
+        seed=seed, **settings)
+
+    def known():
+        return response_of(settings, robot_model(robot.model)) if has_file else None
+    turn, = turns([90.0], robot, wait=0.3 + 0.1 * rng.random(), response=known())
+    return turn, drive(Pose2(1.0), robot, response=known())
+
+
 def one_reset(job):
     """Angle by which a robot is off after a reset in a spin [rad]."""
     settings, spins_before, seed = job
@@ -247,6 +271,24 @@ def print_turns_of_others(pool):
             '{:.3f} / {:.3f} / {:.3f}'.format(*median_95_and_worst(own))), flush=True)
 
 
+def print_first_motions(pool, number):
+    """The table of first motions, with and without the numbers of the robot."""
+    print('\n' + KNOWN_ROW.format('median / worst, first', 'numbers', 'turn off [deg]',
+                                  'overshoot [deg]', 'time [s]', 'drive off [mm]', 'overrun [mm]',
+                                  'time [s]'))
+    for (name, settings), has_file in itertools.product(KNOWN_ROBOTS, (False, True)):
+        made, drives = zip(*pool.map(first_motions, [
+            (settings, has_file, seed) for seed in range(number)]))
+        columns = (('{:.2f} / {:.2f}', [abs(math.degrees(t.turned) - 90.0) for t in made]),
+                   ('{:.2f} / {:.2f}', [math.degrees(t.overshoot) for t in made]),
+                   ('{:.2f} / {:.2f}', [t.time for t in made]),
+                   ('{:.1f} / {:.1f}', [1e3 * d.distance_error for d in drives]),
+                   ('{:.1f} / {:.1f}', [1e3 * d.overrun for d in drives]),
+                   ('{:.1f} / {:.1f}', [d.time for d in drives]))
+        print(KNOWN_ROW.format(name, 'file' if has_file else 'usual', *[
+            words.format(*median_and_worst(values)) for words, values in columns]), flush=True)
+
+
 def print_resets(pool, number):
     """The table of resets in a spin."""
     print('\n' + SPIN_ROW.format('reset at 1 rad/s', 'spins before', 'off', 'goal missed by'))
@@ -280,6 +322,7 @@ def main(drives):
         print_drives_afar(pool, drives)
         print_turns(pool)
         print_turns_of_others(pool)
+        print_first_motions(pool, drives)
         print_resets(pool, drives)
     print_faults()
 

@@ -7,10 +7,11 @@ Units: seconds, metres, radians.
 """
 import math
 from dataclasses import dataclass
-from typing import Callable, List, Sequence, Union
+from typing import Callable, List, Optional, Sequence, Union
 
 from tb3_labs.control.driving import make_law
 from tb3_labs.control.goal import DriveConfig, GoalState
+from tb3_labs.control.motor_response import Response
 from tb3_labs.control.pace import Listening
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn
@@ -64,14 +65,17 @@ class Drive:
 
 
 def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig = DriveConfig(),
-          declared: Pose2 = Pose2(), give_up_after: float = 180.0) -> Drive:
+          declared: Pose2 = Pose2(), give_up_after: float = 180.0,
+          response: Optional[Response] = None) -> Drive:
     """Let a robot that was declared to be at `declared` drive to `goal` (both in local).
 
-    A drive that is still active after `give_up_after` [s] has not reached its goal.
+    A drive that is still active after `give_up_after` [s] has not reached its goal. `response`: the
+    robot's delays as far as known.
     """
     model = robot_model(robot_config.model)
     robot = Simulator(robot_config)
-    navigator = MoveToGoalCore(make_law(drive_config, model), has_control=True)
+    response = response or Response()
+    navigator = MoveToGoalCore(make_law(drive_config, model, response), True, response)
     _navigate(robot, navigator, 0.2)
     _reset(robot, navigator, declared)
     _navigate(robot, navigator, 0.5)
@@ -108,11 +112,13 @@ def _reset(robot: Simulator, navigator: MoveToGoalCore, declared: Pose2) -> None
 
 
 def turns(degrees: Sequence[float], robot_config: SimulatorConfig,
-          turn_config: TurnConfig = TurnConfig(), wait: float = 0.3) -> List[SpotTurn]:
+          turn_config: TurnConfig = TurnConfig(), wait: float = 0.3,
+          response: Optional[Response] = None) -> List[SpotTurn]:
     """Let a robot make several turns on the spot [deg, left positive], one after the other, the
-    first one `wait` [s] after its start. Returns a SpotTurn for each."""
+    first one `wait` [s] after its start. Returns a SpotTurn for each. `response`: the robot's delays
+    as far as known."""
     robot = Simulator(robot_config)
-    controller = ControllerCore(make_turn(turn_config, robot_model(robot_config.model)))
+    controller = ControllerCore(make_turn(turn_config, robot_model(robot_config.model), response))
     _control(robot, controller, wait)
     return [_turn(robot, controller, asked) for asked in degrees]
 

@@ -50,6 +50,13 @@ FOUND = (
     ('robot3', 'Drivers', 'FAULT', '/doctor .* and /rival .* at the same time'),
     ('robot3', 'Gyro', 'FAULT',
      'the gyro contradicts the wheels.*rostopic pub -1 /robot3/reset std_msgs/Empty'),
+    ('weak', 'Battery', 'FAULT', '10.9 V: below 11.0 V the board cuts the motors'),
+    ('weak', 'Drift', 'warning', r'\+(59|60|61)\..* deg/min'),
+    ('weak', 'Motors', 'FAULT', 'do not answer'),
+    ('robot3', 'Motors', 'FAULT', 'torque is off.*rostopic pub -1 /robot3/motor_power'),
+    ('robot3', 'Firmware', 'warning', r'checksum does not match\): there is no battery_state'),
+    ('ros2', 'Robot', 'FAULT', 'nobody publishes /ros2/imu'),
+    ('ros2', 'Firmware', 'FAULT', 'unable to sync with device.*ROS 2'),
     ('ahead', 'Clock', 'FAULT', r'3\.[01] s ahead'),
     ('nameless', 'Nodes', 'FAULT', 'robot4.invalid.*cannot resolve.*/etc/hosts'),
     ('silent', 'Nodes', 'FAULT', '/silent/core .* does not answer'),
@@ -159,7 +166,10 @@ class DoctorTest(NodeCase):
     @classmethod
     def _start_patients(cls):
         cls.keep(Node(*ROBOT, '__name:=robots', '_robots:=2'))
-        cls.keep(Node(*ROBOT, *HOLDING, '_gyro_bias_deg:=-28', '__name:=robot', '__ns:=/robot3'))
+        cls.keep(Node(*ROBOT, *HOLDING, '_gyro_bias_deg:=-28', '_motors_off:=true',
+                      '_firmware:=melodic', '__name:=robot', '__ns:=/robot3'))
+        cls.keep(Node(*ROBOT, '_battery:=10.9', '_imu_drift_deg_per_min:=60', '__ns:=/weak'))
+        cls.keep(Node(*ROBOT, '_firmware:=ros2', '__ns:=/ros2'))
         cls.keep(Program(['rostopic', 'pub', '-r', '10', '__name:=rival', '/robot3/cmd_vel',
                           'geometry_msgs/Twist', '{}']))
         cls.publishers = [rospy.Publisher(name, kind, queue_size=1) for name, kind in (
@@ -173,7 +183,9 @@ class DoctorTest(NodeCase):
         register('/silent/', 'http://127.0.0.1:%d/' % cls.silent.getsockname()[1])
         register('/elsewhere/', stand_in(getPid=1, getMasterUri='http://10.9.9.9:11311',
                                          getBusInfo=[]))
-        cls.wait_for_publisher('/robot1/odom', '/robot3/odom', '/robot3/cmd_vel')
+        cls.wait_for_publisher('/robot1/odom', '/robot3/odom', '/robot3/cmd_vel',
+                               '/weak/odom')
+        cls.wait_for(lambda: '/ros2/turtlebot3' in dict(cls.state()[0])['/rosout'])
         time.sleep(1.0)    # robots connect to their drivers
 
     @classmethod
@@ -230,7 +242,8 @@ class DoctorTest(NodeCase):
         call = cls.doctors.call
         before = cls.state()
         call('healthy', 'robot1')
-        for namespace in ('robot2', 'robot3', 'robot9', 'ahead', 'nameless', 'silent', 'elsewhere'):
+        for namespace in ('robot2', 'robot3', 'robot9', 'ahead', 'nameless', 'silent', 'elsewhere',
+                          'weak', 'ros2'):
             call(namespace, namespace, '--seconds', '4' if namespace == 'robot3' else '1')
         call('robot3 longer', 'robot3', '--seconds', '5.5')
         if cls.hosts:
@@ -295,7 +308,8 @@ class DoctorTest(NodeCase):
         self.assertEqual(status, 0)
         self.assertEqual(list(lines), [
             'Python', 'Address', 'NAT', 'Master', 'Masters', 'Robot', 'Nodes', 'Names', 'Way',
-            'Drivers', 'imu', 'odom', 'Clock', 'Gyro', 'Gamepad', 'Mouse', 'Disk', 'Way back'])
+            'Drivers', 'Firmware', 'imu', 'odom', 'Clock', 'Gyro', 'Drift', 'Battery', 'Motors',
+            'Gamepad', 'Mouse', 'Disk', 'Way back'])
         self.assertIn('agrees with the wheels', lines['Gyro'])
         # a busy machine holds messages up; another master may run on it
         self.assertEqual([line for subject, line in lines.items() if not line.startswith('ok') and (

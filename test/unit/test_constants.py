@@ -8,7 +8,7 @@ from dataclasses import fields
 import pytest
 
 from tb3_labs.control import (
-    approach, dead_time, driving, goal_machine, motor_response, pace, turning)
+    approach, dead_time, driving, goal_machine, motor_response, pace, robot_file, turning)
 from tb3_labs.geometry import estimate, quaternions, se2
 from tb3_labs.localization import (
     contradiction, heading, localizer, odometry_jumps, sample_buffer, sender_clock)
@@ -65,6 +65,7 @@ NUMBERS = {
         'LEARNING': 0.1, 'STEADY': 0.08, 'STEADY_TIME': 0.12, 'CRUISING': 0.5,
         'LEARNING_TIME': 1.5, 'ONSET': 0.03, 'SPEEDING_UP': (0.1, 1.5), 'TELLING': 0.2, 'PROMPT': 0.98,
         'RESOLUTION': 0.001, 'QUIET': 0.6},
+    robot_file: {'SAME_MODEL': 0.2},
     pace: {'EARLY': 0.0035, 'LONGEST_IDLE': 0.036},
     turning: {'PERIOD': 1.0 / 30.0},
     turning.LabTurn: {'period': 0.1, 'MAX_ANGLE': math.pi},

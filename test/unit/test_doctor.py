@@ -1,6 +1,7 @@
 """The doctor's judgements: each line from made-up measurements, in the words of the symptom."""
 import io
 import math
+import random
 import re
 import socketserver
 import struct
@@ -13,8 +14,12 @@ import pytest
 from tb3_labs.doctor import examination
 from tb3_labs.doctor.examination import (
     examine, judge_disk, judge_mouse, judge_pad, judge_python)
+from tb3_labs.doctor.body import (
+    BODY_TOPICS, CHECKSUMS, drift_of, judge_battery, judge_board, judge_drift, judge_firmware,
+    judge_motors)
 from tb3_labs.doctor.line import Verdict, exit_status, fault, ok, printed, summary, warning
-from tb3_labs.doctor.listening import Ear, imu_of, listen, stamp_of, wheels_of
+from tb3_labs.doctor.listening import (
+    Ear, imu_of, line_of, listen, stamp_of, torque_of, version_of, voltage_of, wheels_of)
 from tb3_labs.doctor.network import (
     PROBLEMS, Address, Answer, judge_address, judge_master, judge_nat, judge_second_master,
     own_addresses, way_out)
@@ -229,21 +234,112 @@ def test_gyro(problem, is_compared, verdict, words):
     check(judge_gyro(problem, 'let it rest', is_compared), verdict, words)
 
 
+# ----- the body
+
+@pytest.mark.parametrize('volts, verdict, words', [
+    (12.3, OK, '12.3 V'), (11.21, OK, '11.2'), (11.19, WARNING, 'charge'), (11.01, WARNING, 'cuts'),
+    (10.99, FAULT, '11.0 V: below 11.0 V the board cuts the motors'), (6.1, FAULT, 'charge'),
+    (5.0, FAULT, 'USB alone'), (math.nan, WARNING, 'did not come')])
+def test_battery(volts, verdict, words):
+    check(judge_battery(volts), verdict, words)
+
+
+def test_motors():
+    check(judge_motors(True), OK, 'on')
+    check(judge_motors(False, '/robot3/'), FAULT, 'torque is off',
+          'rostopic pub -1 /robot3/motor_power std_msgs/Bool true')
+    check(judge_motors(None), FAULT, 'do not answer', 'cables')
+
+
+@pytest.mark.parametrize('lines, version, more, verdict, words', [
+    ([], '1.2.6', {}, OK, '1.2.6'), ([], '1.2.2', {}, WARNING, '1.2.2, but the labs know 1.2.6'),
+    (['Requesting topics...'], '1.2.6', {}, OK, '1.2.6'),
+    (['Requesting topics...'], '', {'is_there': False}, FAULT, 'ROS 2'),
+    (['Unable to sync with device; possible link problem'], '', {}, FAULT, 'burger_noetic'),
+    (['Lost sync with device, restarting...'], '', {}, FAULT, 'the board is off'),
+    (['Creation of publisher failed: Checksum does not match: 4d,47'], '1.2.6', {}, WARNING,
+     'another definition'),
+    (['Creation of publisher failed: Checksum does not match: 4d,47'], '', {'is_there': False}, FAULT,
+     'another definition'),
+    ([], '1.2.6', {'missing': ['battery_state']}, WARNING, 'there is no battery_state'),
+    ([], '1.2.6', {'checksums': dict(CHECKSUMS, imu='*', sensor_state='5e')}, OK, '1.2.6'),
+    ([], '1.2.6', {'checksums': {'imu': CHECKSUMS['odom']}}, FAULT,
+     'imu has another definition (md5 cd5e73d190d741a2f92e81eda573aca7)')])
+def test_firmware(lines, version, more, verdict, words):
+    check(judge_firmware(lines, version, **dict({'checksums': {}}, **more)), verdict, words)
+
+
+def test_a_firmware_of_which_nothing_is_known_has_no_line():
+    assert judge_firmware(['some line'], '', {}) is None
+    assert judge_firmware([], '', {}, is_there=False) is None
+
+
+def test_the_checksums_are_those_of_the_messages():
+    from nav_msgs.msg import Odometry
+    from sensor_msgs.msg import BatteryState, Imu, JointState
+    assert CHECKSUMS == {'imu': Imu._md5sum, 'odom': Odometry._md5sum,
+                         'joint_states': JointState._md5sum, 'battery_state': BatteryState._md5sum}
+
+
+BEGIN, END, RESET, CONNECTED = ('Start Calibration of Gyro', 'Calibration End', 'Reset Odometry',
+                                'Connected to OpenCR board!')
+
+
+@pytest.mark.parametrize('lines, verdict, words', [
+    ([END], OK, 'calibrated'), ([RESET], OK, 'calibrated'), ([BEGIN], WARNING, 'calibrates its gyro now'),
+    ([END, CONNECTED], WARNING, 'calibrates its gyro now'),
+    ([END, CONNECTED, BEGIN, END], WARNING, 'restarted'), ([BEGIN, END], WARNING, 'restarted'),
+    ([END, BEGIN, END, RESET], WARNING, 'was reset meanwhile')])
+def test_board(lines, verdict, words):
+    check(judge_board(['robot1: ' + line for line in lines]), verdict, words)
+    assert judge_board(['Setup publisher on imu']) is None
+
+
+@pytest.mark.parametrize('drift, error, verdict, words', [
+    (1.9, 0.0, OK, '+1.9 deg/min'), (-2.1, 0.0, WARNING, '-2.1 deg/min'),
+    (2.1, 0.0, WARNING, 'rostopic pub -1 /robot3/reset'), (2.5, 0.6, OK, '+2.5'),
+    (None, 0.0, OK, 'cannot be seen')])
+def test_drift(drift, error, verdict, words):
+    check(judge_drift(drift, error, '/robot3/'), verdict, words)
+
+
+@pytest.mark.parametrize('start', [0.0, math.pi - 0.001, -math.pi])
+def test_the_drift_of_a_standing_robot_is_the_slope_of_its_yaw(start):
+    rate, chance = math.radians(6.0) / 60.0, random.Random(1)
+    still, turning = [(1.0, 2.0), (1.004, 2.0)], [(1.0, 2.0), (1.0, 2.006)]
+    imu = [(100.0 + 0.01 * k, math.remainder(start + rate * 0.01 * k, 2.0 * math.pi))
+           for k in range(500)]
+    assert drift_of(imu, still)[0] == pytest.approx(6.0)
+    assert drift_of(imu, turning)[0] is None
+    assert drift_of(imu[:11], still)[0] is None and drift_of(imu[:1] * 20, still)[0] == 0.0
+    noisy = [(stamp, yaw + chance.gauss(0.0, math.radians(0.1))) for stamp, yaw in imu]
+    drift, error = drift_of(noisy, still)
+    # 0.1 deg of noise in two means of 125 samples, 3.75 s apart: 0.1 x sqrt(2 / 125) / 3.75 s, twice
+    assert abs(drift - 6.0) < 1.5 * error and error == pytest.approx(0.40, rel=0.2)
+
+
 # ----- the looks themselves, at a robot of this process
 
 def messages_at(stamp):
     """{topic: the bytes of a message} of a robot at rest."""
     from geometry_msgs.msg import Twist
     from nav_msgs.msg import Odometry
-    from sensor_msgs.msg import Imu, JointState
+    from sensor_msgs.msg import BatteryState, Imu, JointState
+    from rosgraph_msgs.msg import Log
+    from tb3_labs.simulation.ros_board import kind_of
+    state = kind_of('SensorState')(torque=True, left_encoder=-1, battery=11.5)
+    version = kind_of('VersionInfo')('2020', '1.2.6', '2.0')
+    battery, log = BatteryState(voltage=11.5), Log(msg='Calibration End', name=CORE)
     imu, odom, wheels, packed = Imu(), Odometry(), JointState(), {}
-    for message in (imu, odom, wheels):
+    for message in (imu, odom, wheels, battery, log, state):
         message.header.frame_id = 'base_link'
         message.header.stamp.secs, message.header.stamp.nsecs = int(stamp), int(stamp % 1.0 * 1e9)
-    imu.orientation.z, imu.angular_velocity.x, imu.angular_velocity.z = 0.6, 0.1, 0.002
+    imu.orientation.z, imu.orientation.w = math.sin(0.3), math.cos(0.3)
+    imu.angular_velocity.x, imu.angular_velocity.z = 0.1, 0.002
     wheels.name, wheels.position = ['wheel_right_joint', 'wheel_left_joint'], [2.5, -1.5]
     for topic, message in (('imu', imu), ('odom', odom), ('joint_states', wheels),
-                           ('cmd_vel', Twist())):
+                           ('cmd_vel', Twist()), ('battery_state', battery), ('rosout', log),
+                           ('sensor_state', state), ('firmware_version', version)):
         packed['/' + topic] = io.BytesIO()
         message.serialize(packed['/' + topic])
     return {topic: buffer.getvalue() for topic, buffer in packed.items()}
@@ -252,18 +348,23 @@ def messages_at(stamp):
 def test_the_fields_of_a_message_are_read_from_its_bytes():
     told = messages_at(12.25)
     assert stamp_of(told['/odom']) == (12.25,)
-    assert imu_of(told['/imu']) == (12.25, 0.6, 0.002)
+    assert imu_of(told['/imu']) == pytest.approx((12.25, 0.6, 0.002))
+    assert (line_of(told['/rosout']), voltage_of(told['/battery_state'])) == (
+        (12.25, 'Calibration End'), (12.25, 11.5))
+    assert torque_of(told['/sensor_state']) == (12.25, True)
+    assert version_of(told['/firmware_version']) == ('1.2.6',)
     assert wheels_of(told['/joint_states']) == (12.25, -1.5, 2.5)
 
 
 class Publisher(socketserver.StreamRequestHandler):
-    """Sends sixty messages to each subscriber, of cmd_vel five, and closes the connection."""
+    """Sends sixty messages to each subscriber, of cmd_vel five, of rosout one, and closes the connection."""
 
     def handle(self):
         header = self.rfile.read(struct.unpack('<I', self.rfile.read(4))[0])
         topic = re.search(rb'topic=(/\w+)', header).group(1).decode()
-        self.wfile.write(struct.pack('<I', 0))
-        for _ in range(5 if topic == '/cmd_vel' else 60):
+        checksum = b'md5sum=' + CHECKSUMS.get(topic[1:], '*').encode()
+        self.wfile.write(struct.pack('<II', 4 + len(checksum), len(checksum)) + checksum)
+        for _ in range({'/cmd_vel': 5, '/rosout': 1}.get(topic, 60)):
             told = messages_at(time.time())[topic]
             self.wfile.write(struct.pack('<I', len(told)) + told)
             time.sleep(0.01)
@@ -275,7 +376,8 @@ def robot():
     with SimpleXMLRPCServer(('127.0.0.1', 0), logRequests=False) as asked, \
             socketserver.ThreadingTCPServer(('127.0.0.1', 0), Publisher) as publisher:
         uri = 'http://localhost:{}/'.format(asked.server_address[1])
-        publishers = [['/' + topic, [CORE]] for topic in ('imu', 'odom', 'joint_states')]
+        publishers = [['/' + topic, [CORE]] for topic in (
+            'imu', 'odom', 'joint_states', 'rosout', *BODY_TOPICS)]
         for method, value in (
                 ('getSystemState', [publishers + [['/cmd_vel', ['/pad']]],
                                     [['/cmd_vel', [CORE]]], []]),
@@ -299,7 +401,9 @@ def test_a_sound_robot_is_found_sound(robot, monkeypatch):
             ('Address', 'this computer alone'), ('Master', 'answers in'), ('Robot', CORE),
             ('Nodes', CORE + ' answers in'), ('Names', 'the same master'),
             ('Way back', 'connected to /pad'),
-            ('Drivers', '/pad drives'), ('Clock', 'right within'), ('Gyro', 'agrees')):
+            ('Drivers', '/pad drives'), ('Clock', 'right within'), ('Gyro', 'agrees'),
+            ('Drift', '+0.0 deg/min'), ('Battery', '11.5 V'), ('Motors', 'on'),
+            ('Firmware', '1.2.6'), ('Board', 'calibrated')):
         check(lines[subject], OK, words)
     assert FAULT not in (lines['imu'].verdict, lines['odom'].verdict)
     for seconds in (0.3, 1.0, 3.0):     # a busy machine may connect late
@@ -308,6 +412,9 @@ def test_a_sound_robot_is_found_sound(robot, monkeypatch):
         if ear.messages:
             break
     assert (len(ear.messages), ear.problem) == (5, '')
+    ear = Ear('/imu', CORE, robot)
+    listen([ear], 0.8)
+    assert ear.checksum == CHECKSUMS['imu']
 
 
 def test_without_a_master_the_way_there_is_judged(monkeypatch):

@@ -30,9 +30,22 @@ class Sensors:
         self.samples += burst
 
 
+class Board:
+    """Stands in for BoardTopics."""
+
+    def __init__(self, prefix, firmware):
+        pass
+
+    def send(self, *state):
+        pass
+
+    say = send
+
+
 def test_its_fault_comes_and_goes_and_no_truth_is_said(monkeypatch):
     published = []
     monkeypatch.setattr(ros_robot, 'SensorTopics', Sensors)
+    monkeypatch.setattr(ros_robot, 'BoardTopics', Board)
     monkeypatch.setattr(ros_robot, 'publisher', lambda *words: published.append(words))
     monkeypatch.setattr(ros_robot, 'subscribe', lambda *words: None)
     plain = SimulatorConfig(imu_rate=20.0)

@@ -95,13 +95,16 @@ class Response:
     """Delay, lag and gain of one robot; shared by all approaches of that robot."""
 
     def __init__(self, delay: float = FIRST_DELAY, lag: float = FIRST_LAG,
-                 gain: float = 1.0) -> None:
+                 gain: float = 1.0, turn_scale: float = 1.0) -> None:
         #: Time from a command to the moment at which the motors begin to follow it [s].
         self.delay = delay
         #: Time constant of the motors [s].
         self.lag = lag
         #: Steady speed as a share of the command.
         self.gain = gain
+        #: A turn is commanded at this many times its rate: the distance of the wheels over that of
+        #: the model.
+        self.turn_scale = turn_scale
         self._count = 0             # of measurements
         self._usual_delay = 0.0     # mean of the measured delays [s]
 

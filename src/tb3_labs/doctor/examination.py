@@ -5,6 +5,7 @@ This file also has the judgements of this computer: its Python, gamepad, mouse a
 import glob
 import importlib
 import importlib.util
+import math
 import os
 import shutil
 import socket
@@ -13,8 +14,11 @@ import time
 from dataclasses import replace
 from typing import Iterator, Mapping, Sequence, Tuple
 
+from tb3_labs.doctor.body import (
+    BODY_TOPICS, drift_of, judge_battery, judge_board, judge_drift, judge_firmware, judge_motors)
 from tb3_labs.doctor.line import Line, fault, ok, warning
-from tb3_labs.doctor.listening import Ear, compare, imu_of, listen, stamp_of, wheels_of
+from tb3_labs.doctor.listening import (
+    Ear, compare, imu_of, line_of, listen, stamp_of, torque_of, version_of, voltage_of, wheels_of)
 from tb3_labs.doctor.network import (
     Address, is_own, judge_address, judge_master, judge_nat, judge_second_master, nat_kind,
     own_addresses, resolved, way_out)
@@ -33,6 +37,9 @@ RECORDS_NO_MORE = 1e9
 RECORDS_NOT_LONG = 5e9
 
 SOURCE = 'source scripts/setup.sh in this terminal, then rosrun tb3_labs doctor.py'
+AFTER_BOARD = 'what the line on the board says, then call the doctor again'
+#: The last line of a node comes within this time [s].
+LAST_LINE = 0.5
 #: A robot needs at most this long to connect to a driver that has just been started [s].
 CONNECTING = 1.0
 
@@ -91,6 +98,8 @@ class _Robot:
         yield judge_second_master(self._master.uri, second_masters(self._master, reached))
         yield judge_presence(self._graph.imu, self._graph.odom, self._graph.hearers,
                              self._namespace, self._graph.others)
+        if not self._graph.imu and not self._graph.odom:
+            yield from self._look_at_serial_node()
         if not self._peers:
             return
         yield judge_nodes({node: peer.answer for node, peer in self._peers.items()},
@@ -120,26 +129,68 @@ class _Robot:
 
     def _listen(self, seconds, alive):
         """Yields the lines on drivers, sensors and clock."""
-        imu, odom, joints = (
+        graph = self._graph
+        imu, odom, joints, battery, state, version = (
             [Ear(self._namespace + name, node, alive[node].uri, read)
              for node in nodes if node in alive][:1]
-            for name, nodes, read in (('imu', self._graph.imu, imu_of),
-                                      ('odom', self._graph.odom, stamp_of),
-                                      ('joint_states', self._graph.joints, wheels_of)))
+            for name, nodes, read in (
+                ('imu', graph.imu, imu_of), ('odom', graph.odom, stamp_of),
+                ('joint_states', graph.joints, wheels_of),
+                *((name, graph.body[name], read)
+                  for name, read in zip(BODY_TOPICS, (voltage_of, torque_of, version_of)))))
+        printed = [Ear('/rosout', node, alive[node].uri, line_of)
+                   for node in graph.serial_nodes if node in alive]
         commands = [Ear(self._namespace + 'cmd_vel', node, peer.uri)
                     for node, peer in self._drivers.items() if not peer.answer.problem]
-        pause = listen(commands + imu + odom + joints, seconds)
+        pause = listen(commands + imu + odom + joints + battery + state + version + printed,
+                       seconds)
         yield judge_drivers(self._graph.drivers, {
             ear.node: len(ear.messages) for ear in commands}, seconds, [
                 node for node, peer in self._drivers.items() if peer.answer.problem])
+        lines = self._lines(printed)
+        versions = [fields[0] for ear in version for _, _, fields in ear.messages]
+        firmware = judge_firmware(
+            lines, versions[-1] if versions else '',
+            {ear.topic.rpartition('/')[2]: ear.checksum for ear in imu + odom + joints + battery},
+            graph.missing)
+        board = judge_board(lines)
+        disturbed = bool(board and board.remedy)
+        yield from filter(None, (firmware, board))
         for ear in imu + odom:
-            yield judge_stream(ear.topic, len(ear.messages), ear.seconds, *ear.gap(), ear.problem,
-                               pause, is_own(alive[ear.node].address))
+            line = judge_stream(ear.topic, len(ear.messages), ear.seconds, *ear.gap(), ear.problem,
+                                pause, is_own(alive[ear.node].address))
+            # a board that calibrates is silent
+            yield replace(line, remedy=AFTER_BOARD) if disturbed and line.remedy else line
         yield self._judge_clock(imu + odom, alive)
         watch = compare(imu, joints, self._namespace + 'reset')
         if watch:
             yield judge_gyro(watch.cause if watch.problem() else '', watch.remedy,
                              watch.has_compared)
+        if not (disturbed or watch and watch.problem()):
+            yield judge_drift(*drift_of(
+                [fields[:2] for ear in imu for _, _, fields in ear.messages],
+                [fields[1:] for ear in joints for _, _, fields in ear.messages if fields]),
+                self._namespace)
+        volts, torques = ([fields[1] for ear in ears for _, _, fields in ear.messages]
+                          for ears in (battery, state))
+        board_speaks = any(ear.messages for ear in odom)
+        if battery and board_speaks:
+            yield judge_battery(min(volts, default=math.nan))
+        if state and board_speaks:
+            yield judge_motors(torques[-1] if torques else None, self._namespace)
+
+    def _look_at_serial_node(self):
+        """Yields the line on a board that does not publish anything: why?"""
+        peers = peers_of(self._master, self._graph.serial_nodes)
+        ears = [Ear('/rosout', node, peer.uri, line_of) for node, peer in peers.items()]
+        listen(ears, LAST_LINE if ears else 0.0)
+        yield from filter(None, [judge_firmware(self._lines(ears), '', {}, is_there=False)])
+
+    def _lines(self, ears):
+        """Returns the lines that the ears heard, without those of other robots of one process."""
+        others = tuple(name.strip('/') + ': ' for name in self._graph.others if name != '/')
+        return [fields[1] for ear in ears for _, _, fields in ear.messages
+                if not fields[1].startswith(others)]
 
     def _judge_clock(self, ears, alive):
         simulated = Peer(self._master.uri).ask('getParam', '/use_sim_time') is True

@@ -7,6 +7,7 @@ message are read from its bytes, because the doctor also runs if no message clas
 """
 import math
 import os
+import re
 import socket
 import struct
 import threading
@@ -31,11 +32,10 @@ def stamp_of(body):
 
 
 def imu_of(body):
-    """Returns the fields of an ImuSample, from a sensor_msgs/Imu. In place of the yaw stands one
-    number of the orientation: this is enough to find a repeated sample."""
+    """Returns the fields of an ImuSample, from a sensor_msgs/Imu."""
     stamp, at = _header(body)
-    motion = MOTION.unpack_from(body, at)
-    return stamp, motion[2], motion[-1]
+    x, y, z, w, *_, rate = MOTION.unpack_from(body, at)
+    return stamp, math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z), rate
 
 
 def wheels_of(body):
@@ -50,6 +50,31 @@ def wheels_of(body):
     angles = dict(zip(names, struct.unpack_from('<{}d'.format(count), body, at)))
     left, right = (angles.get(joint.encode()) for joint in WHEEL_JOINTS)
     return None if left is None or right is None else (stamp, left, right)
+
+
+def voltage_of(body):
+    """Returns (stamp [s], voltage [V]) of a sensor_msgs/BatteryState."""
+    stamp, at = _header(body)
+    return (stamp, *struct.unpack_from('<f', body, at))
+
+
+def torque_of(body):
+    """Returns (stamp [s], is the torque on?) of a turtlebot3_msgs/SensorState: the byte before the
+    encoders and the battery, in all versions that have it."""
+    return _header(body)[0], bool(body[-13])
+
+
+def version_of(body):
+    """Returns (version,) of a turtlebot3_msgs/VersionInfo."""
+    _, at = _text(body, 0)
+    return _text(body, at)[0].decode('utf-8', 'replace'),
+
+
+def line_of(body):
+    """Returns (stamp [s], line) of a rosgraph_msgs/Log."""
+    stamp, at = _header(body)
+    _, at = _text(body, at + 1)
+    return stamp, _text(body, at)[0].decode('utf-8', 'replace')
 
 
 def _header(body):
@@ -75,12 +100,12 @@ class Ear:
     """One publisher of one topic, heard by a thread of its own until it is closed.
 
     `messages` is a list of (monotonic clock [s], wall clock [s], fields). `problem` is '', or tells
-    why nothing can be heard. `read(bytes)` returns the fields of a message, the stamp first; None
-    if they are not needed.
+    why nothing can be heard. `checksum` is that of the message's definition, '' if it is unknown.
+    `read(bytes)` returns the fields of a message, the stamp first; None if they are not needed.
     """
 
     def __init__(self, topic, node, uri, read=lambda body: None):
-        self.topic, self.node, self.messages = topic, node, []
+        self.topic, self.node, self.messages, self.checksum = topic, node, [], ''
         self.problem = 'no connection to {}'.format(node)
         self._uri, self._read = uri, read
         self._begun = self._ended = time.monotonic()
@@ -128,6 +153,7 @@ class Ear:
             answer = _piece(stream)
             if b'error=' in answer:
                 raise ValueError(answer.partition(b'error=')[2].decode('utf-8', 'replace'))
+            self.checksum = (re.findall(rb'md5sum=(\w+)', answer) or [b''])[0].decode()
             self.problem, self._begun = '', time.monotonic()
             link.settimeout(None)
             while not self._is_closed:

@@ -12,6 +12,7 @@ import urllib.parse
 import xmlrpc.client
 from concurrent import futures
 
+from tb3_labs.doctor.body import BODY_TOPICS, SERIAL_NODES
 from tb3_labs.doctor.network import Answer, is_loopback, is_own, resolved
 from tb3_labs.doctor.robot import Driver, MasterName
 
@@ -159,6 +160,17 @@ class Graph:
         hearers = subscribers.get(namespace + 'cmd_vel', [])
         self.hearers = [node for node in hearers if node in self.imu + self.odom] or [
             node for node in hearers if node not in self.drivers]
+        #: {topic of the body: nodes that publish it}.
+        self.body = {name: publishers.get(namespace + name, []) for name in BODY_TOPICS}
+        is_board = any(self.body.values())
+        #: Topics that a board lacks, although it has others of the body.
+        self.missing = [name for name in ('battery_state', 'sensor_state')
+                        if is_board and not self.body[name]]
+        #: Nodes that may print the lines of the board.
+        self.serial_nodes = [
+            node for node in publishers.get('/rosout', []) if node in self.imu or (
+                not self.imu and node.rpartition('/')[0] + '/' == namespace
+                and any(name in node.rpartition('/')[2] for name in SERIAL_NODES))]
         self.robot_nodes = sorted(set(self.imu + self.odom + self.hearers))
         #: The namespaces that have a robot, other than this one.
         self.others = sorted({topic[:-len('odom')] for topic in publishers

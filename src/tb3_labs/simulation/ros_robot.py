@@ -14,7 +14,7 @@ from geometry_msgs.msg import PoseStamped, Twist, Vector3
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
-from std_msgs.msg import Empty, Header
+from std_msgs.msg import Bool, Empty, Header
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.robot.samples import ImuSample
@@ -23,6 +23,7 @@ from tb3_labs.ros.conversions import frame, to_pose_stamped, to_quaternion, to_t
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import publish_now
 from tb3_labs.ros.topics import subscribe
+from tb3_labs.simulation.ros_board import BoardTopics
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import STARTING
 
@@ -64,11 +65,13 @@ class FakeRobot:
         self._hidden = hidden
         self._robot = Simulator(hidden.settings_at(0.0) if hidden else settings)
         self._sensors = SensorTopics(prefix)
+        self._board = BoardTopics(prefix, self._robot.config.firmware)
         self._truth = None if hidden else publisher(prefix + 'ground_truth', PoseStamped)
         self._static_tf = static_tf
         self._origin = None
         subscribe(prefix + 'cmd_vel', Twist, self._on_command)
         subscribe(prefix + 'reset', Empty, self._on_reset)
+        subscribe(prefix + 'motor_power', Bool, self._on_motor_power)
 
     def configure(self, settings):
         """Use other settings from now on, except those of the start."""
@@ -92,12 +95,18 @@ class FakeRobot:
             origin = self._robot.sensors.origin
             truth = self._robot.truth if truth_is_due else None
             self._sensors.note_wheels(self._robot.sensors)
+            config, odometer = self._robot.config, self._robot.sensors.odometer
+            printed = list(self._robot.printed)
+            self._robot.printed.clear()
         if self._static_tf and self._origin != origin:
             self._origin = origin
             self._static_tf.send(
                 to_transform(origin, 'world', self._sensors.frames['odom'], now))
         for burst in bursts:
             self._sensors.send(burst, epoch)
+            if not all(isinstance(sample, ImuSample) for sample in burst):
+                self._board.send(now, config, odometer.wheel_angles)
+        self._board.say(printed)
         if truth is not None:
             publish_now(self._truth, to_pose_stamped(truth, 'world', now))
 
@@ -113,7 +122,10 @@ class FakeRobot:
     def _on_reset(self, _message):
         with self._lock:
             self._robot.reset()
-        rospy.loginfo('reset: calibrating the gyro, then zeroing the odometry')
+
+    def _on_motor_power(self, message):
+        with self._lock:
+            self._robot.configure(replace(self._robot.config, motors_off=not message.data))
 
 
 class Pacemaker:

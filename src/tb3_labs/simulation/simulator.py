@@ -15,15 +15,16 @@ from the true yaw by `imu_offset_deg`. Stamps count seconds from 0.
 Source: the firmware; noise from a recording of a real Burger at rest.
 """
 import math
+from collections import deque
 from dataclasses import replace
 from itertools import groupby
 from operator import itemgetter
-from typing import List, Tuple
+from typing import Deque, List, Sequence, Tuple
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Sample
-from tb3_labs.robot.turtlebot3 import CONTROL_RATE, robot_model
+from tb3_labs.robot.turtlebot3 import CONTROL_RATE, CUT_OFF, robot_model
 from tb3_labs.simulation.body import RAW_BIAS, Body
 from tb3_labs.simulation.firmware import RESET, START_TIME, Board, motor_speeds
 from tb3_labs.simulation.network import Arrival, Link, LinkSettings
@@ -53,6 +54,8 @@ class Simulator:
         self._command_link = Link('commands', config.seed)
         self._sensor_link = Link('sensors', config.seed)
         self._board = Board(config.seed)
+        #: The latest lines that the board has printed.
+        self.printed: Deque[str] = deque(maxlen=100)
         self._obeyed = 0.0, 0.0     # (forward speed, rate of turn) that the motors follow
         self._apply(config)
         if config.cold_start and not config.board_off:
@@ -164,10 +167,10 @@ class Simulator:
         if self._board.is_starting or self.config.serial_dead:
             arrivals = []       # lost
         if self._board.read(arrivals):
-            self._calibrate(stamp)
+            self._calibrate(stamp, is_reset=True)
 
     def _obey(self, stamp: float, wanted: Tuple[float, float]) -> None:
-        if self.config.motors_off:
+        if self.config.motors_off or self.config.battery < CUT_OFF:
             wanted = 0.0, 0.0
         if wanted != self._obeyed:
             self._body.move_to(stamp)
@@ -205,8 +208,15 @@ class Simulator:
             self._calibrate(stamp)
         else:
             self._body.use_bias(self._board.end_calibration(self._body.yaw))
+            self.printed.extend(self._last_lines)
 
-    def _calibrate(self, stamp: float) -> None:
+    def _calibrate(self, stamp: float, is_reset: bool = False) -> None:
+        """The board calibrates its gyro: by a reset, or because serial_node has connected."""
+        self._last_lines: Sequence[str] = ('Calibration End', 'Reset Odometry')[:1 + is_reset]
+        if not is_reset:
+            self.printed.extend(('Connected to OpenCR board!', 'This core(v{}) is compatible with '
+                                 'TB3 {}'.format(self.config.version, self.config.model)))
+        self.printed.append('Start Calibration of Gyro')
         self._body.move_to(stamp)
         self._board.calibrate(stamp, self.config.reset_pause, self._body.yaw)
         self.sensors.resetting = True

@@ -27,6 +27,9 @@ class SimulatorConfig(Config):
         0.0, 'yaw of the IMU minus yaw of the odometry at the start', 'deg', -360.0, 360.0)
     cold_start: bool = setting(
         False, 'start with the board: silence, calibration, odometry from zero, 9 s in all')
+    firmware: str = setting(
+        '1.2.6', 'of the board: a version; melodic: 1.2.6, made for ROS Melodic; ros2: for ROS 2',
+        choices=('1.2.6', '1.2.2', 'melodic', 'ros2'))
     seed: int = setting(1, 'seed of noise, dropouts and network', low=0, high=2 ** 31 - 1)
 
     imu_rate: float = setting(200.0, 'samples of the IMU', '1/s', 1.0, 1000.0)
@@ -73,7 +76,10 @@ class SimulatorConfig(Config):
         2.56, 'time in which the board only recalibrates its gyro, after `reset`; motors run on',
         's', 0.0, 10.0)
 
-    motors_off: bool = setting(False, 'fault: the wheels stand at every command')
+    battery: float = setting(
+        12.0, 'voltage of the battery; the motors have no power below 11', 'V', 0.0, 13.0)
+    motors_off: bool = setting(
+        False, 'fault: the wheels stand at every command, because their torque is off')
     imu_silent: bool = setting(False, 'fault: no samples of the IMU')
     imu_frozen: bool = setting(False, 'fault: the same IMU sample repeated, with new stamps')
     odom_silent: bool = setting(False, 'fault: no samples of the odometry')
@@ -87,9 +93,15 @@ class SimulatorConfig(Config):
     network_cut: bool = setting(
         False, 'fault: nothing arrives in either direction; when it ends, all arrives at once')
 
+    @property
+    def version(self) -> str:
+        """The version of the firmware."""
+        return '1.2.6' if self.firmware == 'melodic' else self.firmware
+
 
 #: Settings of the start; the other settings may change while the robot runs.
-STARTING = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'cold_start', 'seed')
+STARTING = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'cold_start',
+            'firmware', 'seed')
 #: The faults; a change of one starts all of them anew.
 FAULTS = ('imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen', 'dropouts_per_min')
 
