@@ -81,3 +81,9 @@ def test_the_first_drive_of_a_slow_robot_stops_nearer_to_its_goal():
     assert drive(goal, robot, response=known).distance_error < 0.001
     turn, = turns([90.0], SimulatorConfig(**SLOW), response=response_of(SLOW, BURGER))
     assert math.degrees(turn.turned) == pytest.approx(90.0, abs=0.12)
+
+
+def test_a_file_in_the_folder_of_the_terminal_is_found(tmp_path, monkeypatch):
+    (tmp_path / 'robot3.yaml').write_text('motor_lag: 0.11\n')
+    monkeypatch.setenv('PWD', str(tmp_path))
+    assert read_response(RobotFileConfig('robot3.yaml'), BURGER).lag == 0.11

@@ -47,8 +47,10 @@ def read_response(config: RobotFileConfig, model: RobotModel) -> Response:
     cannot be read, or a number in it is not valid."""
     if not config.robot_file:
         return Response()
+    # roslaunch starts a node in another folder; the person's is still in the environment
+    path = os.path.join(os.environ.get('PWD', ''), os.path.expanduser(config.robot_file))
     try:
-        with open(os.path.expanduser(config.robot_file), encoding='utf-8') as file:
+        with open(path, encoding='utf-8') as file:
             given = yaml.safe_load(file)
         if not isinstance(given, dict):
             raise ValueError('it has no lines such as "motor_lag: 0.05"')
