@@ -38,6 +38,8 @@ RECORDS_NOT_LONG = 5e9
 
 SOURCE = 'source scripts/setup.sh in this terminal, then rosrun tb3_labs doctor.py'
 AFTER_BOARD = 'what the line on the board says, then call the doctor again'
+#: A topic that was heard for less than this does not count as silent [s].
+HEARD = 0.3
 #: The last line of a node comes within this time [s].
 LAST_LINE = 0.5
 #: A robot needs at most this long to connect to a driver that has just been started [s].
@@ -174,9 +176,9 @@ class _Robot:
         volts, torques = ([fields[1] for ear in ears for _, _, fields in ear.messages]
                           for ears in (battery, state))
         board_speaks = any(ear.messages for ear in odom)
-        if battery and board_speaks:
+        if board_speaks and any(ear.seconds > HEARD and not ear.problem for ear in battery):
             yield judge_battery(min(volts, default=math.nan))
-        if state and board_speaks:
+        if board_speaks and any(ear.seconds > HEARD and not ear.problem for ear in state):
             yield judge_motors(torques[-1] if torques else None, self._namespace)
 
     def _look_at_serial_node(self):

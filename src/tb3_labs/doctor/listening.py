@@ -12,6 +12,8 @@ import socket
 import struct
 import threading
 import time
+from collections import defaultdict
+from typing import DefaultDict
 
 from tb3_labs.config import NOT_GIVEN
 from tb3_labs.doctor.questions import ANSWERING, CALLER, Peer
@@ -21,6 +23,9 @@ from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS, model_called
 LONGEST = 1 << 20
 #: The doctor looks at the clock once in this time [s], to see if this computer stands still.
 PERIOD = 0.02
+#: {URI of a node: its lock}. The ears of a node connect one after the other: rospy lets only five
+#: connections wait (tcpros_base.py), and the next try of a dropped one comes too late, after 1 s.
+_TURNS: DefaultDict[str, threading.Lock] = defaultdict(threading.Lock)
 HEADER = struct.Struct('<III')    # number, stamp [s], [ns]
 #: The layout of an Imu after its header: orientation, its covariances, angular velocity.
 MOTION = struct.Struct('<4d72x3d')
@@ -107,7 +112,7 @@ class Ear:
     def __init__(self, topic, node, uri, read=lambda body: None):
         self.topic, self.node, self.messages, self.checksum = topic, node, [], ''
         self.problem = 'no connection to {}'.format(node)
-        self._uri, self._read = uri, read
+        self._uri, self._read, self._turn = uri, read, _TURNS[uri]
         self._begun = self._ended = time.monotonic()
         self._is_closed = False
         threading.Thread(target=self._run, daemon=True).start()
@@ -143,6 +148,16 @@ class Ear:
                 self.problem = '{} ({})'.format(self.node, trouble or 'connection lost')
 
     def _listen(self):
+        with self._turn:
+            stream = self._connected()
+        with stream:
+            while not self._is_closed:
+                fields = self._read(_piece(stream))
+                if not self._is_closed:
+                    self.messages.append((time.monotonic(), time.time(), fields))
+
+    def _connected(self):
+        """Returns the stream of messages; it keeps the connection open."""
         found = Peer(self._uri).ask('requestTopic', self.topic, [['TCPROS']])
         if not found:
             raise ValueError('it does not offer the topic')
@@ -156,10 +171,7 @@ class Ear:
             self.checksum = (re.findall(rb'md5sum=(\w+)', answer) or [b''])[0].decode()
             self.problem, self._begun = '', time.monotonic()
             link.settimeout(None)
-            while not self._is_closed:
-                fields = self._read(_piece(stream))
-                if not self._is_closed:
-                    self.messages.append((time.monotonic(), time.time(), fields))
+            return stream
 
 
 def _piece(stream):
