@@ -116,7 +116,8 @@ class FakeRobotRatesTest(unittest.TestCase):
 
         published, _, services = rosgraph.Master('/fake_robot_rates_test').getSystemState()
         own = {'/mystery/robot{}/{}'.format(number, topic) for number in (1, 2)
-               for topic in ('imu', 'odom', 'joint_states')}
+               for topic in ('imu', 'odom', 'joint_states', 'battery_state', 'sensor_state',
+                             'firmware_version')}
         self.assertEqual({topic for topic, nodes in published if node in nodes}, own | {
             '/tf', '/rosout', node + '/parameter_descriptions', node + '/parameter_updates'})
         self.assertEqual({service for service, nodes in services if node in nodes}, {
