@@ -80,7 +80,8 @@ class Simulator:
     def _apply(self, config: SimulatorConfig) -> None:
         before, self.config = self.config, config
         body = self._body
-        body.drivetrain.set_physics(config.motor_lag, config.wheel_mismatch, config.slip)
+        body.drivetrain.set_physics(config.motor_lag, config.wheel_mismatch, config.slip,
+                                    config.wheel_separation, config.wheel_radius)
         body.imu.configure(math.radians(config.imu_noise_deg), config.gyro_noise,
                            math.radians(config.imu_drift_deg_per_min) / 60.0, config.yaw_lag)
         if config.gyro_bias_deg != before.gyro_bias_deg:
