@@ -123,6 +123,13 @@ class Simulator:
         return [self.sensors.clock.stamped([sample for _, sample in burst])
                 for _, burst in groupby(self._arrivals(), itemgetter(0))]
 
+    def step_with_arrivals(self, dt: float) -> List[Arrival]:
+        """As :meth:`step`, but each sample with the moment of its arrival [s] before it."""
+        self._pass(dt)
+        arrivals = self._arrivals()
+        return list(zip((moment for moment, _ in arrivals),
+                        self.sensors.clock.stamped([sample for _, sample in arrivals])))
+
     def _arrivals(self) -> List[Arrival]:
         sent = self.sensors.take()
         self._sensor_link.send(sent, [sample.stamp for sample in sent])
