@@ -26,6 +26,8 @@ WAIT, WAIT_SPREAD = 0.5 / CONTROL_RATE, 1.0 / CONTROL_RATE / math.sqrt(12.0)
 STALL, GAP = 0.09, 0.25
 #: Errors of a reading of the mark [rad], and of the tape measure [m].
 READ_ANGLE, READ_WAY = math.radians(3.0), 0.003
+#: An answer fits if its misfit is at most this, in seconds of its speed [s].
+MISFIT = 0.004
 
 
 class Estimate(NamedTuple):
@@ -170,9 +172,11 @@ def _stalls(recording: Recording, seconds: float) -> Estimates:
 # The answers to steps -----------------------------------------------------------------------------
 
 def clean(found: List[Response]) -> List[Response]:
-    """Those whose first command was not held up, if there are any."""
-    good = [one for one in found if one.is_clean]
-    return good if len(good) >= 2 else found
+    """Those that the model fits, and whose first command was not held up, if there are any. A
+    robot with a large lag does not rest before each step, and only its first answer fits."""
+    least = min((one.misfit for one in found), default=0.0)
+    fitting = [one for one in found if one.misfit <= max(5.0 * least, MISFIT * abs(one.speed))]
+    return [one for one in fitting if one.is_clean] or fitting
 
 
 def _answers(recording: Recording, model: RobotModel) -> Estimates:
@@ -182,11 +186,11 @@ def _answers(recording: Recording, model: RobotModel) -> Estimates:
     by_wheels = {one.begin: one for one in responses(recording, steps.TURN, 'wheels', scale)}
     found: Estimates = {}
     for name, ones, spread in (('turn', turns, 0.001), ('drive', drives, 0.002)):
-        if len(ones) >= 2:
+        if ones:
             found[name + '_delay'] = pooled([one.delay for one in ones], WAIT_SPREAD, 0.002)
             found[name + '_lag'] = pooled([one.lag for one in ones], spread, 0.001)
     ages = [one.delay - by_wheels[one.begin].delay for one in turns if one.begin in by_wheels]
-    if len(ages) >= 2:
+    if ages:
         found['imu_after_wheels'] = pooled(ages, 0.001, 0.0015)
     lags = [found[name] for name in ('turn_lag', 'drive_lag') if name in found]
     if lags:

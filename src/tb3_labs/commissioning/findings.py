@@ -4,9 +4,9 @@ A verdict is `ok`, `look` (a class can work with it, if it knows) or `FAULT` (me
 """
 import math
 from dataclasses import dataclass
-from typing import Callable, Dict, List, NamedTuple, Optional, Tuple
+from typing import Dict, List, NamedTuple
 
-from tb3_labs.commissioning import ride
+from tb3_labs.commissioning import ride, steps
 from tb3_labs.commissioning.estimates import GAP, Estimate, Estimates, silences
 from tb3_labs.commissioning.recording import Recording
 from tb3_labs.robot.turtlebot3 import RobotModel
@@ -129,6 +129,9 @@ def findings(recording: Recording, found: Estimates, model: RobotModel) -> List[
     for key, rule in rules(model).items():
         if key in found:
             lines.append(_judged(key, rule, found[key]))
+    if 'time_out' not in found and recording.marked(steps.SILENCE):
+        lines.append(Finding(LOOK, 'time_out', 'Drives on in a silence', 'not measured', '',
+                             'the network stalled just then: once more'))
     return lines
 
 

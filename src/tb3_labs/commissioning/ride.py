@@ -59,15 +59,16 @@ class Ride:
         self._number, self._parts = 0, []   # type: int, list
         self._part: Optional[Part] = None
         self._begun = self._sent = 0.0
-        self._latest_command: Optional[Mark] = None     # that moves the robot
-        self._checked = True                # did it follow?
+        self._told: Optional[Part] = None   # the latest part that moves the robot
+        self._told_at = 0.0                 # when the robot was last looked at, and its motion then
+        self._moved, self._looked = (0.0, 0.0, 0.0), False
         self._listens_until = math.inf
         self._heard = {}                    # type: dict
         self._changed = {}                  # type: dict
         self._imu_yaw = self._odom_yaw = self._way = 0.0    # continuous
         self._place: Optional[OdometrySample] = None
         self._home: Optional[Tuple[float, float]] = None
-        self._at_begin = self._at_command = (0.0, 0.0, 0.0)
+        self._at_begin = (0.0, 0.0, 0.0)
 
     @property
     def step(self) -> Step:
@@ -176,26 +177,27 @@ class Ride:
             x, y = self._place.pose.x - self._home[0], self._place.pose.y - self._home[1]
             if max(abs(x), abs(y)) > BOX:
                 return WALL
-        part = self._part
-        if (part.linear or part.angular) and not (part.once or part.silent) and (
-                now > self._begun + FOLLOWS_WITHIN):
-            for name in ('odom', 'imu') if part.angular else ('odom',):
-                if now - self._changed.get(name, now) > UNCHANGED:
-                    return FROZEN + name
         return self._standing(now)
 
     def _standing(self, now: float) -> str:
-        """'' or that the robot did not follow the latest command to move."""
-        mark = self._latest_command
-        if self._checked or mark is None or now < mark.begin + FOLLOWS_WITHIN:
+        """'' or that the robot does not follow the latest command to move, or seems not to."""
+        told, part = self._told, self._part
+        if told is None or part is None or now < self._begun + FOLLOWS_WITHIN and part is told:
             return ''
-        self._checked = True
-        way, by_imu, by_odom = (b - a for a, b in zip(self._at_command, self._motion))
-        if mark.linear:
-            return '' if math.copysign(way, way * mark.linear) > FOLLOWED[0] else STANDS
-        slow = [name for name, turn in (('imu', by_imu), ('odom', by_odom))
-                if turn * math.copysign(1.0, mark.angular) < FOLLOWED[1]]
-        return STANDS + (', by ' + slow[0] if len(slow) == 1 else '') if slow else ''
+        if self._looked and part is not told:
+            return ''       # it is at the end of a long part
+        names = ['odom', 'imu'] if told.angular else ['odom']
+        frozen = [name for name in names if now - self._changed.get(name, now) > UNCHANGED]
+        if now < self._told_at + FOLLOWS_WITHIN:
+            return FROZEN + frozen[0] if frozen and part is told else ''
+        moved = [b - a for a, b in zip(self._moved, self._motion)]
+        self._told_at, self._moved, self._looked = now, self._motion, True
+        if told.linear:
+            slow = moved[0] * math.copysign(1.0, told.linear) < FOLLOWED[0]
+            return '' if not slow else FROZEN + frozen[0] if frozen else STANDS
+        still = [name for name, turn in (('imu', moved[1]), ('odom', moved[2]))
+                 if turn * math.copysign(1.0, told.angular) < FOLLOWED[1]]
+        return STANDS + (', by ' + still[0] if len(still) == 1 else '') if still else ''
 
     def _is_done(self, now: float) -> bool:
         part = self._part
@@ -223,8 +225,8 @@ class Ride:
         self._recording.marks.append(
             Mark(self.step.name, part.name, now, math.nan, part.linear, part.angular))
         if (part.linear or part.angular) and not part.once:
-            self._latest_command, self._at_command = self._recording.marks[-1], self._motion
-            self._checked = False
+            self._told, self._told_at, self._moved = part, now, self._motion
+            self._looked = False
 
     def _finish_part(self, now: float) -> None:
         if self._part is not None and self._recording.marks:
