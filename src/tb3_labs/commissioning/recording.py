@@ -23,11 +23,10 @@ COLUMNS = {'imu': ('stamp', 'arrival', 'yaw', 'rate'),
 class Samples:
     """Samples of one kind: an array for each column."""
 
-    def __init__(self, kind: str, rows: List[tuple]) -> None:
-        table = np.array(rows, dtype=float).reshape(len(rows), len(COLUMNS[kind]))
+    def __init__(self, kind: str, rows: np.ndarray) -> None:
         for number, name in enumerate(COLUMNS[kind]):
-            setattr(self, name, table[:, number])
-        self.kind, self._rows = kind, table
+            setattr(self, name, rows[:, number])
+        self.kind, self._rows = kind, rows
 
     def __getattr__(self, name: str) -> np.ndarray:     # for the type checker
         raise AttributeError(name)
@@ -38,7 +37,7 @@ class Samples:
     def between(self, begin: float, end: float) -> 'Samples':
         """The samples that arrived in [begin, end)."""
         chosen = slice(*np.searchsorted(self.arrival, (begin, end)))
-        return Samples(self.kind, self._rows[chosen].tolist())
+        return Samples(self.kind, self._rows[chosen])
 
     @property
     def turned(self) -> np.ndarray:
@@ -78,6 +77,7 @@ class Recording:
     round_trip: Optional[float] = None                          # of a question to the robot [s]
     ended: str = ''                                             # why it ended early
     lost: str = ''                                              # the sensors that were silent then
+    _arrays: Dict[str, Samples] = field(default_factory=dict)   # made of all rows so far
 
     def add(self, sample: Any, arrival: float) -> None:
         """Keep a sample: an ImuSample, an OdometrySample or a WheelSample."""
@@ -92,10 +92,13 @@ class Recording:
 
     def samples(self, kind: str) -> Samples:
         """The samples of a kind so far. Stamps that are not a clock are replaced by arrivals."""
-        samples = Samples(kind, self.rows[kind])
-        if len(samples) > 2 and not np.any(np.diff(samples.stamp) > 0.0):
-            samples.stamp[:] = samples.arrival
-        return samples
+        kept = self._arrays.get(kind)
+        if kept is None or len(kept) != len(self.rows[kind]):
+            rows = np.array(self.rows[kind], dtype=float).reshape(-1, len(COLUMNS[kind]))
+            if len(rows) > 2 and not np.any(np.diff(rows[:, 0]) > 0.0):
+                rows[:, 0] = rows[:, 1]
+            kept = self._arrays[kind] = Samples(kind, rows)
+        return kept
 
     def marked(self, name: str) -> List[Mark]:
         """The parts of this name that were driven to their end."""
