@@ -1,6 +1,6 @@
 """The commissioning against simulated robots whose truth is known: are its errors true, its faults named?
 
-    python3 test/benchmark/commission.py --runs 200 [--first 1] [--loop]
+    python3 test/benchmark/commission.py --runs 200 [--first 1] [--loop] [--keys]
 
 A third of the robots have one fault each. Told are the share of each number within its stated error (and the mean
 of that error), faults that were not named, healthy robots that were accused, and robots that left the box of 0.8 m by
@@ -16,6 +16,7 @@ from dataclasses import replace
 from tb3_labs.commissioning.estimates import WAIT, estimates
 from tb3_labs.commissioning.findings import FAULT, findings
 from tb3_labs.commissioning.page import settings
+from tb3_labs.commissioning.ride import KEY
 from tb3_labs.commissioning.twin import Playground, driven
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, robot_model
@@ -64,6 +65,10 @@ def truth(number):
              'lag': dict(motor_lag=draw(0.25, 0.6)), 'command_latency': dict(command_latency=draw(0.3, 1.0)),
              'sensor_latency': dict(sensor_latency=draw(0.2, 0.6))}.get(kind, {kind: True})
     return kind, SimulatorConfig(**given), fault, begin
+
+
+#: A robot of the slowest network and the largest lag stands within this time after a key [s].
+SETTLED = 4.5
 
 
 class Watch:
@@ -132,6 +137,26 @@ def run(job):
     return number, kind, keys, errors, watch.farthest, again, missing, recording.ended
 
 
+def fastest_after_key(number):
+    """(moment of a key [s], fastest motion from SETTLED [s] after it on): wheels' rim speed [m/s], of any robot."""
+    _, config, fault, begin = truth(number)
+    moment, watch, fastest = random.Random('key {}'.format(number)).uniform(2.0, 165.0), Watch(fault, begin), 0.0
+
+    def look(playground):
+        watch(playground)
+        if playground.robot.now >= moment:
+            playground.ride.end(KEY, moment)
+    playground = Playground(config, watch=look)
+    playground.run()
+    settled = playground.robot.now + SETTLED
+    while playground.robot.now < settled + 6.0:
+        playground.step()
+        if playground.robot.now > settled:
+            speed, turn = playground.robot.true_velocity
+            fastest = max(fastest, abs(speed) + MODEL.half_track * abs(turn))
+    return moment, fastest
+
+
 def table(title, errors):
     print(title)
     for name, pairs in errors.items():
@@ -146,7 +171,14 @@ def main():
     parser.add_argument('--runs', type=int, default=200)
     parser.add_argument('--first', type=int, default=1)
     parser.add_argument('--loop', action='store_true')
+    parser.add_argument('--keys', action='store_true', help='only: a key at a random moment of each drive')
     given = parser.parse_args()
+    if given.keys:
+        with ProcessPoolExecutor(2) as pool:
+            moved = [(number, *found) for number, found in enumerate(pool.map(
+                fastest_after_key, range(given.first, given.first + given.runs)), given.first) if found[1] > 0.001]
+        print('{} drives ended by a key, {} moved after it: {}'.format(given.runs, len(moved), moved))
+        return
     errors, loops, counts = defaultdict(list), defaultdict(list), defaultdict(int)
     with ProcessPoolExecutor(2) as pool:
         for number, kind, keys, own, farthest, again, missing, ended in pool.map(

@@ -3,23 +3,28 @@
 test/benchmark/commission.py does the same with hundreds of random robots.
 """
 import math
+import os
+import pathlib
 from dataclasses import replace
 from functools import lru_cache
+from itertools import groupby
 
 import numpy as np
 import pytest
+import rosbag
 import yaml
 
 from tb3_labs.commissioning import findings, page, ride, steps
 from tb3_labs.commissioning.estimates import Estimate, estimates, pooled
 from tb3_labs.commissioning.findings import FAULT, LOOK, OK
-from tb3_labs.commissioning.recording import Recording
+from tb3_labs.commissioning.recording import Mark, Recording
 from tb3_labs.commissioning.responses import fit, travel
 from tb3_labs.commissioning.ride import Phase, Ride
 from tb3_labs.commissioning.twin import Playground, driven
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.ros.conversions import to_imu_sample, to_odometry_sample
 from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
 
 BURGER = robot_model('burger')
@@ -216,3 +221,66 @@ def test_a_robot_that_said_nothing_has_no_numbers():
     assert estimates(Recording(), BURGER) == {}
     assert page.settings({}, BURGER) == {'model': 'burger'}
     assert 'first contact' in page.html('robot3', [], Recording(), {}, {})
+
+
+# ----- the real firmware, where its recordings are: the figures are those of their README
+
+RECORDINGS = pathlib.Path(os.environ.get('TB3_LABS_RECORDINGS', str(
+    pathlib.Path(__file__).resolve().parents[3] / 'shared' / 'recordings')))
+
+
+def firmware(name):
+    """The Recording of a bag, with a mark for each command that was held; skips without the bag."""
+    path = RECORDINGS / 'firmware_{}.bag'.format(name)
+    if not path.exists():
+        pytest.skip('{} is absent'.format(path))
+    recording, told = Recording(), []
+    with rosbag.Bag(str(path)) as bag:
+        start = bag.get_start_time()
+        for topic, message, moment in bag.read_messages():
+            now = moment.to_sec() - start
+            if topic == '/imu':
+                sample = to_imu_sample(message)
+                recording.add(sample._replace(stamp=sample.stamp - start), now)
+            elif topic == '/odom':
+                sample = to_odometry_sample(message)
+                recording.add(replace(sample, stamp=sample.stamp - start), now)
+            elif topic == '/cmd_vel':
+                told.append((now, message.linear.x, message.angular.z))
+            elif topic == '/reset':
+                recording.marks.append(Mark('reset', steps.RESET, now, now + 0.5, 0.0, 0.0))
+    for part in [list(group) for _, group in groupby(told, lambda row: row[1:])]:
+        linear, angular = part[0][1:]
+        if linear or angular:
+            recording.marks.append(Mark('', steps.DRIVE if linear else steps.TURN, part[0][0],
+                                        part[-1][0] + steps.PERIOD, linear, angular))
+    return recording
+
+
+@pytest.mark.parametrize('name, turn, drive', [('drive', 0.0135, 0.0085), ('slow_host', 0.0835, 0.0735)])
+def test_the_firmware_answers_with_its_lag_and_dead_time(name, turn, drive):
+    """The motors' lag was 50 ms; a command waits 8 ms and half a period; `turn`, `drive`: age at the stamp."""
+    found = estimates(firmware(name), BURGER)
+    for part, age in (('turn', turn), ('drive', drive)):
+        lag, delay = found[part + '_lag'], found[part + '_delay']
+        assert abs(lag.value - 0.05) <= lag.error
+        assert abs(delay.value - (0.008 + 0.5 / 30.0 + age)) <= delay.error
+
+
+@pytest.mark.parametrize('name, turned', [
+    ('reset_at_rest', 1.90), ('reset_in_drive', 1.83), ('late_commands', 1.85), ('reset_in_spin', 148.8)])
+def test_the_firmware_pauses_and_keeps_a_yaw(name, turned):
+    found = estimates(firmware(name), BURGER)
+    assert 2.5 <= found['reset_pause'].value <= 2.75 and found['reset_place'].value < 0.002
+    assert found['reset_yaw_deg'].value == pytest.approx(turned, abs=0.5)
+
+
+@pytest.mark.parametrize('name, drift', [('reset_in_spin', -57.5), ('calibrated_in_motion', -28.4), ('reset_at_rest', 0)])
+def test_the_firmware_drifts_as_it_was_calibrated(name, drift):
+    recording = firmware(name)
+    end = recording.rows['imu'][-1][1]
+    recording.marks.append(Mark('', steps.REST, end - 1.9, end, 0.0, 0.0))
+    value, error = estimates(recording, BURGER)['imu_drift_deg_per_min']
+    assert value == pytest.approx(60.0 * drift, abs=0.01 * abs(60.0 * drift) + error)
+    assert findings.findings(recording, {'imu_drift_deg_per_min': Estimate(value, error)}, BURGER)[-1].verdict == (
+        FAULT if drift else OK)

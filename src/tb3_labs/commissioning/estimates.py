@@ -28,6 +28,8 @@ STALL, GAP = 0.09, 0.25
 READ_ANGLE, READ_WAY = math.radians(3.0), 0.003
 #: An answer fits if its misfit is at most this, in seconds of its speed [s].
 MISFIT = 0.004
+#: The firmware's stamps wander by this in a step [s]: single lags differ by as much.
+LAG_SPREAD = 0.002
 
 
 class Estimate(NamedTuple):
@@ -185,10 +187,10 @@ def _answers(recording: Recording, model: RobotModel) -> Estimates:
     scale = model.wheel_radius / model.wheel_separation
     by_wheels = {one.begin: one for one in responses(recording, steps.TURN, 'wheels', scale)}
     found: Estimates = {}
-    for name, ones, spread in (('turn', turns, 0.001), ('drive', drives, 0.002)):
+    for name, ones in (('turn', turns), ('drive', drives)):
         if ones:
             found[name + '_delay'] = pooled([one.delay for one in ones], WAIT_SPREAD, 0.002)
-            found[name + '_lag'] = pooled([one.lag for one in ones], spread, 0.001)
+            found[name + '_lag'] = pooled([one.lag for one in ones], LAG_SPREAD, 0.001)
     ages = [one.delay - by_wheels[one.begin].delay for one in turns if one.begin in by_wheels]
     if ages:
         found['imu_after_wheels'] = pooled(ages, 0.001, 0.0015)
