@@ -101,7 +101,7 @@ def truths(config):
     true.update(
         wheel_radius=radius, wheel_separation=apart, turn_delay=told + config.yaw_lag, drive_delay=drive,
         turn_lag=config.motor_lag, drive_lag=config.motor_lag, imu_after_wheels=config.yaw_lag - config.wheel_lag,
-        top_speed=speed * MODEL.wheel_radius, gyro_scale=1.0, time_out=COMMAND_TIMEOUT,
+        top_speed=speed * MODEL.wheel_radius, gyro_scale=1.0, wrap=2.0 * math.pi * config.odom_rate, time_out=COMMAND_TIMEOUT,
         top_turn=2.0 * turn * radius / apart, braking=speed * MODEL.wheel_radius * (drive + config.motor_lag))
     return true
 

@@ -53,7 +53,7 @@ def estimates(recording: Recording, model: RobotModel) -> Estimates:
     found.update(_speeds(recording, found))
     found.update(_by_tape(recording, model, found))
     found.update(_stops(recording, found))
-    found.update(_reset(recording))
+    found.update(_board(recording))
     return found
 
 
@@ -269,7 +269,7 @@ def _by_tape(recording: Recording, model: RobotModel, found: Estimates) -> Estim
     return new
 
 
-# Stops and the reset ------------------------------------------------------------------------------
+# Stops and the board ------------------------------------------------------------------------------
 
 def way_after(recording: Recording, moment: float, until: float) -> Optional[float]:
     """The way from `moment` until `until`, as seen here, by odometry [m]."""
@@ -299,9 +299,13 @@ def _stops(recording: Recording, found: Estimates) -> Estimates:
     return new
 
 
-def _reset(recording: Recording) -> Estimates:
-    """The board's pause, the odometry's first pose afterwards, and the late command."""
+def _board(recording: Recording) -> Estimates:
+    """The step of the odometry's rate at +/-180 deg. Of a reset: the board's pause, the odometry's
+    first pose afterwards, and the late command."""
     new: Estimates = {}
+    for mark in recording.marked(steps.ROUND):
+        rates = np.abs(recording.samples('odom').between(mark.begin, mark.end).angular)
+        new['wrap'] = Estimate(float(rates.max(initial=0.0)), 5.0)
     for mark in recording.marked(steps.RESET):
         imu, odom = (recording.samples(kind).between(mark.begin - 0.3, math.inf)
                      for kind in ('imu', 'odom'))
