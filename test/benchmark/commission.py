@@ -38,7 +38,8 @@ FAULTS = {
     'command_latency': {'turn_delay', 'drive_delay'}, 'sensor_latency': {'sample_delay', 'turn_delay'},
 }
 #: Faults that begin in the middle of the drive [s].
-LATE = 'imu_silent', 'odom_silent', 'imu_frozen', 'odom_frozen', 'serial_dead', 'board_off', 'network_cut', 'motors_off'
+LATE = ('imu_silent', 'odom_silent', 'imu_frozen', 'odom_frozen', 'serial_dead', 'board_off', 'network_cut',
+        'motors_off')
 
 
 def truth(number):
@@ -119,7 +120,8 @@ def off(name, value, true):
 
 
 def run(job):
-    """(number, kind of fault, keys of the FAULTs, {number: (error, stated error)}, farthest [m], loop)."""
+    """(number, kind of fault, keys of the FAULTs, {number: (error, stated error)}, farthest [m], the same of the loop,
+    missing numbers, why it ended)."""
     number, loop = job
     kind, config, fault, begin = truth(number)
     watch = Watch(fault, begin)
@@ -163,7 +165,8 @@ def table(title, errors):
         within = sum(abs(error) <= stated for error, stated in pairs)
         print('  {:22s} {:5.1f} % of {:3d}   stated {:.5g}   root mean square {:.5g}   mean {:+.5g}'.format(
             name, 100.0 * within / len(pairs), len(pairs), sum(stated for _, stated in pairs) / len(pairs),
-            math.sqrt(sum(error ** 2 for error, _ in pairs) / len(pairs)), sum(error for error, _ in pairs) / len(pairs)))
+            math.sqrt(sum(error ** 2 for error, _ in pairs) / len(pairs)),
+            sum(error for error, _ in pairs) / len(pairs)))
 
 
 def main():

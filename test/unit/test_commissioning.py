@@ -275,7 +275,8 @@ def test_the_firmware_pauses_and_keeps_a_yaw(name, turned):
     assert found['reset_yaw_deg'].value == pytest.approx(turned, abs=0.5)
 
 
-@pytest.mark.parametrize('name, drift', [('reset_in_spin', -57.5), ('calibrated_in_motion', -28.4), ('reset_at_rest', 0)])
+@pytest.mark.parametrize('name, drift', [
+    ('reset_in_spin', -57.5), ('calibrated_in_motion', -28.4), ('reset_at_rest', 0)])
 def test_the_firmware_drifts_as_it_was_calibrated(name, drift):
     recording = firmware(name)
     end = recording.rows['imu'][-1][1]

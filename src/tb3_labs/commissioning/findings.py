@@ -167,8 +167,8 @@ def _of_the_end(recording: Recording) -> List[Finding]:
         (key, meaning) for words, key, meaning in (
             (ride.FROZEN + 'imu', 'imu_frozen', 'the board repeats one sample: restart bringup'),
             (ride.FROZEN + 'odom', 'odom_frozen', 'the board repeats one sample: restart bringup'),
-            (ride.STANDS + ', by imu', 'imu_frozen', 'the odometry turns, the IMU does not: restart '
-             'the bringup'),
+            (ride.STANDS + ', by imu', 'imu_frozen', 'the odometry turns, the IMU does not: '
+             'restart bringup'),
             (ride.STANDS + ', by odom', 'odom_frozen', 'the IMU turns, the odometry does not'),
             (ride.STANDS, 'motors', 'battery below 11 V? torque off? does the robot hear cmd_vel?'),
             (ride.WALL, 'wall', 'it did not come back to its start: do the wheels slip?'),
@@ -209,8 +209,9 @@ def _of_the_body(recording: Recording) -> List[Finding]:
     if recording.volts:
         before, after = recording.volts[0], recording.volts[-1]
         verdict = FAULT if after < 11.0 else LOOK if after < 11.4 else OK
-        lines.append(Finding(verdict, 'battery', 'Battery', '{:.2f} V before, {:.2f} V after'.format(
-            before, after), '11.4 to 12.6', 'below 11.0 V the board cuts the motors'))
+        text = '{:.2f} V before, {:.2f} V after'.format(before, after)
+        lines.append(Finding(verdict, 'battery', 'Battery', text, '11.4 to 12.6',
+                             'below 11.0 V the board cuts the motors'))
     if recording.torque is not None:
         lines.append(Finding(OK if recording.torque else FAULT, 'torque', 'Torque of the motors',
                              'on' if recording.torque else 'off', 'on',

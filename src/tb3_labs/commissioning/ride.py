@@ -12,7 +12,7 @@ Units: seconds, metres, radians; `now` is on the clock of the arrivals.
 """
 import math
 from enum import Enum
-from typing import Any, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from tb3_labs.commissioning.recording import Mark, Recording
 from tb3_labs.commissioning.steps import PERIOD, STEPS, Part, Step
@@ -56,15 +56,16 @@ class Ride:
     def __init__(self, recording: Recording, steps: Sequence[Step] = STEPS) -> None:
         self._recording, self._steps = recording, list(steps)
         self.phase = Phase.ANNOUNCED
-        self._number, self._parts = 0, []   # type: int, list
+        self._number = 0
+        self._parts: List[Part] = []        # that are left of the step
         self._part: Optional[Part] = None
         self._begun = self._sent = 0.0
         self._told: Optional[Part] = None   # the latest part that moves the robot
         self._told_at = 0.0                 # when the robot was last looked at, and its motion then
         self._moved, self._looked = (0.0, 0.0, 0.0), False
         self._listens_until = math.inf
-        self._heard = {}                    # type: dict
-        self._changed = {}                  # type: dict
+        self._heard: Dict[str, float] = {}      # when a sensor's latest sample came,
+        self._changed: Dict[str, float] = {}    # and the latest one that was not the same
         self._imu_yaw = self._odom_yaw = self._way = 0.0    # continuous
         self._place: Optional[OdometrySample] = None
         self._home: Optional[Tuple[float, float]] = None

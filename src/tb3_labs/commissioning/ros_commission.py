@@ -146,8 +146,8 @@ class Commission:
                 page, summary(lines)), flush=True)
             return
         numbers.write_text(yaml_text(self._name, chosen, found), encoding='utf-8')
-        print('\n{}: {}. Its simulated twin: roslaunch tb3_labs fake_robot.launch params:={}'.format(
-            page, summary(lines), numbers.resolve()), flush=True)
+        print('\n{}: {}. Its simulated twin: roslaunch tb3_labs fake_robot.launch '
+              'params:={}'.format(page, summary(lines), numbers.resolve()), flush=True)
 
 
 class Terminal:

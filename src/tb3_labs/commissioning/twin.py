@@ -5,8 +5,7 @@ The tape measure and the mark on the floor are played by the true pose.
 """
 import math
 import random
-from dataclasses import replace
-from typing import Callable, Optional, Sequence, Tuple
+from typing import Callable, Dict, Optional, Sequence, Tuple
 
 from tb3_labs.commissioning.recording import Recording
 from tb3_labs.commissioning.ride import Order, Phase, Ride
@@ -37,7 +36,8 @@ class Playground:
         self.turned = 0.0
         self._before = (0.0, 0.0, 0.0)
         self._announced = 0.0
-        self._wheels = {}       # type: dict  # {stamp of an odometry: (left, right) angle}
+        #: {stamp of an odometry: (left, right) angle of the wheels [rad]}
+        self._wheels: Dict[float, Tuple[float, float]] = {}
 
     def run(self) -> Recording:
         """Drive until everything is over; returns what was recorded."""
