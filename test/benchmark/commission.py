@@ -62,7 +62,8 @@ def truth(number):
              'gyro_bias': dict(gyro_bias_deg=sign * draw(1.0, 40.0)),
              'drift': dict(imu_drift_deg_per_min=sign * draw(9.0, 60.0)),
              'mismatch': dict(wheel_mismatch=sign * draw(0.03, 0.08)),
-             'slip': dict(slip=draw(0.1, 0.4)), 'separation': dict(wheel_separation=0.16 * (1.0 + sign * draw(0.12, 0.3))),
+             'slip': dict(slip=draw(0.1, 0.4)),
+             'separation': dict(wheel_separation=0.16 * (1.0 + sign * draw(0.12, 0.3))),
              'lag': dict(motor_lag=draw(0.25, 0.6)), 'command_latency': dict(command_latency=draw(0.3, 1.0)),
              'sensor_latency': dict(sensor_latency=draw(0.2, 0.6))}.get(kind, {kind: True})
     return kind, SimulatorConfig(**given), fault, begin
@@ -102,7 +103,8 @@ def truths(config):
     true.update(
         wheel_radius=radius, wheel_separation=apart, turn_delay=told + config.yaw_lag, drive_delay=drive,
         turn_lag=config.motor_lag, drive_lag=config.motor_lag, imu_after_wheels=config.yaw_lag - config.wheel_lag,
-        top_speed=speed * MODEL.wheel_radius, gyro_scale=1.0, wrap=2.0 * math.pi * config.odom_rate, time_out=COMMAND_TIMEOUT,
+        top_speed=speed * MODEL.wheel_radius, gyro_scale=1.0, time_out=COMMAND_TIMEOUT,
+        wrap=2.0 * math.pi * config.odom_rate,
         top_turn=2.0 * turn * radius / apart, braking=speed * MODEL.wheel_radius * (drive + config.motor_lag))
     return true
 

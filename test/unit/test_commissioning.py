@@ -74,6 +74,20 @@ def test_the_simulated_robot_becomes_this_one(recording, found):
     assert max(page.agreement(recording, again).values()) < 0.03
 
 
+def test_a_clock_that_is_ahead_is_told_and_changes_nothing_else(recording, found):
+    ahead = replace(recording, round_trip=0.04, _arrays={}, rows=dict(recording.rows, imu=[
+        (stamp + 0.5, *others) for stamp, *others in recording.rows['imu']], odom=[
+        (stamp + 0.5, *others) for stamp, *others in recording.rows['odom']], wheels=[
+        (stamp + 0.5, *others) for stamp, *others in recording.rows['wheels']]))
+    seen = estimates(ahead, BURGER)
+    assert seen['clock_offset'].value == pytest.approx(0.5, abs=seen['clock_offset'].error)
+    lines = {line.key: line.verdict for line in findings.findings(ahead, seen, BURGER)}
+    assert lines.pop('clock_offset') == LOOK and FAULT not in lines.values()
+    before, after = page.settings(found, BURGER), page.settings(seen, BURGER)
+    for name in ('command_latency', 'sensor_latency', 'yaw_lag', 'wheel_lag', 'motor_lag'):
+        assert after[name] == pytest.approx(before[name], abs=0.01), name
+
+
 def test_the_page_holds_each_line_and_the_figure(recording, found):
     lines = findings.findings(recording, found, BURGER)
     text = page.html('robot<3>', lines, recording, page.settings(found, BURGER), found)

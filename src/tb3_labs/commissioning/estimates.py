@@ -134,10 +134,11 @@ def _network(recording: Recording) -> Estimates:
     found['stamp_step'] = Estimate(step, 0.0025 + 5.0 * step / syncs)
     latency = float(least.mean())
     if recording.round_trip is not None:
-        found['clock_offset'] = Estimate(0.5 * recording.round_trip - latency,
-                                         0.5 * recording.round_trip + step + 0.001)
-        if abs(found['clock_offset'].value) > 0.02 + found['clock_offset'].error or latency < 0.0:
-            latency = 0.5 * recording.round_trip
+        half = 0.5 * recording.round_trip
+        ahead = found['clock_offset'] = Estimate(half - latency, half + step + 0.001)
+        if abs(ahead.value) > 0.02 + ahead.error or latency < 0.0:
+            latency = half      # the clocks differ: the delay is not seen by the stamps
+            found['sample_delay'] = Estimate(float(np.median(delays)) + ahead.value, ahead.error)
     spread = step / math.sqrt(3.0 * syncs)
     found['sensor_latency'] = Estimate(max(0.0, latency), WIDE * spread + 0.0015 + 0.2 * jitter)
     found['sensor_jitter'] = Estimate(jitter, 0.001 + 0.15 * jitter)

@@ -60,7 +60,7 @@ def rules(model: RobotModel) -> Dict[str, Rule]:
         'clock_offset': Rule('Clock of the robot', '{:+.0f} ms ahead', 1e3, -0.1, 0.1, -1.0, 1.0,
                              'the clocks agree', CLOCK),
         'sample_delay': Rule('Delay of a sample', '{:.1f} ms', 1e3, -0.02, 0.08, -INF, 0.15,
-                             'by its stamp, with the difference of the clocks',
+                             'from its stamp to its arrival',
                              'a slow network, or a clock that is off'),
         'sensor_jitter': Rule('Jitter of the delay', '{:.1f} ms', 1e3, 0.0, 0.02, -INF, 0.05,
                               'mean; each message has another delay', 'is the WLAN crowded?'),

@@ -49,8 +49,6 @@ def settings(found: Estimates, model: RobotModel) -> Dict[str, Any]:
     if 'turn_delay' in found and 'sample_delay' in found:
         younger = found['imu_after_wheels'].value if 'imu_after_wheels' in found else 0.005
         seen = min(max(found['sample_delay'].value, 0.0), found['turn_delay'].value)
-        if 'clock_offset' in found:
-            seen = min(max(seen + found['clock_offset'].value, 0.0), found['turn_delay'].value)
         rest = found['turn_delay'].value - younger - seen - WAIT
         age = min(max(rest - latency - jitter, YOUNGEST), OLDEST)
         chosen.update(wheel_lag=age, yaw_lag=float(max(0.0, age + younger)), command_jitter=jitter,
