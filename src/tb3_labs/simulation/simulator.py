@@ -83,7 +83,8 @@ class Simulator:
     def _apply(self, config: SimulatorConfig) -> None:
         before, self.config = self.config, config
         body = self._body
-        body.drivetrain.set_physics(config.motor_lag, config.wheel_mismatch, config.slip)
+        body.drivetrain.set_physics(config.motor_lag, config.wheel_mismatch, config.slip,
+                                    config.wheel_separation, config.wheel_radius)
         body.imu.configure(math.radians(config.imu_noise_deg), config.gyro_noise,
                            math.radians(config.imu_drift_deg_per_min) / 60.0, config.yaw_lag)
         if config.gyro_bias_deg != before.gyro_bias_deg:
@@ -124,6 +125,13 @@ class Simulator:
         self._pass(dt)
         return [self.sensors.clock.stamped([sample for _, sample in burst])
                 for _, burst in groupby(self._arrivals(), itemgetter(0))]
+
+    def step_with_arrivals(self, dt: float) -> List[Arrival]:
+        """As :meth:`step`, but each sample with the moment of its arrival [s] before it."""
+        self._pass(dt)
+        arrivals = self._arrivals()
+        return list(zip((moment for moment, _ in arrivals),
+                        self.sensors.clock.stamped([sample for _, sample in arrivals])))
 
     def _arrivals(self) -> List[Arrival]:
         sent = self.sensors.take()

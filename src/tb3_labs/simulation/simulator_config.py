@@ -58,6 +58,12 @@ class SimulatorConfig(Config):
     slip: float = setting(
         0.0, "fraction of the wheels' travel that is lost; 1 = wheels turn, robot stands", '',
         0.0, 1.0)
+    wheel_separation: float = setting(
+        0.0, 'true distance of the wheels, which the firmware does not know; 0: that of the model',
+        'm', 0.0, 1.0)
+    wheel_radius: float = setting(
+        0.0, 'true radius of the wheels, which the firmware does not know; 0: that of the model',
+        'm', 0.0, 1.0)
     motor_lag: float = setting(
         0.05, 'time constant of the motors, first order', 's', 0.0, 2.0)
     command_latency: float = setting(0.0, 'delay of each command', 's', 0.0, 5.0)
