@@ -206,7 +206,7 @@ def _answers(recording: Recording, model: RobotModel) -> Estimates:
 def _speeds(recording: Recording, found: Estimates) -> Estimates:
     """The fastest turn by the gyro, at the end of its command, and the fastest drive."""
     new: Estimates = {}
-    drives, turns = responses(recording, steps.FAST_DRIVE, 'odom'), []
+    drives, turns = clean(responses(recording, steps.FAST_DRIVE, 'odom')), []
     drift = math.radians(found.get('imu_drift_deg_per_min', Estimate(0.0, 0.0)).value) / 60.0
     for mark in recording.marked(steps.FAST_TURN):
         imu = recording.samples('imu').between(mark.end - 0.3, mark.end)
@@ -283,9 +283,11 @@ def way_after(recording: Recording, moment: float, until: float) -> Optional[flo
 
 def _stops(recording: Recording, found: Estimates) -> Estimates:
     new: Estimates = {}
+    under_way = found['drive_delay'].value if 'drive_delay' in found else 0.2
     brakes = [abs(way_after(recording, mark.end, mark.end + 0.95) or 0.0)
-              for mark in recording.marked(steps.FAST_DRIVE)]
-    if len(brakes) == 2:
+              for mark in recording.marked(steps.FAST_DRIVE)
+              if is_clean(recording, mark.end, under_way)]
+    if brakes:
         new['braking'] = pooled(brakes, 0.21 * WAIT_SPREAD, 0.002)
     outs = []
     for mark, drive in zip(recording.marked(steps.SILENCE),
