@@ -161,11 +161,22 @@ class Browser:
         actions.perform()
 
     def grip(self, element, across=0.0, up=0.0):
-        """Press on the middle of an element, and move from there by parts of its half size."""
+        """Press on the middle of an element, and move from there by parts of its half size.
+
+        The page marks an element that is held. A press does nothing while the element is not ready
+        yet, or if the page moves it at this moment: then again.
+        """
         box = self._find(element)
-        half = box.size['width'] / 2.0
-        actions = self._actions().move_to_element(box).click_and_hold()
-        actions.move_by_offset(int(across * half), int(-up * half)).perform()
+
+        def is_held():
+            half = box.size['width'] / 2.0
+            actions = self._actions().move_to_element(box).click_and_hold()
+            actions.move_by_offset(int(across * half), int(-up * half)).perform()
+            if 'held' in box.get_attribute('class').split():
+                return True
+            self.let_go()
+            return False
+        self.wait_until(is_held, 10.0, 'a hold of ' + element)
 
     def let_go(self):
         self._actions().release().perform()
