@@ -74,6 +74,11 @@ def test_the_simulated_robot_becomes_this_one(recording, found):
     assert max(page.agreement(recording, again).values()) < 0.03
 
 
+def test_a_tiny_number_is_a_number_in_the_file():
+    text = page.yaml_text('robot3', {'wheel_mismatch': -1e-05, 'model': 'burger'}, {})
+    assert yaml.safe_load(text) == {'wheel_mismatch': -1e-05, 'model': 'burger'}
+
+
 def test_a_clock_that_is_ahead_is_told_and_changes_nothing_else(recording, found):
     ahead = replace(recording, round_trip=0.04, _arrays={}, rows=dict(recording.rows, imu=[
         (stamp + 0.5, *others) for stamp, *others in recording.rows['imu']], odom=[

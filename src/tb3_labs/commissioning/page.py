@@ -67,7 +67,9 @@ def yaml_text(name: str, chosen: Dict[str, Any], found: Estimates) -> str:
              '# roslaunch tb3_labs fake_robot.launch params:={}.yaml'.format(name)]
     for key, value in chosen.items():
         error = '    # +- {:.2g}'.format(found[key].error) if key in found else ''
-        lines.append('{}: {}{}'.format(key, value, error))
+        # YAML takes 1e-05 for a text
+        number = '{:.5f}'.format(value) if isinstance(value, float) else value
+        lines.append('{}: {}{}'.format(key, number, error))
     return '\n'.join(lines) + '\n'
 
 
