@@ -67,7 +67,8 @@ class DemoTest(unittest.TestCase):
         for (run, uri), after in zip(runs, (0.3, 0.7, 1.0)):    # at 0.3 s, 1 s and 2 s
             time.sleep(after)
             self.assertEqual(run.end(), 130)
-            self.assertEqual(run.text, '')
+            # on a fast machine the demonstration has begun at 2 s
+            self.assertEqual([line for line in run.lines if line.strip() and '[INFO]' not in line], [])
             self.assertFalse(rosgraph.is_master_online(uri), uri)
 
     def test_what_is_refused_ends_it(self):
