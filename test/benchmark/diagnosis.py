@@ -29,7 +29,7 @@ from tb3_labs.report.diagnosis import diagnose    # noqa: E402
 #: The kinds of ten runs in a row; the right ones in the labs' order.
 KINDS = ('right', 'known', 'right', UNKNOWN, 'right', 'known', 'right', UNKNOWN, 'right', 'known')
 RIGHT_LABS = 'turn', 'drive', 'turn', 'drive', 'turn', 'drive', 'turn', 'drive', 'drive', 'pad'
-#: So many scenes are tried until a mistake can be seen.
+#: At most this number of scenes is tried until a mistake can be seen.
 TRIES = 40
 
 

@@ -207,7 +207,7 @@ def _speeds(recording: Recording, found: Estimates) -> Estimates:
     """The fastest turn by the gyro, at the end of its command, and the fastest drive."""
     new: Estimates = {}
     drives, turns = clean(responses(recording, steps.FAST_DRIVE, 'odom')), []
-    drift = math.radians(found.get('imu_drift_deg_per_min', Estimate(0.0, 0.0)).value) / 60.0
+    drift = _drift(found)
     for mark in recording.marked(steps.FAST_TURN):
         imu = recording.samples('imu').between(mark.end - 0.3, mark.end)
         if len(imu) > 5:
@@ -232,9 +232,12 @@ def _turned(recording: Recording, mark: Mark, found: Estimates) -> Optional[floa
     imu = _moved(recording, mark, 'imu')
     if imu is None:
         return None
-    drift = found.get('imu_drift_deg_per_min', Estimate(0.0, 0.0)).value
-    seconds = imu.stamp[-1] - imu.stamp[0]
-    return float(imu.turned[-1] - imu.turned[0]) - math.radians(drift) / 60.0 * seconds
+    return float(imu.turned[-1] - imu.turned[0]) - _drift(found) * (imu.stamp[-1] - imu.stamp[0])
+
+
+def _drift(found: Estimates) -> float:
+    """The drift of the IMU's yaw [rad/s]; 0 if it is not known."""
+    return math.radians(found.get('imu_drift_deg_per_min', Estimate(0.0, 0.0)).value) / 60.0
 
 
 def _by_tape(recording: Recording, model: RobotModel, found: Estimates) -> Estimates:
@@ -277,8 +280,7 @@ def way_after(recording: Recording, moment: float, until: float) -> Optional[flo
     odom = recording.samples('odom').between(moment - 0.5, until)
     if len(odom) < 10:
         return None
-    time = odom.stamp + float(np.median(odom.arrival - odom.stamp))
-    return float(odom.way[-1] - np.interp(moment, time, odom.way))
+    return float(odom.way[-1] - np.interp(moment, odom.stamp + odom.usual_delay, odom.way))
 
 
 def _stops(recording: Recording, found: Estimates) -> Estimates:

@@ -1,4 +1,4 @@
-"""What the commissioning writes: robot3.yaml for the simulated robot, and robot3.html for people.
+"""The files of the commissioning: robot3.yaml for the simulated robot, robot3.html for people.
 
 The YAML holds settings of the simulated robot only. What cannot be separated is divided by a rule:
 the network needs as long in either direction; then what remains of the dead time is the age of the
@@ -31,6 +31,9 @@ SAME = ('imu_offset_deg', 'imu_rate', 'odom_rate', 'imu_noise_deg', 'imu_drift_d
         'sensor_latency', 'sensor_jitter', 'stalls_per_min', 'longest_stall', 'reset_pause')
 #: Steps of the twin, and their curves: (part, samples, direction of the command).
 TWIN = tuple(steps.BY_NAME[name] for name in (steps.REST, 'turns', 'drives'))
+#: (times after the command [s], travel [rad] or [m]); of a part: those of both robots.
+Answer = Tuple[np.ndarray, np.ndarray]
+Answers = Dict[str, Tuple[Answer, Answer]]
 CURVES = (('turn', 'imu', 'turned [deg]', 180.0 / np.pi), ('drive', 'odom', 'driven [mm]', 1e3))
 
 
@@ -73,8 +76,7 @@ def yaml_text(name: str, chosen: Dict[str, Any], found: Estimates) -> str:
     return '\n'.join(lines) + '\n'
 
 
-def mean_answer(recording: Recording, name: str,
-                kind: str) -> Optional[Tuple[np.ndarray, np.ndarray]]:
+def mean_answer(recording: Recording, name: str, kind: str) -> Optional[Answer]:
     """(times after the command, travel) of a step's answer: the mean over all clean ones."""
     ones = {one.begin for one in clean(responses(recording, name, kind))}
     time, curves = np.arange(0.0, 1.0, 0.01), []
@@ -83,36 +85,41 @@ def mean_answer(recording: Recording, name: str,
         imu = recording.samples('imu').between(mark.begin - 1.0, mark.end + 1.0)
         if mark.begin in ones and len(samples) > 8:
             values = samples.turned if kind == 'imu' else samples.way
-            at = samples.stamp + np.median(imu.arrival - imu.stamp) - mark.begin
+            at = samples.stamp + imu.usual_delay - mark.begin
             sign = np.sign(mark.angular or mark.linear)
             values = sign * (values - np.interp(0.0, at, values))
             curves.append(np.interp(time, at, values))
     return (time, np.median(curves, axis=0)) if curves else None
 
 
-def agreement(recording: Recording, twin: Recording) -> Dict[str, float]:
-    """{part: largest difference of the two answers, as a share of the travel}."""
-    found = {}
+def both_answers(recording: Recording, twin: Recording) -> Answers:
+    """The answers of both robots, of each part that both of them have."""
+    found: Answers = {}
     for name, kind, _, _ in CURVES:
         real, simulated = (mean_answer(of, name, kind) for of in (recording, twin))
         if real is not None and simulated is not None:
-            found[name] = float(np.abs(real[1] - simulated[1]).max() / abs(real[1]).max())
+            found[name] = real, simulated
     return found
 
 
-def figure(recording: Recording, twin: Recording) -> Optional[Figure]:
+def agreement(answers: Answers) -> Dict[str, float]:
+    """{part: largest difference of the two answers, as a share of the travel}."""
+    return {name: float(np.abs(real[1] - simulated[1]).max() / abs(real[1]).max())
+            for name, (real, simulated) in answers.items()}
+
+
+def figure(answers: Answers) -> Optional[Figure]:
     """Both robots' answers to a step, over each other."""
-    drawn = [(curve, pair) for curve in CURVES for pair in [
-        [mean_answer(of, curve[0], curve[1]) for of in (recording, twin)]] if None not in pair]
-    if not drawn:
+    if not answers:
         return None
+    drawn = [curve for curve in CURVES if curve[0] in answers]
     made = figures.new_figure(2.8)
-    for axes, (curve, pair) in zip(made.subplots(1, len(drawn), squeeze=False)[0], drawn):
-        for label, looks, answer in zip(('this robot', 'simulated'), figures.STYLES, pair):
-            assert answer is not None
-            axes.plot(answer[0], curve[3] * answer[1], label=label, color=looks[0],
+    for axes, (name, _, label_y, scale) in zip(
+            made.subplots(1, len(drawn), squeeze=False)[0], drawn):
+        for label, looks, answer in zip(('this robot', 'simulated'), figures.STYLES, answers[name]):
+            axes.plot(answer[0], scale * answer[1], label=label, color=looks[0],
                       linestyle=looks[1], linewidth=1.3)
-        axes.set(xlabel='time since the command [s]', ylabel=curve[2])
+        axes.set(xlabel='time since the command [s]', ylabel=label_y)
         axes.grid(True, linewidth=0.3)
         axes.legend(fontsize=8, frameon=False)
     return made
@@ -127,14 +134,13 @@ def html(name: str, lines: List[Finding], recording: Recording, chosen: Dict[str
     parts = ['<p>{}. Errors hold in 95 of 100 cases.</p>'.format(summary(lines)),
              table(heads, rows, words=heads)]
     if 'turn_delay' in found:
-        twin = driven(SimulatorConfig(**chosen), TWIN)
-        drawn = figure(recording, twin)
+        answers = both_answers(recording, driven(SimulatorConfig(**chosen), TWIN))
+        drawn = figure(answers)
         if drawn is not None:
             png = io.BytesIO()
             figures.save(drawn, png)
-            alike = agreement(recording, twin)
             parts.append(picture(png.getvalue(), 'Answers to a step', 'This robot, and the '
                                  'simulated one with {}.yaml: {}.'.format(name, ', '.join(
                                      'a {} differs by at most {:.1f} %'.format(part, 100.0 * share)
-                                     for part, share in alike.items()))))
+                                     for part, share in agreement(answers).items()))))
     return document('{}: first contact'.format(name), parts)

@@ -40,6 +40,11 @@ class Samples:
         return Samples(self.kind, self._rows[chosen])
 
     @property
+    def usual_delay(self) -> float:
+        """The median time from the stamps to the arrivals [s], with what the clocks differ."""
+        return float(np.median(self.arrival - self.stamp))
+
+    @property
     def turned(self) -> np.ndarray:
         """The yaw without jumps [rad]."""
         return np.unwrap(self.yaw)

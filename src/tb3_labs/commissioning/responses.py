@@ -78,13 +78,6 @@ def fit(time: np.ndarray, values: np.ndarray, delay: float) -> Tuple[np.ndarray,
     return best, float(np.sqrt(np.mean(residual ** 2)))
 
 
-def seen_times(samples: Samples, shift: Optional[float] = None) -> Tuple[np.ndarray, float]:
-    """(times on our clock at which the samples usually arrive, the shift from their stamps)."""
-    if shift is None:
-        shift = float(np.median(samples.arrival - samples.stamp))
-    return samples.stamp + shift, shift
-
-
 def _values(samples: Samples, wheel_scale: float) -> np.ndarray:
     if samples.kind == 'imu':
         return samples.turned
@@ -101,8 +94,7 @@ def response(recording: Recording, mark: Mark, kind: str,
     samples = recording.samples(kind).between(mark.begin - 1.0, mark.end + 1.0)
     if len(samples) < FEWEST or len(around) < FEWEST:
         return None
-    _, shift = seen_times(around)
-    time = samples.stamp + shift - mark.begin
+    time = samples.stamp + around.usual_delay - mark.begin
     values = _values(samples, wheel_scale)
     before = (-BEFORE < time) & (time < 0.0)
     if before.sum() < 3:
@@ -123,7 +115,7 @@ def response(recording: Recording, mark: Mark, kind: str,
 def is_clean(recording: Recording, moment: float, delay: float) -> bool:
     """Was nothing held up while a command of this `moment` was under way?"""
     around = recording.samples('imu').between(moment - 1.0, moment + delay + 1.0)
-    late = around.arrival - around.stamp - np.median(around.arrival - around.stamp)
+    late = around.arrival - around.stamp - around.usual_delay
     under_way = np.abs(around.arrival - moment - 0.5 * delay) < 0.5 * delay + 0.1
     return bool(under_way.any() and late[under_way].max() < HELD)
 

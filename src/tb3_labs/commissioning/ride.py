@@ -37,7 +37,7 @@ UNCHANGED = 0.7
 
 
 class Phase(Enum):
-    """What the ride waits for."""
+    """The thing that the ride waits for."""
 
     ANNOUNCED = 'Enter'
     RUNNING = 'the end of a step'
@@ -47,7 +47,7 @@ class Phase(Enum):
 
 
 class Order(NamedTuple):
-    """What to send now: a command (forward speed, rate of turn) or None; and the `reset`?"""
+    """To be sent now: a command (forward speed, rate of turn) or None; and the `reset`?"""
 
     command: Optional[Tuple[float, float]] = None
     reset: bool = False
@@ -85,7 +85,7 @@ class Ride:
         """Is everything done?"""
         return self.phase is Phase.OVER
 
-    # What happens ---------------------------------------------------------------------------------
+    # Events ---------------------------------------------------------------------------------------
 
     def hear(self, sample: Any, now: float) -> None:
         """A sample has arrived."""

@@ -80,5 +80,5 @@ class Playground:
 
 
 def driven(config: SimulatorConfig, steps: Optional[Sequence[Step]] = None) -> Recording:
-    """What a test drive of a simulated robot records."""
+    """The recording of a test drive of a simulated robot."""
     return Playground(config, STEPS if steps is None else steps).run()

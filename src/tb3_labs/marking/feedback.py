@@ -188,12 +188,12 @@ def moments(observation: Observation, verdicts: Sequence[Verdict],
 
 def diagnosis(observation: Observation) -> Diagnosis:
     """Returns the Diagnosis of a node by its drives, or by its turns."""
-    drives = list(_fresh_drives(observation))
+    run = _run(observation)
+    drives = list(_fresh_drives(observation, run))
     if drives:
         goal = next(stimulus.facts[GOAL_POSE] for stimulus in observation.stimuli
                     if GOAL_POSE in stimulus.facts)
         return of_drives(drives, Pose2(*goal))
-    run = _run(observation)
     turns = [turn._replace(may_be_cut=not stimulus.facts[RESTED])
              for stimulus in observation.stimuli
              if stimulus.name in EACH_TURN and stimulus.facts[MOVED]
@@ -201,9 +201,8 @@ def diagnosis(observation: Observation) -> Diagnosis:
     return of_turns(run, turns) if turns else Diagnosis('')
 
 
-def _fresh_drives(observation: Observation) -> Iterator[Fresh]:
+def _fresh_drives(observation: Observation, run: RunData) -> Iterator[Fresh]:
     """Yields each drive, in ``odom`` as the sensors had it at the begin of the drive."""
-    run = _run(observation)
     starts: Dict[int, Declared] = {}
     for stimulus in observation.stimuli:
         if not stimulus.facts.get(SENSED) or not stimulus.facts[MOVED]:

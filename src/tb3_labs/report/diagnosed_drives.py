@@ -1,4 +1,4 @@
-"""The drives of a recorded run, compared with those of mistaken robots (see mistakes).
+"""The drives of a recorded run, compared with those of mistaken robots.
 
 Only a drive from a state of the node that is known is compared: the first one after a reset, or
 after the node's start. It is taken as three parts: a turn, a straight way, a turn.
@@ -8,14 +8,14 @@ yaw. A distance between two drives is in metres: a turn by another angle counts 
 the robot is then off its course.
 """
 import math
-from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Iterator, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
 from tb3_labs.geometry.angles import continuous_at, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.mistakes import NEAR, NEAR_PLACE, Declared, Drive, Way
-from tb3_labs.report.movements import NO_SPEED, Movement, has_control, moving
+from tb3_labs.report.movements import NO_SPEED, Movement, cuts, has_control, moving
 from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
@@ -61,30 +61,25 @@ class Seen(NamedTuple):
 Fresh = Tuple[Seen, Declared, Declared]
 
 
-class Compared(NamedTuple):
-    """Drives that were compared. `apart`: {mistake: the distance of each drive [m]}; `ideal`:
-    {mistake: the Drive of the mistaken robot for each}."""
+class Fit(NamedTuple):
+    """How far a run is from one way of making a mistake: the distance of each movement, in order,
+    and the Drives of the mistaken robot, if they were drives."""
 
-    seen: List[Seen]
-    apart: Dict[str, np.ndarray]
-    ideal: Dict[str, List[Drive]]
+    mistake: str
+    apart: Sequence[float]
+    ideals: Sequence[Drive] = ()
 
 
-def compared(fresh: Sequence[Fresh], goal: Pose2, ways: Sequence[Way]) -> Compared:
-    """Returns the drives, compared with each of the `ways`; `goal`: in ``local``."""
-    result = Compared([seen for seen, _, _ in fresh], {}, {})
-    for way in ways:
-        each, ideals = [], []
-        for seen, last, first in fresh:
-            ideal = min((way.drive(seen.start, last, first, goal, near)
-                         for near in (NEAR, CLOSE * NEAR)), key=lambda each: apart(seen, each))
-            is_right = not way.mistake and _arrived(seen, last, goal)
-            each.append(0.0 if is_right else apart(seen, ideal))
-            ideals.append(ideal)
-        before = result.apart.get(way.mistake)
-        if before is None or max(each, default=0.0) < before.max(initial=0.0):
-            result.apart[way.mistake], result.ideal[way.mistake] = np.array(each), ideals
-    return result
+def compared(fresh: Sequence[Fresh], goal: Pose2, way: Way) -> Fit:
+    """Returns the Fit of the drives and a `way`, in metres; `goal`: in ``local``."""
+    far, ideals = [], []
+    for seen, last, first in fresh:
+        tried = [way.drive(seen.start, last, first, goal, near) for near in (NEAR, CLOSE * NEAR)]
+        distance, ideal = min(((apart(seen, drive), drive) for drive in tried),
+                              key=lambda pair: pair[0])
+        far.append(0.0 if not way.mistake and _arrived(seen, last, goal) else distance)
+        ideals.append(ideal)
+    return Fit(way.mistake, far, ideals)
 
 
 def ghost(seen: Sequence[Seen], ideals: Sequence[Drive]) -> Poses:
@@ -99,12 +94,11 @@ def ghost(seen: Sequence[Seen], ideals: Sequence[Drive]) -> Poses:
             turn = turn if math.isfinite(turn) else 0.0
             time = np.linspace(begin, max(begin, end), PARTS)
             share = np.linspace(0.0, 1.0, PARTS)
-            # by the lab's law the error of a turn decays
-            turned = (1.0 - np.exp(-gain * (time - begin))) / max(
-                1e-6, 1.0 - math.exp(-gain * (time[-1] - begin)))
+            if gain:        # by the lab's law the error of a turn decays
+                share = (1.0 - np.exp(-gain * (time - begin))) / max(
+                    1e-6, 1.0 - math.exp(-gain * (time[-1] - begin)))
             rows += zip(time, x + share * ahead * math.cos(yaw),
-                        y + share * ahead * math.sin(yaw),
-                        yaw + (turned if gain else share) * turn)
+                        y + share * ahead * math.sin(yaw), yaw + share * turn)
             x, y, yaw = rows[-1][1:]
         time, *pose = np.array(rows).T
         paths.append(Poses(time, time, *pose).seen_from(each.shown_T_odom))
@@ -138,15 +132,10 @@ def _odom(run: RunData, time: float) -> Pose2:
                  float(continuous_at(time, run.odometry.time, run.odometry.yaw)))
 
 
-def cuts(run: RunData) -> np.ndarray:
-    """The times of resets, and of changes of control [s]."""
-    changed = np.flatnonzero(np.diff(run.control.value)) + 1
-    return np.sort(np.concatenate([run.resets.time, run.control.time[changed]]))
-
-
 def seen_drive(run: RunData, movement: Movement, ends: np.ndarray) -> Seen:
     """Returns a movement as it was; `ends`: the times at which one may be cut off [s]. A robot goes
-    on a moment after its last command. Without a way, the last turn begins where the side changes."""
+    on a moment after its last command. Without a way, the last turn begins where the side
+    changes."""
     begin, forward, again, stop = (
         movement.begin, movement.forward, movement.turns_again, movement.end)
     has_way = forward < again

@@ -1,4 +1,4 @@
-"""The turns of a recorded run of the IMU lab, compared with those of mistaken robots (see mistakes).
+"""The turns of a recorded run of the IMU lab, compared with those of mistaken robots.
 
 The letters are not recorded: for each turn the letter is taken that fits better. A turn ends at a
 zero on ``cmd_vel``.
@@ -6,13 +6,13 @@ zero on ``cmd_vel``.
 Units: radians, left positive; rad/s; seconds since the recording's start.
 """
 import math
-from typing import Dict, List, NamedTuple, Sequence, Tuple
+from typing import List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
 from tb3_labs.geometry.angles import wrap
-from tb3_labs.report.diagnosed_drives import CLOSE, SETTLED, swings, turn_apart
-from tb3_labs.report.mistakes import LAWS, NEAR_TURN, Law
+from tb3_labs.report.diagnosed_drives import CLOSE, SETTLED, Fit, swings, turn_apart
+from tb3_labs.report.mistakes import NEAR_TURN, Law
 from tb3_labs.report.movements import FASTEST_BY_MOUSE, NO_SPEED
 from tb3_labs.report.run_data import RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
@@ -26,8 +26,8 @@ SLOW, START = 0.7, 0.5
 
 
 class Turn(NamedTuple):
-    """A turn as it was. `turned` is NaN if it went left and right; `peak`: of the commands. A person
-    may have ended an endless one."""
+    """A turn as it was. `turned` is NaN if it went left and right; `peak`: of the commands. A
+    person may have ended an endless one."""
 
     begin: float
     heading: float
@@ -36,14 +36,9 @@ class Turn(NamedTuple):
     may_be_cut: bool = False
 
 
-def compared(seen: Sequence[Turn]) -> Dict[str, np.ndarray]:
-    """Returns {mistake: the distance of each turn from that of the mistaken robot [rad]}."""
-    result: Dict[str, np.ndarray] = {}
-    for law in LAWS:
-        each = np.array([_apart(law, turn) for turn in seen])
-        if law.mistake not in result or each.max() < result[law.mistake].max():
-            result[law.mistake] = each
-    return result
+def compared(seen: Sequence[Turn], law: Law) -> Fit:
+    """Returns the Fit of the turns and a `law`, in radians."""
+    return Fit(law.mistake, [_apart(law, turn) for turn in seen])
 
 
 def _apart(law: Law, turn: Turn) -> float:

@@ -9,17 +9,17 @@ Units: metres, radians, seconds since the recording's start.
 """
 import math
 from dataclasses import dataclass, replace
-from typing import Dict, Optional, Sequence, Tuple
+from typing import Dict, Iterable, Optional, Sequence, Tuple
 
 import numpy as np
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report import diagnosed_drives, diagnosed_turns
-from tb3_labs.report.diagnosed_drives import Fresh, fresh_drives
+from tb3_labs.report.diagnosed_drives import Fit, Fresh, fresh_drives, ghost
 from tb3_labs.report.diagnosed_turns import Turn, stretches, turns_of
-from tb3_labs.report.mistakes import WAYS, Way
+from tb3_labs.report.mistakes import LAWS, WAYS, Way
 from tb3_labs.report.movements import (
-    FASTEST_BY_MOUSE, LAB_GOAL, NO_SPEED, has_control, movements, moving)
+    FASTEST_BY_MOUSE, LAB_GOAL, NO_SPEED, cuts, has_control, movements, moving)
 from tb3_labs.report.run_data import Commands, Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
@@ -58,8 +58,8 @@ class Diagnosis:
 
 
 def diagnose(run: RunData) -> Diagnosis:
-    """Returns the Diagnosis of a run. A run in which nothing can be judged is right. The goal is the
-    first of the run, else the lab's."""
+    """Returns the Diagnosis of a run. A run in which nothing can be judged is right. The goal is
+    the first of the run, else the lab's."""
     goal = run.goals.pose(0) if len(run.goals) else LAB_GOAL
     by_pad = _of_pad(run)
     if by_pad is not None:
@@ -91,12 +91,13 @@ def of_drives(fresh: Sequence[Fresh], goal: Pose2) -> Diagnosis:
 
 
 def _of_drives(fresh: Sequence[Fresh], goal: Pose2, ways: Sequence[Way]) -> Diagnosis:
-    seen, apart, ideal = diagnosed_drives.compared(fresh, goal, ways)
-    result = _decided(DRIVE, apart, [drive.times[0] for drive in seen])
+    seen = [drive for drive, _, _ in fresh]
+    fits = _best(diagnosed_drives.compared(fresh, goal, way) for way in ways)
+    result = _decided(DRIVE, fits, [drive.times[0] for drive in seen])
     if result.mistake == '':
         return result
-    return replace(result, asked=diagnosed_drives.ghost(seen, ideal['']), ghost=(
-        diagnosed_drives.ghost(seen, ideal[result.mistake]) if result.mistake else Poses.none()))
+    return replace(result, asked=ghost(seen, fits[''].ideals), ghost=(
+        ghost(seen, fits[result.mistake].ideals) if result.mistake else Poses.none()))
 
 
 def of_turns(run: RunData, seen: Sequence[Turn]) -> Diagnosis:
@@ -109,16 +110,26 @@ def of_turns(run: RunData, seen: Sequence[Turn]) -> Diagnosis:
         fastest = max(seen, key=lambda turn: abs(turn.peak))
         return Diagnosis(None if is_fast_left else 'no_negative_clamp', TURN,
                          moment=fastest.begin)
-    result = _decided(TURN, diagnosed_turns.compared(seen), [turn.begin for turn in seen])
+    fits = _best(diagnosed_turns.compared(seen, law) for law in LAWS)
+    result = _decided(TURN, fits, [turn.begin for turn in seen])
     if result.mistake == 'no_negative_clamp' and not diagnosed_turns.begin_slowly(run, seen):
         return replace(result, mistake=None)
     return result
 
 
-def _decided(lab: str, apart: Dict[str, np.ndarray], begins: Sequence[float]) -> Diagnosis:
-    """Returns the Diagnosis by `apart`, {mistake: how far each movement is from it}."""
-    worst = {mistake: float(far.max()) for mistake, far in apart.items()}
-    right, moment = worst.pop(''), begins[int(np.argmax(apart['']))]
+def _best(fits: Iterable[Fit]) -> Dict[str, Fit]:
+    """Returns the best Fit of each mistake, since it can be made in several ways."""
+    best: Dict[str, Fit] = {}
+    for fit in fits:
+        if fit.mistake not in best or max(fit.apart) < max(best[fit.mistake].apart):
+            best[fit.mistake] = fit
+    return best
+
+
+def _decided(lab: str, fits: Dict[str, Fit], begins: Sequence[float]) -> Diagnosis:
+    """Returns the Diagnosis by the best Fit of each mistake."""
+    worst = {mistake: max(fit.apart) for mistake, fit in fits.items()}
+    right, moment = worst.pop(''), begins[int(np.argmax(fits[''].apart))]
     order = sorted(worst, key=lambda mistake: worst[mistake])
     best = order[0]
     if right <= FITS:
@@ -156,8 +167,8 @@ def _two_senders(run: RunData) -> Optional[float]:
 
 
 def _wrong_button(run: RunData) -> Optional[float]:
-    """Returns the time of a press that reset the frame, or did not, against the handout. Without any
-    reset there may be no node that has the frame."""
+    """Returns the time of a press that reset the frame, or did not, against the handout. Without
+    any reset there may be no node that has the frame."""
     if not len(run.resets):
         return None
     for time, button in zip(run.presses.time, run.presses.value):
@@ -171,7 +182,7 @@ def _no_stop(run: RunData) -> Optional[float]:
     """Returns the end of a node's movement that nobody cut off, after which no command stopped the
     robot. In the IMU lab a node does not drive forward."""
     time, moves = run.commands.time, moving(run.commands)
-    cuts = np.append(diagnosed_drives.cuts(run), run.duration)
+    ends = np.append(cuts(run), run.duration)
     for first, after in stretches(moves, time):
         last = float(time[after - 1])
         is_node = has_control(run, (float(time[first]) + last) / 2.0) if len(run.control) else not (
@@ -179,7 +190,7 @@ def _no_stop(run: RunData) -> Optional[float]:
         if not is_node:
             continue
         following = float(time[after]) if after < len(time) else math.inf
-        if following - last > COMMAND_TIMEOUT and (np.abs(cuts - last) > AFTERWARDS).all():
+        if following - last > COMMAND_TIMEOUT and (np.abs(ends - last) > AFTERWARDS).all():
             return last
         if _goes_on(run.commands.between(time[first], last)):
             return last

@@ -1,4 +1,4 @@
-"""The hints to a known mistake, one behind the other, and last the mistake itself with its evidence.
+"""The hints to a known mistake, one behind the other, last the mistake itself with its evidence.
 
 Each hint is folded, and the next one lies within it. So a teacher can hand out the page of a run,
 and the student still has to find the mistake.
@@ -27,12 +27,12 @@ SHEETS = {TURN: IMU_LAB, DRIVE: TRANSFORMATION_LAB, PAD: TRANSFORMATION_LAB}
 TURNS, POSE, STATES, RESET, THUMB = (
     '3. Lab: turn 90 and 180 degrees', '1. The local pose', '2. The four states', '3. The reset',
     '4. By thumb')
-PUSH = 'Drive the robot forward by hand after a reset in another direction, and print local_x and ' \
-    'local_y. Which of them shall grow?'
+PUSH = 'Drive the robot forward by hand after a reset in another direction, and print local_x ' \
+    'and local_y. Which of them shall grow?'
 AFTER_RESET = 'Print local_x, local_y and local_yaw a second after a reset, at rest. Which three ' \
     'numbers do you expect?'
-PRINT_YAW = 'Print the yaw that your node has, and turn the robot once around by hand. Over which ' \
-    'range shall the number run, and which way?'
+PRINT_YAW = 'Print the yaw that your node has, and turn the robot once around by hand. Over ' \
+    'which range shall the number run, and which way?'
 LAST_MESSAGE = 'rostopic echo /cmd_vel: which message shall be the last one of a movement?'
 #: The hints, by lab and mistake.
 HINTS = {
@@ -40,14 +40,14 @@ HINTS = {
         'does not wrap the error', 'The goal is 80, the heading 350. What is the error, and which '
         'way is the shorter one?', TURNS, 5, 'TODO 7'),
     (TURN, 'error_not_wrapped_low'): Hint(
-        'does not wrap an error below -180', 'What does your node do with an error of 270? And with '
-        '-270?', TURNS, 5, 'TODO 7'),
+        'does not wrap an error below -180', 'What does your node do with an error of 270? And '
+        'with -270?', TURNS, 5, 'TODO 7'),
     (TURN, 'error_not_wrapped_high'): Hint(
-        'does not wrap an error above 180', 'What does your node do with an error of -270? And with '
-        '270?', TURNS, 5, 'TODO 7'),
+        'does not wrap an error above 180', 'What does your node do with an error of -270? And '
+        'with 270?', TURNS, 5, 'TODO 7'),
     (TURN, 'nothing_wrapped'): Hint(
-        'wraps neither the goal nor the error', 'The heading is 350. Which goal has l, and does the '
-        'heading ever come near it?', TURNS, 5, 'TODO 7'),
+        'wraps neither the goal nor the error', 'The heading is 350. Which goal has l, and does '
+        'the heading ever come near it?', TURNS, 5, 'TODO 7'),
     (TURN, 'goal_not_wrapped_low'): Hint(
         'does not wrap a goal below 0', 'The heading is 40. Which goal has r, and does the heading '
         'ever come near it?', TURNS, 6, 'TODO 7'),
@@ -71,12 +71,14 @@ HINTS = {
     (DRIVE, 'reference_kept'): Hint(
         'keeps its references at a reset', AFTER_RESET, RESET, 2, 'set_pose_callback'),
     (DRIVE, 'yaw_kept'): Hint(
-        'keeps the reference of the yaw at a reset', AFTER_RESET, RESET, 2, 'set_pose_callback, TODO 2 and 4'),
+        'keeps the reference of the yaw at a reset', AFTER_RESET, RESET, 2,
+        'set_pose_callback, TODO 2 and 4'),
     (DRIVE, 'place_kept'): Hint(
-        'keeps the reference of the place at a reset', AFTER_RESET, RESET, 2, 'set_pose_callback and TODO 3'),
+        'keeps the reference of the place at a reset', AFTER_RESET, RESET, 2,
+        'set_pose_callback and TODO 3'),
     (DRIVE, 'declared_lost'): Hint(
-        'forgets the pose that a reset declares', 'Reset to x: 0.2, y: 0.3. Which numbers does your '
-        'node have a second later?', RESET, 3, 'beyond the handout'),
+        'forgets the pose that a reset declares', 'Reset to x: 0.2, y: 0.3. Which numbers does '
+        'your node have a second later?', RESET, 3, 'beyond the handout'),
     (DRIVE, 'no_local_frame'): Hint(
         'drives by odom in place of local', 'Which variables does control_loop read, and in which '
         'frame is the goal?', STATES, 0, 'TODO 5'),
@@ -88,11 +90,11 @@ HINTS = {
     (DRIVE, 'degrees'): Hint('mixes degrees and radians', PRINT_YAW, POSE, 2, 'TODO 2'),
     (DRIVE, 'no_stop'): Hint('sends no zero at the end', LAST_MESSAGE, STATES, 4, 'TODO 6'),
     (PAD, 'wrong_button'): Hint(
-        'resets by another button', 'rostopic echo /joy, and press Y. Which of the numbers changes? '
-        '(On the pad of the course: the third one.)', THUMB, 4, 'TODO 1'),
+        'resets by another button', 'rostopic echo /joy, and press Y. Which of the numbers '
+        'changes? (On the pad of the course: the third one.)', THUMB, 4, 'TODO 1'),
     (PAD, 'two_senders'): Hint(
-        'goes on sending while another node has control', 'rostopic echo /cmd_vel after A: do zeros '
-        'come between the commands?', THUMB, 1, 'has_control'),
+        'goes on sending while another node has control', 'rostopic echo /cmd_vel after A: do '
+        'zeros come between the commands?', THUMB, 1, 'has_control'),
 }
 SECTION = '''<section id="hints"><h2>What went wrong</h2>
 {}</section>'''
@@ -114,13 +116,15 @@ def section(found: Diagnosis) -> str:
     hint = HINTS[found.lab, found.mistake]
     place = '{}, section "{}"{}.'.format(
         SHEETS[found.lab], hint.heading, ', step {}'.format(hint.step) if hint.step else '')
-    folded = FOLDED.format(' id="mistake"', 'The mistake', ' '.join(map(escape, sentences(found))) + (
-        ' <a href="#t={:.1f}">Watch it</a>'.format(found.moment)), '')
+    evidence = ' '.join(map(escape, sentences(found)))
+    link = ' <a href="#t={:.1f}">Watch it</a>'.format(found.moment)
+    folded = FOLDED.format(' id="mistake"', 'The mistake', evidence + link, '')
     for title, words in reversed([('Hint 1: what to look at', hint.look),
                                   ('Hint 2: where it is explained', place),
                                   ('Hint 3: where to change it', hint.todo + '.')]):
         folded = FOLDED.format('', title, escape(words), folded)
-    return SECTION.format('<p>Open one hint, then try again before you open the next.</p>\n' + folded)
+    return SECTION.format(
+        '<p>Open one hint, then try again before you open the next.</p>\n' + folded)
 
 
 def sentences(found: Diagnosis) -> List[str]:

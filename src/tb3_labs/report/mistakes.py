@@ -14,14 +14,14 @@ import math
 from dataclasses import dataclass
 from typing import Callable, NamedTuple, Tuple
 
-from tb3_labs.geometry.angles import wrap
+from tb3_labs.geometry.angles import difference_degrees, wrap
 from tb3_labs.geometry.se2 import Pose2, rotation_matrix
 
 #: A turn ends within NEAR of its goal in the Transformation lab, NEAR_TURN in the IMU lab [rad]; a
 #: straight line NEAR_PLACE from the goal [m].
 NEAR, NEAR_TURN, NEAR_PLACE = 0.05, math.radians(10.0), 0.15
-#: A turn is searched in steps of at most STEP [rad], and up to ENDLESS [rad]; one that goes left and
-#: right up to MOST_STEPS.
+#: A turn is searched in steps of at most STEP [rad], and up to ENDLESS [rad]; one that goes left
+#: and right up to MOST_STEPS.
 STEP, ENDLESS, MOST_STEPS = 0.04, 3.0 * math.pi, 600
 
 
@@ -85,6 +85,11 @@ class Law:
                       heading, near)
 
 
+def signed(heading: float) -> float:
+    """The heading from -180 to 180 [deg]."""
+    return difference_degrees(heading, 0.0)
+
+
 #: A heading that is read from numbers in another order may be the same for ever, or mirrored.
 STUCK, MIRRORED = (lambda heading: 0.0), (lambda heading: (180.0 - heading) % 360.0)
 LAWS = (
@@ -93,19 +98,14 @@ LAWS = (
     Law('error_not_wrapped_low', error_wraps=(False, True)),
     Law('error_not_wrapped_high', error_wraps=(True, False)),
     Law('nothing_wrapped', (False, False), (False, False)),
-    Law('nothing_wrapped', (False, False), (False, False), reading=lambda yaw: wrap_degrees(yaw)),
+    Law('nothing_wrapped', (False, False), (False, False), reading=signed),
     Law('goal_not_wrapped_low', (False, True), (False, False), side_by='letter'),
     Law('goal_not_wrapped_high', (True, False), (False, False), side_by='letter'),
     Law('no_negative_clamp', side_by='nothing'),
-    Law('radians', reading=lambda heading: math.radians(wrap_degrees(heading)) % 360.0),
+    Law('radians', reading=lambda heading: math.radians(signed(heading)) % 360.0),
     Law('radians', quarter=math.pi / 2.0),
     Law('quaternion_order', reading=STUCK),
     Law('quaternion_order', reading=MIRRORED))
-
-
-def wrap_degrees(angle: float) -> float:
-    """The angle in [-180, 180)."""
-    return (angle + 180.0) % 360.0 - 180.0
 
 
 # The Transformation lab -----------------------------------------------------------------------
@@ -174,23 +174,23 @@ class Way:
 
     def drive(self, begin: Pose2, last: Declared, start: Declared, goal: Pose2,
               near: float = NEAR) -> Drive:
-        """The Drive from `begin` in ``odom`` to `goal` in ``local``; the others: see `pose`. The IMU's
-        yaw differs from the odometry's as at the last reset."""
+        """The Drive from `begin` in ``odom`` to `goal` in ``local``; the others: see `pose`. The
+        IMU's yaw differs from the odometry's as at the last reset."""
         def here(place, yaw):
             return self.pose(Pose2(*place, yaw), wrap(yaw + last.imu - last.odom.yaw), last, start)
 
         def off_course(yaw):
             pose = here((begin.x, begin.y), yaw)
-            return self.wraps(math.atan2(goal.y - pose.y, goal.x - pose.x) - pose.yaw)
+            return self.wraps(pose.bearing_to(goal) - pose.yaw)
 
         first = turned(off_course, begin.yaw, near)
         if not math.isfinite(first):
             leaps = math.isnan(first) and self.reading is in_radians
             return Drive(first, math.nan if leaps else 0.0, 0.0)
         yaw = begin.yaw + first
-        at_first = here((begin.x, begin.y), yaw)
+        faced = here((begin.x, begin.y), yaw)
         one_on = here((begin.x + math.cos(yaw), begin.y + math.sin(yaw)), yaw)
-        way = reach((goal.x - at_first.x, goal.y - at_first.y), (one_on.x - at_first.x, one_on.y - at_first.y))
+        way = reach((goal.x - faced.x, goal.y - faced.y), (one_on.x - faced.x, one_on.y - faced.y))
         if math.isinf(way):
             return Drive(first, way, 0.0)
         end = begin.x + way * math.cos(yaw), begin.y + way * math.sin(yaw)

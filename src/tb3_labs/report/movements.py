@@ -98,12 +98,17 @@ def movements(run: RunData) -> List[Movement]:
     if not len(moves):
         return []
     ends = np.minimum(np.append(time[1:], np.inf), time + COMMAND_TIMEOUT)
-    changes = np.flatnonzero(np.diff(run.control.value)) + 1
-    cuts = np.sort(np.concatenate([run.resets.time, run.control.time[changes]]))
-    is_cut = np.searchsorted(cuts, time[moves[:-1]]) < np.searchsorted(cuts, time[moves[1:]])
+    cut = cuts(run)
+    is_cut = np.searchsorted(cut, time[moves[:-1]]) < np.searchsorted(cut, time[moves[1:]])
     is_pause = time[moves[1:]] - ends[moves[:-1]] >= PAUSE
-    return [_movement(run, part, ends, cuts)
+    return [_movement(run, part, ends, cut)
             for part in np.split(moves, np.flatnonzero(is_cut | is_pause) + 1)]
+
+
+def cuts(run: RunData) -> np.ndarray:
+    """The times of resets, and of changes of control, in order [s]: they end a movement."""
+    changes = np.flatnonzero(np.diff(run.control.value)) + 1
+    return np.sort(np.concatenate([run.resets.time, run.control.time[changes]]))
 
 
 def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cuts: np.ndarray) -> Movement:

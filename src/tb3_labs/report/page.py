@@ -47,8 +47,8 @@ NO_COMMANDS = 'the recording holds neither goal_state nor commands; record /cmd_
 NO_DRIVE = 'neither goal_state nor the commands show one'
 #: Sentences: how turns and drives are distinguished from movements by hand.
 BY_CONTROL = ('By the commands and ctrl_relinq: each movement while a node had control is a '
-              'drive, any other is by hand; so is a turn alone, unless it followed a reset or control '
-              'at once, or was cut off.')
+              'drive, any other is by hand; so is a turn alone, unless it followed a reset or '
+              'control at once, or was cut off.')
 PAD_ALONE = ('A gamepad (joy) was recorded, but it never gave control (ctrl_relinq): all movements '
              'count as by hand.')
 WITH_MOUSE = ('By the commands: a turn has no forward speed, from rest to rest, and is faster '
@@ -82,8 +82,8 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
     page.write_text(document('Run report: ' + name, [
         '<p>{}</p>'.format(escape(_summary(run, model))),
         timeline.section(timeline.timeline(
-            run, model, timeline.marks(run, turned, driven), found.asked, found.ghost)), hints.section(found),
-        _turns(run, turned), shown['turns'],
+            run, model, timeline.marks(run, turned, driven), found.asked, found.ghost)),
+        hints.section(found), _turns(run, turned), shown['turns'],
         _drives(run, driven, turned), _by_hand(run, driven, turned), shown['paths'],
         shown['errors'], _along(driven), shown['heading'], shown['speeds'],
         RATES.format(tables.rates(run))]), encoding='utf-8')

@@ -107,8 +107,8 @@ def _differences(numbers: np.ndarray) -> List[int]:
 
 def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark],
              asked: Poses = Poses.none(), mistaken: Poses = Poses.none()) -> Dict[str, Any]:
-    """Returns everything that the timeline of a run shows, for JSON. `asked`, `mistaken`: the poses in
-    ``odom`` of a robot that drives as asked, and of one with a known mistake."""
+    """Returns everything that the timeline of a run shows, for JSON. `asked`, `mistaken`: the poses
+    in ``odom`` of a robot that drives as asked, and of one with a known mistake."""
     imu, odometry, local = run.imu, run.odometry, run.local_pose
     time, distance, angle = goal_errors(run)
     frames = epochs(run)

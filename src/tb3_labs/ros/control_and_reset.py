@@ -1,4 +1,4 @@
-"""What one node asks of move_to_goal: control, and a reset.
+"""The requests of other nodes to move_to_goal: control, and a reset.
 
 Control is given and taken on `ctrl_relinq` (std_msgs/Bool): True gives it, False takes it.
 move_to_goal publishes on `has_control` whether it has control. So a sender learns whether its True
