@@ -5,5 +5,5 @@ simulation) -> ros -> nodes -> control, localization -> robot, supervision -> ge
 from `nodes` down are the notions, in pure Python and numpy: no ROS, no clock, no print. Time comes
 in as `now` or `dt` in seconds. Angles are radians, counter-clockwise positive; lengths are metres.
 
-A default stands in the config of the file that it sets; `git grep '(Config)'` lists all configs.
+A default stands in a config, in the file that uses it: `git grep '(Config)'` lists all configs.
 """

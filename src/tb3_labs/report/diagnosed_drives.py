@@ -209,7 +209,7 @@ def apart(seen: Seen, ideal: Drive) -> float:
 
 
 def _only_turned_apart(seen: Seen, ideal: Drive) -> float:
-    """How far a drive without a way is from an ideal one [m]."""
+    """How far a drive that only turned is from an ideal one [m]."""
     was, was_cut = seen.drive, bool(seen.ended)
     if was.last_turn and ideal.way == 0.0 and math.isfinite(ideal.first_turn):
         return LEVER * max(abs(was.first_turn - ideal.first_turn),
