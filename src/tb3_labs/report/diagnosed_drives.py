@@ -26,7 +26,7 @@ UNLIKE = 2.0
 #: A turn on the spot, and the last turn, count as a way of LEVER; a first turn as the way that
 #: follows, from LEVER to FARTHEST [m].
 LEVER, FARTHEST = 0.3, 1.0
-#: A robot may miss a goal that is farther than this, since its turn ends in time by chance [m].
+#: A robot may miss a goal farther than this, since the error of its first turn is chance [m].
 MISSES = 1.3
 #: A robot rests this long after its last command [s].
 SETTLED = 0.6
