@@ -42,7 +42,7 @@ FEWEST = 5
 GAIN, SLOWEST, FASTEST, CLOSE, PERIOD = 3.0, 0.1, 1.5, 0.01, 0.03
 #: The robot rests within this time after its last command [s].
 RESTS = 2.0
-#: The period of a repeated message [s].
+#: The time between two messages that are repeated [s].
 REPEATED = 0.05
 #: A node that is ready connects within CONNECTING [s]. A node may ignore a new pad that has not
 #: been at rest for a moment (this package's gamepad: 0.3 s). SETTLED is long enough for this [s].

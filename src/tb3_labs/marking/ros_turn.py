@@ -30,7 +30,7 @@ HAIRS = (-1e-17, -1e-12, math.radians(-1e-8))
 ASTRAY = 25.0
 #: The robot's heading after the last turn; there an invalid input is typed [deg].
 LAST_HEADING = -50.0
-#: The marker disturbs a turn, or a drive by mouse, this long after its begin [s].
+#: A turn has lasted this long before something happens to it [s].
 WELL_UNDER_WAY = 0.3
 #: A turn is over if the node has commanded no movement for this time [s].
 QUIET = 0.4
