@@ -102,8 +102,7 @@ def judge_names(names: Sequence[MasterName], master: str) -> Line:
 
 
 class Driver(NamedTuple):
-    """A node of this computer that publishes cmd_vel: does the robot's node hold a connection to
-    it?"""
+    """A node of this computer that publishes cmd_vel. Is the robot's node connected to it?"""
 
     node: str
     uri: str

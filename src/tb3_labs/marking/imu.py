@@ -19,7 +19,7 @@ HAIR_BELOW_ZERO = 'a hair below zero'
 ZERO_QUATERNION = 'a quaternion of zeros'
 #: After the quaternion of zeros the heading AFTERWARDS [deg] is sent for NEXT [s].
 AFTERWARDS, NEXT = 57.0, 0.9
-#: Key of the facts at such a heading: the IMU's heading [deg].
+#: Key of a fact: the IMU's heading where the robot stands [deg].
 HEADING_DEG = 'heading_deg'
 
 LINE = re.compile(r'Current heading is (-?\d+(?:\.\d+)?) degrees')

@@ -222,7 +222,7 @@ class MarkedClass:
 
     def __init__(self, marker: Marker, folder: MarksFolder, due: Optional[datetime], anew: bool,
                  progress: Progress, tell_problem: Callable[[str], None]) -> None:
-        """`anew`: are submissions tried again that were marked and have not changed?"""
+        """`anew`: try all submissions again, also those that were marked and have not changed."""
         self._marker, self._folder, self._due, self._anew = marker, folder, due, anew
         self._progress, self._tell_problem = progress, tell_problem
         self._failed, self._unchanged = False, 0

@@ -38,8 +38,8 @@ class Turn:
         self.asked = asked
         self.goal = yaw + carried + asked
         self.stall = StallWatch()
-        #: The remaining angle of a turn that is over, by the law, if the law has waited for rest.
-        #: It is more exact than by one sample.
+        #: The remaining angle at the end, as the law computed it from many samples: one sample is
+        #: less exact. None if the law does not wait for rest.
         self.left_at_end: Optional[float] = None
         self._start = yaw
         self._begun_at = now

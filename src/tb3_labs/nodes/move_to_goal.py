@@ -66,7 +66,7 @@ class MoveToGoalCore:
         self._odometry_turned = False      # did its yaw change at the last sample?
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._sent = Twist2()
-        self._ended = 0                    # the last attempt that take_end returned
+        self._ended = 0                    # number of the last attempt that take_end returned
         self._news = NewsDesk()
 
     # -- what comes in

@@ -165,7 +165,7 @@ class ControlMessages:
         self._given_at = -math.inf
 
     def crossed(self, now: float) -> bool:
-        """Did move_to_goal perhaps say that it has no control before it heard the last True?"""
+        """Was the last True so recent that a "no control" of move_to_goal may be older?"""
         return now - self._given_at < CROSSING
 
     def too_late(self, now: float, lateness: float) -> bool:

@@ -26,7 +26,7 @@ UNLIKE = 2.0
 #: A turn on the spot, and the last turn, count as a way of LEVER; a first turn as the way that
 #: follows, from LEVER to FARTHEST [m].
 LEVER, FARTHEST = 0.3, 1.0
-#: A robot may miss a goal that is farther than this, since its turn ends in time by chance [m].
+#: A robot may miss a goal farther than this, since the error of its first turn is chance [m].
 MISSES = 1.3
 #: A robot rests this long after its last command [s].
 SETTLED = 0.6
@@ -209,7 +209,7 @@ def apart(seen: Seen, ideal: Drive) -> float:
 
 
 def _only_turned_apart(seen: Seen, ideal: Drive) -> float:
-    """How far a drive without a way is from an ideal one [m]."""
+    """How far a drive that only turned is from an ideal one [m]."""
     was, was_cut = seen.drive, bool(seen.ended)
     if was.last_turn and ideal.way == 0.0 and math.isfinite(ideal.first_turn):
         return LEVER * max(abs(was.first_turn - ideal.first_turn),

@@ -40,21 +40,21 @@ ANSWERED, RESETS = 0.6, 2
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """`mistake`: the one that fits; '' if the run is right, None if none fits. `also`: others that
-    fit as well; `besides`: a second mistake. `apart`: how far the run is from the mistake, from a
-    right node, and from the next likely mistake, `other` [m], in the IMU lab [rad]; NaN: unknown.
-    `moment`: the begin of the movement that is farthest from a right one. `ghost`: the poses of the
-    mistaken robot in ``odom``; `asked`: of a right one."""
+    """The known mistake that fits a run.
 
-    mistake: Optional[str]
+    `apart`: how far the run is from this mistake, from a right node, and from `other` [m], in the
+    IMU lab [rad]; NaN: unknown. Poses are in ``odom``.
+    """
+
+    mistake: Optional[str]              # '' if the run is right, None if no known mistake fits
     lab: str = DRIVE
-    also: Tuple[str, ...] = ()
-    besides: str = ''
+    also: Tuple[str, ...] = ()          # other mistakes that fit as well
+    besides: str = ''                   # a second mistake in the same run
     apart: Tuple[float, float, float] = (math.nan, math.nan, math.nan)
-    other: str = ''
-    moment: float = 0.0
-    ghost: Poses = Poses.none()
-    asked: Poses = Poses.none()
+    other: str = ''                     # the next likely mistake
+    moment: float = 0.0                 # begin of the movement farthest from a right one [s]
+    ghost: Poses = Poses.none()         # of a robot with this mistake
+    asked: Poses = Poses.none()         # of a right robot
 
 
 def diagnose(run: RunData) -> Diagnosis:

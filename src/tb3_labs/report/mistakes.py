@@ -124,12 +124,11 @@ class Declared(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """A drive: the angle turned, the way straight on (infinite: without an end; NaN: it begins by
-    chance), the second one."""
+    """A drive: turn, straight on, turn."""
 
-    first_turn: float
-    way: float
-    last_turn: float
+    first_turn: float    # [rad]
+    way: float           # [m]; infinite: without an end; NaN: it is chance whether it begins
+    last_turn: float     # [rad]
 
 
 @dataclass(frozen=True)

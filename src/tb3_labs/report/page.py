@@ -172,7 +172,7 @@ def _nothing(run: RunData) -> str:
 
 
 def _declared(run: RunData) -> str:
-    """Returns the poses at which ``local`` was declared, in words, if it was not recorded."""
+    """Returns in words where and when ``local`` was declared, for a run without its frames."""
     words = ['taken as declared (0, 0, 0) at the first sample']
     for k, time in enumerate(run.resets.time):
         pose = run.resets.pose(k)

@@ -43,7 +43,7 @@ RESET = None
 NO_COMMAND = -math.inf, 0.0, 0.0
 #: Time from the start of the board to its first IMU sample [s].
 START_TIME = 6.2
-#: The motors run on this long if the serial node stops in a drive: range [s].
+#: If the serial node stops in a drive, the motors run on for a time in this range [s].
 BLOCKED = (0.50, 0.96)
 #: A serial node that was away for longer than this connects anew [s].
 NEW_CONNECTION = 9.0

@@ -91,7 +91,7 @@ class Interruptions:
 
 
 class Link:
-    """One direction of the network, 'sensors' or 'commands'. Its times never go back."""
+    """One direction of the network, 'sensors' or 'commands'. Messages arrive in their order."""
 
     def __init__(self, direction: str, seed: int) -> None:
         self._seed = seed

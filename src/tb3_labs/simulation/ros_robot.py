@@ -29,7 +29,7 @@ from tb3_labs.simulation.simulator_config import STARTING
 
 STEP = 1.0 / 200.0     # of the simulation [s]
 TRUTH_EVERY = 4        # steps between two messages of the ground truth
-#: The robots make up for a pause of the computer of up to this length [s].
+#: If the computer pauses for up to this time, the robots catch up [s].
 CATCH_UP = 0.5
 #: The limit of such a pause if the robots publish /clock [s, wall clock]. On /clock the pause is
 #: `speed` times as long, and passes at once: a node that hears of it too late finds its sensors
