@@ -141,11 +141,10 @@ def wait(condition):
         raise RuntimeError('timeout: not there within {:g} s'.format(PATIENCE))
 
 
-def lesson(number, imu_rate, port):
+def lesson(number, imu_rate):
     """A line of the table."""
     launch = subprocess.Popen(
         ['rosrun', 'tb3_labs', 'classroom.py', '%d' % number, '--imu-rate', '%g' % imu_rate],
-        env=dict(os.environ, ROS_MASTER_URI='http://localhost:%d' % port),
         stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     pupils = [Pupil(k) for k in range(1, number + 1)]
     try:
@@ -212,7 +211,8 @@ def main():
     parser.add_argument('robots', nargs='*', type=int, default=[1, 4, 12, 24])
     parser.add_argument('-r', '--imu-rate', type=float, default=60.0, help='of the robots [1/s]')
     given = parser.parse_args()
-    with private_master() as port:
+    with contextlib.ExitStack() as stack:
+        private_master(stack)
         try:
             rospy.init_node('benchmark', disable_signals=True)
             print('machine: {} cores, load {:.1f}; IMU at {:g} Hz'.format(
@@ -220,7 +220,7 @@ def main():
             print(ROW.format('robots', 'reached', 'off', 'on time',
                              'cores: robots, nodes, gamepads', 'memory'))
             for number in given.robots:
-                print(lesson(number, given.imu_rate, port), flush=True)
+                print(lesson(number, given.imu_rate), flush=True)
         finally:
             rospy.signal_shutdown('done')
 

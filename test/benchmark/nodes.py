@@ -24,7 +24,6 @@ import sys
 import threading
 import time
 
-import rosgraph
 import rospy
 from geometry_msgs.msg import PoseStamped, Twist
 from sensor_msgs.msg import Imu, Joy
@@ -34,7 +33,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', 'ros'))
-from costs import memory, private_master, process_of, shares, start    # noqa: E402
+from costs import memory, private_master, shares, start, wait_for_node    # noqa: E402
 
 #: A node of rospy alone; its arguments: topic, package and type of each topic.
 BARE = '''
@@ -77,9 +76,8 @@ class Bench:
     def __init__(self, seconds):
         self.seconds = seconds
         self._stack = contextlib.ExitStack()
-        self._stack.enter_context(private_master())
+        private_master(self._stack)
         rospy.init_node('benchmark', disable_signals=True)
-        self.master = rosgraph.Master('/benchmark')
         self._imu_at = 0.0
         rospy.Subscriber('imu', Imu, self._on_imu, queue_size=1, tcp_nodelay=True)
         self.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
@@ -97,7 +95,7 @@ class Bench:
         """(process id, seconds until it was ready) of one of the package's nodes."""
         begun = time.monotonic()
         start(self._stack, ['rosrun', 'tb3_labs', executable, '__name:=' + name])
-        return self.pid(name, wait_for), time.monotonic() - begun
+        return wait_for_node(name, wait_for), time.monotonic() - begun
 
     def first_command(self, name):
         """Seconds until a node that is told to drive as it starts sends its first command."""
@@ -120,19 +118,7 @@ class Bench:
                 name + '/cmd_vel', Twist, lambda _: None, tcp_nodelay=True).unregister)
         start(self._stack, [sys.executable, '-c', BARE_PAD if topics is JOY else BARE, name]
               + list(topics))
-        return self.pid(name, topics[0])
-
-    def pid(self, name, topic):
-        """Process id of a node once it is connected to a topic."""
-        deadline = time.monotonic() + 30.0
-        while time.monotonic() < deadline:
-            with contextlib.suppress(rosgraph.MasterException, OSError):
-                publishers, subscribers, _ = self.master.getSystemState()
-                if any('/' + name in nodes for heard, nodes in publishers + subscribers
-                       if heard == '/' + topic):
-                    return process_of('/' + name)
-            time.sleep(0.01)
-        raise RuntimeError('{} did not start'.format(name))
+        return wait_for_node(name, topics[0])
 
     def row(self, name):
         """One line of the table: a node beside its bare ones."""
@@ -199,22 +185,9 @@ class Bench:
         self._imu_at = time.monotonic()
 
 
-def noise():
-    """Times of the same piece of work: (median [ms], worst over median)."""
-    times = []
-    for _ in range(40):
-        begun = time.perf_counter()
-        sum(range(200000))
-        times.append(1000.0 * (time.perf_counter() - begun))
-        time.sleep(0.02)
-    return statistics.median(times), max(times) / statistics.median(times)
-
-
 def main(seconds):
     """Measure and print."""
-    work, spread = noise()
-    print('machine: {} cores, load {:.1f}; the same work takes {:.1f} ms, at worst {:.1f} times as '
-          'long'.format(os.cpu_count(), os.getloadavg()[0], work, spread))
+    print('machine: {} cores, load {:.1f}'.format(os.cpu_count(), os.getloadavg()[0]))
     print(ROW.format('node', 'CPU at rest', 'times bare', 'CPU driving', 'times bare', 'memory',
                      'ready after', 'first command', 'imu to command'))
     bench = Bench(seconds)

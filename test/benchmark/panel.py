@@ -28,7 +28,7 @@ from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose_stamped
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'ros'))
-from costs import on_time, private_master, process_of, shares, start    # noqa: E402
+from costs import on_time, private_master, process_of, shares, start, wait_for_node    # noqa: E402
 from panel_page import Page    # noqa: E402
 from virtual_screen import VirtualScreen    # noqa: E402
 
@@ -50,8 +50,8 @@ class Drives:
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
         self._number = 0
         self._commands = []
-        self.start(['rosrun', 'tb3_labs', 'fake_turtlebot3.py'], 'turtlebot3')
-        self.start(['rosrun', 'tb3_labs', 'move2goal_tf.py'], 'move_to_goal')
+        self.start(['rosrun', 'tb3_labs', 'fake_turtlebot3.py'], 'turtlebot3', 'imu')
+        self.start(['rosrun', 'tb3_labs', 'move2goal_tf.py'], 'move_to_goal', 'odom')
         rospy.Subscriber('goal_state', String, self._on_state)
         rospy.Subscriber('cmd_vel', Twist, lambda _: self._commands.append(time.monotonic()),
                          queue_size=100, tcp_nodelay=True)
@@ -60,17 +60,10 @@ class Drives:
         self._control.publish(True)
         self._on_state(String('GOAL_REACHED'))
 
-    def start(self, command, name, **environment):
-        """Start a node; (its process id, the process) once it is registered."""
-        process, found = start(self._stack, command, **environment), []
-
-        def is_there():
-            with contextlib.suppress(Exception):    # of any kind: it is not there yet
-                found.append(process_of('/' + name))
-            return found
-        if not wait_until(is_there, 30.0):
-            raise RuntimeError(name + ' does not start')
-        return found[0], process
+    def start(self, command, name, topic, **environment):
+        """Start a node; (its process id, the process) once it is connected to a topic."""
+        process = start(self._stack, command, **environment)
+        return wait_for_node(name, topic), process
 
     def measure(self, seconds, watched=None, page=None):
         """A line of figures: CPU of the process `watched`, of move_to_goal and of the robot."""
@@ -97,7 +90,8 @@ def line(name, figures, first=''):
 
 def with_page(drives, seconds):
     """The two rows of the panel."""
-    pid, process = drives.start(['rosrun', 'tb3_labs', 'panel.py', '_port:=%d' % PORT], 'panel')
+    pid, process = drives.start(['rosrun', 'tb3_labs', 'panel.py', '_port:=%d' % PORT], 'panel',
+                                'ctrl_relinq')
     time.sleep(SETTLE)
     line('panel, nobody looks', drives.measure(seconds, pid))
     begun = time.monotonic()
@@ -115,7 +109,7 @@ def with_rviz(drives, seconds):
     screen = VirtualScreen(1280, 800)
     try:
         pid, process = drives.start(
-            ['roslaunch', 'tb3_labs', 'view.launch'], 'rviz', DISPLAY=screen.display,
+            ['roslaunch', 'tb3_labs', 'view.launch'], 'rviz', 'tf', DISPLAY=screen.display,
             LIBGL_ALWAYS_SOFTWARE='1')
         time.sleep(2 * SETTLE)
         line('RViz', drives.measure(seconds, pid))
@@ -126,7 +120,8 @@ def with_rviz(drives, seconds):
 
 def main(seconds=20.0):
     """Measure and print."""
-    with private_master(), contextlib.ExitStack() as stack:
+    with contextlib.ExitStack() as stack:
+        private_master(stack)
         try:
             rospy.init_node('benchmark', disable_signals=True)
             print('machine: {} cores, load {:.1f}'.format(os.cpu_count(), os.getloadavg()[0]))

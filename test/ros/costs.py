@@ -12,10 +12,10 @@ import rospy
 
 from tb3_labs.ros.clocks import wait_until
 
-#: Longest wait for a master [s].
+#: Longest wait for a master, or a node [s].
 MASTER_TIMEOUT = 30.0
-#: Below the ports that Linux gives to whoever asks for any: a program that starts meanwhile, such as a
-#: master's own roslaunch, cannot take one of these.
+#: Below the ports that Linux gives to whoever asks for any: a program that starts meanwhile, such
+#: as a master's own roslaunch, cannot take one of these.
 PORTS = range(20000, 32000)
 _PAGE = os.sysconf('SC_PAGE_SIZE')
 
@@ -44,22 +44,32 @@ def start(stack, command, typed='', **environment):
     return process
 
 
-@contextlib.contextmanager
-def private_master():
-    """Start a private master at a free port, for this process and its children. RuntimeError if it
-    does not start."""
+def start_master(stack, port):
+    """The process of this process's master, which the ExitStack ends; RuntimeError if it does not
+    answer."""
+    master = start(stack, ['rosmaster', '--core', '-p', str(port)])
+    if not wait_until(rosgraph.is_master_online, MASTER_TIMEOUT, 0.02):
+        raise RuntimeError('rosmaster does not answer after {:.0f} s'.format(MASTER_TIMEOUT))
+    return master
+
+
+def private_master(stack):
+    """Start a master for this process and its children, at a free port."""
     port = free_port()
     os.environ.update(ROS_MASTER_URI='http://localhost:%d' % port, ROS_HOSTNAME='localhost')
-    master = subprocess.Popen(
-        ['rosmaster', '--core', '-p', str(port)], stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
-    try:
-        if not wait_until(rosgraph.is_master_online, MASTER_TIMEOUT, 0.02):
-            raise RuntimeError('rosmaster does not answer after {:.0f} s'.format(MASTER_TIMEOUT))
-        yield port
-    finally:
-        master.kill()
-        master.wait()
+    start_master(stack, port)
+
+
+def wait_for_node(node, topic):
+    """Process id of a node once it is connected to a topic; RuntimeError if it does not start."""
+    def is_there():
+        with contextlib.suppress(rosgraph.MasterException, OSError):
+            publishers, subscribers, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+            return any('/' + node in nodes for name, nodes in publishers + subscribers
+                       if name == '/' + topic)
+    if not wait_until(is_there, MASTER_TIMEOUT, 0.01):
+        raise RuntimeError(node + ' does not start')
+    return process_of(node)
 
 
 def process_of(node):

@@ -3,13 +3,11 @@
 import os
 import pathlib
 import tempfile
-import unittest
 
 import rospy
-import rostest
 from rosgraph_msgs.msg import Clock
 
-from node_case import STARTING, Program
+from node_case import STARTING, NodeCase, Program, run_as_node
 from tb3_labs.ros.program import Observer
 
 #: The package, the file and the argument are turtlebot3_simulations'; the embedded robot stands in.
@@ -28,7 +26,7 @@ WORLD = '''<launch>
 '''
 
 
-class GazeboTest(unittest.TestCase):
+class GazeboTest(NodeCase):
 
     @classmethod
     def setUpClass(cls):
@@ -59,5 +57,4 @@ class GazeboTest(unittest.TestCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('gazebo_test')
-    rostest.rosrun('tb3_labs', 'gazebo', GazeboTest)
+    run_as_node('gazebo', GazeboTest)

@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 """What can happen in the stories of ledger.test: acts of persons, the machine and the network."""
 import json
+import os
 import signal
 import time
 
+import rosgraph
 import rospy
 from actionlib_msgs.msg import GoalID
 from move_base_msgs.msg import MoveBaseGoal
@@ -163,15 +165,13 @@ class LedgerCase(LedgerNodes):
         self.let_pass(seconds)
         self.robot.update_configuration({'network_cut': False})
 
-    def master_dies(self, *between):
-        """The master dies; acts happen before it is there again."""
-        self.way.cut()
+    def master_stalls(self, *between):
+        """The master does not answer; acts happen before it does again."""
+        master = rosgraph.Master(rospy.get_name()).getPid()
+        os.kill(master, signal.SIGSTOP)
         for act in between:
             self.play(act)
-        self.way.mend()
-
-    def restart(self, name):
-        self.start_again(name)
+        os.kill(master, signal.SIGCONT)
 
     def restart_mover(self, granted):
         """move_to_goal is killed and started again, perhaps with has_control:=true."""

@@ -1,9 +1,6 @@
 #!/usr/bin/env python3
 """The nodes of the stories of ledger.test, and the history of what persons did, of what nodes said,
 and of the commands, for the judges of ledger_judge.py."""
-import os
-from urllib.parse import urlparse
-
 import actionlib
 import rospy
 from actionlib_msgs.msg import GoalID
@@ -16,7 +13,6 @@ from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.ros.program import Observer
 
 from ledger_judge import PADS
-from master_way import MasterWay
 from node_case import STARTING, Hiccups, Node, NodeCase
 from panel_page import Page, address_of
 from thumb import A, B, Mouse, Thumb
@@ -39,7 +35,6 @@ class LedgerNodes(NodeCase):
         cls.history, cls.presses = [], []      # (time, what, ...), (time, who, A or B)
         cls.started, cls.asleep = {}, set()    # {node: when it was started last}, nodes
         cls.cancelled_at = 0.0
-        cls.way = MasterWay(urlparse(os.environ['ROS_MASTER_URI']).port)
         cls.seen, cls.hiccups = Observer(), Hiccups()
         cls.seen.watch('local_pose', PoseStamped)
         cls.seen.watch('cmd_vel', Twist, cls.on_command)
@@ -51,7 +46,7 @@ class LedgerNodes(NodeCase):
         cls.thumbs = {'pad 1': Thumb('joy1'), 'pad 2': Thumb('joy2')}
         cls.pointer = Mouse()
         cls.robot = Client('turtlebot3', timeout=20.0)
-        cls.nodes = {'panel': cls.node('panel.py')}
+        cls.nodes = {'panel': Node('panel.py')}
         for name in PADS + ('student', 'controller'):
             cls.start_again(name)
         cls.start_mover(False)
@@ -73,10 +68,6 @@ class LedgerNodes(NodeCase):
     # -- nodes
 
     @classmethod
-    def node(cls, executable, *arguments, **options):
-        return Node(executable, *arguments, environment={'ROS_MASTER_URI': cls.way.uri}, **options)
-
-    @classmethod
     def start_mover(cls, granted):
         # words that others have latched by now were said before it started
         last = {entry[2]: entry[3] for entry in cls.history if entry[1] == 'heard' and (
@@ -84,8 +75,8 @@ class LedgerNodes(NodeCase):
         cls.note('mover started', [who for who, word in last.items() if word and who != 'hand'],
                  granted)
         cls.seen.forget('local_pose')
-        cls.nodes['mover'] = cls.node('move2goal_tf.py', '_goal_x:=90', '_max_angular:=0.3',
-                                      *['_has_control:=true'] * granted)
+        cls.nodes['mover'] = Node('move2goal_tf.py', '_goal_x:=90', '_max_angular:=0.3',
+                                  *['_has_control:=true'] * granted)
         # its last subscriptions; before them it hears no stop
         cls.seen.wait_for('local_pose', seconds=STARTING)
         cls.wait_until_heard(cls.cancels, cls.goals)
@@ -100,12 +91,12 @@ class LedgerNodes(NodeCase):
         cls.started[name] = rospy.get_time()
         if name == 'controller':
             cls.note('controller started')
-            cls.nodes[name] = cls.node('turtlebot_controller.py')
+            cls.nodes[name] = Node('turtlebot_controller.py')
         elif name == 'student':
-            cls.nodes[name] = cls.node('latching_sender.py', terminal=True)
+            cls.nodes[name] = Node('latching_sender.py', terminal=True)
         else:
-            cls.nodes[name] = cls.node('gamepad.py', '__name:=pad' + name[-1],
-                                       'joy:=joy' + name[-1], 'control_holder:=holder' + name[-1])
+            cls.nodes[name] = Node('gamepad.py', '__name:=pad' + name[-1],
+                                   'joy:=joy' + name[-1], 'control_holder:=holder' + name[-1])
 
     # -- the history
 
