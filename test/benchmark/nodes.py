@@ -35,27 +35,18 @@ from tb3_labs.ros.conversions import to_pose_stamped
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', 'ros'))
 from costs import memory, private_master, shares, start, wait_for_node    # noqa: E402
 
-#: A node of rospy alone; its arguments: topic, package and type of each topic.
+#: A node of rospy alone; its arguments: topic, package and type of each topic. It answers each Joy.
 BARE = '''
 import importlib, sys, rospy
-rospy.init_node(sys.argv[1])
-for topic, package, kind in zip(*[iter(sys.argv[2:])] * 3):
-    rospy.Subscriber(topic, getattr(importlib.import_module(package + '.msg'), kind),
-                     lambda message: None, queue_size=1, buff_size=65536, tcp_nodelay=True)
-rospy.spin()
-'''
-#: A node of rospy alone that drives by a pad, on a topic of its own.
-BARE_PAD = '''
-import sys, rospy
 from geometry_msgs.msg import Twist
-from sensor_msgs.msg import Joy
 rospy.init_node(sys.argv[1])
 commands = rospy.Publisher('~cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
-def drive(joy):
-    twist = Twist()
-    twist.linear.x, twist.angular.z = 0.2 * joy.axes[1], joy.axes[0]
-    commands.publish(twist)
-rospy.Subscriber('joy', Joy, drive, queue_size=1, buff_size=65536, tcp_nodelay=True)
+def hear(message):
+    if 'joy' in sys.argv:
+        commands.publish(Twist())
+for topic, package, kind in zip(*[iter(sys.argv[2:])] * 3):
+    rospy.Subscriber(topic, getattr(importlib.import_module(package + '.msg'), kind), hear,
+                     queue_size=1, buff_size=65536, tcp_nodelay=True)
 rospy.spin()
 '''
 IMU, ODOM, JOY = ('imu', 'sensor_msgs', 'Imu'), ('odom', 'nav_msgs', 'Odometry'), (
@@ -113,11 +104,10 @@ class Bench:
         return took
 
     def bare(self, name, topics):
-        if topics is JOY:    # the robot of a bare node is this process
-            self._stack.callback(rospy.Subscriber(
-                name + '/cmd_vel', Twist, lambda _: None, tcp_nodelay=True).unregister)
-        start(self._stack, [sys.executable, '-c', BARE_PAD if topics is JOY else BARE, name]
-              + list(topics))
+        """Process id of a bare node; this process is its robot."""
+        self._stack.callback(rospy.Subscriber(
+            name + '/cmd_vel', Twist, lambda _: None, tcp_nodelay=True).unregister)
+        start(self._stack, [sys.executable, '-c', BARE, name] + list(topics))
         return wait_for_node(name, topics[0])
 
     def row(self, name):

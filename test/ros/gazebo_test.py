@@ -8,7 +8,6 @@ import rospy
 from rosgraph_msgs.msg import Clock
 
 from node_case import STARTING, NodeCase, Program, run_as_node
-from tb3_labs.ros.program import Observer
 
 #: The package, the file and the argument are turtlebot3_simulations'; the embedded robot stands in.
 MANIFEST = ('<package format="2"><name>turtlebot3_gazebo</name><version>0.0.0</version>'
@@ -30,7 +29,7 @@ class GazeboTest(NodeCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.seen = Observer()
+        super().setUpClass()
         cls.seen.watch('/clock', Clock)
         cls.addClassCleanup(rospy.set_param, '/use_sim_time', False)
 

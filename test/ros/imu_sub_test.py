@@ -4,12 +4,10 @@ import math
 import re
 
 import rospy
-import rostest
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float32
 
-from node_case import SILENCE, STARTING, Hiccups, NodeCase, watch_robot
-from tb3_labs.ros.program import Observer
+from node_case import SILENCE, STARTING, NodeCase, run_as_node
 
 LINE = re.compile(r'Current heading is (\d+\.\d{6}) degrees\.$')
 
@@ -18,10 +16,9 @@ class ImuSubTest(NodeCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.seen, cls.hiccups = Observer(), Hiccups()
+        super().setUpClass()
         cls.seen.watch('heading', Float32, lambda message: message.data)
         cls.seen.watch('bad/heading', Float32)
-        watch_robot(cls.seen)
         cls.bad = rospy.Publisher('bad/imu', Imu, queue_size=1)
         cls.seen.wait_for('ground_truth')
 
@@ -76,5 +73,4 @@ class ImuSubTest(NodeCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('imu_sub_test')
-    rostest.rosrun('tb3_labs', 'imu_sub_test', ImuSubTest)
+    run_as_node('imu_sub', ImuSubTest)

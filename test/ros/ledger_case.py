@@ -132,10 +132,7 @@ class LedgerCase(LedgerNodes):
         text = {'type': what, 't': 1000.0 * time.time(), 'degrees': 300.0}
         if what == 'give':
             self.presses.append((pressed, 'panel', A))
-        self.let_pass(0.5 * seconds)
-        for act in between:
-            self.play(act)
-        self.let_pass(max(0.0, pressed + seconds - rospy.get_time()))
+        self.spend(seconds, between)
         if what == 'turn':
             self.note('turn', pressed)
         self.pages[number].send_text(json.dumps(text))
@@ -149,10 +146,7 @@ class LedgerCase(LedgerNodes):
         self.asleep |= set(names)
         for name in names:
             self.nodes[name].send(signal.SIGSTOP)
-        self.let_pass(0.5 * seconds)
-        for act in between:
-            self.play(act)
-        self.let_pass(max(0.0, begun + seconds - rospy.get_time()))
+        self.spend(seconds, between)
         for name in names:
             self.nodes[name].send(signal.SIGCONT)
         self.asleep -= set(names)
@@ -169,8 +163,7 @@ class LedgerCase(LedgerNodes):
         """The master does not answer; acts happen before it does again."""
         master = rosgraph.Master(rospy.get_name()).getPid()
         os.kill(master, signal.SIGSTOP)
-        for act in between:
-            self.play(act)
+        self.spend(0.0, between)
         os.kill(master, signal.SIGCONT)
 
     def restart_mover(self, granted):
@@ -184,3 +177,11 @@ class LedgerCase(LedgerNodes):
     def play(self, act):
         """Let one act happen."""
         getattr(self, act[0])(*act[1:])
+
+    def spend(self, seconds, acts):
+        """Let time pass, and in the middle of it let acts happen."""
+        begun = rospy.get_time()
+        self.let_pass(0.5 * seconds)
+        for act in acts:
+            self.play(act)
+        self.let_pass(begun + seconds - rospy.get_time())

@@ -38,16 +38,16 @@ class Scenes(DriveCase):
     def setUpClass(cls):
         """See open(): a scene has a master of its own."""
 
-    def open(self, port, on_robot=None):
-        """Start all, with a master at this port."""
+    def open(self, port, **on_robot):
+        """Start all, with a master at this port; `on_robot`: options of the robot's Node."""
         self.port, self.stack = port, contextlib.ExitStack()
         self.addCleanup(self.stack.close)
         self.master = start_master(self.stack, port)
         rospy.init_node('watcher', disable_signals=True)
         super().setUpClass()
         self.seen.watch('imu', Imu)
-        with on_robot or contextlib.nullcontext():
-            self.robot = self.start('fake_turtlebot3.py', '__name:=turtlebot3', '_imu_rate:=100')
+        self.robot = self.start('fake_turtlebot3.py', '__name:=turtlebot3', '_imu_rate:=100',
+                                **on_robot)
         self.node = self.start('move2goal_tf.py')
 
     def open_here(self):
@@ -137,31 +137,33 @@ class Scenes(DriveCase):
         self.assert_sound(panel)
 
     def network_cut_and_back(self):
-        """Both sides stop; after a short cut the drive goes on, after a long one it was given up."""
+        """Both sides stop. After a short cut the drive goes on, after a long one it is over."""
         hosts = TwoHosts()
         self.addCleanup(hosts.remove)
-        with hosts.on('laptop'):
-            self.open(11311, hosts.on('robot'))
-            # the robot's own messages of its true pose, on its side of the cut
-            with hosts.on('robot'):
-                truth = Program(['rostopic', 'echo', '-p', '/ground_truth/pose/position/x'])
-            self.addCleanup(truth.kill)
-            self.drive(3.0)
-            truth.wait_for('\n', times=3)
-            for seconds in (0.6, 5.0):
-                hosts.connect(False)
-                cut = time.time()
-                zero = self.zero_since(cut, 0.4)
-                self.let_pass(cut + seconds - time.time())
-                hosts.connect(True)
-                if seconds < 1.0:
-                    self.wait_for_speed(0.2, 10.0)
-            self.wait_for_state('gave up')
-            rest = rest_after(truth, cut)
-            print('network cut: zero after %.2f s, robot at rest after %.2f s' % (zero - cut, rest))
-            self.assertLess(rest, 0.5 + 0.5)
-            self.go_back_to(0.2)
-            self.assert_sound(self.node)
+        hosts.enter('laptop')
+        robot = {'prefix': hosts.prefix('robot'), 'environment': hosts.environment('robot')}
+        self.open(11311, **robot)
+        # the robot's own messages of its true pose, on its side of the cut
+        truth = Program(
+            robot['prefix'] + ['rostopic', 'echo', '-p', '/ground_truth/pose/position/x'],
+            environment=robot['environment'])
+        self.addCleanup(truth.kill)
+        self.drive(3.0)
+        truth.wait_for('\n', times=3)
+        for seconds in (0.6, 5.0):
+            hosts.connect(False)
+            cut = time.time()
+            zero = self.zero_since(cut, 0.4)
+            self.let_pass(cut + seconds - time.time())
+            hosts.connect(True)
+            if seconds < 1.0:
+                self.wait_for_speed(0.2, 10.0)
+        self.wait_for_state('gave up')
+        rest = rest_after(truth, cut)
+        print('network cut: zero after %.2f s, robot at rest after %.2f s' % (zero - cut, rest))
+        self.assertLess(rest, 0.5 + 0.5)
+        self.go_back_to(0.2)
+        self.assert_sound(self.node)
 
 
 def connected_to(node):
@@ -243,10 +245,11 @@ class NetworkTest(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         mount = 'mount -t tmpfs -o size=2m tmpfs $PWD && cd $PWD && ' if has_small_disk else ''
+        command = 'cd {} && {}exec {} drives:=1 record:={}'.format(
+            folder.name, mount, DEMO, str(has_small_disk).lower())
         environment = {'ROS_MASTER_URI': 'http://localhost:%d' % free_port()}
-        demo = Program(
-            ['unshare', '-m'] * has_small_disk + ['sh', '-c', 'cd {} && {}exec {} drives:=1 record:={}'.format(
-                folder.name, mount, DEMO, str(has_small_disk).lower())], environment=environment)
+        demo = Program(['unshare', '-m'] * has_small_disk + ['sh', '-c', command],
+                       environment=environment)
         self.addCleanup(demo.kill)
         demo.wait_for('MOVE_FORWARD', STARTING)    # by then all its programs run
         sockets = listening(environment)

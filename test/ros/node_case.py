@@ -21,6 +21,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from std_msgs.msg import Bool, String
 
 from rosunit_internals import rosrun
+from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2, interpolate
 from tb3_labs.ros import program
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped
@@ -109,10 +110,19 @@ class Node(Program):
 
 
 class NodeCase(unittest.TestCase):
-    """A test case that starts nodes and watches them with `seen`, a program.Observer. `hiccups`:
-    the Hiccups of this machine, for a case that limits times."""
+    """A test case that starts nodes, and watches the robot with `seen`, a program.Observer."""
 
     seen = hiccups = None
+
+    @classmethod
+    def setUpClass(cls):
+        cls.seen, cls.hiccups = program.Observer(), Hiccups()
+        cls.watch()
+
+    @classmethod
+    def watch(cls):
+        """Watch the robot."""
+        watch_robot(cls.seen)
 
     def start(self, executable, *arguments, **options):
         """Start a node; it is killed at the end of the test, unless it has ended."""
@@ -128,10 +138,10 @@ class NodeCase(unittest.TestCase):
 
     @classmethod
     def wait_until_hears(cls, name, topic, seconds=STARTING):
-        """Wait until the running node `name` has dealt with a message on `topic`, which come steadily.
+        """Wait until the running node `name` has dealt with one of the steady messages on `topic`.
 
-        rospy counts bytes, also those of the handshake. The first growth is a message, the second one
-        says that its callback has ended.
+        rospy counts bytes, also those of the handshake. The first growth is a message, the second
+        one says that its callback has ended.
         """
         node = xmlrpc.client.ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode(
             rospy.resolve_name(name)))
@@ -194,6 +204,12 @@ class NodeCase(unittest.TestCase):
         (before, start), (then, end) = samples[after - 1], samples[after]
         return interpolate(start, end, (instant - before) / (then - before))
 
+    def wait_until_it_moves(self, start=None):
+        """Wait until the robot has truly moved a little since it was at `start`, or since now."""
+        start = start or self.seen.latest('ground_truth') or self.seen.wait_for('ground_truth')
+        self.seen.wait_for('ground_truth', lambda pose: start.distance_to(pose) > 0.01 or abs(
+            difference(pose.yaw, start.yaw)) > 0.05)
+
     def rest(self, topic='ground_truth'):
         """Wait until the robot rests; its true pose."""
         self.seen.wait_for_rest(topic, seconds=STARTING)
@@ -205,17 +221,11 @@ class DriveCase(NodeCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.seen, cls.hiccups = program.Observer(), Hiccups()
-        cls.watch()
+        super().setUpClass()
         cls.seen.watch('goal_state', String, lambda message: message.data)
         cls.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=5)    # each word counts
         cls.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=10)
         cls.reset = rospy.ServiceProxy('reset_pose', ResetPose)
-
-    @classmethod
-    def watch(cls):
-        """Watch the robot."""
-        watch_robot(cls.seen)
 
     def declare(self, pose=Pose2()):
         """A reset to `pose`; again while a busy machine delays the sensors, and it is refused."""
@@ -226,9 +236,10 @@ class DriveCase(NodeCase):
         """Send move_to_goal to the Pose2 `goal`."""
         self.goals.publish(to_pose_stamped(goal, frame, 0.0))
 
-    def wait_for_state(self, *states, seconds=20.0):
+    @classmethod
+    def wait_for_state(cls, *states, seconds=20.0):
         """Wait until the state of the goal begins with one of `states`; the state."""
-        return self.seen.wait_for('goal_state', lambda state: state.startswith(states), seconds)
+        return cls.seen.wait_for('goal_state', lambda state: state.startswith(states), seconds)
 
     def wait_for_speed(self, linear, seconds=20.0):
         """Wait until more than this forward speed is commanded [m/s]."""

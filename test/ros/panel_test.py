@@ -9,7 +9,6 @@ import sys
 
 import rosgraph
 import rospy
-import rostest
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped, TransformStamped, Twist, Vector3
 from nav_msgs.msg import Odometry
@@ -21,9 +20,8 @@ from tf2_msgs.msg import TFMessage
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.clocks import steady_time
-from tb3_labs.ros.program import Observer
 
-from node_case import SILENCE, STARTING, ZERO, Hiccups, Node, watch_robot
+from node_case import SILENCE, STARTING, ZERO, Node, run_as_node
 from panel_case import LOSS, PanelCase, with_punctual_pages
 from panel_page import Page, address_of
 
@@ -36,8 +34,7 @@ class PanelTest(PanelCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.seen, cls.hiccups = Observer(), Hiccups()
-        watch_robot(cls.seen)
+        super().setUpClass()
         cls.seen.watch('ctrl_relinq', Bool, lambda message: message.data)
         cls.seen.watch('has_control', Bool, lambda message: message.data)
         cls.seen.watch('/rosout', Log, lambda line: (line.name, line.msg))
@@ -396,5 +393,4 @@ class PanelTest(PanelCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('panel_test')
-    rostest.rosrun('tb3_labs', 'panel_test', PanelTest, sys.argv)
+    run_as_node('panel', PanelTest)

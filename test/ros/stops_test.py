@@ -84,11 +84,10 @@ class StopsTest(DriveCase):
 
     def let_it_drive(self, give):
         """`give` control; returns when the robot moves."""
-        start = self.seen.latest('ground_truth') or self.seen.wait_for('ground_truth')
+        start = self.seen.latest('ground_truth')
         self.seen.forget('cmd_vel')
         give()
-        self.seen.wait_for('ground_truth', lambda pose: pose.distance_to(start) > 0.01 or (
-            abs(pose.yaw - start.yaw) > 0.05))
+        self.wait_until_it_moves(start)
 
     def drive_far(self):
         self.go_to(Pose2(90.0))
