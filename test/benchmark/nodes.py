@@ -33,7 +33,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', 'ros'))
-from costs import memory, private_master, shares, start, wait_for_node    # noqa: E402
+from costs import benchmark, memory, shares, start, wait_for_node    # noqa: E402
 
 #: A node of rospy alone; its arguments: topic, package and type of each topic. It answers each Joy.
 BARE = '''
@@ -62,13 +62,10 @@ ROW = '{:13} {:>11} {:>10} {:>11} {:>10} {:>11} {:>11} {:>13} {:>15}'
 
 
 class Bench:
-    """A master, the robot, a pad, and one node after the other beside bare ones."""
+    """The robot, a pad, and one node after the other beside bare ones."""
 
-    def __init__(self, seconds):
-        self.seconds = seconds
-        self._stack = contextlib.ExitStack()
-        private_master(self._stack)
-        rospy.init_node('benchmark', disable_signals=True)
+    def __init__(self, seconds, stack):
+        self.seconds, self._stack = seconds, stack
         self._imu_at = 0.0
         rospy.Subscriber('imu', Imu, self._on_imu, queue_size=1, tcp_nodelay=True)
         self.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
@@ -78,9 +75,6 @@ class Bench:
         self.stick = 0.0
         threading.Thread(target=self._hold_pad, daemon=True).start()
         self.robot, _ = self.node('turtlebot3', 'fake_turtlebot3.py')
-
-    def close(self):
-        self._stack.close()
 
     def node(self, name, executable, wait_for='imu'):
         """(process id, seconds until it was ready) of one of the package's nodes."""
@@ -177,17 +171,14 @@ class Bench:
 
 def main(seconds):
     """Measure and print."""
-    print('machine: {} cores, load {:.1f}'.format(os.cpu_count(), os.getloadavg()[0]))
-    print(ROW.format('node', 'CPU at rest', 'times bare', 'CPU driving', 'times bare', 'memory',
-                     'ready after', 'first command', 'imu to command'))
-    bench = Bench(seconds)
-    try:
+    with benchmark() as stack:
+        print(ROW.format('node', 'CPU at rest', 'times bare', 'CPU driving', 'times bare', 'memory',
+                         'ready after', 'first command', 'imu to command'))
+        bench = Bench(seconds, stack)
         for name in NODES:
             print(bench.row(name), flush=True)
-        print('embedded robot, with all its topics heard: {:.1f} %, {:.0f} MB'.format(
+        print('simulated robot, with all its topics heard: {:.1f} %, {:.0f} MB'.format(
             *shares(seconds, bench.robot), memory(bench.robot)))
-    finally:
-        bench.close()
 
 
 if __name__ == '__main__':

@@ -9,8 +9,6 @@ page, with one page at 20 pictures a second, and with RViz in its place.
 
 Usage: panel.py [seconds of each measurement, default 20]
 """
-import contextlib
-import os
 import pathlib
 import shutil
 import statistics
@@ -28,7 +26,7 @@ from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose_stamped
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'ros'))
-from costs import on_time, private_master, process_of, shares, start, wait_for_node    # noqa: E402
+from costs import benchmark, on_time, process_of, shares, start, wait_for_node    # noqa: E402
 from panel_page import Page    # noqa: E402
 from virtual_screen import VirtualScreen    # noqa: E402
 
@@ -120,21 +118,15 @@ def with_rviz(drives, seconds):
 
 def main(seconds=20.0):
     """Measure and print."""
-    with contextlib.ExitStack() as stack:
-        private_master(stack)
-        try:
-            rospy.init_node('benchmark', disable_signals=True)
-            print('machine: {} cores, load {:.1f}'.format(os.cpu_count(), os.getloadavg()[0]))
-            print(ROW.format('', 'CPU: panel', 'move_to_goal', 'robot', 'pictures',
-                             'first picture', 'on time'))
-            drives = Drives(stack)
-            time.sleep(SETTLE)
-            line('neither', drives.measure(seconds))
-            with_page(drives, seconds)
-            if shutil.which('rviz') and shutil.which('Xvfb'):
-                with_rviz(drives, seconds)
-        finally:
-            rospy.signal_shutdown('done')
+    with benchmark() as stack:
+        print(ROW.format('', 'CPU: panel', 'move_to_goal', 'robot', 'pictures', 'first picture',
+                         'on time'))
+        drives = Drives(stack)
+        time.sleep(SETTLE)
+        line('neither', drives.measure(seconds))
+        with_page(drives, seconds)
+        if shutil.which('rviz') and shutil.which('Xvfb'):
+            with_rviz(drives, seconds)
 
 
 if __name__ == '__main__':

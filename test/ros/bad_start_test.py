@@ -2,7 +2,6 @@
 """Invalid parameters and missing files: one line names the valid values, and nothing moves."""
 
 import rosgraph
-import rospy
 
 from costs import free_port
 from node_case import STARTING, NodeCase, Program, run_as_node

@@ -53,11 +53,20 @@ def start_master(stack, port):
     return master
 
 
-def private_master(stack):
-    """Start a master for this process and its children, at a free port."""
+@contextlib.contextmanager
+def benchmark():
+    """This process is a node with a master of its own at a free port; the ExitStack of its
+    processes."""
+    print('machine: {} cores, load {:.1f}'.format(os.cpu_count(), os.getloadavg()[0]))
     port = free_port()
     os.environ.update(ROS_MASTER_URI='http://localhost:%d' % port, ROS_HOSTNAME='localhost')
-    start_master(stack, port)
+    with contextlib.ExitStack() as stack:
+        start_master(stack, port)
+        rospy.init_node('benchmark', disable_signals=True)
+        try:
+            yield stack
+        finally:
+            rospy.signal_shutdown('done')
 
 
 def wait_for_node(node, topic):

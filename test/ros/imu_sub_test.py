@@ -4,10 +4,12 @@ import math
 import re
 
 import rospy
+import rostest
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float32
 
-from node_case import SILENCE, STARTING, NodeCase, run_as_node
+from node_case import SILENCE, STARTING, Hiccups, NodeCase, watch_robot
+from tb3_labs.ros.program import Observer
 
 LINE = re.compile(r'Current heading is (\d+\.\d{6}) degrees\.$')
 
@@ -16,9 +18,10 @@ class ImuSubTest(NodeCase):
 
     @classmethod
     def setUpClass(cls):
-        super().setUpClass()
+        cls.seen, cls.hiccups = Observer(), Hiccups()
         cls.seen.watch('heading', Float32, lambda message: message.data)
         cls.seen.watch('bad/heading', Float32)
+        watch_robot(cls.seen)
         cls.bad = rospy.Publisher('bad/imu', Imu, queue_size=1)
         cls.seen.wait_for('ground_truth')
 
@@ -73,4 +76,5 @@ class ImuSubTest(NodeCase):
 
 
 if __name__ == '__main__':
-    run_as_node('imu_sub', ImuSubTest)
+    rospy.init_node('imu_sub_test')
+    rostest.rosrun('tb3_labs', 'imu_sub_test', ImuSubTest)

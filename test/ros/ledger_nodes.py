@@ -10,12 +10,12 @@ from move_base_msgs.msg import MoveBaseAction
 from std_msgs.msg import Bool, Float64
 
 from tb3_labs.ros.rospy_internals import connection_of
-from tb3_labs.ros.program import Observer
 
 from ledger_judge import PADS
-from node_case import STARTING, Hiccups, Node, NodeCase
+from drive_case import DriveCase
+from node_case import STARTING, Node
 from panel_page import Page, address_of
-from thumb import A, B, Mouse, Thumb
+from thumb import Mouse, Thumb
 
 #: A pad's word is said within this time of the press that caused it, unless its node sleeps [s].
 PROMPT = 0.5
@@ -27,21 +27,16 @@ NEW = 0.4
 SENDERS = {'/pad1': 'pad 1', '/pad2': 'pad 2', '/panel': 'panel', '/student': 'student'}
 
 
-class LedgerNodes(NodeCase):
+class LedgerNodes(DriveCase):
     """The nodes, the persons, and the history [(time, what, details...)] for the judges."""
 
     @classmethod
     def setUpClass(cls):
-        cls.history, cls.presses = [], []      # (time, what, ...), (time, who, A or B)
+        cls.history, cls.presses = [], []      # (time, what, ...), (time, who, 'A' or 'B')
         cls.started, cls.asleep = {}, set()    # {node: when it was started last}, nodes
         cls.cancelled_at = 0.0
-        cls.seen, cls.hiccups = Observer(), Hiccups()
-        cls.seen.watch('local_pose', PoseStamped)
-        cls.seen.watch('cmd_vel', Twist, cls.on_command)
-        cls.seen.watch('ctrl_relinq', Bool, cls.on_word)
-        cls.hand_words = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
+        super().setUpClass()
         cls.turns = rospy.Publisher('turn', Float64, queue_size=5)
-        cls.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
         cls.cancels = rospy.Publisher('move2goal/cancel', GoalID, queue_size=1)
         cls.thumbs = {'pad 1': Thumb('joy1'), 'pad 2': Thumb('joy2')}
         cls.pointer = Mouse()
@@ -59,6 +54,12 @@ class LedgerNodes(NodeCase):
             page.wait_until(lambda page=page: all(
                 page.latest.get('picture', {}).get('can', {}).get(kind)
                 for kind in ('goal', 'control', 'turn', 'mouse')), STARTING, 'all nodes')
+
+    @classmethod
+    def watch(cls):
+        cls.seen.watch('local_pose', PoseStamped)
+        cls.seen.watch('cmd_vel', Twist, cls.on_command)
+        cls.seen.watch('ctrl_relinq', Bool, cls.on_word)
 
     @classmethod
     def tearDownClass(cls):
@@ -114,8 +115,8 @@ class LedgerNodes(NodeCase):
     def on_word(cls, message):
         now, name = rospy.get_time(), SENDERS.get(connection_of(message)['callerid'], 'hand')
         pressed = {button: max([at for at, who, which in cls.presses if (who, which) == (
-            name, button)], default=0.0) for button in (A, B)}
-        caused = pressed[A if message.data else B]
+            name, button)], default=0.0) for button in 'AB'}
+        caused = pressed['A' if message.data else 'B']
         if name == 'panel' and not message.data:
             caused = max(pressed.values())     # its first True comes after a False
         if not (caused and (message.data or now - caused < PROMPT)):

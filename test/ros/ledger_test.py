@@ -52,7 +52,7 @@ def deck(chance):
         ['student', 'again'], ['page', page(), 'let go'],
         ['page', page(), chance.choice(('silent', 'close'))], ['mouse', 'released'],
         ['mouse', 'silent'], ['plug', chance.choice(PADS)], ['goal', 'topic'], ['goal', 'action'],
-        ['page', page(), 'goal'], ['goal_nowhere'], ['goal_again'], ['reset'],
+        ['page', page(), 'goal'], ['goal_nowhere'], ['goal_again'], ['reset', 0.0, 0.0, 0.0],
         ['late', page(), 'give', chance.choice((0.8, 1.9)), stop()],
         ['late', page(), 'turn', chance.choice((0.8, 1.9)), ['page', page(), 'stop']],
         ['sleep', chance.sample(NODES, chance.randrange(1, len(NODES) + 1)),

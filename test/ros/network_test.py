@@ -20,7 +20,8 @@ import rospy
 from sensor_msgs.msg import Imu
 
 from costs import free_port, start_master
-from node_case import SILENCE, STARTING, DriveCase, Program
+from drive_case import DriveCase
+from node_case import SILENCE, STARTING, Program
 from panel_page import Page, address_of
 from rosunit_internals import rosrun
 from tb3_labs.geometry.se2 import Pose2

@@ -5,7 +5,6 @@ import http.client
 import math
 import re
 import signal
-import sys
 
 import rosgraph
 import rospy

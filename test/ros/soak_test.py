@@ -8,7 +8,8 @@ import rospy
 from std_msgs.msg import Float64
 
 from costs import memory, process_of, threads
-from node_case import STARTING, ZERO, DriveCase, run_as_node
+from drive_case import DriveCase
+from node_case import STARTING, ZERO, run_as_node
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 

@@ -24,7 +24,8 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.topics import AT_ONCE
 
-from node_case import STARTING, ZERO, DriveCase, path_of, run_as_node
+from drive_case import DriveCase
+from node_case import STARTING, ZERO, path_of, run_as_node
 from thumb import A, B, Thumb, punctual
 
 #: Time from a stop to the last command that moves the robot [s].
@@ -106,13 +107,17 @@ class StopsTest(DriveCase):
                 if command != ZERO and at - since > within + self.hiccups.since(since, at)]
         self.assertEqual(late, [], 'commands after the stop')
 
-    def stands_after_sleep(self):
-        """A command that was under way when the process was stopped is sent when it goes on; a
-        zero follows at once."""
+    def stands_after_sleep(self, node):
+        """A node sleeps for long. A command that was under way then is sent when it goes on; a zero
+        follows at once."""
+        node.send(signal.SIGSTOP)
+        self.let_pass(TOO_LONG)
+        node.send(signal.SIGCONT)
         woke = rospy.get_time()
         self.is_stopped(woke, UNDER_WAY)
         sent = [command for _, command in self.seen.all('cmd_vel', woke)]
         self.assertTrue(not sent or sent[-1] == ZERO, sent)
+        node.wait_for('this node did not run for')
 
     def wait_until_turned(self, heading):
         """Wait until the robot's true heading is `heading` [rad] to a degree, it was stopped, and
@@ -215,24 +220,15 @@ class StopsTest(DriveCase):
     def test_nodes_that_slept_wait_to_be_told(self):
         mover = self.move_to_goal()
         self.let_it_drive(self.by_hand)
-        mover.send(signal.SIGSTOP)
-        self.let_pass(TOO_LONG)
-        mover.send(signal.SIGCONT)
-        self.stands_after_sleep()
-        mover.wait_for('Control is gone: this node did not run for')
+        self.stands_after_sleep(mover)
         self.let_it_drive(self.by_hand)
         mover.end()
-
         controller = self.start('turtlebot_controller.py')
         controller.wait_for('and Enter', STARTING)
         self.wait_until_heard(self.turns)
         self.wait_until_hears('controller', 'imu')
         self.let_it_drive(lambda: self.turns.publish(3600.0))
-        controller.send(signal.SIGSTOP)
-        self.let_pass(TOO_LONG)
-        controller.send(signal.SIGCONT)
-        self.stands_after_sleep()
-        controller.wait_for('this node did not run for')
+        self.stands_after_sleep(controller)
 
     def test_ctrl_z_stops_the_robot_before_it_stops_the_process(self):
         mover = self.move_to_goal()
