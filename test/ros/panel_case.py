@@ -8,6 +8,7 @@ itself may be late, or the panel hears it late: such a test is void, see
 
 import rospy
 
+from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 
 from node_case import SILENCE, ZERO, NodeCase
@@ -24,6 +25,12 @@ class PanelCase(NodeCase):
     def is_at(shown, place, within):
         """Is the pose of a picture, None if it is not known yet, `within` [m] of the Pose2 `place`?"""
         return shown is not None and Pose2(*shown).distance_to(place) < within
+
+    def wait_until_it_moves(self):
+        """Wait until the robot has truly moved a little since now."""
+        start = self.seen.latest('ground_truth')
+        self.seen.wait_for('ground_truth', lambda pose: start.distance_to(pose) > 0.005 or abs(
+            difference(pose.yaw, start.yaw)) > 0.05)
 
     def assert_stopped(self, since, within=LOSS):
         """As NodeCase's, and then no other movement."""

@@ -5,9 +5,11 @@ import http.client
 import math
 import re
 import signal
+import sys
 
 import rosgraph
 import rospy
+import rostest
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped, TransformStamped, Twist, Vector3
 from nav_msgs.msg import Odometry
@@ -19,8 +21,9 @@ from tf2_msgs.msg import TFMessage
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.clocks import steady_time
+from tb3_labs.ros.program import Observer
 
-from node_case import SILENCE, STARTING, ZERO, Node, run_as_node
+from node_case import SILENCE, STARTING, ZERO, Hiccups, Node, watch_robot
 from panel_case import LOSS, PanelCase, with_punctual_pages
 from panel_page import Page, address_of
 
@@ -33,7 +36,8 @@ class PanelTest(PanelCase):
 
     @classmethod
     def setUpClass(cls):
-        super().setUpClass()
+        cls.seen, cls.hiccups = Observer(), Hiccups()
+        watch_robot(cls.seen)
         cls.seen.watch('ctrl_relinq', Bool, lambda message: message.data)
         cls.seen.watch('has_control', Bool, lambda message: message.data)
         cls.seen.watch('/rosout', Log, lambda line: (line.name, line.msg))
@@ -392,4 +396,5 @@ class PanelTest(PanelCase):
 
 
 if __name__ == '__main__':
-    run_as_node('panel', PanelTest)
+    rospy.init_node('panel_test')
+    rostest.rosrun('tb3_labs', 'panel_test', PanelTest, sys.argv)
