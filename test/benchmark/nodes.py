@@ -18,7 +18,6 @@ Usage: nodes.py [seconds of all five measurements, default 20]
 """
 import contextlib
 import os
-import signal
 import statistics
 import sys
 import threading
@@ -92,8 +91,7 @@ class Bench:
             + ['_has_control:=true'] * (name == 'move_to_goal'), typed='90\n')
         heard.wait(30.0)
         took = time.monotonic() - begun
-        os.killpg(process.pid, signal.SIGINT)
-        process.wait()
+        process.end()
         commands.unregister()
         return took
 

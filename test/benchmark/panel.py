@@ -58,9 +58,9 @@ class Drives:
         self._control.publish(True)
         self._on_state(String('GOAL_REACHED'))
 
-    def start(self, command, name, topic, **environment):
+    def start(self, command, name, topic, environment=None):
         """Start a node; (its process id, the process) once it is connected to a topic."""
-        process = start(self._stack, command, **environment)
+        process = start(self._stack, command, environment=environment)
         return wait_for_node(name, topic), process
 
     def measure(self, seconds, watched=None, page=None):
@@ -107,8 +107,8 @@ def with_rviz(drives, seconds):
     screen = VirtualScreen(1280, 800)
     try:
         pid, process = drives.start(
-            ['roslaunch', 'tb3_labs', 'view.launch'], 'rviz', 'tf', DISPLAY=screen.display,
-            LIBGL_ALWAYS_SOFTWARE='1')
+            ['roslaunch', 'tb3_labs', 'view.launch'], 'rviz', 'tf',
+            {'DISPLAY': screen.display, 'LIBGL_ALWAYS_SOFTWARE': '1'})
         time.sleep(2 * SETTLE)
         line('RViz', drives.measure(seconds, pid))
         process.kill()

@@ -3,13 +3,13 @@ import contextlib
 import os
 import random
 import socket
-import subprocess
 import time
 import xmlrpc.client
 
 import rosgraph
 import rospy
 
+from node_case import Program
 from tb3_labs.ros.clocks import wait_until
 
 #: Longest wait for a master, or a node [s].
@@ -32,21 +32,15 @@ def free_port():
             return port
 
 
-def start(stack, command, typed='', **environment):
-    """A process in a session of its own, which the ExitStack ends; `typed` is its input."""
-    process = subprocess.Popen(
-        command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-        env=dict(os.environ, **environment), start_new_session=True)
-    process.stdin.write(typed.encode())
-    process.stdin.close()
-    stack.callback(process.wait)
-    stack.callback(process.kill)
-    return process
+def start(stack, command, **options):
+    """A Program, which the ExitStack ends."""
+    started = Program(command, **options)
+    stack.callback(started.kill)
+    return started
 
 
 def start_master(stack, port):
-    """The process of this process's master, which the ExitStack ends; RuntimeError if it does not
-    answer."""
+    """The Program of this process's master; RuntimeError if it does not answer."""
     master = start(stack, ['rosmaster', '--core', '-p', str(port)])
     if not wait_until(rosgraph.is_master_online, MASTER_TIMEOUT, 0.02):
         raise RuntimeError('rosmaster does not answer after {:.0f} s'.format(MASTER_TIMEOUT))

@@ -57,10 +57,6 @@ class Scenes(DriveCase):
         os.environ.update(ROS_MASTER_URI='http://localhost:%d' % port, ROS_HOSTNAME='localhost')
         self.open(port)
 
-    def kill_master(self):
-        self.master.kill()
-        self.master.wait()
-
     def drive(self, x):
         """Drive towards (x, 0, 0); returns in full motion."""
         self.seen.wait_for('goal_state', seconds=STARTING)
@@ -93,14 +89,14 @@ class Scenes(DriveCase):
         node. Connections go on, and no node waits for a master to drive, to stop or to end."""
         self.open_here()
         self.drive(0.8)
-        self.master.send_signal(signal.SIGSTOP)
+        self.master.send(signal.SIGSTOP)
         self.wait_for_state('GOAL_REACHED', seconds=30.0)
         times = [at for at, _ in self.seen.all('cmd_vel')]
         pauses = [after - before - self.hiccups.since(before, after)
                   for before, after in zip(times, times[1:])]
         self.assertLess(max(pauses), 0.4)
         self.drive(2.0)
-        self.kill_master()
+        self.master.kill()
         self.seen.wait_for('ground_truth', lambda pose: pose.x > 1.1)
         self.robot.send(signal.SIGSTOP)
         self.zero_since(self.seen.all('imu')[-1][0], 0.4)
@@ -111,7 +107,7 @@ class Scenes(DriveCase):
         self.assertNotIn('/move_to_goal', nodes)
         self.wait_for_state('GOAL_REACHED', seconds=30.0)
         self.assert_sound(self.node)
-        self.master.send_signal(signal.SIGSTOP)
+        self.master.send(signal.SIGSTOP)
         self.assertEqual(self.node.end(seconds=8.0), 0)
 
     def panel_without_a_master(self):
@@ -122,7 +118,7 @@ class Scenes(DriveCase):
         self.seen.wait_until(lambda: {'/move_to_goal', '/turtlebot3'} <= connected_to('/panel'))
         self.drive(3.0)
         self.seen.wait_for('ground_truth', lambda pose: pose.x > 0.1)
-        self.kill_master()
+        self.master.kill()
         for stop in 'stop', 'take':
             page = Page(address)
             page.wait_until(lambda: 'picture' in page.latest, 5.0, 'a picture')

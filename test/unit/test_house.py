@@ -12,9 +12,11 @@ SOURCES = ROOT / 'src' / 'tb3_labs'
 NOTIONS = [{'config', 'news', 'command_line', 'drawing'}, {'geometry'}, {'robot', 'supervision'},
            {'localization', 'control'}, {'nodes'}]
 #: What a tool takes from other tools. Each holds all of one tool, its ROS in files named ros_*.py.
-TOOLS = {'simulation': set(), 'report': {'simulation'}, 'marking': {'report', 'simulation'}, 'panel': set(),
-         'doctor': set(), 'handout': set(), 'commissioning': {'simulation', 'report'}}
-FLOOR = {room: floor for floor, rooms in enumerate(NOTIONS + [{'ros'}, set(TOOLS)]) for room in rooms}
+TOOLS = {'simulation': set(), 'report': {'simulation'}, 'marking': {'report', 'simulation'},
+         'panel': set(), 'doctor': set(), 'handout': set(),
+         'commissioning': {'simulation', 'report'}}
+FLOORS = NOTIONS + [{'ros'}, set(TOOLS)]
+FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 #: Modules that the notions do not use.
 ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 'threading'}
 
@@ -40,10 +42,12 @@ def imports():
     found = []
     for path in SOURCES.rglob('*.py'):
         for node in ast.walk(tree_of(path)):
+            names = []
             if isinstance(node, ast.ImportFrom):
-                found.append((path.relative_to(SOURCES), node.module.split('.')))
+                names = [node.module]
             elif isinstance(node, ast.Import):
-                found += [(path.relative_to(SOURCES), alias.name.split('.')) for alias in node.names]
+                names = [alias.name for alias in node.names]
+            found += [(path.relative_to(SOURCES), name.split('.')) for name in names]
     return found
 
 
@@ -97,7 +101,7 @@ def private_parts(tree):
 
 
 def test_one_file_alone_touches_the_private_parts_of_rospy():
-    files = [path for folder in (SOURCES / 'ros', ROOT / 'scripts') for path in folder.rglob('*.py')]
+    files = [*(SOURCES / 'ros').rglob('*.py'), *(ROOT / 'scripts').rglob('*.py')]
     assert {path.name for path in files if list(private_parts(tree_of(path)))} == {INTERNALS}
 
 
