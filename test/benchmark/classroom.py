@@ -41,14 +41,14 @@ from tb3_labs.ros.conversions import to_pose2, to_pose_stamped
 from tb3_labs.srv import ResetPose
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', 'ros'))
-from costs import cpu_time, memory, on_time, parent, private_master    # noqa: E402
+from costs import benchmark, cpu_time, memory, on_time, parent    # noqa: E402
 
 ROW = '{:>6} {:>9} {:>18} {:>9} {:>29} {:>9}'
 #: A command that comes later than this after the one before is late [s].
 ON_TIME = PreciseLaw.period + 0.033
 PATIENCE = 240.0
-#: Time between two looks at a robot [s], and robots for each one whose commands are timed: dozens of them
-#: would cost this process as much as some robots.
+#: Time between two looks at a robot [s], and robots for each one whose commands are timed: dozens
+#: of them would cost this process as much as some robots.
 LOOK, TIMED = 0.2, 4
 #: A robot whose pose changes by less than this between two looks is at rest [m], [rad].
 STILL = 1e-5
@@ -141,11 +141,10 @@ def wait(condition):
         raise RuntimeError('timeout: not there within {:g} s'.format(PATIENCE))
 
 
-def lesson(number, imu_rate, port):
+def lesson(number, imu_rate):
     """A line of the table."""
     launch = subprocess.Popen(
         ['rosrun', 'tb3_labs', 'classroom.py', '%d' % number, '--imu-rate', '%g' % imu_rate],
-        env=dict(os.environ, ROS_MASTER_URI='http://localhost:%d' % port),
         stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     pupils = [Pupil(k) for k in range(1, number + 1)]
     try:
@@ -212,17 +211,11 @@ def main():
     parser.add_argument('robots', nargs='*', type=int, default=[1, 4, 12, 24])
     parser.add_argument('-r', '--imu-rate', type=float, default=60.0, help='of the robots [1/s]')
     given = parser.parse_args()
-    with private_master() as port:
-        try:
-            rospy.init_node('benchmark', disable_signals=True)
-            print('machine: {} cores, load {:.1f}; IMU at {:g} Hz'.format(
-                os.cpu_count(), os.getloadavg()[0], given.imu_rate))
-            print(ROW.format('robots', 'reached', 'off', 'on time',
-                             'cores: robots, nodes, gamepads', 'memory'))
-            for number in given.robots:
-                print(lesson(number, given.imu_rate, port), flush=True)
-        finally:
-            rospy.signal_shutdown('done')
+    with benchmark():
+        print(ROW.format('robots', 'reached', 'off', 'on time', 'cores: robots, nodes, gamepads',
+                         'memory'))
+        for number in given.robots:
+            print(lesson(number, given.imu_rate), flush=True)
 
 
 if __name__ == '__main__':

@@ -4,9 +4,8 @@
 Two tables compare both laws, on the same robots, starts, offsets and goals, all drawn at random
 from a fixed seed. A third table has drives over networks from good to bad, a fourth one the precise
 turns of robots of another kind than the default one: another lag, noise, delay, IMU and distance of
-the wheels. A fifth one has the first turn and the first drive of a node, with the robot's numbers
-from a file and without. Then come resets of robots that another node lets spin at 1 rad/s, and how
-far they would miss the lab's goal. The last one has the ends of motions in which something fails.
+the wheels. Then come resets of robots that another node lets spin at 1 rad/s, and how far they
+would miss the lab's goal. The last one has the ends of motions in which something fails.
 `at best` is, for a drive, the least time of any turn, straight line and turn within the same limits
 (tb3_labs.control.goal); for a turn, its angle at 1.5 rad/s; by its own motors, that with its
 delay, and with its lag until it turns slower than 0.01 rad/s. The time of a turn ends when the
@@ -27,7 +26,6 @@ from stops import setting, stop_of_a_drive, stop_of_a_turn
 from rollout import STILL_ANGULAR, drive, turns
 
 from tb3_labs.control.goal import DRIVING, DriveConfig, GoalState, least_time
-from tb3_labs.control.robot_file import response_of
 from tb3_labs.control.turning import TurnConfig
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, robot_model
@@ -60,13 +58,6 @@ TURNING_ROBOTS = [('default', None), ('others', {})] + [
 TURNS_OF_A_ROBOT = 6
 NUMBER_OF_ROBOTS = 40
 OTHERS_ROW = '{:17} {:>26} {:>22} {:>24}'
-
-#: Robots whose numbers are known from a file, or not: the first turn and the first drive.
-KNOWN_ROBOTS = [('default', {}), ('host pi', HOSTS['pi'])] + [
-    ('lag {:.0f} ms, late by 2 x {:.0f} ms'.format(1e3 * lag, 1e3 * late), {
-        'motor_lag': lag, 'command_latency': late, 'sensor_latency': late})
-    for lag, late in ((0.15, 0.0), (0.05, 0.1), (0.15, 0.1))]
-KNOWN_ROW = '{:31} {:8} {:>23} {:>17} {:>14} {:>22} {:>20} {:>13}'
 
 #: Robots that are reset in a spin, and spins before that show how old their samples are.
 SPINNING_ROBOTS = [('default', {}), ('host laptop', HOSTS['laptop']), ('host pi', HOSTS['pi']),
@@ -169,21 +160,6 @@ def turns_of_one_robot(job):
             for degrees, turn in zip(asked, turns(asked, robot, wait=0.3 + 0.1 * rng.random()))]
 
 
-def first_motions(job):
-    """(rollout.SpotTurn by 90 deg, rollout.Drive 1 m straight ahead) of a robot, each the first of
-    its node, which has the robot's file or not."""
-    settings, has_file, seed = job
-    rng = random.Random(seed)
-    robot = SimulatorConfig(
-        start_yaw_deg=rng.uniform(-180.0, 180.0), imu_offset_deg=rng.uniform(-180.0, 180.0),
-        seed=seed, **settings)
-
-    def known():
-        return response_of(settings, robot_model(robot.model)) if has_file else None
-    turn, = turns([90.0], robot, wait=0.3 + 0.1 * rng.random(), response=known())
-    return turn, drive(Pose2(1.0), robot, response=known())
-
-
 def one_reset(job):
     """Angle by which a robot is off after a reset in a spin [rad]."""
     settings, spins_before, seed = job
@@ -191,140 +167,113 @@ def one_reset(job):
                            spins_before)
 
 
-def median_and_worst(values):
-    """(median, largest)."""
-    return statistics.median(values), max(values)
-
-
-def median_95_and_worst(values):
-    """(median, 95 %, largest)."""
+def spread(words, values):
+    """`words` with the median and the largest value, and between them, if there is a place, the one
+    that 95 % do not exceed."""
     values = sorted(values)
-    return statistics.median(values), values[int(0.95 * (len(values) - 1))], values[-1]
+    figures = [statistics.median(values), values[-1]]
+    if words.count('{') == 3:
+        figures.insert(1, values[int(0.95 * (len(values) - 1))])
+    return words.format(*figures)
 
 
-def print_drives_afar(pool, number):
+def drives_off(drives, places):
+    """Cells: how far drives ended from their goals, and by which angle."""
+    return (spread(' / '.join(places * ['{:.1f}']) + ' mm',
+                   [1000.0 * drive.distance_error for drive in drives]),
+            spread(' / '.join(places * ['{:.2f}']) + ' deg',
+                   [abs(math.degrees(drive.angle_error)) for drive in drives]))
+
+
+def rows_of_drives(pool, number):
+    """The table of drives by both laws."""
+    yield DRIVE_ROW.format('median / worst', 'arrived', 'distance off', 'heading off', 'time',
+                           'times at best')
+    for kind in DRIVES:
+        results = pool.map(one_drive, [(kind, seed) for seed in range(number)])
+        bounds, good = zip(*[(bound, result) for bound, result in results if result.reached])
+        yield DRIVE_ROW.format(
+            kind[0], '{}/{}'.format(len(good), number), *drives_off(good, 2),
+            spread('{:.1f} / {:.1f} s', [drive.time for drive in good]),
+            spread('{:.3f} / {:.3f}', [drive.time / bound for bound, drive in zip(bounds, good)]))
+
+
+def rows_of_drives_afar(pool, number):
     """The table of drives over networks."""
     bound = least_time(Pose2(), LAB_GOAL, robot_model('burger'),
                        max_angular=DriveConfig().max_angular)
-    print('\n' + NETWORK_ROW.format('over a network', 'IMU', 'arrived', 'off', 'heading off',
-                                    'times at best', 'falsely'))
-    for network in ROBOTS_AFAR:
-        for crosses in (False, True):
-            results = list(pool.map(one_drive_afar, [
-                (network, crosses, seed) for seed in range(number)]))
-            good = [result for result in results if result.reached]
-            print(NETWORK_ROW.format(
-                network[0], '180' if crosses else '', '{}/{}'.format(len(good), number),
-                '{:.1f} / {:.1f} / {:.1f} mm'.format(*median_95_and_worst(
-                    [1000.0 * d.distance_error for d in good])),
-                '{:.2f} / {:.2f} / {:.2f} deg'.format(*median_95_and_worst(
-                    [abs(math.degrees(d.angle_error)) for d in good])),
-                '{:.3f} / {:.3f}'.format(*median_and_worst([d.time / bound for d in good])),
-                sum(map(is_said_falsely, results))), flush=True)
+    yield '\n' + NETWORK_ROW.format('over a network', 'IMU', 'arrived', 'off', 'heading off',
+                                    'times at best', 'falsely')
+    for network, crosses in itertools.product(ROBOTS_AFAR, (False, True)):
+        results = list(pool.map(one_drive_afar, [
+            (network, crosses, seed) for seed in range(number)]))
+        good = [result for result in results if result.reached]
+        yield NETWORK_ROW.format(
+            network[0], '180' if crosses else '', '{}/{}'.format(len(good), number),
+            *drives_off(good, 3), spread('{:.3f} / {:.3f}', [drive.time / bound for drive in good]),
+            sum(map(is_said_falsely, results)))
 
 
-def print_drives(pool, number):
-    """The table of drives by both laws."""
-    print(DRIVE_ROW.format('median / worst', 'arrived', 'distance off', 'heading off', 'time',
-                           'times at best'))
-    for kind in DRIVES:
-        results = list(pool.map(one_drive, [(kind, seed) for seed in range(number)]))
-        good = [(bound, result) for bound, result in results if result.reached]
-        print(DRIVE_ROW.format(
-            kind[0], '{}/{}'.format(len(good), number),
-            '{:.1f} / {:.1f} mm'.format(*median_and_worst(
-                [1000.0 * d.distance_error for _, d in good])),
-            '{:.2f} / {:.2f} deg'.format(*median_and_worst(
-                [abs(math.degrees(d.angle_error)) for _, d in good])),
-            '{:.1f} / {:.1f} s'.format(*median_and_worst([d.time for _, d in good])),
-            '{:.3f} / {:.3f}'.format(*median_and_worst(
-                [d.time / bound for bound, d in good]))), flush=True)
-
-
-def print_turns(pool):
+def rows_of_turns(pool):
     """The table of turns by both laws."""
-    print('\n' + TURN_ROW.format('turn by', 'deg', 'latency', 'lag', 'off', 'overshoot',
-                                 'short by', 'times at best'))
+    yield '\n' + TURN_ROW.format('turn by', 'deg', 'latency', 'lag', 'off', 'overshoot',
+                                 'short by', 'times at best')
     cases = [(start, direction, seed) for seed, (start, direction, _) in enumerate(
         itertools.product(TURN_STARTS, (1.0, -1.0), range(TURN_REPEATS)))]
-    for kind in TURNS:
-        off, overshoot, left, time = zip(*pool.map(one_turn, [(kind, case) for case in cases]))
-        print(TURN_ROW.format(
-            kind[0], kind[1], '{:.0f} ms'.format(1000.0 * kind[2]),
-            '{:.0f} ms'.format(1000.0 * kind[3]),
-            '{:.2f} / {:.2f} deg'.format(*median_and_worst(off)),
-            '{:.2f} / {:.2f}'.format(*median_and_worst(overshoot)),
-            '{:.2f} deg'.format(statistics.median(left)),
-            '{:.3f} / {:.3f}'.format(*median_and_worst(time))), flush=True)
+    for law, degrees, latency, lag in TURNS:
+        off, overshoot, left, time = zip(*pool.map(
+            one_turn, [((law, degrees, latency, lag), case) for case in cases]))
+        yield TURN_ROW.format(
+            law, degrees, '{:.0f} ms'.format(1000.0 * latency), '{:.0f} ms'.format(1000.0 * lag),
+            spread('{:.2f} / {:.2f} deg', off), spread('{:.2f} / {:.2f}', overshoot),
+            '{:.2f} deg'.format(statistics.median(left)), spread('{:.3f} / {:.3f}', time))
 
 
-def print_turns_of_others(pool):
+def rows_of_turns_of_others(pool):
     """The table of precise turns by robots of other kinds."""
-    print('\n' + OTHERS_ROW.format('median, 95 %, worst', 'off', 'times at best',
-                                   'by its own motors'))
+    yield '\n' + OTHERS_ROW.format('median, 95 %, worst', 'off', 'times at best',
+                                   'by its own motors')
     for name, settings in TURNING_ROBOTS:
         made = pool.map(turns_of_one_robot, [(settings, seed) for seed in range(NUMBER_OF_ROBOTS)])
         off, time, own = zip(*itertools.chain.from_iterable(made))
-        print(OTHERS_ROW.format(
-            name, '{:.2f} / {:.2f} / {:.2f} deg'.format(*median_95_and_worst(off)),
-            '{:.3f} / {:.3f} / {:.3f}'.format(*median_95_and_worst(time)),
-            '{:.3f} / {:.3f} / {:.3f}'.format(*median_95_and_worst(own))), flush=True)
+        yield OTHERS_ROW.format(name, spread('{:.2f} / {:.2f} / {:.2f} deg', off),
+                                spread('{:.3f} / {:.3f} / {:.3f}', time),
+                                spread('{:.3f} / {:.3f} / {:.3f}', own))
 
 
-def print_first_motions(pool, number):
-    """The table of first motions, with and without the numbers of the robot."""
-    print('\n' + KNOWN_ROW.format('median / worst, first', 'numbers', 'turn off [deg]',
-                                  'overshoot [deg]', 'time [s]', 'drive off [mm]', 'overrun [mm]',
-                                  'time [s]'))
-    for (name, settings), has_file in itertools.product(KNOWN_ROBOTS, (False, True)):
-        made, drives = zip(*pool.map(first_motions, [
-            (settings, has_file, seed) for seed in range(number)]))
-        columns = (('{:.2f} / {:.2f}', [abs(math.degrees(t.turned) - 90.0) for t in made]),
-                   ('{:.2f} / {:.2f}', [math.degrees(t.overshoot) for t in made]),
-                   ('{:.2f} / {:.2f}', [t.time for t in made]),
-                   ('{:.1f} / {:.1f}', [1e3 * d.distance_error for d in drives]),
-                   ('{:.1f} / {:.1f}', [1e3 * d.overrun for d in drives]),
-                   ('{:.1f} / {:.1f}', [d.time for d in drives]))
-        print(KNOWN_ROW.format(name, 'file' if has_file else 'usual', *[
-            words.format(*median_and_worst(values)) for words, values in columns]), flush=True)
-
-
-def print_resets(pool, number):
+def rows_of_resets(pool, number):
     """The table of resets in a spin."""
-    print('\n' + SPIN_ROW.format('reset at 1 rad/s', 'spins before', 'off', 'goal missed by'))
+    yield '\n' + SPIN_ROW.format('reset at 1 rad/s', 'spins before', 'off', 'goal missed by')
     for (name, settings), spins in itertools.product(SPINNING_ROBOTS, SPINS_BEFORE):
         off = list(pool.map(one_reset, [(settings, spins, seed) for seed in range(number)]))
-        print(SPIN_ROW.format(
-            name, spins, '{:.2f} / {:.2f} / {:.2f} deg'.format(
-                *median_95_and_worst([math.degrees(angle) for angle in off])),
-            '{:.0f} / {:.0f} / {:.0f} mm'.format(*median_95_and_worst(
-                [1000.0 * miss(angle, LAB_GOAL) for angle in off]))), flush=True)
+        missed = [1000.0 * miss(angle, LAB_GOAL) for angle in off]
+        yield SPIN_ROW.format(
+            name, spins, spread('{:.2f} / {:.2f} / {:.2f} deg', map(math.degrees, off)),
+            spread('{:.0f} / {:.0f} / {:.0f} mm', missed))
 
 
-def print_faults():
+def rows_of_faults():
     """The table of motions that end by a fault."""
-    print('\n' + FAULT_ROW.format('worst of all states', 'zero after', 'rest after', 'driven on',
-                                  'turned on'))
+    yield '\n' + FAULT_ROW.format('worst of all states', 'zero after', 'rest after', 'driven on',
+                                  'turned on')
     for name, fault, in_turns in FAULTS:
         stops = [stop_of_a_drive(GoalState[state], fault) for state in DRIVING]
         stops += [stop_of_a_turn(fault)] if in_turns else []
-        print(FAULT_ROW.format(
+        yield FAULT_ROW.format(
             name, '{:.2f} s'.format(max(stop.to_zero for stop in stops)),
             '{:.2f} s'.format(max(stop.to_rest for stop in stops)),
             '{:.0f} mm'.format(1000.0 * max(stop.way for stop in stops)),
-            '{:.0f} deg'.format(math.degrees(max(stop.turn for stop in stops)))))
+            '{:.0f} deg'.format(math.degrees(max(stop.turn for stop in stops))))
 
 
-def main(drives):
+def main(number):
     """Drive, turn and print."""
     with ProcessPoolExecutor() as pool:
-        print_drives(pool, drives)
-        print_drives_afar(pool, drives)
-        print_turns(pool)
-        print_turns_of_others(pool)
-        print_first_motions(pool, drives)
-        print_resets(pool, drives)
-    print_faults()
+        for row in itertools.chain(
+                rows_of_drives(pool, number), rows_of_drives_afar(pool, number),
+                rows_of_turns(pool), rows_of_turns_of_others(pool), rows_of_resets(pool, number),
+                rows_of_faults()):
+            print(row, flush=True)
 
 
 if __name__ == '__main__':

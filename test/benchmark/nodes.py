@@ -18,13 +18,11 @@ Usage: nodes.py [seconds of all five measurements, default 20]
 """
 import contextlib
 import os
-import signal
 import statistics
 import sys
 import threading
 import time
 
-import rosgraph
 import rospy
 from geometry_msgs.msg import PoseStamped, Twist
 from sensor_msgs.msg import Imu, Joy
@@ -34,29 +32,20 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', 'ros'))
-from costs import memory, private_master, process_of, shares, start    # noqa: E402
+from costs import benchmark, memory, shares, start, wait_for_node    # noqa: E402
 
-#: A node of rospy alone; its arguments: topic, package and type of each topic.
+#: A node of rospy alone; its arguments: topic, package and type of each topic. It answers each Joy.
 BARE = '''
 import importlib, sys, rospy
-rospy.init_node(sys.argv[1])
-for topic, package, kind in zip(*[iter(sys.argv[2:])] * 3):
-    rospy.Subscriber(topic, getattr(importlib.import_module(package + '.msg'), kind),
-                     lambda message: None, queue_size=1, buff_size=65536, tcp_nodelay=True)
-rospy.spin()
-'''
-#: A node of rospy alone that drives by a pad, on a topic of its own.
-BARE_PAD = '''
-import sys, rospy
 from geometry_msgs.msg import Twist
-from sensor_msgs.msg import Joy
 rospy.init_node(sys.argv[1])
 commands = rospy.Publisher('~cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
-def drive(joy):
-    twist = Twist()
-    twist.linear.x, twist.angular.z = 0.2 * joy.axes[1], joy.axes[0]
-    commands.publish(twist)
-rospy.Subscriber('joy', Joy, drive, queue_size=1, buff_size=65536, tcp_nodelay=True)
+def hear(message):
+    if 'joy' in sys.argv:
+        commands.publish(Twist())
+for topic, package, kind in zip(*[iter(sys.argv[2:])] * 3):
+    rospy.Subscriber(topic, getattr(importlib.import_module(package + '.msg'), kind), hear,
+                     queue_size=1, buff_size=65536, tcp_nodelay=True)
 rospy.spin()
 '''
 IMU, ODOM, JOY = ('imu', 'sensor_msgs', 'Imu'), ('odom', 'nav_msgs', 'Odometry'), (
@@ -72,14 +61,10 @@ ROW = '{:13} {:>11} {:>10} {:>11} {:>10} {:>11} {:>11} {:>13} {:>15}'
 
 
 class Bench:
-    """A master, the robot, a pad, and one node after the other beside bare ones."""
+    """The robot, a pad, and one node after the other beside bare ones."""
 
-    def __init__(self, seconds):
-        self.seconds = seconds
-        self._stack = contextlib.ExitStack()
-        self._stack.enter_context(private_master())
-        rospy.init_node('benchmark', disable_signals=True)
-        self.master = rosgraph.Master('/benchmark')
+    def __init__(self, seconds, stack):
+        self.seconds, self._stack = seconds, stack
         self._imu_at = 0.0
         rospy.Subscriber('imu', Imu, self._on_imu, queue_size=1, tcp_nodelay=True)
         self.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
@@ -90,14 +75,11 @@ class Bench:
         threading.Thread(target=self._hold_pad, daemon=True).start()
         self.robot, _ = self.node('turtlebot3', 'fake_turtlebot3.py')
 
-    def close(self):
-        self._stack.close()
-
     def node(self, name, executable, wait_for='imu'):
         """(process id, seconds until it was ready) of one of the package's nodes."""
         begun = time.monotonic()
         start(self._stack, ['rosrun', 'tb3_labs', executable, '__name:=' + name])
-        return self.pid(name, wait_for), time.monotonic() - begun
+        return wait_for_node(name, wait_for), time.monotonic() - begun
 
     def first_command(self, name):
         """Seconds until a node that is told to drive as it starts sends its first command."""
@@ -109,30 +91,16 @@ class Bench:
             + ['_has_control:=true'] * (name == 'move_to_goal'), typed='90\n')
         heard.wait(30.0)
         took = time.monotonic() - begun
-        os.killpg(process.pid, signal.SIGINT)
-        process.wait()
+        process.end()
         commands.unregister()
         return took
 
     def bare(self, name, topics):
-        if topics is JOY:    # the robot of a bare node is this process
-            self._stack.callback(rospy.Subscriber(
-                name + '/cmd_vel', Twist, lambda _: None, tcp_nodelay=True).unregister)
-        start(self._stack, [sys.executable, '-c', BARE_PAD if topics is JOY else BARE, name]
-              + list(topics))
-        return self.pid(name, topics[0])
-
-    def pid(self, name, topic):
-        """Process id of a node once it is connected to a topic."""
-        deadline = time.monotonic() + 30.0
-        while time.monotonic() < deadline:
-            with contextlib.suppress(rosgraph.MasterException, OSError):
-                publishers, subscribers, _ = self.master.getSystemState()
-                if any('/' + name in nodes for heard, nodes in publishers + subscribers
-                       if heard == '/' + topic):
-                    return process_of('/' + name)
-            time.sleep(0.01)
-        raise RuntimeError('{} did not start'.format(name))
+        """Process id of a bare node; this process is its robot."""
+        self._stack.callback(rospy.Subscriber(
+            name + '/cmd_vel', Twist, lambda _: None, tcp_nodelay=True).unregister)
+        start(self._stack, [sys.executable, '-c', BARE, name] + list(topics))
+        return wait_for_node(name, topics[0])
 
     def row(self, name):
         """One line of the table: a node beside its bare ones."""
@@ -199,32 +167,16 @@ class Bench:
         self._imu_at = time.monotonic()
 
 
-def noise():
-    """Times of the same piece of work: (median [ms], worst over median)."""
-    times = []
-    for _ in range(40):
-        begun = time.perf_counter()
-        sum(range(200000))
-        times.append(1000.0 * (time.perf_counter() - begun))
-        time.sleep(0.02)
-    return statistics.median(times), max(times) / statistics.median(times)
-
-
 def main(seconds):
     """Measure and print."""
-    work, spread = noise()
-    print('machine: {} cores, load {:.1f}; the same work takes {:.1f} ms, at worst {:.1f} times as '
-          'long'.format(os.cpu_count(), os.getloadavg()[0], work, spread))
-    print(ROW.format('node', 'CPU at rest', 'times bare', 'CPU driving', 'times bare', 'memory',
-                     'ready after', 'first command', 'imu to command'))
-    bench = Bench(seconds)
-    try:
+    with benchmark() as stack:
+        print(ROW.format('node', 'CPU at rest', 'times bare', 'CPU driving', 'times bare', 'memory',
+                         'ready after', 'first command', 'imu to command'))
+        bench = Bench(seconds, stack)
         for name in NODES:
             print(bench.row(name), flush=True)
-        print('embedded robot, with all its topics heard: {:.1f} %, {:.0f} MB'.format(
+        print('simulated robot, with all its topics heard: {:.1f} %, {:.0f} MB'.format(
             *shares(seconds, bench.robot), memory(bench.robot)))
-    finally:
-        bench.close()
 
 
 if __name__ == '__main__':

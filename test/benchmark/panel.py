@@ -9,8 +9,6 @@ page, with one page at 20 pictures a second, and with RViz in its place.
 
 Usage: panel.py [seconds of each measurement, default 20]
 """
-import contextlib
-import os
 import pathlib
 import shutil
 import statistics
@@ -28,7 +26,7 @@ from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose_stamped
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'ros'))
-from costs import on_time, private_master, process_of, shares, start    # noqa: E402
+from costs import benchmark, on_time, process_of, shares, start, wait_for_node    # noqa: E402
 from panel_page import Page    # noqa: E402
 from virtual_screen import VirtualScreen    # noqa: E402
 
@@ -50,8 +48,8 @@ class Drives:
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
         self._number = 0
         self._commands = []
-        self.start(['rosrun', 'tb3_labs', 'fake_turtlebot3.py'], 'turtlebot3')
-        self.start(['rosrun', 'tb3_labs', 'move2goal_tf.py'], 'move_to_goal')
+        self.start(['rosrun', 'tb3_labs', 'fake_turtlebot3.py'], 'turtlebot3', 'imu')
+        self.start(['rosrun', 'tb3_labs', 'move2goal_tf.py'], 'move_to_goal', 'odom')
         rospy.Subscriber('goal_state', String, self._on_state)
         rospy.Subscriber('cmd_vel', Twist, lambda _: self._commands.append(time.monotonic()),
                          queue_size=100, tcp_nodelay=True)
@@ -60,17 +58,10 @@ class Drives:
         self._control.publish(True)
         self._on_state(String('GOAL_REACHED'))
 
-    def start(self, command, name, **environment):
-        """Start a node; (its process id, the process) once it is registered."""
-        process, found = start(self._stack, command, **environment), []
-
-        def is_there():
-            with contextlib.suppress(Exception):    # of any kind: it is not there yet
-                found.append(process_of('/' + name))
-            return found
-        if not wait_until(is_there, 30.0):
-            raise RuntimeError(name + ' does not start')
-        return found[0], process
+    def start(self, command, name, topic, environment=None):
+        """Start a node; (its process id, the process) once it is connected to a topic."""
+        process = start(self._stack, command, environment=environment)
+        return wait_for_node(name, topic), process
 
     def measure(self, seconds, watched=None, page=None):
         """A line of figures: CPU of the process `watched`, of move_to_goal and of the robot."""
@@ -97,7 +88,8 @@ def line(name, figures, first=''):
 
 def with_page(drives, seconds):
     """The two rows of the panel."""
-    pid, process = drives.start(['rosrun', 'tb3_labs', 'panel.py', '_port:=%d' % PORT], 'panel')
+    pid, process = drives.start(['rosrun', 'tb3_labs', 'panel.py', '_port:=%d' % PORT], 'panel',
+                                'ctrl_relinq')
     time.sleep(SETTLE)
     line('panel, nobody looks', drives.measure(seconds, pid))
     begun = time.monotonic()
@@ -115,8 +107,8 @@ def with_rviz(drives, seconds):
     screen = VirtualScreen(1280, 800)
     try:
         pid, process = drives.start(
-            ['roslaunch', 'tb3_labs', 'view.launch'], 'rviz', DISPLAY=screen.display,
-            LIBGL_ALWAYS_SOFTWARE='1')
+            ['roslaunch', 'tb3_labs', 'view.launch'], 'rviz', 'tf',
+            {'DISPLAY': screen.display, 'LIBGL_ALWAYS_SOFTWARE': '1'})
         time.sleep(2 * SETTLE)
         line('RViz', drives.measure(seconds, pid))
         process.kill()
@@ -126,20 +118,15 @@ def with_rviz(drives, seconds):
 
 def main(seconds=20.0):
     """Measure and print."""
-    with private_master(), contextlib.ExitStack() as stack:
-        try:
-            rospy.init_node('benchmark', disable_signals=True)
-            print('machine: {} cores, load {:.1f}'.format(os.cpu_count(), os.getloadavg()[0]))
-            print(ROW.format('', 'CPU: panel', 'move_to_goal', 'robot', 'pictures',
-                             'first picture', 'on time'))
-            drives = Drives(stack)
-            time.sleep(SETTLE)
-            line('neither', drives.measure(seconds))
-            with_page(drives, seconds)
-            if shutil.which('rviz') and shutil.which('Xvfb'):
-                with_rviz(drives, seconds)
-        finally:
-            rospy.signal_shutdown('done')
+    with benchmark() as stack:
+        print(ROW.format('', 'CPU: panel', 'move_to_goal', 'robot', 'pictures', 'first picture',
+                         'on time'))
+        drives = Drives(stack)
+        time.sleep(SETTLE)
+        line('neither', drives.measure(seconds))
+        with_page(drives, seconds)
+        if shutil.which('rviz') and shutil.which('Xvfb'):
+            with_rviz(drives, seconds)
 
 
 if __name__ == '__main__':

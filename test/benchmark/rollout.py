@@ -115,8 +115,8 @@ def turns(degrees: Sequence[float], robot_config: SimulatorConfig,
           turn_config: TurnConfig = TurnConfig(), wait: float = 0.3,
           response: Optional[Response] = None) -> List[SpotTurn]:
     """Let a robot make several turns on the spot [deg, left positive], one after the other, the
-    first one `wait` [s] after its start. Returns a SpotTurn for each. `response`: the robot's delays
-    as far as known."""
+    first one `wait` [s] after its start. Returns a SpotTurn for each. `response`: the robot's
+    delays as far as known."""
     robot = Simulator(robot_config)
     controller = ControllerCore(make_turn(turn_config, robot_model(robot_config.model), response))
     _control(robot, controller, wait)

@@ -2,21 +2,12 @@
 """Invalid parameters and missing files: one line names the valid values, and nothing moves."""
 
 import rosgraph
-import rospy
-import rostest
-
-from tb3_labs.ros.program import Observer
 
 from costs import free_port
-from node_case import STARTING, NodeCase, Program, watch_robot
+from node_case import STARTING, NodeCase, Program, run_as_node
 
 
 class BadStartTest(NodeCase):
-
-    @classmethod
-    def setUpClass(cls):
-        cls.seen = Observer()
-        watch_robot(cls.seen)
 
     def test_a_bad_parameter_is_one_fatal_line_and_nothing_moves(self):
         """Each node, and each way in which it reads parameters; test/unit/test_config.py has every kind of
@@ -94,5 +85,4 @@ class BadStartTest(NodeCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('bad_start_test')
-    rostest.rosrun('tb3_labs', 'bad_start', BadStartTest)
+    run_as_node('bad_start', BadStartTest)

@@ -5,16 +5,14 @@ import threading
 import time
 
 import rospy
-import rostest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu
 
 from tb3_labs.ros.conversions import to_quaternion
-from tb3_labs.ros.program import Observer
 
-from node_case import SILENCE, STARTING, Hiccups, NodeCase
+from node_case import SILENCE, STARTING, NodeCase, run_as_node
 
 STEP = 0.01
 
@@ -63,8 +61,7 @@ class Robot:
 class ClockTest(NodeCase):
 
     @classmethod
-    def setUpClass(cls):
-        cls.seen, cls.hiccups = Observer(), Hiccups()
+    def watch(cls):
         cls.seen.watch('cmd_vel', Twist, lambda message: (time.monotonic(), message.linear.x,
                                                           message.angular.z))
 
@@ -116,5 +113,4 @@ class ClockTest(NodeCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('clock_test')
-    rostest.rosrun('tb3_labs', 'clock', ClockTest)
+    run_as_node('clock', ClockTest)

@@ -4,24 +4,17 @@ import tempfile
 from pathlib import Path
 
 import rospy
-import rostest
 import yaml
 
-from tb3_labs.ros.program import Observer
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-from node_case import ZERO, NodeCase, watch_robot
+from node_case import ZERO, NodeCase, run_as_node
 
 #: Time from a key to the last command that moves the robot [s of the robot, 4 in a second].
 PROMPT = 1.0
 
 
 class CommissionTest(NodeCase):
-
-    @classmethod
-    def setUpClass(cls):
-        cls.seen = Observer()
-        watch_robot(cls.seen)
 
     def begin(self, folder, steps):
         program = self.start('commission.py', '--steps', steps, '-o', folder, terminal=True)
@@ -60,5 +53,4 @@ class CommissionTest(NodeCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('commission_test')
-    rostest.rosrun('tb3_labs', 'commission', CommissionTest)
+    run_as_node('commission', CommissionTest)

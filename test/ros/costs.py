@@ -3,19 +3,19 @@ import contextlib
 import os
 import random
 import socket
-import subprocess
 import time
 import xmlrpc.client
 
 import rosgraph
 import rospy
 
+from node_case import Program
 from tb3_labs.ros.clocks import wait_until
 
-#: Longest wait for a master [s].
+#: Longest wait for a master, or a node [s].
 MASTER_TIMEOUT = 30.0
-#: Below the ports that Linux gives to whoever asks for any: a program that starts meanwhile, such as a
-#: master's own roslaunch, cannot take one of these.
+#: Below the ports that Linux gives to whoever asks for any: a program that starts meanwhile, such
+#: as a master's own roslaunch, cannot take one of these.
 PORTS = range(20000, 32000)
 _PAGE = os.sysconf('SC_PAGE_SIZE')
 
@@ -32,34 +32,47 @@ def free_port():
             return port
 
 
-def start(stack, command, typed='', **environment):
-    """A process in a session of its own, which the ExitStack ends; `typed` is its input."""
-    process = subprocess.Popen(
-        command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-        env=dict(os.environ, **environment), start_new_session=True)
-    process.stdin.write(typed.encode())
-    process.stdin.close()
-    stack.callback(process.wait)
-    stack.callback(process.kill)
-    return process
+def start(stack, command, **options):
+    """A Program, which the ExitStack ends."""
+    started = Program(command, **options)
+    stack.callback(started.kill)
+    return started
+
+
+def start_master(stack, port):
+    """The Program of this process's master; RuntimeError if it does not answer."""
+    master = start(stack, ['rosmaster', '--core', '-p', str(port)])
+    if not wait_until(rosgraph.is_master_online, MASTER_TIMEOUT, 0.02):
+        raise RuntimeError('rosmaster does not answer after {:.0f} s'.format(MASTER_TIMEOUT))
+    return master
 
 
 @contextlib.contextmanager
-def private_master():
-    """Start a private master at a free port, for this process and its children. RuntimeError if it
-    does not start."""
+def benchmark():
+    """This process is a node with a master of its own at a free port; the ExitStack of its
+    processes."""
+    print('machine: {} cores, load {:.1f}'.format(os.cpu_count(), os.getloadavg()[0]))
     port = free_port()
     os.environ.update(ROS_MASTER_URI='http://localhost:%d' % port, ROS_HOSTNAME='localhost')
-    master = subprocess.Popen(
-        ['rosmaster', '--core', '-p', str(port)], stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
-    try:
-        if not wait_until(rosgraph.is_master_online, MASTER_TIMEOUT, 0.02):
-            raise RuntimeError('rosmaster does not answer after {:.0f} s'.format(MASTER_TIMEOUT))
-        yield port
-    finally:
-        master.kill()
-        master.wait()
+    with contextlib.ExitStack() as stack:
+        start_master(stack, port)
+        rospy.init_node('benchmark', disable_signals=True)
+        try:
+            yield stack
+        finally:
+            rospy.signal_shutdown('done')
+
+
+def wait_for_node(node, topic):
+    """Process id of a node once it is connected to a topic; RuntimeError if it does not start."""
+    def is_there():
+        with contextlib.suppress(rosgraph.MasterException, OSError):
+            publishers, subscribers, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+            return any('/' + node in nodes for name, nodes in publishers + subscribers
+                       if name == '/' + topic)
+    if not wait_until(is_there, MASTER_TIMEOUT, 0.01):
+        raise RuntimeError(node + ' does not start')
+    return process_of(node)
 
 
 def process_of(node):

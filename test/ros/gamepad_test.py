@@ -4,13 +4,12 @@ import math
 import signal
 
 import rospy
-import rostest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Twist
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String
 
-from node_case import STARTING, ZERO, Hiccups, Node, NodeCase, watch_robot
+from node_case import STARTING, ZERO, Node, NodeCase, run_as_node
 from panel_page import Page, address_of
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_twist
@@ -30,8 +29,7 @@ class GamepadTest(NodeCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.seen, cls.hiccups = Observer(), Hiccups()
-        watch_robot(cls.seen)
+        super().setUpClass()
         cls.seen.watch('local_pose', PoseStamped, lambda message: to_pose2(message.pose))
         cls.seen.watch('goal_state', String, lambda message: message.data)
         cls.seen.watch('control_holder', String, lambda message: message.data)
@@ -272,5 +270,4 @@ class GamepadTest(NodeCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('gamepad_test')
-    rostest.rosrun('tb3_labs', 'gamepad_test', GamepadTest)
+    run_as_node('gamepad', GamepadTest)

@@ -3,14 +3,11 @@
 import os
 import pathlib
 import tempfile
-import unittest
 
 import rospy
-import rostest
 from rosgraph_msgs.msg import Clock
 
-from node_case import STARTING, Program
-from tb3_labs.ros.program import Observer
+from node_case import STARTING, NodeCase, Program, run_as_node
 
 #: The package, the file and the argument are turtlebot3_simulations'; the embedded robot stands in.
 MANIFEST = ('<package format="2"><name>turtlebot3_gazebo</name><version>0.0.0</version>'
@@ -28,11 +25,11 @@ WORLD = '''<launch>
 '''
 
 
-class GazeboTest(unittest.TestCase):
+class GazeboTest(NodeCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.seen = Observer()
+        super().setUpClass()
         cls.seen.watch('/clock', Clock)
         cls.addClassCleanup(rospy.set_param, '/use_sim_time', False)
 
@@ -59,5 +56,4 @@ class GazeboTest(unittest.TestCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('gazebo_test')
-    rostest.rosrun('tb3_labs', 'gazebo', GazeboTest)
+    run_as_node('gazebo', GazeboTest)

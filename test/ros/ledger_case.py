@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 """What can happen in the stories of ledger.test: acts of persons, the machine and the network."""
 import json
+import os
 import signal
 import time
 
+import rosgraph
 import rospy
 from actionlib_msgs.msg import GoalID
 from move_base_msgs.msg import MoveBaseGoal
@@ -13,7 +15,6 @@ from ledger_nodes import LedgerNodes
 from panel_page import Page
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.srv import ResetPose
 from thumb import A, B
 
 #: actionlib remembers a goal for this long after its end [s].
@@ -28,11 +29,10 @@ class LedgerCase(LedgerNodes):
     # -- persons
 
     def press(self, pad, button):
-        which = {'A': A, 'B': B}[button]
-        self.presses.append((rospy.get_time(), pad, which))
-        if which == B and self.thumbs[pad].plugged:
+        self.presses.append((rospy.get_time(), pad, button))
+        if button == 'B' and self.thumbs[pad].plugged:
             self.stop(pad)
-        self.thumbs[pad].press(which)
+        self.thumbs[pad].press({'A': A, 'B': B}[button])
 
     def plug(self, pad):
         self.thumbs[pad].plugged = not self.thumbs[pad].plugged
@@ -42,7 +42,7 @@ class LedgerCase(LedgerNodes):
         for word in words:
             if not word:
                 self.stop()
-            self.hand_words.publish(word)
+            self.control.publish(word)
 
     def student(self, *words):
         """A student's node, which latches, says these."""
@@ -68,11 +68,11 @@ class LedgerCase(LedgerNodes):
         if how == 'action':
             self.action.send_goal(MoveBaseGoal(to_pose_stamped(Pose2(70.0), '', 0.0)))
         else:
-            self.goals.publish(to_pose_stamped(Pose2(80.0), '', 0.0))
+            self.go_to(Pose2(80.0))
 
     def goal_nowhere(self):
         """A goal comes in a frame that nobody knows."""
-        self.goals.publish(to_pose_stamped(Pose2(80.0), 'nowhere', 0.0))
+        self.go_to(Pose2(80.0), 'nowhere')
 
     def cancel(self):
         self.cancelled_at = rospy.get_time()
@@ -86,9 +86,6 @@ class LedgerCase(LedgerNodes):
             self.let_pass(max(0.0, self.cancelled_at + REMEMBERED - rospy.get_time()))
         break_connections(self.action.action_client.pub_goal)
 
-    def reset(self):
-        rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0)
-
     # -- persons at pages
 
     def page(self, number, what):
@@ -96,11 +93,11 @@ class LedgerCase(LedgerNodes):
             self.pages[number] = Page(self.address)
         page = self.pages[number]
         if what == 'give':
-            self.presses.append((rospy.get_time(), 'panel', A))
+            self.presses.append((rospy.get_time(), 'panel', 'A'))
             page.send('give')
             page.hold()
         elif what in ('take', 'stop', 'b'):
-            self.presses.append((rospy.get_time(), 'panel', B))
+            self.presses.append((rospy.get_time(), 'panel', 'B'))
             self.stop('panel', what='all stopped' if what == 'stop' else 'stopped')
             if what == 'b':
                 page.send('joy', pad={'forward': 0, 'left': 0, 'b': True}, mouse=None)
@@ -129,11 +126,8 @@ class LedgerCase(LedgerNodes):
         pressed = rospy.get_time()
         text = {'type': what, 't': 1000.0 * time.time(), 'degrees': 300.0}
         if what == 'give':
-            self.presses.append((pressed, 'panel', A))
-        self.let_pass(0.5 * seconds)
-        for act in between:
-            self.play(act)
-        self.let_pass(max(0.0, pressed + seconds - rospy.get_time()))
+            self.presses.append((pressed, 'panel', 'A'))
+        self.spend(seconds, between)
         if what == 'turn':
             self.note('turn', pressed)
         self.pages[number].send_text(json.dumps(text))
@@ -147,10 +141,7 @@ class LedgerCase(LedgerNodes):
         self.asleep |= set(names)
         for name in names:
             self.nodes[name].send(signal.SIGSTOP)
-        self.let_pass(0.5 * seconds)
-        for act in between:
-            self.play(act)
-        self.let_pass(max(0.0, begun + seconds - rospy.get_time()))
+        self.spend(seconds, between)
         for name in names:
             self.nodes[name].send(signal.SIGCONT)
         self.asleep -= set(names)
@@ -163,15 +154,12 @@ class LedgerCase(LedgerNodes):
         self.let_pass(seconds)
         self.robot.update_configuration({'network_cut': False})
 
-    def master_dies(self, *between):
-        """The master dies; acts happen before it is there again."""
-        self.way.cut()
-        for act in between:
-            self.play(act)
-        self.way.mend()
-
-    def restart(self, name):
-        self.start_again(name)
+    def master_stalls(self, *between):
+        """The master does not answer; acts happen before it does again."""
+        master = rosgraph.Master(rospy.get_name()).getPid()
+        os.kill(master, signal.SIGSTOP)
+        self.spend(0.0, between)
+        os.kill(master, signal.SIGCONT)
 
     def restart_mover(self, granted):
         """move_to_goal is killed and started again, perhaps with has_control:=true."""
@@ -184,3 +172,11 @@ class LedgerCase(LedgerNodes):
     def play(self, act):
         """Let one act happen."""
         getattr(self, act[0])(*act[1:])
+
+    def spend(self, seconds, acts):
+        """Let time pass, and in the middle of it let acts happen."""
+        begun = rospy.get_time()
+        self.let_pass(0.5 * seconds)
+        for act in acts:
+            self.play(act)
+        self.let_pass(begun + seconds - rospy.get_time())

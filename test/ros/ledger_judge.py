@@ -1,8 +1,8 @@
 """The ledger: did a person permit each command of a story?
 
-A simple second implementation of the rule of who may drive (doc/instructor/nodes.md). It shares no code with
-the first. A story is a history [(time, what, details...)], sorted by time; each judge returns
-[(time, reason)] of the commands that nobody had permitted.
+A simple second implementation of the rule of who may drive (doc/instructor/nodes.md). It shares no
+code with the first. A story is a history [(time, what, details...)], sorted by time; each judge
+returns [(time, reason)] of the commands that nobody had permitted.
 
 Units: seconds.
 """

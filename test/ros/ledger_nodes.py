@@ -1,9 +1,6 @@
 #!/usr/bin/env python3
 """The nodes of the stories of ledger.test, and the history of what persons did, of what nodes said,
 and of the commands, for the judges of ledger_judge.py."""
-import os
-from urllib.parse import urlparse
-
 import actionlib
 import rospy
 from actionlib_msgs.msg import GoalID
@@ -13,13 +10,12 @@ from move_base_msgs.msg import MoveBaseAction
 from std_msgs.msg import Bool, Float64
 
 from tb3_labs.ros.rospy_internals import connection_of
-from tb3_labs.ros.program import Observer
 
 from ledger_judge import PADS
-from master_way import MasterWay
-from node_case import STARTING, Hiccups, Node, NodeCase
+from drive_case import DriveCase
+from node_case import STARTING, Node
 from panel_page import Page, address_of
-from thumb import A, B, Mouse, Thumb
+from thumb import Mouse, Thumb
 
 #: A pad's word is said within this time of the press that caused it, unless its node sleeps [s].
 PROMPT = 0.5
@@ -31,27 +27,21 @@ NEW = 0.4
 SENDERS = {'/pad1': 'pad 1', '/pad2': 'pad 2', '/panel': 'panel', '/student': 'student'}
 
 
-class LedgerNodes(NodeCase):
+class LedgerNodes(DriveCase):
     """The nodes, the persons, and the history [(time, what, details...)] for the judges."""
 
     @classmethod
     def setUpClass(cls):
-        cls.history, cls.presses = [], []      # (time, what, ...), (time, who, A or B)
+        cls.history, cls.presses = [], []      # (time, what, ...), (time, who, 'A' or 'B')
         cls.started, cls.asleep = {}, set()    # {node: when it was started last}, nodes
         cls.cancelled_at = 0.0
-        cls.way = MasterWay(urlparse(os.environ['ROS_MASTER_URI']).port)
-        cls.seen, cls.hiccups = Observer(), Hiccups()
-        cls.seen.watch('local_pose', PoseStamped)
-        cls.seen.watch('cmd_vel', Twist, cls.on_command)
-        cls.seen.watch('ctrl_relinq', Bool, cls.on_word)
-        cls.hand_words = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
+        super().setUpClass()
         cls.turns = rospy.Publisher('turn', Float64, queue_size=5)
-        cls.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
         cls.cancels = rospy.Publisher('move2goal/cancel', GoalID, queue_size=1)
         cls.thumbs = {'pad 1': Thumb('joy1'), 'pad 2': Thumb('joy2')}
         cls.pointer = Mouse()
         cls.robot = Client('turtlebot3', timeout=20.0)
-        cls.nodes = {'panel': cls.node('panel.py')}
+        cls.nodes = {'panel': Node('panel.py')}
         for name in PADS + ('student', 'controller'):
             cls.start_again(name)
         cls.start_mover(False)
@@ -66,15 +56,17 @@ class LedgerNodes(NodeCase):
                 for kind in ('goal', 'control', 'turn', 'mouse')), STARTING, 'all nodes')
 
     @classmethod
+    def watch(cls):
+        cls.seen.watch('local_pose', PoseStamped)
+        cls.seen.watch('cmd_vel', Twist, cls.on_command)
+        cls.seen.watch('ctrl_relinq', Bool, cls.on_word)
+
+    @classmethod
     def tearDownClass(cls):
         for node in cls.nodes.values():
             node.kill()
 
     # -- nodes
-
-    @classmethod
-    def node(cls, executable, *arguments, **options):
-        return Node(executable, *arguments, environment={'ROS_MASTER_URI': cls.way.uri}, **options)
 
     @classmethod
     def start_mover(cls, granted):
@@ -84,8 +76,8 @@ class LedgerNodes(NodeCase):
         cls.note('mover started', [who for who, word in last.items() if word and who != 'hand'],
                  granted)
         cls.seen.forget('local_pose')
-        cls.nodes['mover'] = cls.node('move2goal_tf.py', '_goal_x:=90', '_max_angular:=0.3',
-                                      *['_has_control:=true'] * granted)
+        cls.nodes['mover'] = Node('move2goal_tf.py', '_goal_x:=90', '_max_angular:=0.3',
+                                  *['_has_control:=true'] * granted)
         # its last subscriptions; before them it hears no stop
         cls.seen.wait_for('local_pose', seconds=STARTING)
         cls.wait_until_heard(cls.cancels, cls.goals)
@@ -100,12 +92,12 @@ class LedgerNodes(NodeCase):
         cls.started[name] = rospy.get_time()
         if name == 'controller':
             cls.note('controller started')
-            cls.nodes[name] = cls.node('turtlebot_controller.py')
+            cls.nodes[name] = Node('turtlebot_controller.py')
         elif name == 'student':
-            cls.nodes[name] = cls.node('latching_sender.py', terminal=True)
+            cls.nodes[name] = Node('latching_sender.py', terminal=True)
         else:
-            cls.nodes[name] = cls.node('gamepad.py', '__name:=pad' + name[-1],
-                                       'joy:=joy' + name[-1], 'control_holder:=holder' + name[-1])
+            cls.nodes[name] = Node('gamepad.py', '__name:=pad' + name[-1],
+                                   'joy:=joy' + name[-1], 'control_holder:=holder' + name[-1])
 
     # -- the history
 
@@ -123,8 +115,8 @@ class LedgerNodes(NodeCase):
     def on_word(cls, message):
         now, name = rospy.get_time(), SENDERS.get(connection_of(message)['callerid'], 'hand')
         pressed = {button: max([at for at, who, which in cls.presses if (who, which) == (
-            name, button)], default=0.0) for button in (A, B)}
-        caused = pressed[A if message.data else B]
+            name, button)], default=0.0) for button in 'AB'}
+        caused = pressed['A' if message.data else 'B']
         if name == 'panel' and not message.data:
             caused = max(pressed.values())     # its first True comes after a False
         if not (caused and (message.data or now - caused < PROMPT)):

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Did a person permit each command? Random stories with real nodes: two gamepads, a terminal, a
 student's node that latches, two pages, a mouse, turns, goals, cancels, resets; nodes that are
-killed, started again and put to sleep, a network that stalls, a master that dies.
+killed, started again and put to sleep, a network and a master that stall.
 
 The judges are those of ledger_judge.py. The line that a bad story ends with plays it again:
 
@@ -11,10 +11,10 @@ import ast
 import random
 
 import rospy
-import rostest
 
 from ledger_case import LedgerCase
 from ledger_judge import PADS, judge, judge_controller
+from node_case import run_as_node
 
 #: Time from a person's action to the last command that it ends, also on a busy machine [s].
 GRACE = 0.35
@@ -52,15 +52,15 @@ def deck(chance):
         ['student', 'again'], ['page', page(), 'let go'],
         ['page', page(), chance.choice(('silent', 'close'))], ['mouse', 'released'],
         ['mouse', 'silent'], ['plug', chance.choice(PADS)], ['goal', 'topic'], ['goal', 'action'],
-        ['page', page(), 'goal'], ['goal_nowhere'], ['goal_again'], ['reset'],
+        ['page', page(), 'goal'], ['goal_nowhere'], ['goal_again'], ['reset', 0.0, 0.0, 0.0],
         ['late', page(), 'give', chance.choice((0.8, 1.9)), stop()],
         ['late', page(), 'turn', chance.choice((0.8, 1.9)), ['page', page(), 'stop']],
         ['sleep', chance.sample(NODES, chance.randrange(1, len(NODES) + 1)),
          chance.choice((1.0, 3.0, 5.0)), chance.choice([stop(), ['let_pass', 0.1]])],
         ['stall', chance.choice((0.1, 0.3, 1.0))],
-        ['master_dies', *chance.choice(givings(chance)), ['goal_nowhere'], ['let_pass', 0.4],
+        ['master_stalls', *chance.choice(givings(chance)), ['goal_nowhere'], ['let_pass', 0.4],
          stop(), ['let_pass', 0.4], *chance.choice(givings(chance)), stop(), ['let_pass', 0.5]],
-        ['restart', chance.choice(PADS + ('student', 'controller'))],
+        ['start_again', chance.choice(PADS + ('student', 'controller'))],
         ['restart_mover', True], ['restart_mover', False]]
 
 
@@ -125,5 +125,4 @@ class LedgerTest(LedgerCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('ledger')
-    rostest.rosrun('tb3_labs', 'ledger', LedgerTest)
+    run_as_node('ledger', LedgerTest)

@@ -2,15 +2,12 @@
 """dynamic_reconfigure of both driving nodes: effective at once, refused out of bounds; plots."""
 
 import rospy
-import rostest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from dynamic_reconfigure import DynamicReconfigureCallbackException
 from dynamic_reconfigure.client import Client
 from std_msgs.msg import Bool, Float32, Float64
 
-from tb3_labs.ros.program import Observer
-
-from node_case import NodeCase, watch_robot
+from node_case import NodeCase, run_as_node
 
 BURGER_LINEAR, BURGER_ANGULAR = 0.2108, 2.635
 
@@ -19,8 +16,7 @@ class LiveTest(NodeCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.seen = Observer()
-        watch_robot(cls.seen)
+        super().setUpClass()
         cls.seen.watch('distance_error', Float32, lambda message: message.data)
         cls.seen.watch('angle_error_deg', Float32, lambda message: message.data)
         cls.seen.watch('/diagnostics', DiagnosticArray, lambda message: message.status[0])
@@ -96,5 +92,4 @@ class LiveTest(NodeCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('live_test')
-    rostest.rosrun('tb3_labs', 'live', LiveTest)
+    run_as_node('live', LiveTest)

@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
-"""The network, the master and the disk: gone during a drive, and back. Each test is a process of
-its own, since a process cannot change its master."""
+"""The network, the master and the disk: gone during a drive, and back."""
 import contextlib
 import ipaddress
 import os
@@ -18,66 +17,54 @@ from pathlib import Path
 import rosgraph
 import rospkg
 import rospy
-from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import Imu
-from std_msgs.msg import Bool, String
 
-from costs import free_port
-from node_case import STARTING, ZERO, Hiccups, Node, Program, watch_robot
-from panel_page import Page
+from costs import free_port, start_master
+from drive_case import DriveCase
+from node_case import SILENCE, STARTING, Program
+from panel_page import Page, address_of
 from rosunit_internals import rosrun
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.program import Observer
 from two_hosts import TwoHosts
 
+SCENES = 'master_gone_and_back', 'panel_without_a_master', 'network_cut_and_back'
 DEMO = os.path.join(rospkg.RosPack().get_path('tb3_labs'), 'scripts', 'demo.sh')
 
 
-class Room:
-    """A master, a robot, move_to_goal during a drive, and an observer."""
+class Scenes(DriveCase):
+    """Each is played in a process of its own, since a process cannot change its master: a master, a
+    robot, and move_to_goal during a drive."""
 
-    def __init__(self, port, on_robot=None):
-        self.port, self.nodes = port, []
-        self.start_master()
+    @classmethod
+    def setUpClass(cls):
+        """See open(): a scene has a master of its own."""
+
+    def open(self, port, **on_robot):
+        """Start all, with a master at this port; `on_robot`: options of the robot's Node."""
+        self.port, self.stack = port, contextlib.ExitStack()
+        self.addCleanup(self.stack.close)
+        self.master = start_master(self.stack, port)
         rospy.init_node('watcher', disable_signals=True)
-        self.seen, self.hiccups = Observer(), Hiccups()
-        watch_robot(self.seen)
+        super().setUpClass()
         self.seen.watch('imu', Imu)
-        self.seen.watch('goal_state', String, lambda message: message.data)
-        self.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=5)    # each word counts
-        self.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
-        robot = 'fake_turtlebot3.py', '__name:=turtlebot3', '_imu_rate:=100'
-        with on_robot or contextlib.nullcontext():
-            self.robot = self.start(*robot)
+        self.robot = self.start('fake_turtlebot3.py', '__name:=turtlebot3', '_imu_rate:=100',
+                                **on_robot)
         self.node = self.start('move2goal_tf.py')
 
-    def start(self, executable, *arguments):
-        self.nodes.append(Node(executable, *arguments))
-        return self.nodes[-1]
-
-    def start_master(self):
-        self.master = subprocess.Popen(['rosmaster', '--core', '-p', str(self.port)],
-                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        assert wait_until(rosgraph.is_master_online, STARTING), 'no master'
-
-    def kill_master(self):
-        self.master.kill()
-        self.master.wait()
+    def open_here(self):
+        """Start all on this computer."""
+        port = free_port()
+        os.environ.update(ROS_MASTER_URI='http://localhost:%d' % port, ROS_HOSTNAME='localhost')
+        self.open(port)
 
     def drive(self, x):
         """Drive towards (x, 0, 0); returns in full motion."""
         self.seen.wait_for('goal_state', seconds=STARTING)
-        self.seen.wait_until(lambda: self.control.get_num_connections() and (
-            self.goals.get_num_connections()), STARTING, 'move_to_goal')
-        self.goals.publish(to_pose_stamped(Pose2(x, 0.0, 0.0), 'local', 0.0))
+        self.wait_until_heard(self.control, self.goals)
+        self.go_to(Pose2(x))
         self.control.publish(False)
         self.control.publish(True)
-        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)
-
-    def reach(self):
-        self.seen.wait_for('goal_state', lambda state: state == 'GOAL_REACHED', 30.0)
+        self.wait_for_speed(0.2)
 
     def go_back_to(self, x):
         """Send this goal until it is reached: after a long cut, TCP waits for seconds before it
@@ -86,62 +73,94 @@ class Room:
         outcome = ''
         for _ in range(3):
             self.seen.forget('goal_state')
-            self.goals.publish(to_pose_stamped(Pose2(x, 0.0, 0.0), 'local', 0.0))
-            outcome = self.seen.wait_for('goal_state', lambda state: state == 'GOAL_REACHED' or (
-                state.startswith('gave up')), 30.0)
+            self.go_to(Pose2(x))
+            outcome = self.wait_for_state('GOAL_REACHED', 'gave up', seconds=30.0)
             if 'does not move' not in outcome:
                 break
-        assert outcome == 'GOAL_REACHED', outcome
+        self.assertEqual(outcome, 'GOAL_REACHED')
 
-    def wait(self, seconds):
-        until = time.monotonic() + seconds
-        self.seen.wait_until(lambda: time.monotonic() > until)
+    def assert_sound(self, node):
+        """The node runs, and told no traceback."""
+        self.assertIsNone(node.status, node.text)
+        self.assertNotIn('Traceback', node.text)
 
-    def close(self):
-        for node in self.nodes:
-            node.kill()
-        self.kill_master()
-
-
-@contextlib.contextmanager
-def room():
-    """A Room with a master of its own on this computer."""
-    port = free_port()
-    os.environ.update(ROS_MASTER_URI='http://localhost:%d' % port, ROS_HOSTNAME='localhost')
-    with contextlib.closing(Room(port)) as opened:
-        yield opened
-
-
-def master_gone_and_back():
-    """A master does not answer, as behind a network that is cut; it dies; a new one knows no node.
-    Connections go on, and no node waits for a master to drive, to stop or to end."""
-    with room() as lab:
-        lab.drive(0.8)
-        lab.master.send_signal(signal.SIGSTOP)
-        lab.reach()
-        times = [at for at, _ in lab.seen.all('cmd_vel')]
-        pauses = [after - before - lab.hiccups.since(before, after)
+    def master_gone_and_back(self):
+        """A master does not answer, as behind a network that is cut; it dies; a new one knows no
+        node. Connections go on, and no node waits for a master to drive, to stop or to end."""
+        self.open_here()
+        self.drive(0.8)
+        self.master.send(signal.SIGSTOP)
+        self.wait_for_state('GOAL_REACHED', seconds=30.0)
+        times = [at for at, _ in self.seen.all('cmd_vel')]
+        pauses = [after - before - self.hiccups.since(before, after)
                   for before, after in zip(times, times[1:])]
-        assert max(pauses) < 0.4, 'no command for %.2f s' % max(pauses)
-        lab.drive(2.0)
-        lab.kill_master()
-        lab.seen.wait_for('ground_truth', lambda pose: pose.x > 1.1)
-        lab.robot.send(signal.SIGSTOP)
-        last = lab.seen.all('imu')[-1][0]
-        lab.seen.wait_for('cmd_vel', lambda command: command == ZERO)
-        zero = lab.seen.all('cmd_vel')[-1][0]
-        assert zero - last < 0.4 + lab.hiccups.since(last, zero), 'late zero without a master'
-        lab.robot.send(signal.SIGCONT)
-        lab.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)
-        lab.start_master()
+        self.assertLess(max(pauses), 0.4)
+        self.drive(2.0)
+        self.master.kill()
+        self.seen.wait_for('ground_truth', lambda pose: pose.x > 1.1)
+        self.robot.send(signal.SIGSTOP)
+        self.zero_since(self.seen.all('imu')[-1][0], 0.4)
+        self.robot.send(signal.SIGCONT)
+        self.wait_for_speed(0.2)
+        self.master = start_master(self.stack, self.port)
         nodes = subprocess.check_output(['rosnode', 'list'], universal_newlines=True).split()
-        assert '/move_to_goal' not in nodes, nodes
-        lab.reach()
-        assert lab.node.status is None and 'Traceback' not in lab.node.text, lab.node.text
-        lab.master.send_signal(signal.SIGSTOP)
-        begun = time.monotonic()
-        assert lab.node.end() == 0, lab.node.text
-        assert time.monotonic() - begun < 8.0, 'the node did not end'
+        self.assertNotIn('/move_to_goal', nodes)
+        self.wait_for_state('GOAL_REACHED', seconds=30.0)
+        self.assert_sound(self.node)
+        self.master.send(signal.SIGSTOP)
+        self.assertEqual(self.node.end(seconds=8.0), 0)
+
+    def panel_without_a_master(self):
+        """A page that was opened after the master died stops the robot; no thread waits for it."""
+        self.open_here()
+        panel = self.start('panel.py', '_port:=%d' % free_port())
+        address = address_of(panel)
+        self.seen.wait_until(lambda: {'/move_to_goal', '/turtlebot3'} <= connected_to('/panel'))
+        self.drive(3.0)
+        self.seen.wait_for('ground_truth', lambda pose: pose.x > 0.1)
+        self.master.kill()
+        for stop in 'stop', 'take':
+            page = Page(address)
+            page.wait_until(lambda: 'picture' in page.latest, 5.0, 'a picture')
+            self.assertEqual(page.ask('begin'), (True, ''))
+            page.ask('let go')
+            if stop == 'take':
+                self.drive(3.0)
+            said_at = time.time()
+            confirmed, text = page.ask(stop)
+            self.assertTrue(confirmed, text)
+            self.let_pass(SILENCE)
+            self.assert_stopped(said_at, 0.1)
+        self.assert_sound(panel)
+
+    def network_cut_and_back(self):
+        """Both sides stop. After a short cut the drive goes on, after a long one it is over."""
+        hosts = TwoHosts()
+        self.addCleanup(hosts.remove)
+        hosts.enter('laptop')
+        robot = {'prefix': hosts.prefix('robot'), 'environment': hosts.environment('robot')}
+        self.open(11311, **robot)
+        # the robot's own messages of its true pose, on its side of the cut
+        truth = Program(
+            robot['prefix'] + ['rostopic', 'echo', '-p', '/ground_truth/pose/position/x'],
+            environment=robot['environment'])
+        self.addCleanup(truth.kill)
+        self.drive(3.0)
+        truth.wait_for('\n', times=3)
+        for seconds in (0.6, 5.0):
+            hosts.connect(False)
+            cut = time.time()
+            zero = self.zero_since(cut, 0.4)
+            self.let_pass(cut + seconds - time.time())
+            hosts.connect(True)
+            if seconds < 1.0:
+                self.wait_for_speed(0.2, 10.0)
+        self.wait_for_state('gave up')
+        rest = rest_after(truth, cut)
+        print('network cut: zero after %.2f s, robot at rest after %.2f s' % (zero - cut, rest))
+        self.assertLess(rest, 0.5 + 0.5)
+        self.go_back_to(0.2)
+        self.assert_sound(self.node)
 
 
 def connected_to(node):
@@ -149,70 +168,6 @@ def connected_to(node):
     address = rosgraph.Master(rospy.get_name()).lookupNode(node)
     _, _, links = xmlrpc.client.ServerProxy(address).getBusInfo(rospy.get_name())
     return {name for _, name, direction, *_ in links if direction == 'o'}
-
-
-def panel_without_a_master():
-    """A page that was opened after the master died stops the robot; no thread waits for it."""
-    page_port = free_port()
-    with room() as lab:
-        panel = lab.start('panel.py', '_port:=%d' % page_port)
-        panel.wait_for('in a browser')
-        lab.seen.wait_until(lambda: {'/move_to_goal', '/turtlebot3'} <= connected_to('/panel'))
-        lab.drive(3.0)
-        lab.seen.wait_for('ground_truth', lambda pose: pose.x > 0.1)
-        lab.kill_master()
-        for stop in 'stop', 'take':
-            page = Page('http://localhost:%d/' % page_port)
-            page.wait_until(lambda: 'picture' in page.latest, 5.0, 'a picture')
-            assert page.ask('begin') == (True, ''), page.answers
-            page.ask('let go')
-            if stop == 'take':
-                lab.drive(3.0)
-            said_at = time.time()
-            confirmed, text = page.ask(stop)
-            assert confirmed, text
-            lab.seen.wait_for('cmd_vel', lambda command: command == ZERO)
-            lab.wait(0.3)
-            moving = [at for at, command in lab.seen.all('cmd_vel') if command != ZERO][-1]
-            assert moving - said_at < 0.1 + lab.hiccups.since(said_at, moving), (
-                'it drove on for %.2f s' % (moving - said_at))
-        assert panel.status is None and 'Traceback' not in panel.text, panel.text
-
-
-def network_cut_and_back():
-    """Both sides stop; after a short cut the drive goes on, after a long one it was given up."""
-    hosts = TwoHosts()
-    try:
-        with hosts.on('laptop'):
-            with contextlib.closing(Room(11311, hosts.on('robot'))) as lab:
-                # the robot's own messages of its true pose, on its side of the cut
-                with hosts.on('robot'):
-                    truth = Program(['rostopic', 'echo', '-p', '/ground_truth/pose/position/x'])
-                lab.nodes.append(truth)
-                lab.drive(3.0)
-                truth.wait_for('\n', times=3)
-                for seconds in (0.6, 5.0):
-                    hosts.connect(False)
-                    cut = time.time()
-                    lab.seen.wait_for('cmd_vel', lambda command: command == ZERO)
-                    zero = lab.seen.all('cmd_vel')[-1][0] - cut
-                    withheld = lab.hiccups.since(cut, cut + zero)
-                    assert zero < 0.4 + withheld, 'the laptop stopped after %.2f s' % zero
-                    lab.wait(max(0.0, cut + seconds - time.time()))
-                    hosts.connect(True)
-                    if seconds < 1.0:
-                        lab.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2, 10.0)
-                        continue
-                    lab.seen.wait_for('goal_state', lambda state: state.startswith('gave up'),
-                                       20.0)
-                    rest = rest_after(truth, cut)
-                    print('network cut: zero after %.2f s, robot at rest after %.2f s' % (
-                        zero, rest))
-                    assert rest < 0.5 + 0.5, 'the robot came to rest after %.2f s' % rest
-                lab.go_back_to(0.2)
-                assert 'Traceback' not in lab.node.text, lab.node.text
-    finally:
-        hosts.remove()
 
 
 def rest_after(truth, cut):
@@ -244,51 +199,16 @@ def listening(environment):
     return found
 
 
-def demonstration_on_a_full_disk():
-    """From the README's own shell: all sockets listen on the loopback. The drive goes on although
-    the disk is full, and the recorder reports that the recording does not."""
-    has_small_disk = os.geteuid() == 0 and not subprocess.call(
-        ['unshare', '-m', 'true'], stderr=subprocess.DEVNULL)
-    environment = dict(os.environ, ROS_MASTER_URI='http://localhost:{}'.format(free_port()),
-                       PYTHONUNBUFFERED='1')    # its output is seen at once
-    with tempfile.TemporaryDirectory() as folder:
-        mount = 'mount -t tmpfs -o size=2m tmpfs {0} && '.format(folder) if has_small_disk else ''
-        launch = subprocess.Popen(
-            ['unshare', '-m'] * has_small_disk + [
-                'sh', '-c', '{0}cd {1} && PWD={1} exec {2} drives:=1 record:={3}'.format(
-                    mount, folder, DEMO, str(has_small_disk).lower())],
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True,
-            env=environment, universal_newlines=True)
-        output = ''
-        for line in launch.stdout:
-            output += line
-            if 'MOVE_FORWARD' in line:    # by then all its programs run
-                break
-        sockets = listening(environment)
-        output += launch.communicate(timeout=2.0 * STARTING)[0]
-    print(output[-3000:])
-    assert len(sockets) >= 8, sockets
-    assert all(address.is_loopback for address, _ in sockets), sockets
-    assert 'Goal reached!' in output, output
-    assert not has_small_disk or re.search(
-        r'Less than 1G of space free on disk .* Disabling recording', output), output
-
-
-SCENES = {scene.__name__: scene for scene in (
-    master_gone_and_back, panel_without_a_master, network_cut_and_back,
-    demonstration_on_a_full_disk)}
-
-
 class NetworkTest(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        """The scenes are independent, each with a master of its own: all run at the same time."""
+        """The scenes are independent: all run at the same time."""
         pool = ThreadPoolExecutor(len(SCENES))
         cls.addClassCleanup(pool.shutdown)
         cls.no_hosts = TwoHosts.missing()
-        cls.played = {name: pool.submit(cls.play, name) for name in SCENES
-                      if name != 'network_cut_and_back' or not cls.no_hosts}
+        cls.played = {scene: pool.submit(cls.play, scene) for scene in SCENES
+                      if scene != 'network_cut_and_back' or not cls.no_hosts}
 
     @staticmethod
     def play(scene):
@@ -315,11 +235,33 @@ class NetworkTest(unittest.TestCase):
         self.check('network_cut_and_back')
 
     def test_the_demonstration_on_a_full_disk_listens_on_the_loopback_only(self):
-        self.check('demonstration_on_a_full_disk')
+        """From the README's own shell. The drive goes on although the disk is full, and the
+        recorder reports that the recording does not."""
+        has_small_disk = os.geteuid() == 0 and not subprocess.call(
+            ['unshare', '-m', 'true'], stderr=subprocess.DEVNULL)
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        mount = 'mount -t tmpfs -o size=2m tmpfs $PWD && cd $PWD && ' if has_small_disk else ''
+        command = 'cd {} && {}exec {} drives:=1 record:={}'.format(
+            folder.name, mount, DEMO, str(has_small_disk).lower())
+        environment = {'ROS_MASTER_URI': 'http://localhost:%d' % free_port()}
+        demo = Program(['unshare', '-m'] * has_small_disk + ['sh', '-c', command],
+                       environment=environment)
+        self.addCleanup(demo.kill)
+        demo.wait_for('MOVE_FORWARD', STARTING)    # by then all its programs run
+        sockets = listening(environment)
+        demo.wait(2.0 * STARTING)
+        print(demo.text[-3000:])
+        self.assertGreaterEqual(len(sockets), 8)
+        self.assertTrue(all(address.is_loopback for address, _ in sockets), sockets)
+        self.assertIn('Goal reached!', demo.text)
+        if has_small_disk:
+            self.assertRegex(
+                demo.text, r'Less than 1G of space free on disk .* Disabling recording')
 
 
 if __name__ == '__main__':
-    if sys.argv[1:] and sys.argv[1] in SCENES:
-        SCENES[sys.argv[1]]()
+    if sys.argv[1] in SCENES:
+        unittest.main(argv=[sys.argv[0], 'Scenes.' + sys.argv[1]], warnings='ignore')
     else:
         rosrun('network', NetworkTest)

@@ -18,9 +18,11 @@ import roslib.packages
 import rospy
 from geometry_msgs.msg import PoseStamped, Twist
 
+from rosunit_internals import rosrun
+from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import interpolate
-from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros import program
+from tb3_labs.ros.conversions import to_pose2
 
 PACKAGE = 'tb3_labs'
 ZERO = (0.0, 0.0)
@@ -105,10 +107,19 @@ class Node(Program):
 
 
 class NodeCase(unittest.TestCase):
-    """A test case that starts nodes and watches them with `seen`, a program.Observer. `hiccups`:
-    the Hiccups of this machine, for a case that limits times."""
+    """A test case that starts nodes, and watches the robot with `seen`, a program.Observer."""
 
     seen = hiccups = None
+
+    @classmethod
+    def setUpClass(cls):
+        cls.seen, cls.hiccups = program.Observer(), Hiccups()
+        cls.watch()
+
+    @classmethod
+    def watch(cls):
+        """Watch the robot."""
+        watch_robot(cls.seen)
 
     def start(self, executable, *arguments, **options):
         """Start a node; it is killed at the end of the test, unless it has ended."""
@@ -124,10 +135,10 @@ class NodeCase(unittest.TestCase):
 
     @classmethod
     def wait_until_hears(cls, name, topic, seconds=STARTING):
-        """Wait until the running node `name` has dealt with a message on `topic`, which come steadily.
+        """Wait until the running node `name` has dealt with one of the steady messages on `topic`.
 
-        rospy counts bytes, also those of the handshake. The first growth is a message, the second one
-        says that its callback has ended.
+        rospy counts bytes, also those of the handshake. The first growth is a message, the second
+        one says that its callback has ended.
         """
         node = xmlrpc.client.ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode(
             rospy.resolve_name(name)))
@@ -168,6 +179,14 @@ class NodeCase(unittest.TestCase):
         self.let_pass(seconds)
         self.assertEqual(self.seen.all('cmd_vel', since), [])
 
+    def zero_since(self, last, within):
+        """The time of the zero, at most `within` after `last` [s], apart from delays of the
+        machine."""
+        self.seen.wait_for('cmd_vel', lambda command: command == ZERO, within + 5.0)
+        zero, _ = self.seen.all('cmd_vel')[-1]
+        self.assertLess(zero - last, within + self.hiccups.since(last, zero))
+        return zero
+
     def assert_stopped(self, since, within):
         """The last movement was commanded at most `within` after `since` [s], apart from delays of
         the machine; a zero followed."""
@@ -181,6 +200,12 @@ class NodeCase(unittest.TestCase):
         after = bisect_left([stamp for stamp, _ in samples], instant)
         (before, start), (then, end) = samples[after - 1], samples[after]
         return interpolate(start, end, (instant - before) / (then - before))
+
+    def wait_until_it_moves(self, start=None):
+        """Wait until the robot has truly moved a little since it was at `start`, or since now."""
+        start = start or self.seen.latest('ground_truth') or self.seen.wait_for('ground_truth')
+        self.seen.wait_for('ground_truth', lambda pose: start.distance_to(pose) > 0.01 or abs(
+            difference(pose.yaw, start.yaw)) > 0.05)
 
     def rest(self, topic='ground_truth'):
         """Wait until the robot rests; its true pose."""
@@ -212,3 +237,9 @@ class Hiccups:
     def since(self, start, end=float('inf')):
         """The sum of delays between two times [s, wall clock], in seconds."""
         return sum(late for at, late in list(self._late) if start <= at <= end)
+
+
+def run_as_node(name, case):
+    """Run a test case of a rostest as the ROS node NAME_test."""
+    rospy.init_node(name + '_test')
+    rosrun(name, case)

@@ -8,13 +8,11 @@ import rospy
 
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.ros.program import Observer
 
 from browser import MISSING, Browser
-from node_case import SILENCE, STARTING, ZERO, Hiccups, Node, watch_robot
+from node_case import SILENCE, STARTING, ZERO, Node, run_as_node
 from panel_case import LOSS, PanelCase, with_punctual_pages
 from panel_page import Page, address_of
-from rosunit_internals import rosrun
 
 PORT = 8110
 #: Pictures a second: to draw them is most of the computing here.
@@ -28,8 +26,7 @@ class PanelBrowserTest(PanelCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.seen, cls.hiccups = Observer(), Hiccups()
-        watch_robot(cls.seen)
+        super().setUpClass()
         cls.start_panel()
         cls.address = address_of(cls.panel)
         cls.browser = None
@@ -213,5 +210,4 @@ class PanelBrowserTest(PanelCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('panel_browser_test')
-    rosrun('panel_browser_test', PanelBrowserTest)
+    run_as_node('panel_browser', PanelBrowserTest)

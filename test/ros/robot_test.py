@@ -18,11 +18,9 @@ from geometry_msgs.msg import PoseStamped, Twist
 
 from tb3_labs.robot.turtlebot3 import MODELS
 from tb3_labs.ros.conversions import to_pose2
-from tb3_labs.ros.program import Observer
 
 from costs import free_port
-from node_case import Program, watch_robot
-from rosunit_internals import rosrun
+from node_case import NodeCase, Program, run_as_node
 
 HOST = '127.0.0.1'
 CORE, BOARD = '/turtlebot3_core', '/board'
@@ -53,7 +51,7 @@ def make_key(path):
 
 @unittest.skipUnless(SSHD and shutil.which('ssh-keygen'),
                      'sshd is not installed (apt install openssh-server)')
-class RobotTest(unittest.TestCase):
+class RobotTest(NodeCase):
 
     @classmethod
     def setUpClass(cls):
@@ -62,8 +60,7 @@ class RobotTest(unittest.TestCase):
         cls.folder = pathlib.Path(folder.name)
         cls.make_robot()
         cls.start_sshd()
-        cls.seen = Observer()
-        watch_robot(cls.seen)
+        super().setUpClass()
         cls.seen.watch('/ground_truth', PoseStamped, lambda message: (
             message.header.stamp.to_sec(), to_pose2(message.pose)))    # by the robot's own time
 
@@ -186,5 +183,4 @@ class RobotTest(unittest.TestCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('robot_test')
-    rosrun('robot', RobotTest)
+    run_as_node('robot', RobotTest)

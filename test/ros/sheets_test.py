@@ -3,8 +3,8 @@
 
 The lab sheets come first; sheets_walk.md has the commands that stand in sentences and tables. How a
 page says what is typed: sheets_steps.py. In the suite the simulated robots run on simulated time,
-which is faster. With `all:=true` everything is typed twice more, with the long commands: on real
-time, as it is printed, and on simulated time.
+which is faster. With `all:=true` everything is typed once more, with the long commands, on real
+time, as it is printed.
 """
 import os
 import re
@@ -84,8 +84,7 @@ def with_print(code, variable):
 
 
 class Student:
-    """A home with a workspace, and terminals. `speed`: pace of simulated time; REAL_TIME: none, and each
-    terminal is sourced anew."""
+    """A home with a workspace, and terminals. `speed`: pace of simulated time; REAL_TIME: none."""
 
     def __init__(self, home, speed):
         self.home, self._speed, self._terminals, self._seen = home, speed, {}, {}
@@ -159,10 +158,9 @@ class Student:
         if self._speed:
             commands = ROBOT.sub(lambda found: faster(found, self._speed), commands)
         folder = 'cd ~/tb3_labs\n' if re.match(r'(source |\./)scripts/', commands) else 'cd\n'
-        if self._sourced is None and self._speed:
-            self._sourced = self._source()
-        return Program(['bash', '-c', ('set -e\n' if self._speed else PROFILE) + folder + commands], terminal=True,
-                       environment=self._sourced or self._environment, clean=True)
+        self._sourced = self._sourced or self._source()
+        return Program(['bash', '-c', 'set -e\n' + folder + commands], terminal=True,
+                       environment=self._sourced, clean=True)
 
     def _source(self):
         """The environment of a terminal; it is kept, since each sourcing takes as long as a command."""
@@ -236,15 +234,9 @@ class SheetsTest(unittest.TestCase):
         self.walk(SUITE_SPEED, long=False)
 
     def test_all_of_them_on_real_time(self):
-        self.walk_all(REAL_TIME)
-
-    def test_all_of_them_on_simulated_time(self):
-        self.walk_all(1.0)    # faster robots arrive before a command is typed that shall come in the middle of a drive
-
-    def walk_all(self, speed):
         if not rospy.get_param('/sheets_all'):
             self.skipTest('only by: rostest tb3_labs sheets.test all:=true')
-        self.walk(speed, long=True)
+        self.walk(REAL_TIME, long=True)
 
 
 if __name__ == '__main__':

@@ -13,9 +13,8 @@ import subprocess
 import termios
 
 import rospy
-import rostest
 from actionlib_msgs.msg import GoalID
-from geometry_msgs.msg import PoseStamped, TransformStamped
+from geometry_msgs.msg import TransformStamped
 from move_base_msgs.msg import MoveBaseActionGoal
 from std_msgs.msg import Bool, Float64, String
 from tf2_ros import StaticTransformBroadcaster
@@ -23,11 +22,10 @@ from tf2_ros import StaticTransformBroadcaster
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.program import Observer
 from tb3_labs.ros.topics import AT_ONCE
-from tb3_labs.srv import ResetPose
 
-from node_case import STARTING, ZERO, Hiccups, NodeCase, path_of, watch_robot
+from drive_case import DriveCase
+from node_case import STARTING, ZERO, path_of, run_as_node
 from thumb import A, B, Thumb, punctual
 
 #: Time from a stop to the last command that moves the robot [s].
@@ -42,25 +40,20 @@ UNDER_WAY = 0.1
 
 
 @punctual
-class StopsTest(NodeCase):
+class StopsTest(DriveCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.seen, cls.hiccups = Observer(), Hiccups()
-        watch_robot(cls.seen)
-        for topic in ('goal_state', 'control_holder'):
-            cls.seen.watch(topic, String, lambda message: message.data)
-        cls.hand = rospy.Publisher('ctrl_relinq', Bool, queue_size=5)
-        cls.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
+        super().setUpClass()
+        cls.seen.watch('control_holder', String, lambda message: message.data)
         cls.actions = rospy.Publisher('move2goal/goal', MoveBaseActionGoal, queue_size=1)
         cls.cancels = rospy.Publisher('move2goal/cancel', GoalID, queue_size=1)
         cls.turns = rospy.Publisher('turn', Float64, queue_size=5)
         cls.thumb = Thumb()
-        cls.reset = rospy.ServiceProxy('reset_pose', ResetPose)
 
     def setUp(self):
         self.doCleanups()     # of a first attempt
-        self.wait_until_unheard({self.hand: Bool(False), self.turns: Float64(0.0),
+        self.wait_until_unheard({self.control: Bool(False), self.turns: Float64(0.0),
                                  self.cancels: GoalID()})
         self.forget_parameters('move_to_goal')
         self.thumb.sticks(0.0, 0.0)
@@ -68,16 +61,15 @@ class StopsTest(NodeCase):
             self.seen.forget(topic)
 
     def tearDown(self):
-        self.hand.publish(False)
+        self.control.publish(False)
 
     # -- parts of the tests
 
     def move_to_goal(self, *arguments):
         """A node with a goal far away, without control."""
         node = self.start('move2goal_tf.py', '_goal_x:=90', '_max_angular:=0.3', *arguments)
-        self.seen.wait_for('goal_state', lambda state: state == 'waiting for control',
-                           STARTING)
-        self.wait_until_heard(self.hand, self.goals, self.actions, self.cancels)
+        self.wait_for_state('waiting for control', seconds=STARTING)
+        self.wait_until_heard(self.control, self.goals, self.actions, self.cancels)
         return node
 
     def student(self):
@@ -93,34 +85,20 @@ class StopsTest(NodeCase):
 
     def let_it_drive(self, give):
         """`give` control; returns when the robot moves."""
-        start = self.seen.latest('ground_truth') or self.seen.wait_for('ground_truth')
+        start = self.seen.latest('ground_truth')
         self.seen.forget('cmd_vel')
         give()
-        self.seen.wait_for('ground_truth', lambda pose: pose.distance_to(start) > 0.01 or (
-            abs(pose.yaw - start.yaw) > 0.05))
+        self.wait_until_it_moves(start)
 
     def drive_far(self):
-        self.goals.publish(to_pose_stamped(Pose2(90.0), 'local', 0.0))
+        self.go_to(Pose2(90.0))
 
     def by_hand(self):
-        self.hand.publish(False)
-        self.hand.publish(True)
+        self.control.publish(False)
+        self.control.publish(True)
 
     def by_pad(self):
         self.thumb.press(A)
-
-    def declare_origin(self):
-        """Reset; again if it is refused because a busy machine delays the sensors."""
-        refused = []
-
-        def declared():
-            answer = self.reset(0.0, 0.0, 0.0)
-            refused[:] = [answer.message] * (not answer.success)
-            return answer.success
-        try:
-            self.seen.wait_until(declared, STARTING)
-        except RuntimeError:
-            self.fail(refused)
 
     def is_stopped(self, since, within=PROMPT):
         """For a while no command moves the robot later than `within` after `since`."""
@@ -129,13 +107,17 @@ class StopsTest(NodeCase):
                 if command != ZERO and at - since > within + self.hiccups.since(since, at)]
         self.assertEqual(late, [], 'commands after the stop')
 
-    def stands_after_sleep(self):
-        """A command that was under way when the process was stopped is sent when it goes on; a
-        zero follows at once."""
+    def stands_after_sleep(self, node):
+        """A node sleeps for long. A command that was under way then is sent when it goes on; a zero
+        follows at once."""
+        node.send(signal.SIGSTOP)
+        self.let_pass(TOO_LONG)
+        node.send(signal.SIGCONT)
         woke = rospy.get_time()
         self.is_stopped(woke, UNDER_WAY)
         sent = [command for _, command in self.seen.all('cmd_vel', woke)]
         self.assertTrue(not sent or sent[-1] == ZERO, sent)
+        node.wait_for('this node did not run for')
 
     def wait_until_turned(self, heading):
         """Wait until the robot's true heading is `heading` [rad] to a degree, it was stopped, and
@@ -154,13 +136,13 @@ class StopsTest(NodeCase):
         self.let_it_drive(self.by_hand)
         self.seen.wait_for('control_holder', lambda holder: holder == 'move_to_goal')
         self.is_stopped(self.thumb.press(B))
-        self.hand.publish(True)            # said before, and not taken back since
+        self.control.publish(True)            # said before, and not taken back since
         self.is_stopped(rospy.get_time(), 0.0)
         self.let_it_drive(self.by_hand)
         self.thumb.press(B)
         self.let_it_drive(self.by_pad)
         taken = rospy.get_time()
-        self.hand.publish(False)
+        self.control.publish(False)
         self.is_stopped(taken)             # although the pad renewed its permission
         self.assertEqual(self.seen.latest('control_holder'), 'gamepad')
         self.let_it_drive(self.by_pad)     # A again
@@ -186,7 +168,7 @@ class StopsTest(NodeCase):
         node.end()
         self.seen.forget('goal_state')
         self.start('move2goal_tf.py')
-        self.seen.wait_for('goal_state', lambda state: state == 'waiting for control', STARTING)
+        self.wait_for_state('waiting for control', seconds=STARTING)
 
     def test_a_tap_on_b_while_messages_are_held_up(self):
         """The gamepad node gets them all at once: A given, B tapped, and let go again."""
@@ -199,37 +181,26 @@ class StopsTest(NodeCase):
         self.is_stopped(rospy.get_time())
 
     def test_a_cancel_without_a_name_ends_any_goal_for_good(self):
-        self.move_to_goal()
-        self.let_it_drive(self.by_hand)
-        asked = rospy.get_time()
-        self.cancels.publish(GoalID())
-        self.is_stopped(asked)
-        self.seen.wait_for('goal_state', lambda state: state == 'gave up: canceled')
-        self.declare_origin()
-        self.is_stopped(rospy.get_time(), 0.0)
-        self.let_it_drive(self.drive_far)
-
-    def test_a_cancel_does_not_wait_for_the_frame_of_another_goal(self):
-        """tf is asked for half a second whether it knows the frame."""
-        self.move_to_goal()
-        nowhere = MoveBaseActionGoal()
+        """It waits for no frame: tf is asked for half a second whether it knows one."""
+        node, nowhere = self.move_to_goal(), MoveBaseActionGoal()
         nowhere.goal.target_pose = to_pose_stamped(Pose2(1.0), 'nowhere', 0.0)
-        for send in (lambda: self.actions.publish(nowhere),
-                     lambda: self.goals.publish(nowhere.goal.target_pose)):
+        for meanwhile in (lambda: None, lambda: self.actions.publish(nowhere),
+                          lambda: self.go_to(Pose2(1.0), 'nowhere')):
             self.drive_far()
             self.let_it_drive(self.by_hand)
-            send()
+            meanwhile()
             self.let_pass(0.1)        # until it is awaited
             asked = rospy.get_time()
             self.cancels.publish(GoalID())
             self.is_stopped(asked)
-
-    def test_a_cancel_ends_a_goal_whose_frame_is_awaited(self):
-        node = self.move_to_goal()
-        self.goals.publish(to_pose_stamped(Pose2(1.0), 'later', 0.0))
-        self.let_pass(0.1)            # until it is awaited
+            self.wait_for_state('gave up: canceled')
+        self.declare()
+        self.is_stopped(rospy.get_time(), 0.0)
+        self.let_it_drive(self.drive_far)
+        self.go_to(Pose2(1.0), 'later')
+        self.let_pass(0.1)
         self.cancels.publish(GoalID())
-        self.seen.wait_for('goal_state', lambda state: state == 'gave up: canceled')
+        self.wait_for_state('gave up: canceled')
         later = TransformStamped()
         later.header.frame_id, later.child_frame_id = 'odom', 'later'
         later.transform.rotation.w = 1.0
@@ -249,33 +220,22 @@ class StopsTest(NodeCase):
     def test_nodes_that_slept_wait_to_be_told(self):
         mover = self.move_to_goal()
         self.let_it_drive(self.by_hand)
-        mover.send(signal.SIGSTOP)
-        self.let_pass(TOO_LONG)
-        mover.send(signal.SIGCONT)
-        self.stands_after_sleep()
-        mover.wait_for('Control is gone: this node did not run for')
+        self.stands_after_sleep(mover)
         self.let_it_drive(self.by_hand)
         mover.end()
-
         controller = self.start('turtlebot_controller.py')
         controller.wait_for('and Enter', STARTING)
         self.wait_until_heard(self.turns)
         self.wait_until_hears('controller', 'imu')
         self.let_it_drive(lambda: self.turns.publish(3600.0))
-        controller.send(signal.SIGSTOP)
-        self.let_pass(TOO_LONG)
-        controller.send(signal.SIGCONT)
-        self.stands_after_sleep()
-        controller.wait_for('this node did not run for')
+        self.stands_after_sleep(controller)
 
     def test_ctrl_z_stops_the_robot_before_it_stops_the_process(self):
         mover = self.move_to_goal()
         self.let_it_drive(self.by_hand)
         asked = rospy.get_time()
         mover.send(signal.SIGTSTP)
-        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
-        zero = self.seen.all('cmd_vel')[-1][0]
-        self.assertLess(zero - asked, PROMPT + self.hiccups.since(asked, zero))
+        self.zero_since(asked, PROMPT)
         self.is_stopped(asked)
         mover.send(signal.SIGCONT)         # soon enough: it goes on
         self.seen.wait_for('cmd_vel', lambda command: command != ZERO)
@@ -287,7 +247,7 @@ class StopsTest(NodeCase):
             terminal, process = run_in_terminal(executable)
             self.addCleanup(process.kill)
             if executable == 'move2goal_tf.py':
-                self.wait_until_heard(self.hand)
+                self.wait_until_heard(self.control)
                 self.closed_send_goal_cancels()
                 self.let_it_drive(self.drive_far)
             else:
@@ -306,8 +266,9 @@ class StopsTest(NodeCase):
         self.assertTrue(select.select([terminal], [], [], STARTING)[0], 'it tells no progress')
         closed = rospy.get_time()
         os.close(terminal)
-        self.assertIn(process.wait(STARTING), (1, 120))    # Python's own, of a text that cannot be written
-        self.seen.wait_for('goal_state', lambda state: state == 'gave up: canceled')
+        # Python's own status, of a text that cannot be written
+        self.assertIn(process.wait(STARTING), (1, 120))
+        self.wait_for_state('gave up: canceled')
         self.is_stopped(closed)
 
     def test_a_terminal_that_takes_no_text_stops_nobody(self):
@@ -344,5 +305,4 @@ def run_in_terminal(executable, *arguments):
 
 
 if __name__ == '__main__':
-    rospy.init_node('stops_test')
-    rostest.rosrun('tb3_labs', 'stops', StopsTest)
+    run_as_node('stops', StopsTest)

@@ -11,11 +11,9 @@ import subprocess
 import rospy
 from std_msgs.msg import Float64
 
-from node_case import STARTING, ZERO, Hiccups, NodeCase, watch_robot
-from rosunit_internals import rosrun
+from node_case import STARTING, ZERO, NodeCase, run_as_node
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.conversions import to_mouse
-from tb3_labs.ros.program import Observer
 from virtual_screen import VirtualScreen
 
 WIDTH, HEIGHT = 800, 600
@@ -25,8 +23,7 @@ class TurnTest(NodeCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.seen, cls.hiccups = Observer(), Hiccups()
-        watch_robot(cls.seen)
+        super().setUpClass()
         cls.seen.watch('mouse_info', MouseController, to_mouse)
         cls.seen.watch('bad/mouse_info', MouseController)
         cls.turn = rospy.Publisher('turn', Float64, queue_size=5)
@@ -260,5 +257,4 @@ class TurnTest(NodeCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('turn_test')
-    rosrun('turn', TurnTest)
+    run_as_node('turn', TurnTest)

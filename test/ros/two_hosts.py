@@ -1,10 +1,9 @@
 #!/usr/bin/env python3
 """Two hosts on one machine: network namespaces, joined by a third one that can be cut.
 
-Needs root and iproute2. Processes and threads that are started inside ``with hosts.on('robot'):``
-are on that host.
+Needs root and iproute2. A process is on a host if its command follows :meth:`TwoHosts.prefix`, with
+that host's environment; a running one :meth:`TwoHosts.enter` s it.
 """
-import contextlib
 import ctypes
 import os
 import subprocess
@@ -12,7 +11,6 @@ import subprocess
 HOSTS = {'robot': '10.77.1', 'laptop': '10.77.2'}
 CLONE_NEWNET = 0x40000000
 PREFIX = 'tb3labs-{}-'.format(os.getpid())
-_libc = ctypes.CDLL(None, use_errno=True)
 
 
 class TwoHosts:
@@ -51,28 +49,24 @@ class TwoHosts:
         return {'ROS_IP': self.address(name), 'ROS_HOSTNAME': self.address(name),
                 'ROS_MASTER_URI': 'http://{}:11311'.format(self.address('laptop'))}
 
-    @contextlib.contextmanager
-    def on(self, name):
-        """Be on that host, with its environment."""
-        before = os.open('/proc/thread-self/ns/net', os.O_RDONLY)
-        environment = {key: os.environ.get(key) for key in self.environment(name)}
+    @staticmethod
+    def prefix(name):
+        """The words in front of a command that runs on that host."""
+        return ['ip', 'netns', 'exec', PREFIX + name]
+
+    def enter(self, name):
+        """This thread, and those that it starts, are on that host from now on."""
         os.environ.update(self.environment(name))
-        _enter('/run/netns/' + PREFIX + name)
-        try:
-            yield
-        finally:
-            _check(_libc.setns(before, CLONE_NEWNET))
-            os.close(before)
-            for key, value in environment.items():
-                os.environ.pop(key)
-                if value is not None:
-                    os.environ[key] = value
+        libc = ctypes.CDLL(None, use_errno=True)
+        with open('/run/netns/' + PREFIX + name) as host:
+            if libc.setns(host.fileno(), CLONE_NEWNET):
+                raise OSError(ctypes.get_errno(), 'setns: ' + os.strerror(ctypes.get_errno()))
 
     @staticmethod
     def connect(yes):
         """Cut the connection between the two, or restore it."""
-        subprocess.check_call(['ip', 'netns', 'exec', PREFIX + 'lab', 'sh', '-c',
-                               'echo {:d} > /proc/sys/net/ipv4/ip_forward'.format(yes)])
+        subprocess.check_call(TwoHosts.prefix('lab') + [
+            'sh', '-c', 'echo {:d} > /proc/sys/net/ipv4/ip_forward'.format(yes)])
 
     @staticmethod
     def remove():
@@ -84,16 +78,3 @@ class TwoHosts:
 def _ip(commands, *arguments):
     for command in commands.format(PREFIX, *arguments).split(';'):
         subprocess.check_call(['ip'] + command.split())
-
-
-def _enter(path):
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        _check(_libc.setns(descriptor, CLONE_NEWNET))
-    finally:
-        os.close(descriptor)
-
-
-def _check(result):
-    if result:
-        raise OSError(ctypes.get_errno(), 'setns: ' + os.strerror(ctypes.get_errno()))

@@ -17,10 +17,8 @@ from geometry_msgs.msg import PoseStamped, Twist
 from rosgraph_msgs.msg import Log
 from std_msgs.msg import Bool, String
 
-from node_case import Program, watch_robot
-from rosunit_internals import rosrun
+from node_case import NodeCase, Program, run_as_node
 from tb3_labs.ros.conversions import to_pose2, to_twist
-from tb3_labs.ros.program import Observer
 from virtual_screen import VirtualScreen
 
 WHEEL_RADIUS, BODY_RADIUS = 0.033, 0.105    # of a Burger [m]
@@ -68,12 +66,11 @@ class View:
             self.screen.close()
 
 
-class ViewTest(unittest.TestCase):
+class ViewTest(NodeCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.seen = Observer()
-        watch_robot(cls.seen)
+        super().setUpClass()
         cls.seen.watch('goal_state', String, lambda message: message.data)
         cls.seen.watch('robot3/ground_truth', PoseStamped, lambda message: to_pose2(message.pose))
         cls.seen.watch('/rosout', Log)
@@ -171,5 +168,4 @@ class ViewTest(unittest.TestCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('view_test')
-    rosrun('view', ViewTest)
+    run_as_node('view', ViewTest)

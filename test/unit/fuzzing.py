@@ -30,32 +30,15 @@ NASTY = (0.0, -0.0, 1.0, -1.0, math.pi, -math.pi, math.nan, math.inf, -math.inf,
 MOUSE = 0.5
 
 
-class Chance:
-    """Numbers from a random generator."""
-
-    def __init__(self, seed):
-        self.below = random.Random(seed).randrange
+class Chance(random.Random):
+    """Random numbers, some of which are extreme or invalid."""
 
     def yes(self, one_in):
-        return self.below(one_in) == 0
-
-    def choice(self, values):
-        return values[self.below(len(values))]
-
-    def uniform(self, low, high):
-        return low + (high - low) * self.below(1 << 20) / (1 << 20)
+        return self.randrange(one_in) == 0
 
     def number(self, sane):
         """A number: `sane`, or an extreme or invalid one."""
         return self.choice(NASTY) if self.yes(40) else sane
-
-
-class Stamp:
-    def __init__(self, seconds):
-        self._seconds = seconds
-
-    def to_sec(self):
-        return self._seconds
 
 
 class Fuzz:
@@ -94,8 +77,8 @@ class Fuzz:
                                z=number(math.sin(half)))
 
     def header(self):
-        return SimpleNamespace(stamp=Stamp(max(0.0, self.chance.number(self.now + self.ahead))
-                                           if not self.chance.yes(50) else 0.0))
+        stamp = 0.0 if self.chance.yes(50) else max(0.0, self.chance.number(self.now + self.ahead))
+        return SimpleNamespace(stamp=SimpleNamespace(to_sec=lambda: stamp))
 
     def imu(self):
         self.yaw = math.remainder(self.yaw + 0.005 * self.angular, 2.0 * math.pi)
@@ -130,7 +113,7 @@ class Fuzz:
     def joy(self):
         axes = [self.chance.number(self.chance.uniform(-1.0, 1.0) if self.chance.yes(2) else 0.0)
                 for _ in range(self.chance.choice((8, 8, 8, 8, 2, 0)))]
-        buttons = [self.chance.below(2) if self.chance.yes(4) else 0
+        buttons = [self.chance.randrange(2) if self.chance.yes(4) else 0
                    for _ in range(self.chance.choice((11, 11, 11, 1)))]
         read(self.pad.on_joy, axes, buttons, self.steady, self.header().stamp.to_sec())
         self.pad.take_reset()

@@ -1,4 +1,4 @@
-"""All short stories of stops and givings; longer ones: exhaust.py itself, and all defects: defects.py."""
+"""All short stories of stops and givings. Longer ones: exhaust.py; all defects: defects.py."""
 import pytest
 
 from defects import look_for
@@ -8,7 +8,8 @@ from played_worlds import LatePad, MouseAndTurns, OnePad, Senders, TwoPads
 
 
 @pytest.mark.parametrize('kind, depth', [
-    (Senders, 2), (OnePad, 2), (LatePad, 2), (TwoPads, 2), (TwoPages, 2), (LatePages, 3), (MouseAndTurns, 2)])
+    (Senders, 2), (OnePad, 2), (LatePad, 2), (TwoPads, 2), (TwoPages, 2), (LatePages, 3),
+    (MouseAndTurns, 2)])
 def test_no_story_of_so_many_events_moves_a_robot_against_the_rule(kind, depth):
     found = search(kind, depth=depth)
     assert not found.story, told(found)
