@@ -41,6 +41,7 @@ from tb3_labs.ros.control_and_reset import call_reset, hear_takers
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.node import end, guarded, read_config, read_model, run
 from tb3_labs.ros.program import Observer
+from tb3_labs.ros.rospy_internals import heard_by
 
 #: Longest wait for the robot and the nodes at the start [s].
 START_TIMEOUT = 30.0
@@ -105,11 +106,12 @@ class Demo:
         if self._config.pad:
             self._observer.watch('control_holder', String)
             self._observer.wait_for('control_holder', seconds=START_TIMEOUT)
-        if not comes_to_hear('move_to_goal', ['ctrl_relinq'], START_TIMEOUT):
+        mover = rospy.resolve_name('move_to_goal')
+        if not wait_until(lambda: mover in heard_by(self._control), START_TIMEOUT):
             raise RuntimeError('move_to_goal does not listen on ctrl_relinq')
         self._observer.wait_for('has_control', seconds=START_TIMEOUT)
         self._taken.clear()    # the first message of the node gamepad takes control
-        if self._config.record and not comes_to_hear('record', RECORDED, RECORDER_TIMEOUT):
+        if self._config.record and not wait_until(recorder_hears, RECORDER_TIMEOUT):
             rospy.logwarn('The recorder does not listen: the recording will be incomplete')
 
     def _drive(self, number):
@@ -165,15 +167,13 @@ class Demo:
             end('' if good else 'a drive ended outside the tolerance')
 
 
-def comes_to_hear(node, topics, seconds):
-    """Wait until `node` is connected to all publishers of each of `topics`. Returns False if it is
-    not connected after `seconds` of wall time."""
-    return wait_until(lambda: all(_hears(node, topic) for topic in topics), seconds)
+def recorder_hears():
+    """Is the node record connected to all that publish the topics RECORDED?"""
+    return all(_is_recorded(topic) for topic in RECORDED)
 
 
-def _hears(node, topic):
-    """Is `node` connected to all publishers of `topic`, and is there one?"""
-    link = [rospy.resolve_name(node), 'o', 'TCPROS', rospy.resolve_name(topic)]
+def _is_recorded(topic):
+    link = [rospy.resolve_name('record'), 'o', 'TCPROS', rospy.resolve_name(topic)]
     master = rosgraph.Master(rospy.get_name())
     publishers = dict(master.getSystemState()[0]).get(link[-1], [])
     try:

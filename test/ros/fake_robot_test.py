@@ -5,7 +5,6 @@ import unittest
 
 import rospy
 import rostest
-from dynamic_reconfigure import DynamicReconfigureCallbackException
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
@@ -64,7 +63,7 @@ class FakeRobotTest(unittest.TestCase):
     def stamps(self, topic):
         return [message.header.stamp.to_sec() for message in self.heard[topic]]
 
-    def test_frames_are_in_the_namespace(self):
+    def test_frames_are_in_the_namespace_and_the_imu_is_level(self):
         self.assertEqual(self.last('imu').header.frame_id, 'robot3/imu_link')
         odom, transform = self.last('odom'), self.last('/tf').transforms[0]
         for message in odom, transform:
@@ -72,13 +71,7 @@ class FakeRobotTest(unittest.TestCase):
             self.assertEqual(message.child_frame_id, 'robot3/base_footprint')
         self.assertEqual(self.last('ground_truth').header.frame_id, 'world')
         self.assertEqual(self.last('joint_states').name, ['wheel_left_joint', 'wheel_right_joint'])
-
-    def test_imu_is_level_and_its_covariances_are_known(self):
-        message = self.last('imu')
-        self.assertAlmostEqual(message.linear_acceleration.z, 9.81, delta=0.01)
-        for covariance in (message.orientation_covariance, message.angular_velocity_covariance,
-                           message.linear_acceleration_covariance):
-            self.assertTrue(all(covariance[k] > 0.0 for k in (0, 4, 8)))
+        self.assertAlmostEqual(self.last('imu').linear_acceleration.z, 9.81, delta=0.01)
 
     def test_tf_is_the_odometry(self):
         def both():
@@ -145,14 +138,6 @@ class FakeRobotTest(unittest.TestCase):
         finally:
             self.live.update_configuration({'imu_silent': False, 'odom_silent': False})
         self.wait('the next one', lambda: len(new[NEWEST_ONLY]()) > 1)
-
-    def test_a_bad_setting_is_refused_and_changes_nothing(self):
-        with self.assertRaises(DynamicReconfigureCallbackException):
-            self.live.update_configuration({'slip': 7.0, 'imu_silent': True})
-        last = self.stamps('imu')[-1]
-        self.wait('imu', lambda: self.stamps('imu')[-1] > last + 0.5)
-        self.assertEqual(self.live.get_configuration(DEADLINE)['slip'], 0.0)
-
 
 if __name__ == '__main__':
     rospy.init_node('fake_robot_test')

@@ -7,7 +7,6 @@ import rospy
 import rostest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Twist
-from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String
 
 from node_case import STARTING, ZERO, Hiccups, Node, NodeCase, watch_robot
@@ -159,10 +158,6 @@ class GamepadTest(NodeCase):
         self.assert_silence()
         self.thumb.plugged = True          # its stick still held
         self.assert_silence()
-        self.thumb.sticks(0.0, 0.0)
-        self.seen.wait_for('control_holder', lambda holder: holder == 'gamepad')
-        self.thumb.sticks(0.5, 0.0)
-        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.05)
 
     def test_a_pad_lost_while_move_to_goal_drives(self):
         self.reset()
@@ -203,17 +198,6 @@ class GamepadTest(NodeCase):
         self.let_it_drive()
         self.thumb.press(B)
         self.wait_for_state('waiting for control')
-
-    def test_messages_of_another_pad_are_a_warning(self):
-        self.thumb.plugged = False
-        short = rospy.Publisher('joy', Joy, queue_size=1)
-        self.addCleanup(short.unregister)
-        self.wait_until_heard(short)
-        for _ in range(5):
-            short.publish(Joy(axes=[1.0], buttons=[1]))
-        self.wait_until_said('1 axes and 1 buttons, where the parameters need 4 and 3')
-        self.assertNotIn('Traceback', self.pad.text)
-        self.assertEqual(self.said('invalid message on joy'), 1)
 
     def test_presses_during_a_call_are_one_more_call(self):
         """Without a service a call takes a second."""

@@ -25,21 +25,21 @@ def test_sticks_are_even_from_the_edge_of_their_dead_zone(position, speed):
     assert state.at_rest is (abs(position) <= 0.1)
 
 
-def test_buttons_by_the_handouts_numbers():
-    assert read_pad(AXES, [1, 0, 0], CONFIG) == PadState(relinquish=True)
-    assert read_pad(AXES, [0, 1, 0], CONFIG) == PadState(regain=True)
-    assert read_pad(AXES, [0, 0, 1], CONFIG) == PadState(reset=True)
+OTHER = PadConfig(linear_axis=4, angular_axis=0, reset_button=7, hold_button=5)
 
 
-def test_another_pads_numbers():
-    other = PadConfig(linear_axis=4, angular_axis=0, reset_button=7, hold_button=5)
-    state = read_pad([1.0, 0.0, 0.0, 0.0, -1.0], [0, 0, 0, 0, 0, 1, 0, 1], other)
-    assert state == PadState(-1.0, 1.0, reset=True, hold=True)
-    assert PadConfig(hold_button=0).has_hold and not CONFIG.has_hold
+@pytest.mark.parametrize('config, values, buttons, state', [
+    (CONFIG, AXES, [1, 0, 0], PadState(relinquish=True)),
+    (CONFIG, AXES, [0, 1, 0], PadState(regain=True)),
+    (CONFIG, AXES, [0, 0, 1], PadState(reset=True)),
+    (OTHER, [1.0, 0.0, 0.0, 0.0, -1.0], [0, 0, 0, 0, 0, 1, 0, 1],
+     PadState(-1.0, 1.0, reset=True, hold=True))])
+def test_the_handouts_numbers_and_those_of_another_pad(config, values, buttons, state):
+    assert read_pad(values, buttons, config) == state
 
 
 @pytest.mark.parametrize('values, buttons', [
-    ([], []), ([0.0] * 3, BUTTONS), (AXES, [0, 0]), ([0.0] * 8, [])])
+    ([], []), ([0.0] * 3, BUTTONS), (AXES, [0, 0])])
 def test_a_pad_with_too_few_of_them_is_refused(values, buttons):
     with pytest.raises(ValueError, match='need 4 and 3: another kind of pad'):
         read_pad(values, buttons, CONFIG)

@@ -1,11 +1,10 @@
 """The one way in which this package drives and stops a robot.
 
-A node that drives publishes commands. When it stops, for any reason, it publishes exactly one zero
-and is then silent, so that another node may drive. The zero is also sent when the node shuts down
-(Ctrl+C, SIGTERM, a closed terminal, an exception that ended it), when the process is stopped by
-Ctrl+Z, and when the node's clock stands still. A process that ends, or is stopped, waits until the
-zero is written to each subscriber. The Watchdog wakes the node while its sensors are silent, and
-Rivals names other nodes that drive the same robot.
+When a node that drives stops, for any reason, it publishes exactly one zero and is then silent, so
+that another node may drive. The zero is also sent when the node shuts down (Ctrl+C, SIGTERM, a
+closed terminal, an exception that ended it), when the process is stopped by Ctrl+Z, and when the
+node's clock stands still. A process that ends, or is stopped, waits until the zero is written to
+each subscriber.
 """
 import math
 import threading
@@ -87,7 +86,7 @@ class CmdVel:
             self._stop()
 
     def _stop(self):
-        """Do what :meth:`stop` does; the caller holds the lock. Returns True if a zero was sent."""
+        """As :meth:`stop`; the caller holds the lock. Returns True if a zero was sent."""
         was_driving = self._driving_since is not None
         if was_driving:
             self._driving_since = None
@@ -115,10 +114,8 @@ class CmdVel:
 
 
 class Watchdog:
-    """Calls `check()`, guarded, in a thread of its own.
-
-    While the watchdog is awake and not fed, it checks every CHECK_PERIOD; while it is not awake,
-    every IDLE_PERIOD.
+    """Calls `check()`, guarded, in a thread of its own: every CHECK_PERIOD while the watchdog is
+    awake and not fed, every IDLE_PERIOD while it is not awake.
 
     The thread begins with the first call of :meth:`keep`. A rospy.Timer would stop with the
     simulated clock, just when the check is needed.

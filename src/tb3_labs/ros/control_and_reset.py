@@ -30,7 +30,7 @@ COVARIANCE = 36 * [0.1]
 
 
 class ControlGiver:
-    """The sender's end: it gives control, renews it and takes it. The gamepad uses it.
+    """A sender's end: it gives control, renews it and takes it.
 
     `prefix` is the robot's namespace with a slash, such as robot3/; '' means this node's own.
     """
@@ -76,7 +76,7 @@ def hear_takers(on_taken):
 
 
 class ControlTaker:
-    """move_to_goal's end: hears the permissions of all senders, and says whether it has control."""
+    """move_to_goal's end: hears all senders, and says whether it has control."""
 
     def __init__(self):
         self._has_control = None

@@ -66,11 +66,11 @@ class SourceReport:
 
 
 class Traffic:
-    """The rate of messages on a topic, including those that are dropped unread.
+    """The rate of messages on a topic, including those that are dropped unread: the bytes that
+    rospy receives on the topic's connections, divided by the size of the first message.
 
-    It is the rate of the bytes that rospy receives on the topic's connections, divided by the size
-    of the first message. Make this object after the node's own subscriber: both share the
-    connections, and the first subscriber decides how to connect.
+    Make this object after the node's own subscriber: both share the connections, and the first
+    subscriber decides how to connect.
     """
 
     def __init__(self, topic, kind):

@@ -54,10 +54,9 @@ class GoalInterfaces:
 
     `set_goal(header, pose)` takes a goal and returns the object by which its end is reported here,
     or raises ``ValueError`` with the reason of a refusal. `cancel()` gives up the present goal.
-    Both are called with this object's lock held. They must not wait, since a cancel needs that
-    lock. Report only while you hold no lock of your own. `await_frame(header)` is called before
-    `set_goal`, without the lock. It may wait until the frame of a goal is known, and returns
-    True if it waited.
+    Both are called with this object's lock held, and must not wait, since a cancel needs that lock.
+    Report only while you hold no lock of your own. `await_frame(header)` is called before
+    `set_goal`, without the lock: PoseFrames.await_frame.
 
     A message on `move2goal/cancel` ends the goal with its id, or all goals up to its stamp, or any
     goal if it has neither. It also ends goals that actionlib does not know: a goal of the other
@@ -134,7 +133,7 @@ class GoalInterfaces:
         self._id = handle.get_goal_id() if handle is not None else GoalID(stamp=rospy.Time.now())
 
     def _on_cancel(self, handle):
-        """actionlib calls this for a goal that is to be cancelled."""
+        """actionlib calls this for a goal to be cancelled."""
         if handle == self._handle:
             self._cancel_all()
 
@@ -162,9 +161,9 @@ class GoalInterfaces:
 class PoseFrames:
     """Turns a stamped pose into a Pose2 in ``local``.
 
-    Nearly all poses come in `local` or `odom`. A pose in another frame needs tf; the node
-    subscribes to tf when the first such pose comes. So :meth:`await_frame` waits for tf, and for
-    the master. :meth:`to_local` never waits, and may be called with locks held.
+    Nearly all poses come in `local` or `odom`. The node subscribes to tf when the first pose in
+    another frame comes: :meth:`await_frame` waits for tf, and for the master. :meth:`to_local`
+    never waits, and may be called with locks held.
     """
 
     def __init__(self, local, odom):
@@ -222,13 +221,12 @@ class PoseFrames:
 class Resets:
     """Offers `reset_pose`, `set_pose` and `initialpose`, and carries them out by a MoveToGoalCore.
 
-    A reset waits in the core for samples of the moment at which it was asked for. Then the
-    localizer declares the frame.
+    A reset waits in the core for samples of the moment at which it was asked for.
     """
 
     def __init__(self, core, changed, frames, forget_path):
-        """`changed`: the Condition that guards `core`. `frames`: the PoseFrames.
-        ``forget_path()`` is called with each new frame."""
+        """`changed`: the Condition that guards `core`. ``forget_path()`` is called with each new
+        frame."""
         self._core = core
         self._changed = changed
         self._frames = frames

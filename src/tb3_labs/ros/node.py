@@ -1,10 +1,9 @@
 """Start, parameters, signals, failure and end of every node of this package.
 
-Names, defaults, units and bounds of parameters are defined only in the fields of the core's
-configurations. An unknown name or an invalid value ends the node with one fatal line and exit
-status 1; its roslaunch ends, too. An exception inside a callback ends the node as
-well: rospy alone would print a traceback and let the robot drive on with its last command. The
-shutdown hook of :mod:`tb3_labs.ros.cmd_vel` sends the last zero velocity.
+An unknown parameter or an invalid value ends the node with one fatal line and exit status 1; its
+roslaunch ends, too. An exception inside a callback ends the node as well: rospy alone would print a
+traceback and let the robot drive on with its last command. The shutdown hook of
+:mod:`tb3_labs.ros.cmd_vel` sends the last zero velocity.
 
 Three signals end a node; Ctrl+Z stops the robot before it stops the process. rospy's own signal
 handlers interrupt the main thread at any point to shut down, and hang if it holds one of rospy's
@@ -66,7 +65,7 @@ _sleepers = []    # (function to call before the process is stopped, function to
 def run(name, make_node):
     """Initialise node `name`, build it by ``make_node()``, wait for the end; exits the process.
 
-    `make_node` is a class of the node's script. With --help that script's docstring is printed.
+    With --help the docstring of the script of the class `make_node` is printed.
     """
     if set(rospy.myargv()[1:]) & {'-h', '--help'}:
         print(make_node.__init__.__globals__['__doc__'].strip())

@@ -32,13 +32,12 @@ NEXT_LINE = 10.0
 
 
 def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_for=None):
-    """Returns a guarded subscriber of the latest message. If several messages come at once, it gets
-    the latest `queue_size` of them; with None it gets all.
+    """Returns a guarded subscriber. Of several messages that come at once it gets the latest
+    `queue_size`; with None it gets all. The others are dropped, and not even deserialised.
 
     `read` turns the message into the argument of `callback`. If it raises ``ValueError``, the
     message is dropped with one warning a second, and counted by `source`, the freshness.Freshness
-    of this topic. With queue_size=1 the receive buffer is large: when the node is late, old
-    messages are dropped, and not even deserialised.
+    of this topic.
 
     `idle_for(now)` [s], if given, lets the node read the topic in the rhythm of its steps, see
     :mod:`tb3_labs.control.pace`. With simulated time, whose pace is unknown, every message is
@@ -105,7 +104,7 @@ def subscribe_events(topic, kind, callback, read=None):
 
 
 def subscribe_news(topic, kind, callback, queue_size=None):
-    """Returns a guarded subscriber of every message that is not doubtful, see :func:`only_news`."""
+    """Returns a guarded subscriber of the messages that :func:`only_news` lets through."""
     return subscribe(topic, kind, only_news(topic, callback), queue_size=queue_size)
 
 
