@@ -34,7 +34,7 @@ from std_msgs.msg import Bool, String
 
 from tb3_labs.control.goal import DriveConfig, is_over, least_time
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.demo import BEGUN, DemoConfig, DemoDrive, table
+from tb3_labs.nodes.demo import BEGUN, LONGEST_DRIVE, DemoConfig, DemoDrive, table
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.console import say
 from tb3_labs.ros.control_and_reset import call_reset, hear_takers
@@ -124,7 +124,7 @@ class Demo:
             call_reset(0.0, 0.0, 0.0)
         self._give_control()
         begun, _ = self._first(lambda state: state == BEGUN, START_TIMEOUT)
-        ended, state = self._first(is_over, self._config.timeout)
+        ended, state = self._first(is_over, LONGEST_DRIVE)
         observer.wait_for_rest('ground_truth')
         goal = observer.latest('current_goal')
         bound = least_time(Pose2(), goal, self._model, self._law.max_linear,
@@ -159,11 +159,11 @@ class Demo:
 
     def _tell(self, drives):
         """Print the table, and end or stay."""
-        good = all(drive.is_good(self._config) for drive in drives)
-        say(table(drives, self._config))
+        say(table(drives))
         if self._config.stay:
             say(WHAT_NEXT)
         else:
+            good = all(drive.is_good for drive in drives)
             end('' if good else 'a drive ended outside the tolerance')
 
 

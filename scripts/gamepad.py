@@ -38,8 +38,8 @@ from tb3_labs.ros.console import log_news
 from tb3_labs.ros.control_and_reset import ControlGiver, call_reset, hear_takers
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
 from tb3_labs.ros.node import guarded, read_config, read_model, run, when_stopped
-from tb3_labs.ros.rospy_internals import is_ending, is_wall_time
-from tb3_labs.ros.topics import subscribe
+from tb3_labs.ros.rospy_internals import is_ending
+from tb3_labs.ros.topics import sent_at, subscribe
 
 #: If no node publishes joy within this time, a warning is logged [s].
 PAD_WAIT = 3.0
@@ -53,8 +53,6 @@ class Gamepad:
         self._core = GamepadCore(read_config(PadConfig), model)
         self._lock = threading.RLock()    # guards the core, and the order of publications
         self._holder = None
-        # simulated time has an unknown pace: its stamps do not show how late a message is
-        self._tells_time = is_wall_time()
         self._control = ControlGiver()
         self._holders = rospy.Publisher('control_holder', String, queue_size=20, latch=True)
         self._resets = ResetClient()
@@ -75,9 +73,8 @@ class Gamepad:
         Diagnostics(model.name, self._diagnose)
 
     def _read_joy(self, message):
-        stamp = message.header.stamp.to_sec() if self._tells_time else 0.0
         with self._lock:
-            self._core.on_joy(message.axes, message.buttons, steady_time(), stamp)
+            self._core.on_joy(message.axes, message.buttons, steady_time(), sent_at(message))
             self._tick()
 
     def _on_joy(self, _):

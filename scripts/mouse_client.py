@@ -143,8 +143,7 @@ def _libraries():
 
 
 def _end_quietly(thread):
-    """Print no traceback when `thread` dies with its display: :meth:`Pointer.position` reports it.
-    """
+    """Print no traceback when `thread` dies with its display, which Pointer.position reports."""
     report = threading.excepthook
     threading.excepthook = lambda died: died.thread is thread or report(died)
 

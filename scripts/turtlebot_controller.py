@@ -43,9 +43,9 @@ from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
 from tb3_labs.ros.launch import end_roslaunch
 from tb3_labs.ros.node import end, guarded, read_config, read_model, run
 from tb3_labs.ros.dynparam import LiveSettings
-from tb3_labs.ros.rospy_internals import connection_of, is_wall_time
+from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.ros.topics import (
-    say_what_is_awaited, subscribe, subscribe_news, subscribe_wheels)
+    say_what_is_awaited, sent_at, subscribe, subscribe_news, subscribe_wheels)
 from tb3_labs.supervision.arbitration import Driver
 
 #: A turn that is asked for before the robot is connected waits this long for the robot [s].
@@ -103,11 +103,10 @@ class Controller:
             return self._core.idle_for(now)
 
     def _on_mouse(self, heard):
+        message, mouse = heard
         with self._lock:
-            message, mouse = heard
-            # simulated time has an unknown pace: its stamps do not show how late a message is
-            stamp = message.header.stamp.to_sec() if is_wall_time() else 0.0
-            self._core.on_mouse(*mouse, steady_time(), connection_of(message)['callerid'], stamp)
+            self._core.on_mouse(*mouse, steady_time(), connection_of(message)['callerid'],
+                                sent_at(message))
         self._tick()
         self._watchdog.feed()
 

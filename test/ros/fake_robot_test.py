@@ -9,7 +9,6 @@ from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
-from std_msgs.msg import Empty
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.ros.conversions import to_twist
@@ -29,13 +28,11 @@ class FakeRobotTest(unittest.TestCase):
             rospy.Subscriber(topic, kind, cls.heard[topic].append,
                              queue_size=1 if topic == NEWEST_ONLY else 1000)
         cls.commands = rospy.Publisher('cmd_vel', Twist, queue_size=1)
-        cls.resets = rospy.Publisher('reset', Empty, queue_size=1)
         cls.live = Client('turtlebot3', timeout=DEADLINE)
 
     def setUp(self):
         self.wait('all topics', lambda: all(self.heard.values()))
-        self.wait('the robot listens', lambda: self.commands.get_num_connections()
-                  and self.resets.get_num_connections())
+        self.wait('the robot listens', self.commands.get_num_connections)
         self.wait_for_rest()
 
     def wait(self, what, condition):
@@ -82,16 +79,6 @@ class FakeRobotTest(unittest.TestCase):
         odom, transforms = both()
         self.assertEqual(transforms[0].transform.rotation, odom.pose.pose.orientation)
         self.assertEqual(transforms[0].transform.translation.x, odom.pose.pose.position.x)
-
-    def test_a_reset_zeroes_the_odometry_after_a_pause(self):
-        self.move(to_twist(0.1, 0.3), 0.05)
-        seen = len(self.heard['odom'])
-        self.resets.publish(Empty())
-        self.wait('zero', lambda: abs(self.last('odom').pose.pose.position.x) < 1e-6
-                  and abs(self.last('odom').pose.pose.position.y) < 1e-6)
-        pause = self.stamps('odom')[seen - 1:]
-        longest = max(b - a for a, b in zip(pause, pause[1:]))
-        self.assertAlmostEqual(longest, 512 / 200, delta=0.1)
 
     def test_wheels_are_those_of_the_odometry_however_late_it_is(self):
         self.live.update_configuration({'sensor_latency': 0.3})

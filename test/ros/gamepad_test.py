@@ -146,19 +146,6 @@ class GamepadTest(NodeCase):
         self.assertTrue(late.wait_for('ctrl_relinq', seconds=5.0))
         self.thumb.press(B)
 
-    def test_a_pad_lost_while_it_drives(self):
-        self.seen.forget('cmd_vel')
-        self.thumb.sticks(0.5, 0.0)
-        self.seen.wait_for('cmd_vel')
-        lost = rospy.get_time()
-        self.thumb.plugged = False
-        self.wait_until_said('No joy for')
-        self.assert_stopped(lost, 0.35)
-        self.seen.wait_for('control_holder', lambda holder: holder == 'nobody')
-        self.assert_silence()
-        self.thumb.plugged = True          # its stick still held
-        self.assert_silence()
-
     def test_a_pad_lost_while_move_to_goal_drives(self):
         self.reset()
         self.let_it_drive()
@@ -231,6 +218,7 @@ class GamepadTest(NodeCase):
         student = self.start('student_nodes/gamepad.py')
         self.seen.forget('cmd_vel')
         self.seen.wait_for('cmd_vel', seconds=STARTING)    # it repeats zeros
+        rospy.wait_for_service('reset_pose', STARTING)     # the test before may have ended its node
         rospy.ServiceProxy('reset_pose', ResetPose)(5.0, 5.0, 90.0)
         self.seen.wait_for('local_pose', lambda pose: pose.x > 4.9)
         self.thumb.press(Y)

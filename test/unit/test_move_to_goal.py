@@ -107,14 +107,6 @@ def test_a_reset_starts_the_drive_anew_in_the_new_frame():
     assert robot.status.state.value == 'ROTATE_TO_GOAL' and robot.status.attempt == 2
 
 
-def test_a_clock_that_goes_back_neither_drives_wild_nor_hangs():
-    robot = driving()
-    robot.now -= 50.0
-    commands = robot.run(1.0)
-    assert all(c is None or (math.isfinite(c.angular) and abs(c.angular) <= 1.5) for c in commands)
-    assert any(c is not None for c in commands)
-
-
 @pytest.mark.parametrize('odom_pose, words', [
     (Pose2(), 'set to zero'), (Pose2(4.0, 2.0, 0.3), 'jumped by 3.00 m')])
 def test_odometry_that_jumps_stops_the_drive_and_leaves_the_pose(odom_pose, words):

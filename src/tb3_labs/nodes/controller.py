@@ -1,6 +1,5 @@
-"""Everything that `controller` decides, without ROS: turns, the mouse, and the driver.
-
-The inputs and outputs are described in :mod:`tb3_labs.nodes`.
+"""Everything that `controller` decides: turns, the mouse, and the driver; see
+:mod:`tb3_labs.nodes`.
 
 Units: seconds on the receiver's clock (`now`), radians, m/s; turns are asked for in degrees.
 """
@@ -138,10 +137,10 @@ class ControllerCore:
                             'use it')
 
     def ask(self, degrees: float, now: float) -> None:
-        """Turn by `degrees`, left positive; ``ValueError`` with the reason of a refusal.
+        """Turn by `degrees`, left positive; to be called after :meth:`update`.
 
         During a turn the precise law moves its goal by `degrees`; the handout's law begins anew
-        from the present heading. To be called after :meth:`update`.
+        from the present heading.
         """
         angle = math.radians(degrees)
         extended = self._turn if self.driver is Driver.TURN and self._law.extends else None
@@ -157,9 +156,8 @@ class ControllerCore:
         self._happens(DriverEvent.TURN_ASKED)
 
     def update(self, now: float) -> None:
-        """Give up a turn if this process slept for long during it, and release a mouse that was
-        active and is lost. `now` as in :meth:`on_mouse`.
-        """
+        """Give up a turn if this process slept for long during it, and release a mouse that is
+        lost. `now` as in :meth:`on_mouse`."""
         self._sleep.update(now)
         if self._sleep.slept_for > RESUME_TIME and self.driver is Driver.TURN:
             self._happens(DriverEvent.TURN_OVER, self._sleep.in_words())

@@ -1,10 +1,9 @@
-"""Everything that `gamepad` decides, without ROS: the holder of the robot, and its command.
+"""Everything that `gamepad` decides: the holder of the robot, and its command; see
+:mod:`tb3_labs.nodes`.
 
 Every press of a button counts, also if several messages arrive together: the messages for
-`ctrl_relinq` are collected in order (GamepadCore.messages).
-
-B always sends False, for any holder of the robot. A sends True. The renewals of this True only keep
-the permission alive. A press of A that was delayed for long does not count.
+`ctrl_relinq` are collected in order (GamepadCore.messages). B always sends False, for any holder of
+the robot. A sends True, unless the press was delayed for long.
 
 A silent pad is lost if the robot depends on it: while a stick is off its middle, and while
 move_to_goal drives by its permission. joy_node sends only changes unless its autorepeat_rate is
@@ -46,10 +45,7 @@ class GamepadCore:
 
     def on_joy(self, axes: Sequence[float], buttons: Sequence[int], now: float,
                stamp: float = 0.0) -> None:
-        """Take in a message sent at `stamp` [s, sender's clock; 0: unknown].
-
-        ``ValueError`` if it is of another kind of pad.
-        """
+        """Take in a message, sent at `stamp` (0: unknown)."""
         self._look_at_clock(now)
         message = self._pad.hear(axes, buttons, now, stamp)
         state, before = message.state, message.before

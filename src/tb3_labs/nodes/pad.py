@@ -122,10 +122,7 @@ def _outside(dead_zone: float, position: float) -> float:
 
 class ControlMessages:
     """The messages of one pad for `ctrl_relinq`: True gives the robot to move_to_goal, False takes
-    it.
-
-    They are kept until the node takes them, since every press counts. The first one is False: a pad
-    that has just started gives nothing.
+    it. The first one is False: a pad that has just started gives nothing.
     """
 
     def __init__(self) -> None:
@@ -169,8 +166,6 @@ class ControlMessages:
         return now - self._given_at < CROSSING
 
     def too_late(self, now: float, lateness: float) -> bool:
-        """Is a press of A that was delayed by `lateness` [s] too late to count?
-
-        It is if it is too old, or if control was taken since.
+        """Is a press of A that was delayed by `lateness` [s] too old, or was control taken since?
         """
         return lateness > LONGEST_LAPSE or now - lateness < self.stopped_at

@@ -5,9 +5,8 @@
     time.monotonic()   deadlines of waits, pauses between warnings, the watchdog
     time.time()        only the moment at which the simulated robot's own time begins
 
-:func:`wait_until` checks a condition again and again. A program.Observer checks it when a message
-arrives. Periodic work has a thread that sleeps by the wall clock, since ``rospy.sleep`` and
-``rospy.Timer`` stop with a simulated clock.
+Periodic work has a thread that sleeps by the wall clock, since ``rospy.sleep`` and ``rospy.Timer``
+stop with a simulated clock.
 """
 import threading
 import time
@@ -47,7 +46,7 @@ def wait_until(condition, seconds, period=LOOK_PERIOD):
 
 
 def say_if_no_clock_comes():
-    """Start a thread that waits for /clock, and reports if it is missing. Every node calls this."""
+    """Start a thread that waits for /clock, and reports if it is missing."""
     if not is_wall_time():
         threading.Thread(target=_wait_for_clock, name='clock', daemon=True).start()
 

@@ -61,7 +61,7 @@ class ControlGiver:
             self._publisher.publish(word)
 
     def renew(self, now):
-        """Publish True again if RENEWAL [s] has passed since the last message, see :meth:`say`."""
+        """Say True again if RENEWAL [s] has passed since the last message."""
         if now - self._said_at >= RENEWAL:
             self.say(True, now)
 

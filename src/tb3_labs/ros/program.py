@@ -1,8 +1,4 @@
-"""Other programs, observed from outside: what they print, and what they publish.
-
-The marking and the tests run a node as a Program. The demonstration and the tests watch topics by
-an Observer.
-"""
+"""Other programs, observed from outside: what they print, and what they publish."""
 import os
 import pty
 import signal
@@ -192,8 +188,8 @@ class Observer:
             self._seen[topic].clear()
 
     def wait_for(self, topic, condition=lambda value: True, seconds=20.0):
-        """Wait until the latest value of `topic` fulfils `condition`, and return it. RuntimeError
-        after `seconds` of wall time."""
+        """Returns the latest value of `topic` as soon as it fulfils `condition`. RuntimeError after
+        `seconds` of wall time."""
         return self.wait_until(
             lambda: self._seen[topic] and condition(self._seen[topic][-1][1]),
             seconds, topic) and self.latest(topic)

@@ -79,6 +79,12 @@ def subscribe_wheels(callback):
     return subscribe('joint_states', JointState, hear, queue_size=None)
 
 
+def sent_at(message):
+    """The time at which a message was sent [s, sender's clock]; 0 with simulated time, whose unknown
+    pace does not show how late a message is."""
+    return message.header.stamp.to_sec() if is_wall_time() else 0.0
+
+
 class Event(NamedTuple):
     """A message with its sender and its connection."""
 
