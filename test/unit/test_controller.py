@@ -281,11 +281,12 @@ def test_a_lower_limit_in_mid_turn_holds_from_the_next_command_on(bench):
     assert math.degrees(bench.yaw - before) == pytest.approx(180.0, abs=0.5)
 
 
-def test_another_law_has_its_own_time_to_get_nearer(desk):
+def test_another_law_has_its_own_time_to_get_nearer_and_its_own_period(desk):
     desk.ask()
     desk.run(1.0)
-    desk.core.set_law(Told())
-    assert None not in desk.run(1.0)
+    desk.core.set_law(Told(period=0.2))
+    commands = desk.run(1.0)
+    assert None not in commands and len(commands) == pytest.approx(5, abs=1)
 
 
 def test_a_second_turn_before_rest_reports_both(desk):
