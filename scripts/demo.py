@@ -2,9 +2,8 @@
 """The Transformation lab's demonstration, judged by the simulated robot's true pose.
 
 The node gives control to move_to_goal, which drives to its goal. Then it declares the local frame
-anew at the robot's place, and the robot drives again. For each drive it prints the goal, the pose
-that was reached, and the true error. The exit status is 0 only if every drive ended within
-tolerance. demo.sh starts it beside demo.launch.
+anew at the robot's place, and the robot drives again. The exit status is 0 only if every drive
+ended within tolerance. demo.sh starts it beside demo.launch.
 
 Subscribes
     goal_state    std_msgs/String: the state of move_to_goal
@@ -134,11 +133,8 @@ class Demo:
                          bound)
 
     def _give_control(self):
-        """Give control until move_to_goal says that it has control.
-
-        A node that was slow to start does not take the first permission that it hears, which may be
-        old (see tb3_labs.supervision.permission). A person's stop is not undone.
-        """
+        """Give control until move_to_goal says that it has control. A node that was slow to start
+        does not take the first permission, which may be old. A person's stop is not undone."""
         deadline = time.monotonic() + START_TIMEOUT
         while not self._observer.latest('has_control') and not self._taken.is_set():
             if time.monotonic() > deadline:

@@ -32,7 +32,7 @@ from std_msgs.msg import Bool, String
 from tb3_labs.nodes.gamepad import GamepadCore
 from tb3_labs.nodes.pad import PAD_TIMEOUT
 from tb3_labs.nodes.pad_config import PadConfig
-from tb3_labs.ros.clocks import steady_time
+from tb3_labs.ros.clocks import remind, steady_time
 from tb3_labs.ros.cmd_vel import CmdVel, Rivals, Watchdog
 from tb3_labs.ros.console import log_news
 from tb3_labs.ros.control_and_reset import ControlGiver, call_reset, hear_takers
@@ -64,9 +64,7 @@ class Gamepad:
         self._tick()
         # every message is read: a press counts even if many messages arrive at once
         pads = subscribe('joy', Joy, self._on_joy, self._read_joy, self._core.joy, queue_size=None)
-        waiting = threading.Timer(PAD_WAIT, _say_if_nobody_sends, (pads,))
-        waiting.daemon = True
-        waiting.start()
+        remind(lambda: _say_if_nobody_sends(pads), PAD_WAIT)
         hear_takers(self._on_taken)
         subscribe('has_control', Bool, self._on_control, queue_size=None)
         self._sources = SourceReport((self._core.joy, 'joy', Joy, steady_time))

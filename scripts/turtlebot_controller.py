@@ -174,9 +174,9 @@ class Controller:
 class Keyboard:
     """Calls `on_line(text)` for each line typed or piped in, and `on_end()` once after the last.
 
-    A thread of its own waits for input, so that a callback does not wait. It works in a terminal,
-    in an xterm, under roslaunch (which gives its own terminal to its nodes), and from a pipe.
-    Without input (no terminal, or a job in the background) `on_end()` is called at once.
+    It works in a terminal, in an xterm, under roslaunch (which gives its own terminal to its
+    nodes), and from a pipe. Without input (no terminal, or a job in the background) `on_end()` is
+    called at once.
     """
 
     def __init__(self, on_line, on_end):

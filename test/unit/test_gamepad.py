@@ -116,6 +116,7 @@ def test_both_sticks_together_keep_each_wheel_within_its_limit(pad):
 
 def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
     assert pad.holder is GAMEPAD and not pad.controller.messages.gives and pad.said() == [False]
+    assert not pad.controller.take_reset()
     pad.press(A)
     assert pad.holder is GOAL and pad.controller.messages.gives and pad.said() == [True]
     pad.sticks = (1.0, 1.0)

@@ -120,7 +120,6 @@ class ControllerCore:
         was_active = self.mouse.active
         deactivated = self.mouse.heard(active, x, y, now, *details)
         if self.mouse.active:
-            self._mouse_told = False
             if not was_active:
                 self._news.tell('The mouse is active: it drives outside the middle of the screen; '
                                 'scroll up to stop')

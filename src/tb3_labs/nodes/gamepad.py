@@ -38,7 +38,7 @@ class GamepadCore:
         self._sleep = SleepWatch()
         self._silent_until = 0.0
         self._is_new = False         # something changed, so a command is due
-        self._resets = 0             # presses of the reset button that were not taken yet
+        self._reset_asked = False    # by a press that was not taken yet
         self._news = NewsDesk()
 
     # -- what comes in
@@ -58,7 +58,7 @@ class GamepadCore:
             self._happens(HolderEvent.READY, now)
         elif message.came_after_loss and self.holder is Holder.GAMEPAD:
             self._happens(HolderEvent.LOST, now)    # the loss is noticed only now
-        self._resets += state.reset and not before.reset
+        self._reset_asked = self._reset_asked or (state.reset and not before.reset)
 
     def on_control(self, granted: bool, now: float) -> None:
         """move_to_goal says that it has control now, or that it has none."""
@@ -90,8 +90,8 @@ class GamepadCore:
 
     def take_reset(self) -> bool:
         """Was the reset button pressed since the last call?"""
-        presses, self._resets = self._resets, 0
-        return presses > 0
+        asked, self._reset_asked = self._reset_asked, False
+        return asked
 
     def take_news(self) -> List[News]:
         return self._news.take()

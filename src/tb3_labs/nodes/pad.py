@@ -47,7 +47,7 @@ class PadMessage(NamedTuple):
 class PadListener:
     """Reads the sticks and buttons of one pad, and says whether they are current.
 
-    joy_node sends only changes unless its autorepeat_rate is set. So the silence of a pad that has
+    joy_node sends only changes unless its autorepeat_rate is set: the silence of a pad that has
     never repeated itself does not show a loss.
     """
 
@@ -67,8 +67,8 @@ class PadListener:
              stamp: float) -> PadMessage:
         """Take in a message, sent at `stamp` (0: unknown); ``ValueError`` for another kind of pad.
 
-        A button that is down in the first message may have been pressed long ago, and does not
-        count as pressed now. A stop counts even then.
+        A button that is down in the first message may have been pressed long ago, and counts as
+        pressed now only if it is a stop.
         """
         state = read_pad(axes, buttons, self._config)
         self.repeats = self.repeats or (axes, buttons) == self._last

@@ -27,8 +27,8 @@ DELIVERY_TIME = 0.15
 LOOK_AGAIN = 0.002
 #: A further wait [s]: a command that was still under way may have been counted as the zero.
 MARGIN = 0.01
-#: A node goes on calculating with old samples. Its watchdog begins to check it when no message came
-#: for this long [s, wall clock], half the shortest timeout.
+#: The watchdog begins to check a node when no message came for this long [s, wall clock], half the
+#: shortest timeout.
 QUIET_TIME = 0.1
 #: Then the watchdog checks the node with this period, until the next message [s].
 CHECK_PERIOD = 0.02
@@ -68,8 +68,8 @@ class CmdVel:
         return time.monotonic() - since if since is not None else 0.0
 
     def send(self, command):
-        """Send `command`, a Twist2 or None. None, zero, and every command while the clock stands
-        still do the same as :meth:`stop`. Raises ``ValueError`` if a number is not finite."""
+        """Send `command`, a Twist2. None, zero, and every command while the clock stands still are
+        a :meth:`stop`. ``ValueError`` if a number is not finite."""
         linear, angular = (command.linear, command.angular) if command is not None else (0.0, 0.0)
         if not (math.isfinite(linear) and math.isfinite(angular)):
             raise ValueError('command ({}, {}) is not finite'.format(linear, angular))
@@ -129,8 +129,8 @@ class Watchdog:
         self._thread = threading.Thread(target=self._run, name='watchdog', daemon=True)
 
     def keep(self, awake):
-        """Set whether the watchdog is awake: True if the node drives, and must be checked often.
-        The caller holds the node's lock."""
+        """`awake`: does the node drive, so that it must be checked often? The caller holds the
+        node's lock."""
         if not self._thread.ident:
             self._thread.start()
         if awake is not self._awake.is_set():    # this look is cheaper than to set it again

@@ -1,8 +1,7 @@
 """Publishes a drive: pose and path in local, the frame itself, the status, markers for RViz.
 
 Making a message costs more time than a step of a control law. So a message without a subscriber is
-not made, and displays are sent only as often as the eye needs. Texts of `goal_state` are those of
-:mod:`tb3_labs.control.goal`.
+not made, and displays are sent only as often as the eye needs.
 """
 import math
 
@@ -135,7 +134,7 @@ class DriveStatusPublisher:
         self._angle.publish(math.degrees(angle))
 
     def report(self, now):
-        """Returns (problem or '', {name: value}) for the diagnostics."""
+        """Returns the answer for Diagnostics."""
         status, turned = self._core.status(now), self._core.imu_minus_odometry
         values = {'state': status.words or 'about to begin',
                   'control': 'granted' if status.has_control else 'not granted',

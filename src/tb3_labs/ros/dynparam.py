@@ -38,8 +38,8 @@ _GROUP = 'Default'
 class LiveSettings:
     """Offers the fields of `config`, except those named in `fixed`.
 
-    `apply` is called with each new configuration, in a thread of its own. To refuse it, `apply`
-    raises ``ValueError``; then nothing changes.
+    `apply` is called with each new configuration, in a thread of its own; it may refuse it by a
+    ``ValueError``.
     """
 
     def __init__(self, config, apply, fixed=()):
@@ -164,8 +164,7 @@ def nodes():
 
 
 def call(node, config):
-    """Change settings of `node`. Returns {name: value} of all its settings; ``ValueError`` if the
-    node refuses the change."""
+    """Change settings of `node`, and return {name: value} of all. ``ValueError`` if it refuses."""
     answers = []
 
     def ask():
@@ -194,8 +193,7 @@ def settings_of(node):
 
 
 def value_of(text, kind):
-    """Returns the typed text as a value of the type `kind`, if possible. Otherwise it returns a
-    value of another type, which the node refuses."""
+    """Returns the typed text as a `kind`, or else as another type, which the node refuses."""
     try:
         value = text if kind is str else yaml.safe_load(text)
     except yaml.YAMLError:

@@ -28,8 +28,7 @@ ANSWER_WITHIN = 0.85
 
 
 class _Server(ActionServer):
-    """An ActionServer that ignores a latched goal if it is repeated, see
-    :mod:`tb3_labs.ros.topics`.
+    """An ActionServer that ignores a repeated latched goal, see :func:`topics.only_news`.
 
     Before the server's lock is held, each goal goes to `take(header, job)`; `job()` then gives the
     goal to actionlib. actionlib (1.14.0) offers neither of these: test/ros/stops.test shows both.
@@ -138,7 +137,7 @@ class GoalInterfaces:
             self._cancel_all()
 
     def _on_any_cancel(self, which):
-        """Handle a message on `move2goal/cancel`; actionlib may not know the goal."""
+        """actionlib may not know the goal of this message on `move2goal/cancel`."""
         with self._server.lock:
             all_goals = not which.id and not which.stamp
             named = which.id and which.id == self._id.id
@@ -187,11 +186,8 @@ class PoseFrames:
         return True
 
     def to_local(self, header, pose, odom_T_local):
-        """Returns the Pose2 in local of a geometry_msgs/Pose in the frame of `header`.
-
-        An empty frame and `local` mean the local frame itself. Raises ``ValueError`` with the
-        reason if the pose is refused.
-        """
+        """Returns the Pose2 in local of a geometry_msgs/Pose in the frame of `header`; an empty one
+        means local. ``ValueError`` with the reason of a refusal."""
         frame = header.frame_id.lstrip('/')
         pose2 = to_pose2(pose)
         if self._is_local(frame):
@@ -240,8 +236,8 @@ class Resets:
         subscribe_news('initialpose', PoseWithCovarianceStamped, self._on_initialpose, queue_size=1)
 
     def look(self):
-        """Log the resets that the latest sample has carried out, and wake their callers. Call it
-        after each sample, with `changed` held."""
+        """Log the resets that the latest sample has carried out, and wake their callers; `changed`
+        is held."""
         done = [reset for reset in self._awaited if reset.done]
         for reset in done:
             self._awaited.remove(reset)
@@ -251,11 +247,8 @@ class Resets:
             self._changed.notify_all()
 
     def _reset(self, declared, deadline):
-        """Reset to the Pose2 `declared` in local. Returns (localizer.Reset, answer in words).
-
-        Raises ``ValueError`` if the reset is refused, or not carried out before `deadline`
-        [s, time.monotonic()].
-        """
+        """Reset to the Pose2 `declared` in local. Returns (localizer.Reset, answer in words);
+        ``ValueError`` if it is refused, or not carried out before `deadline` [time.monotonic()]."""
         with self._changed:
             reset = self._core.reset(declared, rospy.get_time())
             self._awaited.append(reset)

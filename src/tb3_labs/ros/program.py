@@ -149,8 +149,7 @@ class BoundedText:
 class Observer:
     """Keeps the messages of the topics it watches, and waits for conditions.
 
-    Times of arrival are ROS time [s]. Deadlines are wall time, so that no wait hangs if a simulated
-    clock stands still.
+    Times of arrival are ROS time [s]; deadlines are wall time, since a clock may stand still.
     """
 
     def __init__(self):
@@ -170,8 +169,8 @@ class Observer:
         subscribe(topic, kind, keep, read, queue_size=KEPT_MESSAGES)
 
     def all(self, topic, since=float('-inf')):
-        """Returns [(time, value)] of the messages that arrived at or after `since`; if the clock
-        jumped back, only of those after the jump."""
+        """Returns [(time, value)] of the messages since then; after a clock's jump back, only of
+        those after the jump."""
         with self._changed:
             # search from the end: a wait asks often for the last few of thousands of messages
             recent = list(takewhile(lambda entry: entry[0] >= since, reversed(self._seen[topic])))
