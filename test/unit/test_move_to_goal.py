@@ -64,13 +64,6 @@ def driving():
     return robot
 
 
-def test_without_control_or_a_goal_there_is_silence():
-    assert set(Robot().run(0.5)) == {None}
-    robot = Robot(has_control=False)
-    robot.core.set_goal(Pose2(1.0, 1.0, 0.0))
-    assert set(robot.run(0.5)) == {None}
-
-
 def test_commands_come_at_the_laws_own_rate_also_after_the_sensors_were_silent():
     robot = driving()
     for law, rate in (('precise', 30), ('lab', 10)):
@@ -281,16 +274,6 @@ def test_who_was_driven_elsewhere_without_control_drives_when_it_is_given_again(
     assert robot.status.failure == '' and len(robot.core.take_news()) == told
     robot.control(True)
     assert None not in robot.run(0.2)[2:]
-
-
-def test_a_lower_limit_in_mid_motion_holds_from_the_next_command_on():
-    robot = driving()
-    robot.core.set_law(make_law(DriveConfig(max_angular=0.3, max_linear=0.05),
-                                robot_model('burger')))
-    commands = robot.run(0.5)
-    assert None not in commands and len(commands) > 10
-    assert max(abs(command.angular) for command in commands) <= 0.3 + 1e-9
-    assert max(abs(command.linear) for command in commands) <= 0.05 + 1e-9
 
 
 def test_a_drive_that_was_silenced_begins_from_standing():
