@@ -35,7 +35,7 @@ from tb3_labs.control.turning import TurnConfig, degrees_of, make_turn
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller import ControllerCore
-from tb3_labs.ros.clocks import steady_time
+from tb3_labs.ros.clocks import steady_time, wait_until
 from tb3_labs.ros.cmd_vel import CmdVel, Rivals, Watchdog
 from tb3_labs.ros.console import log_news
 from tb3_labs.ros.conversions import to_imu_sample, to_mouse
@@ -134,9 +134,9 @@ class Controller:
             rospy.logwarn('%s', problem)
 
     def _wait_for_robot(self):
-        while time.monotonic() < self._robot_wait and not (
-                self._cmd_vel.is_heard and self._core.imu.is_fresh(rospy.get_time())):
-            time.sleep(0.02)
+        wait_until(
+            lambda: self._cmd_vel.is_heard and self._core.imu.is_fresh(rospy.get_time()),
+            self._robot_wait - time.monotonic())
 
     @staticmethod
     def _on_keyboard_end():

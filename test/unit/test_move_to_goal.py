@@ -212,7 +212,9 @@ def test_the_words_of_a_drive_from_waiting_to_its_end():
     assert robot.status.goal is None and robot.core.pose(robot.now) is None
     robot.core.set_goal(Pose2(0.5, 0.0, 0.0))
     assert robot.status.words == WAITING_FOR_CONTROL and not is_stopped(WAITING_FOR_CONTROL)
+    attempt = robot.status.attempt
     robot.control(True)
+    assert robot.status.attempt == attempt + 1      # it may have been driven elsewhere meanwhile
     assert robot.status.words == 'waiting: no imu yet, no odom yet' and not robot.status.begun
     robot.run(0.1)
     assert robot.status.words == robot.status.state.name in DRIVING and robot.status.begun
