@@ -2,9 +2,8 @@
 """The Transformation lab's demonstration, judged by the simulated robot's true pose.
 
 The node gives control to move_to_goal, which drives to its goal. Then it declares the local frame
-anew at the robot's place, and the robot drives again. For each drive it prints the goal, the pose
-that was reached, and the true error. The exit status is 0 only if every drive ended within
-tolerance. demo.sh starts it beside demo.launch.
+anew at the robot's place, and the robot drives again. The exit status is 0 only if every drive
+ended within tolerance. demo.sh starts it beside demo.launch.
 
 Subscribes
     goal_state    std_msgs/String: the state of move_to_goal
@@ -34,13 +33,14 @@ from std_msgs.msg import Bool, String
 
 from tb3_labs.control.goal import DriveConfig, is_over, least_time
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.demo import BEGUN, DemoConfig, DemoDrive, table
+from tb3_labs.nodes.demo import BEGUN, LONGEST_DRIVE, DemoConfig, DemoDrive, table
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.console import say
 from tb3_labs.ros.control_and_reset import call_reset, hear_takers
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.node import end, guarded, read_config, read_model, run
 from tb3_labs.ros.program import Observer
+from tb3_labs.ros.rospy_internals import heard_by
 
 #: Longest wait for the robot and the nodes at the start [s].
 START_TIMEOUT = 30.0
@@ -105,11 +105,12 @@ class Demo:
         if self._config.pad:
             self._observer.watch('control_holder', String)
             self._observer.wait_for('control_holder', seconds=START_TIMEOUT)
-        if not comes_to_hear('move_to_goal', ['ctrl_relinq'], START_TIMEOUT):
+        mover = rospy.resolve_name('move_to_goal')
+        if not wait_until(lambda: mover in heard_by(self._control), START_TIMEOUT):
             raise RuntimeError('move_to_goal does not listen on ctrl_relinq')
         self._observer.wait_for('has_control', seconds=START_TIMEOUT)
         self._taken.clear()    # the first message of the node gamepad takes control
-        if self._config.record and not comes_to_hear('record', RECORDED, RECORDER_TIMEOUT):
+        if self._config.record and not wait_until(recorder_hears, RECORDER_TIMEOUT):
             rospy.logwarn('The recorder does not listen: the recording will be incomplete')
 
     def _drive(self, number):
@@ -122,7 +123,7 @@ class Demo:
             call_reset(0.0, 0.0, 0.0)
         self._give_control()
         begun, _ = self._first(lambda state: state == BEGUN, START_TIMEOUT)
-        ended, state = self._first(is_over, self._config.timeout)
+        ended, state = self._first(is_over, LONGEST_DRIVE)
         observer.wait_for_rest('ground_truth')
         goal = observer.latest('current_goal')
         bound = least_time(Pose2(), goal, self._model, self._law.max_linear,
@@ -132,11 +133,8 @@ class Demo:
                          bound)
 
     def _give_control(self):
-        """Give control until move_to_goal says that it has control.
-
-        A node that was slow to start does not take the first permission that it hears, which may be
-        old (see tb3_labs.supervision.permission). A person's stop is not undone.
-        """
+        """Give control until move_to_goal says that it has control. A node that was slow to start
+        does not take the first permission, which may be old. A person's stop is not undone."""
         deadline = time.monotonic() + START_TIMEOUT
         while not self._observer.latest('has_control') and not self._taken.is_set():
             if time.monotonic() > deadline:
@@ -157,23 +155,21 @@ class Demo:
 
     def _tell(self, drives):
         """Print the table, and end or stay."""
-        good = all(drive.is_good(self._config) for drive in drives)
-        say(table(drives, self._config))
+        say(table(drives))
         if self._config.stay:
             say(WHAT_NEXT)
         else:
+            good = all(drive.is_good for drive in drives)
             end('' if good else 'a drive ended outside the tolerance')
 
 
-def comes_to_hear(node, topics, seconds):
-    """Wait until `node` is connected to all publishers of each of `topics`. Returns False if it is
-    not connected after `seconds` of wall time."""
-    return wait_until(lambda: all(_hears(node, topic) for topic in topics), seconds)
+def recorder_hears():
+    """Is the node record connected to all that publish the topics RECORDED?"""
+    return all(_is_recorded(topic) for topic in RECORDED)
 
 
-def _hears(node, topic):
-    """Is `node` connected to all publishers of `topic`, and is there one?"""
-    link = [rospy.resolve_name(node), 'o', 'TCPROS', rospy.resolve_name(topic)]
+def _is_recorded(topic):
+    link = [rospy.resolve_name('record'), 'o', 'TCPROS', rospy.resolve_name(topic)]
     master = rosgraph.Master(rospy.get_name())
     publishers = dict(master.getSystemState()[0]).get(link[-1], [])
     try:

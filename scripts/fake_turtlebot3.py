@@ -37,7 +37,7 @@ Parameters
 """
 import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: Ctrl+C ends the imports below)
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import rospy
 
@@ -49,7 +49,6 @@ from tb3_labs.simulation.ros_robot import FakeRobot, Pacemaker, StaticFrames
 from tb3_labs.simulation.mystery import LAST, HiddenFault
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator_config import HOSTS, STARTING, SimulatorConfig
-
 
 #: Distance between two robots, along y [m].
 SPACING = 1.0
@@ -79,10 +78,7 @@ class FakeTurtlebot3:
         settings, room = read_config(SimulatorConfig, ClassConfig)
         model = read_model().name
         if room.mystery:
-            settings = replace(settings, model=model)
-            self._robots = _mystery_robots(settings, room)
-            names = [item.name for item in fields(settings)]
-            self._live = LiveSettings(settings, self._on_settings, fixed=names)
+            self._robots = _mystery_robots(replace(settings, model=model), room)
         else:
             settings = replace(_named(settings, NETWORKS[room.network], HOSTS[room.host]),
                                model=model)
@@ -90,7 +86,7 @@ class FakeTurtlebot3:
             self._robots = [UnsyncedRobot(namespace) if own.firmware == 'ros2' else
                             FakeRobot(replace(own, seed=own.seed + number), namespace, static_tf)
                             for number, namespace, own in _placed(settings, room)]
-            self._live = LiveSettings(settings, self._on_settings, fixed=STARTING)
+            LiveSettings(settings, self._on_settings, fixed=STARTING)
         Pacemaker(self._robots, room.speed)
 
     def _on_settings(self, settings):
@@ -109,7 +105,7 @@ def _placed(settings, room):
 
 
 def _mystery_robots(settings, room):
-    """Returns robots with hidden faults; they do not publish their true poses."""
+    """Returns robots with hidden faults. They publish no true pose, and offer no settings."""
     for name, plain in (('network', 'quiet'), ('host', 'default')):
         if getattr(room, name) != plain:
             raise ValueError('{0} = {1} is not valid together with mystery = {2}: the {0} may be '

@@ -32,14 +32,14 @@ from std_msgs.msg import Bool, String
 from tb3_labs.nodes.gamepad import GamepadCore
 from tb3_labs.nodes.pad import PAD_TIMEOUT
 from tb3_labs.nodes.pad_config import PadConfig
-from tb3_labs.ros.clocks import steady_time
+from tb3_labs.ros.clocks import remind, steady_time
 from tb3_labs.ros.cmd_vel import CmdVel, Rivals, Watchdog
 from tb3_labs.ros.console import log_news
 from tb3_labs.ros.control_and_reset import ControlGiver, call_reset, hear_takers
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
 from tb3_labs.ros.node import guarded, read_config, read_model, run, when_stopped
-from tb3_labs.ros.rospy_internals import is_ending, is_wall_time
-from tb3_labs.ros.topics import subscribe
+from tb3_labs.ros.rospy_internals import is_ending
+from tb3_labs.ros.topics import sent_at, subscribe
 
 #: If no node publishes joy within this time, a warning is logged [s].
 PAD_WAIT = 3.0
@@ -53,8 +53,6 @@ class Gamepad:
         self._core = GamepadCore(read_config(PadConfig), model)
         self._lock = threading.RLock()    # guards the core, and the order of publications
         self._holder = None
-        # simulated time has an unknown pace: its stamps do not show how late a message is
-        self._tells_time = is_wall_time()
         self._control = ControlGiver()
         self._holders = rospy.Publisher('control_holder', String, queue_size=20, latch=True)
         self._resets = ResetClient()
@@ -66,18 +64,15 @@ class Gamepad:
         self._tick()
         # every message is read: a press counts even if many messages arrive at once
         pads = subscribe('joy', Joy, self._on_joy, self._read_joy, self._core.joy, queue_size=None)
-        waiting = threading.Timer(PAD_WAIT, _say_if_nobody_sends, (pads,))
-        waiting.daemon = True
-        waiting.start()
+        remind(lambda: _say_if_nobody_sends(pads), PAD_WAIT)
         hear_takers(self._on_taken)
         subscribe('has_control', Bool, self._on_control, queue_size=None)
         self._sources = SourceReport((self._core.joy, 'joy', Joy, steady_time))
         Diagnostics(model.name, self._diagnose)
 
     def _read_joy(self, message):
-        stamp = message.header.stamp.to_sec() if self._tells_time else 0.0
         with self._lock:
-            self._core.on_joy(message.axes, message.buttons, steady_time(), stamp)
+            self._core.on_joy(message.axes, message.buttons, steady_time(), sent_at(message))
             self._tick()
 
     def _on_joy(self, _):

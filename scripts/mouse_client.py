@@ -86,11 +86,8 @@ class Mouse:
 
 
 class Pointer:
-    """Reads the mouse by pynput, on X: its position, its moves and its wheel.
-
-    The constructor raises ``ValueError`` with one sentence if the mouse cannot be read.
-    :meth:`position` raises it when the display is lost.
-    """
+    """Reads the mouse by pynput, on X: its position, its moves and its wheel. ``ValueError`` with
+    one sentence if the mouse cannot be read, or the display is lost."""
 
     def __init__(self, on_scroll, on_move):
         """`on_scroll(up)` and `on_move()` are called in a thread of pynput's."""
@@ -143,8 +140,7 @@ def _libraries():
 
 
 def _end_quietly(thread):
-    """Print no traceback when `thread` dies with its display: :meth:`Pointer.position` reports it.
-    """
+    """Print no traceback when `thread` dies with its display, which Pointer.position reports."""
     report = threading.excepthook
     threading.excepthook = lambda died: died.thread is thread or report(died)
 

@@ -35,7 +35,7 @@ from tb3_labs.control.turning import TurnConfig, degrees_of, make_turn
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller import ControllerCore
-from tb3_labs.ros.clocks import steady_time
+from tb3_labs.ros.clocks import steady_time, wait_until
 from tb3_labs.ros.cmd_vel import CmdVel, Rivals, Watchdog
 from tb3_labs.ros.console import log_news
 from tb3_labs.ros.conversions import to_imu_sample, to_mouse
@@ -43,9 +43,9 @@ from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
 from tb3_labs.ros.launch import end_roslaunch
 from tb3_labs.ros.node import end, guarded, read_config, read_model, run
 from tb3_labs.ros.dynparam import LiveSettings
-from tb3_labs.ros.rospy_internals import connection_of, is_wall_time
+from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.ros.topics import (
-    say_what_is_awaited, subscribe, subscribe_news, subscribe_wheels)
+    say_what_is_awaited, sent_at, subscribe, subscribe_news, subscribe_wheels)
 from tb3_labs.supervision.arbitration import Driver
 
 #: A turn that is asked for before the robot is connected waits this long for the robot [s].
@@ -103,11 +103,10 @@ class Controller:
             return self._core.idle_for(now)
 
     def _on_mouse(self, heard):
+        message, mouse = heard
         with self._lock:
-            message, mouse = heard
-            # simulated time has an unknown pace: its stamps do not show how late a message is
-            stamp = message.header.stamp.to_sec() if is_wall_time() else 0.0
-            self._core.on_mouse(*mouse, steady_time(), connection_of(message)['callerid'], stamp)
+            self._core.on_mouse(*mouse, steady_time(), connection_of(message)['callerid'],
+                                sent_at(message))
         self._tick()
         self._watchdog.feed()
 
@@ -135,9 +134,9 @@ class Controller:
             rospy.logwarn('%s', problem)
 
     def _wait_for_robot(self):
-        while time.monotonic() < self._robot_wait and not (
-                self._cmd_vel.is_heard and self._core.imu.is_fresh(rospy.get_time())):
-            time.sleep(0.02)
+        wait_until(
+            lambda: self._cmd_vel.is_heard and self._core.imu.is_fresh(rospy.get_time()),
+            self._robot_wait - time.monotonic())
 
     @staticmethod
     def _on_keyboard_end():
@@ -175,9 +174,9 @@ class Controller:
 class Keyboard:
     """Calls `on_line(text)` for each line typed or piped in, and `on_end()` once after the last.
 
-    A thread of its own waits for input, so that a callback does not wait. It works in a terminal,
-    in an xterm, under roslaunch (which gives its own terminal to its nodes), and from a pipe.
-    Without input (no terminal, or a job in the background) `on_end()` is called at once.
+    It works in a terminal, in an xterm, under roslaunch (which gives its own terminal to its
+    nodes), and from a pipe. Without input (no terminal, or a job in the background) `on_end()` is
+    called at once.
     """
 
     def __init__(self, on_line, on_end):

@@ -53,21 +53,18 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 def _checked(item: Field, value: Any) -> Any:
     """`value` as the field's own type; ``ValueError`` names field, value and the valid values."""
-    default: Any = item.default
-    wanted = type(default)
-    valid = bounds_in_words(item)
-    # bool is an int to Python, but "has_control: 2" and "rate: true" are both mistakes.
-    if wanted is float and isinstance(value, int) and not isinstance(value, bool):
+    wanted, rule = type(item.default), item.metadata
+    # A bool is an int to Python, but "has_control: 2" and "rate: true" are both mistakes.
+    if wanted is float and type(value) is int:
         value = float(value)
-    if type(value) is not wanted:
-        raise ValueError('{} = {!r} is not valid: {}'.format(item.name, value, valid))
-    rule = item.metadata
-    if wanted is float and not math.isfinite(value):
-        raise ValueError('{} = {!r} is not valid: {}'.format(item.name, value, valid))
-    too_low = rule['low'] is not None and value < rule['low']
-    too_high = rule['high'] is not None and value > rule['high']
-    if too_low or too_high or (rule['choices'] and value not in rule['choices']):
-        raise ValueError('{} = {!r} is not valid: {}'.format(item.name, value, valid))
+    is_valid = (type(value) is wanted
+                and (wanted is not float or math.isfinite(value))
+                and (rule['low'] is None or value >= rule['low'])
+                and (rule['high'] is None or value <= rule['high'])
+                and (not rule['choices'] or value in rule['choices']))
+    if not is_valid:
+        raise ValueError('{} = {!r} is not valid: {}'.format(
+            item.name, value, bounds_in_words(item)))
     return value
 
 

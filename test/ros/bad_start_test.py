@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """Invalid parameters and missing files: one line names the valid values, and nothing moves."""
-
 import rosgraph
 
 from costs import free_port

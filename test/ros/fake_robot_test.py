@@ -5,12 +5,10 @@ import unittest
 
 import rospy
 import rostest
-from dynamic_reconfigure import DynamicReconfigureCallbackException
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
-from std_msgs.msg import Empty
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.ros.conversions import to_twist
@@ -30,13 +28,11 @@ class FakeRobotTest(unittest.TestCase):
             rospy.Subscriber(topic, kind, cls.heard[topic].append,
                              queue_size=1 if topic == NEWEST_ONLY else 1000)
         cls.commands = rospy.Publisher('cmd_vel', Twist, queue_size=1)
-        cls.resets = rospy.Publisher('reset', Empty, queue_size=1)
         cls.live = Client('turtlebot3', timeout=DEADLINE)
 
     def setUp(self):
         self.wait('all topics', lambda: all(self.heard.values()))
-        self.wait('the robot listens', lambda: self.commands.get_num_connections()
-                  and self.resets.get_num_connections())
+        self.wait('the robot listens', self.commands.get_num_connections)
         self.wait_for_rest()
 
     def wait(self, what, condition):
@@ -64,7 +60,7 @@ class FakeRobotTest(unittest.TestCase):
     def stamps(self, topic):
         return [message.header.stamp.to_sec() for message in self.heard[topic]]
 
-    def test_frames_are_in_the_namespace(self):
+    def test_frames_are_in_the_namespace_and_the_imu_is_level(self):
         self.assertEqual(self.last('imu').header.frame_id, 'robot3/imu_link')
         odom, transform = self.last('odom'), self.last('/tf').transforms[0]
         for message in odom, transform:
@@ -72,13 +68,7 @@ class FakeRobotTest(unittest.TestCase):
             self.assertEqual(message.child_frame_id, 'robot3/base_footprint')
         self.assertEqual(self.last('ground_truth').header.frame_id, 'world')
         self.assertEqual(self.last('joint_states').name, ['wheel_left_joint', 'wheel_right_joint'])
-
-    def test_imu_is_level_and_its_covariances_are_known(self):
-        message = self.last('imu')
-        self.assertAlmostEqual(message.linear_acceleration.z, 9.81, delta=0.01)
-        for covariance in (message.orientation_covariance, message.angular_velocity_covariance,
-                           message.linear_acceleration_covariance):
-            self.assertTrue(all(covariance[k] > 0.0 for k in (0, 4, 8)))
+        self.assertAlmostEqual(self.last('imu').linear_acceleration.z, 9.81, delta=0.01)
 
     def test_tf_is_the_odometry(self):
         def both():
@@ -89,16 +79,6 @@ class FakeRobotTest(unittest.TestCase):
         odom, transforms = both()
         self.assertEqual(transforms[0].transform.rotation, odom.pose.pose.orientation)
         self.assertEqual(transforms[0].transform.translation.x, odom.pose.pose.position.x)
-
-    def test_a_reset_zeroes_the_odometry_after_a_pause(self):
-        self.move(to_twist(0.1, 0.3), 0.05)
-        seen = len(self.heard['odom'])
-        self.resets.publish(Empty())
-        self.wait('zero', lambda: abs(self.last('odom').pose.pose.position.x) < 1e-6
-                  and abs(self.last('odom').pose.pose.position.y) < 1e-6)
-        pause = self.stamps('odom')[seen - 1:]
-        longest = max(b - a for a, b in zip(pause, pause[1:]))
-        self.assertAlmostEqual(longest, 512 / 200, delta=0.1)
 
     def test_wheels_are_those_of_the_odometry_however_late_it_is(self):
         self.live.update_configuration({'sensor_latency': 0.3})
@@ -145,14 +125,6 @@ class FakeRobotTest(unittest.TestCase):
         finally:
             self.live.update_configuration({'imu_silent': False, 'odom_silent': False})
         self.wait('the next one', lambda: len(new[NEWEST_ONLY]()) > 1)
-
-    def test_a_bad_setting_is_refused_and_changes_nothing(self):
-        with self.assertRaises(DynamicReconfigureCallbackException):
-            self.live.update_configuration({'slip': 7.0, 'imu_silent': True})
-        last = self.stamps('imu')[-1]
-        self.wait('imu', lambda: self.stamps('imu')[-1] > last + 0.5)
-        self.assertEqual(self.live.get_configuration(DEADLINE)['slip'], 0.0)
-
 
 if __name__ == '__main__':
     rospy.init_node('fake_robot_test')

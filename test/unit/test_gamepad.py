@@ -92,22 +92,31 @@ def pad():
     return Pad()
 
 
-def test_full_stick_is_the_robots_own_limit(pad):
-    pad.sticks = (1.0, 0.0)
-    assert pad.run(0.3)[-1] == pytest.approx(BURGER_FULL)
-    pad.sticks = (-1.0, 0.0)
-    assert pad.run(0.3)[-1] == pytest.approx(Twist2(-0.2108, 0.0))
-    pad.sticks = (0.0, 1.0)
-    assert pad.run(0.3)[-1] == pytest.approx(Twist2(0.0, 2.635))
-    pad.sticks = (1.0, 1.0)
-    both = pad.run(0.3)[-1]
-    assert both.linear + 0.08 * both.angular <= 0.21085
+SLOW = PadConfig(dead_zone=0.0, linear_scale=0.1, angular_scale=1.0)
+
+
+@pytest.mark.parametrize('config, sticks, speed', [
+    (PadConfig(), (1.0, 0.0), BURGER_FULL), (PadConfig(), (-1.0, 0.0), (-0.2108, 0.0)),
+    (PadConfig(), (0.0, 1.0), (0.0, 2.635)), (SLOW, (0.5, 0.0), (0.05, 0.0)),
+    (SLOW, (1.0, 0.0), (0.1, 0.0)), (SLOW, (0.0, -0.5), (0.0, -0.5)),
+    (SLOW, (0.0, 1.0), (0.0, 1.0))])
+def test_full_stick_is_the_robots_own_limit_or_the_scale_that_is_set(config, sticks, speed):
+    pad = Pad(config)
+    pad.sticks = sticks
+    assert pad.run(0.3)[-1] == pytest.approx(Twist2(*speed))
     pad.sticks = (0.0, 0.0)
     assert set(pad.run(0.3)[1:]) == {None}
 
 
+def test_both_sticks_together_keep_each_wheel_within_its_limit(pad):
+    pad.sticks = (1.0, 1.0)
+    both = pad.run(0.3)[-1]
+    assert both.linear + 0.08 * both.angular <= 0.21085
+
+
 def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
     assert pad.holder is GAMEPAD and not pad.controller.messages.gives and pad.said() == [False]
+    assert not pad.controller.take_reset()
     pad.press(A)
     assert pad.holder is GOAL and pad.controller.messages.gives and pad.said() == [True]
     pad.sticks = (1.0, 1.0)
@@ -163,41 +172,44 @@ def test_each_press_counts_though_the_messages_come_all_at_once(pad):
     assert pad.holder is GAMEPAD
 
 
-@pytest.mark.parametrize('late, counts', [(0.0, True), (1.5, True), (2.5, False), (60.0, False)])
-def test_an_a_that_the_network_held_up_for_long_does_not_count(late, counts):
+@pytest.fixture
+def stamped():
+    """A core that heard a resting pad for 1 s, up to 101.0 s; the pad's own clock says 8.0 s."""
     controller = GamepadCore(PadConfig(), BURGER)
-    for tick in range(40):
-        controller.on_joy([0.0] * 6, [0] * 8, 100.0 + 0.05 * tick, 7.0 + 0.05 * tick)
+    for tick in range(20):
+        controller.on_joy([0.0] * 6, [0] * 8, 100.05 + 0.05 * tick, 7.05 + 0.05 * tick)
     controller.messages.take()
-    look(controller, 102.0, 102.04 + late)
-    controller.on_joy([0.0] * 6, [0] * 8, 102.04 + late, 9.04)
-    controller.on_joy([0.0] * 6, [1] + [0] * 7, 102.05 + late, 9.05)
-    words = controller.messages.take()
+    return controller
+
+
+@pytest.mark.parametrize('late, counts', [(0.0, True), (1.5, True), (2.5, False), (60.0, False)])
+def test_an_a_that_the_network_held_up_for_long_does_not_count(stamped, late, counts):
+    look(stamped, 101.0, 101.04 + late)
+    stamped.on_joy([0.0] * 6, [0] * 8, 101.04 + late, 8.04)
+    stamped.on_joy([0.0] * 6, [1] + [0] * 7, 101.05 + late, 8.05)
+    words = stamped.messages.take()
     # with the renewals that were due since, so that they show the age of the giving
     assert words == [True] * (counts * (1 + round(late / 0.1)))
-    assert warned(controller, 'press it again') is not counts
-    controller.on_joy([0.0] * 6, [0, 1] + [0] * 6, 102.06 + late, 9.06)
-    assert controller.messages.take() == [False]       # a stop is never too late
+    assert warned(stamped, 'press it again') is not counts
+    stamped.on_joy([0.0] * 6, [0, 1] + [0] * 6, 101.06 + late, 8.06)
+    assert stamped.messages.take() == [False]       # a stop is never too late
 
 
 @pytest.mark.parametrize('stop', ['lost', 'taken', 'B'])
-def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stop):
-    controller = GamepadCore(PadConfig(), BURGER)
-    for tick in range(20):
-        controller.on_joy([0.0] * 6, [0] * 8, 100.0 + 0.05 * tick, 7.0 + 0.05 * tick)
+def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stamped, stop):
     if stop == 'lost':
-        controller.on_joy([0.0, 1.0] + [0.0] * 4, [0] * 8, 101.0, 8.0)
-        assert controller.command(101.3) is None
-    look(controller, 101.0, 101.3)
+        stamped.on_joy([0.0, 1.0] + [0.0] * 4, [0] * 8, 101.0, 8.0)
+        assert stamped.command(101.3) is None
+    look(stamped, 101.0, 101.3)
     if stop == 'taken':
-        controller.on_taken(101.3)
-    controller.messages.take()
-    look(controller, 101.3, 101.5)
+        stamped.on_taken(101.3)
+    stamped.messages.take()
+    look(stamped, 101.3, 101.5)
     # released at 101.5: rest, A pressed at 101.1; or B before it
     for buttons, stamp in (([0, 0], 8.05), ([0, int(stop == 'B')], 8.07), ([1, 0], 8.1),
                            ([0, 0], 8.2)):
-        controller.on_joy([0.0] * 6, buttons + [0] * 6, 101.5, stamp)
-    words = controller.messages.take()
+        stamped.on_joy([0.0] * 6, buttons + [0] * 6, 101.5, stamp)
+    words = stamped.messages.take()
     assert words[:2] == ([False, True] if stop == 'B' else [])
 
 
@@ -259,7 +271,10 @@ def test_rising_edges_only(pad):
 @pytest.mark.parametrize('repeats', [True, False])
 def test_a_pad_lost_with_its_stick_off_the_middle_stops_the_robot(repeats):
     pad = Pad(repeats=repeats)
-    pad.sticks = (1.0, 0.0)
+    pad.plugged = repeats      # a silent pad in its middle is not lost
+    pad.run(10.0)
+    assert pad.holder is GAMEPAD
+    pad.plugged, pad.sticks = True, (1.0, 0.0)
     pad.run(0.1)
     pad.plugged = False
     commands = pad.run(0.31)
@@ -271,12 +286,6 @@ def test_a_pad_lost_with_its_stick_off_the_middle_stops_the_robot(repeats):
     pad.sticks = (0.9, 0.0)
     assert set(pad.run(0.5)) == {None}
     assert pad.rest_and_push() == pytest.approx(BURGER_FULL)
-
-
-def test_a_silent_pad_in_its_middle_is_no_loss():
-    pad = Pad(repeats=False)
-    pad.run(10.0)
-    assert pad.holder is GAMEPAD
 
 
 @pytest.mark.parametrize('allowed', [False, True])
@@ -394,14 +403,6 @@ def test_the_operator_is_told_of_each_change_of_hands_once(pad):
     assert told() == ['move_to_goal drives']
     pad.controller.on_control(False, pad.now)
     assert told() == ['Control was taken from move_to_goal', 'The gamepad drives']
-
-
-def test_a_stick_asks_for_its_share_of_the_scales_that_are_set():
-    pad = Pad(PadConfig(dead_zone=0.0, linear_scale=0.1, angular_scale=1.0))
-    for sticks, speed in (((0.5, 0.0), (0.05, 0.0)), ((1.0, 0.0), (0.1, 0.0)),
-                          ((0.0, -0.5), (0.0, -0.5)), ((0.0, 1.0), (0.0, 1.0))):
-        pad.sticks = sticks
-        assert pad.run(0.2)[-1] == pytest.approx(Twist2(*speed))
 
 
 def test_somebody_must_look_at_the_clock_while_the_robot_depends_on_the_pad(pad):

@@ -81,12 +81,8 @@ def test_an_argument_that_a_file_does_not_have_is_told_with_what_is_meant(file, 
     for words in (['tb3_labs', path.name], ['--screen', str(path)]):
         said = launch.problem_of(words + given.split(), path)
         assert line in said and bool(line) == bool(said) and '\n' not in said
-
-
-@pytest.mark.parametrize('words', [
-    ['tb3_labs', 'demo.launch', 'stay:=true'], ['lab2', 'turn.launch', 'mine:=1'], []])
-def test_a_file_that_is_included_is_not_asked(words):
-    assert launch.problem_of(words, LAUNCH / 'turn.launch') == ''
+        # nor is a file asked that another one includes
+        assert launch.problem_of(words + given.split(), LAUNCH / 'view.launch') == ''
 
 
 def test_only_a_roslaunch_is_ended(monkeypatch):

@@ -25,30 +25,26 @@ def test_sticks_are_even_from_the_edge_of_their_dead_zone(position, speed):
     assert state.at_rest is (abs(position) <= 0.1)
 
 
-def test_buttons_by_the_handouts_numbers():
-    assert read_pad(AXES, [1, 0, 0], CONFIG) == PadState(relinquish=True)
-    assert read_pad(AXES, [0, 1, 0], CONFIG) == PadState(regain=True)
-    assert read_pad(AXES, [0, 0, 1], CONFIG) == PadState(reset=True)
+OTHER = PadConfig(linear_axis=4, angular_axis=0, reset_button=7, hold_button=5)
 
 
-def test_another_pads_numbers():
-    other = PadConfig(linear_axis=4, angular_axis=0, reset_button=7, hold_button=5)
-    state = read_pad([1.0, 0.0, 0.0, 0.0, -1.0], [0, 0, 0, 0, 0, 1, 0, 1], other)
-    assert state == PadState(-1.0, 1.0, reset=True, hold=True)
-    assert PadConfig(hold_button=0).has_hold and not CONFIG.has_hold
+@pytest.mark.parametrize('config, values, buttons, state', [
+    (CONFIG, AXES, [1, 0, 0], PadState(relinquish=True)),
+    (CONFIG, AXES, [0, 1, 0], PadState(regain=True)),
+    (CONFIG, AXES, [0, 0, 1], PadState(reset=True)),
+    (OTHER, [1.0, 0.0, 0.0, 0.0, -1.0], [0, 0, 0, 0, 0, 1, 0, 1],
+     PadState(-1.0, 1.0, reset=True, hold=True))])
+def test_the_handouts_numbers_and_those_of_another_pad(config, values, buttons, state):
+    assert read_pad(values, buttons, config) == state
 
 
-@pytest.mark.parametrize('values, buttons', [
-    ([], []), ([0.0] * 3, BUTTONS), (AXES, [0, 0]), ([0.0] * 8, [])])
-def test_a_pad_with_too_few_of_them_is_refused(values, buttons):
-    with pytest.raises(ValueError, match='need 4 and 3: another kind of pad'):
+@pytest.mark.parametrize('values, buttons, reason', [
+    ([], [], 'need 4 and 3: another kind of pad'), ([0.0] * 3, BUTTONS, 'another kind of pad'),
+    (AXES, [0, 0], 'another kind of pad'), (axes(a1=math.nan), BUTTONS, 'not finite'),
+    (axes(a3=math.inf), BUTTONS, 'not finite')])
+def test_another_kind_of_pad_and_sticks_that_are_no_numbers_are_refused(values, buttons, reason):
+    with pytest.raises(ValueError, match=reason):
         read_pad(values, buttons, CONFIG)
-
-
-@pytest.mark.parametrize('bad', [math.nan, math.inf])
-def test_a_stick_that_is_no_number_is_refused(bad):
-    with pytest.raises(ValueError, match='not finite'):
-        read_pad(axes(a1=bad), BUTTONS, CONFIG)
 
 
 def pressed(*indices):
@@ -72,14 +68,15 @@ def test_lateness_shows_after_a_while_and_a_late_message_is_not_current():
     assert not listener.is_current(2.0)
 
 
-def test_a_stamp_of_the_first_second_is_a_stamp():
-    """0.0 alone says that there is none."""
+@pytest.mark.parametrize('stamps, lateness', [((0.1, 0.2, 0.6), 0.5), ((0.0, 0.0, 0.0), 0.0)])
+def test_after_a_loss_lateness_is_known_by_stamps_alone(stamps, lateness):
+    """0.0 alone says that there is none: a message may have waited during the loss."""
     listener = PadListener(CONFIG)
-    for now, stamp in ((1.0, 0.1), (1.1, 0.2)):
+    for now, stamp in zip((1.0, 1.1), stamps):
         listener.hear(AXES, pressed(), now, stamp)
-    message = listener.hear(AXES, pressed(), 2.0, 0.6)
-    assert message.came_after_loss and message.lateness == pytest.approx(0.5)
-    assert listener.tells_lateness(2.0)
+    message = listener.hear(AXES, pressed(), 2.0, stamps[2])
+    assert message.came_after_loss and message.lateness == pytest.approx(lateness)
+    assert listener.tells_lateness(2.0) is (lateness > 0.0)
 
 
 def test_a_late_b_does_not_hide_a_later_stop():

@@ -57,16 +57,12 @@ class Process(subprocess.Popen):
         return text.split()
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_signal_ends_the_wait(number):
-    process = Process(WAIT)
-    process.send_signal(number)
-    assert process.rest() == ['interrupted']
-
-
-def test_a_wait_ends_when_its_time_is_over():
-    process = Process(WAIT.replace('wait()', 'wait(0.1)'))
-    assert process.rest() == ['woken']
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, None])
+def test_a_signal_or_its_time_ends_a_wait(number):
+    process = Process(WAIT if number else WAIT.replace('wait()', 'wait(0.1)'))
+    if number:
+        process.send_signal(number)
+    assert process.rest() == ['interrupted' if number else 'woken']
 
 
 def test_nohup_is_respected_and_another_thread_ends_the_wait():
@@ -116,14 +112,15 @@ say('ended')
 # ----- Ctrl+C while a node imports its modules
 
 SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / 'scripts'
-NODES = sorted(path.name for path in SCRIPTS.glob('*.py')
-               if re.search(r'^from tb3_labs\.ros\.node import .*\brun\b', path.read_text(), re.MULTILINE))
+RUNS = re.compile(r'^from tb3_labs\.ros\.node import .*\brun\b', re.MULTILINE)
+NODES = sorted(path.name for path in SCRIPTS.glob('*.py') if RUNS.search(path.read_text()))
 
 
 @pytest.mark.parametrize('name', NODES)
 def test_ctrl_c_ends_a_node_that_still_imports(name):
-    node = subprocess.Popen([sys.executable, '-X', 'importtime', str(SCRIPTS / name)], stderr=subprocess.PIPE,
-                            text=True, env=dict(os.environ, ROS_MASTER_URI='http://localhost:1'))
+    node = subprocess.Popen([sys.executable, '-X', 'importtime', str(SCRIPTS / name)],
+                            stderr=subprocess.PIPE, text=True,
+                            env=dict(os.environ, ROS_MASTER_URI='http://localhost:1'))
     try:
         for line in node.stderr:
             if 'rospy.' in line:

@@ -1,6 +1,5 @@
 """What does each node decide? Each node of `scripts/` that decides something has its core here, in
-a file with the node's name. The files `pad` and `mouse` read the actions of a person, and
-`pad_config` names the buttons of a pad.
+a file with the node's name. The files `pad` and `mouse` read the actions of a person.
 
 How every core is used:
 

@@ -1,6 +1,5 @@
-"""Everything that `controller` decides, without ROS: turns, the mouse, and the driver.
-
-The inputs and outputs are described in :mod:`tb3_labs.nodes`.
+"""Everything that `controller` decides: turns, the mouse, and the driver; see
+:mod:`tb3_labs.nodes`.
 
 Units: seconds on the receiver's clock (`now`), radians, m/s; turns are asked for in degrees.
 """
@@ -121,7 +120,6 @@ class ControllerCore:
         was_active = self.mouse.active
         deactivated = self.mouse.heard(active, x, y, now, *details)
         if self.mouse.active:
-            self._mouse_told = False
             if not was_active:
                 self._news.tell('The mouse is active: it drives outside the middle of the screen; '
                                 'scroll up to stop')
@@ -138,10 +136,10 @@ class ControllerCore:
                             'use it')
 
     def ask(self, degrees: float, now: float) -> None:
-        """Turn by `degrees`, left positive; ``ValueError`` with the reason of a refusal.
+        """Turn by `degrees`, left positive; to be called after :meth:`update`.
 
         During a turn the precise law moves its goal by `degrees`; the handout's law begins anew
-        from the present heading. To be called after :meth:`update`.
+        from the present heading.
         """
         angle = math.radians(degrees)
         extended = self._turn if self.driver is Driver.TURN and self._law.extends else None
@@ -157,9 +155,8 @@ class ControllerCore:
         self._happens(DriverEvent.TURN_ASKED)
 
     def update(self, now: float) -> None:
-        """Give up a turn if this process slept for long during it, and release a mouse that was
-        active and is lost. `now` as in :meth:`on_mouse`.
-        """
+        """Give up a turn if this process slept for long during it, and release a mouse that is
+        lost. `now` as in :meth:`on_mouse`."""
         self._sleep.update(now)
         if self._sleep.slept_for > RESUME_TIME and self.driver is Driver.TURN:
             self._happens(DriverEvent.TURN_OVER, self._sleep.in_words())

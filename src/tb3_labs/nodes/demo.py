@@ -18,14 +18,17 @@ HEADER = ROW.format('', 'asked [m, m, deg]', 'believed to be at', 'truly off by'
                     'time, at best', '').rstrip()
 
 
+#: Largest true error of a good drive: of its place [m], and of its heading [deg].
+TRULY_OFF, TRULY_OFF_DEG = 0.01, 0.5
+#: Longest drive [s].
+LONGEST_DRIVE = 120.0
+
+
 @dataclass(frozen=True)
 class DemoConfig(Config):
     """Settings of the demonstration."""
 
     drives: int = setting(2, 'number of drives, with a reset between them', low=1, high=100)
-    distance_tolerance: float = setting(0.01, 'true error at the goal', 'm', 0.0, 10.0)
-    angle_tolerance_deg: float = setting(0.5, 'true error of the heading', 'deg', 0.0, 180.0)
-    timeout: float = setting(120.0, 'longest drive', 's', 1.0, 3600.0)
     stay: bool = setting(False, 'go on running, and print commands to try, instead of ending')
     record: bool = setting(False, 'begin when the node record, a recorder, listens')
     pad: bool = setting(False, 'begin when the node gamepad runs, whose first word takes control')
@@ -48,25 +51,24 @@ class DemoDrive:
         return (self.reached.distance_to(self.goal),
                 abs(math.degrees(difference(self.reached.yaw, self.goal.yaw))))
 
-    def is_good(self, config: DemoConfig) -> bool:
+    @property
+    def is_good(self) -> bool:
         """Did the drive end at its goal, truly within the tolerances (bounds included)?"""
         distance, angle = self.truly_off
-        return (self.state == REACHED and distance <= config.distance_tolerance
-                and angle <= config.angle_tolerance_deg)
+        return self.state == REACHED and distance <= TRULY_OFF and angle <= TRULY_OFF_DEG
 
 
-def table(drives: Sequence[DemoDrive], config: DemoConfig) -> str:
+def table(drives: Sequence[DemoDrive]) -> str:
     """Returns an empty line, the header, and a row for each drive."""
-    return '\n'.join(['', HEADER] + [
-        _row(number, drive, config) for number, drive in enumerate(drives, 1)])
+    return '\n'.join(['', HEADER] + [_row(number, drive) for number, drive in enumerate(drives, 1)])
 
 
-def _row(number, drive, config):
+def _row(number, drive):
     distance, angle = drive.truly_off
     return ROW.format('drive {}'.format(number), _in_short(drive.goal), _in_short(drive.believed),
                       '{:.1f} mm {:.2f} deg'.format(1000.0 * distance, angle),
                       '{:.2f}, {:.2f} s'.format(drive.time, drive.bound),
-                      'ok' if drive.is_good(config) else 'NOT GOOD: ' + drive.state)
+                      'ok' if drive.is_good else 'NOT GOOD: ' + drive.state)
 
 
 def _in_short(pose):

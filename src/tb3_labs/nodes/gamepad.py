@@ -1,10 +1,9 @@
-"""Everything that `gamepad` decides, without ROS: the holder of the robot, and its command.
+"""Everything that `gamepad` decides: the holder of the robot, and its command; see
+:mod:`tb3_labs.nodes`.
 
 Every press of a button counts, also if several messages arrive together: the messages for
-`ctrl_relinq` are collected in order (GamepadCore.messages).
-
-B always sends False, for any holder of the robot. A sends True. The renewals of this True only keep
-the permission alive. A press of A that was delayed for long does not count.
+`ctrl_relinq` are collected in order (GamepadCore.messages). B always sends False, for any holder of
+the robot. A sends True, unless the press was delayed for long.
 
 A silent pad is lost if the robot depends on it: while a stick is off its middle, and while
 move_to_goal drives by its permission. joy_node sends only changes unless its autorepeat_rate is
@@ -39,17 +38,14 @@ class GamepadCore:
         self._sleep = SleepWatch()
         self._silent_until = 0.0
         self._is_new = False         # something changed, so a command is due
-        self._resets = 0             # presses of the reset button that were not taken yet
+        self._reset_asked = False    # by a press that was not taken yet
         self._news = NewsDesk()
 
     # -- what comes in
 
     def on_joy(self, axes: Sequence[float], buttons: Sequence[int], now: float,
                stamp: float = 0.0) -> None:
-        """Take in a message sent at `stamp` [s, sender's clock; 0: unknown].
-
-        ``ValueError`` if it is of another kind of pad.
-        """
+        """Take in a message, sent at `stamp` (0: unknown)."""
         self._look_at_clock(now)
         message = self._pad.hear(axes, buttons, now, stamp)
         state, before = message.state, message.before
@@ -62,7 +58,7 @@ class GamepadCore:
             self._happens(HolderEvent.READY, now)
         elif message.came_after_loss and self.holder is Holder.GAMEPAD:
             self._happens(HolderEvent.LOST, now)    # the loss is noticed only now
-        self._resets += state.reset and not before.reset
+        self._reset_asked = self._reset_asked or (state.reset and not before.reset)
 
     def on_control(self, granted: bool, now: float) -> None:
         """move_to_goal says that it has control now, or that it has none."""
@@ -94,8 +90,8 @@ class GamepadCore:
 
     def take_reset(self) -> bool:
         """Was the reset button pressed since the last call?"""
-        presses, self._resets = self._resets, 0
-        return presses > 0
+        asked, self._reset_asked = self._reset_asked, False
+        return asked
 
     def take_news(self) -> List[News]:
         return self._news.take()

@@ -26,10 +26,9 @@ class Mouse:
     """Knows whether the mouse is active, and the velocity that it asks for.
 
     A mouse counts as lost at first, when it falls silent while it is active, and when this process
-    slept. It then stays inactive until it is in the middle of the screen, or is deactivated. So a
-    mouse that was active all the time, or comes back, does not drive at once. Messages that the
-    network delayed, or that came together after a silence, do not end the loss. A deactivation
-    always counts as a stop.
+    slept. It then stays inactive until it is in the middle of the screen, or is deactivated.
+    Messages that the network delayed, or that came together after a silence, do not end the loss. A
+    deactivation always counts as a stop.
 
     Several mice may be heard. A mouse that is deactivated stops all: the others do not count until
     they are in the middle, or deactivated.
@@ -97,11 +96,10 @@ class Mouse:
 
 
 def mouse_twist(x: float, y: float) -> Twist2:
-    """The velocity that a mouse at (x, y) asks for: up is forward, left is left.
+    """The velocity that a mouse at (x, y) asks for; ``ValueError`` if they are not finite.
 
     Each direction has its own dead zone, the closed interval +/-MOUSE_DEAD_ZONE. Outside of it
-    the position counts from the middle. A position beyond the screen's edge counts as at the edge;
-    one that is not finite raises ``ValueError``.
+    the position counts from the middle. A position beyond the screen's edge counts as at the edge.
     """
     if not (math.isfinite(x) and math.isfinite(y)):
         raise ValueError('mouse position ({}, {}) is not finite'.format(x, y))

@@ -1,8 +1,7 @@
-"""Everything that `move_to_goal` decides, without ROS: pose, permission and command.
+"""Everything that `move_to_goal` decides: pose, permission and command; see :mod:`tb3_labs.nodes`.
 
-The inputs and outputs are described in :mod:`tb3_labs.nodes`. The robot moves only while this node
-has control, both sensors are fresh, gyro and wheels agree, the pose is known, and the goal is not
-reached.
+The robot moves only while this node has control, both sensors are fresh, gyro and wheels agree, the
+pose is known, and the goal is not reached.
 
 Units: seconds on the receiver's clock (`now`), metres, radians; poses in the local frame.
 """
@@ -166,7 +165,6 @@ class MoveToGoalCore:
         return self._news.take()
 
     def take_fix(self) -> Optional[Fix]:
-        """The latest Fix, once; None if there is not a new one."""
         return self._localizer.take_fix()
 
     def take_end(self) -> Optional[Tuple[Pose2, str]]:
@@ -222,7 +220,6 @@ class MoveToGoalCore:
         return None if frame is None else frame.imu_minus_odometry
 
     def status(self, now: float) -> DriveStatus:
-        """The DriveStatus at this moment."""
         machine, problem = self._machine, self._sensors.problem(now) or self._gyro.problem()
         failure = POSE_LOST if self._localizer.is_lost else machine.failure
         return DriveStatus(

@@ -47,7 +47,7 @@ class PadMessage(NamedTuple):
 class PadListener:
     """Reads the sticks and buttons of one pad, and says whether they are current.
 
-    joy_node sends only changes unless its autorepeat_rate is set. So the silence of a pad that has
+    joy_node sends only changes unless its autorepeat_rate is set: the silence of a pad that has
     never repeated itself does not show a loss.
     """
 
@@ -67,8 +67,8 @@ class PadListener:
              stamp: float) -> PadMessage:
         """Take in a message, sent at `stamp` (0: unknown); ``ValueError`` for another kind of pad.
 
-        A button that is down in the first message may have been pressed long ago, and does not
-        count as pressed now. A stop counts even then.
+        A button that is down in the first message may have been pressed long ago, and counts as
+        pressed now only if it is a stop.
         """
         state = read_pad(axes, buttons, self._config)
         self.repeats = self.repeats or (axes, buttons) == self._last
@@ -122,10 +122,7 @@ def _outside(dead_zone: float, position: float) -> float:
 
 class ControlMessages:
     """The messages of one pad for `ctrl_relinq`: True gives the robot to move_to_goal, False takes
-    it.
-
-    They are kept until the node takes them, since every press counts. The first one is False: a pad
-    that has just started gives nothing.
+    it. The first one is False: a pad that has just started gives nothing.
     """
 
     def __init__(self) -> None:
@@ -169,8 +166,6 @@ class ControlMessages:
         return now - self._given_at < CROSSING
 
     def too_late(self, now: float, lateness: float) -> bool:
-        """Is a press of A that was delayed by `lateness` [s] too late to count?
-
-        It is if it is too old, or if control was taken since.
+        """Is a press of A that was delayed by `lateness` [s] too old, or was control taken since?
         """
         return lateness > LONGEST_LAPSE or now - lateness < self.stopped_at

@@ -5,9 +5,8 @@
     time.monotonic()   deadlines of waits, pauses between warnings, the watchdog
     time.time()        only the moment at which the simulated robot's own time begins
 
-:func:`wait_until` checks a condition again and again. A program.Observer checks it when a message
-arrives. Periodic work has a thread that sleeps by the wall clock, since ``rospy.sleep`` and
-``rospy.Timer`` stop with a simulated clock.
+Periodic work has a thread that sleeps by the wall clock, since ``rospy.sleep`` and ``rospy.Timer``
+stop with a simulated clock.
 """
 import threading
 import time
@@ -16,10 +15,10 @@ import rospy
 
 from tb3_labs.ros.rospy_internals import is_wall_time
 
-#: Time before the first report of a missing /clock [s, wall clock].
-FIRST_WARNING = 2.0
-#: Time between later reports of it [s, wall clock].
-NEXT_WARNING = 10.0
+#: Time before the first reminder of something that is missing [s, wall clock].
+FIRST_REMINDER = 2.0
+#: Time between later reminders [s, wall clock].
+NEXT_REMINDER = 10.0
 #: A clock that does not change for this long stands still [s, wall clock].
 STANDSTILL = 0.3
 #: Time between two looks at a clock, or at a condition [s, wall clock].
@@ -46,20 +45,28 @@ def wait_until(condition, seconds, period=LOOK_PERIOD):
     return True
 
 
+def remind(tell, first=FIRST_REMINDER):
+    """Start a thread that calls `tell()` after `first` [s, wall clock], and again every
+    NEXT_REMINDER as long as it returns a true value: something is still missing."""
+    def run():
+        time.sleep(first)
+        while not rospy.is_shutdown() and tell():
+            time.sleep(NEXT_REMINDER)
+
+    threading.Thread(target=run, name='reminder', daemon=True).start()
+
+
 def say_if_no_clock_comes():
-    """Start a thread that waits for /clock, and reports if it is missing. Every node calls this."""
-    if not is_wall_time():
-        threading.Thread(target=_wait_for_clock, name='clock', daemon=True).start()
-
-
-def _wait_for_clock():
-    due = time.monotonic() + FIRST_WARNING
-    while rospy.get_time() == 0.0 and not rospy.is_shutdown():
-        if time.monotonic() >= due:
-            due += NEXT_WARNING
+    """Report a missing /clock."""
+    def tell():
+        is_missing = rospy.get_time() == 0.0
+        if is_missing:
             rospy.logerr('/use_sim_time is true, but nobody publishes /clock: start a simulation, '
                          'or: rosparam set /use_sim_time false, and start the nodes again')
-        time.sleep(LOOK_PERIOD)
+        return is_missing
+
+    if not is_wall_time():
+        remind(tell)
 
 
 class ClockWatch:

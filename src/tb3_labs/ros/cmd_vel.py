@@ -1,11 +1,10 @@
 """The one way in which this package drives and stops a robot.
 
-A node that drives publishes commands. When it stops, for any reason, it publishes exactly one zero
-and is then silent, so that another node may drive. The zero is also sent when the node shuts down
-(Ctrl+C, SIGTERM, a closed terminal, an exception that ended it), when the process is stopped by
-Ctrl+Z, and when the node's clock stands still. A process that ends, or is stopped, waits until the
-zero is written to each subscriber. The Watchdog wakes the node while its sensors are silent, and
-Rivals names other nodes that drive the same robot.
+When a node that drives stops, for any reason, it publishes exactly one zero and is then silent, so
+that another node may drive. The zero is also sent when the node shuts down (Ctrl+C, SIGTERM, a
+closed terminal, an exception that ended it), when the process is stopped by Ctrl+Z, and when the
+node's clock stands still. A process that ends, or is stopped, waits until the zero is written to
+each subscriber.
 """
 import math
 import threading
@@ -28,8 +27,8 @@ DELIVERY_TIME = 0.15
 LOOK_AGAIN = 0.002
 #: A further wait [s]: a command that was still under way may have been counted as the zero.
 MARGIN = 0.01
-#: A node goes on calculating with old samples. Its watchdog begins to check it when no message came
-#: for this long [s, wall clock], half the shortest timeout.
+#: The watchdog begins to check a node when no message came for this long [s, wall clock], half the
+#: shortest timeout.
 QUIET_TIME = 0.1
 #: Then the watchdog checks the node with this period, until the next message [s].
 CHECK_PERIOD = 0.02
@@ -69,8 +68,8 @@ class CmdVel:
         return time.monotonic() - since if since is not None else 0.0
 
     def send(self, command):
-        """Send `command`, a Twist2 or None. None, zero, and every command while the clock stands
-        still do the same as :meth:`stop`. Raises ``ValueError`` if a number is not finite."""
+        """Send `command`, a Twist2. None, zero, and every command while the clock stands still are
+        a :meth:`stop`. ``ValueError`` if a number is not finite."""
         linear, angular = (command.linear, command.angular) if command is not None else (0.0, 0.0)
         if not (math.isfinite(linear) and math.isfinite(angular)):
             raise ValueError('command ({}, {}) is not finite'.format(linear, angular))
@@ -87,7 +86,7 @@ class CmdVel:
             self._stop()
 
     def _stop(self):
-        """Do what :meth:`stop` does; the caller holds the lock. Returns True if a zero was sent."""
+        """As :meth:`stop`; the caller holds the lock. Returns True if a zero was sent."""
         was_driving = self._driving_since is not None
         if was_driving:
             self._driving_since = None
@@ -115,10 +114,8 @@ class CmdVel:
 
 
 class Watchdog:
-    """Calls `check()`, guarded, in a thread of its own.
-
-    While the watchdog is awake and not fed, it checks every CHECK_PERIOD; while it is not awake,
-    every IDLE_PERIOD.
+    """Calls `check()`, guarded, in a thread of its own: every CHECK_PERIOD while the watchdog is
+    awake and not fed, every IDLE_PERIOD while it is not awake.
 
     The thread begins with the first call of :meth:`keep`. A rospy.Timer would stop with the
     simulated clock, just when the check is needed.
@@ -132,8 +129,8 @@ class Watchdog:
         self._thread = threading.Thread(target=self._run, name='watchdog', daemon=True)
 
     def keep(self, awake):
-        """Set whether the watchdog is awake: True if the node drives, and must be checked often.
-        The caller holds the node's lock."""
+        """`awake`: does the node drive, so that it must be checked often? The caller holds the
+        node's lock."""
         if not self._thread.ident:
             self._thread.start()
         if awake is not self._awake.is_set():    # this look is cheaper than to set it again

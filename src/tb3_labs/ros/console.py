@@ -1,10 +1,5 @@
-"""The lines that a node prints: log lines by rospy's own functions, news of a core, plain text.
-
-    rospy.loginfo, rospy.logwarn, ...  a line of the node's own, also in the log file and on /rosout
-    log_news()                         lines that a core has collected, in the same way
-    say()                              text that is not a log line, such as a table
-
-Tools that are not nodes print to their own standard output.
+"""The lines that a node prints: log lines by rospy's own functions, news of a core, and plain text
+that is not a log line, such as a table.
 
 A terminal may block at any time (Ctrl+S, a window that hangs, a pipe that nobody reads). /rosout
 may block as well: for each line rospy asks the master for a parameter, and a master that cannot be
@@ -16,6 +11,7 @@ the terminal later shows their number.
 import queue
 import sys
 import threading
+from functools import partial
 
 import rospy
 
@@ -35,7 +31,7 @@ _console = None
 def start():
     """Let all lines of this process go through the queues. Call it after rospy.init_node()."""
     global _console
-    _console = _Queue('console', _note_of)
+    _console = _Queue('console', _print_note)
     print_by(_console.put)
     rosout = _Queue('rosout')
     publish_log_by(rosout.put)
@@ -72,16 +68,16 @@ def flush():
 class _Queue:
     """A queue of jobs, and the thread that carries them out in order."""
 
-    def __init__(self, name, note_of=None):
-        """`note_of(count)` returns a job that reports `count` dropped jobs; None: no report."""
+    def __init__(self, name, note=lambda dropped: None):
+        """`note(dropped)` reports a number of dropped jobs."""
         self._waiting = queue.Queue(CAPACITY)
-        self._note_of = note_of
+        self._note = note
         self._lock = threading.Lock()    # guards `_dropped`; its holder does not wait
         self._dropped = 0
         threading.Thread(target=self._run, name=name, daemon=True).start()
 
     def put(self, job):
-        """Put `job` into the queue: it is called in its turn."""
+        """Call `job()` in its turn."""
         with self._lock:
             if not self._offer(job):
                 self._dropped += 1
@@ -98,8 +94,8 @@ class _Queue:
     def _offer(self, job):
         """Put a note of dropped jobs and `job` into the queue. Returns False if it is full."""
         try:
-            if self._dropped and self._note_of is not None:
-                self._waiting.put_nowait(self._note_of(self._dropped))
+            if self._dropped:
+                self._waiting.put_nowait(partial(self._note, self._dropped))
             self._dropped = 0
             self._waiting.put_nowait(job)
         except queue.Full:
@@ -117,6 +113,5 @@ class _Queue:
                 pass    # the terminal is closed; the log file and /rosout still get the log lines
 
 
-def _note_of(dropped):
-    return lambda: print('... {} lines were dropped here: the terminal did not take them'.format(
-        dropped))
+def _print_note(dropped):
+    print('... {} lines were dropped here: the terminal did not take them'.format(dropped))

@@ -1,8 +1,7 @@
 """The requests of other nodes to move_to_goal: control, and a reset.
 
-Control is given and taken on `ctrl_relinq` (std_msgs/Bool): True gives it, False takes it.
-move_to_goal publishes on `has_control` whether it has control. So a sender learns whether its True
-counts, and other nodes learn that control was given.
+On `ctrl_relinq` (std_msgs/Bool) True gives control, False takes it. move_to_goal publishes on
+`has_control` whether it has control, so a sender learns whether its True counts.
 
 A reset is a call of a service. A node of this package offers `reset_pose`, which says why a reset
 is refused. A node as in the handout offers only `set_pose`.
@@ -20,8 +19,8 @@ from tb3_labs.ros.topics import subscribe_events
 from tb3_labs.srv import ResetPose, SetInitialPose
 from tb3_labs.supervision.permission import RENEWAL
 
-#: The header of a sender's connections has this entry if the sender renews its permission. If
-#: such a sender dies, the permission expires, even before the first renewal.
+#: In the header of a sender that renews its permission: if it dies, the permission expires, even
+#: before the first renewal.
 RENEWS = {'renewed': '1'}
 #: Longest wait until a service is offered (WAIT), and for the connection to it (CONTACT) [s].
 WAIT, CONTACT = 1.0, 0.5
@@ -30,7 +29,7 @@ COVARIANCE = 36 * [0.1]
 
 
 class ControlGiver:
-    """The sender's end: it gives control, renews it and takes it. The gamepad uses it.
+    """A sender's end: it gives control, renews it and takes it.
 
     `prefix` is the robot's namespace with a slash, such as robot3/; '' means this node's own.
     """
@@ -61,7 +60,7 @@ class ControlGiver:
             self._publisher.publish(word)
 
     def renew(self, now):
-        """Publish True again if RENEWAL [s] has passed since the last message, see :meth:`say`."""
+        """Say True again if RENEWAL [s] has passed since the last message."""
         if now - self._said_at >= RENEWAL:
             self.say(True, now)
 
@@ -76,7 +75,7 @@ def hear_takers(on_taken):
 
 
 class ControlTaker:
-    """move_to_goal's end: hears the permissions of all senders, and says whether it has control."""
+    """move_to_goal's end: hears all senders, and says whether it has control."""
 
     def __init__(self):
         self._has_control = None
@@ -98,11 +97,8 @@ class ControlTaker:
 
 
 def call_reset(x, y, yaw_deg, prefix=''):
-    """Declare the robot to be at x, y [m], yaw [deg] in local. Returns the answer in words.
-
-    Raises ``ValueError`` with the reason if the reset is refused, or if no node offers a service.
-    `prefix` is the robot's namespace with a slash; '' means this node's own.
-    """
+    """Declare the robot to be at x, y [m], yaw [deg] in local. Returns the answer in words;
+    ``ValueError`` with the reason of a refusal. `prefix`: as for ControlGiver."""
     own, handout = (rospy.resolve_name(prefix + name) for name in ('reset_pose', 'set_pose'))
     try:
         if _first_offered(own, handout) == handout:

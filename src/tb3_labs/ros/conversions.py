@@ -15,10 +15,7 @@ from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 
 
 def frame(name):
-    """`name` in this node's namespace: `robot3/odom` in /robot3, plain `odom` in the root.
-
-    tf has one tree for all robots, so each robot needs frames of its own.
-    """
+    """`name` in this node's namespace, such as `robot3/odom`: tf has one tree for all robots."""
     namespace = rospy.get_namespace().strip('/')
     return '{}/{}'.format(namespace, name) if namespace else name
 

@@ -16,10 +16,10 @@ REPORT_PERIOD = 1.0    # [s, wall clock]
 
 
 class Diagnostics:
-    """Publishes the answer of `report()`: ``(problem, {name: value})``; '' means no problem.
+    """Publishes the answer of `report()`: ``(problem or '', {name: value})``.
 
-    `report` is called once a second, also without a subscriber, so that its rates are those of the
-    last second. The calling thread does not hold a lock of the node.
+    `report` is called without a lock once a second, also without a subscriber, so that its rates
+    are those of the last second.
     """
 
     def __init__(self, hardware, report):
@@ -50,8 +50,7 @@ class SourceReport:
     """The age, the rate and the number of invalid messages of each source, for a report."""
 
     def __init__(self, *sources):
-        """Each source is (freshness.Freshness, topic, type of its messages, clock of its age). Make
-        this object after the node's own subscribers, see Traffic."""
+        """Each is (freshness.Freshness, topic, type, clock of its age); see also Traffic."""
         self._sources = [(source, Traffic(topic, kind), clock)
                          for source, topic, kind, clock in sources]
 
@@ -66,11 +65,11 @@ class SourceReport:
 
 
 class Traffic:
-    """The rate of messages on a topic, including those that are dropped unread.
+    """The rate of messages on a topic, including those that are dropped unread: the bytes that
+    rospy receives on the topic's connections, divided by the size of the first message.
 
-    It is the rate of the bytes that rospy receives on the topic's connections, divided by the size
-    of the first message. Make this object after the node's own subscriber: both share the
-    connections, and the first subscriber decides how to connect.
+    Make this object after the node's own subscriber: both share the connections, and the first
+    subscriber decides how to connect.
     """
 
     def __init__(self, topic, kind):

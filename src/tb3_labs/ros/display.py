@@ -1,8 +1,7 @@
 """Publishes a drive: pose and path in local, the frame itself, the status, markers for RViz.
 
 Making a message costs more time than a step of a control law. So a message without a subscriber is
-not made, and displays are sent only as often as the eye needs. Texts of `goal_state` are those of
-:mod:`tb3_labs.control.goal`.
+not made, and displays are sent only as often as the eye needs.
 """
 import math
 
@@ -24,8 +23,7 @@ PATH_STEP = 0.02
 PATH_TURN = math.radians(10.0)
 #: If the path has more points than this, every second point is dropped.
 PATH_POINTS = 1000
-#: All messages but the pose are sent at most this often [1/s]. If the frame is declared anew, they
-#: are sent at once.
+#: All messages but the pose are sent at most this often [1/s]; at once in a new frame.
 DISPLAY_RATE = 10.0
 #: The path is a long message: it is sent at most this often [1/s].
 PATH_RATE = 5.0
@@ -89,10 +87,7 @@ class LocalDisplay:
 
 
 class DriveStatusPublisher:
-    """Publishes the changes in the status of a MoveToGoalCore.
-
-    The caller of its methods holds the core's lock.
-    """
+    """Publishes the changes in the status of a MoveToGoalCore; the caller holds the core's lock."""
 
     def __init__(self, core, local_frame):
         self._core = core
@@ -111,9 +106,9 @@ class DriveStatusPublisher:
     def update(self, now):
         """Publish a new status at once, and progress once a second while the robot drives."""
         status = self._core.status(now)
-        present = (status.attempt, status.goal, status.words)
         if not status.words:
             return
+        present = (status.attempt, status.goal, status.words)
         if present != self._said:
             if status.begun and (self._said is None or status.attempt != self._begun):
                 self._begun, self._begun_at = status.attempt, now
@@ -139,7 +134,7 @@ class DriveStatusPublisher:
         self._angle.publish(math.degrees(angle))
 
     def report(self, now):
-        """Returns (problem or '', {name: value}) for the diagnostics."""
+        """Returns the answer for Diagnostics."""
         status, turned = self._core.status(now), self._core.imu_minus_odometry
         values = {'state': status.words or 'about to begin',
                   'control': 'granted' if status.has_control else 'not granted',
@@ -149,7 +144,6 @@ class DriveStatusPublisher:
         return status.failure or status.sensor_problem, values
 
     def _announce(self, status, now):
-        """Log a new state."""
         if status.failure:
             rospy.logwarn('Goal (%s) given up: %s', status.goal, status.failure)
         elif not status.active:
@@ -209,8 +203,8 @@ class WayMarker:
         self._publisher = rospy.Publisher('way_marker', Marker, queue_size=1)
 
     def show(self, pose, goal_of_drive):
-        """Draw a line from `pose` to the goal that `goal_of_drive()` returns, both Pose2. If the
-        goal is None, the line is deleted. Without a subscriber nothing is done."""
+        """Draw the line from the Pose2 `pose`, if it is heard; `goal_of_drive` as in LocalDisplay.
+        """
         if not self._publisher.get_num_connections():
             return
         goal = goal_of_drive()
@@ -221,7 +215,6 @@ class WayMarker:
 
 
 def _marker(namespace, number, frame, pose, kind, color, scale):
-    """Returns a marker that moves with its frame."""
     marker = Marker(type=kind, action=Marker.ADD, ns=namespace, id=number, color=color,
                     frame_locked=True)
     stamped = to_pose_stamped(pose, frame, 0.0)

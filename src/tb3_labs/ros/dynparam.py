@@ -1,7 +1,7 @@
 """Settings that change while a node runs: any Config, by dynamic_reconfigure's messages.
 
-A node offers them by LiveSettings; a person changes them by the program below (HELP), or in
-rqt_reconfigure. Both show the names, types, bounds and meanings of the configuration's own fields.
+A node offers them by LiveSettings. A person changes them by the program below (HELP), or in
+rqt_reconfigure.
 
 dynamic_reconfigure 1.7.3 (Debian 12) has a Python server and a dynparam of its own. They are not
 used because of measured defects (test/ros/parameters_test.py shows that this file has none):
@@ -38,8 +38,8 @@ _GROUP = 'Default'
 class LiveSettings:
     """Offers the fields of `config`, except those named in `fixed`.
 
-    `apply` is called with each new configuration, in a thread of its own. To refuse it, `apply`
-    raises ``ValueError``; then nothing changes.
+    `apply` is called with each new configuration, in a thread of its own; it may refuse it by a
+    ``ValueError``.
     """
 
     def __init__(self, config, apply, fixed=()):
@@ -47,26 +47,28 @@ class LiveSettings:
         self._apply = apply
         self._offered = [item for item in fields(config) if item.name not in fixed]
         self._lock = threading.Lock()    # one change after the other
-        self._descriptions = _publisher('~parameter_descriptions', ConfigDescription)
-        self._updates = _publisher('~parameter_updates', Values)
-        self._descriptions.publish(_description(config, self._offered))
+        descriptions = rospy.Publisher('~parameter_descriptions', ConfigDescription, queue_size=10,
+                                       latch=True)
+        self._updates = rospy.Publisher('~parameter_updates', Values, queue_size=10, latch=True)
+        descriptions.publish(_description(config, self._offered))
         self._updates.publish(self._message())
         rospy.Service('~set_parameters', Reconfigure, self._on_request)
 
     def _on_request(self, request):
         with self._lock:
             self._change(decoded(request.config))
-            self._updates.publish(self._message())
-            return self._message()
+            message = self._message()
+            self._updates.publish(message)
+            return message
 
     def _change(self, values):
         """Apply {name: value}. Raises ServiceException with the reason if it is refused."""
         try:
-            names = sorted(item.name for item in self._offered)
+            names = [item.name for item in self._offered]
             unknown = sorted(set(values) - set(names))
             if unknown:
                 raise ValueError('{} cannot be changed while the node runs; {}'.format(
-                    unknown[0], nearest(unknown[0], names) if names else 'nothing can'))
+                    unknown[0], nearest(unknown[0], names)))
             changed = replace(self._current, **values)
             if changed != self._current:
                 self._apply(changed)
@@ -81,10 +83,6 @@ class LiveSettings:
     def _message(self):
         return encoded({item.name: getattr(self._current, item.name) for item in self._offered},
                        [GroupState(name=_GROUP, state=True)])
-
-
-def _publisher(topic, kind):
-    return rospy.Publisher(topic, kind, queue_size=10, latch=True)
 
 
 def encoded(values, groups=()):
@@ -104,22 +102,24 @@ def decoded(message):
 
 def _description(config, offered):
     """Returns the dynamic_reconfigure/ConfigDescription of the fields `offered` of `config`."""
-    def values(choose):
-        return encoded({item.name: choose(item, type(item.default)) for item in offered})
-
     parameters = [ParamDescription(
         name=item.name, type=_TYPES[type(item.default)],
         description='{}: {}'.format(item.metadata['meaning'], bounds_in_words(item)),
         edit_method=_choices(item)) for item in offered]
     return ConfigDescription(
         groups=[Group(name=_GROUP, parameters=parameters)],
-        max=values(lambda item, kind: _first(item.metadata['high'], _HIGHEST[kind])),
-        min=values(lambda item, kind: _first(item.metadata['low'], _LOWEST[kind])),
-        dflt=values(lambda item, kind: getattr(config, item.name)))
+        max=_bounds(offered, 'high', _HIGHEST), min=_bounds(offered, 'low', _LOWEST),
+        dflt=encoded({item.name: getattr(config, item.name) for item in offered}))
 
 
-def _first(bound, otherwise):
-    return otherwise if bound is None else type(otherwise)(bound)
+def _bounds(offered, which, widest):
+    """Returns the dynamic_reconfigure/Config of the bounds `which` ('low' or 'high'); a field
+    without one has the `widest` of its type."""
+    bounds = {}
+    for item in offered:
+        kind, bound = type(item.default), item.metadata[which]
+        bounds[item.name] = widest[kind] if bound is None else kind(bound)
+    return encoded(bounds)
 
 
 def _choices(item):
@@ -164,8 +164,7 @@ def nodes():
 
 
 def call(node, config):
-    """Change settings of `node`. Returns {name: value} of all its settings; ``ValueError`` if the
-    node refuses the change."""
+    """Change settings of `node`, and return {name: value} of all. ``ValueError`` if it refuses."""
     answers = []
 
     def ask():
@@ -184,21 +183,17 @@ def call(node, config):
 
 
 def settings_of(node):
-    """Returns (the node's full name, {name: value} of its settings); ``ValueError`` if the node is
-    unknown or has no settings."""
+    """Returns (the node's full name, {name: value} of its settings); ``ValueError`` if no such node
+    has settings that can change."""
     known, node = nodes(), rospy.resolve_name(node)
     if node not in known:
         raise ValueError('there is no node {} whose settings can change; {}'.format(
             node, nearest(node, known)))
-    settings = call(node, Values())
-    if not settings:
-        raise ValueError('{} has no settings that can change while it runs'.format(node))
-    return node, settings
+    return node, call(node, Values())
 
 
 def value_of(text, kind):
-    """Returns the typed text as a value of the type `kind`, if possible. Otherwise it returns a
-    value of another type, which the node refuses."""
+    """Returns the typed text as a `kind`, or else as another type, which the node refuses."""
     try:
         value = text if kind is str else yaml.safe_load(text)
     except yaml.YAMLError:

@@ -28,8 +28,7 @@ ANSWER_WITHIN = 0.85
 
 
 class _Server(ActionServer):
-    """An ActionServer that ignores a latched goal if it is repeated, see
-    :mod:`tb3_labs.ros.topics`.
+    """An ActionServer that ignores a repeated latched goal, see :func:`topics.only_news`.
 
     Before the server's lock is held, each goal goes to `take(header, job)`; `job()` then gives the
     goal to actionlib. actionlib (1.14.0) offers neither of these: test/ros/stops.test shows both.
@@ -54,10 +53,9 @@ class GoalInterfaces:
 
     `set_goal(header, pose)` takes a goal and returns the object by which its end is reported here,
     or raises ``ValueError`` with the reason of a refusal. `cancel()` gives up the present goal.
-    Both are called with this object's lock held. They must not wait, since a cancel needs that
-    lock. Report only while you hold no lock of your own. `await_frame(header)` is called before
-    `set_goal`, without the lock. It may wait until the frame of a goal is known, and returns
-    True if it waited.
+    Both are called with this object's lock held, and must not wait, since a cancel needs that lock.
+    Report only while you hold no lock of your own. `await_frame(header)` is called before
+    `set_goal`, without the lock: PoseFrames.await_frame.
 
     A message on `move2goal/cancel` ends the goal with its id, or all goals up to its stamp, or any
     goal if it has neither. It also ends goals that actionlib does not know: a goal of the other
@@ -134,12 +132,12 @@ class GoalInterfaces:
         self._id = handle.get_goal_id() if handle is not None else GoalID(stamp=rospy.Time.now())
 
     def _on_cancel(self, handle):
-        """actionlib calls this for a goal that is to be cancelled."""
+        """actionlib calls this for a goal to be cancelled."""
         if handle == self._handle:
             self._cancel_all()
 
     def _on_any_cancel(self, which):
-        """Handle a message on `move2goal/cancel`; actionlib may not know the goal."""
+        """actionlib may not know the goal of this message on `move2goal/cancel`."""
         with self._server.lock:
             all_goals = not which.id and not which.stamp
             named = which.id and which.id == self._id.id
@@ -162,9 +160,9 @@ class GoalInterfaces:
 class PoseFrames:
     """Turns a stamped pose into a Pose2 in ``local``.
 
-    Nearly all poses come in `local` or `odom`. A pose in another frame needs tf; the node
-    subscribes to tf when the first such pose comes. So :meth:`await_frame` waits for tf, and for
-    the master. :meth:`to_local` never waits, and may be called with locks held.
+    Nearly all poses come in `local` or `odom`. The node subscribes to tf when the first pose in
+    another frame comes: :meth:`await_frame` waits for tf, and for the master. :meth:`to_local`
+    never waits, and may be called with locks held.
     """
 
     def __init__(self, local, odom):
@@ -188,11 +186,8 @@ class PoseFrames:
         return True
 
     def to_local(self, header, pose, odom_T_local):
-        """Returns the Pose2 in local of a geometry_msgs/Pose in the frame of `header`.
-
-        An empty frame and `local` mean the local frame itself. Raises ``ValueError`` with the
-        reason if the pose is refused.
-        """
+        """Returns the Pose2 in local of a geometry_msgs/Pose in the frame of `header`; an empty one
+        means local. ``ValueError`` with the reason of a refusal."""
         frame = header.frame_id.lstrip('/')
         pose2 = to_pose2(pose)
         if self._is_local(frame):
@@ -222,13 +217,12 @@ class PoseFrames:
 class Resets:
     """Offers `reset_pose`, `set_pose` and `initialpose`, and carries them out by a MoveToGoalCore.
 
-    A reset waits in the core for samples of the moment at which it was asked for. Then the
-    localizer declares the frame.
+    A reset waits in the core for samples of the moment at which it was asked for.
     """
 
     def __init__(self, core, changed, frames, forget_path):
-        """`changed`: the Condition that guards `core`. `frames`: the PoseFrames.
-        ``forget_path()`` is called with each new frame."""
+        """`changed`: the Condition that guards `core`. ``forget_path()`` is called with each new
+        frame."""
         self._core = core
         self._changed = changed
         self._frames = frames
@@ -242,8 +236,8 @@ class Resets:
         subscribe_news('initialpose', PoseWithCovarianceStamped, self._on_initialpose, queue_size=1)
 
     def look(self):
-        """Log the resets that the latest sample has carried out, and wake their callers. Call it
-        after each sample, with `changed` held."""
+        """Log the resets that the latest sample has carried out, and wake their callers; `changed`
+        is held."""
         done = [reset for reset in self._awaited if reset.done]
         for reset in done:
             self._awaited.remove(reset)
@@ -253,11 +247,8 @@ class Resets:
             self._changed.notify_all()
 
     def _reset(self, declared, deadline):
-        """Reset to the Pose2 `declared` in local. Returns (localizer.Reset, answer in words).
-
-        Raises ``ValueError`` if the reset is refused, or not carried out before `deadline`
-        [s, time.monotonic()].
-        """
+        """Reset to the Pose2 `declared` in local. Returns (localizer.Reset, answer in words);
+        ``ValueError`` if it is refused, or not carried out before `deadline` [time.monotonic()]."""
         with self._changed:
             reset = self._core.reset(declared, rospy.get_time())
             self._awaited.append(reset)

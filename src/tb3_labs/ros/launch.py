@@ -1,13 +1,10 @@
 """Ends the roslaunch that started this process, and checks the arguments of a roslaunch.
 
 roslaunch ignores an argument that the launch file does not have. So each launch file of this
-package begins with a parameter whose command is this module:
-
-    python3 -m tb3_labs.ros.launch FILE.launch
-
-The command looks at the command line of the roslaunch that runs it. If an argument is unknown or
-missing, it prints one line and fails; then roslaunch refuses the file before anything starts. Any
-Python can run it: it imports the standard library alone.
+package begins with a parameter whose command is ``python3 -m tb3_labs.ros.launch FILE.launch``. It
+looks at the command line of the roslaunch that runs it. If an argument is unknown or missing, it
+prints one line and fails; then roslaunch refuses the file before anything starts. Any Python can
+run it: it imports the standard library alone.
 """
 import difflib
 import os
@@ -17,6 +14,8 @@ import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
+#: The package of the launch files.
+PACKAGE = 'tb3_labs'
 #: An argument may take all parameters of a node. Then its doc names the file of the parameters,
 #: such as params/turtlebot3.yaml.
 PARAMETERS_FILE = re.compile(r'params/\w+\.yaml')
@@ -69,13 +68,9 @@ def problem_of(words, path):
 
 def _means(before, word, path):
     """Is `word`, after the words `before`, the launch file `path`?"""
-    if word == path.name and before and before[-1] == _package_of(path):
+    if word == path.name and before and before[-1] == PACKAGE:
         return True
     return word.endswith(path.name) and os.path.exists(word) and path.samefile(word)
-
-
-def _package_of(path):
-    return ET.parse(str(path.parents[1] / 'package.xml')).getroot().findtext('name')
 
 
 def _remedy(name, value, arguments, path):
@@ -87,8 +82,7 @@ def _remedy(name, value, arguments, path):
                 known.setdefault(parameter, '{}:="{{{}: {}}}"'.format(argument, parameter, value))
     near = [name] if name in known else difflib.get_close_matches(name, known, 1)
     if not near:
-        return 'its arguments: roslaunch --ros-args {} {}'.format(
-            _package_of(path), path.name)
+        return 'its arguments: roslaunch --ros-args {} {}'.format(PACKAGE, path.name)
     return known[name] if name in known else 'is {} meant?'.format(known[near[0]])
 
 

@@ -1,23 +1,21 @@
 """Start, parameters, signals, failure and end of every node of this package.
 
-Names, defaults, units and bounds of parameters are defined only in the fields of the core's
-configurations. An unknown name or an invalid value ends the node with one fatal line and exit
-status 1; its roslaunch ends, too. An exception inside a callback ends the node as
-well: rospy alone would print a traceback and let the robot drive on with its last command. The
-shutdown hook of :mod:`tb3_labs.ros.cmd_vel` sends the last zero velocity.
+An unknown parameter or an invalid value ends the node with one fatal line and exit status 1; its
+roslaunch ends, too. An exception inside a callback ends the node as well: rospy alone would print a
+traceback and let the robot drive on with its last command. The shutdown hook of
+:mod:`tb3_labs.ros.cmd_vel` sends the last zero velocity.
 
-Three signals end a node; Ctrl+Z stops the robot before it stops the process. rospy's own signal
-handlers interrupt the main thread at any point to shut down, and hang if it holds one of rospy's
-locks. Here a signal is an exception in the main thread: first the thread leaves its calls and their
-locks, then the node shuts down once.
+Ctrl+Z stops the robot before it stops the process. rospy's own signal handlers interrupt the main
+thread at any point to shut down, and hang if it holds one of rospy's locks. Here a signal is an
+exception in the main thread: first it leaves its calls and their locks, then the node shuts down.
 
 Threads and locks
     main         builds the node, then waits without a lock; runs the hooks of Ctrl+Z, and after
                  a signal those of the shutdown
     subscribers  one for each connection of a topic, by rospy; the same for services
-    watchdog, keyboard, mouse, pynput's, diagnostics, console, clock, clock_watch, awaited, reset,
-    robot, server, master: one each, if a node has them; they are daemons, which do not keep a
-    process alive
+    watchdog, keyboard, mouse, pynput's, diagnostics, console, clock_watch, reminders, reset, robot,
+    server, master: one each, if a node has them; they are daemons, which do not keep a process
+    alive
     Locks are taken in this order, each only before those below it:
     1  locks of all that calls a node back: the shutdown and its hooks, dynamic settings,
        diagnostics, actionlib. A node that calls them, or :func:`end`, holds no lock.
@@ -50,13 +48,11 @@ from tb3_labs.ros.rospy_internals import after_hooks, is_ending, mend_registrati
 
 #: Time between two looks for a master [s].
 MASTER_PERIOD = 0.5
-#: A node that ends tells its master, and waits no longer than this for the answer [s]. The last
-#: zero velocity is sent before.
+#: A node that ends, after its last zero, waits no longer than this for its master's answer [s].
 LONGEST_END = 4.0
 #: These end a node: Ctrl+C, `kill`, a closed terminal.
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-#: This byte in the pipe wakes the main thread when rospy has shut down. For a signal the byte is
-#: the signal's number.
+#: This byte wakes the main thread when rospy has shut down; for a signal it is the signal's number.
 SHUT_DOWN = b'\xff'
 
 _failures = []
@@ -66,7 +62,7 @@ _sleepers = []    # (function to call before the process is stopped, function to
 def run(name, make_node):
     """Initialise node `name`, build it by ``make_node()``, wait for the end; exits the process.
 
-    `make_node` is a class of the node's script. With --help that script's docstring is printed.
+    With --help the docstring of the script of the class `make_node` is printed.
     """
     if set(rospy.myargv()[1:]) & {'-h', '--help'}:
         print(make_node.__init__.__globals__['__doc__'].strip())
@@ -122,9 +118,9 @@ def _end_in_time():
 
 def read_config(*kinds, of=None):
     """Returns an instance of each configuration class in `kinds`, from the node's ``~`` parameters.
+    ``ValueError`` for the first parameter that is unknown or not valid.
 
     `of` names another node whose parameters are read instead; unknown ones of it are ignored.
-    Raises ``ValueError`` for the first parameter that is unknown or not valid.
     """
     given = rospy.get_param(of or '~', {})
     known = {item.name for kind in kinds for item in fields(kind)} | {'model'}
@@ -139,8 +135,7 @@ def read_config(*kinds, of=None):
 
 
 def read_model():
-    """Returns the RobotModel called ``~model``, else the one called TURTLEBOT3_MODEL in the
-    environment."""
+    """Returns the RobotModel called ``~model``, else the one that TURTLEBOT3_MODEL names."""
     return model_called(rospy.get_param('~model', NOT_GIVEN), os.environ)
 
 
@@ -200,8 +195,8 @@ class Signals:
         os.write(self._wake, SHUT_DOWN)
 
     def wait(self, seconds=None):
-        """Wait for :meth:`wake`, or at most for `seconds`. A signal of ENDING raises Interrupted,
-        in this method and everywhere else. Another signal ends the wait if `seconds` are given."""
+        """Wait for :meth:`wake`, or at most for `seconds`; then any signal ends the wait. A signal
+        of ENDING raises Interrupted, here and everywhere else."""
         while select.select([self._over], [], [], seconds)[0]:
             is_over = os.read(self._over, 1) == SHUT_DOWN or self._signalled.is_set()
             if is_over or seconds is not None:
@@ -217,8 +212,8 @@ class Signals:
 
     @staticmethod
     def ignore():
-        """Ignore further signals. A second one must not interrupt the shutdown. Ctrl+Z would wait
-        for ever for a lock that the main thread holds while it shuts down."""
+        """Ignore further signals: a second one must not interrupt the shutdown, and Ctrl+Z would
+        wait for ever for a lock that the main thread holds."""
         for number in ENDING + (signal.SIGTSTP,):
             signal.signal(number, signal.SIG_IGN)
 
@@ -230,7 +225,7 @@ class Signals:
 
 def when_stopped(before, after):
     """Call `before()` before Ctrl+Z stops the process, and `after()` when it goes on; both in the
-    main thread, which holds no lock then."""
+    main thread, without a lock."""
     _sleepers.append((before, after))
 
 

@@ -1,8 +1,4 @@
-"""Other programs, observed from outside: what they print, and what they publish.
-
-The marking and the tests run a node as a Program. The demonstration and the tests watch topics by
-an Observer.
-"""
+"""Other programs, observed from outside: what they print, and what they publish."""
 import os
 import pty
 import signal
@@ -153,8 +149,7 @@ class BoundedText:
 class Observer:
     """Keeps the messages of the topics it watches, and waits for conditions.
 
-    Times of arrival are ROS time [s]. Deadlines are wall time, so that no wait hangs if a simulated
-    clock stands still.
+    Times of arrival are ROS time [s]; deadlines are wall time, since a clock may stand still.
     """
 
     def __init__(self):
@@ -174,8 +169,8 @@ class Observer:
         subscribe(topic, kind, keep, read, queue_size=KEPT_MESSAGES)
 
     def all(self, topic, since=float('-inf')):
-        """Returns [(time, value)] of the messages that arrived at or after `since`; if the clock
-        jumped back, only of those after the jump."""
+        """Returns [(time, value)] of the messages since then; after a clock's jump back, only of
+        those after the jump."""
         with self._changed:
             # search from the end: a wait asks often for the last few of thousands of messages
             recent = list(takewhile(lambda entry: entry[0] >= since, reversed(self._seen[topic])))
@@ -192,8 +187,8 @@ class Observer:
             self._seen[topic].clear()
 
     def wait_for(self, topic, condition=lambda value: True, seconds=20.0):
-        """Wait until the latest value of `topic` fulfils `condition`, and return it. RuntimeError
-        after `seconds` of wall time."""
+        """Returns the latest value of `topic` as soon as it fulfils `condition`. RuntimeError after
+        `seconds` of wall time."""
         return self.wait_until(
             lambda: self._seen[topic] and condition(self._seen[topic][-1][1]),
             seconds, topic) and self.latest(topic)

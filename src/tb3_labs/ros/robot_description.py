@@ -4,7 +4,7 @@
 
 It is the URDF of turtlebot3_description if that is installed. Otherwise it is a simple shape of the
 same size, with the same names of links and joints. Its body and nose lie on the floor, so that they
-do not hide goal, path and true pose. PREFIX, such as robot3/, is put before the frames' names.
+do not hide goal, path and true pose.
 
 Frames: ``base_footprint`` on the floor in the middle between the wheels, ``base_link`` above it at
 the height of their axle; x forward, y left. Joints turn by positive angles when the robot drives
@@ -78,8 +78,7 @@ def simple_urdf(model: RobotModel) -> str:
 
 def with_prefix(urdf: str, prefix: str) -> str:
     """Returns `urdf` with `prefix`, such as ``robot3/``, before the names of its links: tf has one
-    tree for all robots. Raises ``ValueError`` if `urdf` is not valid.
-    """
+    tree for all robots. ``ValueError`` if `urdf` is not valid."""
     try:
         robot = ElementTree.fromstring(urdf)
     except ElementTree.ParseError as problem:

@@ -1,9 +1,8 @@
 """The private parts of rospy that the nodes read or change, each behind one function.
 
-They were found in the sources of rospy and rosgraph 1.15.15 (Debian 12), and the tests ran with
-these versions. Each docstring names the part, the defect of rospy, and the test that fails if the
-part changes. If it names no test, an AttributeError shows the change: a node does not start, or
-ends at once.
+They are those of rospy and rosgraph 1.15.15 (Debian 12). Each docstring names the part, the defect
+of rospy, and the test that fails if the part changes. If it names no test, an AttributeError shows
+the change: a node does not start, or ends at once.
 """
 import logging
 import os
@@ -36,10 +35,9 @@ def connected_for():
     """Returns the time since rospy began to connect to the sender of the present message [s]. Call
     it in the callback.
 
-    rospy does not tell this time. Each connection has a thread of its own
-    (`robust_connect_subscriber`), which calls the callback; the age of that thread is returned. If
-    this changes, a stop from before the start of a node counts as new: test/ros/stops.test shows
-    it.
+    Each connection has a thread of its own (`robust_connect_subscriber`), which calls the callback;
+    the age of that thread is returned. If this changes, a stop from before the start of a node
+    counts as new: test/ros/stops.test shows it.
     """
     with open('/proc/self/task/{}/stat'.format(threading.get_native_id())) as status:
         started_at = int(status.read().rpartition(')')[2].split()[19]) / os.sysconf('SC_CLK_TCK')
@@ -59,10 +57,8 @@ def stop_hearing_oneself(subscriber):
 
 
 def bytes_received(subscriber):
-    """Returns the number of bytes received so far on all connections of `subscriber`. It includes
-    the length that is sent before each message.
-
-    It is the sum of the second numbers in `impl.get_stats()` (test/ros/live.test).
+    """Returns the number of bytes received so far on all connections of `subscriber`, with the
+    length before each message: the second numbers of `impl.get_stats()` (test/ros/live.test).
     """
     _, connections = subscriber.impl.get_stats()
     return sum(received for _, received, *_ in connections)
@@ -76,10 +72,11 @@ SURELY_TAKEN = 1024
 
 
 def messages_written(publisher):
-    """Returns {rospy's number of a connection: number of messages written to it}.
+    """Returns {rospy's number of a connection: number of messages written to it}, the first and
+    third numbers of `impl.get_stats()`.
 
-    The number of messages is the third number of each entry of `impl.get_stats()`. With it a node
-    that ends can wait until its last zero is written, which rospy may drop (test/ros/faults.test).
+    With it a node that ends can wait until its last zero is written, which rospy may drop
+    (test/ros/faults.test).
     """
     return {link[0]: link[2] for link in publisher.impl.get_stats()[2]}
 
@@ -96,9 +93,8 @@ def publish_now(publisher, *messages):
     that costs more than the message. Here queue and thread are used only if a subscriber's
     socket is full or nearly full: the caller never waits.
 
-    A network delivers delayed messages together: a subscriber with queue_size=1 finds all of them
-    in one read, and drops all but the last. One write has the same effect. ``publish()`` makes one
-    write for each message, and a subscriber that is awake hears one after the other.
+    One write has the effect of a network that delivers delayed messages together: a subscriber with
+    queue_size=1 finds all of them in one read, and drops all but the last.
 
     Raises what ``publish()`` raises. The publisher needs a queue_size (`impl`, `QueuedConnection`;
     test/unit/test_rospy_internals.py).
@@ -231,16 +227,15 @@ _mended = []
 def mend_registration():
     """Mend two defects of the thread that registers topics; to be called after init_node().
 
-    First, a publisher may register just after a subscriber. Then the subscriber gets two lists of
+    First, if a publisher registers just after a subscriber, the subscriber gets two lists of
     publishers: the answer to its own registration, without that publisher, and the master's update
     with it. The update may come first. rospy uses the list that comes last, and drops the other:
     the two never connect. Here lists that wait are joined. A publisher that has ended refuses the
     connection, which is harmless.
 
-    Second, rospy wakes the thread just before it sets the flag that ends the thread. So the thread
-    sleeps on for 0.5 s, and the shutdown waits for it. Meanwhile the XML-RPC server, whose socket
-    is closed, polls without a pause, and uses 0.2 s of computing. Here the thread is also woken
-    after the flag is set.
+    Second, rospy wakes the thread just before it sets the flag that ends the thread. So the
+    shutdown waits 0.5 s for it, and the XML-RPC server, whose socket is closed, uses 0.2 s of
+    computing. Here the thread is also woken after the flag is set.
 
     The parts are RegManager's `cond`, `updates` and `publisher_update`
     (test/unit/test_rospy_internals.py).

@@ -2,11 +2,10 @@
 
 A permission, a turn or a goal is an event: a person sends it at one moment. Events count in their
 order, each once, and only if they are new. A latched topic repeats an event without that person: to
-each node that starts, and after each new connection. An event can also be lost: a node reads
-delayed messages all at once, and a subscriber that keeps only the latest message drops the others.
+each node that starts, and after each new connection. A subscriber that keeps only the latest
+message loses events: a node reads delayed messages all at once.
 """
 import math
-import threading
 import time
 from typing import Any, NamedTuple
 
@@ -16,7 +15,7 @@ import rospy
 from sensor_msgs.msg import JointState
 
 from tb3_labs.control.pace import Listening
-from tb3_labs.ros.clocks import steady_time
+from tb3_labs.ros.clocks import remind, steady_time
 from tb3_labs.ros.conversions import to_wheel_sample
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connected_for, connection_of, is_wall_time
@@ -25,20 +24,15 @@ from tb3_labs.ros.rospy_internals import connected_for, connection_of, is_wall_t
 INVALID_TOLD = 1.0
 #: A message that is repeated to a new connection arrives within this time [s].
 AT_ONCE = 0.3
-#: A node that waits for the robot logs a line about it after this time [s, wall clock].
-FIRST_LINE = 2.0
-#: Time between later lines about it [s, wall clock].
-NEXT_LINE = 10.0
 
 
 def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_for=None):
-    """Returns a guarded subscriber of the latest message. If several messages come at once, it gets
-    the latest `queue_size` of them; with None it gets all.
+    """Returns a guarded subscriber. Of several messages that come at once it gets the latest
+    `queue_size`; with None it gets all. The others are dropped, and not even deserialised.
 
     `read` turns the message into the argument of `callback`. If it raises ``ValueError``, the
     message is dropped with one warning a second, and counted by `source`, the freshness.Freshness
-    of this topic. With queue_size=1 the receive buffer is large: when the node is late, old
-    messages are dropped, and not even deserialised.
+    of this topic.
 
     `idle_for(now)` [s], if given, lets the node read the topic in the rhythm of its steps, see
     :mod:`tb3_labs.control.pace`. With simulated time, whose pace is unknown, every message is
@@ -68,8 +62,8 @@ def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_
 
 
 def subscribe_wheels(callback):
-    """Returns a subscriber of every sample of the wheels on `joint_states`. Messages without
-    wheels, such as those of an arm, are ignored."""
+    """Returns a subscriber of every sample of the wheels on `joint_states`. Messages of other
+    joints, such as an arm's, are ignored."""
     def hear(message):
         try:
             sample = to_wheel_sample(message)
@@ -78,6 +72,12 @@ def subscribe_wheels(callback):
         callback(sample)
 
     return subscribe('joint_states', JointState, hear, queue_size=None)
+
+
+def sent_at(message):
+    """The time at which a message was sent [s, sender's clock]; 0 with simulated time: its unknown
+    pace does not show how late a message is."""
+    return message.header.stamp.to_sec() if is_wall_time() else 0.0
 
 
 class Event(NamedTuple):
@@ -105,7 +105,7 @@ def subscribe_events(topic, kind, callback, read=None):
 
 
 def subscribe_news(topic, kind, callback, queue_size=None):
-    """Returns a guarded subscriber of every message that is not doubtful, see :func:`only_news`."""
+    """Returns a guarded subscriber of the messages that :func:`only_news` lets through."""
     return subscribe(topic, kind, only_news(topic, callback), queue_size=queue_size)
 
 
@@ -133,8 +133,7 @@ class _Replays:
     """
 
     def __init__(self, topic):
-        # A message latched by one of these is older than this node, even if the connection to the
-        # publisher takes long.
+        # what these have latched is older than this node, even if it takes long to connect
         self._before = _publishers(topic)
         self._headers = {}    # {sender: header of its latest connection}
 
@@ -158,19 +157,13 @@ def _publishers(topic):
 
 
 def say_what_is_awaited(heard):
-    """Start a thread that logs the topics without a message so far. It ends when all were heard.
-
-    `heard` is {topic: function that answers whether a message was heard}.
-    """
-    threading.Thread(target=_say_missing, args=(heard,), name='awaited', daemon=True).start()
-
-
-def _say_missing(heard):
-    time.sleep(FIRST_LINE)
-    while not rospy.is_shutdown():
+    """Remind of the topics without a message so far. `heard`: {topic: function that answers whether
+    a message was heard}."""
+    def tell():
         missing = [rospy.resolve_name(topic) for topic, was_heard in heard.items()
                    if not was_heard()]
-        if not missing:
-            return
-        rospy.loginfo('Waiting for %s: is the robot running?', ' and '.join(missing))
-        time.sleep(NEXT_LINE)
+        if missing:
+            rospy.loginfo('Waiting for %s: is the robot running?', ' and '.join(missing))
+        return missing
+
+    remind(tell)
