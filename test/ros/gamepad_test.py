@@ -134,6 +134,33 @@ class GamepadTest(NodeCase):
         commands = [command for _, command in self.seen.all('cmd_vel', pressed)]
         self.assertEqual(commands.count(ZERO), 1)
 
+    def test_a_late_joiner_learns_who_holds_the_robot(self):
+        self.thumb.press(A)
+        self.seen.wait_for('control_holder', lambda holder: holder == 'move_to_goal')
+        late = Observer()
+        late.watch('control_holder', String, lambda message: message.data)
+        late.watch('ctrl_relinq', Bool, lambda message: message.data)
+        late.wait_for('control_holder', lambda holder: holder == 'move_to_goal', 5.0)
+        self.assertTrue(late.wait_for('ctrl_relinq', seconds=5.0))
+        self.thumb.press(B)
+
+    def test_a_pad_lost_while_it_drives(self):
+        self.seen.forget('cmd_vel')
+        self.thumb.sticks(0.5, 0.0)
+        self.seen.wait_for('cmd_vel')
+        lost = rospy.get_time()
+        self.thumb.plugged = False
+        self.wait_until_said('No joy for')
+        self.assert_stopped(lost, 0.35)
+        self.seen.wait_for('control_holder', lambda holder: holder == 'nobody')
+        self.assert_silence()
+        self.thumb.plugged = True          # its stick still held
+        self.assert_silence()
+        self.thumb.sticks(0.0, 0.0)
+        self.seen.wait_for('control_holder', lambda holder: holder == 'gamepad')
+        self.thumb.sticks(0.5, 0.0)
+        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.05)
+
     def test_a_pad_lost_while_move_to_goal_drives(self):
         self.reset()
         self.let_it_drive()

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Goals and resets of the real node, judged by the robot's true pose. The lab's own drive:
-test/marking/check_move2goal.test."""
+"""The drive, the resets and the permission of the real node, judged by the robot's true pose."""
 import math
 import time
+from itertools import groupby
 
 import actionlib
 import rospy
@@ -14,13 +14,15 @@ from nav_msgs.msg import Path
 from std_msgs.msg import Bool, String
 from tf2_msgs.msg import TFMessage
 
-from node_case import STARTING, Hiccups, NodeCase, stamped
+from node_case import STARTING, ZERO, Hiccups, NodeCase, stamped
 from tb3_labs.control.goal import is_over
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped, to_twist, transform_to_pose2
 from tb3_labs.ros.program import Observer
 from tb3_labs.srv import ResetPose, SetInitialPose
+
+LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
 
 
 class Move2GoalTest(NodeCase):
@@ -119,6 +121,27 @@ class Move2GoalTest(NodeCase):
 
     # -- drives
 
+    def test_waits_for_control_then_reaches_the_labs_goal_and_is_silent_twice(self):
+        self.assert_silence(seconds=1.0)
+        self.assertEqual(self.seen.latest('goal_state'), 'waiting for control')
+        for _ in range(2):
+            local_T_world = self.reset()
+            self.set_goal(LAB_GOAL)
+            self.assertEqual(self.drive(), 'GOAL_REACHED')
+            self.assert_pose(local_T_world @ self.truth(), LAB_GOAL)
+            self.assertEqual(self.seen.latest('cmd_vel'), (0.0, 0.0))
+            self.assert_silence(seconds=1.0)
+            self.assertEqual(self.states_driven()[-4:], [
+                'ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL', 'GOAL_REACHED'])
+
+    def states_driven(self):
+        """The states of the drive, without stops because this machine delayed the robot, for 0.1 s
+        at this speed, and without the state in which it then went on."""
+        states = [state for _, state in self.seen.all('goal_state')
+                  if not state.startswith('stopped: no')]
+        states = [state for state, _ in groupby(states)]
+        return states[states.index('ROTATE_TO_GOAL'):]
+
     def test_declared_pose_is_honoured(self):
         goal = Pose2(1.6, 2.4, math.radians(90.0))
         local_T_world = self.reset(1.0, 2.0, -120.0)
@@ -190,7 +213,22 @@ class Move2GoalTest(NodeCase):
         self.seen.wait_until(transforms, 5.0, 'tf of local')
         return transform_to_pose2(transforms()[-1])
 
-    # -- goals by the action, and goals that end otherwise
+    # -- permission, goals that end otherwise
+
+    def test_losing_control_in_mid_turn_stops_at_once_with_one_zero(self):
+        local_T_world = self.reset()
+        self.set_goal(LAB_GOAL)
+        self.control.publish(True)
+        self.seen.wait_for('cmd_vel', lambda command: abs(command[1]) > 1.0)
+        taken = time.time()     # permissions use the wall clock
+        self.control.publish(False)
+        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
+        self.assertLess(time.time() - taken, 0.1 + self.hiccups.since(taken))
+        stopped, _ = self.seen.all('cmd_vel')[-1]
+        self.let_pass(1.0)
+        self.assertEqual(self.seen.all('cmd_vel', stopped + 1e-3), [])
+        self.assertEqual(self.drive(), 'GOAL_REACHED')
+        self.assert_pose(local_T_world @ self.truth(), LAB_GOAL)
 
     def goal(self, pose, frame='local'):
         return MoveBaseGoal(target_pose=to_pose_stamped(pose, frame, 0.0))

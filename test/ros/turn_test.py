@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 """Turns by keyboard beside a real mouse: a terminal, an X server, a pointer; judged by the true
-heading of the simulated robot. The keyboard alone: test/marking/check_turn.test."""
+heading of the simulated robot."""
 import math
 import os
+import re
 import shutil
+import signal
 import subprocess
 
 import rospy
@@ -75,6 +77,44 @@ class TurnTest(NodeCase):
         self.seen.wait_for('cmd_vel', lambda command: command[1] > 1.0)
 
     # -- keyboard
+
+    def test_keyboard_in_a_terminal(self):
+        node = self.controller(terminal=True)
+        start, total = self.heading(), 0.0
+        for text, degrees in (('l', 90.0), ('r', -90.0), ('b', 180.0), ('-33.5', -33.5)):
+            self.seen.forget('cmd_vel')
+            total += degrees
+            before, reports = self.heading(), node.text.count('Turned')
+            node.type(text)
+            node.wait_for('Turned', times=reports + 1)
+            self.rest()
+            # each turn corrects the error that the one before left
+            self.assertLess(abs(math.remainder(self.turned_since(start) - total, 360.0)), 0.5)
+            said = float(re.findall(r'Turned (-?[\d.]+) degrees', node.text)[-1])
+            self.assertLess(abs(math.remainder(said - self.turned_since(before), 360.0)), 0.2)
+            self.assertTrue(self.stopped())
+            self.assertTrue(all(linear == 0.0 for _, (linear, _) in self.seen.all('cmd_vel')))
+        self.assert_silence()
+
+        # nonsense is answered with what is valid
+        self.seen.forget('cmd_vel')
+        for number, text in enumerate(['nonsense', '', 'nan', 'l r', '\x1b[A', '1e9'], 1):
+            node.type(text)
+            node.wait_for('WARN', times=number)
+        self.assertEqual(node.text.count('l (90 degrees left)'), 4)
+        self.assertEqual(node.text.count('a number from -36000 to 36000'), 2)
+        self.assertEqual(self.seen.all('cmd_vel'), [])
+
+        # Ctrl+C in the middle of a turn
+        self.turn_half_round(node)
+        asked = rospy.get_time()
+        self.assertEqual(node.end(signal.SIGINT), 0)
+        self.assertIn('Controller exiting. Halting robot.', node.text)
+        self.assertTrue(self.stopped())
+        zero = self.seen.all('cmd_vel')[-1][0]
+        self.assertLess(zero - asked, 0.2 + self.hiccups.since(asked, zero))
+        self.assertNotIn('Traceback', node.text)
+        self.rest()
 
     def test_a_pipe_then_the_topic(self):
         before = math.degrees(self.rest().yaw)    # it turns as soon as it runs
