@@ -1,6 +1,5 @@
 """Submissions as they come: names of learning platforms, archives, lists of repositories."""
 import os
-import pathlib
 import shutil
 import subprocess
 import zipfile
@@ -257,13 +256,3 @@ def test_a_digest_is_that_of_what_is_in_it(tmp_path):
     assert digest(tmp_path) == before
     (tmp_path / 'n.py').rename(tmp_path / 'm.py')
     assert digest(tmp_path) != before
-
-
-def test_a_single_file_is_laid_out_in_a_folder_of_its_own(tmp_path):
-    (tmp_path / 'Ann_n.py').write_text('x')
-    (tmp_path / 'work').mkdir()
-    copy = Submission('Ann', [tmp_path / 'Ann_n.py'], ['n.py']).lay_out(tmp_path / 'work')
-    assert [path.relative_to(tmp_path) for path in copy.folder.iterdir()] == [
-        pathlib.Path('work', 'Ann', 'n.py')]
-    nothing = Submission('Bo', []).lay_out(tmp_path / 'work')
-    assert list(nothing.folder.iterdir()) == [] and nothing.unread == []

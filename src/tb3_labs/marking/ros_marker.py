@@ -18,8 +18,8 @@ from pathlib import Path
 from typing import Callable, Mapping, Optional, Sequence, Set
 
 from tb3_labs.command_line import reason
-from tb3_labs.marking.choice import NoNode, files_in
-from tb3_labs.marking.conduct import NODE_TEXT, laws_imported
+from tb3_labs.marking.choice import NoNode, files_in, laws_named
+from tb3_labs.marking.conduct import NODE_TEXT
 from tb3_labs.marking.criteria import judge
 from tb3_labs.marking.intake import Copy, Submission, digest
 from tb3_labs.marking.marks import GAMEPAD, LABS, NOT_JUDGED, Marks
@@ -166,7 +166,7 @@ class Marker:
     def _read(self, marks, sources, executable):
         for path in files_in(sources):
             if path.suffix == '.py':
-                marks.findings += laws_imported(path.name, path.read_text(errors='replace'))
+                marks.findings += laws_named(path.name, path.read_text(errors='replace'))
         node = min(sources.rglob(executable))
         (self._logs / (marks.student + NODE_TEXT)).write_bytes(node.read_bytes())
 
