@@ -98,7 +98,7 @@ def main(words):
 
 
 def own_goal(given, person):
-    """Returns the student's own goal, and tells it to the person. ValueError if there is none."""
+    """The student's own goal, which is told to the person. ``ValueError`` if there is none."""
     if given.lab != MOVE2GOAL or not given.name:
         raise ValueError('--own is for {} alone, with --name'.format(MOVE2GOAL))
     numbers = own_numbers(given.name)

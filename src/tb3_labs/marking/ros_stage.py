@@ -81,7 +81,7 @@ class Stage:
         self.keep()
 
     def not_offered(self, names, reason):
-        """Note that these stimuli are impossible: the node does not offer what they need."""
+        """Note that the node does not offer what these stimuli need."""
         self.observation.missing.update(dict.fromkeys(names, reason))
 
     def remark(self, sentences):
@@ -99,10 +99,10 @@ class Stage:
     # -- patterns that several labs use
 
     def moves_after(self, act, seconds):
-        """Call `act()` and wait. Returns True as soon as the node commands a movement.
+        """Call `act()`. Does the node command a movement within `seconds` [s]?
 
-        Returns False after `seconds` [s], or if the node ends before. If `act()` returns a Person,
-        that person was asked to act: the wait is longer, and the person may be asked again.
+        If `act()` returns a Person, that person was asked to act: the wait is longer, and the
+        person may be asked again.
         """
         begun = self.recorder.now
 
@@ -118,8 +118,8 @@ class Stage:
         """Have the node move the robot. Returns True in the middle of the motion, False if the
         node does not move the robot, None if the node does not run.
 
-        `is_ready()`: does the node run, and wait? If not, the node is started. `act()` should make
-        it move within `reaction` [s]; the middle is `well_under_way` [s] later.
+        `is_ready()`: does the node run, and wait? If not, it is started. `act()` should make it
+        move within `reaction` [s]; the middle is `well_under_way` [s] later.
         """
         for _ in range(2):
             if not is_ready() and not self.node.start():
@@ -146,7 +146,7 @@ class Stage:
     def ctrl_c_in_motion(self, set_in_motion):
         """Send Ctrl+C while the node moves the robot; again if the node sends no zero velocity.
 
-        `set_in_motion()` must return what :meth:`set_in_motion` returns.
+        `set_in_motion()` returns what :meth:`set_in_motion` returns.
         """
         for name in CTRL_C:
             moving = set_in_motion()
@@ -284,9 +284,9 @@ class Witness:
 # -- a trial
 
 def try_out(lab, package, executable, parts, keep, pad, tell, goal):
-    """Start a node and try `parts` of its lab, or all parts if there are none in it.
+    """Start a node and try `parts` of its lab, [] for all of them. Returns the Observation.
 
-    Returns the Observation. The other arguments are those of Stage.
+    The other arguments are those of Stage.
     """
     observation = Observation(lab, '{}/{}'.format(package, executable))
     recorder = Recorder(observation)

@@ -12,6 +12,7 @@ from tb3_labs.marking import imu as asked_imu
 from tb3_labs.marking import turn as asked
 from tb3_labs.marking.conduct import IMU_SWITCH
 from tb3_labs.marking.observation import MOUSE_INFO, MOVED, RESTED, WAS_MOVING
+from tb3_labs.marking.ros_interface import LISTENS
 from tb3_labs.marking.ros_robot import Repeater
 from tb3_labs.marking.turn import LEFT, RIGHT
 from tb3_labs.msg import MouseController
@@ -99,11 +100,9 @@ class HeldMouse(Repeater):
 
 
 def mouse_of(stage, names):
-    """Returns the HeldMouse of the node, inactive in the middle.
-
-    Returns None if the node has no mouse that can be played: the stimuli `names` are not offered.
-    """
-    if not stage.node.graph.listens_to(MOUSE_INFO):
+    """The HeldMouse of the node, inactive in the middle; None if the node has no mouse that can be
+    played: the stimuli `names` are not offered."""
+    if rospy.resolve_name(MOUSE_INFO) not in stage.node.graph.of_node(LISTENS):
         stage.not_offered(names, 'it does not listen to mouse_info')
         return None
     try:
