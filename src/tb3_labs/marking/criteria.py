@@ -97,10 +97,8 @@ class Verdict:
 
 def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mapping[str, float],
           parts: Sequence[str] = ()) -> List[Verdict]:
-    """Returns one Verdict for each criterion of `parts`, or of all parts if none are given.
-
-    `worth` has the points of each criterion by its name.
-    """
+    """One Verdict for each criterion of `parts`, or of all parts if none are given; `worth`: name
+    of a criterion -> points."""
     verdicts = []
     for criterion in criteria:
         if parts and criterion.part not in parts:
@@ -118,7 +116,7 @@ def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mappin
 
 
 def first_missed(*missed: str) -> str:
-    """Returns the first of these judgements that is not ''; '' if all criteria are met."""
+    """The first of these judgements that is not ''; '' if all criteria are met."""
     return next((said for said in missed if said), '')
 
 
@@ -158,7 +156,7 @@ def _ends(seen):
 
 
 def ends_cleanly(part: str, where: Place) -> Criterion:
-    """Returns the criterion that the node ends properly at each Ctrl+C."""
+    """The criterion that the node ends properly at each Ctrl+C."""
     return Criterion(
         'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', where,
         lambda seen: first_missed(*map(_clean_exit, _ends(seen))),
@@ -177,10 +175,8 @@ def _clean_exit(scene: Scene) -> str:
 
 
 def traceback_in(printed: str) -> Optional[str]:
-    """Returns the error of the node's traceback, in quotes; '' if the error is unknown.
-
-    Returns None if there is no traceback, or only one of rospy itself.
-    """
+    """The error of the node's traceback, in quotes; '' if the error is unknown; None if there is no
+    traceback, or only one of rospy itself."""
     if TRACEBACK not in printed:
         return None
     errors = [line for line in printed.splitlines()
@@ -191,7 +187,7 @@ def traceback_in(printed: str) -> Optional[str]:
 
 
 def tracebacks_before_the_end(stimulus: Stimulus) -> List[str]:
-    """Returns a sentence on a traceback before Ctrl+C, if any: no criterion is about it."""
+    """A sentence on a traceback before Ctrl+C, if any: no criterion is about it."""
     error = traceback_in(stimulus.printed) if stimulus.name not in CTRL_C else None
     return [] if error is None else [
         'A traceback was printed during "{}"{}. The clean exit is about Ctrl+C alone.'.format(
@@ -199,7 +195,7 @@ def tracebacks_before_the_end(stimulus: Stimulus) -> List[str]:
 
 
 def stops_robot(seen: Observation) -> str:
-    """Returns '' if the node sent a zero velocity at one of its Ctrl+C, else a clause."""
+    """'' if the node sent a zero velocity at one of its Ctrl+C, else a clause."""
     scenes = [scene for scene in _ends(seen) if scene.facts[WAS_MOVING]]
     if not scenes:
         return 'it did not move the robot before Ctrl+C, so that a stop could not be seen'
@@ -211,7 +207,7 @@ def stops_robot(seen: Observation) -> str:
 
 
 def says(seen: Observation, words: str) -> str:
-    """Returns '' if these words were printed at Ctrl+C, else a clause."""
+    """'' if these words were printed at Ctrl+C, else a clause."""
     scene = seen.during(CTRL_C[0], may_die=True)
     return '' if words in scene.printed else '"{}" was not printed at Ctrl+C'.format(words)
 
@@ -249,7 +245,7 @@ ROUNDING = 0.005
 
 
 def steers(commands: np.ndarray, name: str, column: int, bounds: Tuple[float, float]) -> str:
-    """Returns '' if the latest command is within `bounds` and commands nothing else, else a clause.
+    """'' if the latest command is within `bounds` and commands nothing else, else a clause.
 
     `commands` has rows of time, linear [m/s], angular [rad/s]; `name` is the stimulus; `column` is
     LINEAR or ANGULAR; `bounds` are the least and the greatest value, both allowed.

@@ -3,8 +3,8 @@ from functools import partial
 
 from tb3_labs.marking.criteria import (ANGULAR, AT_ONCE, IN_TIME, LINEAR, NEAR, ROUNDING,
                                        STOPS_AT_ONCE, STOPS_IN_TIME, STOPS_WHEN_LOST, THUMB,
-                                       TRACEBACK, Criterion, ends_cleanly, first_missed, opposite,
-                                       starts, steers, stops_robot, stops_when_silent)
+                                       TRACEBACK, Criterion, ends_cleanly, opposite, starts,
+                                       steers, stops_robot, stops_when_silent)
 from tb3_labs.marking.observation import NotSeen, Observation
 
 #: The parts of the lab.
@@ -57,13 +57,13 @@ def _drives(seen: Observation) -> str:
     if missed:
         return missed
     full = seen.during(UP).commands[-1, LINEAR]
-    return first_missed(_stick(seen, HALF_UP, LINEAR, (HALF[0] * full, HALF[1] * full)),
-                        _stick(seen, DOWN, LINEAR, opposite(FORWARD)))
+    return (_stick(seen, HALF_UP, LINEAR, (HALF[0] * full, HALF[1] * full))
+            or _stick(seen, DOWN, LINEAR, opposite(FORWARD)))
 
 
 def _turns(seen: Observation) -> str:
-    return first_missed(_stick(seen, TO_LEFT, ANGULAR, TURN),
-                        _stick(seen, TO_RIGHT, ANGULAR, opposite(TURN)))
+    return (_stick(seen, TO_LEFT, ANGULAR, TURN)
+            or _stick(seen, TO_RIGHT, ANGULAR, opposite(TURN)))
 
 
 def _lets_go(seen: Observation) -> str:

@@ -76,8 +76,8 @@ class Recorder:
 
     def __init__(self, observation, is_judged=None, has_truth=True):
         """``is_judged(name)``: are the commands of the node of this name recorded? None: those of
-        all other programs are. `has_truth`: does the robot publish its true pose? If not, the
-        odometry gives the place, and the IMU gives the changes of the heading."""
+        all other programs are. `has_truth`: does the robot publish its true pose? If not, its
+        place is the odometry's, and its heading changes as the IMU's."""
         self._observation, self._is_judged = observation, is_judged
         self._zero, self._lock = rospy.get_time(), threading.Lock()
         #: The address of the robot: the sender of the first true pose.
@@ -166,8 +166,7 @@ class Recorder:
         return any(linear or angular for _, linear, angular in self.commands_since(begin))
 
     def rests(self, without_command=0.0):
-        """Has the robot rested for REST_TIME, without a command to move for `without_command`
-        [s]?"""
+        """Has it rested for REST_TIME, without a command to move for `without_command` [s]?"""
         if without_command and self.moves(self.now - without_command):
             return False
         truth = self._observation.truth
@@ -187,11 +186,8 @@ class RobotHand:
         self._wheels = rospy.Publisher(CMD_VEL, Twist, queue_size=1)
 
     def face(self, heading_deg, seconds=8.0):
-        """Turn the robot the short way to a heading [deg], in at most `seconds` [s].
-
-        Returns True if the robot rests afterwards. The last command is zero, also after an
-        interruption.
-        """
+        """Turn the robot the short way to a heading [deg], in at most `seconds` [s]. Does it rest
+        afterwards? The last command is zero, also after an interruption."""
         def error():
             return difference(math.radians(heading_deg), self._recorder.pose.yaw)
         deadline = time.monotonic() + seconds
@@ -206,10 +202,8 @@ class RobotHand:
 
 
 class Repeater:
-    """Repeats the latest message on a topic, as the driver of a mouse or a gamepad does.
-
-    A ``with`` statement ends the messages at the end of the block.
-    """
+    """Repeats the latest message on a topic, as the driver of a mouse or a gamepad does; until the
+    end of a ``with`` statement."""
 
     def __init__(self, topic, kind):
         self._message, self._closed = None, False
@@ -225,19 +219,18 @@ class Repeater:
     def hold(self, message):
         """Send this message from now on. None: send nothing, like a device that is unplugged."""
         self._message = message
-        self._send()
+        self._send(message)
 
     def wait_until_heard(self):
         """Wait until a node is connected and has heard the message that is held."""
         wait_until(self._publisher.get_num_connections, CONNECTING)
         time.sleep(SETTLED)
 
-    def _send(self):
-        message = self._message
+    def _send(self, message):
         if message is not None:
             self._publisher.publish(message)
 
     def _repeat(self):
         while not (self._closed or rospy.is_shutdown()):
-            self._send()
+            self._send(self._message)
             time.sleep(REPEATED)

@@ -10,7 +10,7 @@ is the student's.
 import os
 import threading
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import rosgraph
 import rospy
@@ -49,9 +49,9 @@ class Stage:
 
     def __init__(self, observation, recorder, node, keep, witness=None, pad=PadConfig(),
                  tell=lambda words: None, goal=GOAL):
-        """``keep(observation)`` is called after each stimulus and each run. `witness`: a Witness
-        that looks before each such call; `pad`: the PadConfig of the gamepad; ``tell(words)`` is
-        called with the present step; `goal`: the goal of move_to_goal, x, y [m], heading [rad]."""
+        """``keep(observation)`` is called after each stimulus and each run, the `witness` looks
+        before. `pad`: a PadConfig; ``tell(words)`` is called with the present step; `goal`: that
+        of move_to_goal, x, y [m], heading [rad]."""
         self.observation, self.recorder, self.node = observation, recorder, node
         self.robot, self.pad, self.goal = RobotHand(recorder), pad, goal
         self._keep, self._witness, self._tell, self._part = keep, witness, tell, ''
@@ -64,10 +64,8 @@ class Stage:
 
     @contextmanager
     def stimulus(self, name, facts=None):
-        """Record the node's behaviour within the ``with`` block as the stimulus `name`.
-
-        The stimulus has these `facts`, and those that the block adds.
-        """
+        """Record the node's behaviour within the ``with`` block as the stimulus `name`, with these
+        `facts`, and those that the block adds."""
         self._tell('{}: {}'.format(self._part, name))
         record = Stimulus(name, self.recorder.now, facts=dict(facts or {}))
         characters, lines = self.node.printed
@@ -90,7 +88,7 @@ class Stage:
         known += [sentence for sentence in sentences if sentence not in known]
 
     def keep(self):
-        """Call ``keep(observation)`` with the present Observation."""
+        """Hand the present Observation to ``keep(observation)``."""
         self.node.note()
         if self._witness is not None:
             self._witness.look()
@@ -209,14 +207,11 @@ class Witness:
 
     def look(self):
         """Ask the master once; if it does not answer, nothing is noted."""
-        with self._asking:
-            try:
-                self._look_at_graph()
-                for finding in conduct.changed(self._parameters, self._robots_parameters(),
-                                               'parameter'):
-                    self._observation.note(finding)
-            except (OSError, rosgraph.MasterException):
-                pass
+        with self._asking, suppress(OSError, rosgraph.MasterException):
+            self._look_at_graph()
+            for finding in conduct.changed(self._parameters, self._robots_parameters(),
+                                           'parameter'):
+                self._observation.note(finding)
 
     def _repeat(self):
         while not self._over.wait(PERIOD):
@@ -267,11 +262,9 @@ class Witness:
             self._repairs += 1
             before = {name: value for name, value in self._settings.items()
                       if name not in conduct.SWITCHES}
-            try:
+            with suppress(rospy.ServiceException):      # the robot is gone: noted elsewhere
                 rospy.ServiceProxy('/{}/set_parameters'.format(ROBOT), Reconfigure)(
                     encode_config(before))
-            except rospy.ServiceException:
-                pass    # the robot is gone, which is noted elsewhere
 
     def _on_shutdown(self):
         """End at once: a marker that was shut down hears nothing, and would observe wrongly."""

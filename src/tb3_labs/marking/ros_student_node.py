@@ -7,6 +7,7 @@ import json
 import os
 import signal
 import time
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Dict, List, Optional
@@ -134,7 +135,7 @@ class StudentNode:
         self.interrupt(PATIENCE)
         self._process.kill()
         if self._watch is not None:
-            self._watch.end()
+            self._watch.over.set()
         self.note()
         self.runs[-1].end, self.runs[-1].ended_by_itself = self._now(), ended
         self._process = None
@@ -148,10 +149,8 @@ class StudentNode:
 
     def type(self, line):
         """Type a line, and Enter."""
-        try:
+        with suppress(OSError):     # the node has ended, which is recorded
             self._process.type(line)
-        except OSError:
-            pass    # the node has ended, which is recorded
 
     @property
     def printed(self):
