@@ -6,11 +6,12 @@ import pytest
 
 from test_marking import observation, stimulus
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking import move2goal
+from tb3_labs.marking import gamepad, move2goal
 from tb3_labs.marking.criteria import Outcome, judge, tracebacks_before_the_end
 from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.observation import Observation, Run, Stimulus
 from tb3_labs.marking.turn import EACH_TURN, mouse_fields
+from tb3_labs.marking.turn import PLACES as MOUSE_PLACES
 
 #: Each stimulus begins at a multiple of this, and lasts nearly as long [s].
 SLOT, LASTS = 10.0, 8.0
@@ -304,6 +305,17 @@ def test_turns_across_180_and_0_degrees_cross_them_and_no_others_do():
         crossed = [jump for jump in (0.0, 180.0, 360.0) if ends[0] - 20.0 < jump < ends[1] + 20.0]
         assert ['across {:.0f}'.format(jump) for jump in crossed] == (
             [name[2:]] if 'across' in name else []), name
+
+
+def test_the_mouse_and_the_sticks_are_where_their_stimulus_says():
+    ways = {'up': (1.0, 0.0), 'down': (-1.0, 0.0), 'left': (0.0, 1.0), 'right': (0.0, -1.0),
+            'go': (0.0, 0.0)}
+    mouse = {name: (y, -x) for name, (x, y) in MOUSE_PLACES.items() if 'middle' not in name}
+    for name, place in [*mouse.items(), *gamepad.PLACES.items()]:
+        *more, way = name.split()
+        part = max(map(abs, place)) or 1.0
+        assert (place[0] / part, place[1] / part) == ways[way]
+        assert 0.4 < part < 0.7 if 'half' in more else part == 1.0, name
 
 
 # ----- other observations -----

@@ -272,10 +272,10 @@ def test_an_import_is_used_if_its_names_are_or_if_it_cannot_be_taken_out_alone(t
 
 
 def test_a_message_package_without_a_manifest_and_one_that_needs_another(tmp_path):
-    folder = hand_in(
-        tmp_path / 'bob', turtlebot_controller='#!/usr/bin/env python3\nfrom outer.msg import O\n'
-        'print(O().inner.value)\n', **{'outer__msg__O.msg': 'inner/I inner\n',
-                                       'inner__msg__I.msg': 'float32 value\n'})
+    folder = hand_in(   # a module beside the node imports them
+        tmp_path / 'bob', turtlebot_controller='#!/usr/bin/env python3\nfrom beside import O\n'
+        'print(O().inner.value)\n', beside='from outer.msg import O\n',
+        **{'outer__msg__O.msg': 'inner/I inner\n', 'inner__msg__I.msg': 'float32 value\n'})
     ready, copy = ready_in(tmp_path, folder)
     assert ready.lacking == [] and output_of(copy, ready) == '0.0\n'
 
