@@ -28,7 +28,7 @@ MOST_FORKS = 600
 SLEEP = str(800000 + os.getpid())
 #: Said to no program but the instructor's.
 SECRET = 'the-instructors-password'
-#: What the node does before it works as it should; {victim} is a folder of the instructor's.
+#: The node does this before it works as it should; {victim} is a folder of the instructor's.
 MISDEEDS = '''    import glob, os, shutil, subprocess, sys, time
     from dynamic_reconfigure.client import Client
     from geometry_msgs.msg import PoseStamped
@@ -73,7 +73,7 @@ FORK = '''        import os, time
         forks = 'n=0; while [ $n -lt {most} ]; do sleep 60 & n=$((n + 1)); done; wait'
         os.execv('/bin/sh', ['sh', '-c', forks])
 '''
-#: What the instructor is told, and no student.
+#: The instructor is told this, and no student.
 FINDINGS = (
     'publishes on /ground_truth', 'where the robot tells its true pose', 'publishes on /odom',
     'listens to /ground_truth', 'publishes on /reset', "called the robot's own reset",

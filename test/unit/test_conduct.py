@@ -1,4 +1,4 @@
-"""What is told to the instructor, and what is nobody's business; programs that are alike."""
+"""Findings for the instructor, and behaviour that is not one; programs that are alike."""
 import pathlib
 import random
 import re

@@ -30,7 +30,7 @@ TEXTS = {
 
 
 def built(tmp_path, texts, remarks):
-    """What is said of a package lab2 with these files."""
+    """The description of a package lab2 with these files."""
     for name, text in texts.items():
         path = tmp_path / 'lab2' / name
         path.parent.mkdir(parents=True, exist_ok=True)

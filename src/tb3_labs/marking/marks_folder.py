@@ -36,9 +36,8 @@ STUDENT, POINTS, OF, NODE, LATE, REMARKS = 'student', 'points', 'of', 'node', 'l
 YES, NO = 'yes', 'no'
 #: Names of files.
 TABLE, OVERVIEW, RESULTS, RECORD = 'marks.csv', 'overview.html', 'results.json', '.marks.json'
-#: Keys of a record. AGAIN: is another try wanted? PAGE: the values on the student's page that may
-#: change without a try.
-AGAIN, PAGE = 'again', 'page'
+#: Key of a record: the values on the student's page that may change without a try.
+PAGE = 'page'
 #: At most MOST_SENTENCES remarks and as many findings are written for one student. Each has at most
 #: LONGEST characters.
 MOST_SENTENCES, LONGEST = 100, 2000
@@ -66,19 +65,19 @@ class MarksFolder:
         self._table()       # fails at once if the table cannot be read
 
     def kept(self, student: str, submission: str) -> Optional[Marks]:
-        """Returns a student's Marks if a new try of this digest would end alike, else None."""
+        """A student's Marks if a new try of this digest would end alike, else None."""
         record = self._records.get(student)
-        if record is None or record[AGAIN] or record[KEY] != self._key_of(submission):
+        if record is None or record[KEY] != self._key_of(submission):
             return None
         return self._marks(record)
 
-    def write(self, marks: Marks, submission: str, again: bool = False) -> None:
+    def write(self, marks: Marks, submission: str) -> None:
         """Write the marks of one student, and forget their observation.
 
-        `again`: is the submission to be tried again in the next run?
+        `submission`: its digest; '' if it is to be tried again in the next run.
         """
         marks.remarks, marks.findings = _cleaned(marks.remarks), _cleaned(marks.findings)
-        self._keep(marks, dict(to_record(marks, self._key_of(submission)), **{AGAIN: again}))
+        self._keep(marks, to_record(marks, self._key_of(submission)))
 
     def set_late(self, student: str, late: str) -> None:
         """Set the sentence on lateness in a student's marks; '': handed in on time."""
@@ -234,7 +233,7 @@ class Table:
         return {name_in(head): text for head, text in row.items() if name_in(head)}
 
     def renewed(self, all_marks: Sequence[Marks], rows: Sequence[Row]) -> str:
-        """The table with these marks. What a person wrote, and rows of other students, stay."""
+        """The table with these marks. A person's cells and columns stay, and others' rows."""
         some = all_marks[0]
         heads = [STUDENT, POINTS, OF] + [v.criterion.label for v in some.graded + some.extra] + [
             NODE, LATE] + labels(rows) + [REMARKS]

@@ -279,7 +279,7 @@ class MarkedClass:
     def _write(self, marks, tried):
         """Write Marks; `tried`: the digest of the submission."""
         with self._writing:
-            self._folder.write(marks, tried, again=bool(marks.unfair or marks.unjudged))
+            self._folder.write(marks, '' if marks.unfair or marks.unjudged else tried)
             self._failed = self._failed or not marks.judged
 
     def _tell(self, line):
