@@ -208,13 +208,15 @@ def test_zip_files_in_zip_files_are_unpacked_unless_there_is_code(tmp_path):
     assert laid_out(two, tmp_path)[0] == {'two.unpacked/n.py', 'two.unpacked/a/inner.zip'}
 
 
-def test_what_cannot_be_unpacked_is_told(tmp_path):
+def test_what_is_left_out_or_cannot_be_unpacked_is_told(tmp_path):
     (tmp_path / 'a').mkdir()
+    (tmp_path / 'a' / 'link').symlink_to('/etc/passwd')
     (tmp_path / 'a' / 'work.zip').write_bytes(b'x')
     (tmp_path / 'a' / 'work.rar').write_bytes(b'x')
     files, remarks = laid_out(Submission('Ann', [tmp_path / 'a']), tmp_path)
     assert files == {'work.rar'}
-    assert 'cannot be unpacked' in remarks[0] and 'work.rar was not unpacked' in remarks[1]
+    assert remarks[0] == 'Left out, because each is a link, a device, or too deep: link.'
+    assert 'cannot be unpacked' in remarks[1] and 'work.rar was not unpacked' in remarks[2]
 
 
 def test_a_list_of_repositories_is_found(tmp_path):

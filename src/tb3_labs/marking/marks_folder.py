@@ -132,11 +132,9 @@ class MarksFolder:
             raise ValueError('{} cannot be read, and may hold what a person wrote: {}'.format(
                 path, problem)) from None
 
-    def _sentence(self, marks):
-        return sentence(self._rows, marks, self._table().given(marks.student))
-
     def _page_of(self, marks):
-        return [self._sentence(marks), marks.late] + [verdict.worth for verdict in marks.verdicts]
+        course = sentence(self._rows, marks, self._table().given(marks.student))
+        return [course, marks.late] + [verdict.worth for verdict in marks.verdicts]
 
     def _renew_page(self, marks):
         """Write the page again if points were changed, or a person filled in cells."""
@@ -149,7 +147,8 @@ class MarksFolder:
         self._keep(marks, record)
 
     def _keep(self, marks, record):
-        page = feedback(marks, LABS[self._lab].title, self._sentence(marks))
+        shown = self._page_of(marks)
+        page = feedback(marks, LABS[self._lab].title, shown[0])
         _replace(self._path / (marks.student + '.html'), page)
         marks.observation = None        # the observations of a class need hundreds of MB
         folder = self._path / 'gradescope' / marks.student
@@ -158,9 +157,8 @@ class MarksFolder:
             _replace(folder / RESULTS, json.dumps(results(marks, self._rows), indent=1))
         elif (folder / RESULTS).exists():
             (folder / RESULTS).unlink()     # of an earlier try: no longer true
-        record[PAGE] = self._page_of(marks)
-        self._records[marks.student] = record
-        _replace(self.logs / (marks.student + RECORD), json.dumps(record))
+        self._records[marks.student] = dict(record, **{PAGE: shown})
+        _replace(self.logs / (marks.student + RECORD), json.dumps(self._records[marks.student]))
 
 
 def late_by(due: datetime, handed_in: Optional[datetime], what: str) -> str:
