@@ -134,10 +134,13 @@ ORDERLY = (0, 2, 15)
 START_TIME = 15.0
 #: A node that still runs after this time hangs [s]; rospy itself needs up to 2 s.
 ENDING = 5.0
-#: A zero velocity must be sent within this time after Ctrl+C [s].
-STOPPING = 0.5
-#: The limits of the criteria about the start and Ctrl+C, in words.
-IN_TIME, STOPS_IN_TIME = ('within {:g} s'.format(time) for time in (START_TIME, STOPPING))
+#: A stop "at once", as the zero velocity at Ctrl+C, must happen within this time [s].
+AT_ONCE = 0.5
+#: A node must stop the robot within this time after a sensor or an input fell silent [s].
+LOST = 1.0
+#: These limits in words.
+IN_TIME, STOPS_AT_ONCE, STOPS_WHEN_LOST = (
+    'within {:g} s'.format(time) for time in (START_TIME, AT_ONCE, LOST))
 #: A traceback begins so, also in the middle of a line of a log.
 TRACEBACK = 'Traceback (most recent call last)'
 ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
@@ -200,7 +203,7 @@ def stops_robot(seen: Observation) -> str:
     if not scenes:
         return 'it did not move the robot before Ctrl+C, so that a stop could not be seen'
     for scene in scenes:
-        soon = scene.commands[scene.commands[:, 0] <= scene.begin + STOPPING]
+        soon = scene.commands[scene.commands[:, 0] <= scene.begin + AT_ONCE]
         if (soon[:, 1:] == 0.0).all(axis=1).any():
             return ''
     return 'at Ctrl+C in the middle of a movement it sent no zero velocity: the robot went on'
@@ -213,13 +216,6 @@ def says(seen: Observation, words: str) -> str:
 
 
 # ----- stopping when something is lost -----
-
-#: The time within which a stop "at once" must happen [s].
-AT_ONCE = 0.5
-#: The time within which a node must stop the robot after a sensor or an input fell silent [s].
-LOST = 1.0
-#: Both limits in words.
-STOPS_AT_ONCE, STOPS_WHEN_LOST = ('within {:g} s'.format(time) for time in (AT_ONCE, LOST))
 
 
 def stops_when_silent(seen: Observation, name: str, what: str) -> str:

@@ -8,9 +8,8 @@ import numpy as np
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.criteria import (AT_ONCE, IN_TIME, ROUNDING, STATES, STOPS_AT_ONCE,
-                                       STOPS_IN_TIME, STOPS_WHEN_LOST, TRANSFORMATION_SHEET,
-                                       Criterion, Place, ends_cleanly, starts, stops_robot,
-                                       stops_when_silent)
+                                       STOPS_WHEN_LOST, TRANSFORMATION_SHEET, Criterion, Place,
+                                       ends_cleanly, starts, stops_robot, stops_when_silent)
 from tb3_labs.marking.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation, Scene
 
 #: The parts of the lab.
@@ -205,7 +204,7 @@ CRITERIA = [
               _control_taken, limits='zero velocity ' + STOPS_AT_ONCE),
     ends_cleanly(CONTROL, STATES),
     Criterion('stops_robot', CONTROL, 'at Ctrl+C in a drive sends zero velocity', STATES,
-              stops_robot, extra=True, limits=STOPS_IN_TIME),
+              stops_robot, extra=True, limits=STOPS_AT_ONCE),
     Criterion('exact', RESET, 'both drives are within {:g} m and {:g} degree'.format(
         EXACT_DISTANCE, EXACT_ANGLE), ANALYSIS, _exact, extra=True),
     Criterion('declared_pose', DECLARED, 'drives from a declared pose that is not the origin',

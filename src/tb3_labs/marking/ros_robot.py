@@ -39,9 +39,14 @@ REST_WAY, REST_TURN, REST_TIME = 0.002, 0.005, 0.4
 FEWEST = 5
 #: A turn by the marker. GAIN: rate for each rad of error [1/s]. SLOWEST, FASTEST: limits of
 #: the rate [rad/s]. CLOSE: greatest error at its end [rad]. PERIOD: time between commands [s].
-GAIN, SLOWEST, FASTEST, CLOSE, PERIOD = 3.0, 0.1, 1.5, 0.01, 0.03
+#: FACED: the longest time of a turn [s].
+GAIN, SLOWEST, FASTEST, CLOSE, PERIOD, FACED = 3.0, 0.1, 1.5, 0.01, 0.03, 8.0
 #: The robot rests within this time after its last command [s].
 RESTS = 2.0
+#: A movement has lasted this long before something happens to it [s].
+WELL_UNDER_WAY = 0.5
+#: The output and the messages of a node arrive within this time [s].
+UNDER_WAY = 0.3
 #: The time between two messages that are repeated [s].
 REPEATED = 0.05
 #: A node that is ready connects within CONNECTING [s]. A node may ignore a new pad that has not
@@ -185,12 +190,12 @@ class RobotHand:
         self._recorder = recorder
         self._wheels = rospy.Publisher(CMD_VEL, Twist, queue_size=1)
 
-    def face(self, heading_deg, seconds=8.0):
-        """Turn the robot the short way to a heading [deg], in at most `seconds` [s]. Does it rest
+    def face(self, heading_deg):
+        """Turn the robot the short way to a heading [deg], in at most FACED. Does it rest
         afterwards? The last command is zero, also after an interruption."""
         def error():
             return difference(math.radians(heading_deg), self._recorder.pose.yaw)
-        deadline = time.monotonic() + seconds
+        deadline = time.monotonic() + FACED
         try:
             while abs(error()) > CLOSE and time.monotonic() < deadline:
                 rate = clamp(GAIN * error(), -FASTEST, FASTEST)

@@ -14,10 +14,11 @@ import rosgraph
 import rospy
 from rosgraph_msgs.msg import Log
 
-from tb3_labs.marking.criteria import CTRL_C, SIGNAL, STOPPING, TOOK, TRACEBACK
+from tb3_labs.marking.criteria import AT_ONCE, CTRL_C, SIGNAL, TOOK, TRACEBACK
 from tb3_labs.marking.observation import CMD_VEL, IMU, ODOM, WAS_MOVING, Run, Stimulus
 from tb3_labs.marking.ros_interface import LISTENS, PUBLISHES, Graph
-from tb3_labs.marking.ros_stage import PATIENCE, UNDER_WAY
+from tb3_labs.marking.ros_robot import UNDER_WAY
+from tb3_labs.marking.ros_stage import PATIENCE
 from tb3_labs.marking.ros_types import Types
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.program import BoundedText
@@ -226,7 +227,7 @@ def _ended(stage, name, task, goodbye, set_in_motion):
     gone = node.runs[-1].end if ended else recorder.now
     moving = [at for at, linear, angular in recorder.commands_since(asked) if linear or angular]
     in_motion = bool(moving) and gone - moving[-1] < IN_MOTION
-    begin = moving[-1] if in_motion else max(asked, gone - STOPPING)
+    begin = moving[-1] if in_motion else max(asked, gone - AT_ONCE)
     _ask_for_the_end(node, characters, goodbye if name == CTRL_C[0] else '', ended)
     stage.observation.stimuli.append(Stimulus(
         name, begin, recorder.now, node.text_since(characters), node.printed[1] - lines, ended,

@@ -21,13 +21,14 @@ from dynamic_reconfigure.srv import Reconfigure
 from std_msgs.msg import Empty
 
 from tb3_labs.marking import conduct, ros_gamepad, ros_move2goal, ros_turn
-from tb3_labs.marking.criteria import (CTRL_C, ENDING, SIGNAL, STOPPING, TOOK,
+from tb3_labs.marking.criteria import (AT_ONCE, CTRL_C, ENDING, SIGNAL, TOOK,
                                        tracebacks_before_the_end)
 from tb3_labs.marking.marks import GAMEPAD, IMU, LABS, MOVE2GOAL, TURN
 from tb3_labs.marking.move2goal import GOAL
 from tb3_labs.marking.observation import RESET, TRUTH, WAS_MOVING, Observation, Stimulus
 from tb3_labs.marking.ros_interface import name_of_sender, sender_of
-from tb3_labs.marking.ros_robot import ROBOT, Recorder, RobotHand
+from tb3_labs.marking.ros_robot import (ROBOT, UNDER_WAY, WELL_UNDER_WAY, Recorder,
+                                        RobotHand)
 from tb3_labs.marking.ros_student_node import StudentNode
 from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.ros.clocks import wait_until
@@ -35,8 +36,6 @@ from tb3_labs.ros.topics import subscribe
 
 #: An input or a sensor is silent for this time: LOST, plus a margin [s].
 SILENCE = 1.5
-#: The messages that a node sends at its end arrive within this time [s].
-UNDER_WAY = 0.2
 #: A person has this time to do what is asked [s].
 PATIENCE = 60.0
 #: lab -> part -> its script, given a Stage
@@ -112,18 +111,18 @@ class Stage:
                 break
         return self.recorder.moves(begun)
 
-    def set_in_motion(self, is_ready, act, reaction, well_under_way):
+    def set_in_motion(self, is_ready, act, reaction):
         """Have the node move the robot. Returns True in the middle of the motion, False if the
         node does not move the robot, None if the node does not run.
 
         `is_ready()`: does the node run, and wait? If not, it is started. `act()` should make it
-        move within `reaction` [s]; the middle is `well_under_way` [s] later.
+        move within `reaction` [s].
         """
         for _ in range(2):
             if not is_ready() and not self.node.start():
                 return None
             if self.moves_after(act, reaction):
-                time.sleep(well_under_way)
+                time.sleep(WELL_UNDER_WAY)
                 return self.node.alive
             self.node.stop()        # an earlier stimulus may be the reason
         return False if self.node.start() else None
@@ -152,7 +151,7 @@ class Stage:
                 return
             begin = self.recorder.now
             self.ctrl_c(name, moving)
-            if any(not (linear or angular) and at <= begin + STOPPING
+            if any(not (linear or angular) and at <= begin + AT_ONCE
                    for at, linear, angular in self.recorder.commands_since(begin)):
                 return
 

@@ -9,11 +9,10 @@ from typing import Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.marking.criteria import (ANGULAR, AT_ONCE, IMU_SHEET, IN_TIME, LINEAR, NEAR,
-                                       ROUNDING, STOPS_AT_ONCE, STOPS_IN_TIME, STOPS_WHEN_LOST,
-                                       TURN_LAB, Criterion, Place, ends_cleanly, first_missed,
-                                       opposite, says, starts, steers, stops_robot,
-                                       stops_when_silent)
+from tb3_labs.marking.criteria import (ANGULAR, AT_ONCE, IMU_SHEET, IN_TIME, LINEAR, NEAR, ROUNDING,
+                                       STOPS_AT_ONCE, STOPS_WHEN_LOST, TURN_LAB, Criterion, Place,
+                                       ends_cleanly, first_missed, opposite, says, starts, steers,
+                                       stops_robot, stops_when_silent)
 from tb3_labs.marking.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation
 
 #: The parts of the lab.
@@ -252,7 +251,7 @@ CRITERIA = [
     Criterion('mouse_in_turn', BOTH, 'a mouse moved during a turn drives then or after it',
               AT_MOUSE, _in_turn, limits='within {:g} s'.format(AT_LAST)),
     Criterion('stops_robot', SHUTDOWN, 'at Ctrl+C in a turn sends zero velocity', AT_CTRL_C,
-              stops_robot, limits=STOPS_IN_TIME),
+              stops_robot, limits=STOPS_AT_ONCE),
     Criterion('says_goodbye', SHUTDOWN, 'at Ctrl+C says "{}"'.format(GOODBYE), AT_CTRL_C,
               partial(says, words=GOODBYE)),
     ends_cleanly(SHUTDOWN, AT_CTRL_C),
