@@ -60,7 +60,7 @@ class _Candidate(NamedTuple):
 
 
 def find_node(folder: Path, lab: Lab, package: str = '', name: str = '') -> Tuple[Path, List[str]]:
-    """The path of a Lab's node below `folder`, and remarks on the choice; arguments: see choose()."""
+    """The path of a Lab's node below `folder`, and remarks on the choice; see choose()."""
     files = []
     for path in filter(_is_program, files_in(folder)):
         found = package_folder(path, folder)

@@ -64,7 +64,7 @@ class StudentNode:
     """Runs one process of the node at a time; `runs` is a list of Run, the latest last."""
 
     def __init__(self, package, executable, listens, now):
-        """`listens`: the topic that a ready node listens to; `now()`: the observation's time [s]."""
+        """`listens`: topic that a ready node listens to; `now()`: the observation's time [s]."""
         self._what, self._listens, self._now = (package, executable), listens, now
         self._launch = Launch.given()
         #: This function is called after each run.
