@@ -63,7 +63,7 @@ def test_every_name_becomes_one_that_files_and_lines_can_have(name):
 def test_a_usual_name_stays_and_odd_ones_are_told_apart():
     assert [file_name(name) for name in ('Ann-Li de Groot', 'M\xfcller', 'kim (2)', '\u05d0')] == [
         'Ann-Li de Groot', 'M\xfcller', 'kim (2)', '\u05d0']
-    assert file_name(os.fsdecode(b'M\xfcller')) == 'M\\xfcller'
+    assert file_name(os.fsdecode(b'M\x80\xff')) == 'M\\x80\\xff'
     names = NASTY + ['M\\xfcller', 'M\\xfcller_', 'x' * 254, '..', 'Ann', 'Ann ']
     found = by_student((name, True) for name in names)
     assert sorted(parts[0][0] for parts in found.values()) == sorted(names)
@@ -190,7 +190,7 @@ def test_a_folder_of_everything(tmp_path):
         {'work.unpacked/' + NODE}, {'turtlebot_controller.py'}, {'lab2.unpacked/lee/' + NODE}]
 
 
-def test_a_platforms_whole_zip_file(tmp_path):
+def test_a_platforms_whole_zip_file_with_or_without_a_folder_around_it(tmp_path):
     inner = zipped(tmp_path / 'b.zip', {NODE: 'x'}).read_bytes()
     path = zipped(tmp_path / 'IMU lab.zip', {
         'IMU lab/Ann_1_assignsubmission_file_/' + NODE: 'x',
@@ -198,6 +198,10 @@ def test_a_platforms_whole_zip_file(tmp_path):
     found = submissions_from(path, tmp_path, print)
     assert [submission.student for submission in found] == ['Ann', 'Bo']
     assert laid_out(found[1], tmp_path) == ({'b.unpacked/' + NODE}, [])
+    flat = zipped(tmp_path / 'flat.zip', {'Cy/' + NODE: 'x', 'Di/' + NODE: 'x'})
+    (tmp_path / 'other').mkdir()
+    assert [submission.student for submission in submissions_from(
+        flat, tmp_path / 'other', print)] == ['Cy', 'Di']
 
 
 def test_zip_files_in_zip_files_are_unpacked_unless_there_is_code(tmp_path):

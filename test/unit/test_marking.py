@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking import move2goal, turn
+from tb3_labs.marking import imu, intake, move2goal, processes, sandbox, turn
 from tb3_labs.marking.criteria import Criterion, Place, judge
 from tb3_labs.marking.feedback import feedback, moments, overview
 from tb3_labs.marking.marks import LABS, Marks, Row, points_of
@@ -91,6 +91,24 @@ def test_the_sheet_for_instructors_lists_every_part():
     assert listed == [(name, part) for name, lab in LABS.items()
                       for part in SCRIPTS[name]]
     assert all(set(lab.parts) == set(SCRIPTS[name]) for name, lab in LABS.items())
+
+
+def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
+    sheet = (REPOSITORY / 'doc' / 'instructor' / 'marking.md').read_text(encoding='utf-8')
+    words, turns = ' '.join(sheet.split()), turn.EACH_TURN.values()
+    for said in (
+            'the robot rests at {:g}, {:g}, {:g} and {:g} degrees'.format(*imu.STANDS.values()),
+            '`l` from {:g} and {:g} degrees, `r` from {:g}, {:g} and {:g}'.format(
+                *[each.begins_deg for typed in 'lr' for each in turns if each.typed == typed]),
+            '{:g} MB and {} files'.format(intake.MOST_BYTES / 1e6, intake.MOST_FILES),
+            'files above {:g} MB are left out'.format(intake.LARGEST / 1e6),
+            '`/dev/shm` of {:g} MB each'.format(sandbox.ROOM / 1e6),
+            '{} processes, {:g} GB of memory and {:g} MB in their folders'.format(
+                processes.PROCESSES, processes.MEMORY / 1e9, processes.OWN_DISK / 1e6),
+            'From {} threads and processes on'.format(sandbox.TASKS),
+            'more than {:g} GB of address space, or {:g} MB in a file'.format(
+                sandbox.ADDRESS_SPACE / 1e9, sandbox.LARGEST_FILE / 1e6)):
+        assert said in words
 
 
 # -- pads
