@@ -165,13 +165,16 @@ def _control_taken(seen: Observation) -> str:
     return ''
 
 
-def _arrives(seen: Observation, name: str, *tolerances: float) -> str:
-    return _place(seen, name, *tolerances[:1]) or _heading(seen, name, *tolerances[1:])
-
-
 def _exact(seen: Observation) -> str:
-    return (_arrives(seen, FIRST_DRIVE, EXACT_DISTANCE, EXACT_ANGLE)
-            or _arrives(seen, SECOND_DRIVE, EXACT_DISTANCE, EXACT_ANGLE))
+    for name in (FIRST_DRIVE, SECOND_DRIVE):
+        missed = _place(seen, name, EXACT_DISTANCE) or _heading(seen, name, EXACT_ANGLE)
+        if missed:
+            return missed
+    return ''
+
+
+def _arrives(seen: Observation, name: str) -> str:
+    return _place(seen, name) or _heading(seen, name)
 
 
 def _declared_pose(seen: Observation) -> str:

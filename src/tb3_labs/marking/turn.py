@@ -179,10 +179,12 @@ def _mouse_drove(seen):
 
 
 def _mouse_drives(seen: Observation) -> str:
-    return first_missed(*(steers(seen.during(name).moving, name, column, bounds)
-                          for name, column, bounds in (
-                              (UP, LINEAR, AT_EDGE), (TO_LEFT, ANGULAR, AT_EDGE),
-                              (HALF_RIGHT, ANGULAR, opposite(HALF_WAY)))))
+    for name, column, bounds in ((UP, LINEAR, AT_EDGE), (TO_LEFT, ANGULAR, AT_EDGE),
+                                 (HALF_RIGHT, ANGULAR, opposite(HALF_WAY))):
+        missed = steers(seen.during(name).moving, name, column, bounds)
+        if missed:
+            return missed
+    return ''
 
 
 def _dead_zone(seen: Observation) -> str:
