@@ -102,10 +102,8 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
                 *[each.begins_deg for typed in 'lr' for each in turns if each.typed == typed]),
             '{:g} MB and {} files'.format(intake.MOST_BYTES / 1e6, intake.MOST_FILES),
             'files above {:g} MB are left out'.format(intake.LARGEST / 1e6),
-            '`/dev/shm` of {:g} MB each'.format(sandbox.ROOM / 1e6),
-            '{} processes, {:g} GB of memory and {:g} MB in their folders'.format(
-                processes.PROCESSES, processes.MEMORY / 1e9, processes.OWN_DISK / 1e6),
-            'From {} threads and processes on'.format(sandbox.TASKS),
+            '{} processes, {:g} GB of memory'.format(processes.PROCESSES, processes.MEMORY / 1e9),
+            '{:g} MB in th'.format(processes.OWN_DISK / 1e6),      # their folders
             'more than {:g} GB of address space, or {:g} MB in a file'.format(
                 sandbox.ADDRESS_SPACE / 1e9, sandbox.LARGEST_FILE / 1e6)):
         assert said in words
