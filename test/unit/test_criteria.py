@@ -294,6 +294,7 @@ def test_the_sentence_says_how_far_it_turned():
 def test_parts_are_those_of_the_lab():
     assert LABS['turn'].checked_parts(' mouse,turns, ') == ['mouse', 'turns']
     assert LABS['turn'].checked_parts('') == []
+    assert LABS['turn'].checked_parts(','.join(LABS['turn'].parts)) == LABS['turn'].parts
     with pytest.raises(ValueError, match='heading'):
         LABS['turn'].checked_parts('mouse,heading')
 
